@@ -1,0 +1,45 @@
+# Needs Python 3.11 to 3.14, make and git, and nothing done before: every target that runs
+# something builds .venv first, by `ready`.
+#
+#   make test ARGS="-k frame"     passes arguments on to what the target runs
+
+.DEFAULT_GOAL := help
+.PHONY: help ready demo test check bench clean
+
+ARGS =
+BIN = .venv/bin
+# nproc takes OMP_NUM_THREADS for the number of cores.
+WORKERS = $(shell n=$$(env -u OMP_NUM_THREADS nproc 2>/dev/null || echo 2); echo $$((n < 2 ? 2 : n)))
+IN_RANGE = import sys; sys.exit(not (3, 11) <= sys.version_info < (3, 15))
+PYTHON = $(shell for python in python3 python3.14 python3.13 python3.12 python3.11; do \
+	if $$python -c '$(IN_RANGE)' 2>/dev/null; then echo $$python; break; fi; done)
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-6s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+
+demo: ready ## show the whole way from one depth image to a grasp
+	@$(BIN)/eyehand demo $(ARGS)
+
+# One thread per worker: the workers already fill the cores.
+test: export OMP_NUM_THREADS = 1
+test: export OPENBLAS_NUM_THREADS = 1
+test: ready ## run the tests, in as many processes as there are cores
+	@$(BIN)/pytest -n $(WORKERS) $(ARGS)
+
+check: ready ## lint, formatting and types
+	@$(BIN)/ruff check
+	@$(BIN)/ruff format --check
+	@$(BIN)/pyright
+
+bench: ready ## time what has a benchmark
+	@$(BIN)/pytest --benchmark-enable --benchmark-only $(ARGS)
+
+clean: ## remove .venv, .uv, caches and build folders (results in out/ stay)
+	@rm -rf .venv .uv build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks
+	@find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+ready:
+	@python=$(PYTHON); if [ -z "$$python" ]; then \
+		echo "eyehand: needs Python 3.11 to 3.14 on PATH, found only" \
+			"$$(python3 --version 2>/dev/null || echo none); install python3.12, say" >&2; exit 1; fi; \
+	$$python .ci/bootstrap.py

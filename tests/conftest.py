@@ -1,0 +1,23 @@
+"""Test settings that every folder shares."""
+
+import os
+from pathlib import Path
+
+import pytest
+from hypothesis import settings
+
+# Equal runs for everybody: the examples follow from the test alone, and a kernel's first
+# compilation may take as long as it takes.
+settings.register_profile("eyehand", deadline=None, derandomize=True, database=None)
+settings.load_profile("eyehand")
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="session")
+def real_data() -> Path:
+    """Folder of third-party frames beside the repository, or $EYEHAND_DATA; skips where absent."""
+    folder = Path(os.environ.get("EYEHAND_DATA", ROOT.parent / "shared" / "data"))
+    if not folder.is_dir():
+        pytest.skip(f"no real frames at {folder}: set EYEHAND_DATA to their folder")
+    return folder
