@@ -1,0 +1,58 @@
+"""Files that appear whole or not at all."""
+
+from __future__ import annotations
+
+import secrets
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from eyehand.errors import DeviceError, InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+@contextmanager
+def atomic_write(path: Path | str) -> Iterator[Path]:
+    """Lend a temporary path to write to; it takes the place of `path` when the block succeeds.
+
+    The temporary path lies in the same folder (so that the swap is one rename) and ends in the
+    same suffix (so that writers which choose a format by suffix, or append one, do the same as
+    for `path`). When the block raises, the temporary file is removed and `path` is as it was.
+    Nothing is flushed to the disk: a reader never sees half a file, a power cut may lose it.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file to write; an existing one is replaced.
+
+    Yields
+    ------
+    Path
+        Where to write. The file does not exist yet.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist, `path` is a folder, or writing there is not allowed.
+    DeviceError
+        If the system fails to write (a full disk, say), or the block wrote nothing.
+    """
+    path = Path(path)
+    if not path.parent.is_dir():
+        raise InputError(f"cannot write {path}: there is no folder {path.parent}")
+    if path.is_dir():
+        raise InputError(f"cannot write {path}: it is a folder, expected a file name")
+    temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
+    try:
+        yield temporary
+        if not temporary.is_file():
+            raise DeviceError(f"cannot write {path}: nothing was written to its temporary file")
+        temporary.replace(path)
+    except PermissionError as error:
+        raise InputError(f"cannot write {path}: {error.strerror}") from error
+    except OSError as error:
+        raise DeviceError(f"cannot write {path}: {error.strerror or error}") from error
+    finally:
+        temporary.unlink(missing_ok=True)

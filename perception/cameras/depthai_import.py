@@ -1,0 +1,53 @@
+"""The one place that loads depthai: late, because it is heavy, and without chatter on stdout."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from typing import cast
+
+from eyehand.errors import DeviceError, InputError
+
+LEVEL_VARIABLE = "DEPTHAI_LEVEL"
+"""Environment variable with the lowest severity that depthai prints."""
+
+LEVELS = ("trace", "debug", "info", "warn", "error", "off")
+"""Values that depthai understands; it throws on any other when a device is first looked for."""
+
+QUIET_LEVEL = "error"
+"""At 'warn', depthai prints a line on stdout at import wherever there is no USB bus, which would
+break machine-readable output."""
+
+
+def load_depthai() -> None:
+    """Import depthai with its warnings off, unless DEPTHAI_LEVEL asks for them.
+
+    Afterwards `import depthai` costs nothing and cannot fail.
+
+    Raises
+    ------
+    InputError
+        If DEPTHAI_LEVEL holds a severity that depthai does not know.
+    DeviceError
+        If depthai cannot be imported.
+    """
+    level = os.environ.get(LEVEL_VARIABLE) or QUIET_LEVEL
+    if level.lower() not in LEVELS:
+        raise InputError(
+            f"the environment variable {LEVEL_VARIABLE} is {level!r}: must be one of "
+            f"{', '.join(LEVELS)}"
+        )
+    os.environ[LEVEL_VARIABLE] = level
+    try:
+        importlib.import_module("depthai")
+    except ImportError as error:
+        fault = " ".join(str(error).split())
+        raise DeviceError(f"cannot load depthai ({fault}): pip install 'depthai>=3.12'") from error
+
+
+def queue_closed_error() -> type[Exception]:
+    """Return what a depthai queue raises once its pipeline or its node has ended."""
+    import depthai as dai
+
+    # depthai's type stub defines this class by itself, which no type checker can follow.
+    return cast("type[Exception]", dai.MessageQueue.QueueException)

@@ -1,0 +1,61 @@
+"""Camera intrinsics out of the calibration file of an OAK camera."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from eyehand.errors import InputError
+
+from ..frame import CameraIntrinsics
+from .depthai_import import load_depthai
+
+SOCKET_PREFIX = "CAM_"
+"""What the names of camera sockets begin with on the board and in depthai."""
+
+
+def intrinsics_from_calibration(
+    path: Path | str, socket: str = "CAM_A", width: int = 1280, height: int = 800
+) -> CameraIntrinsics:
+    """Pinhole camera of one sensor, scaled (and cropped to the centre) to an image size.
+
+    depthai scales the principal point with the image (half the size, half the value), as if pixel
+    centres lay at halves; a camera calibrated at twice the size is off by 0.25 px for that.
+    Lens distortion in the file is not looked at: the result is for undistorted images.
+
+    Parameters
+    ----------
+    path : Path or str
+        Calibration JSON as `CalibrationHandler.eepromToJsonFile` writes it.
+    socket : str
+        Camera socket, "CAM_A" (colour on most models), "CAM_B" (left), "CAM_C" (right), ...
+    width, height : int
+        Size of the images that the intrinsics are wanted for, px.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or not a calibration, has no such camera, or a size is not positive.
+    """
+    path = Path(path)
+    if width < 1 or height < 1:
+        raise InputError(f"image size must be >= 1 px, got {width}x{height}")
+    if not path.is_file():
+        raise InputError(f"{path}: no such file")
+    load_depthai()
+    import depthai as dai
+
+    board_socket = dai.CameraBoardSocket.__members__.get(socket)
+    if board_socket is None or not socket.startswith(SOCKET_PREFIX):
+        known = sorted(n for n in dai.CameraBoardSocket.__members__ if n.startswith(SOCKET_PREFIX))
+        raise InputError(f"there is no camera socket {socket!r}: must be one of {', '.join(known)}")
+    try:
+        # Read without depthai's check of the chain of extrinsics: only intrinsics are wanted.
+        calibration = dai.CalibrationHandler(path.absolute(), validateExtrinsics=False)
+        known_camera = calibration.hasCameraCalibration(board_socket)
+        K = calibration.getCameraIntrinsics(board_socket, width, height) if known_camera else None
+    except (RuntimeError, ValueError) as error:
+        fault = " ".join(str(error).split())
+        raise InputError(f"{path}: not an OAK calibration file ({fault})") from error
+    if K is None:
+        raise InputError(f"{path}: holds no calibration of the camera at {socket}")
+    return CameraIntrinsics(K[0][0], K[1][1], K[0][2], K[1][2], width, height)

@@ -1,0 +1,215 @@
+"""depthai image messages to depth frames and back: the same steps for a device and a recording."""
+
+from __future__ import annotations
+
+from datetime import timedelta
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+
+from ..frame import CameraIntrinsics, DepthFrame
+from .depthai_import import load_depthai
+
+if TYPE_CHECKING:
+    import depthai as dai
+    from numpy.typing import NDArray
+
+UNITS_PER_METRE = 1000.0
+"""A RAW16 depth pixel counts millimetres."""
+
+MAX_DEPTH_M = 65.535
+"""The farthest reading that 16-bit millimetres hold."""
+
+WORLD = "world"
+"""Marks, in a message's extrinsics, a pose in the world: depthai writes device ids there."""
+
+SKEW_TOLERANCE = 1e-4
+"""Off-diagonal terms of the camera matrix, relative to the focal length, that are still float32
+noise: at the edge of a 90 degree view they move a pixel by 1e-4 of half the image's width."""
+
+
+def depth_frame(depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> DepthFrame | None:
+    """Depth frame of a RAW16 image message and, if given, the colour image registered to it.
+
+    Parameters
+    ----------
+    depth : depthai.ImgFrame
+        RAW16 image in mm, 0 = no reading, whose transformation carries the camera.
+    colour : depthai.ImgFrame, optional
+        Colour image of any type that depthai converts, of the same size.
+
+    Returns
+    -------
+    DepthFrame or None
+        Depth in m: the float32 nearest to the whole millimetres. None if no pixel holds a
+        reading, which a covered lens brings about.
+
+    Raises
+    ------
+    InputError
+        If the image is not RAW16, lacks pixels or intrinsics, or is distorted, rotated or
+        flipped; if colour has another size.
+    """
+    load_depthai()
+    import depthai as dai
+
+    kind = depth.getType()
+    if kind != dai.ImgFrame.Type.RAW16:
+        raise InputError(f"the stream holds {kind.name} images, expected RAW16 depth images in mm")
+    try:
+        raw = depth.getFrame()
+        bgr = None if colour is None else colour.getCvFrame()
+    except RuntimeError as error:
+        fault = " ".join(str(error).split())
+        raise InputError(f"an image message cannot be read ({fault})") from error
+    intrinsics = intrinsics_from_transformation(depth.transformation)
+    if not raw.any():
+        return None
+    return DepthFrame(
+        depth=metres_from_raw16(raw),
+        intrinsics=intrinsics,
+        T_world_camera=_pose(depth.transformation),
+        colour=None if bgr is None else np.ascontiguousarray(bgr[..., ::-1]),
+    )
+
+
+def image_messages(frame: DepthFrame, time_s: float) -> tuple[dai.ImgFrame, dai.ImgFrame | None]:
+    """Messages such as an OAK camera would send: RAW16 depth and, if the frame has it, colour.
+
+    Parameters
+    ----------
+    frame : DepthFrame
+        Depth is rounded to whole mm; the camera's numbers and pose are rounded to float32.
+    time_s : float
+        Time stamp, s from the start of the recording.
+
+    Raises
+    ------
+    InputError
+        If a depth lies beyond 65.535 m, or a reading is under half a millimetre.
+    """
+    load_depthai()
+    import depthai as dai
+
+    transformation = _transformation(frame)
+    raw = raw16_from_metres(frame.depth)
+    depth = _message(dai.ImgFrame.Type.RAW16, raw, transformation, time_s)
+    if frame.colour is None:
+        return depth, None
+    return depth, _message(dai.ImgFrame.Type.RGB888i, frame.colour, transformation, time_s)
+
+
+def stamp_pose(message: dai.ImgFrame, T_world_camera: RigidTransform) -> None:
+    """Write the camera's place in the world into a message, in place, as float32."""
+    transformation = message.transformation
+    _set_pose(transformation, T_world_camera)
+    message.setTransformation(transformation)
+
+
+def metres_from_raw16(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
+    """Depth in m, float32, nearest to each whole number of mm."""
+    # Divided, not multiplied by 0.001: only the quotient is the float32 nearest to the true value.
+    return raw.astype(np.float32) / np.float32(UNITS_PER_METRE)
+
+
+def raw16_from_metres(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
+    """Depth in whole mm, uint16, rounded to the nearest; 0 stays 0.
+
+    Raises
+    ------
+    InputError
+        If a depth lies beyond 65.535 m, or is so small that it would become 0, no reading.
+    """
+    millimetres = np.rint(np.asarray(depth, dtype=np.float64) * UNITS_PER_METRE)
+    if millimetres.max() > np.iinfo(np.uint16).max:
+        raise InputError(
+            f"depth reaches {float(np.max(depth)):.3f} m, but 16-bit millimetres end at "
+            f"{MAX_DEPTH_M} m: set farther pixels to 0 (no reading)"
+        )
+    lost = int(np.count_nonzero((millimetres == 0) & (depth > 0)))
+    if lost:
+        raise InputError(
+            f"{lost} readings are under 0.5 mm and would become 'no reading' in whole millimetres: "
+            "set them to 0"
+        )
+    return millimetres.astype(np.uint16)
+
+
+def intrinsics_from_transformation(transformation: dai.ImgTransformation) -> CameraIntrinsics:
+    """Read the pinhole camera that an image message carries, after all its crops and scalings.
+
+    Raises
+    ------
+    InputError
+        If there is none, or the image is distorted, rotated or flipped.
+    """
+    width, height = transformation.getSize()
+    K = np.asarray(transformation.getIntrinsicMatrix(), dtype=np.float64)
+    if not transformation.isValid() or np.array_equal(K, np.eye(3)):
+        raise InputError("an image message carries no camera intrinsics")
+    distortion = np.abs(transformation.getDistortionCoefficients())
+    if distortion.size and distortion.max() > 0:
+        raise InputError(
+            f"the depth image has lens distortion (largest coefficient {distortion.max():.3g}): "
+            "take it from an undistorted output"
+        )
+    skew = max(abs(K[0, 1]), abs(K[1, 0]))
+    if not np.allclose(K[2], [0.0, 0.0, 1.0]) or skew > SKEW_TOLERANCE * abs(K[0, 0]):
+        raise InputError(f"the depth image is rotated or skewed: camera matrix {K.tolist()}")
+    fx, fy, cx, cy = (float(x) for x in (K[0, 0], K[1, 1], K[0, 2], K[1, 2]))
+    return CameraIntrinsics(fx, fy, cx, cy, width, height)
+
+
+def _pose(transformation: dai.ImgTransformation) -> RigidTransform | None:
+    extrinsics = transformation.getExtrinsics()
+    if extrinsics.toDeviceId != WORLD:
+        return None
+    rotation = np.asarray(extrinsics.rotationMatrix, dtype=np.float64)
+    t = extrinsics.translation
+    return RigidTransform.from_components([t.x, t.y, t.z], Rotation.from_matrix(rotation))
+
+
+def _set_pose(transformation: dai.ImgTransformation, T_world_camera: RigidTransform) -> None:
+    import depthai as dai
+
+    extrinsics = dai.Extrinsics()
+    extrinsics.toDeviceId = WORLD
+    extrinsics.lengthUnit = dai.LengthUnit.METER
+    extrinsics.rotationMatrix = T_world_camera.rotation.as_matrix().tolist()
+    extrinsics.translation = dai.Point3f(*T_world_camera.translation.tolist())
+    transformation.setExtrinsics(extrinsics)
+
+
+def _transformation(frame: DepthFrame) -> dai.ImgTransformation:
+    import depthai as dai
+
+    k = frame.intrinsics
+    transformation = dai.ImgTransformation(k.width, k.height, k.matrix.tolist())
+    if frame.T_world_camera is not None:
+        _set_pose(transformation, frame.T_world_camera)
+    return transformation
+
+
+def _message(
+    kind: dai.ImgFrame.Type,
+    pixels: NDArray,
+    transformation: dai.ImgTransformation,
+    time_s: float,
+) -> dai.ImgFrame:
+    import depthai as dai
+
+    height, width = pixels.shape[:2]
+    message = dai.ImgFrame()
+    message.setType(kind)
+    message.setSize(width, height)
+    message.setStride(width * pixels.itemsize * (pixels.shape[2] if pixels.ndim == 3 else 1))
+    # setSourceSize throws the transformation away, so it comes first.
+    message.setSourceSize(width, height)
+    message.setTransformation(transformation)
+    message.setData(np.ascontiguousarray(pixels).tobytes())
+    message.setTimestamp(timedelta(seconds=time_s))
+    message.setTimestampDevice(timedelta(seconds=time_s))
+    return message

@@ -1,0 +1,227 @@
+"""Write depth frames as OAK recordings: MCAP files of depthai image messages."""
+
+from __future__ import annotations
+
+import os
+import secrets
+import time
+from datetime import timedelta
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from eyehand.errors import DeviceError, InputError
+
+from .depthai_import import load_depthai, queue_closed_error
+from .mcap_file import seal
+from .oak_message import image_messages
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import depthai as dai
+
+    from ..frame import DepthFrame
+
+SUFFIX = ".mcap"
+"""Suffix of recordings."""
+
+FRAME_PERIOD_S = 1 / 30
+"""Spacing of the time stamps of frames that carry no time of their own, s."""
+
+WRITE_TIMEOUT_S = 5.0
+"""How long the disk may take over one frame, s."""
+
+POLL_S = 0.002
+"""Pause between looks at the frames that wait to be written, s."""
+
+
+def record_frames(path: Path | str, frames: Iterable[DepthFrame]) -> int:
+    """Write an OAK recording that `OakRecording` plays back, without any device.
+
+    Depth is kept in whole mm, the camera's numbers and pose in float32, colour exactly. depthai
+    records one stream per file: colour goes to `<stem>.colour.mcap` beside the depth.
+
+    Parameters
+    ----------
+    path : Path or str
+        The recording, `*.mcap`; replaced if it exists, once all frames are written.
+    frames : iterable of DepthFrame
+        The frames in order, all with colour or all without.
+
+    Returns
+    -------
+    int
+        Number of frames written.
+
+    Raises
+    ------
+    InputError
+        If there are no frames, a depth does not fit 16-bit millimetres (beyond 65.535 m, under
+        0.5 mm), only some frames have colour, or the file cannot be written there.
+    DeviceError
+        If the disk does not take the data.
+    """
+    recorder = OakRecorder(path)
+    try:
+        for number, frame in enumerate(frames):
+            try:
+                messages = image_messages(frame, number * FRAME_PERIOD_S)
+            except InputError as error:
+                raise InputError(f"cannot record frame {number}: {error}") from error
+            recorder.write(*messages)
+        if recorder.frames == 0:
+            raise InputError(f"cannot record {recorder.path}: there are no frames")
+        recorder.finish()
+    finally:
+        recorder.discard()
+    return recorder.frames
+
+
+def colour_path(path: Path) -> Path:
+    """Where the colour images that belong to a depth recording are kept."""
+    return path.with_suffix(f".colour{path.suffix}")
+
+
+class OakRecorder:
+    """Takes image messages one by one; the recording appears whole with `finish`, or never.
+
+    Parameters
+    ----------
+    path : Path or str
+        The depth recording, `*.mcap`.
+
+    Raises
+    ------
+    InputError
+        If the name does not end in .mcap or the folder is missing or not writable.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        """The depth recording."""
+        self.frames = 0
+        """Frames written so far."""
+        if self.path.suffix.lower() != SUFFIX:
+            raise InputError(f"cannot record to {self.path}: the name must end in {SUFFIX}")
+        folder = self.path.parent
+        if not folder.is_dir():
+            raise InputError(f"cannot record to {self.path}: there is no folder {folder}")
+        if self.path.is_dir() or not os.access(folder, os.W_OK):
+            raise InputError(f"cannot record to {self.path}: not allowed to write there")
+        self._files: dict[Path, Path] = {}
+        self._nodes: list[dai.node.RecordMessage] = []
+        self._pipeline: dai.Pipeline | None = None
+
+    def write(self, depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> None:
+        """Add a frame; its messages are numbered anew, which is how playback pairs them.
+
+        Raises
+        ------
+        InputError
+            If the frame has colour and earlier ones have none, or the other way round.
+        DeviceError
+            If the disk does not take the data.
+        """
+        messages = [depth] if colour is None else [depth, colour]
+        if self._pipeline is None:
+            self._start(len(messages))
+        if len(messages) != len(self._nodes):
+            has, had = ("a", "none") if colour is not None else ("no", "one")
+            raise InputError(
+                f"cannot record frame {self.frames}: it has {has} colour image, the frames before "
+                f"have {had}"
+            )
+        for node, message in zip(self._nodes, messages, strict=True):
+            message.setSequenceNum(self.frames)
+            self._send(node, message)
+        self.frames += 1
+
+    def finish(self) -> None:
+        """Wait until all is on the disk, verify it, and give the files their names.
+
+        With no frame written, nothing happens.
+
+        Raises
+        ------
+        DeviceError
+            If frames are missing from the files: the disk is full, or too slow.
+        """
+        if self._pipeline is None:
+            return
+        self._drain()
+        self._stop()
+        for temporary, final in self._files.items():
+            try:
+                written = seal(temporary).messages
+            except InputError as error:
+                raise self._disk_error(f"{error}") from error
+            if written != self.frames:
+                raise self._disk_error(f"{written} of {self.frames} frames arrived in {final.name}")
+        try:
+            # Colour first: a depth recording never stands beside colours that are not its own.
+            if len(self._files) == 1:
+                colour_path(self.path).unlink(missing_ok=True)
+            for temporary, final in reversed(self._files.items()):
+                temporary.replace(final)
+        except OSError as error:
+            raise self._disk_error(error.strerror or str(error)) from error
+        self._files = {}
+
+    def discard(self) -> None:
+        """Stop and remove what was not finished. After `finish` nothing is left to remove."""
+        self._stop()
+        for temporary in self._files:
+            temporary.unlink(missing_ok=True)
+        self._files = {}
+
+    def _start(self, streams: int) -> None:
+        load_depthai()
+        import depthai as dai
+
+        finals = [self.path, colour_path(self.path)][:streams]
+        self._files = {
+            final.with_name(f".{secrets.token_hex(8)}{SUFFIX}"): final for final in finals
+        }
+        self._pipeline = dai.Pipeline(createImplicitDevice=False)
+        for temporary in self._files:
+            node = self._pipeline.create(dai.node.RecordMessage)
+            node.setRecordFile(temporary)
+            # depthai's default level takes 30 times as long for files a quarter smaller.
+            node.setCompressionLevel(dai.RecordConfig.CompressionLevel.FAST)
+            # A node that fails prints to stdout; its failure is found by `finish` anyway.
+            node.setLogLevel(dai.LogLevel.OFF)
+            self._nodes.append(node)
+        self._pipeline.start()
+
+    def _send(self, node: dai.node.RecordMessage, message: dai.ImgFrame) -> None:
+        closed = queue_closed_error()
+        try:
+            sent = node.input.send(message, timedelta(seconds=WRITE_TIMEOUT_S))
+        except closed:
+            sent = False
+        if not sent:
+            raise self._disk_error(f"frame {self.frames} was not taken")
+
+    def _drain(self) -> None:
+        # Stopping the pipeline throws away what still waits in the queues.
+        deadline = time.monotonic() + WRITE_TIMEOUT_S
+        before = self._waiting()
+        while (waiting := self._waiting()) and time.monotonic() < deadline:
+            if waiting < before:
+                deadline = time.monotonic() + WRITE_TIMEOUT_S
+                before = waiting
+            time.sleep(POLL_S)
+
+    def _waiting(self) -> int:
+        """Messages not yet taken up by the threads that write them."""
+        return sum(node.input.getSize() for node in self._nodes)
+
+    def _stop(self) -> None:
+        if self._pipeline is not None:
+            self._pipeline.stop()
+            self._pipeline.wait()
+        self._pipeline = None
+        self._nodes = []
+
+    def _disk_error(self, what: str) -> DeviceError:
+        return DeviceError(f"cannot record {self.path}: {what}; is the disk full or too slow?")

@@ -1,0 +1,162 @@
+"""Point clouds of single objects from files and to files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .atomic_write import atomic_write
+from .input_file import naming, read_bytes
+from .npz_file import read_arrays
+from .pcd_file import pcd_bytes, read_pcd
+from .ply_file import ply_bytes, read_ply
+from .ply_header import parse_ply_header
+from .point_table import PointTable
+from .surface_samples import sample_surface
+from .text_points import parse_text_points, points_text
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+CLOUD_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz", ".txt", ".csv", ".obj", ".stl")
+"""File formats that `read_cloud` takes."""
+
+WRITTEN_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz")
+"""File formats that `write_cloud` makes."""
+
+DEFAULT_SAMPLES = 10_000
+"""Points drawn from a surface: 2 mm apart on average on a box of 10 cm."""
+
+
+def read_cloud(
+    path: Path | str, *, samples: int = DEFAULT_SAMPLES, seed: int = 0
+) -> NDArray[np.float64]:
+    """Points of a cloud or a surface, without those that hold NaN or infinity.
+
+    PLY, PCD, NPZ (array `points`), and text (XYZ, TXT, CSV: x, y, z first, or columns so named)
+    give their points. OBJ, STL and PLY files with faces are surfaces: they give points drawn
+    uniformly by area, the same ones for the same `seed`.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file, in metres; its suffix chooses the format.
+    samples : int
+        Points to draw from a surface.
+    seed : int
+        Seed of that draw.
+
+    Returns
+    -------
+    (N, 3) float64
+        Points in the file's frame, m, in its order; N >= 1.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged, of an unknown format, or holds no finite point.
+    DeviceError
+        If open3d is needed (compressed PCD, STL) and cannot be loaded.
+    """
+    path = Path(path)
+    suffix = _checked_suffix(path, CLOUD_SUFFIXES)
+    if suffix in (".obj", ".stl") or (suffix == ".ply" and _has_faces(path)):
+        points = sample_surface(path, samples, seed)
+    elif suffix in (".ply", ".pcd"):
+        points = (read_ply(path) if suffix == ".ply" else read_pcd(path)).points
+    elif suffix == ".npz":
+        points = read_arrays(path, ("points",))["points"]
+    else:
+        data = read_bytes(path)
+        with naming(path):
+            points = parse_text_points(data)
+    with naming(path):
+        if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
+            raise InputError(f"points are {points.shape} {points.dtype}, expected (N, 3) float")
+        finite = points[np.isfinite(points).all(axis=1)].astype(np.float64)
+        if not len(finite):
+            raise InputError(f"none of its {len(points)} points is finite, expected at least 1")
+        return finite
+
+
+def write_cloud(
+    path: Path | str, points: ArrayLike, colours: NDArray[np.uint8] | None = None
+) -> Path:
+    """Write points; NPZ and XYZ keep float64, PLY and PCD hold float32.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file, replaced if it exists; its suffix (.ply, .pcd, .npz, .xyz) chooses the format.
+    points : (N, 3) array
+        Points, m.
+    colours : (N, 3) uint8, optional
+        RGB colours.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, the folder is missing, or an array has another shape, type or
+        holds NaN.
+    DeviceError
+        If the system fails to write.
+    """
+    path = Path(path)
+    suffix = _checked_suffix(path, WRITTEN_SUFFIXES)
+    with naming(path):
+        table = _checked_table(points, colours)
+        with atomic_write(path) as target:
+            if suffix == ".npz":
+                arrays: dict[str, NDArray] = {"points": table.points}
+                if table.colours is not None:
+                    arrays["colours"] = table.colours
+                np.savez_compressed(target, allow_pickle=False, **arrays)
+            elif suffix == ".xyz":
+                target.write_text(points_text(table.points, table.colours), encoding="ascii")
+            else:
+                target.write_bytes((ply_bytes if suffix == ".ply" else pcd_bytes)(table))
+    return path
+
+
+def _checked_suffix(path: Path, known: tuple[str, ...]) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in known:
+        raise InputError(
+            f"{path}: suffix {path.suffix!r} is no cloud format, expected one of {', '.join(known)}"
+        )
+    return suffix
+
+
+def _has_faces(path: Path) -> bool:
+    data = read_bytes(path)
+    with naming(path):
+        faces = parse_ply_header(data).element("face")
+    return faces is not None and faces.count > 0
+
+
+def _checked_table(points: ArrayLike, colours: NDArray[np.uint8] | None) -> PointTable:
+    points = np.asarray(points)
+    if points.ndim != 2 or points.shape[1] != 3 or points.dtype.kind not in "fiu":
+        raise InputError(f"points are {points.shape} {points.dtype}, expected (N, 3) float")
+    bad = int(np.count_nonzero(~np.isfinite(points).all(axis=1)))
+    if bad or not len(points):
+        raise InputError(
+            f"{bad} of {len(points)} points are NaN or infinite, expected at least 1 point, "
+            "all finite"
+        )
+    if colours is not None:
+        colours = np.asarray(colours)
+        if colours.shape != points.shape or colours.dtype != np.uint8:
+            raise InputError(
+                f"colours are {colours.shape} {colours.dtype}, expected {points.shape} uint8 RGB"
+            )
+    return PointTable(points.astype(np.float64), colours)

@@ -1,0 +1,63 @@
+"""Depth as whole numbers in a file, depth as metres in memory."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MM_PER_M = 1000.0
+"""Millimetres in a metre."""
+
+MIN_PLAUSIBLE_DEPTH_M = 0.01
+"""Nearer than this no depth camera measures: a smaller median means a wrong unit."""
+
+
+def metres_from_units(raw: NDArray[np.integer], mm_per_unit: float) -> NDArray[np.float32]:
+    """Depth (H, W) float32 in m from whole numbers of `mm_per_unit` millimetres; 0 stays 0.
+
+    Raises
+    ------
+    InputError
+        If the median reading is under `MIN_PLAUSIBLE_DEPTH_M`: the unit was given in metres,
+        say, where millimetres are expected.
+    """
+    # In float64, so that the result is the float32 nearest to the true value.
+    with np.errstate(over="ignore"):
+        depth = (raw.astype(np.float64) * mm_per_unit / MM_PER_M).astype(np.float32)
+    readings = depth[depth > 0]
+    if readings.size and np.median(readings) < MIN_PLAUSIBLE_DEPTH_M:
+        raise InputError(
+            f"median depth is {np.median(readings) * MM_PER_M:.3g} mm at {mm_per_unit:g} mm per "
+            "unit, which no camera sees: check the depth scale (millimetres, or its key's unit)"
+        )
+    return depth
+
+
+def millimetres_from_metres(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
+    """Depth (H, W) uint16 in whole millimetres, rounded to the nearest; 0 stays 0.
+
+    Raises
+    ------
+    InputError
+        If a reading does not fit 16 bits, or would round to 0 and so count as no reading.
+    """
+    millimetres = np.rint(depth.astype(np.float64) * MM_PER_M)
+    highest = float(millimetres.max())
+    if highest > np.iinfo(np.uint16).max:
+        raise InputError(
+            f"depth reaches {highest / MM_PER_M:.3f} m, but a 16-bit PNG in mm ends at 65.535 m: "
+            "write .npz instead"
+        )
+    lost = int(np.count_nonzero((millimetres == 0) & (depth > 0)))
+    if lost:
+        raise InputError(
+            f"{lost} readings are under 0.5 mm and would become 'no reading' in a PNG in mm: "
+            "write .npz instead"
+        )
+    return millimetres.astype(np.uint16)

@@ -1,0 +1,161 @@
+"""One look at the world: a depth image with the camera that took it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
+
+MAX_PLAUSIBLE_DEPTH_M = 100.0
+"""Past this no depth camera measures: a larger median means millimetres given as metres."""
+
+
+@dataclass(frozen=True)
+class CameraIntrinsics:
+    """Pinhole camera: pixel ``(u, v) = (fx x/z + cx, fy y/z + cy)``, no distortion.
+
+    Pixel centres lie at whole numbers: the first pixel's centre is (0, 0).
+
+    Raises
+    ------
+    InputError
+        If a focal length or a size is not positive, or a value is not finite.
+    """
+
+    fx: float
+    """Focal length along the image's width, px."""
+    fy: float
+    """Focal length along the image's height, px."""
+    cx: float
+    """Principal point, px from the first column's centre."""
+    cy: float
+    """Principal point, px from the first row's centre."""
+    width: int
+    """Columns of the image, px."""
+    height: int
+    """Rows of the image, px."""
+
+    def __post_init__(self) -> None:
+        values = (self.fx, self.fy, self.cx, self.cy)
+        if not all(np.isfinite(values)):
+            raise InputError(f"camera intrinsics must be finite, got fx, fy, cx, cy = {values}")
+        if self.fx <= 0 or self.fy <= 0:
+            raise InputError(f"focal lengths must be > 0 px, got fx={self.fx}, fy={self.fy}")
+        if self.width < 1 or self.height < 1:
+            raise InputError(f"image size must be >= 1 px, got {self.width}x{self.height}")
+
+    @property
+    def matrix(self) -> NDArray[np.float64]:
+        """Camera matrix K, (3, 3) float64, row-major."""
+        return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
+
+    def rays(self) -> NDArray[np.float64]:
+        """Directions through every pixel with z = 1, camera frame, (H, W, 3) float64."""
+        u = (np.arange(self.width) - self.cx) / self.fx
+        v = (np.arange(self.height) - self.cy) / self.fy
+        rays = np.empty((self.height, self.width, 3))
+        rays[..., 0] = u
+        rays[..., 1] = v[:, None]
+        rays[..., 2] = 1.0
+        return rays
+
+    def project(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
+        """Pixels (…, 2) of camera-frame points (…, 3) in m; NaN where z <= 0."""
+        points = np.asarray(points, dtype=np.float64)
+        z = np.where(points[..., 2] > 0, points[..., 2], np.nan)
+        u = self.fx * points[..., 0] / z + self.cx
+        v = self.fy * points[..., 1] / z + self.cy
+        return np.stack([u, v], axis=-1)
+
+
+@dataclass(frozen=True)
+class DepthFrame:
+    """A depth image, the camera behind it, and where that camera stood.
+
+    Raises
+    ------
+    InputError
+        If depth is not a 2-D float array of the camera's size, holds NaN, infinity or negative
+        values, holds no reading at all, or is so large that millimetres were taken for metres;
+        if colour has another size or type.
+    """
+
+    depth: NDArray[np.float32]
+    """Distance along the optical axis, (H, W) float32, m; 0 = no reading."""
+    intrinsics: CameraIntrinsics
+    """The camera that took the image."""
+    T_world_camera: RigidTransform | None = None
+    """Maps camera coordinates to world coordinates; None when the camera's place is unknown."""
+    colour: NDArray[np.uint8] | None = None
+    """Registered colour image, (H, W, 3) uint8 RGB, or None."""
+
+    def __post_init__(self) -> None:
+        depth = np.asarray(self.depth)
+        if depth.ndim != 2:
+            raise InputError(f"depth must have shape (H, W), got {depth.shape}")
+        if not np.issubdtype(depth.dtype, np.floating):
+            raise InputError(f"depth must be floating point in metres, got dtype {depth.dtype}")
+        expected = (self.intrinsics.height, self.intrinsics.width)
+        if depth.shape != expected:
+            raise InputError(
+                f"depth is {depth.shape[1]}x{depth.shape[0]} px but the camera is "
+                f"{expected[1]}x{expected[0]} px: give the intrinsics of this image size"
+            )
+        _check_depth_values(depth)
+        object.__setattr__(self, "depth", _read_only(depth.astype(np.float32, copy=False)))
+        if self.colour is not None:
+            colour = np.asarray(self.colour)
+            if colour.shape != (*expected, 3) or colour.dtype != np.uint8:
+                raise InputError(
+                    f"colour must be {(*expected, 3)} uint8 RGB, got {colour.shape} {colour.dtype}"
+                )
+            object.__setattr__(self, "colour", _read_only(colour))
+
+    @property
+    def valid(self) -> NDArray[np.bool_]:
+        """Pixels that hold a reading, (H, W) bool."""
+        return self.depth > 0
+
+    def points(self) -> NDArray[np.float32]:
+        """Organised cloud in the camera frame, (H, W, 3) float32, m; (0, 0, 0) = no reading."""
+        k = self.intrinsics
+        u = ((np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
+        v = ((np.arange(k.height) - k.cy) / k.fy).astype(np.float32)
+        points = np.empty((k.height, k.width, 3), dtype=np.float32)
+        np.multiply(self.depth, u[None, :], out=points[..., 0])
+        np.multiply(self.depth, v[:, None], out=points[..., 1])
+        points[..., 2] = self.depth
+        return points
+
+
+def _check_depth_values(depth: NDArray[np.floating]) -> None:
+    bad = int(np.count_nonzero(~np.isfinite(depth)))
+    if bad:
+        raise InputError(
+            f"depth holds {bad} NaN or infinite pixels: write 0 where there is no reading"
+        )
+    lowest = float(depth.min())
+    if lowest < 0:
+        raise InputError(f"depth holds negative values (lowest {lowest:.4g} m): must be >= 0")
+    readings = depth[depth > 0]
+    if readings.size == 0:
+        raise InputError("depth is 0 everywhere: the frame holds no reading")
+    median = float(np.median(readings))
+    if median > MAX_PLAUSIBLE_DEPTH_M:
+        raise InputError(
+            f"median depth is {median:.0f} m: it looks like millimetres given as metres, "
+            "multiply by 0.001"
+        )
+
+
+def _read_only(array: NDArray) -> NDArray:
+    view = array.view()
+    view.setflags(write=False)
+    return view

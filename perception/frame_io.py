@@ -1,0 +1,208 @@
+"""Depth frames from files and to files: PNG with a camera file, NPZ, organised PCD and PLY."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from eyehand.errors import InputError
+
+from .atomic_write import atomic_write
+from .depth_units import metres_from_units, millimetres_from_metres
+from .frame import DepthFrame
+from .frame_npz import read_npz_frame, write_npz_frame
+from .input_file import naming, read_bytes
+from .intrinsics_io import (
+    CAMERA_FORMS,
+    CAMERA_NAMES,
+    CameraFile,
+    camera_json,
+    find_camera_file,
+    read_camera_file,
+)
+from .organised_cloud import check_organised, frame_from_grid, grid_from_frame
+from .pcd_file import pcd_bytes, read_pcd
+from .ply_file import ply_bytes, read_ply
+from .png_file import decode_colour, decode_depth, write_png
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+FRAME_SUFFIXES = (".png", ".npz", ".pcd", ".ply")
+"""File formats of depth frames."""
+
+PNG_DEPTH_SCALE_MM = 1.0
+"""Unit of 16-bit PNG files whose camera file names none: the millimetre of OpenNI, ROS and BOP."""
+
+
+def read_frame(path: Path | str, camera: Path | str | None = None) -> DepthFrame:
+    """Depth frame from a file; the suffix chooses the format.
+
+    ``.png``: 16-bit greyscale, in mm unless the camera file says otherwise, with a camera file
+    (see `read_intrinsics`) and, if there is one of the same size, a colour image beside it:
+    `<stem>_colour.png`, `<stem>_color.png`, `colour.png` or `color.png`.
+    ``.npz``: `depth` in float metres, or integer with `depth_scale_m`; `intrinsics` (fx, fy, cx,
+    cy) or `K`; optional `colour` or `rgb`, and `T_world_camera` (4, 4).
+    ``.pcd``, ``.ply``: one point per pixel in the camera's optical frame, NaN = no reading; the
+    intrinsics are recovered from the points unless `<stem>.json` or `camera` gives them.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file.
+    camera : Path or str, optional
+        Camera file; goes before what the frame's file or its folder say. Without it `<stem>.json`,
+        `camera.json`, `intrinsics.json` and `scene_camera.json` beside the file are tried.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be used: the message says why, and what would be right.
+    DeviceError
+        If a compressed PCD file needs open3d and that cannot be loaded.
+    """
+    path = Path(path)
+    camera = None if camera is None else Path(camera)
+    suffix = _checked_suffix(path)
+    if suffix == ".png":
+        return _read_png_frame(path, camera)
+    if suffix == ".npz":
+        return read_npz_frame(path, camera, _camera_beside)
+    return _read_cloud_frame(path, camera)
+
+
+def write_frame(path: Path | str, frame: DepthFrame) -> list[Path]:
+    """Write a frame so that `read_frame` reads it back; the suffix chooses the format.
+
+    ``.npz`` loses nothing. ``.png`` rounds depth to whole millimetres, and puts the camera in
+    `<stem>.json` and colour in `<stem>_colour.png`. ``.pcd`` and ``.ply`` hold float32
+    coordinates, NaN = no reading, and put the camera in `<stem>.json` too.
+
+    Parameters
+    ----------
+    path : Path or str
+        The file, replaced if it exists.
+    frame : DepthFrame
+        What to write.
+
+    Returns
+    -------
+    list of Path
+        The files written, `path` first.
+
+    Raises
+    ------
+    InputError
+        If the suffix is unknown, the folder is missing, or depth does not fit a PNG in mm.
+    DeviceError
+        If the system fails to write.
+    """
+    path = Path(path)
+    suffix = _checked_suffix(path)
+    files = [path]
+    with ExitStack() as stack, naming(path):
+        target = stack.enter_context(atomic_write(path))
+        if suffix == ".npz":
+            write_npz_frame(target, frame)
+            return files
+        camera = CameraFile(frame.intrinsics, None, frame.T_world_camera)
+        if suffix == ".png":
+            write_png(target, millimetres_from_metres(frame.depth))
+            colour_path = path.with_name(f"{path.stem}_colour.png")
+            if frame.colour is not None:
+                write_png(stack.enter_context(atomic_write(colour_path)), frame.colour)
+                files.append(colour_path)
+            # Naming no colour keeps an older image beside it from being taken for this frame's.
+            colour_name = "" if frame.colour is None else colour_path.name
+            camera = CameraFile(
+                frame.intrinsics, PNG_DEPTH_SCALE_MM, frame.T_world_camera, colour_name
+            )
+        else:
+            encode = pcd_bytes if suffix == ".pcd" else ply_bytes
+            target.write_bytes(encode(grid_from_frame(frame)))
+        camera_path = path.with_suffix(".json")
+        beside = stack.enter_context(atomic_write(camera_path))
+        beside.write_text(camera_json(camera), encoding="utf-8")
+        files.insert(1, camera_path)
+    return files
+
+
+def _checked_suffix(path: Path) -> str:
+    suffix = path.suffix.lower()
+    if suffix not in FRAME_SUFFIXES:
+        raise InputError(
+            f"{path}: suffix {path.suffix!r} is no frame format, expected one of "
+            f"{', '.join(FRAME_SUFFIXES)}"
+        )
+    return suffix
+
+
+def _read_png_frame(path: Path, camera: Path | None) -> DepthFrame:
+    data = read_bytes(path)
+    with naming(path):
+        raw = decode_depth(data)
+    height, width = raw.shape
+    camera = camera or _camera_beside(path)
+    found = read_camera_file(camera, width, height, path.stem)
+    own = camera.resolve() == path.with_suffix(".json").resolve()
+    colour = _colour_beside(path, raw.shape, found.colour_name if own else None)
+    with naming(path):
+        depth = metres_from_units(raw, found.depth_scale_mm or PNG_DEPTH_SCALE_MM)
+        return DepthFrame(depth, found.intrinsics, found.T_world_camera, colour)
+
+
+def _read_cloud_frame(path: Path, camera: Path | None) -> DepthFrame:
+    table = read_pcd(path) if path.suffix.lower() == ".pcd" else read_ply(path)
+    with naming(path):
+        check_organised(table)
+    own = path.with_suffix(".json")
+    if camera is None and own.is_file():
+        camera = own
+    found = None
+    if camera is not None:
+        found = read_camera_file(camera, table.width, table.height, path.stem)
+    with naming(path):
+        return frame_from_grid(table, found)
+
+
+def _camera_beside(path: Path) -> Path:
+    found = find_camera_file(path)
+    if found is None:
+        names = ", ".join((f"{path.stem}.json", *CAMERA_NAMES))
+        raise InputError(
+            f"{path}: no camera intrinsics, expected one of {names} beside it, or `camera`, "
+            f"with {CAMERA_FORMS}"
+        )
+    return found
+
+
+def _colour_beside(
+    path: Path, shape: tuple[int, ...], declared: str | None
+) -> NDArray[np.uint8] | None:
+    if declared is not None:
+        if not declared:
+            return None
+        named = path.with_name(declared)
+        data = read_bytes(named)
+        with naming(named):
+            colour = decode_colour(data)
+            if colour.shape[:2] != shape:
+                raise InputError(
+                    f"the colour image is {colour.shape[1]}x{colour.shape[0]} px, expected "
+                    f"{shape[1]}x{shape[0]} px as {path.name}"
+                )
+        return colour
+    stem = path.stem
+    for name in (f"{stem}_colour.png", f"{stem}_color.png", "colour.png", "color.png"):
+        candidate = path.with_name(name)
+        if candidate == path or not candidate.is_file():
+            continue
+        data = read_bytes(candidate)
+        with naming(candidate):
+            colour = decode_colour(data)
+        # An image of another size is not registered to the depth image.
+        if colour.shape[:2] == shape:
+            return colour
+    return None

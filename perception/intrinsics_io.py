@@ -1,0 +1,264 @@
+"""Camera files beside a depth image: who took it, in which unit, from where."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .atomic_write import atomic_write
+from .frame import CameraIntrinsics
+from .input_file import naming, read_bytes
+from .pose_io import number_from_json, numbers_from_json, pose_from_json, pose_to_json
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
+
+CAMERA_NAMES = ("camera.json", "intrinsics.json", "scene_camera.json")
+"""Camera files that hold for a whole folder, looked for after `<stem>.json`, in this order."""
+
+CAMERA_FORMS = (
+    "{fx, fy, cx, cy, width, height[, depth_scale_mm]}, "
+    "open3d's {width, height, intrinsic_matrix: 9 column-major}, "
+    "or BOP's {cam_K: 9 row-major, depth_scale} alone or keyed by image number"
+)
+"""The accepted JSON forms, as error messages list them."""
+
+
+@dataclass(frozen=True)
+class CameraFile:
+    """What a camera file says about an image."""
+
+    intrinsics: CameraIntrinsics
+    """The pinhole camera."""
+    depth_scale_mm: float | None = None
+    """Millimetres per unit of an integer depth image; None when the file does not say."""
+    T_world_camera: RigidTransform | None = None
+    """Maps camera coordinates to world coordinates; None when the file does not say."""
+    colour_name: str | None = None
+    """Name of the colour image in the same folder; empty when the file says that there is none,
+    None when it does not say."""
+
+
+def read_intrinsics(path: Path | str, width: int, height: int) -> CameraIntrinsics:
+    """Camera intrinsics from a JSON file, for images of `width` x `height` px.
+
+    Forms: ``{fx, fy, cx, cy, width, height}``; open3d's ``{width, height, intrinsic_matrix}``
+    with nine values column by column; BOP's ``{cam_K, depth_scale}`` with nine values row by row,
+    alone or as the only entry of a ``scene_camera.json``. A matrix whose last row is not 0, 0, 1
+    under the order that its key stands for is refused: it was written the other way round.
+
+    Parameters
+    ----------
+    path : Path or str
+        The JSON file.
+    width, height : int
+        Size of the images that the intrinsics are wanted for, px.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not JSON, of no known form, for another image size, or its values
+        make no pinhole camera.
+    """
+    return read_camera_file(path, width, height).intrinsics
+
+
+def write_intrinsics(
+    path: Path | str,
+    intrinsics: CameraIntrinsics,
+    *,
+    depth_scale_mm: float | None = None,
+    T_world_camera: RigidTransform | None = None,
+) -> Path:
+    """Write a camera file that `read_intrinsics` and `read_frame` read back exactly.
+
+    Parameters
+    ----------
+    path : Path or str
+        The JSON file, replaced if it exists.
+    intrinsics : CameraIntrinsics
+        The camera.
+    depth_scale_mm : float, optional
+        Millimetres per unit of the integer depth images that the file goes with.
+    T_world_camera : RigidTransform, optional
+        Where the camera stood; written as `quat_wxyz` and `translation_m`.
+
+    Returns
+    -------
+    Path
+        The file written.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist or cannot be written.
+    """
+    path = Path(path)
+    text = camera_json(CameraFile(intrinsics, depth_scale_mm, T_world_camera))
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return path
+
+
+def read_camera_file(path: Path | str, width: int, height: int, stem: str = "") -> CameraFile:
+    """Everything that a camera file says about one image of `width` x `height` px.
+
+    `stem` is the image's file name without suffix: the number in it picks the entry of a
+    ``scene_camera.json``. Raises as `read_intrinsics`.
+    """
+    data = read_bytes(path)
+    with naming(path):
+        try:
+            content = json.loads(data)
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"not JSON ({error}), expected {CAMERA_FORMS}") from error
+        if not isinstance(content, dict):
+            raise InputError(f"holds a JSON {type(content).__name__}, expected {CAMERA_FORMS}")
+        return _camera_from_json(content, width, height, stem)
+
+
+def find_camera_file(image: Path) -> Path | None:
+    """Camera file beside an image: `<stem>.json`, else the first of `CAMERA_NAMES`, else None."""
+    for name in (f"{image.stem}.json", *CAMERA_NAMES):
+        candidate = image.with_name(name)
+        if candidate.is_file():
+            return candidate
+    return None
+
+
+def camera_json(camera: CameraFile) -> str:
+    """Text of a camera file in eyehand's own form: flat, with what is known beside it."""
+    k = camera.intrinsics
+    content: dict[str, Any] = {
+        "width": int(k.width),
+        "height": int(k.height),
+        "fx": float(k.fx),
+        "fy": float(k.fy),
+        "cx": float(k.cx),
+        "cy": float(k.cy),
+    }
+    if camera.depth_scale_mm is not None:
+        content["depth_scale_mm"] = float(camera.depth_scale_mm)
+    if camera.T_world_camera is not None:
+        content["T_world_camera"] = pose_to_json(camera.T_world_camera)
+    if camera.colour_name is not None:
+        content["colour"] = camera.colour_name or None
+    return json.dumps(content, indent=1) + "\n"
+
+
+def intrinsics_from_matrix(K: NDArray, width: int, height: int, name: str) -> CameraIntrinsics:
+    """Pinhole camera from its matrix (3, 3), row-major.
+
+    Raises
+    ------
+    InputError
+        If the matrix is not ((fx, 0, cx), (0, fy, cy), (0, 0, 1)). `name` says which it is and in
+        which order its values were taken.
+    """
+    if K.shape != (3, 3) or K.dtype.kind not in "fiu":
+        raise InputError(f"{name} must be a (3, 3) number matrix, got {K.shape} {K.dtype}")
+    K = K.astype(np.float64)
+    if not np.array_equal(K[2], [0.0, 0.0, 1.0]):
+        raise InputError(
+            f"{name}: the matrix has last row {K[2].tolist()}, expected [0, 0, 1]; "
+            "check whether its values go row by row or column by column"
+        )
+    if K[0, 1] != 0 or K[1, 0] != 0:
+        raise InputError(
+            f"{name}: the matrix has skew {K[0, 1]:g} and {K[1, 0]:g}, expected 0 and 0"
+        )
+    fx, fy, cx, cy = (float(x) for x in (K[0, 0], K[1, 1], K[0, 2], K[1, 2]))
+    return CameraIntrinsics(fx, fy, cx, cy, width, height)
+
+
+def _camera_from_json(content: dict[str, Any], width: int, height: int, stem: str) -> CameraFile:
+    if "intrinsic_matrix" in content:
+        _check_size(content, width, height, required=True)
+        values = numbers_from_json(content["intrinsic_matrix"], 9, "intrinsic_matrix")
+        K = values.reshape(3, 3).T
+        intrinsics = intrinsics_from_matrix(K, width, height, "intrinsic_matrix (column-major)")
+    elif "cam_K" in content:
+        _check_size(content, width, height, required=False)
+        K = numbers_from_json(content["cam_K"], 9, "cam_K").reshape(3, 3)
+        intrinsics = intrinsics_from_matrix(K, width, height, "cam_K (row-major)")
+    elif content.keys() & {"fx", "fy", "cx", "cy"}:
+        _check_size(content, width, height, required=True)
+        missing = [key for key in ("fx", "fy", "cx", "cy") if key not in content]
+        if missing:
+            raise InputError(f"lacks {', '.join(missing)}, expected {CAMERA_FORMS}")
+        fx, fy, cx, cy = (number_from_json(content[key], key) for key in ("fx", "fy", "cx", "cy"))
+        intrinsics = CameraIntrinsics(fx, fy, cx, cy, width, height)
+    elif content and all(isinstance(v, dict) and "cam_K" in v for v in content.values()):
+        return _camera_from_json(_entry_of_image(content, stem), width, height, stem)
+    else:
+        keys = ", ".join(list(content)[:8]) or "no keys"
+        raise InputError(f"has {keys}, expected {CAMERA_FORMS}")
+    return CameraFile(
+        intrinsics, _depth_scale_mm(content), _world_pose(content), _colour_name(content)
+    )
+
+
+def _check_size(content: dict[str, Any], width: int, height: int, *, required: bool) -> None:
+    missing = [key for key in ("width", "height") if key not in content]
+    if missing:
+        if required:
+            raise InputError(f"lacks {', '.join(missing)}, expected {CAMERA_FORMS}")
+        return
+    size = tuple(number_from_json(content[key], key) for key in ("width", "height"))
+    if size != (width, height):
+        raise InputError(
+            f"the camera is {size[0]:g}x{size[1]:g} px but the image is {width}x{height} px: "
+            "give the intrinsics of this image size"
+        )
+
+
+def _entry_of_image(content: dict[str, Any], stem: str) -> dict[str, Any]:
+    by_number = {int(key): entry for key, entry in content.items() if re.fullmatch(r"\d+", key)}
+    in_stem = {int(digits) for digits in re.findall(r"\d+", stem)}
+    matches = [by_number[number] for number in sorted(in_stem & by_number.keys())]
+    if len(matches) == 1:
+        return matches[0]
+    if not in_stem and len(content) == 1:
+        return next(iter(content.values()))
+    keys = list(content)
+    shown = ", ".join(keys[:5]) + (", …" if len(keys) > 5 else "")
+    raise InputError(
+        f"holds {len(keys)} images ({shown}) and {len(matches)} of them fit the file name "
+        f"{stem!r}: expected exactly one image number in the name, or a file with one camera"
+    )
+
+
+def _depth_scale_mm(content: dict[str, Any]) -> float | None:
+    # BOP calls it depth_scale, in its flat camera.json too.
+    for key in ("depth_scale_mm", "depth_scale"):
+        if key in content:
+            scale = number_from_json(content[key], key)
+            if scale <= 0:
+                raise InputError(f"{key} must be > 0 mm per unit, got {scale:g}")
+            return scale
+    return None
+
+
+def _world_pose(content: dict[str, Any]) -> RigidTransform | None:
+    # BOP's cam_R_w2c is left out: BOP does not say which axis of its world is up.
+    value = content.get("T_world_camera")
+    return None if value is None else pose_from_json(value, "T_world_camera")
+
+
+def _colour_name(content: dict[str, Any]) -> str | None:
+    if "colour" not in content:
+        return None
+    name = content["colour"]
+    if name is None:
+        return ""
+    if not isinstance(name, str) or Path(name).name != name:
+        raise InputError(f"colour must be a file name in the same folder or null, got {name!r}")
+    return name

@@ -1,0 +1,194 @@
+"""PLY, the polygon file format: points, colours, pixel grids and faces.
+
+Rows of fixed size are a table, which NumPy reads as it is: open3d 0.20 gives back as many points
+as the header promises where the file ends early.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .input_file import naming, read_bytes
+from .ply_header import PlyElement, PlyHeader, parse_ply_header
+from .ply_lists import read_vertex_lists
+from .point_table import (
+    LITTLE_ENDIAN_RECORD,
+    PointTable,
+    as_coordinates,
+    as_float32,
+    parse_rows,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+COLOUR_NAMES = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diffuse_blue"))
+"""Property names of colours, the usual ones first."""
+
+
+def read_ply(path: Path | str) -> PointTable:
+    """All vertices of a PLY file; in pixel order, NaN where there is none, for a range grid.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not PLY, is cut short, or holds a layout that cannot be read.
+    """
+    data = read_bytes(path)
+    with naming(path):
+        header = parse_ply_header(data)
+        table, end = _read_points(data, header)
+        grid = header.element("range_grid")
+        if grid is None:
+            return table
+        return _scatter(table, read_vertex_lists(data, header, grid, end))
+
+
+def read_ply_faces(path: Path | str) -> tuple[NDArray[np.floating], list[list[int]]]:
+    """Vertices (N, 3) of a PLY file, m, and the corners of each face by number of vertex.
+
+    Raises
+    ------
+    InputError
+        As `read_ply`, or if a face names a vertex that does not exist.
+    """
+    data = read_bytes(path)
+    with naming(path):
+        header = parse_ply_header(data)
+        table, end = _read_points(data, header)
+        faces = header.element("face")
+        if faces is None:
+            return table.points, []
+        return table.points, read_vertex_lists(data, header, faces, end)
+
+
+def ply_bytes(table: PointTable) -> bytes:
+    """Binary PLY file of x, y, z float32, colours if any, and the grid's size if there is one.
+
+    Raises
+    ------
+    InputError
+        If a coordinate is beyond float32.
+    """
+    points = as_float32(table.points)
+    layout = list(LITTLE_ENDIAN_RECORD)
+    header = ["ply", "format binary_little_endian 1.0"]
+    if table.width:
+        header += [f"obj_info num_cols {table.width}", f"obj_info num_rows {table.height}"]
+    header += [f"element vertex {len(points)}"] + [f"property float {axis}" for axis in "xyz"]
+    if table.colours is not None:
+        layout += [(name, "u1") for name in COLOUR_NAMES[0]]
+        header += [f"property uchar {name}" for name in COLOUR_NAMES[0]]
+    records = np.empty(len(points), dtype=layout)
+    for axis, values in zip("xyz", points.T, strict=True):
+        records[axis] = values
+    if table.colours is not None:
+        for name, values in zip(COLOUR_NAMES[0], table.colours.T, strict=True):
+            records[name] = values
+    return ("\n".join(header) + "\nend_header\n").encode("ascii") + records.tobytes()
+
+
+def _read_points(data: bytes, header: PlyHeader) -> tuple[PointTable, int]:
+    """Vertices, and where they end: a byte, or a line of an ASCII body."""
+    vertex = header.element("vertex")
+    if vertex is None or vertex.count < 1:
+        raise InputError(f"holds {0 if vertex else 'no'} PLY vertices, expected at least 1")
+    before = header.elements[: header.elements.index(vertex)]
+    if any(element.has_lists for element in (*before, vertex)):
+        raise InputError("the PLY file has lists before or in its vertices, expected numbers")
+    names = [p.name for p in vertex.properties]
+    missing = [axis for axis in "xyz" if axis not in names]
+    if missing or len(set(names)) < len(names):
+        raise InputError(f"the PLY vertices have {' '.join(names)}, expected x, y, z, once each")
+    read = _read_text if header.form == "ascii" else _read_binary
+    values, end = read(data, header, before, vertex)
+    points = as_coordinates([values[axis] for axis in "xyz"])
+    size = (header.grid.get("width", 0), header.grid.get("height", 1))
+    return PointTable(points, _colours(values), *size), end
+
+
+def _wanted_columns(vertex: PlyElement) -> dict[str, int]:
+    wanted = {"x", "y", "z", *(name for names in COLOUR_NAMES for name in names)}
+    return {p.name: i for i, p in enumerate(vertex.properties) if p.name in wanted}
+
+
+def _read_text(
+    data: bytes, header: PlyHeader, before: list[PlyElement], vertex: PlyElement
+) -> tuple[dict[str, NDArray], int]:
+    start = sum(element.count for element in before)
+    columns = _wanted_columns(vertex)
+    text = data[header.body_at :].decode("latin-1")
+    table = parse_rows(text, vertex.count, list(columns.values()), skip=start)
+    values: dict[str, NDArray] = dict(zip(columns, table.T, strict=True))
+    for name in columns.keys() - set("xyz"):
+        if vertex.properties[columns[name]].kind == "u1":
+            values[name] = _colour_bytes(values[name], name)
+    return values, start + vertex.count
+
+
+def _read_binary(
+    data: bytes, header: PlyHeader, before: list[PlyElement], vertex: PlyElement
+) -> tuple[dict[str, NDArray], int]:
+    order = header.byte_order
+    start = header.body_at + sum(e.count * _record(e, order).itemsize for e in before)
+    record = _record(vertex, order)
+    end = start + vertex.count * record.itemsize
+    if len(data) < end:
+        raise InputError(
+            f"the PLY file is cut short: {len(data)} bytes, expected {end} for "
+            f"{vertex.count} vertices"
+        )
+    records = np.frombuffer(data, record, vertex.count, start)
+    native = record.newbyteorder("=")
+    columns = _wanted_columns(vertex)
+    return {name: records[f"{i}"].astype(native[i]) for name, i in columns.items()}, end
+
+
+def _record(element: PlyElement, order: str) -> np.dtype:
+    # Numbered, as only vertices must have distinct names.
+    return np.dtype([(f"{i}", order + p.kind) for i, p in enumerate(element.properties)])
+
+
+def _colours(values: dict[str, NDArray]) -> NDArray[np.uint8] | None:
+    for names in COLOUR_NAMES:
+        if not all(name in values for name in names):
+            continue
+        colours = np.stack([values[name] for name in names], axis=-1)
+        if colours.dtype == np.uint8:
+            return colours
+        if colours.dtype.kind == "f" and bool(((colours >= 0) & (colours <= 1)).all()):
+            return np.rint(colours * 255).astype(np.uint8)
+        raise InputError(f"the PLY colours are {colours.dtype}, expected uchar or float 0 to 1")
+    return None
+
+
+def _colour_bytes(values: NDArray[np.float64], name: str) -> NDArray[np.uint8]:
+    if not ((values >= 0) & (values <= 255) & (values % 1 == 0)).all():
+        raise InputError(f"the PLY property {name} holds values outside 0 to 255")
+    return values.astype(np.uint8)
+
+
+def _scatter(table: PointTable, cells: list[list[int]]) -> PointTable:
+    """Points on the pixels of Stanford's range grid: a list of none or one vertex per pixel."""
+    if table.width * table.height != len(cells):
+        raise InputError(
+            f"the PLY range_grid has {len(cells)} cells, expected num_cols x num_rows = "
+            f"{table.width} x {table.height}"
+        )
+    longest = max(map(len, cells), default=0)
+    if longest > 1:
+        raise InputError(f"a PLY range_grid cell has {longest} vertices, expected 0 or 1")
+    filled = np.array([bool(cell) for cell in cells])
+    vertices = np.array([cell[0] for cell in cells if cell], dtype=np.int64)
+    points = np.full((len(cells), 3), np.nan, dtype=table.points.dtype)
+    points[filled] = table.points[vertices]
+    colours = None
+    if table.colours is not None:
+        colours = np.zeros((len(cells), 3), dtype=np.uint8)
+        colours[filled] = table.colours[vertices]
+    return PointTable(points, colours, table.width, table.height)

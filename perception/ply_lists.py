@@ -1,0 +1,122 @@
+"""Lists of vertices in PLY files: the corners of a face, the point of a pixel.
+
+Not by open3d: the polygon splitting of its 0.20 reader looks up corners before it checks them.
+"""
+
+from __future__ import annotations
+
+import struct
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .ply_header import PlyElement, PlyHeader, PlyProperty
+from .point_table import whole_number
+
+STRUCT_CODES = {
+    **{"i1": "b", "u1": "B", "i2": "h", "u2": "H"},
+    **{"i4": "i", "u4": "I", "f4": "f", "f8": "d"},
+}
+"""Python's codes of NumPy's types, of the same sizes."""
+
+
+def read_vertex_lists(
+    data: bytes, header: PlyHeader, element: PlyElement, at: int
+) -> list[list[int]]:
+    """The one list of vertices that each row of a table holds; other columns are skipped.
+
+    Parameters
+    ----------
+    data : bytes
+        The whole file.
+    header : PlyHeader
+        Its header.
+    element : PlyElement
+        The table, which must follow the vertices.
+    at : int
+        Where the vertices end: a byte, or a line of an ASCII body.
+
+    Raises
+    ------
+    InputError
+        If the table lies elsewhere, has no such list, is cut short, or names a vertex that does
+        not exist.
+    """
+    names = [e.name for e in header.elements]
+    vertex = header.elements[names.index("vertex")]
+    lists = [p for p in element.properties if p.count_kind and p.kind[0] != "f"]
+    if names.index(element.name) != names.index("vertex") + 1 or len(lists) != 1:
+        raise InputError(
+            f"the PLY {element.name} table must follow the vertices and hold one list of vertices"
+        )
+    if header.form == "ascii":
+        lines = [x for x in data[header.body_at :].decode("latin-1").splitlines() if x.strip()]
+        rows = [
+            _text_row(line.split(), element.properties, lists[0])
+            for line in lines[at : at + element.count]
+        ]
+    else:
+        rows = _binary_rows(data, header.byte_order, element, lists[0], at)
+    if len(rows) < element.count:
+        raise InputError(
+            f"the PLY file is cut short: {len(rows)} of {element.count} rows of {element.name}"
+        )
+    _check_vertices(rows, vertex.count, element.name)
+    return rows
+
+
+def _check_vertices(rows: list[list[int]], count: int, name: str) -> None:
+    lowest = min((min(row) for row in rows if row), default=0)
+    highest = max((max(row) for row in rows if row), default=0)
+    if lowest < 0 or highest >= count:
+        raise InputError(
+            f"the PLY {name} table names vertices {lowest} to {highest}, expected 0 to {count - 1}"
+        )
+
+
+def _text_row(words: list[str], properties: list[PlyProperty], wanted: PlyProperty) -> list[int]:
+    at = 0
+    for column in properties:
+        length = 1
+        if column.count_kind:
+            length = whole_number(words[at]) if at < len(words) else None
+            at += 1
+        if length is None or at + length > len(words):
+            break
+        if column is wanted:
+            vertices = [whole_number(word) for word in words[at : at + length]]
+            if None not in vertices:
+                return [v for v in vertices if v is not None]
+            break
+        at += length
+    raise InputError(f"a PLY row is {' '.join(words)[:40]!r}, expected a list of whole numbers")
+
+
+def _binary_rows(
+    data: bytes, order: str, element: PlyElement, wanted: PlyProperty, at: int
+) -> list[list[int]]:
+    rows: list[list[int]] = []
+    sizes = {kind: np.dtype(kind).itemsize for kind in STRUCT_CODES}
+    counts = {
+        p: struct.Struct(order + STRUCT_CODES[p.count_kind or "u1"]) for p in element.properties
+    }
+    for _ in range(element.count):
+        row: list[int] = []
+        for column in element.properties:
+            length = 1
+            if column.count_kind:
+                if at + counts[column].size > len(data):
+                    return rows
+                (length,) = counts[column].unpack_from(data, at)
+                at += counts[column].size
+            end = at + length * sizes[column.kind]
+            if length < 0 or end > len(data):
+                return rows
+            if column is wanted:
+                row = list(
+                    struct.unpack_from(f"{order}{length}{STRUCT_CODES[column.kind]}", data, at)
+                )
+            at = end
+        rows.append(row)
+    return rows

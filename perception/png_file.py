@@ -1,0 +1,144 @@
+"""PNG images that are whole: every chunk is checked before a decoder sees it."""
+
+from __future__ import annotations
+
+import zlib
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+SIGNATURE = b"\x89PNG\r\n\x1a\n"
+"""First eight bytes of every PNG file."""
+
+GREYSCALE = 0
+"""PNG's colour type of single-channel images."""
+
+COLOUR_TYPES = {0: "greyscale", 2: "RGB", 3: "palette", 4: "greyscale with alpha", 6: "RGBA"}
+"""PNG's colour types, PNG specification section 11.2.2."""
+
+
+@dataclass(frozen=True)
+class PngHeader:
+    """What a PNG file says of its image."""
+
+    width: int
+    """Columns, px."""
+    height: int
+    """Rows, px."""
+    bit_depth: int
+    """Bits per channel."""
+    colour_type: int
+    """A key of `COLOUR_TYPES`."""
+
+    @property
+    def kind(self) -> str:
+        """For people: '16-bit greyscale'."""
+        name = COLOUR_TYPES.get(self.colour_type, f"colour type {self.colour_type}")
+        return f"{self.bit_depth}-bit {name}"
+
+
+def check_png(data: bytes) -> PngHeader:
+    """Header of a PNG file whose chunks are all there and whole.
+
+    Decoders return the upper part of a truncated image, and zeros below, with no error: depth
+    readings would vanish unseen.
+
+    Raises
+    ------
+    InputError
+        If the bytes are not PNG, end before the image does, or fail a chunk's checksum.
+    """
+    if not data.startswith(SIGNATURE):
+        raise InputError(f"not a PNG file: it begins with {data[:8]!r}, expected {SIGNATURE!r}")
+    header = None
+    at = len(SIGNATURE)
+    while True:
+        length = int.from_bytes(data[at : at + 4], "big")
+        end = at + 12 + length
+        if len(data) < max(end, at + 12):
+            raise InputError(
+                f"the PNG file is cut short: it ends after {len(data)} bytes, before its IEND chunk"
+            )
+        kind = data[at + 4 : at + 8]
+        stored = int.from_bytes(data[end - 4 : end], "big")
+        if zlib.crc32(data[at + 4 : end - 4]) != stored:
+            raise InputError(
+                f"the PNG file is damaged: checksum of its {kind!r} chunk at byte {at}"
+            )
+        if header is None:
+            if kind != b"IHDR" or length != 13:
+                raise InputError(f"the PNG file is damaged: first chunk {kind!r}, expected b'IHDR'")
+            body = data[at + 8 : end - 4]
+            size = (int.from_bytes(body[:4], "big"), int.from_bytes(body[4:8], "big"))
+            header = PngHeader(*size, body[8], body[9])
+        if kind == b"IEND":
+            return header
+        at = end
+
+
+def decode_depth(data: bytes) -> NDArray[np.uint16]:
+    """Raw values of a checked 16-bit greyscale PNG, (H, W) uint16.
+
+    Raises
+    ------
+    InputError
+        If the image has another type, or cannot be decoded.
+    """
+    header = check_png(data)
+    if header.bit_depth != 16 or header.colour_type != GREYSCALE:
+        raise InputError(f"the depth image is {header.kind}, expected 16-bit greyscale")
+    return _decode(data, cv2.IMREAD_UNCHANGED).astype(np.uint16, copy=False)
+
+
+def decode_colour(data: bytes) -> NDArray[np.uint8]:
+    """Colours of a checked PNG of any type, (H, W, 3) uint8 RGB.
+
+    Raises
+    ------
+    InputError
+        If the image cannot be decoded.
+    """
+    check_png(data)
+    bgr = _decode(data, cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION)
+    return np.ascontiguousarray(bgr[..., ::-1]).astype(np.uint8, copy=False)
+
+
+def write_png(path: Path, image: NDArray) -> None:
+    """Write (H, W) uint16 as greyscale or (H, W, 3) uint8 RGB as colour.
+
+    Raises
+    ------
+    InputError
+        If the encoder refuses the image.
+    OSError
+        If the file cannot be written.
+    """
+    bgr = image[..., ::-1] if image.ndim == 3 else image
+    try:
+        done, encoded = cv2.imencode(".png", np.ascontiguousarray(bgr))
+    except cv2.error as error:
+        raise InputError(f"{image.shape} {image.dtype} does not fit a PNG: {error.err}") from error
+    if not done:
+        raise InputError(f"{image.shape} {image.dtype} does not fit a PNG")
+    path.write_bytes(encoded.tobytes())
+
+
+def _decode(data: bytes, flags: int) -> NDArray:
+    try:
+        image = cv2.imdecode(np.frombuffer(data, dtype=np.uint8), flags)
+    except cv2.error as error:
+        raise InputError(
+            f"the PNG file cannot be decoded: {' '.join(error.err.split())}"
+        ) from error
+    if image is None:
+        raise InputError("the PNG file cannot be decoded: its image data are damaged")
+    return image

@@ -1,0 +1,109 @@
+"""What a point-cloud file holds once its header is understood: a table with one row per point."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from io import StringIO
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+LITTLE_ENDIAN_RECORD = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
+"""Layout of one written point without colour."""
+
+MAX_DIGITS = 15
+"""More digits than any size or count in a header has."""
+
+
+@dataclass(frozen=True)
+class PointTable:
+    """Points in the order of their file, with the grid that the file says they form."""
+
+    points: NDArray[np.floating]
+    """Coordinates, (N, 3) float32 or float64 as stored, m; NaN = no reading."""
+    colours: NDArray[np.uint8] | None = None
+    """Colours, (N, 3) uint8 RGB, or None."""
+    width: int = 0
+    """Columns of the grid; 0 when the file does not say."""
+    height: int = 1
+    """Rows of the grid; 1 when the points are in no order."""
+
+
+def parse_rows(
+    text: str, count: int, columns: Sequence[int], *, skip: int = 0
+) -> NDArray[np.float64]:
+    """Numbers of `count` lines of white-space separated text, (count, len(columns)) float64.
+
+    Raises
+    ------
+    InputError
+        If there are fewer lines, or a wanted column is missing or not a number.
+    """
+    lines = [line for line in text.splitlines() if line.strip()][skip : skip + count]
+    if len(lines) < count:
+        raise InputError(f"cut short: holds {len(lines)} of the {count} points that it declares")
+    numbers = load_numbers("\n".join(lines), columns)
+    if len(numbers) != count:
+        raise InputError(f"holds {len(numbers)} rows of numbers, expected {count}")
+    return numbers
+
+
+def load_numbers(text: str, columns: Sequence[int]) -> NDArray[np.float64]:
+    """Wanted columns of white-space separated text, (N, columns) float64; blank lines are skipped.
+
+    Raises
+    ------
+    InputError
+        If there is no line, or one holds no number in a wanted column.
+    """
+    if not text.strip():
+        raise InputError("holds blank lines only, expected a table of numbers")
+    try:
+        return np.loadtxt(StringIO(text), usecols=columns, ndmin=2, comments=None)
+    except (ValueError, OverflowError) as error:
+        fault = str(error).split(";")[0]
+        raise InputError(f"not a table of numbers ({fault})") from error
+
+
+def whole_number(word: str) -> int | None:
+    """Value of a word of plain digits, or None: int() alone takes '²', ' 1_0 ' and more."""
+    plain = word.isascii() and word.isdigit() and len(word) <= MAX_DIGITS
+    return int(word) if plain else None
+
+
+def as_coordinates(columns: Sequence[NDArray]) -> NDArray[np.floating]:
+    """Stack x, y, z (N,) of any number type as (N, 3) float32 or float64."""
+    # Signalling NaN, which random bytes may hold, are NaN like others.
+    with np.errstate(invalid="ignore"):
+        points = np.stack(columns, axis=-1)
+    return points if points.dtype.kind == "f" else points.astype(np.float64)
+
+
+def unpack_rgb(packed: NDArray) -> NDArray[np.uint8]:
+    """Colours (N, 3) uint8 RGB from PCL's packing 0xAARRGGBB, as uint32 or in a float32's bits."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        bits = packed.astype(np.float32).view(np.uint32) if packed.dtype.kind == "f" else packed
+        bits = bits.astype(np.uint32)
+    return np.stack([(bits >> shift) & 0xFF for shift in (16, 8, 0)], axis=-1).astype(np.uint8)
+
+
+def as_float32(points: NDArray[np.floating]) -> NDArray[np.float32]:
+    """Coordinates as the float32 that PCD and PLY files hold.
+
+    Raises
+    ------
+    InputError
+        If a finite coordinate is beyond float32.
+    """
+    with np.errstate(over="ignore"):
+        single = points.astype(np.float32)
+    if np.isinf(single).any():
+        raise InputError("a coordinate is too large for a float32 file, expected metres")
+    return single

@@ -1,0 +1,119 @@
+"""Rigid poses at a file's edge: matrices and labelled quaternions, checked before they are used."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+ROTATION_TOLERANCE = 1e-3
+"""How far a stored rotation may be from orthonormal: covers poses printed with four digits."""
+
+
+def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
+    """Pose from a homogeneous matrix (4, 4) in m.
+
+    SciPy would silently replace a scaled or mirrored matrix by the nearest rotation.
+
+    Raises
+    ------
+    InputError
+        If it is not a finite (4, 4) matrix, its last row is not 0, 0, 0, 1, or its rotation is
+        scaled, sheared or mirrored. `name` is what the message calls it.
+    """
+    if matrix.shape != (4, 4) or matrix.dtype.kind not in "fiu":
+        raise InputError(
+            f"{name} must be a (4, 4) number matrix, got {matrix.shape} {matrix.dtype}"
+        )
+    matrix = matrix.astype(np.float64)
+    if not np.isfinite(matrix).all():
+        raise InputError(f"{name} holds NaN or infinite values, expected a finite pose")
+    if not np.array_equal(matrix[3], [0.0, 0.0, 0.0, 1.0]):
+        raise InputError(f"{name} has last row {matrix[3].tolist()}, expected [0, 0, 0, 1]")
+    rotation = matrix[:3, :3]
+    error = float(np.abs(rotation @ rotation.T - np.eye(3)).max())
+    if error > ROTATION_TOLERANCE or np.linalg.det(rotation) < 0:
+        raise InputError(
+            f"{name} does not hold a rotation (R Rᵀ is {error:.3g} from the identity, "
+            f"determinant {np.linalg.det(rotation):.3g}, expected 1)"
+        )
+    return RigidTransform.from_matrix(matrix)
+
+
+def pose_from_json(value: Any, name: str) -> RigidTransform:
+    """Pose from ``{"quat_wxyz": [w, x, y, z], "translation_m": [x, y, z]}``.
+
+    Raises
+    ------
+    InputError
+        If it has another form, a value is not a finite number, or the quaternion is not of unit
+        length.
+    """
+    if not isinstance(value, dict) or not {"quat_wxyz", "translation_m"} <= value.keys():
+        raise InputError(
+            f'{name} must be {{"quat_wxyz": [w, x, y, z], "translation_m": [x, y, z]}}, '
+            f"got {_shortened(value)}"
+        )
+    quaternion = numbers_from_json(value["quat_wxyz"], 4, f"{name}.quat_wxyz")
+    translation = numbers_from_json(value["translation_m"], 3, f"{name}.translation_m")
+    norm = float(np.linalg.norm(quaternion))
+    if not abs(norm - 1.0) <= ROTATION_TOLERANCE:
+        raise InputError(f"{name}.quat_wxyz has length {norm:.4g}, expected 1")
+    return RigidTransform.from_components(
+        translation, Rotation.from_quat(quaternion, scalar_first=True)
+    )
+
+
+def pose_to_json(pose: RigidTransform) -> dict[str, list[float]]:
+    """Pose in the form that `pose_from_json` reads."""
+    return {
+        "quat_wxyz": pose.rotation.as_quat(canonical=True, scalar_first=True).tolist(),
+        "translation_m": pose.translation.tolist(),
+    }
+
+
+def numbers_from_json(value: Any, count: int, name: str) -> NDArray[np.float64]:
+    """Check a JSON list of `count` finite numbers; (count,) float64.
+
+    Raises
+    ------
+    InputError
+        If it is anything else.
+    """
+    if isinstance(value, list) and len(value) == count and all(map(_is_number, value)):
+        try:
+            numbers = np.array([float(x) for x in value])
+        except OverflowError:
+            numbers = np.array([np.inf])
+        if np.isfinite(numbers).all():
+            return numbers
+    raise InputError(f"{name} must be a list of {count} finite numbers, got {_shortened(value)}")
+
+
+def number_from_json(value: Any, name: str) -> float:
+    """Check a finite JSON number; a float.
+
+    Raises
+    ------
+    InputError
+        If it is anything else (text, true, NaN).
+    """
+    if not _is_number(value):
+        raise InputError(f"{name} must be a number, got {_shortened(value)}")
+    return float(numbers_from_json([value], 1, name)[0])
+
+
+def _is_number(value: Any) -> bool:
+    # JSON's true would pass as the integer 1.
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _shortened(value: Any, length: int = 80) -> str:
+    text = repr(value)
+    return text if len(text) <= length else text[: length - 1] + "…"

@@ -1,0 +1,74 @@
+"""Every threshold of the segmentation, with its unit and what it trades."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from eyehand.errors import InputError
+
+
+@dataclass(frozen=True)
+class SegmentationOptions:
+    """Options of :func:`segment`.
+
+    Raises
+    ------
+    InputError
+        If a value is not positive, or the window is even.
+    """
+
+    window: int = 9
+    """Side of the local plane fit, px, odd: wider averages more noise and blurs thin parts."""
+    median: bool = True
+    """3x3 median before the fit: removes single flying pixels, rounds one-pixel details."""
+    min_noise: float = 1e-3
+    """Floor of the disparity noise σ, 1/m: keeps noise-free frames from breaking every link."""
+    shift_gain: float = 0.6
+    """A shifted window replaces the centred one when its error is below this share of it: lower
+    keeps windows centred (smoother), higher sharpens creases (noisier)."""
+    link_angle: float = 0.14
+    """Largest angle between the planes of linked neighbours, rad: lower splits curved surfaces,
+    higher merges across shallow creases."""
+    link_sigmas: float = 3.0
+    """Largest disagreement of neighbouring planes, in σ: lower breaks noisy surfaces, higher
+    merges across small steps."""
+    min_patch: int = 40
+    """Smallest smooth patch, px: lower keeps thin objects, higher drops clutter from noise."""
+    plane_candidates: int = 200
+    """Planes tried as the support: more finds small tables, costs time."""
+    plane_sigmas: float = 3.0
+    """Band around the support plane that counts as the plane, in σ."""
+    min_height: float = 0.006
+    """Least height above the support of an object's points, m: lower finds flat objects, higher
+    ignores wavy tables."""
+    max_tilt: float = 0.35
+    """Largest angle between support normal and gravity when the camera's place is known, rad."""
+    hull_margin: float = 0.01
+    """How far outside the support's hull an object's foot may stand, m."""
+    grow_sigmas: float = 6.0
+    """Largest distance of a border pixel from the plane of the patch it joins, in σ."""
+    rim_sigmas: float = 30.0
+    """The same for what is left after that, in σ: lower leaves rims of round objects as pieces
+    of their own, higher lets thin parts join what is behind them."""
+    concave_angle: float = 0.25
+    """Mean concavity of a border that separates two patches, rad: lower cuts bent objects,
+    higher joins touching ones."""
+    bend_reach: int = 4
+    """How far across a border the bend is measured, px: longer is surer, shorter sees smaller
+    parts."""
+    bend_sigmas: float = 3.0
+    """Bend in disparity that counts as a full vote, in σ."""
+    contact_share: float = 0.35
+    """Least share of a border without a depth step for two patches to touch at all."""
+    min_border: int = 8
+    """Least number of border pixel pairs that can join two patches."""
+    min_object: int = 150
+    """Smallest object, px at 640x480 (scaled by image area): lower finds far objects, higher
+    ignores noise."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not isinstance(value, bool) and not value > 0:
+                raise InputError(f"segmentation option {name} must be > 0, got {value}")
+        if self.window % 2 == 0 or self.window < 3:
+            raise InputError(f"window must be odd and >= 3 px, got {self.window}")

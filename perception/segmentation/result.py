@@ -1,0 +1,57 @@
+"""What a segmentation says: one label per object, the support plane, and the time it took."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+    from scipy.spatial.transform import RigidTransform
+
+
+@dataclass(frozen=True)
+class SupportPlane:
+    """The plane that carries the objects: ``normal · x + offset = 0``."""
+
+    normal: NDArray[np.float64]
+    """Unit normal, (3,), towards the side on which objects stand."""
+    offset: float
+    """Offset, m."""
+    tolerance: float = 0.0
+    """Spread of the plane's own readings about it, one σ, m."""
+
+    def height(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Signed height of points (…, 3) above the plane, (…,), m."""
+        return np.asarray(points) @ self.normal + self.offset
+
+    def moved(self, T_a_b: RigidTransform) -> SupportPlane:
+        """Give the plane in frame a, from frame b."""
+        normal = T_a_b.rotation.apply(self.normal)
+        offset = self.offset - float(normal @ T_a_b.translation)
+        return SupportPlane(normal, offset, self.tolerance)
+
+
+@dataclass(frozen=True)
+class Segmentation:
+    """Objects of one frame."""
+
+    labels: NDArray[np.int32]
+    """(H, W) int32: 0 = not an object, 1..n = objects, largest first."""
+    support: SupportPlane | None
+    """Support plane in the camera frame; None when no plane was found."""
+    noise: float
+    """Disparity noise σ measured on this frame, 1/m."""
+    timings: dict[str, float]
+    """Seconds per stage, in the order the data flows."""
+
+    @property
+    def count(self) -> int:
+        """Number of objects."""
+        return int(self.labels.max(initial=0))
+
+    def mask(self, label: int) -> NDArray[np.bool_]:
+        """Pixels of one object, (H, W) bool."""
+        return self.labels == label

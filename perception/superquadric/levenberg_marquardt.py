@@ -1,0 +1,180 @@
+"""Compiled Levenberg-Marquardt on the manifold of superquadrics: picks the basin, fast."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+from .problem import FitProblem, Guess
+from .residual_kernels import normal_equations
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+_STEP_TOLERANCE = 1e-5
+_MIN_DAMPING = 1e-5
+_MAX_DAMPING = 1e3
+
+
+def levenberg_marquardt(
+    problem: FitProblem,
+    start: Guess,
+    basis: NDArray[np.float64],
+    bounds: NDArray[np.float64],
+    prior: float,
+    iterations: int,
+    tolerance: float = 1e-6,
+) -> tuple[Guess, float, int]:
+    """Descend from a guess along the columns of a basis (11, k).
+
+    Parameters
+    ----------
+    problem, start
+        What is fitted, and from where.
+    basis
+        Full parameter step per free number, see :func:`kinds.basis`.
+    bounds
+        (2, 2) rows of [low, high] for log semi-axes and for exponents.
+    prior
+        Weight of the quadratic that holds log semi-axes at the start's.
+    iterations
+        Most steps to take.
+    tolerance
+        Relative gain of a step below which the descent ends.
+
+    Returns
+    -------
+    guess, cost, steps
+        The end point, its robust cost without the prior, and the steps taken.
+    """
+    axes, eps, R, c, cost, steps = descend(
+        *problem.data(),
+        start.axes.copy(),
+        start.eps.copy(),
+        np.ascontiguousarray(start.R),
+        start.c.copy(),
+        *problem.weighting(),
+        np.ascontiguousarray(basis),
+        bounds,
+        prior,
+        iterations,
+        tolerance,
+    )
+    return Guess(axes, eps, R, c), float(cost), int(steps)
+
+
+@njit(cache=True, error_model="numpy")
+def descend(
+    points,
+    weights,
+    rays,
+    plane,
+    origin,
+    axes,
+    eps,
+    R,
+    c,
+    scale,
+    ray_weight,
+    plane_weight,
+    plane_scale,
+    basis,
+    bounds,
+    prior,
+    iterations,
+    tolerance,
+):
+    """Descend; see :func:`levenberg_marquardt`."""
+    home = axes.copy()
+    k = basis.shape[1]
+    damping = 1e-2
+    cost, gradient, hessian = normal_equations(
+        points,
+        weights,
+        rays,
+        plane,
+        origin,
+        axes,
+        eps,
+        R,
+        c,
+        scale,
+        ray_weight,
+        plane_weight,
+        plane_scale,
+    )
+    total = cost + 0.5 * prior * np.sum((axes - home) ** 2)
+    steps = 0
+    while steps < iterations:
+        steps += 1
+        for j in range(3):
+            gradient[j] += prior * (axes[j] - home[j])
+            hessian[j, j] += prior
+        reduced = basis.T @ hessian @ basis
+        slope = basis.T @ gradient
+        improved = False
+        size = gain = 0.0
+        while damping < _MAX_DAMPING:
+            damped = reduced.copy()
+            for j in range(k):
+                damped[j, j] += damping * (reduced[j, j] + 1e-9)
+            step = basis @ np.linalg.solve(damped, -slope)
+            new_axes = np.minimum(np.maximum(axes + step[:3], bounds[0, 0]), bounds[0, 1])
+            new_eps = np.minimum(np.maximum(eps + step[3:5], bounds[1, 0]), bounds[1, 1])
+            new_R = R @ rotation(step[5:8])
+            new_c = c + R @ step[8:11]
+            new_cost, new_gradient, new_hessian = normal_equations(
+                points,
+                weights,
+                rays,
+                plane,
+                origin,
+                new_axes,
+                new_eps,
+                new_R,
+                new_c,
+                scale,
+                ray_weight,
+                plane_weight,
+                plane_scale,
+            )
+            new_total = new_cost + 0.5 * prior * np.sum((new_axes - home) ** 2)
+            if new_total < total:
+                size = np.sqrt(np.sum(step * step))
+                gain = total - new_total
+                axes, eps, R, c = new_axes, new_eps, new_R, new_c
+                cost, total = new_cost, new_total
+                gradient, hessian = new_gradient, new_hessian
+                improved = True
+                damping = max(damping * 0.2, _MIN_DAMPING)
+                break
+            damping *= 10.0
+        if not improved:
+            break
+        if size < _STEP_TOLERANCE or gain < tolerance * total:
+            break
+    return axes, eps, R, c, cost, steps
+
+
+@njit(cache=True, error_model="numpy")
+def rotation(vector):
+    """Rotation matrix (3, 3) of a rotation vector (3,), Rodrigues' formula."""
+    angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
+    if angle < 1e-12:
+        a, b = 1.0, 0.5
+    else:
+        a, b = np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2
+    x, y, z = vector[0], vector[1], vector[2]
+    out = np.empty((3, 3))
+    out[0, 0] = 1.0 - b * (y * y + z * z)
+    out[0, 1] = b * x * y - a * z
+    out[0, 2] = b * x * z + a * y
+    out[1, 0] = b * x * y + a * z
+    out[1, 1] = 1.0 - b * (x * x + z * z)
+    out[1, 2] = b * y * z - a * x
+    out[2, 0] = b * x * z - a * y
+    out[2, 1] = b * y * z + a * x
+    out[2, 2] = 1.0 - b * (x * x + y * y)
+    return out

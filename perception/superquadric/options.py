@@ -1,0 +1,91 @@
+"""Every choice of the superquadric fit, with its unit and what it trades."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+from eyehand.errors import InputError
+
+from .shape import MAX_EXPONENT, MIN_EXPONENT, Kind
+
+Optimiser = Literal["lm", "slsqp", "lbfgs", "mma"]
+"""``lm`` is the compiled Levenberg-Marquardt alone; the others are nlopt's, run after it."""
+
+
+@dataclass(frozen=True)
+class FitOptions:
+    """Options of :func:`fit_superquadric`.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range; the message names the range or the choices.
+    """
+
+    kinds: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
+    """Solids to choose from: fewer is faster."""
+    points: int = 300
+    """Points used: more is more accurate and slower (time grows linearly)."""
+    optimiser: Optimiser = "slsqp"
+    """Final refinement of the chosen solid: ``lm`` is fastest, nlopt's squeeze out the rest."""
+    max_evaluations: int = 60
+    """Budget of the final refinement."""
+    start_iterations: int = 10
+    """Levenberg-Marquardt steps per start: fewer is faster, more tells basins apart better."""
+    ladder_iterations: int = 25
+    """Levenberg-Marquardt steps per kind of solid from its best start."""
+    prune: float = 30.0
+    """Kinds whose criterion on few points trails the best by more are not finished: lower is
+    faster, higher is safer."""
+    noise: float = 0.0015
+    """Expected noise of surface points, one σ, m: the Cauchy scale is twice this. Larger forgives
+    rounder models, smaller trusts every point."""
+    effective_points: float = 100.0
+    """Independent readings that the criterion believes in: neighbouring pixels share their
+    errors, so the real count would always buy the richest solid."""
+    silhouette_rays: int = 32
+    """Rays past the cloud's outline that the solid must not cross; 0 = off. Needs view_origin."""
+    silhouette_margin: float = 0.001
+    """How far outside the outline the rays run, m: more forgives eroded segments."""
+    silhouette_weight: float = 1.0
+    """Weight of the rays against the mean squared point residual."""
+    plane_weight: float = 0.1
+    """Weight of contact with the support plane against the mean squared point residual."""
+    plane_scale: float = 0.005
+    """Gap to the support plane at which contact starts to let go, m."""
+    exponent_range: tuple[float, float] = (0.1, 1.9)
+    """Smallest and largest exponent tried: sharper edges need denser points."""
+    edge_exponent: float = 0.1
+    """Exponent that stands for a sharp edge in boxes and cylinders."""
+    axis_range: tuple[float, float] = (0.002, 1.0)
+    """Smallest and largest semi-axis, m."""
+    extent_prior: float = 1e-3
+    """Weight that holds unseen extents at the cloud's own: keeps the problem determined, biases
+    nothing that the view shows."""
+    min_points: int = 50
+    """Fewer points than this are refused by name."""
+    seed: int = 0
+    """Seed of the choice of points."""
+
+    def __post_init__(self) -> None:
+        kinds = get_args(Kind)
+        if not self.kinds or any(kind not in kinds for kind in self.kinds):
+            raise InputError(f"kinds must be some of {', '.join(kinds)}, got {self.kinds}")
+        if self.optimiser not in get_args(Optimiser):
+            raise InputError(
+                f"optimiser must be one of {', '.join(get_args(Optimiser))}, got {self.optimiser!r}"
+            )
+        for name in ("points", "max_evaluations", "start_iterations", "ladder_iterations"):
+            if getattr(self, name) < 1:
+                raise InputError(f"fit option {name} must be >= 1, got {getattr(self, name)}")
+        for name in ("noise", "effective_points", "plane_scale", "edge_exponent", "prune"):
+            if not getattr(self, name) > 0:
+                raise InputError(f"fit option {name} must be > 0, got {getattr(self, name)}")
+        low, high = self.exponent_range
+        if not MIN_EXPONENT <= low < high <= MAX_EXPONENT:
+            raise InputError(
+                f"exponent_range must lie in [{MIN_EXPONENT}, {MAX_EXPONENT}], got {(low, high)}"
+            )
+        if not 0 < self.axis_range[0] < self.axis_range[1]:
+            raise InputError(f"axis_range must rise from above 0 m, got {self.axis_range}")

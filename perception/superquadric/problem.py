@@ -1,0 +1,140 @@
+"""The fit as an optimisation problem: points, silhouette rays and support plane, scaled to one."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+
+from ..perpendicular import perpendicular_pair
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from .options import FitOptions
+
+
+class Guess(NamedTuple):
+    """A point in parameter space, in the problem's scaled frame."""
+
+    axes: NDArray[np.float64]
+    """Logarithms of the semi-axes, (3,)."""
+    eps: NDArray[np.float64]
+    """Exponents, (2,)."""
+    R: NDArray[np.float64]
+    """Local axes as columns, (3, 3)."""
+    c: NDArray[np.float64]
+    """Centre, (3,)."""
+
+
+@dataclass(frozen=True)
+class FitProblem:
+    """Everything the residual kernels need, in a frame centred on the cloud with radius 1."""
+
+    points: NDArray[np.float64]
+    """(N, 3) scaled points."""
+    weights: NDArray[np.float64]
+    """(N,) weights that sum to 1."""
+    rays: NDArray[np.float64]
+    """(K, 3) unit directions of rays that must miss the solid."""
+    origin: NDArray[np.float64]
+    """(3,) scaled origin of the rays."""
+    plane: NDArray[np.float64]
+    """(4,) scaled support plane: normal and offset."""
+    centre: NDArray[np.float64]
+    """(3,) centre of the scaled frame, m."""
+    unit: float
+    """Length of the scaled unit, m."""
+    cauchy: float
+    """Cauchy scale of point residuals, scaled."""
+    ray_weight: float
+    plane_weight: float
+    plane_scale: float
+
+    def data(self) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
+        """Arguments before the guess in :func:`residual_kernels.normal_equations`."""
+        return self.points, self.weights, self.rays, self.plane, self.origin
+
+    def weighting(self) -> tuple[float, float, float, float]:
+        """Arguments after the guess in :func:`residual_kernels.normal_equations`."""
+        return self.cauchy, self.ray_weight, self.plane_weight, self.plane_scale
+
+    def thinned(self, points: int, every_ray: int) -> FitProblem:
+        """Give the same problem on the first points (their order is random) and every n-th ray."""
+        weights = self.weights[:points] / self.weights[:points].sum()
+        rays = np.ascontiguousarray(self.rays[::every_ray])
+        return replace(self, points=self.points[:points], weights=weights, rays=rays)
+
+
+def pose_problem(
+    points: NDArray[np.float64],
+    view_origin: NDArray[np.float64] | None,
+    plane: NDArray[np.float64] | None,
+    hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None,
+    options: FitOptions,
+) -> FitProblem:
+    """Centre and scale a cloud (N, 3) in m, thin it, and set up its side conditions."""
+    rng = np.random.default_rng(options.seed)
+    centre = np.median(points, axis=0)
+    unit = float(np.sqrt(np.mean(np.sum((points - centre) ** 2, axis=1))))
+    chosen = rng.permutation(len(points))[: options.points]
+    scaled = (points[chosen] - centre) / unit
+    rays = np.zeros((0, 3))
+    origin = np.zeros(3)
+    if view_origin is not None and options.silhouette_rays > 0:
+        origin = (view_origin - centre) / unit
+        margin = options.silhouette_margin / unit
+        rays = silhouette_rays((points - centre) / unit, origin, options.silhouette_rays, margin)
+        if hidden is not None and len(rays):
+            rays = np.ascontiguousarray(rays[~hidden(rays)])
+    scaled_plane = np.array([0.0, 0.0, 1.0, 0.0])
+    if plane is not None:
+        scaled_plane = np.append(plane[:3], (plane[3] + plane[:3] @ centre) / unit)
+    return FitProblem(
+        points=scaled,
+        weights=np.full(len(scaled), 1.0 / len(scaled)),
+        rays=rays,
+        origin=origin,
+        plane=scaled_plane,
+        centre=centre,
+        unit=unit,
+        cauchy=2.0 * options.noise / unit,
+        ray_weight=options.silhouette_weight if len(rays) else 0.0,
+        plane_weight=options.plane_weight if plane is not None else 0.0,
+        plane_scale=options.plane_scale / unit,
+    )
+
+
+def silhouette_rays(
+    points: NDArray[np.float64], origin: NDArray[np.float64], count: int, margin: float
+) -> NDArray[np.float64]:
+    """Unit rays (K, 3) from the view's origin that pass the points' outline at a margin.
+
+    The outline is the convex hull of the points' directions: a view says where a convex solid
+    is not. Empty when the origin lies inside the cloud's bounding ball.
+    """
+    distance = float(np.linalg.norm(origin))
+    offset = points - origin
+    forward = -origin / max(distance, 1e-12)
+    depth = offset @ forward
+    if distance < 1e-9 or depth.min() <= 0.05 * distance:
+        return np.zeros((0, 3))
+    side, up = perpendicular_pair(forward)
+    image = np.column_stack([offset @ side, offset @ up]) / depth[:, None]
+    hull = cv2.convexHull(image.astype(np.float32)).reshape(-1, 2).astype(np.float64)
+    if len(hull) < 3:
+        return np.zeros((0, 3))
+    closed = np.vstack([hull, hull[:1]])
+    length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
+    marks = np.linspace(0.0, length[-1], count, endpoint=False)
+    outline = np.column_stack([np.interp(marks, length, closed[:, k]) for k in range(2)])
+    middle = hull.mean(axis=0)
+    away = outline - middle
+    radius = np.linalg.norm(away, axis=1, keepdims=True)
+    outline = outline + margin / distance * away / np.maximum(radius, 1e-12)
+    rays = outline[:, :1] * side + outline[:, 1:] * up + forward
+    return rays / np.linalg.norm(rays, axis=1, keepdims=True)

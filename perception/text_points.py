@@ -1,0 +1,77 @@
+"""Points as lines of text: XYZ files, and tables with commas, semicolons or tabs."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .point_table import load_numbers
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+COMMENTS = ("#", "//")
+"""Lines that begin so are skipped."""
+
+AXES = ("x", "y", "z")
+"""Columns that a header line must name."""
+
+FIRST_COLUMNS = [0, 1, 2]
+"""Where x, y, z stand when no header line says so."""
+
+
+def parse_text_points(data: bytes) -> NDArray[np.float64]:
+    """Points (N, 3) float64 of a text table with one point a line; further columns are skipped.
+
+    Numbers are separated by white space, commas or semicolons. A first line of words names the
+    columns, x, y and z among them.
+
+    Raises
+    ------
+    InputError
+        If the data are not text, hold no point, use decimal commas, or a line lacks a number.
+    """
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"not a text file (byte {error.start}), expected x y z a line") from error
+    lines = [line for line in map(str.strip, text.splitlines()) if line]
+    lines = [line for line in lines if not line.startswith(COMMENTS)]
+    if not lines:
+        raise InputError("holds no points, expected x y z a line")
+    if ";" in lines[-1] and "," in lines[-1]:
+        raise InputError(f"holds decimal commas ({lines[-1][:40]!r}), expected decimal points")
+    rows = [line.replace(",", " ").replace(";", " ") for line in lines]
+    columns = FIRST_COLUMNS
+    if not _is_number(rows[0].split()[:1]):
+        columns = _named_columns(rows[0])
+        rows = rows[1:]
+    if not rows:
+        raise InputError("holds a header and no points, expected x y z a line")
+    return load_numbers("\n".join(rows), columns)
+
+
+def points_text(points: NDArray[np.floating], colours: NDArray[np.uint8] | None) -> str:
+    """Lines `x y z` or `x y z r g b`, each number as short as reads back the same."""
+    rows = points.tolist()
+    if colours is not None:
+        rows = [row + colour for row, colour in zip(rows, colours.tolist(), strict=True)]
+    return "".join(" ".join(map(repr, row)) + "\n" for row in rows)
+
+
+def _named_columns(header: str) -> list[int]:
+    names = [name.strip("\"'").lower() for name in header.split()]
+    if any(names.count(axis) != 1 for axis in AXES):
+        raise InputError(f"first line is {header[:60]!r}, expected numbers or the names x, y, z")
+    return [names.index(axis) for axis in AXES]
+
+
+def _is_number(words: list[str]) -> bool:
+    try:
+        float(words[0])
+    except (ValueError, IndexError):
+        return False
+    return True

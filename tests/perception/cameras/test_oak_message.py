@@ -1,0 +1,223 @@
+"""Messages and frames: units, cameras, colours, and the images that are no depth images."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.perception.cameras.depthai_import import load_depthai
+from eyehand.perception.cameras.oak_message import (
+    depth_frame,
+    image_messages,
+    intrinsics_from_transformation,
+    metres_from_raw16,
+    raw16_from_metres,
+    stamp_pose,
+)
+from eyehand.perception.frame import CameraIntrinsics, DepthFrame
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    Frames = Callable[..., list[DepthFrame]]
+
+load_depthai()
+import depthai as dai  # noqa: E402 - depthai prints to stdout unless load_depthai came first
+
+RAW16 = dai.ImgFrame.Type.RAW16
+
+
+def transformation(k: CameraIntrinsics) -> dai.ImgTransformation:
+    return dai.ImgTransformation(k.width, k.height, k.matrix.tolist())
+
+
+def test_every_raw16_value_becomes_the_nearest_float32_and_back() -> None:
+    raw = np.arange(65536, dtype=np.uint16).reshape(256, 256)
+
+    metres = metres_from_raw16(raw)
+
+    assert metres.dtype == np.float32
+    assert np.array_equal(metres, (np.arange(65536) / 1000).astype(np.float32).reshape(256, 256))
+    assert np.array_equal(raw16_from_metres(metres), raw)
+
+
+def test_a_message_survives_the_way_there_and_back(frames: Frames, pose: RigidTransform) -> None:
+    (frame,) = frames(1, colour=True)
+
+    depth, colour = image_messages(frame, 1.5)
+    stamp_pose(depth, pose)
+    back = depth_frame(depth, colour)
+
+    assert depth.getType() == RAW16
+    assert depth.getTimestamp().total_seconds() == 1.5
+    assert back is not None
+    assert np.array_equal(back.depth, frame.depth)
+    assert back.colour is not None
+    assert frame.colour is not None
+    assert np.array_equal(back.colour, frame.colour)
+    assert back.T_world_camera is not None
+    np.testing.assert_allclose(back.T_world_camera.as_matrix(), pose.as_matrix(), atol=1e-6)
+
+
+@settings(max_examples=30)
+@given(
+    quat=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1),
+    place=st.tuples(*[st.floats(-20, 20)] * 3),
+)
+def test_any_pose_is_carried_to_float32(quat: tuple[float, ...], place: tuple[float, ...]) -> None:
+    T = RigidTransform.from_components(place, Rotation.from_quat(quat))
+    k = CameraIntrinsics(5.0, 5.0, 2.0, 1.0, 4, 3)
+    frame = DepthFrame(np.ones((3, 4), np.float32), k, T)
+
+    back = depth_frame(image_messages(frame, 0.0)[0])
+
+    assert back is not None
+    assert back.T_world_camera is not None
+    np.testing.assert_allclose(back.T_world_camera.as_matrix(), T.as_matrix(), rtol=1e-6, atol=1e-6)
+
+
+def test_a_pose_between_cameras_is_not_taken_for_a_pose_in_the_world(frames: Frames) -> None:
+    depth, _ = image_messages(frames(1)[0], 0.0)
+    extrinsics = dai.Extrinsics(
+        np.eye(3).tolist(), dai.Point3f(7.5, 0, 0), dai.CameraBoardSocket.CAM_B
+    )
+    moved = depth.transformation
+    moved.setExtrinsics(extrinsics)
+    depth.setTransformation(moved)
+
+    back = depth_frame(depth)
+
+    assert back is not None
+    assert back.T_world_camera is None
+
+
+def test_rows_padded_to_a_stride_are_cut_to_the_image(camera: CameraIntrinsics) -> None:
+    pixels = np.arange(1, 48 * 64 + 1, dtype=np.uint16).reshape(48, 64)
+    padded = np.full((48, 80), 9999, np.uint16)
+    padded[:, :64] = pixels
+    message = dai.ImgFrame()
+    message.setType(RAW16)
+    message.setSize(64, 48)
+    message.setStride(160)
+    message.setTransformation(transformation(camera))
+    message.setData(padded.tobytes())
+
+    back = depth_frame(message)
+
+    assert back is not None
+    assert np.array_equal(back.depth, metres_from_raw16(pixels))
+
+
+@pytest.mark.parametrize("kind", ["BGR888p", "BGR888i", "RGB888p", "RGB888i"])
+def test_colours_of_every_layout_come_out_as_rgb(frames: Frames, kind: str) -> None:
+    (frame,) = frames(1, colour=True)
+    assert frame.colour is not None
+    depth, _ = image_messages(frame, 0.0)
+    colour = dai.ImgFrame()
+    colour.setCvFrame(
+        np.ascontiguousarray(frame.colour[..., ::-1]), getattr(dai.ImgFrame.Type, kind)
+    )
+
+    back = depth_frame(depth, colour)
+
+    assert back is not None
+    assert back.colour is not None
+    assert np.array_equal(back.colour, frame.colour)
+
+
+def test_an_image_without_any_reading_is_no_frame(frames: Frames) -> None:
+    depth, _ = image_messages(frames(1)[0], 0.0)
+    depth.setData(bytes(2 * 48 * 64))
+
+    assert depth_frame(depth) is None
+
+
+def test_a_scaled_and_cropped_image_has_the_camera_of_what_is_left(
+    camera: CameraIntrinsics,
+) -> None:
+    scaled = transformation(camera)
+    scaled.addScale(0.5, 0.5)
+    scaled.setSize(32, 24)
+    scaled.addCrop(4, 2, 20, 16)
+
+    k = intrinsics_from_transformation(scaled)
+
+    assert (k.width, k.height) == (20, 16)
+    expected = (camera.fx / 2, camera.fy / 2, camera.cx / 2 - 4, camera.cy / 2 - 2)
+    np.testing.assert_allclose((k.fx, k.fy, k.cx, k.cy), expected, rtol=1e-6)
+
+
+def test_a_distorted_image_is_refused(camera: CameraIntrinsics) -> None:
+    bent = transformation(camera)
+    bent.setDistortionCoefficients([0.0, -0.11, 0.02, 0.0])
+    with pytest.raises(InputError, match=r"lens distortion \(largest coefficient 0\.11\)"):
+        intrinsics_from_transformation(bent)
+
+    bent.setDistortionCoefficients([0.0] * 14)
+    assert intrinsics_from_transformation(bent).width == camera.width
+
+
+def test_a_turned_or_mirrored_image_is_refused(camera: CameraIntrinsics) -> None:
+    turned = transformation(camera)
+    turned.addRotation(1.0, dai.Point2f(32, 24))
+    with pytest.raises(InputError, match="rotated or skewed"):
+        intrinsics_from_transformation(turned)
+
+    mirrored = transformation(camera)
+    mirrored.addFlipHorizontal()
+    with pytest.raises(InputError, match="focal lengths must be > 0"):
+        intrinsics_from_transformation(mirrored)
+
+
+def test_an_image_without_camera_is_refused() -> None:
+    with pytest.raises(InputError, match="no camera intrinsics"):
+        intrinsics_from_transformation(dai.ImgTransformation())
+    with pytest.raises(InputError, match="no camera intrinsics"):
+        intrinsics_from_transformation(dai.ImgTransformation(64, 48))
+
+
+def test_an_image_that_lacks_pixels_is_refused(camera: CameraIntrinsics) -> None:
+    message = dai.ImgFrame()
+    message.setType(RAW16)
+    message.setSize(64, 48)
+    message.setTransformation(transformation(camera))
+    message.setData(bytes(100))
+
+    with pytest.raises(InputError, match="cannot be read") as caught:
+        depth_frame(message)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_picture_is_not_taken_for_depth(frames: Frames) -> None:
+    _, colour = image_messages(frames(1, colour=True)[0], 0.0)
+    assert colour is not None
+
+    with pytest.raises(InputError, match="holds RGB888i images, expected RAW16"):
+        depth_frame(colour)
+
+
+def test_colour_of_another_size_is_refused(frames: Frames) -> None:
+    depth, _ = image_messages(frames(1)[0], 0.0)
+    colour = dai.ImgFrame()
+    colour.setCvFrame(np.zeros((10, 12, 3), np.uint8), dai.ImgFrame.Type.BGR888i)
+
+    with pytest.raises(InputError, match=r"colour must be \(48, 64, 3\)"):
+        depth_frame(depth, colour)
+
+
+def test_depth_ends_where_16_bits_end() -> None:
+    assert raw16_from_metres(np.array([65.5354]))[0] == 65535
+    with pytest.raises(InputError, match=r"depth reaches 65\.536 m"):
+        raw16_from_metres(np.array([65.5356]))
+
+
+def test_a_reading_under_half_a_millimetre_does_not_vanish() -> None:
+    assert raw16_from_metres(np.array([0.0, 0.0006])).tolist() == [0, 1]
+    with pytest.raises(InputError, match=r"2 readings are under 0\.5 mm"):
+        raw16_from_metres(np.array([0.0004, 0.0, 0.7, 0.0001]))

@@ -1,0 +1,130 @@
+"""The recorder: a whole recording or none, and what cannot be recorded is named."""
+
+from __future__ import annotations
+
+import shutil
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+
+from eyehand.errors import DeviceError, InputError
+from eyehand.perception.cameras import OakRecording, record_frames
+from eyehand.perception.cameras.oak_message import image_messages
+from eyehand.perception.cameras.oak_recorder import OakRecorder
+from eyehand.perception.frame import CameraIntrinsics, DepthFrame
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from pathlib import Path
+
+    Frames = Callable[..., list[DepthFrame]]
+
+
+def test_many_frames_arrive_however_fast_they_are_sent(tmp_path: Path, frames: Frames) -> None:
+    recorded = frames(60)
+
+    assert record_frames(tmp_path / "scene.mcap", iter(recorded)) == 60
+    played = list(OakRecording(tmp_path / "scene.mcap").frames())
+
+    assert len(played) == 60
+    assert np.array_equal(played[-1].depth, recorded[-1].depth)
+
+
+def test_depth_beyond_16_bits_is_refused_by_name(tmp_path: Path, camera: CameraIntrinsics) -> None:
+    depth = np.full((camera.height, camera.width), 1.0, np.float32)
+    near = DepthFrame(depth, camera)
+    far = depth.copy()
+    far[5, 7] = 65.536
+
+    with pytest.raises(InputError, match=r"frame 1: depth reaches 65\.536 m.*65\.535 m"):
+        record_frames(tmp_path / "scene.mcap", [near, DepthFrame(far, camera)])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_depth_under_half_a_millimetre_is_refused_by_name(
+    tmp_path: Path, camera: CameraIntrinsics
+) -> None:
+    depth = np.full((camera.height, camera.width), 0.0004, np.float32)
+
+    with pytest.raises(InputError, match=r"frame 0: 3072 readings are under 0\.5 mm"):
+        record_frames(tmp_path / "scene.mcap", [DepthFrame(depth, camera)])
+
+
+def test_no_frames_make_no_recording(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="there are no frames"):
+        record_frames(tmp_path / "scene.mcap", [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_frames_with_and_without_colour_do_not_mix(tmp_path: Path, frames: Frames) -> None:
+    plain, coloured = frames(2), frames(2, colour=True)
+
+    with pytest.raises(InputError, match="frame 1: it has a colour image, the frames before"):
+        record_frames(tmp_path / "scene.mcap", [plain[0], coloured[1]])
+    with pytest.raises(InputError, match="frame 1: it has no colour image, the frames before"):
+        record_frames(tmp_path / "scene.mcap", [coloured[0], plain[1]])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_source_that_fails_leaves_the_old_recording(tmp_path: Path, frames: Frames) -> None:
+    path = tmp_path / "scene.mcap"
+    record_frames(path, frames(2))
+    before = path.read_bytes()
+
+    def failing() -> Iterator[DepthFrame]:
+        yield from frames(5)
+        raise DeviceError("the camera fell silent")
+
+    with pytest.raises(DeviceError, match="fell silent"):
+        record_frames(path, failing())
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.mcap"]
+    assert path.read_bytes() == before
+
+
+def test_a_new_recording_without_colour_removes_the_old_colours(
+    tmp_path: Path, frames: Frames
+) -> None:
+    path = tmp_path / "scene.mcap"
+    record_frames(path, frames(2, colour=True))
+    record_frames(path, frames(2))
+
+    assert [p.name for p in tmp_path.iterdir()] == ["scene.mcap"]
+    assert all(f.colour is None for f in OakRecording(path).frames())
+
+
+def test_a_recording_can_be_recorded_over_itself(tmp_path: Path, frames: Frames) -> None:
+    path = tmp_path / "scene.mcap"
+    recorded = frames(20)
+    record_frames(path, recorded)
+
+    assert record_frames(path, OakRecording(path).frames()) == 20
+    played = list(OakRecording(path).frames())
+    assert all(np.array_equal(a.depth, b.depth) for a, b in zip(recorded, played, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    [("scene.mp4", "must end in .mcap"), ("no/scene.mcap", "there is no folder")],
+)
+def test_a_name_that_cannot_be_written_is_refused_at_once(
+    tmp_path: Path, name: str, fault: str
+) -> None:
+    with pytest.raises(InputError, match=fault):
+        OakRecorder(tmp_path / name)
+
+
+def test_a_folder_that_vanishes_is_a_device_error(
+    tmp_path: Path, frames: Frames, capfd: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "usb-stick"
+    folder.mkdir()
+    recorder = OakRecorder(folder / "scene.mcap")
+    shutil.rmtree(folder)
+    try:
+        recorder.write(*image_messages(frames(1)[0], 0.0))
+        with pytest.raises(DeviceError, match=r"cannot record .*is the disk full"):
+            recorder.finish()
+    finally:
+        recorder.discard()
+    assert capfd.readouterr() == ("", "")

@@ -1,0 +1,79 @@
+"""Pairing on the host: together what was taken together, and a slow reader sees the present."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.perception.cameras import OakRecording, record_frames
+from eyehand.perception.cameras.depthai_import import load_depthai
+from eyehand.perception.cameras.oak_message import image_messages
+from eyehand.perception.cameras.oak_recorder import OakRecorder
+from eyehand.perception.cameras.oak_stream import QUEUE_SIZE, images, next_pair, paired
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from pathlib import Path
+
+    from eyehand.perception.frame import DepthFrame
+
+    Frames = Callable[..., list[DepthFrame]]
+
+load_depthai()
+import depthai as dai  # noqa: E402 - depthai prints to stdout unless load_depthai came first
+
+
+def test_colour_taken_a_little_later_stays_with_its_depth(tmp_path: Path, frames: Frames) -> None:
+    taken = frames(12, colour=True)
+    recorder = OakRecorder(tmp_path / "scene.mcap")
+    for number, frame in enumerate(taken):
+        depth, _ = image_messages(frame, number / 30)
+        _, colour = image_messages(frame, number / 30 + 0.016)
+        recorder.write(depth, colour)
+    recorder.finish()
+
+    played = list(OakRecording(tmp_path / "scene.mcap").frames())
+
+    assert len(played) == 12
+    for before, after in zip(taken, played, strict=True):
+        assert before.colour is not None
+        assert after.colour is not None
+        assert np.array_equal(before.depth, after.depth)
+        assert np.array_equal(before.colour, after.colour)
+
+
+def test_a_slow_reader_of_a_live_stream_skips_to_the_present(
+    tmp_path: Path, frames: Frames
+) -> None:
+    record_frames(tmp_path / "scene.mcap", frames(20))
+    pipeline = dai.Pipeline(createImplicitDevice=False)
+    replay = pipeline.create(dai.node.ReplayMessage)
+    replay.setReplayFile(tmp_path / "scene.mcap")
+    replay.setLoop(True)
+    replay.setFps(200)
+    queue = paired(pipeline, replay.out, None, 0.01, lossless=False)
+    pipeline.start()
+    try:
+        numbers = []
+        for _ in range(5):
+            pair = next_pair(queue, 5.0)
+            assert pair is not None
+            numbers.append(images(pair)[0].getSequenceNum())
+            time.sleep(0.1)
+    finally:
+        pipeline.stop()
+        pipeline.wait()
+
+    # At 200 frames per second some 80 passed by in the four pauses; far fewer were waiting.
+    assert numbers[-1] - numbers[0] > 4 * (QUEUE_SIZE + 1)
+
+
+def test_a_stream_that_stays_away_is_waited_for_as_long_as_asked() -> None:
+    queue = dai.MessageQueue("pairs", 4, True)
+
+    started = time.monotonic()
+    assert next_pair(queue, 0.35) is None
+    assert 0.3 < time.monotonic() - started < 1.5
+    assert next_pair(queue, -1.0) is None

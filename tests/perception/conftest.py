@@ -1,0 +1,6 @@
+"""Exact frames for perception tests."""
+
+import sys
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent))

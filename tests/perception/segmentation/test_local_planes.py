@@ -1,0 +1,63 @@
+"""The compiled plane fit equals plain NumPy least squares, window by window."""
+
+import numpy as np
+import pytest
+from balls import CAMERA, ball_frame
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_sums
+from eyehand.perception.segmentation.smooth_patches import plane_normals
+
+
+def reference(q, v, u, radius):
+    """Least-squares plane of one window: value at its centre, slopes, rms."""
+    rows, columns = np.mgrid[v - radius : v + radius + 1, u - radius : u + radius + 1]
+    inside = (rows >= 0) & (columns >= 0) & (rows < q.shape[0]) & (columns < q.shape[1])
+    rows, columns = rows[inside], columns[inside]
+    known = q[rows, columns] > 0
+    rows, columns = rows[known], columns[known]
+    A = np.column_stack([np.ones(rows.size), columns - u, rows - v])
+    target = q[rows, columns].astype(np.float64)
+    coefficients, *_ = np.linalg.lstsq(A, target, rcond=None)
+    rms = np.sqrt(np.mean((A @ coefficients - target) ** 2))
+    return *coefficients, rms
+
+
+@given(seed=st.integers(0, 10_000), radius=st.integers(1, 4), share=st.floats(0.0, 0.5))
+@settings(max_examples=30)
+def test_running_sums_equal_least_squares(seed, radius, share):
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(0.8, 1.2, (20, 24)).astype(np.float32)
+    q[rng.random(q.shape) < share] = 0.0
+    value, slope_u, slope_v, rms = plane_sums(q, radius, 0.5)
+    fitted = np.argwhere(rms >= 0)
+    for v, u in fitted[:: max(len(fitted) // 20, 1)]:
+        expected = reference(q, v, u, radius)
+        got = value[v, u], slope_u[v, u], slope_v[v, u], rms[v, u]
+        assert np.allclose(got, expected, atol=2e-5)
+
+
+def test_a_plane_in_space_gives_its_normal_and_no_residual():
+    frame, labels = ball_frame([])
+    disparity = np.divide(1, frame.depth, out=np.zeros_like(frame.depth), where=frame.valid)
+    planes = fit_local_planes(disparity, SegmentationOptions(median=False))
+    normals = plane_normals(planes, CAMERA)
+    inner = (planes.value > 0) & (labels == 0)
+    assert planes.noise == SegmentationOptions().min_noise
+    assert np.allclose(normals[inner], [0.0, -0.8, -0.6], atol=1e-3)
+
+
+def test_shifted_windows_keep_a_step_sharp():
+    q = np.full((40, 40), 1.0, np.float32)
+    q[:, 20:] = 1.3
+    planes = fit_local_planes(q, SegmentationOptions())
+    assert np.allclose(planes.value, q, atol=1e-4)
+
+
+def test_noise_is_measured_on_the_frame():
+    rng = np.random.default_rng(0)
+    q = (1.0 + rng.normal(size=(120, 160)) * 0.01).astype(np.float32)
+    planes = fit_local_planes(q, SegmentationOptions(median=False))
+    assert planes.noise == pytest.approx(0.01, rel=0.05)

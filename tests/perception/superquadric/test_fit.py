@@ -1,0 +1,177 @@
+"""Fits find the solid, pick the simplest kind, and say no where a cloud holds too little."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.perception import FitOptions, Superquadric, fit_superquadric
+from eyehand.perception.superquadric import sample_surface
+
+VIEW = np.array([0.4, -0.3, 0.6])
+
+
+def make(kind, axes, e, rng, count=1500, noise=0.001):
+    """A solid, its points seen from VIEW with noise, and the plane it stands on."""
+    turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, np.pi)])
+    solid = Superquadric(
+        np.array(axes), e, RigidTransform.from_components([0.1, 0.2, 0.0], turn), kind
+    )
+    points = sample_surface(solid, 4 * count, rng)
+    seen = np.einsum("ij,ij->i", VIEW - points, solid.normals(points)) > 0
+    points = points[seen][:count] + rng.normal(size=(min(count, int(seen.sum())), 3)) * noise
+    lowest = -float(solid.support([0.0, 0.0, -1.0]))
+    return solid, points, np.array([0.0, 0.0, 1.0, -lowest])
+
+
+def overlap(a: Superquadric, b: Superquadric, rng) -> float:
+    """Intersection over union by Monte Carlo in a ball around both."""
+    reach = 1.8 * max(a.semi_axes.max(), b.semi_axes.max())
+    points = a.centre + rng.uniform(-reach, reach, (40000, 3))
+    inside_a, inside_b = a.contains(points), b.contains(points)
+    return float((inside_a & inside_b).sum() / (inside_a | inside_b).sum())
+
+
+KINDS = [
+    ("sphere", [0.04, 0.04, 0.04], (1.0, 1.0)),
+    ("cylinder", [0.035, 0.035, 0.06], (0.1, 1.0)),
+    ("ellipsoid", [0.07, 0.05, 0.035], (1.0, 1.0)),
+    ("box", [0.03, 0.05, 0.08], (0.1, 0.1)),
+]
+
+
+@pytest.mark.parametrize(("kind", "axes", "e"), KINDS)
+def test_one_noisy_view_gives_the_solid_and_its_simplest_name(kind, axes, e):
+    rng = np.random.default_rng(5)
+    solid, points, plane = make(kind, axes, e, rng)
+    fit = fit_superquadric(points, view_origin=VIEW, support_plane=plane)
+    assert fit
+    assert fit.superquadric is not None
+    assert fit.superquadric.kind == kind
+    assert overlap(solid, fit.superquadric, rng) > 0.93
+    assert fit.rms < 0.0015
+    assert [c.criterion for c in fit.ladder] == sorted(c.criterion for c in fit.ladder)
+    assert {c.kind for c in fit.ladder} == set(FitOptions().kinds)
+
+
+@pytest.mark.parametrize("optimiser", ["lm", "slsqp", "lbfgs", "mma"])
+def test_every_optimiser_ends_on_the_same_box(optimiser):
+    rng = np.random.default_rng(6)
+    solid, points, plane = make("box", [0.03, 0.05, 0.08], (0.1, 0.1), rng)
+    options = FitOptions(optimiser=optimiser)
+    fit = fit_superquadric(points, view_origin=VIEW, support_plane=plane, options=options)
+    assert fit.superquadric is not None
+    assert overlap(solid, fit.superquadric, rng) > 0.93
+
+
+def test_refinement_never_worsens_what_levenberg_marquardt_found():
+    rng = np.random.default_rng(8)
+    _, points, plane = make("superquadric", [0.06, 0.03, 0.05], (0.5, 0.7), rng)
+    kinds = ("superquadric",)
+    rough, fine = (
+        fit_superquadric(
+            points,
+            view_origin=VIEW,
+            support_plane=plane,
+            options=FitOptions(kinds=kinds, optimiser=optimiser, ladder_iterations=4),
+        )
+        for optimiser in ("lm", "slsqp")
+    )
+    assert fine.ladder[0].rms <= rough.ladder[0].rms
+
+
+def test_a_fifth_of_outliers_does_not_move_the_solid():
+    rng = np.random.default_rng(7)
+    solid = Superquadric(np.array([0.03, 0.05, 0.08]), (0.3, 0.8), RigidTransform.identity())
+    points = sample_surface(solid, 800, rng) + rng.normal(size=(800, 3)) * 0.0005
+    cloud = np.vstack([points, rng.uniform(-0.15, 0.15, (200, 3))])
+    fit = fit_superquadric(cloud)
+    assert fit.superquadric is not None
+    assert overlap(solid, fit.superquadric, rng) > 0.93
+
+
+def test_equal_calls_give_equal_fits():
+    rng = np.random.default_rng(9)
+    _, points, plane = make("cylinder", [0.03, 0.03, 0.05], (0.1, 1.0), rng)
+    first, second = (fit_superquadric(points, support_plane=plane).superquadric for _ in range(2))
+    assert first is not None
+    assert second is not None
+    assert np.array_equal(first.semi_axes, second.semi_axes)
+    assert np.array_equal(first.pose.as_matrix(), second.pose.as_matrix())
+
+
+@given(seed=st.integers(0, 1000))
+@settings(max_examples=8)
+def test_the_fit_moves_with_its_cloud(seed):
+    rng = np.random.default_rng(seed)
+    _, points, plane = make("box", [0.03, 0.05, 0.08], (0.1, 0.1), np.random.default_rng(3))
+    T = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
+    normal = T.rotation.apply(plane[:3])
+    moved_plane = np.append(normal, plane[3] - normal @ T.translation)
+    here = fit_superquadric(points, view_origin=VIEW, support_plane=plane).superquadric
+    there = fit_superquadric(
+        T.apply(points), view_origin=T.apply(VIEW), support_plane=moved_plane
+    ).superquadric
+    assert here is not None
+    assert there is not None
+    assert there.kind == here.kind
+    assert overlap(there, Superquadric(here.semi_axes, here.exponents, T * here.pose), rng) > 0.98
+
+
+@pytest.mark.parametrize(
+    ("cloud", "says"),
+    [
+        (np.zeros((0, 3)), "0 points are too few"),
+        (np.random.default_rng(0).normal(size=(49, 3)), "49 points are too few"),
+        (np.full((80, 3), np.nan), "NaN"),
+        (np.ones((80, 3)), "same point"),
+        (np.linspace(0, 1, 80)[:, None] * [1.0, 2.0, 3.0], "line"),
+        (np.random.default_rng(0).normal(size=(80, 3)) * [1, 1, 0], "plane"),
+    ],
+)
+def test_clouds_that_hold_too_little_are_refused_by_name(cloud, says):
+    fit = fit_superquadric(cloud)
+    assert not fit
+    assert says in fit.reason
+    assert fit.superquadric is None
+
+
+def test_a_flat_cloud_over_its_support_plane_is_a_box_top():
+    rng = np.random.default_rng(1)
+    top = rng.uniform(-1, 1, (400, 3)) * [0.04, 0.03, 0.0] + [0.0, 0.0, 0.05]
+    fit = fit_superquadric(top, view_origin=[0.0, 0.0, 0.6], support_plane=[0.0, 0.0, 1.0, 0.0])
+    assert fit.superquadric is not None
+    height = fit.superquadric.support([0.0, 0.0, 1.0]) + fit.superquadric.support([0.0, 0.0, -1.0])
+    assert height == pytest.approx(0.05, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        {"points": np.zeros((80, 2))},
+        {"points": np.zeros((80, 3)), "view_origin": [0.0, 0.0]},
+        {"points": np.zeros((80, 3)), "support_plane": [0.0, 0.0, 1.0]},
+        {"points": np.zeros((80, 3)), "view_origin": [np.nan, 0.0, 0.0]},
+    ],
+)
+def test_arguments_of_the_wrong_shape_raise(arguments):
+    with pytest.raises(InputError):
+        fit_superquadric(arguments.pop("points"), **arguments)
+
+
+@pytest.mark.parametrize(
+    ("bad", "says"),
+    [
+        ({"kinds": ("cone",)}, "sphere, cylinder"),
+        ({"optimiser": "adam"}, "lm, slsqp"),
+        ({"points": 0}, "points"),
+        ({"noise": 0.0}, "noise"),
+        ({"exponent_range": (0.0, 1.0)}, "exponent_range"),
+        ({"axis_range": (0.1, 0.05)}, "axis_range"),
+    ],
+)
+def test_options_name_the_valid_choices(bad, says):
+    with pytest.raises(InputError, match=says):
+        FitOptions(**bad)

@@ -1,0 +1,78 @@
+"""Frames refuse what no camera gives, and back-project what one does."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eyehand.errors import InputError
+from eyehand.perception import CameraIntrinsics, DepthFrame
+
+CAMERA = CameraIntrinsics(60.0, 62.0, 15.5, 11.5, 32, 24)
+
+
+def flat(depth: float = 1.0) -> np.ndarray:
+    return np.full((24, 32), depth, np.float32)
+
+
+@given(
+    u=st.integers(0, 31),
+    v=st.integers(0, 23),
+    z=st.floats(0.1, 5.0),
+    dtype=st.sampled_from([np.float32, np.float64]),
+)
+def test_points_project_back_to_their_pixels(u, v, z, dtype):
+    depth: np.ndarray = np.zeros((24, 32), dtype)
+    depth[v, u] = z
+    points = DepthFrame(depth, CAMERA).points()
+    assert np.allclose(CAMERA.project(points[v, u]), [u, v], atol=1e-4)
+    assert points[v, u, 2] == np.float32(z)
+
+
+def test_rays_have_unit_depth_and_pass_through_pixel_centres():
+    rays = CAMERA.rays()
+    assert np.all(rays[..., 2] == 1.0)
+    assert np.allclose(CAMERA.project(rays[5, 7]), [7, 5])
+
+
+def test_points_behind_the_camera_have_no_pixel():
+    assert np.isnan(CAMERA.project(np.array([0.0, 0.0, -1.0]))).all()
+
+
+@pytest.mark.parametrize(
+    ("depth", "says"),
+    [
+        (np.ones((24, 31), np.float32), "31x24"),
+        (np.ones((24, 32, 1), np.float32), "shape"),
+        (np.ones((24, 32), np.uint16), "uint16"),
+        (flat(np.nan), "NaN"),
+        (flat(np.inf), "infinite"),
+        (flat(-1.0), "negative"),
+        (flat(0.0), "0 everywhere"),
+        (flat(800.0), "millimetres"),
+    ],
+)
+def test_garbage_depth_is_refused_with_what_is_wrong(depth, says):
+    with pytest.raises(InputError, match=says):
+        DepthFrame(depth, CAMERA)
+
+
+def test_colour_of_another_size_is_refused():
+    with pytest.raises(InputError, match="colour"):
+        DepthFrame(flat(), CAMERA, colour=np.zeros((10, 10, 3), np.uint8))
+
+
+@pytest.mark.parametrize("bad", [{"fx": 0.0}, {"fy": -1.0}, {"cx": np.nan}, {"width": 0}])
+def test_impossible_cameras_are_refused(bad):
+    with pytest.raises(InputError):
+        CameraIntrinsics(
+            **{"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, "width": 1, "height": 1} | bad
+        )
+
+
+def test_a_frame_cannot_be_changed_and_leaves_its_input_writable():
+    depth = flat()
+    frame = DepthFrame(depth, CAMERA)
+    with pytest.raises(ValueError, match="read-only"):
+        frame.depth[0, 0] = 2.0
+    depth[0, 0] = 3.0

@@ -1,0 +1,185 @@
+"""Camera files in four forms, and every way to get them wrong."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.perception import CameraIntrinsics
+from eyehand.perception.intrinsics_io import (
+    CAMERA_NAMES,
+    find_camera_file,
+    read_camera_file,
+    read_intrinsics,
+    write_intrinsics,
+)
+from eyehand.perception.open3d_import import import_open3d
+
+K = CameraIntrinsics(600.0, 610.0, 319.5, 241.25, 640, 480)
+FLAT = {"fx": 600, "fy": 610.0, "cx": 319.5, "cy": 241.25, "width": 640, "height": 480}
+ROW_MAJOR = [600.0, 0.0, 319.5, 0.0, 610.0, 241.25, 0.0, 0.0, 1.0]
+COLUMN_MAJOR = [600.0, 0.0, 0.0, 0.0, 610.0, 0.0, 319.5, 241.25, 1.0]
+OPEN3D = {"width": 640, "height": 480, "intrinsic_matrix": COLUMN_MAJOR}
+BOP = {"cam_K": ROW_MAJOR, "depth_scale": 0.1}
+
+
+def _written(tmp_path: Path, content: Any) -> Path:
+    path = tmp_path / "camera.json"
+    path.write_text(content if isinstance(content, str) else json.dumps(content))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("content", "scale"),
+    [
+        (FLAT, None),
+        (FLAT | {"depth_scale_mm": 0.25}, 0.25),
+        (FLAT | {"depth_scale": 0.5}, 0.5),
+        (OPEN3D, None),
+        (BOP, 0.1),
+        ({"7": BOP}, 0.1),
+    ],
+)
+def test_all_forms_give_the_same_camera(tmp_path: Path, content: Any, scale: float | None) -> None:
+    path = _written(tmp_path, content)
+    assert read_intrinsics(path, 640, 480) == K
+    assert read_camera_file(path, 640, 480).depth_scale_mm == scale
+
+
+def test_what_open3d_writes_is_read(tmp_path: Path) -> None:
+    open3d = import_open3d()
+    path = tmp_path / "k.json"
+    camera = open3d.camera.PinholeCameraIntrinsic(640, 480, 600.0, 610.0, 319.5, 241.25)
+    assert open3d.io.write_pinhole_camera_intrinsic(str(path), camera)
+    assert read_intrinsics(path, 640, 480) == K
+
+
+finite = st.floats(-1e4, 1e4)
+positive = st.floats(1e-3, 1e5)
+
+
+@settings(deadline=None)
+@given(positive, positive, finite, finite, st.integers(1, 9999), st.integers(1, 9999))
+def test_what_is_written_is_read_back_exactly(
+    tmp_path_factory: pytest.TempPathFactory,
+    fx: float,
+    fy: float,
+    cx: float,
+    cy: float,
+    width: int,
+    height: int,
+) -> None:
+    intrinsics = CameraIntrinsics(fx, fy, cx, cy, width, height)
+    path = tmp_path_factory.mktemp("k") / "a.json"
+    assert write_intrinsics(path, intrinsics) == path
+    assert read_intrinsics(path, width, height) == intrinsics
+
+
+def test_scale_and_pose_are_written_and_read(tmp_path: Path) -> None:
+    pose = RigidTransform.from_components([0.1, -0.2, 0.7], Rotation.from_rotvec([2.0, 1.0, 0.1]))
+    path = write_intrinsics(tmp_path / "a.json", K, depth_scale_mm=0.1, T_world_camera=pose)
+    found = read_camera_file(path, 640, 480)
+    assert found.depth_scale_mm == 0.1
+    assert found.T_world_camera is not None
+    np.testing.assert_allclose(found.T_world_camera.as_matrix(), pose.as_matrix(), atol=1e-12)
+    assert set(json.loads(path.read_text())["T_world_camera"]) == {"quat_wxyz", "translation_m"}
+
+
+def test_numpy_numbers_are_written_too(tmp_path: Path) -> None:
+    k = CameraIntrinsics(np.float32(600), np.float64(610), 319.5, 241.25, np.int64(640), 480)  # pyright: ignore[reportArgumentType] - what callers pass at run time
+    assert read_intrinsics(write_intrinsics(tmp_path / "a.json", k), 640, 480) == K
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        ("{fx: 1}", r"camera\.json: not JSON .*expected \{fx, fy, cx, cy"),
+        ("\x00\x01", "not JSON"),
+        ("[" * 100_000, "not JSON"),
+        ("[1, 2]", "holds a JSON list, expected"),
+        ({}, "has no keys, expected"),
+        ({"K": ROW_MAJOR}, "has K, expected .*open3d.*column-major.*BOP.*row-major"),
+        ({"fx": 600, "cx": 3}, "lacks width, height, expected"),
+        ({**FLAT, "fx": "600"}, "fx must be a number, got '600'"),
+        ({**FLAT, "fx": True}, "fx must be a number, got True"),
+        (json.dumps(FLAT).replace("600", "NaN"), "fx must be a list of 1 finite|fx must be"),
+        ({**FLAT, "fx": 10**400}, "fx must be"),
+        ({**FLAT, "fy": 0}, r"focal lengths must be > 0 px, got fx=600.0, fy=0.0"),
+        ({k: v for k, v in FLAT.items() if k != "cy"}, "lacks cy, expected"),
+        ({**FLAT, "width": 1280}, "the camera is 1280x480 px but the image is 640x480 px"),
+        ({**OPEN3D, "height": 481}, "the camera is 640x481 px but the image is 640x480 px"),
+        ({**BOP, "width": 64, "height": 48}, "the camera is 64x48 px but"),
+        ({**FLAT, "depth_scale_mm": 0}, "depth_scale_mm must be > 0 mm per unit, got 0"),
+        ({**FLAT, "depth_scale_mm": "mm"}, "depth_scale_mm must be a number, got 'mm'"),
+        ({**FLAT, "T_world_camera": [1]}, "T_world_camera must be .*quat_wxyz"),
+        ({**FLAT, "colour": "../a.png"}, "colour must be a file name in the same folder"),
+        ({**OPEN3D, "intrinsic_matrix": ROW_MAJOR[:8]}, "list of 9 finite numbers"),
+        ({"cam_K": [[600, 0, 319], [0, 610, 240], [0, 0, 1]]}, "cam_K must be a list of 9 finite"),
+    ],
+)
+def test_files_of_another_form_are_refused(tmp_path: Path, content: Any, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        read_intrinsics(_written(tmp_path, content), 640, 480)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_row_major_matrix_under_open3ds_key_is_refused(tmp_path: Path) -> None:
+    path = _written(tmp_path, {**OPEN3D, "intrinsic_matrix": ROW_MAJOR})
+    message = (
+        r"camera\.json: intrinsic_matrix \(column-major\): the matrix has last row "
+        r"\[319\.5, 241\.25, 1\.0\], expected \[0, 0, 1\]"
+    )
+    with pytest.raises(InputError, match=message):
+        read_intrinsics(path, 640, 480)
+
+
+def test_a_column_major_matrix_under_bops_key_is_refused(tmp_path: Path) -> None:
+    path = _written(tmp_path, {"cam_K": COLUMN_MAJOR})
+    with pytest.raises(InputError, match=r"cam_K \(row-major\): the matrix has last row \[319\.5"):
+        read_intrinsics(path, 640, 480)
+
+
+def test_skew_is_refused(tmp_path: Path) -> None:
+    skewed = [600.0, 0.5, *ROW_MAJOR[2:]]
+    with pytest.raises(InputError, match=r"skew 0\.5 and 0, expected 0 and 0"):
+        read_intrinsics(_written(tmp_path, {"cam_K": skewed}), 640, 480)
+
+
+def test_the_number_in_the_file_name_picks_bops_camera(tmp_path: Path) -> None:
+    path = _written(tmp_path, {"3": BOP, "12": BOP | {"depth_scale": 1.0}})
+    assert read_camera_file(path, 640, 480, "000012").depth_scale_mm == 1.0
+    assert read_camera_file(path, 640, 480, "scene2_000003_depth").depth_scale_mm == 0.1
+
+
+@pytest.mark.parametrize("stem", ["depth", "000004", "3_12"])
+def test_an_ambiguous_image_number_is_refused(tmp_path: Path, stem: str) -> None:
+    path = _written(tmp_path, {"3": BOP, "12": BOP})
+    with pytest.raises(InputError, match=r"holds 2 images \(3, 12\) and \d of them fit .*" + stem):
+        read_camera_file(path, 640, 480, stem)
+
+
+def test_intrinsics_alone_of_many_images_are_ambiguous(tmp_path: Path) -> None:
+    path = _written(tmp_path, {str(i): BOP for i in range(9)})
+    with pytest.raises(InputError, match=r"holds 9 images \(0, 1, 2, 3, 4, …\)"):
+        read_intrinsics(path, 640, 480)
+
+
+def test_a_missing_camera_file_is_named(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"absent\.json: no such file"):
+        read_intrinsics(tmp_path / "absent.json", 640, 480)
+
+
+def test_the_images_own_camera_file_goes_first(tmp_path: Path) -> None:
+    image = tmp_path / "depth.png"
+    assert find_camera_file(image) is None
+    for name in (*reversed(CAMERA_NAMES), "depth.json"):
+        (tmp_path / name).touch()
+        assert find_camera_file(image) == tmp_path / name

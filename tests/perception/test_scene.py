@@ -1,0 +1,75 @@
+"""A whole frame becomes a scene whose numbers are those of the objects in it."""
+
+import numpy as np
+import pytest
+from balls import CAMERA, UP, ball_frame, on_table
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.perception import SUPPORT, DepthFrame, PerceiveOptions, perceive
+
+BALLS = [(-0.12, 0.62, 0.05), (0.0, 0.75, 0.04), (0.13, 0.6, 0.045)]
+
+
+def test_balls_come_back_as_spheres_of_the_right_size_and_place():
+    frame, truth = ball_frame(BALLS)
+    scene = perceive(frame)
+    assert scene.frame == "camera"
+    assert len(scene.objects) == 3
+    for item in scene.objects:
+        solid = item.fit.superquadric
+        assert solid is not None
+        assert solid.kind == "sphere"
+        seen = truth[scene.segmentation.mask(item.label)]
+        x, y, radius = BALLS[np.bincount(seen).argmax() - 1]
+        assert solid.semi_axes[0] == pytest.approx(radius, abs=0.002)
+        assert np.linalg.norm(solid.centre - on_table(x, y, radius)) < 0.004
+        assert item.rests_on == SUPPORT
+        assert item.visible_share > 0.9
+
+
+def test_a_known_camera_place_puts_the_scene_into_the_world():
+    frame, _ = ball_frame(BALLS[:1])
+    turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [UP])[0]
+    T = RigidTransform.from_components([0.3, -0.2, 0.6], turn)
+    scene = perceive(DepthFrame(frame.depth, CAMERA, T))
+    assert scene.frame == "world"
+    assert np.allclose(scene.view_origin, [0.3, -0.2, 0.6])
+    assert scene.support is not None
+    assert scene.support.normal[2] > 0.9999
+    assert scene.support.offset == pytest.approx(0.0, abs=2e-3)
+    solid = scene.objects[0].fit.superquadric
+    assert solid is not None
+    assert solid.centre[2] == pytest.approx(0.05, abs=0.003)
+
+
+def test_far_objects_are_segmented_but_not_fitted():
+    frame, _ = ball_frame(BALLS)
+    scene = perceive(frame, PerceiveOptions(max_distance=0.5))
+    assert len(scene.objects) == 3
+    assert all("not fitted" in item.fit.reason for item in scene.objects)
+    assert all(item.fit.superquadric is None and not item.fit for item in scene.objects)
+
+
+def test_an_occluded_object_reports_a_smaller_visible_share():
+    front, behind = (0.02, 0.5, 0.09), (0.07, 0.68, 0.05)
+    frame, truth = ball_frame([front, behind])
+    _, alone = ball_frame([behind])
+    expected = np.count_nonzero(truth == 2) / np.count_nonzero(alone)
+    shares = {}
+    scene = perceive(frame)
+    for item in scene.objects:
+        ball = int(np.bincount(truth[scene.segmentation.mask(item.label)]).argmax())
+        shares[ball] = item.visible_share
+    assert shares[1] > 0.9
+    assert expected < 0.8
+    assert shares[2] == pytest.approx(expected, abs=0.1)
+
+
+def test_equal_frames_give_equal_scenes():
+    frame, _ = ball_frame(BALLS)
+    first, second = perceive(frame), perceive(frame)
+    assert np.array_equal(first.segmentation.labels, second.segmentation.labels)
+    for a, b in zip(first.objects, second.objects, strict=True):
+        assert a.fit.superquadric is not None
+        assert b.fit.superquadric is not None
+        assert np.array_equal(a.fit.superquadric.semi_axes, b.fit.superquadric.semi_axes)
