@@ -1,0 +1,35 @@
+"""The simulated world: tabletop scenes with ground truth, and the depth camera that sees them."""
+
+from .dataset import SCHEMA, read_ground_truth, read_labels, write_scene
+from .depth_noise import DepthNoise, add_depth_noise
+from .depth_renderer import Backend, open_renderer, render_scene
+from .rendered_view import DepthRenderer, RenderedView
+from .synthetic_camera import SyntheticCamera, render_frame
+from .tabletop import make_scene
+from .tabletop_options import TabletopOptions, ViewOptions
+from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
+from .viewpoint import look_at
+
+__all__ = [
+    "SCHEMA",
+    "Backend",
+    "DepthNoise",
+    "DepthRenderer",
+    "Family",
+    "RenderedView",
+    "SyntheticCamera",
+    "Table",
+    "TabletopObject",
+    "TabletopOptions",
+    "TabletopScene",
+    "ViewOptions",
+    "add_depth_noise",
+    "look_at",
+    "make_scene",
+    "open_renderer",
+    "read_ground_truth",
+    "read_labels",
+    "render_frame",
+    "render_scene",
+    "write_scene",
+]

@@ -1,0 +1,222 @@
+"""A synthetic view and its ground truth as files in one folder."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+import numpy as np
+
+from eyehand.errors import DeviceError, InputError
+from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.frame import CameraIntrinsics
+from eyehand.perception.frame_io import write_frame
+from eyehand.perception.input_file import naming, read_bytes
+from eyehand.perception.png_file import decode_depth, write_png
+from eyehand.perception.pose_io import (
+    number_from_json,
+    numbers_from_json,
+    pose_from_json,
+    pose_to_json,
+)
+from eyehand.perception.superquadric import Superquadric
+
+from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception.frame import DepthFrame
+
+SCHEMA = "eyehand.ground_truth/1"
+"""Name and version of the form of `ground_truth.json`."""
+
+DEPTH_FILE = "depth.png"
+LABELS_FILE = "labels.png"
+GROUND_TRUTH_FILE = "ground_truth.json"
+
+_UNITS = {"length": "m", "mass": "kg", "angle": "rad", "depth_png": "mm", "camera": "px"}
+
+
+def write_scene(
+    folder: Path | str, scene: TabletopScene, frame: DepthFrame, labels: NDArray[np.integer]
+) -> list[Path]:
+    """Write `depth.png` with its camera file and colour, `labels.png`, `ground_truth.json`.
+
+    Parameters
+    ----------
+    folder : Path or str
+        Made if it does not exist; files of these names in it are replaced.
+    scene : TabletopScene
+        What was seen.
+    frame : DepthFrame
+        The view.
+    labels : NDArray
+        (H, W) integers: 0 table and floor, k object k-1 of the scene; written as 16-bit.
+
+    Returns
+    -------
+    list of Path
+        The files written.
+
+    Raises
+    ------
+    InputError
+        If the labels are not of the frame's size or name no object, or the folder cannot be made.
+    DeviceError
+        If the system fails to write.
+    """
+    folder = Path(folder)
+    labels = np.asarray(labels)
+    if labels.shape != frame.depth.shape or not np.issubdtype(labels.dtype, np.integer):
+        raise InputError(
+            f"labels must be {frame.depth.shape} integers, got {labels.shape} {labels.dtype}"
+        )
+    if labels.min() < 0 or labels.max() > len(scene.objects):
+        raise InputError(
+            f"labels must lie in 0..{len(scene.objects)}, got {labels.min()}..{labels.max()}"
+        )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError, PermissionError) as error:
+        raise InputError(f"cannot make the folder {folder}: {error.strerror}") from error
+    except OSError as error:
+        raise DeviceError(f"cannot make the folder {folder}: {error.strerror or error}") from error
+    files = write_frame(folder / DEPTH_FILE, frame)
+    with atomic_write(folder / LABELS_FILE) as temporary:
+        write_png(temporary, labels.astype(np.uint16))
+    text = json.dumps(_scene_to_json(scene), indent=1) + "\n"
+    with atomic_write(folder / GROUND_TRUTH_FILE) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+    return [*files, folder / LABELS_FILE, folder / GROUND_TRUTH_FILE]
+
+
+def read_ground_truth(path: Path | str) -> TabletopScene:
+    """Scene from `ground_truth.json`, or from the folder that holds it.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or does not hold a scene in this form.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / GROUND_TRUTH_FILE
+    data = read_bytes(path)
+    with naming(path):
+        try:
+            content = json.loads(data)
+        except (ValueError, RecursionError) as error:
+            raise InputError(f"not JSON ({error}), expected {SCHEMA}") from error
+        schema = content.get("schema") if isinstance(content, dict) else None
+        if schema != SCHEMA:
+            raise InputError(f"schema is {schema!r}, expected {SCHEMA!r}")
+        return _scene_from_json(content)
+
+
+def read_labels(path: Path | str) -> NDArray[np.int32]:
+    """Label image (H, W) int32 from `labels.png`, or from the folder that holds it.
+
+    Raises
+    ------
+    InputError
+        If the file is missing or no 16-bit greyscale PNG.
+    """
+    path = Path(path)
+    if path.is_dir():
+        path = path / LABELS_FILE
+    data = read_bytes(path)
+    with naming(path):
+        return decode_depth(data).astype(np.int32)
+
+
+def _scene_to_json(scene: TabletopScene) -> dict[str, Any]:
+    k, table = scene.intrinsics, scene.table
+    return {
+        "schema": SCHEMA,
+        "seed": scene.seed,
+        "family": scene.family,
+        "units": _UNITS,
+        "table": {
+            "size_m": [float(extent) for extent in table.size],
+            "height_m": float(table.height),
+            "floor_drop_m": float(table.floor_drop),
+        },
+        "camera": {
+            "fx": float(k.fx),
+            "fy": float(k.fy),
+            "cx": float(k.cx),
+            "cy": float(k.cy),
+            "width": int(k.width),
+            "height": int(k.height),
+            "T_world_camera": pose_to_json(scene.T_world_camera),
+        },
+        "objects": [
+            {"label": label, **_object_to_json(item)}
+            for label, item in enumerate(scene.objects, start=1)
+        ],
+    }
+
+
+def _object_to_json(item: TabletopObject) -> dict[str, Any]:
+    pose = pose_to_json(item.shape.pose)
+    return {
+        "name": item.name,
+        "kind": item.kind,
+        "semi_axes_m": item.shape.semi_axes.tolist(),
+        "exponents": list(item.shape.exponents),
+        "position_m": pose["translation_m"],
+        "quat_wxyz": pose["quat_wxyz"],
+        "mass_kg": float(item.mass),
+        "colour_rgb": [float(share) for share in item.colour],
+    }
+
+
+def _scene_from_json(content: dict[str, Any]) -> TabletopScene:
+    table, camera = _entry(content, "table", dict), _entry(content, "camera", dict)
+    lens = [number_from_json(camera.get(key), f"camera.{key}") for key in ("fx", "fy", "cx", "cy")]
+    family = _entry(content, "family", str)
+    if family not in get_args(Family):
+        raise InputError(f"family must be one of {', '.join(get_args(Family))}, got {family!r}")
+    extent = numbers_from_json(table.get("size_m"), 2, "table.size_m")
+    return TabletopScene(
+        seed=_entry(content, "seed", int),
+        family=family,
+        objects=tuple(_object_from_json(entry) for entry in _entry(content, "objects", list)),
+        table=Table(
+            (float(extent[0]), float(extent[1])),
+            number_from_json(table.get("height_m"), "table.height_m"),
+            number_from_json(table.get("floor_drop_m"), "table.floor_drop_m"),
+        ),
+        intrinsics=CameraIntrinsics(
+            *lens, width=_entry(camera, "width", int), height=_entry(camera, "height", int)
+        ),
+        T_world_camera=pose_from_json(camera.get("T_world_camera"), "camera.T_world_camera"),
+    )
+
+
+def _object_from_json(entry: Any) -> TabletopObject:
+    if not isinstance(entry, dict):
+        raise InputError(f"objects must hold JSON objects, got {type(entry).__name__}")
+    name = _entry(entry, "name", str)
+    pose = {"quat_wxyz": entry.get("quat_wxyz"), "translation_m": entry.get("position_m")}
+    exponents = numbers_from_json(entry.get("exponents"), 2, f"{name}.exponents")
+    colour = numbers_from_json(entry.get("colour_rgb"), 3, f"{name}.colour_rgb")
+    kind: Any = _entry(entry, "kind", str)
+    with naming(name):
+        shape = Superquadric(
+            numbers_from_json(entry.get("semi_axes_m"), 3, "semi_axes_m"),
+            (float(exponents[0]), float(exponents[1])),
+            pose_from_json(pose, "pose"),
+            kind,
+        )
+        mass = number_from_json(entry.get("mass_kg"), "mass_kg")
+    return TabletopObject(name, shape, mass, (float(colour[0]), float(colour[1]), float(colour[2])))
+
+
+def _entry(content: dict[str, Any], key: str, kind: type) -> Any:
+    value = content.get(key)
+    if not isinstance(value, kind) or isinstance(value, bool):
+        raise InputError(f"{key} must be a JSON {kind.__name__}, got {value!r}")
+    return value

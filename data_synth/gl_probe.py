@@ -1,0 +1,71 @@
+"""Whether this machine can draw off-screen with OpenGL, found out where a crash does no harm."""
+
+from __future__ import annotations
+
+import functools
+import os
+import subprocess
+import sys
+
+_DISABLED = ("disable", "disabled", "off", "false", "0")
+_MODULES = {
+    "egl": "mujoco.egl",
+    "osmesa": "mujoco.osmesa",
+    "glfw": "mujoco.glfw",
+    "cgl": "mujoco.cgl",
+}
+_DEFAULTS = {"linux": "mujoco.egl", "darwin": "mujoco.cgl"}
+_TIMEOUT_S = 30.0
+_PROBE = """
+import importlib, sys
+import mujoco
+context = importlib.import_module(sys.argv[1]).GLContext(8, 8)
+context.make_current()
+model = mujoco.MjModel.from_xml_string("<mujoco/>")
+drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, drawing)
+drawing.free()
+context.free()
+"""
+
+
+def gl_module() -> str | None:
+    """Name of the module of MuJoCo that opens contexts here; None when `MUJOCO_GL` forbids it.
+
+    Linux takes EGL, which needs no display, unless the variable names another.
+    """
+    chosen = os.environ.get("MUJOCO_GL", "").lower().strip()
+    if chosen in _DISABLED:
+        return None
+    return _MODULES.get(chosen, _DEFAULTS.get(sys.platform, _MODULES["glfw"]))
+
+
+@functools.cache
+def gl_fault() -> str:
+    """Why OpenGL cannot be used, in a few words; empty when it can.
+
+    A driver without hardware may crash rather than fail, so that the first context is opened
+    in a child process (about a second). The answer holds for the life of this process.
+    """
+    module = gl_module()
+    if module is None:
+        return f"MUJOCO_GL is {os.environ.get('MUJOCO_GL')!r}"
+    try:
+        probe = subprocess.run(
+            [sys.executable, "-c", _PROBE, module],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            timeout=_TIMEOUT_S,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return f"opening a context took more than {_TIMEOUT_S:g} s"
+    except OSError as error:
+        return f"it could not be probed ({error.strerror or error})"
+    if probe.returncode == 0:
+        return ""
+    if probe.returncode < 0:
+        return f"opening a context crashed (signal {-probe.returncode})"
+    last = probe.stderr.strip().splitlines()[-1:] or [f"exit code {probe.returncode}"]
+    return last[0]

@@ -1,0 +1,63 @@
+"""What a renderer gives for one camera, and what a renderer is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
+
+    from eyehand.perception.frame import CameraIntrinsics
+
+
+@dataclass(frozen=True)
+class RenderedView:
+    """Images without noise, registered to the pixel."""
+
+    depth: NDArray
+    """Distance along the optical axis, (H, W) float32, m; 0 where nothing is in range."""
+    labels: NDArray
+    """Label of the geom seen, (H, W) int32; 0 where nothing is in range."""
+    colour: NDArray | None
+    """(H, W, 3) uint8 RGB, or None when it was not asked for."""
+
+
+class DepthRenderer(Protocol):
+    """Draws a MuJoCo model; one per process is enough (see :func:`open_renderer`)."""
+
+    @property
+    def name(self) -> str:
+        """Which back end it is: ``gl`` or ``rays``."""
+        ...
+
+    def render(
+        self,
+        model: Any,
+        data: Any,
+        intrinsics: CameraIntrinsics,
+        T_world_camera: RigidTransform,
+        geom_labels: NDArray,
+        *,
+        max_range: float,
+        colour: bool,
+    ) -> RenderedView:
+        """Draw geom groups 0 to 2 as a camera sees them, at pixel centres.
+
+        Parameters
+        ----------
+        model, data
+            `mujoco.MjModel` and its `mujoco.MjData` after `mj_forward` or `mj_kinematics`.
+        intrinsics
+            The camera.
+        T_world_camera
+            Maps camera coordinates (x right, y down, z forward) to the world.
+        geom_labels
+            Label of every geom, (ngeom,) int32.
+        max_range
+            Depth past which there is no reading, m.
+        colour
+            Whether to draw colours too.
+        """
+        ...

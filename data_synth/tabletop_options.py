@@ -1,0 +1,179 @@
+"""Every choice behind a random tabletop scene, with its unit and what it trades."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, get_args
+
+import numpy as np
+
+from eyehand.errors import InputError
+from eyehand.perception.superquadric import MAX_EXPONENT, MIN_EXPONENT, Kind
+
+from .tabletop_scene import Family
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MAX_OBJECTS = 15
+"""More do not fit on a table with room for a hand between them."""
+MIN_IMAGE_SIZE = (32, 24)
+MAX_IMAGE_SIZE = (4096, 4096)
+
+
+@dataclass(frozen=True)
+class ViewOptions:
+    """Where the camera of a scene may stand.
+
+    Raises
+    ------
+    InputError
+        If a range is empty or reversed, or a value is out of its bounds.
+    """
+
+    image_size: tuple[int, int] = (640, 480)
+    """Columns and rows, px: more resolve smaller objects, cost time in every stage."""
+    focal_share: float = 525.0 / 640.0
+    """Focal length over image width: lower sees more of the table with fewer pixels each."""
+    elevation_range: tuple[float, float] = (np.pi / 6, 65 * np.pi / 180)
+    """Least and largest angle of the line of sight below the horizon, rad: low views hide more
+    behind other objects, high views hide the sides."""
+    distance_range: tuple[float, float] = (0.6, 1.1)
+    """Least and largest distance to the middle of the objects, m: noise grows with its square."""
+    margin: float = 2.0
+    """Every object's outline stays this far inside the image, px."""
+    least_share: float = 4e-4
+    """Every object shows at least this share of the image's pixels (about): 0 allows hidden
+    objects, more than 1e-3 excludes the smallest seen from afar."""
+
+    def __post_init__(self) -> None:
+        for size, least, most in zip(self.image_size, MIN_IMAGE_SIZE, MAX_IMAGE_SIZE, strict=True):
+            if not least <= size <= most:
+                raise InputError(
+                    f"image_size must lie in {MIN_IMAGE_SIZE} .. {MAX_IMAGE_SIZE} px, "
+                    f"got {self.image_size}"
+                )
+        if not 0.1 <= self.focal_share <= 10:
+            raise InputError(f"focal_share must lie in [0.1, 10], got {self.focal_share}")
+        check_range("elevation_range", self.elevation_range, 0.05, np.pi / 2, "rad")
+        check_range("distance_range", self.distance_range, 0.2, 5.0, "m")
+        if not 0 <= self.margin < min(self.image_size) / 4:
+            raise InputError(
+                f"margin must lie in [0, {min(self.image_size) / 4:g}) px, got {self.margin}"
+            )
+        if not 0 <= self.least_share <= 0.05:
+            raise InputError(f"least_share must lie in [0, 0.05], got {self.least_share}")
+
+
+@dataclass(frozen=True)
+class TabletopOptions:
+    """Options of :func:`make_scene`.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown, a range is empty or reversed, or a value is out of its bounds.
+    """
+
+    family: Family = "separate"
+    """``separate`` keeps `min_gap` between all objects, in ``touching`` every object touches
+    another, in ``stacked`` some rest on others."""
+    count_range: tuple[int, int] = (4, 8)
+    """Fewest and most objects."""
+    kinds: tuple[Kind, ...] = get_args(Kind)
+    """Solids to draw from, with equal chance."""
+    width_range: tuple[float, float] = (0.03, 0.12)
+    """Smallest and largest horizontal extent of an upright object, m: what a hand spans."""
+    height_range: tuple[float, float] = (0.03, 0.25)
+    """Smallest and largest extent along an object's third axis, m."""
+    exponent_range: tuple[float, float] = (0.2, 1.3)
+    """Exponents of the kind ``superquadric``: low is boxy, 1 round, above 1 pinched."""
+    density_range: tuple[float, float] = (150.0, 600.0)
+    """Mass over volume, kg/m³: hollow household goods rather than solid ones."""
+    table_size: tuple[float, float] = (1.2, 0.8)
+    """Extent of the table along world x and y, m."""
+    table_height: float = 0.0
+    """World z of the table's top, m."""
+    work_area: tuple[float, float] = (0.56, 0.48)
+    """Objects stand inside this rectangle in the middle of the table, m: smaller is denser."""
+    min_gap: float = 0.015
+    """Least distance between separate objects, and between groups of the other families, m."""
+    group_size: int = 4
+    """Fewest objects in a touching group, where there are as many."""
+    touch_gap: float = 0.001
+    """Objects no farther apart than this touch, m."""
+    drop_height: float = 0.002
+    """Objects fall from this height, m: higher disorders more and rejects more draws."""
+    drop_tilt: float = 0.03
+    """Objects start off their balance by up to this angle, rad: what stands on a knife's edge
+    falls and is drawn again. Touching objects start level."""
+    settle_time: float = 3.0
+    """Longest simulated time to come to rest, s."""
+    max_drift: float = 0.02
+    """A scene in which an object moves farther than this while it settles is drawn again, m."""
+    tries: int = 60
+    """Draws before giving up: harder scenes need more."""
+    view: ViewOptions = field(default_factory=ViewOptions)
+    """Where the camera may stand."""
+
+    def __post_init__(self) -> None:
+        _check_name("family", self.family, get_args(Family))
+        if not self.kinds:
+            raise InputError(f"kinds must name one or more of {', '.join(get_args(Kind))}")
+        for kind in self.kinds:
+            _check_name("kinds", kind, get_args(Kind))
+        least = 1 if self.family == "separate" else 2
+        check_range("count_range", self.count_range, least, MAX_OBJECTS, "objects")
+        if any(count != int(count) for count in self.count_range):
+            raise InputError(f"count_range must hold whole numbers, got {self.count_range}")
+        if self.family == "stacked" and not {"box", "cylinder"} & set(self.kinds):
+            raise InputError(
+                "family stacked needs kinds with a flat top, box or cylinder, "
+                f"got {', '.join(self.kinds)}"
+            )
+        check_range("width_range", self.width_range, 0.005, 0.5, "m")
+        check_range("height_range", self.height_range, 0.005, 0.5, "m")
+        check_range("exponent_range", self.exponent_range, MIN_EXPONENT, MAX_EXPONENT, "")
+        check_range("density_range", self.density_range, 10.0, 20000.0, "kg/m³")
+        self._check_lengths()
+        if not 2 <= self.group_size <= MAX_OBJECTS:
+            raise InputError(f"group_size must lie in [2, {MAX_OBJECTS}], got {self.group_size}")
+        if self.tries < 1:
+            raise InputError(f"tries must be >= 1, got {self.tries}")
+
+    def _check_lengths(self) -> None:
+        for name, table, work in zip("xy", self.table_size, self.work_area, strict=True):
+            if not 0 < work <= table <= 10:
+                raise InputError(
+                    f"table_size must lie in (0, 10] m and work_area inside it, "
+                    f"got {table} and {work} along {name}"
+                )
+        bounds = {
+            "table_height": (-10.0, 10.0),
+            "min_gap": (0.0, 0.5),
+            "touch_gap": (2e-4, 0.01),
+            "drop_height": (0.0, 0.1),
+            "drop_tilt": (0.0, 0.5),
+            "settle_time": (0.2, 60.0),
+            "max_drift": (0.001, 1.0),
+        }
+        for name, (lowest, highest) in bounds.items():
+            value = getattr(self, name)
+            if not lowest <= value <= highest:
+                raise InputError(f"{name} must lie in [{lowest:g}, {highest:g}], got {value}")
+
+
+def check_range(
+    name: str, values: tuple[float, float], lowest: float, highest: float, unit: str
+) -> None:
+    """Raise an `InputError` unless lowest <= values[0] <= values[1] <= highest."""
+    if len(values) != 2 or not lowest <= values[0] <= values[1] <= highest:
+        raise InputError(
+            f"{name} must be two rising values in [{lowest:.3g}, {highest:.3g}] {unit}".rstrip()
+            + f", got {tuple(values)}"
+        )
+
+
+def _check_name(option: str, name: str, names: Sequence[str]) -> None:
+    if name not in names:
+        raise InputError(f"{option} must be of {', '.join(names)}, got {name!r}")

@@ -1,0 +1,155 @@
+"""A scene's files read back as they were, or say what is wrong with them."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from eyehand.data_synth import (
+    SCHEMA,
+    TabletopOptions,
+    TabletopScene,
+    ViewOptions,
+    make_scene,
+    read_ground_truth,
+    read_labels,
+    render_frame,
+    write_scene,
+)
+from eyehand.errors import InputError
+from eyehand.perception.frame import DepthFrame
+from eyehand.perception.frame_io import read_frame
+
+VIEW = ViewOptions(image_size=(160, 120))
+
+
+@cache
+def seen() -> tuple[TabletopScene, DepthFrame, NDArray[np.int32]]:
+    options = TabletopOptions(family="stacked", count_range=(4, 4), view=VIEW, table_height=0.4)
+    scene = make_scene(2, options)
+    return (scene, *render_frame(scene))
+
+
+def written(folder: Path) -> TabletopScene:
+    write_scene(folder, *seen())
+    return seen()[0]
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    written(tmp_path / "new" / "scene")
+    return tmp_path / "new" / "scene"
+
+
+def test_the_ground_truth_reads_back_exactly(tmp_path: Path):
+    scene = written(tmp_path)
+    again = read_ground_truth(tmp_path)
+    assert (again.seed, again.family, again.table) == (scene.seed, scene.family, scene.table)
+    assert again.intrinsics == scene.intrinsics
+    assert np.allclose(
+        again.T_world_camera.as_matrix(), scene.T_world_camera.as_matrix(), atol=1e-15
+    )
+    for one, other in zip(scene.objects, again.objects, strict=True):
+        assert (one.name, one.kind, one.mass) == (other.name, other.kind, other.mass)
+        assert one.colour == other.colour
+        assert one.shape.exponents == other.shape.exponents
+        assert np.array_equal(one.shape.semi_axes, other.shape.semi_axes)
+        assert np.array_equal(one.shape.centre, other.shape.centre)
+        assert np.allclose(one.shape.rotation, other.shape.rotation, atol=1e-15)
+
+
+def test_depth_and_labels_read_back(tmp_path: Path):
+    scene, frame, labels = seen()
+    files = write_scene(tmp_path, scene, frame, labels)
+    again = read_frame(tmp_path / "depth.png")
+
+    assert {path.name for path in files} == {path.name for path in tmp_path.iterdir()}
+    assert np.abs(again.depth - frame.depth).max() <= 0.00051
+    assert again.intrinsics == frame.intrinsics
+    assert again.T_world_camera is not None
+    assert again.colour is not None
+    assert frame.colour is not None
+    assert np.array_equal(again.colour, frame.colour)
+    assert np.array_equal(read_labels(tmp_path), labels)
+    assert read_labels(tmp_path / "labels.png").dtype == np.int32
+
+
+def test_the_json_says_what_its_numbers_mean(folder: Path):
+    content = json.loads((folder / "ground_truth.json").read_text())
+    assert content["schema"] == SCHEMA == "eyehand.ground_truth/1"
+    assert content["seed"] == 2
+    assert content["units"]["length"] == "m"
+    assert [entry["label"] for entry in content["objects"]] == [1, 2, 3, 4]
+    assert set(content["objects"][0]) == {
+        "label",
+        "name",
+        "kind",
+        "semi_axes_m",
+        "exponents",
+        "position_m",
+        "quat_wxyz",
+        "mass_kg",
+        "colour_rgb",
+    }
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "told"),
+    [
+        (["schema"], "eyehand.ground_truth/9", "schema is 'eyehand.ground_truth/9', expected"),
+        (["family"], "heap", "family must be one of separate, touching, stacked, got 'heap'"),
+        (["seed"], "2", "seed must be a JSON int"),
+        (["objects"], {}, "objects must be a JSON list"),
+        (["objects", 1], 5, "objects must hold JSON objects"),
+        (["objects", 0, "semi_axes_m"], [0.1, -0.1, 0.1], "semi_axes must be 3 finite lengths"),
+        (["objects", 0, "quat_wxyz"], [2, 0, 0, 0], "quat_wxyz has length 2, expected 1"),
+        (["objects", 0, "position_m"], [0, 0], "must be a list of 3 finite numbers"),
+        (["objects", 0, "kind"], "cone", "kind must be one of"),
+        (["objects", 0, "mass_kg"], None, "mass_kg must be a number"),
+        (["camera", "fx"], 0, "focal lengths must be > 0"),
+        (["camera", "T_world_camera"], None, "T_world_camera must be"),
+        (["table"], None, "table must be a JSON dict"),
+    ],
+)
+def test_a_wrong_entry_is_named_with_its_file(folder: Path, path: list[Any], value: Any, told: str):
+    file = folder / "ground_truth.json"
+    content = json.loads(file.read_text())
+    at = content
+    for key in path[:-1]:
+        at = at[key]
+    at[path[-1]] = value
+    file.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=told) as caught:
+        read_ground_truth(file)
+    assert str(file) in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "null"])
+def test_what_is_no_ground_truth_is_refused(tmp_path: Path, text: str):
+    file = tmp_path / "ground_truth.json"
+    file.write_text(text)
+    with pytest.raises(InputError, match=r"ground_truth\.json"):
+        read_ground_truth(file)
+    with pytest.raises(InputError, match="no such file"):
+        read_ground_truth(tmp_path / "missing.json")
+
+
+def test_labels_that_do_not_fit_are_refused_before_anything_is_written(tmp_path: Path):
+    scene, frame, labels = seen()
+    for wrong in (labels[:-1], labels.astype(float), labels + 1, labels - 1):
+        with pytest.raises(InputError, match="labels must"):
+            write_scene(tmp_path / "out", scene, frame, wrong)
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path: Path):
+    scene, frame, labels = seen()
+    (tmp_path / "taken").write_text("")
+    with pytest.raises(InputError, match="cannot make the folder"):
+        write_scene(tmp_path / "taken", scene, frame, labels)

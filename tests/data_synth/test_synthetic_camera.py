@@ -1,0 +1,81 @@
+"""The synthetic camera is a camera like any other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth import (
+    DepthNoise,
+    SyntheticCamera,
+    TabletopOptions,
+    ViewOptions,
+    make_scene,
+    render_frame,
+)
+from eyehand.errors import InputError
+from eyehand.perception.cameras.protocol import Camera
+
+OPTIONS = TabletopOptions(count_range=(2, 3), view=ViewOptions(image_size=(160, 120)))
+
+
+def test_it_fulfils_the_protocol_of_cameras():
+    assert isinstance(SyntheticCamera([0]), Camera)
+
+
+def test_a_frame_holds_the_cameras_place_and_colour():
+    scene = make_scene(0, OPTIONS)
+    frame, labels = render_frame(scene)
+    assert frame.T_world_camera is scene.T_world_camera
+    assert frame.intrinsics == scene.intrinsics
+    assert frame.colour is not None
+    assert frame.depth.shape == labels.shape == (120, 160)
+    assert set(np.unique(labels)) == set(range(len(scene.objects) + 1))
+
+
+def test_points_of_an_object_lie_inside_its_bounds_in_the_world():
+    scene = make_scene(1, OPTIONS)
+    frame, labels = render_frame(scene, colour=False)
+    for label, item in enumerate(scene.objects, start=1):
+        points = scene.T_world_camera.apply(frame.points()[labels == label].astype(float))
+        assert np.all(item.shape.gauge(points) < 1.02)
+
+
+def test_noise_comes_from_its_seed():
+    scene = make_scene(0, OPTIONS)
+    clean, _ = render_frame(scene, colour=False)
+    one, _ = render_frame(scene, DepthNoise.realistic(), 1, colour=False)
+    same, _ = render_frame(scene, DepthNoise.realistic(), 1, colour=False)
+    other, _ = render_frame(scene, DepthNoise.realistic(), 2, colour=False)
+    assert np.array_equal(one.depth, same.depth)
+    assert not np.array_equal(one.depth, other.depth)
+    assert not np.array_equal(one.depth, clean.depth)
+
+
+def test_looks_at_one_scene_differ_by_noise_only():
+    camera = SyntheticCamera(
+        [3, make_scene(4, OPTIONS)],
+        DepthNoise.realistic(),
+        options=OPTIONS,
+        looks=2,
+        colour=False,
+    )
+    frames = list(camera.frames())
+    again = list(camera.frames())
+    assert len(frames) == 4
+    for one, other in zip(frames, again, strict=True):
+        assert np.array_equal(one.depth, other.depth)
+    assert not np.array_equal(frames[0].depth, frames[1].depth)
+    both = frames[0].valid & frames[1].valid
+    assert np.median(np.abs(frames[0].depth - frames[1].depth)[both]) < 0.01
+    assert frames[0].T_world_camera is frames[1].T_world_camera
+    assert frames[0].colour is None
+
+
+def test_a_camera_without_scenes_or_looks_is_refused():
+    with pytest.raises(InputError, match="one scene or seed"):
+        SyntheticCamera([])
+    with pytest.raises(InputError, match="looks must be >= 1"):
+        SyntheticCamera([0], looks=0)
+    with pytest.raises(InputError, match="seed must be a whole number >= 0, got -1"):
+        render_frame(make_scene(0, OPTIONS), seed=-1)

@@ -1,0 +1,54 @@
+"""Options are checked when they are made, and say what would be right."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+
+from eyehand.data_synth import TabletopOptions, ViewOptions
+from eyehand.errors import InputError
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"family": "piled"}, "separate, touching, stacked, got 'piled'"),
+        ({"kinds": ("box", "cone")}, "sphere, cylinder, ellipsoid, box, superquadric, got 'cone'"),
+        ({"kinds": ()}, "one or more of sphere"),
+        ({"count_range": (0, 3)}, r"\[1, 15\] objects, got \(0, 3\)"),
+        ({"count_range": (3, 16)}, r"\[1, 15\] objects, got \(3, 16\)"),
+        ({"count_range": (5, 4)}, "two rising values"),
+        ({"count_range": (1.5, 4)}, "whole numbers"),
+        ({"count_range": (4,)}, "two rising values"),
+        ({"family": "touching", "count_range": (1, 3)}, r"\[2, 15\] objects"),
+        ({"family": "stacked", "kinds": ("sphere",)}, "flat top, box or cylinder, got sphere"),
+        ({"width_range": (0.0, 0.1)}, "width_range"),
+        ({"height_range": (0.1, float("nan"))}, "height_range"),
+        ({"exponent_range": (0.0, 1.0)}, "exponent_range"),
+        ({"work_area": (2.0, 0.4)}, "work_area inside it"),
+        ({"min_gap": -0.01}, "min_gap must lie in"),
+        ({"drop_tilt": float("nan")}, "drop_tilt must lie in"),
+        ({"tries": 0}, "tries must be >= 1, got 0"),
+        ({"group_size": 1}, "group_size"),
+    ],
+)
+def test_a_scene_option_out_of_bounds_is_refused(options: dict[str, Any], told: str):
+    with pytest.raises(InputError, match=told):
+        TabletopOptions(**options)
+
+
+@pytest.mark.parametrize(
+    ("options", "told"),
+    [
+        ({"image_size": (0, 480)}, "image_size"),
+        ({"focal_share": 0.0}, "focal_share"),
+        ({"elevation_range": (0.5, 2.0)}, "elevation_range"),
+        ({"distance_range": (1.1, 0.6)}, "distance_range"),
+        ({"margin": 200.0}, "margin"),
+        ({"least_share": 0.5}, "least_share"),
+    ],
+)
+def test_a_view_option_out_of_bounds_is_refused(options: dict[str, Any], told: str):
+    with pytest.raises(InputError, match=told):
+        ViewOptions(**options)
