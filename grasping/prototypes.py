@@ -1,0 +1,66 @@
+"""The three grasp prototypes and the sizes they suit.
+
+Cutkosky's taxonomy (Cutkosky and Howe 1990) reduced to power, precision and pincer, as the
+chapter does. Limits are those of a hand with about 130 mm opening.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Prototype = Literal["power", "precision", "pincer"]
+"""How the hand closes: whole hand wraps, fingertips oppose the thumb, two fingertips pinch."""
+
+Approach = Literal["side", "top"]
+"""Where the palm comes from, relative to the support plane."""
+
+GraspTask = Literal["lift", "move", "hand-over", "use"]
+"""What happens after the grasp."""
+
+
+@dataclass(frozen=True)
+class PrototypeLimits:
+    """Sizes and weights that the prototypes suit; lengths in m, masses in kg."""
+
+    pincer_width: float = 0.032
+    """Widest object between two fingertips."""
+    pincer_length: float = 0.060
+    """Longest other horizontal extent that two fingertips hold without turning."""
+    pincer_mass: float = 0.15
+    """Heaviest object that two fingertips hold."""
+    side_power_height: float = 0.085
+    """Least height for the whole hand from the side, clear of the table."""
+    side_power_slenderness: float = 1.3
+    """Least height over width from the side: lower objects are reached better from above."""
+    side_power_width: tuple[float, float] = (0.030, 0.085)
+    """Widths that fingers and thumb close around from the side."""
+    top_power_width: tuple[float, float] = (0.052, 0.098)
+    """Widths that the whole hand covers from above."""
+    top_power_height: float = 0.045
+    """Least height for fingers to reach below the widest part from above."""
+    precision_width: float = 0.115
+    """Widest object between fingertips and thumb."""
+    precision_mass: float = 0.8
+    """Heaviest object that fingertips hold."""
+    clearance: float = 0.020
+    """Opening beyond the object's width in the pre-shape."""
+    opening: float = 0.135
+    """Widest opening of the hand."""
+    fingertip_height: float = 0.008
+    """Least height for fingertips to get a hold above the support."""
+
+
+@dataclass(frozen=True)
+class WeightEstimate:
+    """Mass range of an object of unknown content."""
+
+    density_range: tuple[float, float] = (100.0, 1300.0)
+    """Densities of household goods, kg/m³: from an empty carton to a full can."""
+    density: float = 600.0
+    """Middle of the range, kg/m³, used to choose."""
+
+    def mass(self, volume: float) -> tuple[float, float, float]:
+        """Least, likely and largest mass, kg, of a volume in m³."""
+        low, high = self.density_range
+        return volume * low, volume * self.density, volume * high
