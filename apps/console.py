@@ -1,0 +1,58 @@
+"""What commands say: people read stderr, machines read one JSON object on stdout."""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping
+
+    from rich.console import Console
+    from rich.table import Table
+
+
+def stderr_console() -> Console:
+    """Console for progress and tables."""
+    from rich.console import Console
+
+    return Console(stderr=True, highlight=False)
+
+
+def say(message: str) -> None:
+    """One line for people."""
+    print(message, file=sys.stderr, flush=True)
+
+
+def show(table: Table, *, json_wanted: bool) -> None:
+    """Print a table on stdout, or on stderr where stdout belongs to JSON."""
+    from rich.console import Console
+
+    console = Console(stderr=json_wanted, highlight=False)
+    if not console.is_terminal:
+        console = Console(stderr=json_wanted, highlight=False, width=140)
+    console.print(table)
+
+
+def print_json(
+    command: str, seed: int | None, rows: Iterable[Mapping[str, Any]], **more: Any
+) -> None:
+    """Print ``{"schema": "eyehand.<command>/1", "seed": …, "rows": […], …}`` on stdout."""
+    report = {"schema": f"eyehand.{command}/1", "seed": seed, "rows": list(rows), **more}
+    print(json.dumps(report, allow_nan=False))
+
+
+def tracked(items: Iterable[Any], what: str, total: int | None = None) -> Iterator[Any]:
+    """Iterate with a progress bar on stderr, where that is a terminal."""
+    from rich.progress import track
+
+    console = stderr_console()
+    yield from track(
+        items,
+        description=what,
+        total=total,
+        console=console,
+        disable=not console.is_terminal,
+        transient=True,
+    )

@@ -1,0 +1,71 @@
+"""Write what was found: scene.json, labels.png, overlay.png."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING
+
+import cv2
+
+from eyehand.errors import InputError
+from eyehand.perception.atomic_write import atomic_write
+
+from .scene_json import scene_json
+from .scene_picture import labels_picture, overlay_picture
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .description import Description
+
+
+def write_description(folder: Path, found: Description, source: str) -> list[Path]:
+    """Write a description's three files to a folder, made if needed, and list them.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made or written to.
+    """
+    make_folder(folder)
+    scene_file = folder / "scene.json"
+    text = json.dumps(scene_json(found.scene, found.plans, source), indent=1, allow_nan=False)
+    write_text(scene_file, text + "\n")
+    labels_file, overlay_file = folder / "labels.png", folder / "overlay.png"
+    write_picture(labels_file, labels_picture(found.scene.segmentation.labels))
+    write_picture(overlay_file, overlay_picture(found.frame, found.scene, found.plans))
+    return [scene_file, labels_file, overlay_file]
+
+
+def make_folder(folder: Path) -> None:
+    """Make an output folder.
+
+    Raises
+    ------
+    InputError
+        If it cannot be made.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot make the folder {folder}: {error.strerror}") from error
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file at once or not at all."""
+    with atomic_write(path) as temporary:
+        temporary.write_text(text, encoding="utf-8")
+
+
+def write_picture(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
+    """Write a PNG, (H, W) or (H, W, 3) RGB, at once or not at all."""
+    if picture.ndim == 3:
+        picture = picture[..., ::-1]
+    with atomic_write(path) as temporary:
+        ok, encoded = cv2.imencode(".png", picture)
+        if not ok:
+            raise InputError(f"cannot encode a picture of shape {picture.shape} as PNG")
+        temporary.write_bytes(encoded.tobytes())

@@ -1,0 +1,92 @@
+"""What was found, as a table for people and as rows for machines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich.table import Table
+
+from .scene_picture import colour_of
+
+if TYPE_CHECKING:
+    from eyehand.perception import SceneObject
+
+    from .description import Description
+
+
+def description_table(found: Description, source: str) -> Table:
+    """Give a table: one row per object, times in the caption."""
+    scene = found.scene
+    stages = ", ".join(f"{stage} {value * 1e3:.0f}" for stage, value in scene.timings.items())
+    total = scene.seconds + found.plan_seconds
+    table = Table(
+        title=f"{source}: {len(scene.objects)} objects",
+        title_justify="left",
+        caption=f"{total * 1e3:.0f} ms: {stages}, grasps {found.plan_seconds * 1e3:.0f}",
+        caption_justify="left",
+    )
+    for column in ("#", "solid", "size mm", "ε1 ε2", "rms mm", "seen %", "on", "grasp", "rows"):
+        table.add_column(column, justify="right" if column in ("rms mm", "seen %") else "left")
+    table.add_column("why", overflow="fold")
+    for item in scene.objects:
+        plan = found.plans[item.label]
+        r, g, b = colour_of(item.label).tolist()
+        table.add_row(
+            f"[rgb({r},{g},{b})]{item.label}[/]",
+            *_solid_cells(item),
+            f"{item.visible_share * 100:.0f}",
+            _resting(item),
+            f"{plan.prototype}, {plan.approach}" if plan else "none",
+            str(plan.rows) if plan else "-",
+            plan.reason,
+        )
+    return table
+
+
+def description_rows(found: Description, prefix: str | None = None) -> list[dict[str, Any]]:
+    """Rows for ``--json``: one per object and one named ``frame`` with the totals."""
+    lead = f"{prefix}/" if prefix else ""
+    scene = found.scene
+    rows: list[dict[str, Any]] = [
+        {
+            "name": f"{lead}frame",
+            "objects": len(scene.objects),
+            "perceive_ms": round(scene.seconds * 1e3, 2),
+            "plan_ms": round(found.plan_seconds * 1e3, 2),
+            **{f"{stage}_ms": round(value * 1e3, 2) for stage, value in scene.timings.items()},
+        }
+    ]
+    for item in scene.objects:
+        plan = found.plans[item.label]
+        solid = item.fit.superquadric
+        rows.append(
+            {
+                "name": f"{lead}object {item.label}",
+                "kind": solid.kind if solid is not None and item.fit else None,
+                "size_mm": None
+                if solid is None
+                else [round(2e3 * a, 1) for a in solid.semi_axes.tolist()],
+                "rms_mm": round(item.fit.rms * 1e3, 3) if item.fit.residuals.size else None,
+                "visible_pct": round(item.visible_share * 100, 1),
+                "rests_on": item.rests_on,
+                "prototype": plan.prototype,
+                "task_rows": plan.rows,
+                "reason": plan.reason,
+            }
+        )
+    return rows
+
+
+def _solid_cells(item: SceneObject) -> tuple[str, str, str, str]:
+    solid = item.fit.superquadric
+    if solid is None or not item.fit:
+        return "none", "-", "-", "-"
+    size = " x ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
+    exponents = f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}"
+    return solid.kind, size, exponents, f"{item.fit.rms * 1e3:.1f}"
+
+
+def _resting(item: SceneObject) -> str:
+    if item.rests_on is None:
+        return "?"
+    return "table" if item.rests_on == 0 else f"object {item.rests_on}"

@@ -1,0 +1,96 @@
+"""The `eyehand` command: finds the sub-command and turns errors into one line and an exit code.
+
+The table below is all that `eyehand --help` needs: no command's module is imported before it
+runs, so that help answers at once and heavy libraries load only where they are used.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import metadata
+
+COMMANDS: dict[str, tuple[str, str]] = {
+    "demo": ("eyehand.apps.demo:demo", "show the whole way on a synthetic and a real frame"),
+    "perceive": (
+        "eyehand.apps.perceive:perceive_command",
+        "describe a depth frame, a recording or a live camera",
+    ),
+    "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
+    "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
+}
+"""Command name → (where it is, what it does)."""
+
+ABOUT = "eyehand: grasp objects never seen before, from one depth image and from touch."
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run the command line and leave with exit code 0 (done), 1 (failed) or 2 (wrong input)."""
+    arguments = sys.argv[1:] if arguments is None else arguments
+    if not arguments or arguments in (["--help"], ["-h"]):
+        print(_help())
+        sys.exit(0)
+    if arguments == ["--version"]:
+        print(metadata.version("eyehand"))
+        sys.exit(0)
+    # Small matrices gain nothing from BLAS threads, and lose much where cores are shared.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    sys.exit(_run(arguments))
+
+
+def _run(arguments: list[str]) -> int:
+    from cyclopts import App, CycloptsError
+
+    from eyehand.errors import EyehandError
+
+    app = App(name="eyehand", help=ABOUT, help_format="plaintext", version=_version)
+    for name, (where, what) in COMMANDS.items():
+        app.command(where, name=name, help=what)
+    app.register_install_completion_command()
+    try:
+        code = app(arguments, result_action="return_value", exit_on_error=False, print_error=False)
+    except CycloptsError as error:
+        print(
+            f"eyehand: {_one_line(error)}; see eyehand {_command(arguments)}--help", file=sys.stderr
+        )
+        return 2
+    except EyehandError as error:
+        print(f"eyehand: {error}", file=sys.stderr)
+        return error.exit_code
+    except BrokenPipeError:
+        # The reader went away (`| head`): there is nobody left to tell.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except KeyboardInterrupt:
+        print("eyehand: interrupted", file=sys.stderr)
+        return 130
+    return code if isinstance(code, int) else 0
+
+
+def _help() -> str:
+    width = max(len(name) for name in COMMANDS)
+    lines = [f"  {name:<{width}}  {what}" for name, (_, what) in COMMANDS.items()]
+    return "\n".join(
+        [
+            ABOUT,
+            "",
+            "Usage: eyehand COMMAND [OPTIONS]",
+            "",
+            "Commands:",
+            *lines,
+            "",
+            "eyehand COMMAND --help lists a command's options.",
+        ]
+    )
+
+
+def _version() -> str:
+    return metadata.version("eyehand")
+
+
+def _command(arguments: list[str]) -> str:
+    return f"{arguments[0]} " if arguments[0] in COMMANDS else ""
+
+
+def _one_line(error: Exception) -> str:
+    return " ".join(str(error).split())

@@ -1,0 +1,107 @@
+"""`eyehand perceive`: describe a depth frame, a recording or a live camera."""
+
+from __future__ import annotations
+
+from itertools import islice
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from eyehand.errors import InputError
+from eyehand.grasping import GraspTask, SelectOptions
+from eyehand.perception.frame_io import read_frame
+
+from .console import print_json, say, show
+from .description import describe, ready_kernels
+from .description_files import write_description
+from .description_table import description_rows, description_table
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from eyehand.perception import DepthFrame
+
+RECORDING_SUFFIX = ".mcap"
+
+
+def perceive_command(
+    frame: Path | None = None,
+    /,
+    *,
+    camera: Path | None = None,
+    oak: bool = False,
+    record: Path | None = None,
+    frames: Annotated[int | None, Parameter(name="--frames")] = None,
+    task: GraspTask = "lift",
+    out: Path = Path("out/perceive"),
+    json: bool = False,
+) -> int:
+    """Describe what a depth camera sees: segments, a fitted solid each, a proposed grasp each.
+
+    Writes scene.json, labels.png and overlay.png to the output folder and prints a table.
+
+    Parameters
+    ----------
+    frame
+        Depth frame (.png in mm with a camera file, .npz, organised .pcd or .ply), or a recording
+        (.mcap).
+    camera
+        Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame.
+    oak
+        Read from a connected Luxonis OAK camera instead of a file.
+    record
+        With --oak: also record what the camera sees to this .mcap file.
+    frames
+        Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
+    task
+        What the grasp is for.
+    out
+        Output folder; frames of a stream go to numbered folders inside.
+    json
+        Print one JSON object on stdout; the table goes to stderr.
+    """
+    if (frame is None) == (not oak):
+        raise InputError("give either a frame file or --oak: eyehand perceive FRAME, or --oak")
+    if record is not None and not oak:
+        raise InputError("--record goes with --oak: files are already recorded")
+    if frames is not None and frames < 1:
+        raise InputError(f"--frames must be >= 1, got {frames}")
+    rows = []
+    seen = 0
+    for name, source, depth_frame in _frames(frame, camera, oak, record, frames):
+        if seen == 0:
+            ready_kernels()
+        seen += 1
+        found = describe(depth_frame, SelectOptions(task=task))
+        folder = out if name is None else out / name
+        write_description(folder, found, source)
+        show(description_table(found, source), json_wanted=json)
+        say(f"pictures and scene.json in {folder}")
+        rows += description_rows(found, name)
+    if seen == 0:
+        raise InputError(f"{frame} holds no frame")
+    if json:
+        print_json("perceive", None, rows, frames=seen, out=str(out))
+    return 0
+
+
+def _frames(
+    path: Path | None, camera: Path | None, oak: bool, record: Path | None, count: int | None
+) -> Iterator[tuple[str | None, str, DepthFrame]]:
+    """Yield (folder name or None, source, frame)."""
+    if oak:
+        from eyehand.perception.cameras import OakCamera
+
+        stream, source, count = OakCamera(record=record), "OAK camera", count or 1
+    elif path is not None and path.suffix.lower() == RECORDING_SUFFIX:
+        from eyehand.perception.cameras import OakRecording
+
+        stream, source = OakRecording(path), str(path)
+    else:
+        assert path is not None
+        yield None, str(path), read_frame(path, camera)
+        return
+    # islice stops before it asks for a frame too many, which a live camera would have to take.
+    for number, frame in enumerate(islice(stream.frames(), count)):
+        yield f"{number:04d}", f"{source}, frame {number}", frame

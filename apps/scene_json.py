@@ -1,0 +1,103 @@
+"""A perceived scene as JSON: schema version, SI units, quaternions labelled w, x, y, z."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from eyehand.grasping import GraspPlan
+    from eyehand.perception import Scene, SceneObject, Superquadric, SuperquadricFit
+
+SCENE_SCHEMA = "eyehand.scene/1"
+UNITS = {"length": "m", "angle": "rad", "mass": "kg", "time": "s", "quaternion": "wxyz"}
+
+
+def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[str, Any]:
+    """Give a scene with its grasp plans as plain data; every number is finite."""
+    support = scene.support
+    return {
+        "schema": SCENE_SCHEMA,
+        "units": UNITS,
+        "source": source,
+        "frame": scene.frame,
+        "labels": "labels.png",
+        "support_plane": None
+        if support is None
+        else {
+            "normal": _numbers(support.normal),
+            "offset_m": _number(support.offset),
+            "tolerance_m": _number(support.tolerance),
+        },
+        "objects": [_object(item, plans[item.label]) for item in scene.objects],
+        "timings_s": {stage: _number(value) for stage, value in scene.timings.items()},
+    }
+
+
+def solid_json(solid: Superquadric) -> dict[str, Any]:
+    """Give a solid as plain data."""
+    return {
+        "kind": solid.kind,
+        "semi_axes_m": _numbers(solid.semi_axes),
+        "exponents": [_number(e) for e in solid.exponents],
+        "position_m": _numbers(solid.centre),
+        "quat_wxyz": _numbers(solid.pose.rotation.as_quat(scalar_first=True)),
+        "volume_m3": float(f"{solid.volume:.6g}"),
+    }
+
+
+def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
+    """Give a fit as plain data, its ladder included."""
+    return {
+        "converged": fit.converged,
+        "reason": fit.reason,
+        "rms_m": _number(fit.rms) if fit.residuals.size else None,
+        "solid": None if fit.superquadric is None else solid_json(fit.superquadric),
+        "ladder": [
+            {"kind": c.kind, "rms_m": _number(c.rms), "criterion": _number(c.criterion)}
+            for c in fit.ladder
+        ],
+        "time_s": _number(fit.seconds),
+    }
+
+
+def _object(item: SceneObject, plan: GraspPlan) -> dict[str, Any]:
+    return {
+        "label": item.label,
+        "pixels": item.pixels,
+        "visible_share": _number(item.visible_share),
+        "rests_on": item.rests_on,
+        "fit": fit_json(item.fit),
+        "grasp": {
+            "prototype": plan.prototype,
+            "approach": plan.approach,
+            "opening_m": _number(plan.opening),
+            "closing_direction": _numbers(plan.closing),
+            "task_rows": plan.rows,
+            "tasks": [
+                {
+                    "name": task.name,
+                    "rows": task.rows,
+                    "point_m": _numbers(task.point),
+                    "axis": _numbers(task.axis),
+                    "target": _number(task.target),
+                    "says": task.says,
+                }
+                for task in plan.tasks
+            ],
+            "score": _number(plan.score.total),
+            "score_terms": {name: _number(term) for name, term in plan.score.terms.items()},
+            "mass_kg": dict(zip(("low", "likely", "high"), _numbers(plan.mass), strict=True)),
+            "reason": plan.reason,
+            "rejected": plan.rejected,
+        },
+    }
+
+
+def _number(value: float) -> float:
+    return round(float(value), 6)
+
+
+def _numbers(values: Any) -> list[float]:
+    return [_number(value) for value in np.asarray(values, dtype=float).ravel()]

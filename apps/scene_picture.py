@@ -1,0 +1,175 @@
+"""Pictures of a perceived frame: coloured labels, and segments with the solids' lines over them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.perception.superquadric.wireframe import feature_curves
+from eyehand.perception.visibility import outline
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.grasping import GraspPlan
+    from eyehand.perception import DepthFrame, Scene, SceneObject
+
+PALETTE = np.array(
+    [
+        (86, 180, 233),
+        (230, 159, 0),
+        (0, 158, 115),
+        (204, 121, 167),
+        (240, 228, 66),
+        (213, 94, 0),
+        (0, 114, 178),
+        (148, 103, 189),
+        (140, 200, 90),
+        (220, 120, 120),
+    ],
+    dtype=np.uint8,
+)
+"""Okabe and Ito's colour-blind-safe colours, then four more; objects beyond repeat them."""
+
+MIN_WIDTH = 1280
+"""Pictures are enlarged to at least this many pixels across, so that lines and text are sharp."""
+TINT = 0.45
+BACKGROUND = 0.75
+LINE = 2
+SUBPIXEL = 4
+"""Bits of sub-pixel precision in OpenCV's line drawing."""
+
+
+def labels_picture(labels: NDArray[np.int32]) -> NDArray[np.uint16]:
+    """Labels as a 16-bit image (H, W); 0 = not an object."""
+    return labels.astype(np.uint16)
+
+
+def overlay_picture(
+    frame: DepthFrame, scene: Scene, plans: dict[int, GraspPlan]
+) -> NDArray[np.uint8]:
+    """Draw segments, projected solids and grasps over a frame, (H', W', 3) uint8 RGB.
+
+    The background is the colour image where there is one, else depth in grey. Solid lines are
+    the outline and the visible feature lines of each fitted solid.
+    """
+    zoom = max(int(np.ceil(MIN_WIDTH / frame.depth.shape[1])), 1)
+    canvas = background_picture(frame).astype(np.float32)
+    labels = scene.segmentation.labels
+    mean = canvas.mean(axis=2, keepdims=True)
+    canvas = BACKGROUND * (0.5 * canvas + 0.5 * mean)
+    for item in scene.objects:
+        mask = labels == item.label
+        canvas[mask] = (1 - TINT) * canvas[mask] / BACKGROUND + TINT * colour_of(item.label)
+    canvas = np.clip(canvas, 0, 255).astype(np.uint8)
+    size = (canvas.shape[1] * zoom, canvas.shape[0] * zoom)
+    canvas = cv2.resize(canvas, size, interpolation=cv2.INTER_CUBIC)
+    T_scene_camera = frame.T_world_camera
+    T_camera_scene = RigidTransform.identity() if T_scene_camera is None else T_scene_camera.inv()
+    for item in reversed(scene.objects):
+        _draw_solid(canvas, item, frame, T_camera_scene, zoom)
+    for item in scene.objects:
+        _write(canvas, item, plans[item.label], labels, zoom)
+    return canvas
+
+
+def background_picture(frame: DepthFrame) -> NDArray[np.uint8]:
+    """Give the colour image, or depth from near (bright) to far (dark), (H, W, 3) uint8 RGB."""
+    if frame.colour is not None:
+        return np.array(frame.colour)
+    return depth_picture(frame)
+
+
+def depth_picture(frame: DepthFrame) -> NDArray[np.uint8]:
+    """Depth as a picture, near bright and far dark, no reading black, (H, W, 3) uint8 RGB."""
+    near, far = np.percentile(frame.depth[frame.valid], [1, 99])
+    span = max(float(far - near), 1e-6)
+    shade = np.clip(1.0 - (frame.depth - near) / span, 0.0, 1.0)
+    grey = (50 + 190 * shade).astype(np.uint8)
+    coloured = np.asarray(cv2.applyColorMap(grey, cv2.COLORMAP_BONE))[..., ::-1]
+    return np.ascontiguousarray(np.where(frame.valid[..., None], coloured, 0)).astype(np.uint8)
+
+
+def colour_of(label: int) -> NDArray[np.uint8]:
+    """Colour of an object, (3,) uint8 RGB."""
+    return PALETTE[(label - 1) % len(PALETTE)]
+
+
+def _draw_solid(
+    canvas: NDArray[np.uint8],
+    item: SceneObject,
+    frame: DepthFrame,
+    T_camera_scene: RigidTransform,
+    zoom: int,
+) -> None:
+    solid = item.fit.superquadric
+    if solid is None or not item.fit:
+        return
+    bright = _bright(item.label)
+    for curve in feature_curves(solid):
+        eye = T_camera_scene.inv().translation
+        facing = np.einsum("ij,ij->i", solid.normals(curve), eye - curve) > 0
+        pixels = frame.intrinsics.project(T_camera_scene.apply(curve))
+        shown = facing & np.all(np.isfinite(pixels), axis=1)
+        for run in np.split(np.arange(len(curve)), np.flatnonzero(np.diff(shown)) + 1):
+            if shown[run[0]] and len(run) > 1:
+                _polyline(canvas, pixels[run], bright, zoom, closed=False)
+    polygon = outline(solid, frame.intrinsics, T_camera_scene)
+    if polygon is not None:
+        _polyline(canvas, polygon, bright, zoom, closed=True)
+
+
+def _polyline(
+    canvas: NDArray[np.uint8],
+    pixels: NDArray[np.float64],
+    colour: tuple[int, int, int],
+    zoom: int,
+    *,
+    closed: bool,
+) -> None:
+    # Pixel centres lie at whole numbers before and after the enlargement.
+    enlarged = (pixels + 0.5) * zoom - 0.5
+    limit = 4.0 * max(canvas.shape)
+    fixed = np.round(np.clip(enlarged, -limit, limit) * (1 << SUBPIXEL)).astype(np.int32)
+    cv2.polylines(canvas, [fixed], closed, (20, 20, 20), LINE + 2, cv2.LINE_AA, SUBPIXEL)
+    cv2.polylines(canvas, [fixed], closed, colour, LINE, cv2.LINE_AA, SUBPIXEL)
+
+
+def _write(
+    canvas: NDArray[np.uint8],
+    item: SceneObject,
+    plan: GraspPlan,
+    labels: NDArray[np.int32],
+    zoom: int,
+) -> None:
+    """Name an object over its top edge: number, solid, grasp."""
+    rows, columns = np.nonzero(labels == item.label)
+    kind = item.fit.superquadric.kind if item.fit.superquadric and item.fit else "no solid"
+    grasp = plan.prototype or "no grasp"
+    text = f"{item.label} {kind} - {grasp}"
+    scale, thickness = 0.55, 1
+    (width, height), base = cv2.getTextSize(text, cv2.FONT_HERSHEY_DUPLEX, scale, thickness)
+    x = int(np.median(columns) * zoom - width / 2)
+    y = int(rows.min() * zoom - 10)
+    x = int(np.clip(x, 4, canvas.shape[1] - width - 4))
+    y = int(np.clip(y, height + 6, canvas.shape[0] - base - 4))
+    corner, opposite = (x - 5, y - height - 5), (x + width + 5, y + base + 2)
+    cv2.rectangle(canvas, corner, opposite, (25, 25, 28), cv2.FILLED, cv2.LINE_AA)
+    cv2.putText(
+        canvas,
+        text,
+        (x, y),
+        cv2.FONT_HERSHEY_DUPLEX,
+        scale,
+        _bright(item.label),
+        thickness,
+        cv2.LINE_AA,
+    )
+
+
+def _bright(label: int) -> tuple[int, int, int]:
+    r, g, b = (0.35 * 255 + 0.65 * colour_of(label)).astype(int).tolist()
+    return r, g, b
