@@ -71,8 +71,9 @@ def overlay_picture(
     T_camera_scene = RigidTransform.identity() if T_scene_camera is None else T_scene_camera.inv()
     for item in reversed(scene.objects):
         _draw_solid(canvas, item, frame, T_camera_scene, zoom)
+    taken: list[tuple[int, int, int, int]] = []
     for item in scene.objects:
-        _write(canvas, item, plans[item.label], labels, zoom)
+        _write(canvas, item, plans[item.label], labels, zoom, taken)
     return canvas
 
 
@@ -144,8 +145,9 @@ def _write(
     plan: GraspPlan,
     labels: NDArray[np.int32],
     zoom: int,
+    taken: list[tuple[int, int, int, int]],
 ) -> None:
-    """Name an object over its top edge: number, solid, grasp."""
+    """Name an object over its top edge, clear of the names before: number, solid, grasp."""
     rows, columns = np.nonzero(labels == item.label)
     kind = item.fit.superquadric.kind if item.fit.superquadric and item.fit else "no solid"
     grasp = plan.prototype or "no grasp"
@@ -156,7 +158,17 @@ def _write(
     y = int(rows.min() * zoom - 10)
     x = int(np.clip(x, 4, canvas.shape[1] - width - 4))
     y = int(np.clip(y, height + 6, canvas.shape[0] - base - 4))
-    corner, opposite = (x - 5, y - height - 5), (x + width + 5, y + base + 2)
+    step = height + base + 10
+    for shift in (0, -1, 1, -2, 2, -3, 3):
+        box = (x - 5, y + shift * step - height - 5, x + width + 5, y + shift * step + base + 2)
+        inside = box[1] >= 0 and box[3] < canvas.shape[0]
+        if inside and not any(_overlap(box, other) for other in taken):
+            break
+    else:
+        box = (x - 5, y - height - 5, x + width + 5, y + base + 2)
+    taken.append(box)
+    corner, opposite = box[:2], box[2:]
+    x, y = corner[0] + 5, opposite[1] - base - 2
     cv2.rectangle(canvas, corner, opposite, (25, 25, 28), cv2.FILLED, cv2.LINE_AA)
     cv2.putText(
         canvas,
@@ -168,6 +180,10 @@ def _write(
         thickness,
         cv2.LINE_AA,
     )
+
+
+def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool:
+    return a[0] < b[2] and b[0] < a[2] and a[1] < b[3] and b[1] < a[3]
 
 
 def _bright(label: int) -> tuple[int, int, int]:

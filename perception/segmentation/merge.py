@@ -11,6 +11,7 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
     from .options import SegmentationOptions
 
@@ -21,7 +22,7 @@ def merge_patches(
     patches: NDArray[np.int32],
     disparity: NDArray[np.float32],
     planes: LocalPlanes,
-    normals: NDArray[np.float32],
+    camera: CameraIntrinsics,
     options: SegmentationOptions,
 ) -> NDArray[np.int32]:
     """Join patches into objects, (H, W) int32 with arbitrary numbers, 0 stays 0.
@@ -43,7 +44,7 @@ def merge_patches(
         planes.value,
         planes.slope_u,
         planes.slope_v,
-        normals,
+        (camera.fx, camera.fy, camera.cx, camera.cy),
         np.float32(options.grow_sigmas * planes.noise),
         np.float32(options.bend_sigmas * planes.noise),
         options.bend_reach,
@@ -113,7 +114,7 @@ def _join_cost(row: NDArray[np.float64], options: SegmentationOptions) -> float 
 
 
 @njit(cache=True)
-def border_votes(patches, q, value, slope_u, slope_v, normals, max_step, clear_bend, reach):
+def border_votes(patches, q, value, slope_u, slope_v, camera, max_step, clear_bend, reach):
     """One row per border pixel pair: (patch a < patch b) and (1, contact, weight, concavity)."""
     rows, columns = patches.shape
     capacity = 0
@@ -155,10 +156,7 @@ def border_votes(patches, q, value, slope_u, slope_v, normals, max_step, clear_b
                     if step < max_step:
                         bend = np.sqrt(rise_u * rise_u + rise_v * rise_v)
                         along = rise_u * du + rise_v * dv
-                        cosine = np.float32(0.0)
-                        for c in range(3):
-                            cosine += normals[v, u, c] * normals[y, x, c]
-                        angle = np.arccos(min(max(cosine, np.float32(-1.0)), np.float32(1.0)))
+                        angle = _angle(value, slope_u, slope_v, camera, v, u, y, x)
                         votes[k, 1] = 1.0
                         by, bx = v - reach * dv, u - reach * du
                         ay, ax = y + reach * dv, x + reach * du
@@ -180,3 +178,16 @@ def border_votes(patches, q, value, slope_u, slope_v, normals, max_step, clear_b
                             votes[k, 3] = angle * weight * np.sign(second)
                 k += 1
     return pairs, votes
+
+
+@njit(cache=True)
+def _angle(value, slope_u, slope_v, camera, v, u, y, x):
+    """Angle between the planes at two pixels, rad."""
+    fx, fy, cx, cy = camera
+    ax, ay = slope_u[v, u] * fx, slope_v[v, u] * fy
+    az = value[v, u] - slope_u[v, u] * (u - cx) - slope_v[v, u] * (v - cy)
+    bx, by = slope_u[y, x] * fx, slope_v[y, x] * fy
+    bz = value[y, x] - slope_u[y, x] * (x - cx) - slope_v[y, x] * (y - cy)
+    dot = ax * bx + ay * by + az * bz
+    lengths = np.sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz))
+    return np.arccos(min(max(dot / lengths, -1.0), 1.0))

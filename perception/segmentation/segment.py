@@ -59,9 +59,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     clock.done("patches")
     patches, planes = grow_patches(disparity, planes, patches, above, options)
     clock.done("grow")
-    objects = merge_patches(
-        patches, disparity, planes, plane_normals(planes, frame.intrinsics), options
-    )
+    objects = merge_patches(patches, disparity, planes, frame.intrinsics, options)
     clock.done("merge")
     labels = _order(objects, points, support, frame, options)
     clock.done("order")

@@ -58,9 +58,9 @@ def find_support(
 ) -> Support | None:
     """Find the support plane by one-point RANSAC (a pixel with its local plane is a hypothesis).
 
-    With the camera's place known only planes within ``max_tilt`` of horizontal count; otherwise
-    the plane with the most readings wins. The sampling grid is fixed, so equal frames give equal
-    planes.
+    With the camera's place known only planes within ``max_tilt`` of horizontal count. The plane
+    with the most readings wins, near ones weighing more. The sampling grid is fixed, so equal
+    frames give equal planes.
     """
     rows, columns = np.nonzero(smooth)
     if rows.size == 0:
@@ -86,7 +86,8 @@ def find_support(
     gaps = np.abs(candidates @ rays.T / offsets[:, None] + (1.0 / z))
     votes = gaps < options.plane_sigmas * planes.noise
     votes &= candidates @ sample_normals.T > MIN_COSINE
-    best = int(np.argmax(votes.sum(axis=1)))
+    # Weighing by squared disparity prefers the table at hand to a floor that fills more pixels.
+    best = int(np.argmax(votes @ (1.0 / z**2)))
     inlier = votes[best]
     if inlier.sum() < MIN_SHARE * rows.size:
         return None

@@ -1,0 +1,137 @@
+"""`eyehand demo`: the whole way from depth to described scene, on a synthetic and a real frame."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
+from eyehand.errors import InputError
+from eyehand.grasping import GraspTask, SelectOptions
+from eyehand.perception import read_frame
+
+from .console import print_json, say, show
+from .description import Description, describe, ready_kernels
+from .description_files import write_description, write_picture
+from .description_table import description_rows, description_table
+from .scene_picture import depth_picture, overlay_picture
+from .segmentation_score import SegmentationScore, score_overlap
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception import DepthFrame
+
+SAMPLE = Path(__file__).parent / "sample" / "depth.png"
+"""A frame that comes with the package, made by `eyehand synth`."""
+REAL_FRAME = Path("frames/pcl/milk_cartoon_all_small_clorox.pcd")
+"""The real frame shown, inside a folder of test data."""
+PANEL_HEIGHT = 720
+GAP = 12
+
+
+@dataclass(frozen=True)
+class _Shown:
+    name: str
+    source: str
+    found: Description
+    score: SegmentationScore | None
+
+
+def demo(
+    frame: Path | None = None,
+    /,
+    *,
+    camera: Path | None = None,
+    seed: int = 3,
+    objects: int = 5,
+    task: GraspTask = "lift",
+    out: Path = Path("out/demo"),
+    json: bool = False,
+) -> int:
+    """Perceive a synthetic scene, whose truth is known, then a real frame; leave the pictures.
+
+    Parameters
+    ----------
+    frame
+        Your own depth frame in place of the real one shown.
+    camera
+        Camera file of that frame.
+    seed
+        Seed of the synthetic scene.
+    objects
+        Objects in the synthetic scene, 1 to 15.
+    task
+        What the grasps are for.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; tables go to stderr.
+    """
+    if not 1 <= objects <= 15:
+        raise InputError(f"--objects must be 1 to 15, got {objects}")
+    say("making a synthetic scene: physics, camera, depth noise ...")
+    scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
+    synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
+    real, source = _real_frame(frame, camera)
+    ready_kernels()
+    select = SelectOptions(task=task)
+    found = describe(synthetic, select)
+    score = score_overlap(found.scene.segmentation.labels, truth)
+    shown = [
+        _Shown("synthetic", f"synthetic scene, seed {seed}", found, score),
+        _Shown("real", source, describe(real, select), None),
+    ]
+    rows = []
+    for item in shown:
+        write_description(out / item.name, item.found, item.source)
+        show(description_table(item.found, item.source), json_wanted=json)
+        if item.score is not None:
+            say(_against_truth(item.score))
+        rows += description_rows(item.found, item.name)
+    overview = out / "overview.png"
+    write_picture(overview, np.vstack([_panel(item.found) for item in shown]))
+    say(
+        f"pictures: {overview}; overlay.png, labels.png, scene.json per frame in {out}"
+    )
+    if json:
+        print_json("demo", seed, rows, out=str(out), overlap_f_pct=round(100 * score.f, 2))
+    return 0
+
+
+def _real_frame(path: Path | None, camera: Path | None) -> tuple[DepthFrame, str]:
+    """Read the frame asked for, else a real one beside the repository, else the package's own."""
+    if path is not None:
+        return read_frame(path, camera), str(path)
+    data = Path(os.environ.get("EYEHAND_DATA", "../shared/data"))
+    if (data / REAL_FRAME).is_file():
+        return read_frame(data / REAL_FRAME), f"real frame {REAL_FRAME.name}"
+    say(f"no real frame at {data / REAL_FRAME}: showing the package's own sample instead")
+    return read_frame(SAMPLE), "sample frame"
+
+
+def _against_truth(score: SegmentationScore) -> str:
+    return (
+        f"against the truth: {score.predicted_count} of {score.truth_count} objects, "
+        f"overlap F {100 * score.f:.1f} %"
+    )
+
+
+def _panel(found: Description) -> NDArray[np.uint8]:
+    """Depth on the left, what was found on the right."""
+    pictures = [depth_picture(found.frame), overlay_picture(found.frame, found.scene, found.plans)]
+    scaled = []
+    for picture in pictures:
+        width = round(picture.shape[1] * PANEL_HEIGHT / picture.shape[0])
+        shrinks = picture.shape[0] > PANEL_HEIGHT
+        how = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
+        resized = cv2.resize(picture, (width, PANEL_HEIGHT), interpolation=how)
+        scaled.append(np.asarray(resized, dtype=np.uint8))
+    gap = np.full((PANEL_HEIGHT, GAP, 3), 255, np.uint8)
+    row = np.hstack([scaled[0], gap, scaled[1]])
+    return np.vstack([row, np.full((GAP, row.shape[1], 3), 255, np.uint8)])

@@ -1,0 +1,238 @@
+"""Commands as a person runs them: what they print, write, and refuse."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+
+from eyehand.apps.main import COMMANDS, main
+from eyehand.perception import (
+    CameraIntrinsics,
+    DepthFrame,
+    read_frame,
+    write_cloud,
+    write_frame,
+)
+from eyehand.perception.cameras import record_frames
+
+SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
+
+
+def run(*arguments, capsys) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of a command run in this process."""
+    with pytest.raises(SystemExit) as leaving:
+        main([str(argument) for argument in arguments])
+    printed = capsys.readouterr()
+    return int(leaving.value.code or 0), printed.out, printed.err
+
+
+def cloud_file(path: Path) -> Path:
+    """A noisy ball of 40 mm radius at (0.1, 0.2, 0.3)."""
+    rng = np.random.default_rng(0)
+    directions = rng.normal(size=(800, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    write_cloud(path, [0.1, 0.2, 0.3] + 0.04 * directions + rng.normal(size=(800, 3)) * 0.0005)
+    return path
+
+
+def test_perceive_writes_its_files_and_one_json_object(tmp_path, capsys):
+    code, out, err = run("perceive", SAMPLE, "--out", tmp_path, "--json", capsys=capsys)
+    assert code == 0
+    report = json.loads(out)
+    assert report["schema"] == "eyehand.perceive/1"
+    assert report["rows"][0]["name"] == "frame"
+    assert report["rows"][0]["perceive_ms"] > 0
+    assert "objects" in err
+    scene = json.loads((tmp_path / "scene.json").read_text())
+    assert scene["schema"] == "eyehand.scene/1"
+    assert scene["units"]["quaternion"] == "wxyz"
+    assert scene["frame"] == "world"
+    assert len(scene["objects"]) == report["rows"][0]["objects"] > 0
+    for item in scene["objects"]:
+        assert len(item["fit"]["solid"]["quat_wxyz"]) == 4
+        assert np.linalg.norm(item["fit"]["solid"]["quat_wxyz"]) == pytest.approx(1.0, abs=1e-4)
+    labels = cv2.imread(str(tmp_path / "labels.png"), cv2.IMREAD_UNCHANGED)
+    assert labels.dtype == np.uint16
+    assert labels.max() == len(scene["objects"])
+    overlay = cv2.imread(str(tmp_path / "overlay.png"))
+    assert overlay.shape[1] >= 1280
+    assert sorted(path.name for path in tmp_path.iterdir()) == [
+        "labels.png",
+        "overlay.png",
+        "scene.json",
+    ]
+
+
+def test_perceive_takes_a_camera_file_and_a_frame_without_a_place(tmp_path, capsys):
+    frame = read_frame(SAMPLE)
+    write_frame(tmp_path / "bare.npz", DepthFrame(frame.depth, frame.intrinsics))
+    code, out, _ = run(
+        "perceive", tmp_path / "bare.npz", "--out", tmp_path / "out", "--json", capsys=capsys
+    )
+    assert code == 0
+    assert json.loads((tmp_path / "out" / "scene.json").read_text())["frame"] == "camera"
+    camera = SAMPLE.with_suffix(".json")
+    cv2.imwrite(str(tmp_path / "d.png"), cv2.imread(str(SAMPLE), cv2.IMREAD_UNCHANGED))
+    code, again, _ = run(
+        "perceive", tmp_path / "d.png", "--camera", camera, "--out", tmp_path / "o2", "--json",
+        capsys=capsys,
+    )
+    assert code == 0
+    assert json.loads(again)["rows"][0]["objects"] == json.loads(out)["rows"][0]["objects"]
+
+
+def test_perceive_plays_a_recording_frame_by_frame(tmp_path, capsys):
+    frame = read_frame(SAMPLE)
+    bare = DepthFrame(frame.depth, frame.intrinsics)
+    record_frames(tmp_path / "two.mcap", [bare, bare])
+    code, out, _ = run(
+        "perceive", tmp_path / "two.mcap", "--out", tmp_path / "out", "--json", capsys=capsys
+    )
+    assert code == 0
+    assert json.loads(out)["frames"] == 2
+    assert (tmp_path / "out" / "0001" / "scene.json").is_file()
+
+
+def test_no_camera_is_one_line_and_exit_code_1_within_two_seconds():
+    began = time.perf_counter()
+    done = subprocess.run(
+        [sys.executable, "-m", "eyehand.apps", "perceive", "--oak"],
+        capture_output=True,
+        text=True,
+        env={**os.environ, "DEPTHAI_LEVEL": ""},
+        check=False,
+    )
+    # The bound is the product's 2 s after start-up; a loaded machine needs as long to import.
+    assert time.perf_counter() - began < 8.0
+    assert done.returncode == 1
+    assert done.stdout == ""
+    assert done.stderr.startswith("eyehand: ")
+    assert len(done.stderr.strip().splitlines()) == 1
+
+
+def test_synth_then_perceive_finds_what_was_made(tmp_path, capsys):
+    code, out, _ = run(
+        "synth", "--seed", "3", "--objects", "3", "--out", tmp_path, "--json", capsys=capsys
+    )
+    assert code == 0
+    report = json.loads(out)
+    assert report["seed"] == 3
+    assert len(report["rows"]) == 3
+    truth = json.loads((tmp_path / "ground_truth.json").read_text())
+    assert len(truth["objects"]) == 3
+    code, out, _ = run(
+        "perceive", tmp_path / "depth.png", "--out", tmp_path / "p", "--json", capsys=capsys
+    )
+    assert json.loads(out)["rows"][0]["objects"] == 3
+
+
+@pytest.mark.parametrize("suffix", [".ply", ".pcd", ".npz", ".xyz"])
+def test_fit_reads_clouds_and_writes_the_solid(tmp_path, capsys, suffix):
+    cloud = cloud_file(tmp_path / f"ball{suffix}")
+    code, out, _ = run("fit", cloud, "--out", tmp_path / "out", "--json", capsys=capsys)
+    assert code == 0
+    solid = json.loads(out)["rows"][0]["solid"]
+    assert solid["kind"] == "sphere"
+    assert np.allclose(solid["semi_axes_m"], 0.04, atol=5e-4)
+    assert np.allclose(solid["position_m"], [0.1, 0.2, 0.3], atol=5e-4)
+    assert (tmp_path / "out" / "ball.ply").stat().st_size > 1000
+    assert json.loads((tmp_path / "out" / "ball.json").read_text())["schema"] == "eyehand.solid/1"
+
+
+def test_fit_takes_many_clouds_and_says_which_failed(tmp_path, capsys):
+    good = cloud_file(tmp_path / "good.ply")
+    (tmp_path / "few.xyz").write_text("0 0 0\n0 0 1\n0 1 0\n")
+    code, out, _ = run(
+        "fit", good, tmp_path / "few.xyz", "--kind", "ellipsoid", "--json", capsys=capsys
+    )
+    assert code == 1
+    first, second = json.loads(out)["rows"]
+    assert first["solid"]["kind"] == "ellipsoid"
+    assert not second["converged"]
+    assert "too few" in second["reason"]
+
+
+def test_demo_shows_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("EYEHAND_DATA", str(tmp_path / "absent"))
+    code, out, err = run("demo", "--out", tmp_path, "--json", capsys=capsys)
+    assert code == 0
+    assert "sample" in err
+    assert json.loads(out)["overlap_f_pct"] > 85
+    for name in ("overview.png", "synthetic/overlay.png", "real/overlay.png", "real/scene.json"):
+        assert (tmp_path / name).is_file()
+
+
+def small_frame(path: Path, depth: np.ndarray) -> Path:
+    height, width = depth.shape
+    write_frame(path, DepthFrame(depth, CameraIntrinsics(50.0, 50.0, 9.5, 7.5, width, height)))
+    return path
+
+
+BAD = {
+    "missing file": (["perceive", "nowhere.png"], "nowhere.png"),
+    "no frame": (["perceive"], "--oak"),
+    "both": (["perceive", "x.png", "--oak"], "either"),
+    "record without camera": (["perceive", "x.png", "--record", "r.mcap"], "--record"),
+    "frames": (["perceive", "x.png", "--frames", "0"], "--frames"),
+    "unknown suffix": (["perceive", "scene.blend"], "scene.blend"),
+    "unknown option": (["perceive", "x.png", "--nonsense"], "nonsense"),
+    "unknown command": (["grab"], "grab"),
+    "wrong type": (["synth", "--seed", "three"], "three"),
+    "wrong choice": (["fit", "a.ply", "--kind", "cone"], "cone"),
+    "too many objects": (["synth", "--objects", "16"], "16"),
+    "no cloud": (["fit"], "CLOUD"),
+    "bad noise": (["fit", "a.ply", "--noise-mm", "-1"], "--noise-mm"),
+    "bad task": (["demo", "--task", "juggle"], "juggle"),
+}
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_wrong_input_is_one_line_and_exit_code_2(case, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    arguments, names = BAD[case]
+    code, out, err = run(*arguments, capsys=capsys)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("eyehand: ")
+    assert names in err
+    assert len(err.strip().splitlines()) == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_frame_that_shows_nothing_is_described_as_empty(tmp_path, capsys):
+    frame = small_frame(tmp_path / "wall.npz", np.ones((16, 20), np.float32))
+    code, out, _ = run("perceive", frame, "--out", tmp_path / "o", "--json", capsys=capsys)
+    assert code == 0
+    assert json.loads(out)["rows"][0]["objects"] == 0
+
+
+def test_an_output_folder_that_cannot_be_made_is_refused(tmp_path, capsys):
+    (tmp_path / "file").write_text("in the way")
+    code, _, err = run("perceive", SAMPLE, "--out", tmp_path / "file" / "out", capsys=capsys)
+    assert code == 2
+    assert "cannot make the folder" in err
+
+
+def test_help_answers_at_once_and_names_every_command():
+    times = []
+    for _ in range(3):
+        began = time.perf_counter()
+        done = subprocess.run(
+            [sys.executable, "-m", "eyehand.apps", "--help"], capture_output=True, text=True, check=True
+        )
+        times.append(time.perf_counter() - began)
+    assert all(name in done.stdout for name in COMMANDS)
+    assert min(times) < 0.5
+
+
+@pytest.mark.parametrize("command", sorted(COMMANDS))
+def test_every_command_explains_its_options(command, capsys):
+    code, out, _ = run(command, "--help", capsys=capsys)
+    assert code == 0
+    assert "--out" in out
