@@ -96,9 +96,7 @@ def demo(
         rows += description_rows(item.found, item.name)
     overview = out / "overview.png"
     write_picture(overview, np.vstack([_panel(item.found) for item in shown]))
-    say(
-        f"pictures: {overview}; overlay.png, labels.png, scene.json per frame in {out}"
-    )
+    say(f"pictures: {overview}; overlay.png, labels.png, scene.json per frame in {out}")
     if json:
         print_json("demo", seed, rows, out=str(out), overlap_f_pct=round(100 * score.f, 2))
     return 0

@@ -39,10 +39,14 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _run(arguments: list[str]) -> int:
+    import logging
+
     from cyclopts import App, CycloptsError
 
     from eyehand.errors import EyehandError
 
+    logging.basicConfig(format="eyehand: %(message)s", level=logging.WARNING)
+    logging.getLogger("eyehand").setLevel(logging.INFO)
     app = App(name="eyehand", help=ABOUT, help_format="plaintext", version=_version)
     for name, (where, what) in COMMANDS.items():
         app.command(where, name=name, help=what)

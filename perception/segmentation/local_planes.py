@@ -30,8 +30,10 @@ class LocalPlanes(NamedTuple):
     """Slope along columns, (H, W), 1/(m px)."""
     slope_v: NDArray[np.float32]
     """Slope along rows, (H, W), 1/(m px)."""
-    noise: float
-    """Noise σ of disparity measured from the residuals of this frame, 1/m."""
+    rms: NDArray[np.float32]
+    """Residual of the window centred on the pixel, (H, W), 1/m; -1 = none."""
+    noise: float = 0.0
+    """Noise σ of disparity measured from the residuals of the whole frame, 1/m."""
 
 
 def fit_local_planes(disparity: NDArray[np.float32], options: SegmentationOptions) -> LocalPlanes:
@@ -49,7 +51,7 @@ def fit_local_planes(disparity: NDArray[np.float32], options: SegmentationOption
     if known.any():
         noise = max(float(np.median(rms[known])), options.min_noise)
     planes = pick_windows(smooth, value, slope_u, slope_v, rms, radius, noise, options.shift_gain)
-    return LocalPlanes(*planes, noise)
+    return LocalPlanes(*planes, rms, noise)
 
 
 @njit(cache=True)

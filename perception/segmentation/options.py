@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from eyehand.errors import InputError
+
+REFERENCE_WIDTH = 640
+"""Image width for which pixel counts are meant."""
+MIN_WINDOW = 5
+"""Smallest side of a scaled window, px: below it a plane fit averages nothing."""
 
 
 @dataclass(frozen=True)
 class SegmentationOptions:
     """Options of :func:`segment`.
+
+    Lengths and areas in pixels are meant for an image 640 px wide; see :meth:`scaled`.
 
     Raises
     ------
@@ -63,8 +70,7 @@ class SegmentationOptions:
     min_border: int = 8
     """Least number of border pixel pairs that can join two patches."""
     min_object: int = 150
-    """Smallest object, px at 640x480 (scaled by image area): lower finds far objects, higher
-    ignores noise."""
+    """Smallest object, px: lower finds far objects, higher ignores noise."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -72,3 +78,15 @@ class SegmentationOptions:
                 raise InputError(f"segmentation option {name} must be > 0, got {value}")
         if self.window % 2 == 0 or self.window < 3:
             raise InputError(f"window must be odd and >= 3 px, got {self.window}")
+
+    def scaled(self, width: int) -> SegmentationOptions:
+        """Give the options for an image `width` px wide: equal angles are other pixel counts."""
+        scale = width / REFERENCE_WIDTH
+        return replace(
+            self,
+            window=max(2 * round((self.window * scale - 1) / 2) + 1, MIN_WINDOW),
+            min_patch=max(round(self.min_patch * scale**2), 1),
+            min_border=max(round(self.min_border * scale), 1),
+            bend_reach=max(round(self.bend_reach * scale), 1),
+            min_object=max(round(self.min_object * scale**2), 1),
+        )

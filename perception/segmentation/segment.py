@@ -21,9 +21,6 @@ if TYPE_CHECKING:
 
     from ..frame import DepthFrame
 
-REFERENCE_AREA = 640 * 480
-"""Image area for which pixel counts in the options are meant."""
-
 
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:
     """Segment a depth frame into objects without any model of them.
@@ -42,7 +39,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         frame's own noise and the seconds of every stage. A frame without objects gives zeros;
         without a support plane everything that is a smooth solid counts as an object.
     """
-    options = options or SegmentationOptions()
+    options = (options or SegmentationOptions()).scaled(frame.intrinsics.width)
     clock = _Stages()
     disparity = np.divide(1.0, frame.depth, out=np.zeros_like(frame.depth), where=frame.valid)
     points = frame.points()
@@ -52,7 +49,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     normals = plane_normals(planes, frame.intrinsics)
     linked = linked_pixels(planes, normals, options)
     clock.done("links")
-    support = find_support(frame, planes, normals, linked > 0, options)
+    support = find_support(frame, disparity, planes.noise, options)
     clock.done("support")
     above = _above(frame, support, options)
     patches = smooth_patches(linked * above, options.min_patch)
@@ -98,11 +95,10 @@ def _order(
     """Number objects by size, dropping what is too small or does not stand on the support."""
     sizes = np.bincount(objects.ravel())
     sizes[0] = 0
-    least = options.min_object * objects.size / REFERENCE_AREA
     renumber = np.zeros(len(sizes), np.int32)
     following = 1
     for label in np.argsort(-sizes, kind="stable"):
-        if sizes[label] < max(least, 1):
+        if sizes[label] < options.min_object:
             break
         if support is not None and not _stands_on(points[objects == label], support, options):
             continue

@@ -7,18 +7,26 @@ from typing import TYPE_CHECKING, NamedTuple
 import cv2
 import numpy as np
 
+from ..frame import CameraIntrinsics
 from ..perpendicular import perpendicular_pair
+from .local_planes import LocalPlanes, plane_sums
 from .result import SupportPlane
+from .smooth_patches import plane_normals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..frame import DepthFrame
-    from .local_planes import LocalPlanes
     from .options import SegmentationOptions
 
 SAMPLES = 2000
 """Pixels on which candidate planes are scored; more ranks similar planes better."""
+COARSE_WIDTH = 160
+"""Columns of the reduced image on which hypotheses are fitted."""
+COARSE_RADIUS = 4
+"""Half side of their windows, reduced px."""
+COARSE_NOISE = 2.5
+"""Largest residual of a hypothesis' window, in σ: larger lets bent surfaces vote."""
 MIN_COSINE = 0.95
 """Agreement of normals for a pixel to speak for a candidate plane."""
 REFITS = 3
@@ -51,27 +59,34 @@ class Support(NamedTuple):
 
 def find_support(
     frame: DepthFrame,
-    planes: LocalPlanes,
-    normals: NDArray[np.float32],
-    smooth: NDArray[np.bool_],
+    disparity: NDArray[np.float32],
+    noise: float,
     options: SegmentationOptions,
 ) -> Support | None:
     """Find the support plane by one-point RANSAC (a pixel with its local plane is a hypothesis).
 
-    With the camera's place known only planes within ``max_tilt`` of horizontal count. The plane
-    with the most readings wins, near ones weighing more. The sampling grid is fixed, so equal
-    frames give equal planes.
+    The hypotheses are planes fitted to wide windows on every few pixels: a support is large, and
+    the wider the window the surer its normal. With the camera's place known only planes within
+    ``max_tilt`` of horizontal count. The plane with the most readings wins, near ones weighing
+    more. The sampling grid is fixed, so equal frames give equal planes.
     """
+    stride = max(frame.intrinsics.width // COARSE_WIDTH, 1)
+    coarse = LocalPlanes(
+        *plane_sums(np.ascontiguousarray(disparity[::stride, ::stride]), COARSE_RADIUS, 0.5)
+    )
+    normals = plane_normals(coarse, _reduced(frame.intrinsics, stride))
+    smooth = (coarse.rms >= 0) & (coarse.rms < COARSE_NOISE * noise)
     rows, columns = np.nonzero(smooth)
     if rows.size == 0:
         return None
     step = max(rows.size // SAMPLES, 1)
     rows, columns = rows[::step], columns[::step]
+    sample_normals = normals[rows, columns].astype(np.float64)
+    rows, columns = rows * stride, columns * stride
     k = frame.intrinsics
     z = frame.depth[rows, columns].astype(np.float64)
     rays = np.column_stack([(columns - k.cx) / k.fx, (rows - k.cy) / k.fy, np.ones(rows.size)])
     sample_points = rays * z[:, None]
-    sample_normals = normals[rows, columns].astype(np.float64)
 
     chosen = np.arange(0, rows.size, max(rows.size // options.plane_candidates, 1))
     candidates = sample_normals[chosen]
@@ -84,7 +99,7 @@ def find_support(
     offsets = -np.einsum("ij,ij->i", candidates, sample_points[chosen])
     # A height h over the plane n·X + d = 0 is a disparity residual of h / (z |d|).
     gaps = np.abs(candidates @ rays.T / offsets[:, None] + (1.0 / z))
-    votes = gaps < options.plane_sigmas * planes.noise
+    votes = gaps < options.plane_sigmas * noise
     votes &= candidates @ sample_normals.T > MIN_COSINE
     # Weighing by squared disparity prefers the table at hand to a floor that fills more pixels.
     best = int(np.argmax(votes @ (1.0 / z**2)))
@@ -96,12 +111,24 @@ def find_support(
     n = -candidates[best] / offsets[best]
     for _ in range(REFITS):
         n, *_ = np.linalg.lstsq(rays[inlier], q[inlier], rcond=None)
-        inlier = np.abs(rays @ n - q) < options.plane_sigmas * planes.noise
+        inlier = np.abs(rays @ n - q) < options.plane_sigmas * noise
     length = np.linalg.norm(n)
     plane_normal, offset = -n / length, 1.0 / length
     spread = np.abs(sample_points[inlier] @ plane_normal + offset)
     plane = SupportPlane(plane_normal, float(offset), float(MAD_TO_SIGMA * np.median(spread)))
-    return _locate(plane, frame, planes.noise, float(np.median(z[inlier])), options)
+    return _locate(plane, frame, noise, float(np.median(z[inlier])), options)
+
+
+def _reduced(camera: CameraIntrinsics, stride: int) -> CameraIntrinsics:
+    """Give the camera of every `stride`-th pixel."""
+    return CameraIntrinsics(
+        camera.fx / stride,
+        camera.fy / stride,
+        camera.cx / stride,
+        camera.cy / stride,
+        -(-camera.width // stride),
+        -(-camera.height // stride),
+    )
 
 
 def _locate(

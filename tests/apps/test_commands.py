@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import subprocess
 import sys
 import time
@@ -32,6 +33,13 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
     return int(leaving.value.code or 0), printed.out, printed.err
 
 
+def picture(path: Path) -> np.ndarray:
+    """A PNG with all its bits."""
+    read = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
+    assert read is not None
+    return read
+
+
 def cloud_file(path: Path) -> Path:
     """A noisy ball of 40 mm radius at (0.1, 0.2, 0.3)."""
     rng = np.random.default_rng(0)
@@ -57,10 +65,10 @@ def test_perceive_writes_its_files_and_one_json_object(tmp_path, capsys):
     for item in scene["objects"]:
         assert len(item["fit"]["solid"]["quat_wxyz"]) == 4
         assert np.linalg.norm(item["fit"]["solid"]["quat_wxyz"]) == pytest.approx(1.0, abs=1e-4)
-    labels = cv2.imread(str(tmp_path / "labels.png"), cv2.IMREAD_UNCHANGED)
+    labels = picture(tmp_path / "labels.png")
     assert labels.dtype == np.uint16
     assert labels.max() == len(scene["objects"])
-    overlay = cv2.imread(str(tmp_path / "overlay.png"))
+    overlay = picture(tmp_path / "overlay.png")
     assert overlay.shape[1] >= 1280
     assert sorted(path.name for path in tmp_path.iterdir()) == [
         "labels.png",
@@ -78,9 +86,15 @@ def test_perceive_takes_a_camera_file_and_a_frame_without_a_place(tmp_path, caps
     assert code == 0
     assert json.loads((tmp_path / "out" / "scene.json").read_text())["frame"] == "camera"
     camera = SAMPLE.with_suffix(".json")
-    cv2.imwrite(str(tmp_path / "d.png"), cv2.imread(str(SAMPLE), cv2.IMREAD_UNCHANGED))
+    shutil.copy(SAMPLE, tmp_path / "d.png")
     code, again, _ = run(
-        "perceive", tmp_path / "d.png", "--camera", camera, "--out", tmp_path / "o2", "--json",
+        "perceive",
+        tmp_path / "d.png",
+        "--camera",
+        camera,
+        "--out",
+        tmp_path / "o2",
+        "--json",
         capsys=capsys,
     )
     assert code == 0
@@ -220,14 +234,13 @@ def test_an_output_folder_that_cannot_be_made_is_refused(tmp_path, capsys):
 
 
 def test_help_answers_at_once_and_names_every_command():
+    command = [sys.executable, "-m", "eyehand.apps", "--help"]
     times = []
     for _ in range(3):
         began = time.perf_counter()
-        done = subprocess.run(
-            [sys.executable, "-m", "eyehand.apps", "--help"], capture_output=True, text=True, check=True
-        )
+        done = subprocess.run(command, capture_output=True, text=True, check=True)
         times.append(time.perf_counter() - began)
-    assert all(name in done.stdout for name in COMMANDS)
+        assert all(name in done.stdout for name in COMMANDS)
     assert min(times) < 0.5
 
 
