@@ -31,8 +31,9 @@ check: ready ## lint, formatting and types
 	@$(BIN)/ruff format --check
 	@$(BIN)/pyright
 
+bench: export OPENBLAS_NUM_THREADS = 1
 bench: ready ## time what has a benchmark
-	@$(BIN)/pytest --benchmark-enable --benchmark-only $(ARGS)
+	@$(BIN)/pytest --benchmark-enable --benchmark-only -q -r N $(ARGS)
 
 clean: ## remove .venv, .uv, caches and build folders (results in out/ stay)
 	@rm -rf .venv .uv build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .benchmarks

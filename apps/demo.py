@@ -21,6 +21,7 @@ from .description_files import write_description, write_picture
 from .description_table import description_rows, description_table
 from .scene_picture import depth_picture, overlay_picture
 from .segmentation_score import SegmentationScore, score_overlap
+from .synth import MAX_OBJECTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,7 +49,7 @@ def demo(
     /,
     *,
     camera: Path | None = None,
-    seed: int = 3,
+    seed: int = 5,
     objects: int = 5,
     task: GraspTask = "lift",
     out: Path = Path("out/demo"),
@@ -73,8 +74,8 @@ def demo(
     json
         Print one JSON object on stdout; tables go to stderr.
     """
-    if not 1 <= objects <= 15:
-        raise InputError(f"--objects must be 1 to 15, got {objects}")
+    if not 1 <= objects <= MAX_OBJECTS:
+        raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
     say("making a synthetic scene: physics, camera, depth noise ...")
     scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
     synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
@@ -95,7 +96,7 @@ def demo(
             say(_against_truth(item.score))
         rows += description_rows(item.found, item.name)
     overview = out / "overview.png"
-    write_picture(overview, np.vstack([_panel(item.found) for item in shown]))
+    write_picture(overview, _stacked([_panel(item.found) for item in shown]))
     say(f"pictures: {overview}; overlay.png, labels.png, scene.json per frame in {out}")
     if json:
         print_json("demo", seed, rows, out=str(out), overlap_f_pct=round(100 * score.f, 2))
@@ -117,6 +118,17 @@ def _against_truth(score: SegmentationScore) -> str:
     return (
         f"against the truth: {score.predicted_count} of {score.truth_count} objects, "
         f"overlap F {100 * score.f:.1f} %"
+    )
+
+
+def _stacked(panels: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Panels one over the other, the narrower ones filled up with white."""
+    width = max(panel.shape[1] for panel in panels)
+    return np.vstack(
+        [
+            np.pad(panel, ((0, 0), (0, width - panel.shape[1]), (0, 0)), constant_values=255)
+            for panel in panels
+        ]
     )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from rich.markup import escape
 from rich.table import Table
 
 from .scene_picture import colour_of
@@ -20,13 +21,13 @@ def description_table(found: Description, source: str) -> Table:
     stages = ", ".join(f"{stage} {value * 1e3:.0f}" for stage, value in scene.timings.items())
     total = scene.seconds + found.plan_seconds
     table = Table(
-        title=f"{source}: {len(scene.objects)} objects",
+        title=f"{escape(source)}: {len(scene.objects)} objects",
         title_justify="left",
         caption=f"{total * 1e3:.0f} ms: {stages}, grasps {found.plan_seconds * 1e3:.0f}",
         caption_justify="left",
     )
-    for column in ("#", "solid", "size mm", "ε1 ε2", "rms mm", "seen %", "on", "grasp", "rows"):
-        table.add_column(column, justify="right" if column in ("rms mm", "seen %") else "left")
+    for column in ("#", "solid", "size mm", "ε1 ε2", "spread mm", "seen %", "on", "grasp", "rows"):
+        table.add_column(column, justify="right" if column in ("spread mm", "seen %") else "left")
     table.add_column("why", overflow="fold")
     for item in scene.objects:
         plan = found.plans[item.label]
@@ -66,7 +67,7 @@ def description_rows(found: Description, prefix: str | None = None) -> list[dict
                 "size_mm": None
                 if solid is None
                 else [round(2e3 * a, 1) for a in solid.semi_axes.tolist()],
-                "rms_mm": round(item.fit.rms * 1e3, 3) if item.fit.residuals.size else None,
+                "spread_mm": round(item.fit.spread * 1e3, 3) if item.fit.residuals.size else None,
                 "visible_pct": round(item.visible_share * 100, 1),
                 "rests_on": item.rests_on,
                 "prototype": plan.prototype,
@@ -83,7 +84,7 @@ def _solid_cells(item: SceneObject) -> tuple[str, str, str, str]:
         return "none", "-", "-", "-"
     size = " x ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
     exponents = f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}"
-    return solid.kind, size, exponents, f"{item.fit.rms * 1e3:.1f}"
+    return solid.kind, size, exponents, f"{item.fit.spread * 1e3:.1f}"
 
 
 def _resting(item: SceneObject) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
+from rich.markup import escape
 from rich.table import Table
 
 from eyehand.errors import InputError
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 MESH_RESOLUTION = 64
+MAX_NOISE_MM = 100.0
 
 KindChoice = Literal["auto", "sphere", "cylinder", "ellipsoid", "box", "superquadric"]
 
@@ -52,14 +54,16 @@ def fit_command(
     noise_mm
         Expected noise of the points, one standard deviation, mm.
     out
-        Output folder for <name>.json and the solid's mesh <name>.ply.
+        Output folder for <name>_solid.json and the solid's mesh <name>_solid.ply.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
     if not clouds:
         raise InputError("give at least one cloud: eyehand fit CLOUD [CLOUD ...]")
-    if not noise_mm > 0:
-        raise InputError(f"--noise-mm must be > 0, got {noise_mm}")
+    if not 0.0 < noise_mm <= MAX_NOISE_MM:
+        raise InputError(f"--noise-mm must be above 0 and at most {MAX_NOISE_MM:g}, got {noise_mm}")
+    if out is not None:
+        _check_names(clouds)
     kinds: tuple[Kind, ...] = FitOptions().kinds if kind == "auto" else (kind,)
     options = FitOptions(kinds=kinds, noise=noise_mm * 1e-3)
     ready_kernels()
@@ -83,18 +87,27 @@ def _unit(plane: Sequence[float] | None) -> np.ndarray | None:
     if plane is None:
         return None
     length = float(np.linalg.norm(plane[:3]))
-    if not length > 0:
-        raise InputError(f"--plane needs a normal of length > 0, got {plane}")
+    if not np.all(np.isfinite(plane)) or not length > 0:
+        raise InputError(f"--plane needs 4 finite numbers and a normal that is not 0, got {plane}")
     return np.asarray(plane, dtype=np.float64) / length
+
+
+def _check_names(clouds: Sequence[Path]) -> None:
+    """Refuse clouds whose results would overwrite one another."""
+    stems = [path.stem for path in clouds]
+    twice = sorted({stem for stem in stems if stems.count(stem) > 1})
+    if twice:
+        raise InputError(f"clouds of the same name {', '.join(twice)} need a folder each for --out")
 
 
 def _write(folder: Path, path: Path, fit: SuperquadricFit) -> None:
     report = {"schema": "eyehand.solid/1", "units": UNITS, "source": str(path), **fit_json(fit)}
     write_text(
-        folder / f"{path.stem}.json", json_format.dumps(report, indent=1, allow_nan=False) + "\n"
+        folder / f"{path.stem}_solid.json",
+        json_format.dumps(report, indent=1, allow_nan=False) + "\n",
     )
     if fit.superquadric is not None:
-        write_mesh(folder / f"{path.stem}.ply", *mesh(fit.superquadric, MESH_RESOLUTION))
+        write_mesh(folder / f"{path.stem}_solid.ply", *mesh(fit.superquadric, MESH_RESOLUTION))
 
 
 def _row(path: Path, fit: SuperquadricFit) -> dict[str, Any]:
@@ -103,7 +116,7 @@ def _row(path: Path, fit: SuperquadricFit) -> dict[str, Any]:
         "name": str(path),
         "converged": fit.converged,
         "reason": fit.reason,
-        "rms_mm": None if report["rms_m"] is None else round(fit.rms * 1e3, 3),
+        "spread_mm": None if report["spread_m"] is None else round(fit.spread * 1e3, 3),
         "fit_ms": round(fit.seconds * 1e3, 2),
         "solid": report["solid"],
     }
@@ -111,21 +124,21 @@ def _row(path: Path, fit: SuperquadricFit) -> dict[str, Any]:
 
 def _table(fits: dict[Path, SuperquadricFit]) -> Table:
     table = Table(title=f"{len(fits)} clouds", title_justify="left")
-    for column in ("cloud", "solid", "size mm", "ε1 ε2", "centre mm", "rms mm", "ms"):
+    for column in ("cloud", "solid", "size mm", "ε1 ε2", "centre mm", "spread mm", "ms"):
         table.add_column(column)
     table.add_column("note", overflow="fold")
     for path, fit in fits.items():
         solid = fit.superquadric
         if solid is None:
-            table.add_row(path.name, "none", "-", "-", "-", "-", "-", fit.reason)
+            table.add_row(escape(path.name), "none", "-", "-", "-", "-", "-", fit.reason)
             continue
         table.add_row(
-            path.name,
+            escape(path.name),
             solid.kind,
             " x ".join(f"{2e3 * a:.1f}" for a in solid.semi_axes),
             f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}",
             " ".join(f"{1e3 * x:.1f}" for x in solid.centre),
-            f"{fit.rms * 1e3:.2f}",
+            f"{fit.spread * 1e3:.2f}",
             f"{fit.seconds * 1e3:.0f}",
             fit.reason,
         )

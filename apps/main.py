@@ -6,6 +6,7 @@ runs, so that help answers at once and heavy libraries load only where they are 
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from importlib import metadata
@@ -33,6 +34,10 @@ def main(arguments: list[str] | None = None) -> None:
     if arguments == ["--version"]:
         print(metadata.version("eyehand"))
         sys.exit(0)
+    # Tables hold letters that not every terminal's encoding has.
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")
     # Small matrices gain nothing from BLAS threads, and lose much where cores are shared.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     sys.exit(_run(arguments))

@@ -100,6 +100,8 @@ def _frames(
         stream, source = OakRecording(path), str(path)
     else:
         assert path is not None
+        if count not in (None, 1):
+            raise InputError(f"--frames goes with --oak or a recording: {path} is one frame")
         yield None, str(path), read_frame(path, camera)
         return
     # islice stops before it asks for a frame too many, which a live camera would have to take.

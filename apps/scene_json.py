@@ -52,10 +52,10 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
     return {
         "converged": fit.converged,
         "reason": fit.reason,
-        "rms_m": _number(fit.rms) if fit.residuals.size else None,
+        "spread_m": _number(fit.spread) if fit.residuals.size else None,
         "solid": None if fit.superquadric is None else solid_json(fit.superquadric),
         "ladder": [
-            {"kind": c.kind, "rms_m": _number(c.rms), "criterion": _number(c.criterion)}
+            {"kind": c.kind, "spread_m": _number(c.spread), "criterion": _number(c.criterion)}
             for c in fit.ladder
         ],
         "time_s": _number(fit.seconds),
@@ -74,6 +74,7 @@ def _object(item: SceneObject, plan: GraspPlan) -> dict[str, Any]:
             "approach": plan.approach,
             "opening_m": _number(plan.opening),
             "closing_direction": _numbers(plan.closing),
+            "palm_direction": _numbers(plan.palm),
             "task_rows": plan.rows,
             "tasks": [
                 {

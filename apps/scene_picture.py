@@ -36,8 +36,12 @@ PALETTE = np.array(
 
 MIN_WIDTH = 1280
 """Pictures are enlarged to at least this many pixels across, so that lines and text are sharp."""
+MAX_HEIGHT = 2880
+"""... unless that makes them taller than this."""
 TINT = 0.45
 BACKGROUND = 0.75
+TRUSTED = 0.25
+"""Solids of which less of the outline was seen are not drawn: they would hide what was."""
 LINE = 2
 SUBPIXEL = 4
 """Bits of sub-pixel precision in OpenCV's line drawing."""
@@ -56,7 +60,8 @@ def overlay_picture(
     The background is the colour image where there is one, else depth in grey. Solid lines are
     the outline and the visible feature lines of each fitted solid.
     """
-    zoom = max(int(np.ceil(MIN_WIDTH / frame.depth.shape[1])), 1)
+    height, width = frame.depth.shape
+    zoom = max(min(-(-MIN_WIDTH // width), MAX_HEIGHT // height), 1)
     canvas = background_picture(frame).astype(np.float32)
     labels = scene.segmentation.labels
     mean = canvas.mean(axis=2, keepdims=True)
@@ -107,7 +112,7 @@ def _draw_solid(
     zoom: int,
 ) -> None:
     solid = item.fit.superquadric
-    if solid is None or not item.fit:
+    if solid is None or not item.fit or item.visible_share < TRUSTED:
         return
     bright = _bright(item.label)
     for curve in feature_curves(solid):

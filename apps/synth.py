@@ -31,7 +31,7 @@ def synth(
 ) -> int:
     """Render one random tabletop scene, settled by physics, to a depth frame with its truth.
 
-    Writes depth.png (16 bit, mm) with depth.json and depth_colour.png, labels.png and
+    Writes depth.png (16 bit, mm) with depth.json and depth_colour.png, true_labels.png and
     ground_truth.json.
 
     Parameters

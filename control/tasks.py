@@ -33,15 +33,20 @@ class Task:
     """Rows J with dx/dt = J dq/dt, (m, n) (eq. 1)."""
 
     def __post_init__(self) -> None:
-        rows = len(self.jacobian)
+        for what in ("value", "error", "jacobian"):
+            try:
+                array = np.asarray(getattr(self, what), dtype=np.float64)
+            except (TypeError, ValueError) as error:
+                raise InputError(f"task {self.name}: {what} must be numbers: {error}") from error
+            if not np.all(np.isfinite(array)):
+                raise InputError(f"task {self.name}: {what} must be finite")
+            object.__setattr__(self, what, array)
+        rows = len(self.jacobian) if self.jacobian.ndim else 0
         if self.jacobian.ndim != 2 or self.value.shape != (rows,) or self.error.shape != (rows,):
             raise InputError(
                 f"task {self.name}: jacobian (m, n), value (m,) and error (m,) must agree, got "
                 f"{self.jacobian.shape}, {self.value.shape}, {self.error.shape}"
             )
-        for what, array in (("jacobian", self.jacobian), ("error", self.error)):
-            if not np.all(np.isfinite(array)):
-                raise InputError(f"task {self.name}: {what} must be finite")
 
 
 def position(
@@ -93,10 +98,16 @@ def axis_alignment(
     Parameters
     ----------
     axis, goal
-        Unit vectors (3,), one frame.
+        Directions (3,) of any length, one frame.
     jacobian
         Angular Jacobian of the body that carries the axis, (3, n).
+
+    Raises
+    ------
+    InputError
+        If an axis has no length.
     """
+    axis, goal = _unit(axis), _unit(goal)
     turn = np.cross(axis, goal)
     sine = float(np.linalg.norm(turn))
     side = np.cross(axis, np.eye(3)[int(np.argmin(np.abs(axis)))])
@@ -105,4 +116,12 @@ def axis_alignment(
     # Opposite axes have no shortest turn: any perpendicular one will do.
     direction = turn / sine if sine > 1e-9 else side
     rotation = direction * np.arctan2(sine, float(axis @ goal))
-    return Task("axis_alignment", across @ axis, across @ rotation, across @ jacobian)
+    left = across @ rotation
+    return Task("axis_alignment", -left, left, across @ jacobian)
+
+
+def _unit(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    length = float(np.linalg.norm(direction))
+    if not 0.0 < length < float("inf"):
+        raise InputError(f"an axis must be finite and not zero, got {direction}")
+    return np.asarray(direction, dtype=np.float64) / length

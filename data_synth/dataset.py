@@ -33,7 +33,7 @@ SCHEMA = "eyehand.ground_truth/1"
 """Name and version of the form of `ground_truth.json`."""
 
 DEPTH_FILE = "depth.png"
-LABELS_FILE = "labels.png"
+LABELS_FILE = "true_labels.png"
 GROUND_TRUTH_FILE = "ground_truth.json"
 
 _UNITS = {"length": "m", "mass": "kg", "angle": "rad", "depth_png": "mm", "camera": "px"}
@@ -42,7 +42,7 @@ _UNITS = {"length": "m", "mass": "kg", "angle": "rad", "depth_png": "mm", "camer
 def write_scene(
     folder: Path | str, scene: TabletopScene, frame: DepthFrame, labels: NDArray[np.integer]
 ) -> list[Path]:
-    """Write `depth.png` with its camera file and colour, `labels.png`, `ground_truth.json`.
+    """Write `depth.png` with its camera file and colour, `true_labels.png`, `ground_truth.json`.
 
     Parameters
     ----------
@@ -116,7 +116,7 @@ def read_ground_truth(path: Path | str) -> TabletopScene:
 
 
 def read_labels(path: Path | str) -> NDArray[np.int32]:
-    """Label image (H, W) int32 from `labels.png`, or from the folder that holds it.
+    """Label image (H, W) int32 from `true_labels.png`, or from the folder that holds it.
 
     Raises
     ------

@@ -12,9 +12,15 @@ if TYPE_CHECKING:
     from .prototypes import Approach, Prototype
 
 Row = Literal[
-    "distance_to_point", "distance_to_axis", "axis_alignment", "point_on_plane", "orientation"
+    "distance_to_point",
+    "distance_to_axis",
+    "position",
+    "point_on_plane",
+    "look_at",
+    "axis_alignment",
+    "orientation",
 ]
-"""Approach tasks by the name of the control task that realises them."""
+"""Approach tasks by name, as the control basis calls them."""
 
 
 @dataclass(frozen=True)
@@ -22,13 +28,14 @@ class ApproachTask:
     """One task of the approach, in the scene's frame; priority is its place in the plan."""
 
     name: Row
-    """Control task."""
+    """Which task."""
     rows: int
     """Degrees of freedom it takes."""
     point: NDArray[np.float64]
     """Reference point, (3,), m."""
     axis: NDArray[np.float64]
-    """Reference unit direction, (3,)."""
+    """Unit direction, (3,): the axis itself, the plane's normal, the hand's goal axis, or the
+    palm's preferred direction for `look_at`."""
     target: float
     """Target value: a distance in m or an angle in rad."""
     says: str
@@ -57,6 +64,9 @@ class GraspPlan:
     """Pre-shape: distance of fingertips and thumb, m."""
     closing: NDArray[np.float64]
     """Unit direction along which the hand closes, (3,)."""
+    palm: NDArray[np.float64]
+    """Unit direction in which the palm faces and arrives, (3,); a preference where the tasks
+    leave it free."""
     tasks: tuple[ApproachTask, ...]
     """Approach tasks by priority."""
     score: Score

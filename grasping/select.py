@@ -12,7 +12,7 @@ from eyehand.errors import InputError
 from .measure import Extents, measure
 from .plan import GraspPlan, Score
 from .prototypes import Approach, GraspTask, Prototype, PrototypeLimits, WeightEstimate
-from .symmetry import approach_tasks
+from .symmetry import approach_tasks, palm_direction
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,6 +29,10 @@ TASK_PREFERENCE: dict[GraspTask, dict[Prototype, float]] = {
 }
 """How well each prototype serves what follows: carrying wants the whole hand, handing over wants
 a part of the object left free."""
+
+
+PRECISION_FALLBACK = 0.7
+"""Precision holds almost everything, but less surely than what suits the size."""
 
 
 @dataclass(frozen=True)
@@ -90,7 +94,7 @@ def select_prototype(
     Raises
     ------
     InputError
-        If the task is not one of the known ones.
+        If the task is not one of the known ones, or up is no direction.
     """
     options = options or SelectOptions()
     if options.task not in get_args(GraspTask):
@@ -107,7 +111,10 @@ def select_prototype(
         )
     if support is not None:
         up = support.normal
-    extents = measure(solid, np.array([0.0, 0.0, 1.0]) if up is None else up)
+    up = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=np.float64)
+    if up.shape != (3,) or not np.isfinite(up).all() or not np.linalg.norm(up) > 0:
+        raise InputError(f"up must be 3 finite numbers, not all 0, got {up.tolist()}")
+    extents = measure(solid, up)
     crowded = _crowded(scene_object, neighbours, extents, options.neighbour_gap)
     mass = options.weight.mass(solid.volume)
     candidates = [
@@ -132,6 +139,7 @@ def select_prototype(
         approach=best.approach,
         opening=opening,
         closing=extents.closing,
+        palm=palm_direction(extents, best.approach),
         tasks=approach_tasks(solid, extents, best.approach, standoff),
         score=Score(best.total, best.terms),
         rejected=rejected,
@@ -226,7 +234,7 @@ def _precision(extents: Extents, mass: float, options: SelectOptions) -> _Candid
             "width": _margin(extents.width, 0.0, limits.precision_width),
             "weight": _ease(mass, limits.precision_mass),
             "task": TASK_PREFERENCE[options.task]["precision"],
-            "fallback": 0.7,
+            "fallback": PRECISION_FALLBACK,
         },
     )
 
@@ -259,24 +267,38 @@ def _crowded(
     """Why the side is not free, or an empty string: a neighbour within a finger's width."""
     solid = scene_object.fit.superquadric
     assert solid is not None
+    up = extents.up
+    low, high = -float(solid.support(-up)), float(solid.support(up))
     for other in neighbours:
-        near = other.fit.superquadric
-        if other.label == scene_object.label or near is None or not other.fit:
+        if other.label == scene_object.label or not (other.fit or len(other.points)):
             continue
-        if _separation(solid, near, extents.up) < gap:
+        bottom, top = -_reach(other, -up), _reach(other, up)
+        if top < low + gap or bottom > high:
+            continue
+        if _separation(solid, other, up) < gap:
             return f"object {other.label} stands closer than {gap * 1e3:.0f} mm"
     return ""
 
 
-def _separation(a: Superquadric, b: Superquadric, up: NDArray[np.float64]) -> float:
-    """Horizontal gap of two solids along the line between their centres, m."""
-    between = b.centre - a.centre
+def _separation(solid: Superquadric, other: SceneObject, up: NDArray[np.float64]) -> float:
+    """Horizontal gap along the line between the centres of a solid and a neighbour, m."""
+    near = other.fit.superquadric if other.fit else None
+    centre = near.centre if near is not None else np.median(other.points, axis=0)
+    between = centre - solid.centre
     between = between - (between @ up) * up
     length = float(np.linalg.norm(between))
     if length == 0.0:
         return 0.0
     towards = between / length
-    return float(-b.support(-towards) - a.support(towards))
+    return -_reach(other, -towards) - float(solid.support(towards))
+
+
+def _reach(item: SceneObject, direction: NDArray[np.float64]) -> float:
+    """Largest coordinate along a direction of an object's solid, or its points where none fits."""
+    solid = item.fit.superquadric
+    if solid is not None and item.fit:
+        return float(solid.support(direction))
+    return float((item.points @ direction).max())
 
 
 def _because(best: _Candidate, extents: Extents, solid: Superquadric) -> str:
@@ -296,6 +318,7 @@ def _refusal(
         approach=None,
         opening=0.0,
         closing=np.zeros(3),
+        palm=np.zeros(3),
         tasks=(),
         score=Score(0.0, {}),
         rejected=rejected or {},

@@ -9,10 +9,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from .plan import ApproachTask
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from numpy.typing import NDArray
 
     from eyehand.perception import Superquadric
 
@@ -66,7 +70,14 @@ def _tasks(
         yield ApproachTask("point_on_plane", 1, centre, up, standoff, "palm at grasp height")
         yield ApproachTask("axis_alignment", 2, centre, -up, 0.0, "palm down, turn free")
         return
-    yield ApproachTask("distance_to_point", 3, centre, up, standoff, "palm before the grasp face")
+    palm = palm_direction(extents, approach)
+    goal = centre - standoff * palm
+    yield ApproachTask("position", 3, goal, palm, 0.0, "palm before the grasp face")
     yield ApproachTask(
         "orientation", 3, centre, extents.closing, 0.0, "hand closes across the narrow side"
     )
+
+
+def palm_direction(extents: Extents, approach: Approach) -> NDArray[np.float64]:
+    """Unit direction (3,) in which the palm faces: down, or along the object's longer side."""
+    return -extents.up if approach == "top" else np.cross(extents.up, extents.closing)

@@ -17,6 +17,10 @@ MAX_PLAUSIBLE_DEPTH_M = 100.0
 """Past this no depth camera measures: a larger median means millimetres given as metres."""
 
 
+MIN_READING_M, MAX_READING_M = 1e-4, 1e4
+"""Readings outside this range are no distances, but what is left of a failed conversion."""
+
+
 @dataclass(frozen=True)
 class CameraIntrinsics:
     """Pinhole camera: pixel ``(u, v) = (fx x/z + cx, fy y/z + cy)``, no distortion.
@@ -152,6 +156,12 @@ def _check_depth_values(depth: NDArray[np.floating]) -> None:
         raise InputError(
             f"median depth is {median:.0f} m: it looks like millimetres given as metres, "
             "multiply by 0.001"
+        )
+    nearest, farthest = float(readings.min()), float(readings.max())
+    if nearest < MIN_READING_M or farthest > MAX_READING_M:
+        raise InputError(
+            f"depth holds readings from {nearest:.3g} to {farthest:.3g} m: set what lies outside "
+            f"[{MIN_READING_M}, {MAX_READING_M:.0f}] m to 0"
         )
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
-from .stacking import resting_height, rests_on
+from .stacking import rests_on, surface_below
 from .superquadric import FitOptions, SuperquadricFit, fit_superquadric
 from .visibility import hidden_rays, visible_share
 
@@ -112,15 +112,19 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         to_scene = RigidTransform.identity()
     support = segmentation.support.moved(to_scene) if segmentation.support else None
     rng = np.random.default_rng(options.seed)
+    boxes = segmentation.boxes()
+    sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)
     clouds = {
-        label: to_scene.apply(_cloud(frame, segmentation.mask(label), options, rng))
-        for label in range(1, segmentation.count + 1)
+        label: to_scene.apply(_cloud(frame, segmentation, label, box, options, rng))
+        for label, box in boxes.items()
     }
     origin = np.asarray(to_scene.translation)
     collected = time.perf_counter()
-    floors = {label: resting_height(label, clouds, support, segmentation) for label in clouds}
+    below = {
+        label: surface_below(label, clouds, support, segmentation, boxes[label]) for label in clouds
+    }
     fits = {
-        label: _fit(label, cloud, to_scene, support, floors[label], frame, options)
+        label: _fit(label, cloud, to_scene, support, below[label].height, frame, options)
         for label, cloud in clouds.items()
     }
     fitted = time.perf_counter()
@@ -128,10 +132,10 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         SceneObject(
             label=label,
             points=cloud,
-            pixels=int(np.count_nonzero(segmentation.labels == label)),
+            pixels=int(sizes[label]),
             fit=fits[label],
-            visible_share=visible_share(label, fits[label], segmentation, frame, to_scene),
-            rests_on=rests_on(label, fits, clouds, support, floors),
+            visible_share=visible_share(int(sizes[label]), fits[label], frame, to_scene),
+            rests_on=rests_on(cloud, fits[label], below[label], support),
         )
         for label, cloud in clouds.items()
     )
@@ -153,20 +157,32 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
 
 def _cloud(
     frame: DepthFrame,
-    mask: NDArray[np.bool_],
+    segmentation: Segmentation,
+    label: int,
+    box: tuple[slice, slice],
     options: PerceiveOptions,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
     """Draw at most ``cloud_points`` camera-frame points of a segment without its border."""
+    mask = segmentation.labels[box] == label
     if options.border > 0:
         side = 2 * options.border + 1
-        inner = cv2.erode(mask.astype(np.uint8), np.ones((side, side), np.uint8)) > 0
+        inner = (
+            cv2.erode(
+                mask.astype(np.uint8),
+                np.ones((side, side), np.uint8),
+                borderType=cv2.BORDER_CONSTANT,
+                borderValue=0,
+            )
+            > 0
+        )
         if np.count_nonzero(inner) >= options.fit.min_points:
             mask = inner
-    rows, columns = np.nonzero(mask & frame.valid)
+    rows, columns = np.nonzero(mask & (frame.depth[box] > 0))
     if rows.size > options.cloud_points:
         chosen = np.sort(rng.choice(rows.size, options.cloud_points, replace=False))
         rows, columns = rows[chosen], columns[chosen]
+    rows, columns = rows + box[0].start, columns + box[1].start
     k = frame.intrinsics
     z = frame.depth[rows, columns].astype(np.float64)
     return np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])
@@ -194,7 +210,11 @@ def _fit(
         plane = np.append(support.normal, support.offset - floor)
     # The cloud's outline lies inside the object's by what was peeled off and half a pixel more.
     margin = (options.border + 0.5) * distance / frame.intrinsics.fx
-    fit_options = replace(options.fit, seed=options.fit.seed + label, silhouette_margin=margin)
+    fit_options = replace(
+        options.fit,
+        seed=options.fit.seed + label,
+        silhouette_margin=options.fit.silhouette_margin + margin,
+    )
     return fit_superquadric(
         cloud,
         view_origin=origin,

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
+
+from .perpendicular import perpendicular_pair
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -14,60 +16,96 @@ if TYPE_CHECKING:
     from .superquadric import SuperquadricFit
 
 CONTACT = 0.015
-"""Largest gap between a bottom and the surface below for it to rest there, m."""
+"""How far below a surface the visible bottom of what stands on it may seem to lie, m."""
+OVERLAP = 0.3
+"""Least share of an object's points over another in plan for it to stand on it."""
+PLAN_POINTS = 100
+"""Points that stand for an object in plan."""
+REACH = 3
+"""Pixels between segments that still touch in the image."""
+FOOT = 0.03
+"""Largest height of a fitted bottom over the support for the object to stand there, m."""
 LOW, HIGH = 3.0, 97.0
 """Percentiles of a cloud's heights that stand for its visible bottom and top."""
 
 
-def resting_height(
+class Surface(NamedTuple):
+    """What lies under an object."""
+
+    height: float
+    """Height above the support plane, m."""
+    label: int
+    """Label of the object it belongs to, 0 for the support plane."""
+
+
+def surface_below(
     label: int,
     clouds: dict[int, NDArray[np.float64]],
     support: SupportPlane | None,
     segmentation: Segmentation,
-) -> float:
-    """Height above the support plane of the surface under an object, m.
+    box: tuple[slice, slice],
+) -> Surface:
+    """Find the surface under an object.
 
-    An object whose visible bottom lies at the top of a segment that it touches in the image
-    stands on that one; everything else is taken to stand on the support plane, hidden bottom
-    included.
+    An object that touches a segment in the image, shows nothing below its top, and lies over it
+    in plan stands on it: a ball's own bottom is never seen. Everything else is taken to stand on
+    the support plane: the bottom of an object behind another is hidden, not at its edge.
+
+    Parameters
+    ----------
+    label, clouds
+        The object, and all objects' points by label in the support plane's frame.
+    support, segmentation
+        Support plane, and the labels behind the clouds.
+    box
+        Rows and columns that hold the object.
     """
+    table = Surface(0.0, 0)
     if support is None or not len(clouds[label]):
-        return 0.0
+        return table
     bottom = float(np.percentile(support.height(clouds[label]), LOW))
     if bottom < CONTACT:
-        return 0.0
-    mask = segmentation.mask(label).astype(np.uint8)
-    ring = cv2.dilate(mask, np.ones((7, 7), np.uint8)) > mask
-    best = 0.0
-    for other in np.unique(segmentation.labels[ring]):
-        if other in (0, label) or not len(clouds[int(other)]):
+        return table
+    rows, columns = (slice(max(s.start - REACH, 0), s.stop + REACH) for s in box)
+    labels = segmentation.labels[rows, columns]
+    mask = (labels == label).astype(np.uint8)
+    ring = cv2.dilate(mask, np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)) > mask
+    best = table
+    for other in np.unique(labels[ring]).tolist():
+        if other in (0, label) or not len(clouds[other]):
             continue
-        top = float(np.percentile(support.height(clouds[int(other)]), HIGH))
-        if abs(bottom - top) < CONTACT and top > best:
-            best = top
+        top = float(np.percentile(support.height(clouds[other]), HIGH))
+        above = bottom > top - CONTACT and top > best.height
+        if above and _share_over(clouds[label], clouds[other], support) > OVERLAP:
+            best = Surface(top, other)
     return best
 
 
+def _share_over(
+    upper: NDArray[np.float64], lower: NDArray[np.float64], support: SupportPlane
+) -> float:
+    """Share of the upper object's points that lie over the lower one's outline in plan."""
+    axes = perpendicular_pair(support.normal)
+    hull = cv2.convexHull((lower @ axes.T).astype(np.float32))
+    plan = upper[:: max(len(upper) // PLAN_POINTS, 1)] @ axes.T
+    inside = [cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0 for x, y in plan]
+    return float(np.mean(inside))
+
+
 def rests_on(
-    label: int,
-    fits: dict[int, SuperquadricFit],
-    clouds: dict[int, NDArray[np.float64]],
+    cloud: NDArray[np.float64],
+    fit: SuperquadricFit,
+    below: Surface,
     support: SupportPlane | None,
-    floors: dict[int, float],
 ) -> int | None:
     """Label of the object under this one, 0 for the support plane, None when unknown."""
-    if support is None or not len(clouds[label]):
+    if support is None or not len(cloud):
         return None
-    if floors[label] > 0.0:
-        tops = {
-            other: float(np.percentile(support.height(cloud), HIGH))
-            for other, cloud in clouds.items()
-            if other != label and len(cloud)
-        }
-        return min(tops, key=lambda other: abs(tops[other] - floors[label]))
-    solid = fits[label].superquadric
-    if solid is None:
-        bottom = float(np.percentile(support.height(clouds[label]), LOW))
+    if below.label > 0:
+        return below.label
+    solid = fit.superquadric
+    if solid is None or not fit:
+        bottom = float(np.percentile(support.height(cloud), LOW))
     else:
         bottom = -float(solid.support(-support.normal)) + support.offset
-    return 0 if bottom < 2 * CONTACT else None
+    return 0 if bottom < FOOT else None

@@ -14,7 +14,6 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from .frame import CameraIntrinsics, DepthFrame
-    from .segmentation import Segmentation
 
 OUTLINE_RESOLUTION = 24
 """Mesh resolution behind an outline; more follows rims closer."""
@@ -74,18 +73,17 @@ def hidden_rays(
 
 
 def visible_share(
-    label: int,
+    pixels: int,
     fit: SuperquadricFit,
-    segmentation: Segmentation,
     frame: DepthFrame,
     T_scene_camera: RigidTransform,
 ) -> float:
-    """Share of a fitted solid's outline area that shows the object's own pixels, 0-1.
+    """Share of a fitted solid's outline area that the object's own pixels fill, 0-1.
 
     What another object hides, what lies outside the image, and what has no reading all lower it.
     """
     solid = fit.superquadric
-    if solid is None:
+    if solid is None or not fit:
         return 0.0
     polygon = outline(solid, frame.intrinsics, T_scene_camera.inv())
     if polygon is None:
@@ -93,4 +91,4 @@ def visible_share(
     area = cv2.contourArea(polygon.astype(np.float32))
     if area < 1.0:
         return 0.0
-    return float(min(np.count_nonzero(segmentation.mask(label)) / area, 1.0))
+    return float(min(pixels / area, 1.0))

@@ -9,6 +9,8 @@ import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.sparse.csgraph import connected_components
 
+from eyehand.errors import InputError
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -20,7 +22,7 @@ class ContactFeatures:
     """What one contact feels like; false in a condition when nothing touches."""
 
     force: float
-    """Total normal force f, N (eq. 11)."""
+    """Sum of the region's tactel forces f, N (eq. 11)."""
     centre: NDArray[np.float64]
     """Centre of pressure in the sensor's frame, (3,), m (eq. 11)."""
     pressure: float
@@ -44,13 +46,20 @@ def contact_features(image: TactileImage, threshold: float) -> ContactFeatures:
     image
         Calibrated tactile image.
     threshold
-        Pressure that counts as contact, Pa, just above the noise.
+        Pressure above which a tactel counts as touched, Pa, >= 0, just above the noise.
 
     Returns
     -------
     ContactFeatures
-        All zero where no tactel reaches the threshold.
+        Of the largest connected region, as the chapter has it; all zero where nothing touches.
+
+    Raises
+    ------
+    InputError
+        If the threshold is negative or not finite.
     """
+    if not 0.0 <= threshold < float("inf"):
+        raise InputError(f"threshold must be finite and >= 0 Pa, got {threshold}")
     touched = np.flatnonzero(image.pressures > threshold)
     if touched.size == 0:
         return ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from .options import SegmentationOptions
 
+SETTLED = 2.0
+"""Squared error of a centred window, in σ², below which no other window is looked for."""
 MIN_WINDOW_SHARE = 0.3
 """Least share of a window's pixels with readings for a plane to be trusted."""
 
@@ -49,7 +51,7 @@ def fit_local_planes(disparity: NDArray[np.float32], options: SegmentationOption
     known = rms >= 0
     noise = options.min_noise
     if known.any():
-        noise = max(float(np.median(rms[known])), options.min_noise)
+        noise = max(float(np.quantile(rms[known], options.noise_quantile)), options.min_noise)
     planes = pick_windows(smooth, value, slope_u, slope_v, rms, radius, noise, options.shift_gain)
     return LocalPlanes(*planes, rms, noise)
 
@@ -74,7 +76,7 @@ def plane_sums(q, radius, min_share):
             sv[u] -= n[u]
             svq[u] -= sq[u]
             if entering < rows and q[entering, u] > 0:
-                x = q[entering, u]
+                x = np.float64(q[entering, u])
                 n[u] += 1.0
                 sv[u] += radius
                 svv[u] += radius * radius
@@ -82,7 +84,7 @@ def plane_sums(q, radius, min_share):
                 svq[u] += radius * x
                 sqq[u] += x * x
             if leaving >= 0 and q[leaving, u] > 0:
-                x = q[leaving, u]
+                x = np.float64(q[leaving, u])
                 offset = -radius - 1.0
                 n[u] -= 1.0
                 sv[u] -= offset
@@ -154,7 +156,7 @@ def pick_windows(q, value, slope_u, slope_v, rms, radius, noise, gain):
             if rms[v, u] >= 0:
                 miss = value[v, u] - here
                 best = rms[v, u] * rms[v, u] + miss * miss
-                if best < noise * noise * 2.0:
+                if best < SETTLED * noise * noise:
                     continue
                 best *= gain * gain
             for dv in (-radius, 0, radius):

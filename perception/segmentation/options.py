@@ -30,6 +30,9 @@ class SegmentationOptions:
     """3x3 median before the fit: removes single flying pixels, rounds one-pixel details."""
     min_noise: float = 1e-3
     """Floor of the disparity noise σ, 1/m: keeps noise-free frames from breaking every link."""
+    noise_quantile: float = 0.4
+    """Quantile of the windows' residuals that is taken for the noise: below the median, because
+    windows across an edge are no measure of it."""
     shift_gain: float = 0.6
     """A shifted window replaces the centred one when its error is below this share of it: lower
     keeps windows centred (smoother), higher sharpens creases (noisier)."""
@@ -74,8 +77,8 @@ class SegmentationOptions:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not isinstance(value, bool) and not value > 0:
-                raise InputError(f"segmentation option {name} must be > 0, got {value}")
+            if not isinstance(value, bool) and not 0 < value < float("inf"):
+                raise InputError(f"segmentation option {name} must be finite and > 0, got {value}")
         if self.window % 2 == 0 or self.window < 3:
             raise InputError(f"window must be odd and >= 3 px, got {self.window}")
 

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy import ndimage
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -51,6 +52,11 @@ class Segmentation:
     def count(self) -> int:
         """Number of objects."""
         return int(self.labels.max(initial=0))
+
+    def boxes(self) -> dict[int, tuple[slice, slice]]:
+        """Rows and columns that hold each object, by label."""
+        found = ndimage.find_objects(self.labels)
+        return {number: box for number, box in enumerate(found, start=1) if box is not None}
 
     def mask(self, label: int) -> NDArray[np.bool_]:
         """Pixels of one object, (H, W) bool."""

@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from ..frame import DepthFrame
 
 
+MIDDLE_PIXELS = 400
+"""Pixels that stand for an object when its middle is looked for."""
+
+
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:
     """Segment a depth frame into objects without any model of them.
 
@@ -42,14 +46,13 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     options = (options or SegmentationOptions()).scaled(frame.intrinsics.width)
     clock = _Stages()
     disparity = np.divide(1.0, frame.depth, out=np.zeros_like(frame.depth), where=frame.valid)
-    points = frame.points()
-    clock.done("points")
+    clock.done("disparity")
     planes = fit_local_planes(disparity, options)
     clock.done("local_planes")
     normals = plane_normals(planes, frame.intrinsics)
     linked = linked_pixels(planes, normals, options)
     clock.done("links")
-    support = find_support(frame, disparity, planes.noise, options)
+    support = find_support(frame, disparity, planes, options)
     clock.done("support")
     above = _above(frame, support, options)
     patches = smooth_patches(linked * above, options.min_patch)
@@ -58,7 +61,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     clock.done("grow")
     objects = merge_patches(patches, disparity, planes, frame.intrinsics, options)
     clock.done("merge")
-    labels = _order(objects, points, support, frame, options)
+    labels = _order(objects, support, frame, options)
     clock.done("order")
     return Segmentation(labels, support.plane if support else None, planes.noise, clock.seconds)
 
@@ -87,28 +90,37 @@ def _above(
 
 def _order(
     objects: NDArray[np.int32],
-    points: NDArray[np.float32],
     support: Support | None,
     frame: DepthFrame,
     options: SegmentationOptions,
 ) -> NDArray[np.int32]:
     """Number objects by size, dropping what is too small or does not stand on the support."""
-    sizes = np.bincount(objects.ravel())
-    sizes[0] = 0
+    flat = np.flatnonzero(objects)
+    labels = objects.ravel()[flat]
+    sizes = np.bincount(labels, minlength=1)
+    by_label = flat[np.argsort(labels, kind="stable")]
+    ends = np.cumsum(sizes)
     renumber = np.zeros(len(sizes), np.int32)
     following = 1
     for label in np.argsort(-sizes, kind="stable"):
         if sizes[label] < options.min_object:
             break
-        if support is not None and not _stands_on(points[objects == label], support, options):
+        pixels = by_label[ends[label] - sizes[label] : ends[label]]
+        if support is not None and not _stands_on(pixels, frame, support, options):
             continue
         renumber[label] = following
         following += 1
     return renumber[objects]
 
 
-def _stands_on(points: NDArray[np.float32], support: Support, options: SegmentationOptions) -> bool:
-    """Whether the middle of an object lies over the support's hull."""
-    middle = np.median(points @ support.axes.T.astype(np.float32), axis=0)
+def _stands_on(
+    pixels: NDArray[np.intp], frame: DepthFrame, support: Support, options: SegmentationOptions
+) -> bool:
+    """Whether the middle of an object (flat pixel indices) lies over the support's hull."""
+    k = frame.intrinsics
+    rows, columns = np.divmod(pixels[:: max(pixels.size // MIDDLE_PIXELS, 1)], k.width)
+    z = frame.depth[rows, columns].astype(np.float64)
+    points = np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])
+    middle = np.median(points @ support.axes.T, axis=0)
     inside = cv2.pointPolygonTest(support.hull, (float(middle[0]), float(middle[1])), True)
     return inside > -options.hull_margin

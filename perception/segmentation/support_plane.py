@@ -27,6 +27,10 @@ COARSE_RADIUS = 4
 """Half side of their windows, reduced px."""
 COARSE_NOISE = 2.5
 """Largest residual of a hypothesis' window, in σ: larger lets bent surfaces vote."""
+NEAREST_SHARE = 0.6
+"""Readings nearer than this share of the median depth weigh no more than those at it."""
+MIN_INLIERS = 12
+"""Fewer samples than this determine no plane."""
 MIN_COSINE = 0.95
 """Agreement of normals for a pixel to speak for a candidate plane."""
 REFITS = 3
@@ -60,22 +64,32 @@ class Support(NamedTuple):
 def find_support(
     frame: DepthFrame,
     disparity: NDArray[np.float32],
-    noise: float,
+    planes: LocalPlanes,
     options: SegmentationOptions,
 ) -> Support | None:
     """Find the support plane by one-point RANSAC (a pixel with its local plane is a hypothesis).
 
     The hypotheses are planes fitted to wide windows on every few pixels: a support is large, and
-    the wider the window the surer its normal. With the camera's place known only planes within
+    the wider the window the surer its normal. Where clutter leaves no window that wide, the
+    pixels' own planes take their place. With the camera's place known only planes within
     ``max_tilt`` of horizontal count. The plane with the most readings wins, near ones weighing
     more. The sampling grid is fixed, so equal frames give equal planes.
     """
     stride = max(frame.intrinsics.width // COARSE_WIDTH, 1)
-    coarse = LocalPlanes(
-        *plane_sums(np.ascontiguousarray(disparity[::stride, ::stride]), COARSE_RADIUS, 0.5)
-    )
-    normals = plane_normals(coarse, _reduced(frame.intrinsics, stride))
-    smooth = (coarse.rms >= 0) & (coarse.rms < COARSE_NOISE * noise)
+    wide = plane_sums(np.ascontiguousarray(disparity[::stride, ::stride]), COARSE_RADIUS, 0.5)
+    found = _vote(frame, LocalPlanes(*wide, planes.noise), stride, options)
+    if found is None and stride > 1:
+        found = _vote(frame, planes, 1, options)
+    return None if found is None else _locate(*found, frame, planes.noise, options)
+
+
+def _vote(
+    frame: DepthFrame, planes: LocalPlanes, stride: int, options: SegmentationOptions
+) -> tuple[SupportPlane, float] | None:
+    """Best plane among those of every `stride`-th pixel, and the median depth of its readings."""
+    noise = planes.noise
+    normals = plane_normals(planes, _reduced(frame.intrinsics, stride))
+    smooth = (planes.rms >= 0) & (planes.rms < COARSE_NOISE * noise)
     rows, columns = np.nonzero(smooth)
     if rows.size == 0:
         return None
@@ -101,8 +115,10 @@ def find_support(
     gaps = np.abs(candidates @ rays.T / offsets[:, None] + (1.0 / z))
     votes = gaps < options.plane_sigmas * noise
     votes &= candidates @ sample_normals.T > MIN_COSINE
-    # Weighing by squared disparity prefers the table at hand to a floor that fills more pixels.
-    best = int(np.argmax(votes @ (1.0 / z**2)))
+    # Weighing by squared disparity prefers the table at hand to a floor that fills more pixels;
+    # the cap keeps a gripper before the lens from outweighing both.
+    nearest = NEAREST_SHARE * float(np.median(z))
+    best = int(np.argmax(votes @ (1.0 / np.maximum(z, nearest) ** 2)))
     inlier = votes[best]
     if inlier.sum() < MIN_SHARE * rows.size:
         return None
@@ -112,11 +128,13 @@ def find_support(
     for _ in range(REFITS):
         n, *_ = np.linalg.lstsq(rays[inlier], q[inlier], rcond=None)
         inlier = np.abs(rays @ n - q) < options.plane_sigmas * noise
+        if np.count_nonzero(inlier) < MIN_INLIERS:
+            return None
     length = np.linalg.norm(n)
     plane_normal, offset = -n / length, 1.0 / length
     spread = np.abs(sample_points[inlier] @ plane_normal + offset)
     plane = SupportPlane(plane_normal, float(offset), float(MAD_TO_SIGMA * np.median(spread)))
-    return _locate(plane, frame, noise, float(np.median(z[inlier])), options)
+    return plane, float(np.median(z[inlier]))
 
 
 def _reduced(camera: CameraIntrinsics, stride: int) -> CameraIntrinsics:
@@ -133,9 +151,9 @@ def _reduced(camera: CameraIntrinsics, stride: int) -> CameraIntrinsics:
 
 def _locate(
     plane: SupportPlane,
+    depth: float,
     frame: DepthFrame,
     noise: float,
-    depth: float,
     options: SegmentationOptions,
 ) -> Support | None:
     # Per pixel the height is depth * (n·ray) + offset, and n·ray is linear in the pixel.

@@ -14,7 +14,7 @@ from eyehand.errors import InputError
 
 from .canonical import canonical_axes
 from .kinds import basis
-from .ladder import Rung, climb, parameter_bounds
+from .ladder import Rung, climb, criterion, parameter_bounds
 from .options import FitOptions
 from .problem import FitProblem, Guess, pose_problem
 from .refine import refine
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-FILTER_POINTS = 1200
+FILTER_POINTS = 800
 """Points among which outliers are looked for."""
 FILTER_NEIGHBOURS = 6
 """Neighbours whose mean distance tells an outlier."""
@@ -34,6 +34,17 @@ FILTER_RATIO = 2.5
 """A point whose neighbours lie this many times farther than the median's is an outlier."""
 FLAT = 1e-4
 """Smallest ratio of a cloud's singular values that still counts as an extent."""
+FARTHEST = 1e6
+"""Coordinates beyond this leave too few digits for a solid, m."""
+MAD_TO_SIGMA = 1.4826
+"""Ratio of standard deviation to median absolute deviation of a normal distribution."""
+NOISE_LIMIT = 4.0
+"""Spread of the points about a usable solid, in expected noise ..."""
+SIZE_LIMIT = 0.12
+"""... or as a share of the cloud's radius, whichever is more."""
+UNSEEN_LIMIT = 4.0
+"""Largest semi-axis of a usable solid, in radii of the points seen."""
+UNIT_TOLERANCE = 1e-3
 BOUND_TOLERANCE = 1e-6
 
 
@@ -43,8 +54,8 @@ class Candidate:
 
     superquadric: Superquadric
     """The fitted solid, in the cloud's frame."""
-    rms: float
-    """Robust root mean square of the residuals, m."""
+    spread: float
+    """Robust standard deviation of the points about its surface, m."""
     criterion: float
     """Bayesian information criterion; lower is better."""
 
@@ -80,11 +91,9 @@ class SuperquadricFit:
         return self.converged
 
     @property
-    def rms(self) -> float:
-        """Root median square of the residuals, m: the spread that outliers do not move."""
-        if self.residuals.size == 0:
-            return float("inf")
-        return float(1.4826 * np.median(np.abs(self.residuals)))
+    def spread(self) -> float:
+        """Robust standard deviation of the points about the surface, m; infinite without one."""
+        return _spread(self.residuals)
 
 
 def fit_superquadric(
@@ -125,24 +134,32 @@ def fit_superquadric(
     """
     began = time.perf_counter()
     options = options or FitOptions()
-    cloud = np.asarray(points, dtype=np.float64)
+    try:
+        cloud = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"points must be numbers of shape (N, 3): {error}") from error
     if cloud.ndim != 2 or cloud.shape[1] != 3:
         raise InputError(f"points must have shape (N, 3), got {cloud.shape}")
     origin = _vector(view_origin, 3, "view_origin")
     plane = _vector(support_plane, 4, "support_plane")
+    if plane is not None and abs(np.linalg.norm(plane[:3]) - 1.0) > UNIT_TOLERANCE:
+        raise InputError(f"support_plane must have a unit normal, got {plane[:3].tolist()}")
 
-    reason = _refusal(cloud, plane is not None, options)
+    reason = _unusable(cloud, options)
+    if not reason:
+        cloud = _without_outliers(cloud, options)
+        reason = _too_little(cloud, plane, options)
     if reason:
         return SuperquadricFit.none(reason, time.perf_counter() - began)
-    problem = pose_problem(_without_outliers(cloud, options), origin, plane, hidden, options)
+    problem = pose_problem(cloud, origin, plane, hidden, options)
     rungs = climb(problem, plane is not None, options)
-    best = _refined(rungs[0], problem, options)
-    ladder = tuple(_candidate(rung, problem) for rung in [best, *rungs[1:]])
-    residuals = distances(problem.points, *best.guess) * problem.unit
-    if not np.all(np.isfinite(residuals)):
+    rungs = [_refined(rungs[0], problem, options), *rungs[1:]]
+    if not all(np.all(np.isfinite(part)) for rung in rungs for part in rung.guess):
         reason = "the optimiser left the finite numbers: is the cloud one solid?"
         return SuperquadricFit.none(reason, time.perf_counter() - began)
-    reason = _ran_away(best.guess, problem, options)
+    ladder = tuple(_candidate(rung, problem) for rung in rungs)
+    residuals = distances(problem.points, *rungs[0].guess) * problem.unit
+    reason = _ran_away(rungs[0].guess, problem, options) or _misses(residuals, problem, options)
     return SuperquadricFit(
         superquadric=ladder[0].superquadric,
         converged=not reason,
@@ -162,19 +179,42 @@ def _vector(value: ArrayLike | None, size: int, name: str) -> NDArray[np.float64
     return vector
 
 
-def _refusal(cloud: NDArray[np.float64], has_plane: bool, options: FitOptions) -> str:
+def _unusable(cloud: NDArray[np.float64], options: FitOptions) -> str:
     if len(cloud) < options.min_points:
         return f"{len(cloud)} points are too few: at least {options.min_points} are needed"
     bad = int(np.count_nonzero(~np.all(np.isfinite(cloud), axis=1)))
     if bad:
         return f"{bad} points are NaN or infinite: leave out pixels without a reading"
-    extents = np.linalg.svd(cloud - cloud.mean(axis=0), compute_uv=False)
+    largest = float(np.abs(cloud).max())
+    if largest > FARTHEST:
+        return f"coordinates reach {largest:.3g} m: move the cloud nearer to the origin"
+    return ""
+
+
+def _too_little(
+    cloud: NDArray[np.float64], plane: NDArray[np.float64] | None, options: FitOptions
+) -> str:
+    """Why a cloud without outliers determines no solid, or an empty string."""
+    centre = cloud.mean(axis=0)
+    extents = np.linalg.svd(cloud - centre, compute_uv=False) / np.sqrt(len(cloud))
+    low, high = options.axis_range
     if extents[0] == 0.0:
         return "all points are the same point"
     if extents[1] < FLAT * extents[0]:
         return "all points lie on one line"
-    if extents[2] < FLAT * extents[0] and not has_plane:
+    if extents[2] < FLAT * extents[0] and plane is None:
         return "all points lie on one plane: give the support plane, or another view"
+    if len(cloud) < options.min_points:
+        return (
+            f"{len(cloud)} different points are too few: at least {options.min_points} are needed"
+        )
+    if not low / 2 <= extents[0] <= 2 * high:
+        return (
+            f"the cloud spreads over {extents[0]:.3g} m (one σ): solids with semi-axes of "
+            f"{low} to {high} m are fitted; are these metres?"
+        )
+    if plane is not None and abs(plane[:3] @ centre + plane[3]) > 2 * high:
+        return f"the support plane passes {abs(plane[:3] @ centre + plane[3]):.3g} m from the cloud"
     return ""
 
 
@@ -183,10 +223,20 @@ def _without_outliers(cloud: NDArray[np.float64], options: FitOptions) -> NDArra
     if len(cloud) > FILTER_POINTS:
         rng = np.random.default_rng(options.seed)
         cloud = cloud[rng.permutation(len(cloud))[:FILTER_POINTS]]
-    spacing, _ = KDTree(cloud).query(cloud, k=FILTER_NEIGHBOURS + 1)
-    mean = spacing[:, 1:].mean(axis=1)
-    keep = mean <= FILTER_RATIO * np.median(mean)
+    spacing = _neighbour_distance(cloud)
+    if np.median(spacing) == 0.0:
+        cloud = np.unique(cloud, axis=0)
+        spacing = _neighbour_distance(cloud)
+    keep = spacing <= FILTER_RATIO * np.median(spacing)
     return cloud[keep] if keep.sum() >= options.min_points else cloud
+
+
+def _neighbour_distance(cloud: NDArray[np.float64]) -> NDArray[np.float64]:
+    count = min(FILTER_NEIGHBOURS, len(cloud) - 1)
+    if count < 1:
+        return np.zeros(len(cloud))
+    spacing, _ = KDTree(cloud).query(cloud, k=count + 1)
+    return spacing[:, 1:].mean(axis=1)
 
 
 def _refined(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
@@ -196,11 +246,11 @@ def _refined(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
         problem,
         rung.guess,
         basis(rung.kind),
-        parameter_bounds(problem, options),
+        parameter_bounds(rung.kind, problem, options),
         options.optimiser,
         options.max_evaluations,
     )
-    return rung._replace(guess=guess, cost=cost)
+    return Rung(rung.kind, guess, cost, criterion(cost, rung.kind, problem, options))
 
 
 def _candidate(rung: Rung, problem: FitProblem) -> Candidate:
@@ -212,12 +262,32 @@ def _candidate(rung: Rung, problem: FitProblem) -> Candidate:
     matrix[:3, 3] = c * problem.unit + problem.centre
     pose = RigidTransform.from_matrix(matrix)
     solid = Superquadric(semi_axes, exponents, pose, rung.kind)
-    rms = float(np.sqrt(2.0 * rung.cost)) * problem.unit
-    return Candidate(solid, rms, rung.criterion)
+    residuals = distances(problem.points, *rung.guess) * problem.unit
+    return Candidate(solid, _spread(residuals), rung.criterion)
+
+
+def _spread(residuals: NDArray[np.float64]) -> float:
+    if residuals.size == 0:
+        return float("inf")
+    return float(MAD_TO_SIGMA * np.median(np.abs(residuals)))
+
+
+def _misses(residuals: NDArray[np.float64], problem: FitProblem, options: FitOptions) -> str:
+    spread = _spread(residuals)
+    limit = max(NOISE_LIMIT * options.noise, SIZE_LIMIT * problem.unit)
+    if spread <= limit:
+        return ""
+    return (
+        f"points spread {spread * 1e3:.1f} mm about the best solid, more than "
+        f"{limit * 1e3:.1f} mm: is the cloud one solid?"
+    )
 
 
 def _ran_away(guess: Guess, problem: FitProblem, options: FitOptions) -> str:
-    low, high = parameter_bounds(problem, options)[0]
+    low, high = np.log(np.array(options.axis_range) / problem.unit)
+    seen = float(np.sqrt(np.sum(problem.points**2, axis=1).max()))
+    if np.exp(guess.axes.max()) > UNSEEN_LIMIT * seen:
+        return f"an extent grew to over {UNSEEN_LIMIT:g} times what was seen"
     if np.any(guess.axes >= high - BOUND_TOLERANCE):
         return f"an extent grew to its bound of {options.axis_range[1]} m: too little was seen"
     if np.any(guess.axes <= low + BOUND_TOLERANCE):

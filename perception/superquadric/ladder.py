@@ -8,7 +8,7 @@ import numpy as np
 
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
-from .shape import PARAMETER_COUNT, Kind
+from .shape import MAX_EXPONENT, MIN_EXPONENT, PARAMETER_COUNT, Kind
 from .starts import axis_permutations, starting_boxes, turned_dual
 
 if TYPE_CHECKING:
@@ -17,11 +17,16 @@ if TYPE_CHECKING:
     from .options import FitOptions
     from .problem import FitProblem, Guess
 
-START_POINTS = 120
+START_POINTS = 100
 """Points on which starts compete: enough to tell basins apart."""
+SOFT_EDGE = 0.3
+"""Exponent from which a sharp-edged solid starts as a general one: at 0.1 edges hold it fast."""
+MIDDLE = 0.7
+"""Exponent between round and square that general solids start from."""
+FULL_EXPONENT_RANGE = (MIN_EXPONENT, MAX_EXPONENT)
 START_EVERY_RAY = 4
 """One of so many silhouette rays takes part in the starts."""
-START_TOLERANCE = 1e-3
+START_TOLERANCE = 5e-3
 """Relative gain below which a start is done."""
 
 
@@ -44,20 +49,18 @@ def climb(problem: FitProblem, has_plane: bool, options: FitOptions) -> list[Run
     finished on all points.
     """
     boxes = starting_boxes(problem, has_plane)
-    bounds = parameter_bounds(problem, options)
     thin = problem.thinned(START_POINTS, START_EVERY_RAY)
     rungs: list[Rung] = []
     for kind in sorted(options.kinds, key=lambda kind: PARAMETER_COUNT[kind]):
         starts = list(_starts(kind, boxes, rungs, options))
-        rung = _best_of(kind, starts, thin, bounds, options)
+        rung = _best_of(kind, starts, thin, options)
         if kind == "superquadric":
-            dual = _best_of(kind, [turned_dual(rung.guess)], thin, bounds, options)
+            dual = _best_of(kind, [turned_dual(rung.guess)], thin, options)
             rung = min(rung, dual, key=lambda r: r.cost)
         rungs.append(rung)
     limit = min(rung.criterion for rung in rungs) + options.prune
     finished = [
-        _finished(rung, problem, bounds, options) if rung.criterion <= limit else rung
-        for rung in rungs
+        _finished(rung, problem, options) if rung.criterion <= limit else rung for rung in rungs
     ]
     return sorted(finished, key=lambda rung: rung.criterion)
 
@@ -73,10 +76,14 @@ def criterion(cost: float, kind: Kind, problem: FitProblem, options: FitOptions)
     return n * float(np.log(2.0 * cost + floor**2)) + PARAMETER_COUNT[kind] * float(np.log(n))
 
 
-def parameter_bounds(problem: FitProblem, options: FitOptions) -> NDArray[np.float64]:
-    """Rows of [low, high]: log semi-axes in the problem's unit, exponents."""
+def parameter_bounds(kind: Kind, problem: FitProblem, options: FitOptions) -> NDArray[np.float64]:
+    """Rows of [low, high]: log semi-axes in the problem's unit, and exponents.
+
+    The range of exponents binds only the kind that fits them: a box's edges are what they are.
+    """
     low, high = np.log(np.array(options.axis_range) / problem.unit)
-    return np.array([[low, high], options.exponent_range])
+    free = fixed_exponents(kind, options.edge_exponent) is None
+    return np.array([[low, high], options.exponent_range if free else FULL_EXPONENT_RANGE])
 
 
 def _starts(kind: Kind, boxes: list[Guess], rungs: list[Rung], options: FitOptions):
@@ -84,10 +91,10 @@ def _starts(kind: Kind, boxes: list[Guess], rungs: list[Rung], options: FitOptio
     if kind == "superquadric":
         for rung in rungs:
             if rung.kind != "sphere":
-                eps = np.clip(rung.guess.eps, 0.3, 1.0)
-                yield rung.guess._replace(eps=eps)
+                eps = np.clip(rung.guess.eps, SOFT_EDGE, 1.0)
+                yield rung.guess._replace(eps=np.clip(eps, *options.exponent_range))
         for turned in axis_permutations(boxes[0]):
-            yield turned._replace(eps=np.array([0.7, 0.7]))
+            yield turned._replace(eps=np.clip([MIDDLE, MIDDLE], *options.exponent_range))
         return
     assert exponents is not None
     for box in boxes[:1] if kind == "cylinder" else boxes:
@@ -101,10 +108,9 @@ def _best_of(
     kind: Kind,
     starts: list[Guess],
     problem: FitProblem,
-    bounds: NDArray[np.float64],
     options: FitOptions,
 ) -> Rung:
-    steps = basis(kind)
+    steps, bounds = basis(kind), parameter_bounds(kind, problem, options)
     ends = [
         levenberg_marquardt(
             problem,
@@ -121,14 +127,12 @@ def _best_of(
     return Rung(kind, guess, cost, criterion(cost, kind, problem, options))
 
 
-def _finished(
-    rung: Rung, problem: FitProblem, bounds: NDArray[np.float64], options: FitOptions
-) -> Rung:
+def _finished(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
     guess, cost, _ = levenberg_marquardt(
         problem,
         rung.guess,
         basis(rung.kind),
-        bounds,
+        parameter_bounds(rung.kind, problem, options),
         options.extent_prior,
         options.ladder_iterations,
     )

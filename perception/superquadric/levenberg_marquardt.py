@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 _STEP_TOLERANCE = 1e-5
 _MIN_DAMPING = 1e-5
 _MAX_DAMPING = 1e3
+_RIDGE = 1e-9
 
 
 def levenberg_marquardt(
@@ -88,7 +89,6 @@ def descend(
 ):
     """Descend; see :func:`levenberg_marquardt`."""
     home = axes.copy()
-    k = basis.shape[1]
     damping = 1e-2
     cost, gradient, hessian = normal_equations(
         points,
@@ -112,19 +112,12 @@ def descend(
         for j in range(3):
             gradient[j] += prior * (axes[j] - home[j])
             hessian[j, j] += prior
-        reduced = basis.T @ hessian @ basis
-        slope = basis.T @ gradient
+        reduced, slope = _reduced(hessian, gradient, basis)
         improved = False
         size = gain = 0.0
         while damping < _MAX_DAMPING:
-            damped = reduced.copy()
-            for j in range(k):
-                damped[j, j] += damping * (reduced[j, j] + 1e-9)
-            step = basis @ np.linalg.solve(damped, -slope)
-            new_axes = np.minimum(np.maximum(axes + step[:3], bounds[0, 0]), bounds[0, 1])
-            new_eps = np.minimum(np.maximum(eps + step[3:5], bounds[1, 0]), bounds[1, 1])
-            new_R = R @ rotation(step[5:8])
-            new_c = c + R @ step[8:11]
+            step = _damped_step(reduced, slope, basis, damping)
+            new_axes, new_eps, new_R, new_c = _moved(axes, eps, R, c, step, bounds)
             new_cost, new_gradient, new_hessian = normal_equations(
                 points,
                 weights,
@@ -156,6 +149,82 @@ def descend(
         if size < _STEP_TOLERANCE or gain < tolerance * total:
             break
     return axes, eps, R, c, cost, steps
+
+
+# Products of matrices this small cost more in calls to BLAS than in arithmetic: plain loops.
+@njit(cache=True, error_model="numpy")
+def _reduced(hessian, gradient, basis):
+    """Hessian (k, k) and gradient (k,) along the columns of the basis."""
+    n, k = basis.shape
+    half = np.zeros((n, k))
+    slope = np.zeros(k)
+    for a in range(n):
+        for j in range(k):
+            b = basis[a, j]
+            if b != 0.0:
+                slope[j] += b * gradient[a]
+                for i in range(n):
+                    half[i, j] += hessian[i, a] * b
+    reduced = np.zeros((k, k))
+    for a in range(n):
+        for i in range(k):
+            b = basis[a, i]
+            if b != 0.0:
+                for j in range(k):
+                    reduced[i, j] += b * half[a, j]
+    return reduced, slope
+
+
+@njit(cache=True, error_model="numpy")
+def _damped_step(reduced, slope, basis, damping):
+    """Full step (11,) of the damped normal equations, by Cholesky decomposition."""
+    k = slope.size
+    factor = np.zeros((k, k))
+    for i in range(k):
+        for j in range(i + 1):
+            value = reduced[i, j]
+            if i == j:
+                value += damping * (reduced[i, i] + _RIDGE)
+            for m in range(j):
+                value -= factor[i, m] * factor[j, m]
+            if i == j:
+                factor[i, i] = np.sqrt(max(value, _RIDGE * _RIDGE))
+            else:
+                factor[i, j] = value / factor[j, j]
+    y = np.empty(k)
+    for i in range(k):
+        value = -slope[i]
+        for m in range(i):
+            value -= factor[i, m] * y[m]
+        y[i] = value / factor[i, i]
+    for i in range(k - 1, -1, -1):
+        value = y[i]
+        for m in range(i + 1, k):
+            value -= factor[m, i] * y[m]
+        y[i] = value / factor[i, i]
+    step = np.zeros(basis.shape[0])
+    for a in range(basis.shape[0]):
+        for j in range(k):
+            step[a] += basis[a, j] * y[j]
+    return step
+
+
+@njit(cache=True, error_model="numpy")
+def _moved(axes, eps, R, c, step, bounds):
+    """State after a full step, held inside the bounds."""
+    new_axes, new_eps = np.empty(3), np.empty(2)
+    for j in range(3):
+        new_axes[j] = min(max(axes[j] + step[j], bounds[0, 0]), bounds[0, 1])
+    for j in range(2):
+        new_eps[j] = min(max(eps[j] + step[3 + j], bounds[1, 0]), bounds[1, 1])
+    turn = rotation(step[5:8])
+    new_R, new_c = np.zeros((3, 3)), c.copy()
+    for i in range(3):
+        for m in range(3):
+            new_c[i] += R[i, m] * step[8 + m]
+            for j in range(3):
+                new_R[i, j] += R[i, m] * turn[m, j]
+    return new_axes, new_eps, new_R, new_c
 
 
 @njit(cache=True, error_model="numpy")

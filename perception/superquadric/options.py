@@ -76,16 +76,37 @@ class FitOptions:
             raise InputError(
                 f"optimiser must be one of {', '.join(get_args(Optimiser))}, got {self.optimiser!r}"
             )
-        for name in ("points", "max_evaluations", "start_iterations", "ladder_iterations"):
-            if getattr(self, name) < 1:
-                raise InputError(f"fit option {name} must be >= 1, got {getattr(self, name)}")
-        for name in ("noise", "effective_points", "plane_scale", "edge_exponent", "prune"):
-            if not getattr(self, name) > 0:
-                raise InputError(f"fit option {name} must be > 0, got {getattr(self, name)}")
+        for name, least in _LEAST.items():
+            value = getattr(self, name)
+            if not least <= value < float("inf"):
+                raise InputError(f"fit option {name} must be finite and >= {least}, got {value}")
         low, high = self.exponent_range
         if not MIN_EXPONENT <= low < high <= MAX_EXPONENT:
             raise InputError(
                 f"exponent_range must lie in [{MIN_EXPONENT}, {MAX_EXPONENT}], got {(low, high)}"
             )
-        if not 0 < self.axis_range[0] < self.axis_range[1]:
+        if not MIN_EXPONENT <= self.edge_exponent <= 1.0:
+            raise InputError(
+                f"edge_exponent must lie in [{MIN_EXPONENT}, 1], got {self.edge_exponent}"
+            )
+        if not 0 < self.axis_range[0] < self.axis_range[1] < float("inf"):
             raise InputError(f"axis_range must rise from above 0 m, got {self.axis_range}")
+
+
+_LEAST: dict[str, float] = {
+    "points": 10,
+    "min_points": 10,
+    "max_evaluations": 1,
+    "start_iterations": 1,
+    "ladder_iterations": 1,
+    "prune": 0.0,
+    "noise": 1e-6,
+    "effective_points": 2.0,
+    "silhouette_rays": 0,
+    "silhouette_margin": 0.0,
+    "silhouette_weight": 0.0,
+    "plane_weight": 0.0,
+    "plane_scale": 1e-6,
+    "extent_prior": 0.0,
+    "seed": 0,
+}

@@ -73,7 +73,7 @@ def refine(
     solver.set_ftol_rel(_RELATIVE_TOLERANCE)
     solver.set_maxeval(evaluations)
     # Round-off at the optimum is nlopt's way to say that no step helps: the best point stands.
-    with contextlib.suppress(nlopt.RoundoffLimited, RuntimeError, ValueError):
+    with contextlib.suppress(nlopt.RoundoffLimited, nlopt.exception):
         solver.optimize(np.zeros(size))
     return best[0], best[1], best[2]
 

@@ -23,7 +23,7 @@ _RAY_TOLERANCE = 1e-7
 _BALL = 1.8  # every superquadric fits into a ball of sqrt(3) times its largest semi-axis
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def normal_equations(
     points,
     weights,
@@ -86,7 +86,7 @@ def normal_equations(
     return cost, gradient, hessian
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def distances(points, axes, eps, R, c):
     """First-order signed distances (N,) of points (N, 3)."""
     out = np.empty(points.shape[0])
@@ -98,7 +98,7 @@ def distances(points, axes, eps, R, c):
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def distance_row(local, axes, eps, row):
     """Residual r of a point in shape coordinates; fills `row` (11,) with its derivatives."""
     x, y, z = _off_zero(local[0]), _off_zero(local[1]), _off_zero(local[2])
@@ -145,7 +145,7 @@ def distance_row(local, axes, eps, row):
     return r
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _ray_row(direction, origin, axes, eps, R, c, row, local):
     """Depth s (1 - min G) by which a ray enters the solid, and its derivatives.
 
@@ -202,7 +202,7 @@ def _ray_row(direction, origin, axes, eps, R, c, row, local):
     return s * (1.0 - gauge)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _plane_row(plane, axes, eps, R, c, row, local):
     """Height of the solid's lowest point over the plane, and its derivatives.
 
@@ -224,7 +224,7 @@ def _plane_row(plane, axes, eps, R, c, row, local):
     return height - support
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _shares(x, y, z, axes, eps):
     """Shares p (3 values) and the derivatives of log G by ε1 and ε2."""
     e1, e2 = eps[0], eps[1]
@@ -239,7 +239,7 @@ def _shares(x, y, z, axes, eps):
     return w * u1, w * u2, w3, h1, h2
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _log_gauge(x, y, z, axes, eps):
     ax = 2.0 / eps[1] * (np.log(abs(x)) - axes[0])
     ay = 2.0 / eps[1] * (np.log(abs(y)) - axes[1])
@@ -249,7 +249,7 @@ def _log_gauge(x, y, z, axes, eps):
     return 0.5 * eps[0] * log_f
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _gauge_on_ray(t, direction, origin, axes, eps, R, c, local):
     """G and dG/dt at `origin + t direction`; leaves the point in `local`."""
     _to_local(
@@ -275,21 +275,21 @@ def _gauge_on_ray(t, direction, origin, axes, eps, R, c, local):
     return gauge, gauge * slope
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _pose_part(row, v1, v2, v3, x, y, z):
     """Rotation and translation derivatives of a function with spatial gradient v at (x, y, z)."""
     row[5], row[6], row[7] = v2 * z - v3 * y, v3 * x - v1 * z, v1 * y - v2 * x
     row[8], row[9], row[10] = -v1, -v2, -v3
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _to_local(x, y, z, R, c, local):
     dx, dy, dz = x - c[0], y - c[1], z - c[2]
     for k in range(3):
         local[k] = R[0, k] * dx + R[1, k] * dy + R[2, k] * dz
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _accumulate(gradient, hessian, row, r, weight):
     for j in range(PARAMETERS):
         scaled = weight * row[j]
@@ -298,19 +298,19 @@ def _accumulate(gradient, hessian, row, r, weight):
             hessian[j, k] += scaled * row[k]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _cauchy(r, scale):
     return 0.5 * scale * scale * np.log1p((r / scale) ** 2)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _off_zero(x):
     if abs(x) < _SMALL:
         return _SMALL if x >= 0.0 else -_SMALL
     return x
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz"})
 def _log_sum(a, b):
     """log(exp a + exp b) and the two shares of the sum, without overflow."""
     if a > b:

@@ -155,8 +155,9 @@ def test_fit_reads_clouds_and_writes_the_solid(tmp_path, capsys, suffix):
     assert solid["kind"] == "sphere"
     assert np.allclose(solid["semi_axes_m"], 0.04, atol=5e-4)
     assert np.allclose(solid["position_m"], [0.1, 0.2, 0.3], atol=5e-4)
-    assert (tmp_path / "out" / "ball.ply").stat().st_size > 1000
-    assert json.loads((tmp_path / "out" / "ball.json").read_text())["schema"] == "eyehand.solid/1"
+    assert (tmp_path / "out" / "ball_solid.ply").stat().st_size > 1000
+    report = json.loads((tmp_path / "out" / "ball_solid.json").read_text())
+    assert report["schema"] == "eyehand.solid/1"
 
 
 def test_fit_takes_many_clouds_and_says_which_failed(tmp_path, capsys):
@@ -182,6 +183,31 @@ def test_demo_shows_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, m
         assert (tmp_path / name).is_file()
 
 
+def test_fit_never_overwrites_a_cloud_or_another_result(tmp_path, capsys):
+    cloud = cloud_file(tmp_path / "ball.ply")
+    before = cloud.read_bytes()
+    assert run("fit", cloud, "--out", tmp_path, capsys=capsys)[0] == 0
+    assert cloud.read_bytes() == before
+    other = cloud_file(tmp_path / "ball.xyz")
+    code, _, err = run("fit", cloud, other, "--out", tmp_path / "o", capsys=capsys)
+    assert code == 2
+    assert "same name" in err
+
+
+def test_file_names_are_shown_as_they_are(tmp_path, capsys):
+    cloud = cloud_file(tmp_path / "cup[left].xyz")
+    assert "cup[left].xyz" in run("fit", cloud, capsys=capsys)[1]
+    frame = small_frame(tmp_path / "[bold]x.npz", np.ones((16, 20), np.float32))
+    table = run("perceive", frame, "--out", tmp_path / "o", capsys=capsys)[1]
+    assert "[bold]x.npz" in table.replace("\n", "")  # long titles wrap
+
+
+def test_demo_takes_a_frame_of_another_shape(tmp_path, capsys):
+    frame = small_frame(tmp_path / "wide.npz", np.ones((18, 64), np.float32))
+    assert run("demo", frame, "--objects", "1", "--out", tmp_path / "o", capsys=capsys)[0] == 0
+    assert picture(tmp_path / "o" / "overview.png").ndim == 3
+
+
 def small_frame(path: Path, depth: np.ndarray) -> Path:
     height, width = depth.shape
     write_frame(path, DepthFrame(depth, CameraIntrinsics(50.0, 50.0, 9.5, 7.5, width, height)))
@@ -202,6 +228,8 @@ BAD = {
     "too many objects": (["synth", "--objects", "16"], "16"),
     "no cloud": (["fit"], "CLOUD"),
     "bad noise": (["fit", "a.ply", "--noise-mm", "-1"], "--noise-mm"),
+    "endless noise": (["fit", "a.ply", "--noise-mm", "inf"], "--noise-mm"),
+    "frames of a file": (["perceive", "x.png", "--frames", "3"], "--frames"),
     "bad task": (["demo", "--task", "juggle"], "juggle"),
 }
 

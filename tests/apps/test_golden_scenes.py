@@ -48,3 +48,21 @@ def test_solids_have_the_size_and_place_of_the_objects_they_stand_for():
     assert len(size) >= 30
     assert np.median(size) < 0.06
     assert np.median(place) < 0.006
+
+
+@pytest.mark.parametrize(("family", "least"), [("separate", 1.0), ("stacked", 0.85)])
+def test_what_stands_on_what_is_told(family, least):
+    right = total = 0
+    for seed in range(300, 306):
+        scene = make_scene(seed, TabletopOptions(family=family, count_range=(6, 6)))
+        frame, truth = render_frame(scene, DepthNoise.realistic(), seed, colour=False)
+        seen = perceive(frame)
+        for item in seen.objects:
+            number = int(np.bincount(truth[seen.segmentation.mask(item.label)]).argmax())
+            if number == 0:
+                continue
+            bottom = -float(scene.objects[number - 1].shape.support([0.0, 0.0, -1.0]))
+            right += ((item.rests_on or 0) > 0) == (bottom > 0.01)
+            total += 1
+    assert total >= 30
+    assert right / total >= least

@@ -56,6 +56,22 @@ def test_lower_tasks_never_move_the_first(seed):
     assert np.allclose(second.jacobian @ velocity, second.error, atol=1e-7)
 
 
+def test_speeds_neither_jump_nor_run_away_at_a_singularity():
+    speeds = []
+    for size in (0.06, 0.0501, 0.0499, 0.03, 0.0201, 0.0199, 1e-3, 1e-6, 0.0):
+        J = np.diag([1.0, 1.0, size])
+        speeds.append(np.linalg.norm(solve_stack([position(np.zeros(3), J, np.ones(3))])))
+    assert max(speeds) < 25.0
+    assert abs(speeds[1] - speeds[2]) < 0.3
+    assert abs(speeds[4] - speeds[5]) < 0.3
+
+
+def test_damped_directions_are_closed_to_lower_tasks():
+    first = Task("held", np.zeros(1), np.zeros(1), np.array([[0.019, 0.0, 0.0]]))
+    second = Task("pulls", np.zeros(1), np.ones(1), np.array([[1.0, 0.0, 0.0]]))
+    assert np.allclose(first.jacobian @ solve_stack([first, second]), 0.0)
+
+
 def test_bad_stacks_and_tasks_are_refused():
     with pytest.raises(InputError, match="at least one"):
         solve_stack([])
@@ -65,5 +81,9 @@ def test_bad_stacks_and_tasks_are_refused():
         Task("nan", np.zeros(1), np.array([np.nan]), np.zeros((1, 7)))
     with pytest.raises(InputError, match="same number of joints"):
         solve_stack([Task("a", np.zeros(1), np.zeros(1), np.ones((1, n))) for n in (6, 7)])
+    with pytest.raises(InputError, match="gain"):
+        solve_stack([Task("a", np.zeros(1), np.zeros(1), np.ones((1, 7)))], gain=float("nan"))
+    with pytest.raises(InputError, match="axis"):
+        axis_alignment(np.zeros(3), np.eye(3), np.array([0.0, 0.0, 1.0]))
     with pytest.raises(InputError, match="centre"):
         distance_to_point(np.zeros(3), np.eye(3), np.zeros(3), 0.1)

@@ -77,7 +77,7 @@ def test_depth_and_labels_read_back(tmp_path: Path):
     assert frame.colour is not None
     assert np.array_equal(again.colour, frame.colour)
     assert np.array_equal(read_labels(tmp_path), labels)
-    assert read_labels(tmp_path / "labels.png").dtype == np.int32
+    assert read_labels(tmp_path / "true_labels.png").dtype == np.int32
 
 
 def test_the_json_says_what_its_numbers_mean(folder: Path):

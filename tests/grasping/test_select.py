@@ -98,6 +98,20 @@ def test_a_near_neighbour_rules_out_the_side():
     assert "object 2" in crowded.rejected["side power"]
 
 
+def test_a_neighbour_without_a_solid_counts_by_its_points_and_one_below_does_not():
+    alone = can(0.03, 0.16)
+    points = np.array([[0.04, 0.0, 0.1], [0.06, 0.0, 0.1], [0.05, 0.01, 0.05]])
+    unfitted = SceneObject(2, points, 3, SuperquadricFit.none("too few"), 0.0, 0)
+    assert select_prototype(alone, TABLE, neighbours=[unfitted]).approach == "top"
+    below = thing("box", [0.1, 0.1, 0.01], (0.1, 0.1), label=3)
+    assert select_prototype(alone, TABLE, neighbours=[below]).approach == "side"
+
+
+def test_an_up_without_a_direction_is_refused():
+    with pytest.raises(InputError, match="up"):
+        select_prototype(ball(0.04), up=np.zeros(3))
+
+
 def test_the_task_changes_the_choice():
     item = can(0.0375, 0.08)
     lift = select_prototype(item, TABLE, options=SelectOptions(task="lift"))

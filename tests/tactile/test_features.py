@@ -54,6 +54,12 @@ def test_no_contact_is_false_and_finite():
     assert np.all(np.isfinite(found.centre))
 
 
+@pytest.mark.parametrize("threshold", [-1.0, float("nan"), float("inf")])
+def test_impossible_thresholds_are_refused(threshold):
+    with pytest.raises(InputError, match="threshold"):
+        contact_features(TactileImage(np.zeros(256), PAD), threshold)
+
+
 def test_images_that_do_not_fit_the_array_are_refused():
     with pytest.raises(InputError, match="256"):
         TactileImage(np.zeros(16), PAD)

@@ -51,7 +51,7 @@ def test_one_noisy_view_gives_the_solid_and_its_simplest_name(kind, axes, e):
     assert fit.superquadric is not None
     assert fit.superquadric.kind == kind
     assert overlap(solid, fit.superquadric, rng) > 0.93
-    assert fit.rms < 0.0015
+    assert fit.spread < 0.0015
     assert [c.criterion for c in fit.ladder] == sorted(c.criterion for c in fit.ladder)
     assert {c.kind for c in fit.ladder} == set(FitOptions().kinds)
 
@@ -79,7 +79,7 @@ def test_refinement_never_worsens_what_levenberg_marquardt_found():
         )
         for optimiser in ("lm", "slsqp")
     )
-    assert fine.ladder[0].rms <= rough.ladder[0].rms
+    assert fine.ladder[0].criterion < rough.ladder[0].criterion
 
 
 def test_a_fifth_of_outliers_does_not_move_the_solid():
@@ -147,6 +147,72 @@ def test_a_flat_cloud_over_its_support_plane_is_a_box_top():
     assert height == pytest.approx(0.05, abs=0.01)
 
 
+def test_most_points_being_one_point_leaves_the_ball():
+    rng = np.random.default_rng(2)
+    ball = sample_surface(
+        Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity()), 300, rng
+    )
+    fit = fit_superquadric(np.vstack([np.repeat(ball[:1], 700, axis=0), ball]))
+    assert fit
+    assert fit.superquadric is not None
+    assert fit.superquadric.semi_axes == pytest.approx([0.04] * 3, abs=1e-3)
+
+
+def test_one_point_far_away_is_an_outlier_not_a_line():
+    rng = np.random.default_rng(2)
+    ball = sample_surface(
+        Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity()), 300, rng
+    )
+    assert fit_superquadric(np.vstack([ball, [[1e4, 0.0, 0.0]]]))
+
+
+@pytest.mark.parametrize(
+    ("cloud", "plane", "says"),
+    [
+        (np.random.default_rng(0).normal(size=(500, 3)) * 0.05, None, "one solid"),
+        (np.random.default_rng(0).normal(size=(500, 3)) * 50.0, None, "metres"),
+        (np.random.default_rng(0).normal(size=(500, 3)) * 1e-9, None, "metres"),
+        (np.random.default_rng(0).normal(size=(500, 3)) * 1e200, None, "coordinates"),
+        (
+            np.random.default_rng(0).uniform(-0.05, 0.05, (500, 3)) * [1, 1, 0],
+            [0.0, 0.0, 1.0, 1e100],
+            "support plane",
+        ),
+    ],
+)
+def test_what_is_no_solid_is_said_so(cloud, plane, says):
+    fit = fit_superquadric(cloud, support_plane=plane)
+    assert not fit
+    assert says in fit.reason
+
+
+@pytest.mark.parametrize("optimiser", ["slsqp", "lbfgs", "mma"])
+def test_no_optimiser_raises_on_any_of_many_clouds(optimiser):
+    rng = np.random.default_rng(4)
+    for _ in range(25):
+        solid = Superquadric(
+            rng.uniform(0.015, 0.08, 3),
+            (rng.uniform(0.1, 1.9), rng.uniform(0.1, 1.9)),
+            RigidTransform.from_rotation(Rotation.random(rng=rng)),
+        )
+        points = sample_surface(solid, 300, rng)
+        points = points[points @ [0.0, 0.0, 1.0] > -0.01]
+        fit = fit_superquadric(points, options=FitOptions(optimiser=optimiser))
+        assert fit or fit.reason
+
+
+@pytest.mark.parametrize("exponent_range", [(0.5, 1.9), (0.02, 1.98)])
+def test_the_exponent_range_binds_the_kind_that_fits_exponents_only(exponent_range):
+    rng = np.random.default_rng(6)
+    _, points, plane = make("box", [0.03, 0.05, 0.08], (0.1, 0.1), rng)
+    fit = fit_superquadric(
+        points, support_plane=plane, options=FitOptions(exponent_range=exponent_range)
+    )
+    for candidate in fit.ladder:
+        low, high = (0.1, 1.0) if candidate.kind != "superquadric" else exponent_range
+        assert all(low <= e <= high for e in candidate.superquadric.exponents)
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
@@ -154,6 +220,9 @@ def test_a_flat_cloud_over_its_support_plane_is_a_box_top():
         {"points": np.zeros((80, 3)), "view_origin": [0.0, 0.0]},
         {"points": np.zeros((80, 3)), "support_plane": [0.0, 0.0, 1.0]},
         {"points": np.zeros((80, 3)), "view_origin": [np.nan, 0.0, 0.0]},
+        {"points": np.zeros((80, 3)), "support_plane": [0.0, 0.0, 10.0, 0.5]},
+        {"points": [[1.0, 2.0], [3.0]]},
+        {"points": "cloud"},
     ],
 )
 def test_arguments_of_the_wrong_shape_raise(arguments):
@@ -166,7 +235,10 @@ def test_arguments_of_the_wrong_shape_raise(arguments):
     [
         ({"kinds": ("cone",)}, "sphere, cylinder"),
         ({"optimiser": "adam"}, "lm, slsqp"),
-        ({"points": 0}, "points"),
+        ({"points": 2}, "points"),
+        ({"seed": -1}, "seed"),
+        ({"extent_prior": float("nan")}, "extent_prior"),
+        ({"edge_exponent": 5.0}, "edge_exponent"),
         ({"noise": 0.0}, "noise"),
         ({"exponent_range": (0.0, 1.0)}, "exponent_range"),
         ({"axis_range": (0.1, 0.05)}, "axis_range"),

@@ -1,0 +1,68 @@
+"""Every command and the Python example in the README run as shown."""
+
+import re
+import runpy
+import shlex
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eyehand.apps.main import main
+from eyehand.perception import DepthFrame, read_frame, write_cloud
+from eyehand.perception.cameras import record_frames
+
+ROOT = Path(__file__).resolve().parents[2]
+README = (ROOT / "README.md").read_text()
+COMMANDS = [
+    line.split("#")[0].strip()
+    for block in re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL)
+    for line in block.splitlines()
+]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch) -> Path:
+    """A folder with the files that the README's examples name."""
+    (tmp_path / "apps" / "sample").mkdir(parents=True)
+    for file in (ROOT / "apps" / "sample").iterdir():
+        shutil.copy(file, tmp_path / "apps" / "sample")
+    rng = np.random.default_rng(0)
+    ball = rng.normal(size=(500, 3))
+    ball *= 0.04 / np.linalg.norm(ball, axis=1, keepdims=True)
+    write_cloud(tmp_path / "ball.ply", ball + np.array([0.0, 0.0, 0.04]))
+    write_cloud(tmp_path / "mug.pcd", ball * [1.0, 1.0, 1.4])
+    (tmp_path / "out" / "scene").mkdir(parents=True)
+    frame = read_frame(tmp_path / "apps" / "sample" / "depth.png")
+    record_frames(tmp_path / "out" / "look.mcap", [DepthFrame(frame.depth, frame.intrinsics)])
+    for file in (tmp_path / "apps" / "sample").iterdir():
+        shutil.copy(file, tmp_path / "out" / "scene")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_the_readme_shows_commands():
+    assert sum(command.startswith("eyehand ") for command in COMMANDS) >= 8
+    assert {"make demo", "make test"} <= set(COMMANDS)
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_each_command_of_the_readme_runs(command, folder, capsys):
+    words = shlex.split(command)
+    if words[0] == "make":
+        assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
+        return
+    assert words[0] == "eyehand"
+    with pytest.raises(SystemExit) as leaving:
+        main(words[1:])
+    # No camera is connected where tests run: that command must say so, and only that.
+    expected = 1 if "--oak" in words else 0
+    assert leaving.value.code == expected, capsys.readouterr().err
+
+
+def test_the_python_example_runs(folder, capsys):
+    (example,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+    (folder / "example.py").write_text(example)
+    runpy.run_path(str(folder / "example.py"))
+    assert "1 Superquadric" in capsys.readouterr().out
