@@ -46,6 +46,7 @@ def merge_patches(
         planes.slope_v,
         (camera.fx, camera.fy, camera.cx, camera.cy),
         np.float32(options.grow_sigmas * planes.noise),
+        np.float32(options.crease_sigmas * planes.noise),
         np.float32(options.bend_sigmas * planes.noise),
         options.bend_reach,
     )
@@ -114,7 +115,9 @@ def _join_cost(row: NDArray[np.float64], options: SegmentationOptions) -> float 
 
 
 @njit(cache=True)
-def border_votes(patches, q, value, slope_u, slope_v, camera, max_step, clear_bend, reach):
+def border_votes(
+    patches, q, value, slope_u, slope_v, camera, max_step, max_crease, clear_bend, reach
+):
     """One row per border pixel pair: (patch a < patch b) and (1, contact, weight, concavity)."""
     rows, columns = patches.shape
     capacity = 0
@@ -146,13 +149,15 @@ def border_votes(patches, q, value, slope_u, slope_v, camera, max_step, clear_be
                 if value[v, u] > 0 and value[y, x] > 0:
                     rise_u = slope_u[y, x] - slope_u[v, u]
                     rise_v = slope_v[y, x] - slope_v[v, u]
-                    # Both planes must reach the other reading: the rim of a round solid falls
-                    # off so steeply that its plane alone would bridge any step.
+                    # On a crease the planes cross between the pixels: their misses at each
+                    # other's reading add up to the change of slope, and no more. The change
+                    # that is granted is bounded: the rim of a round solid falls off so steeply
+                    # that its plane would bridge any step.
                     rise = q[y, x] - q[v, u]
-                    step = max(
-                        abs(rise - slope_u[v, u] * du - slope_v[v, u] * dv),
-                        abs(rise - slope_u[y, x] * du - slope_v[y, x] * dv),
-                    )
+                    near = rise - slope_u[v, u] * du - slope_v[v, u] * dv
+                    far = rise - slope_u[y, x] * du - slope_v[y, x] * dv
+                    granted = min(abs(far - near), max_crease)
+                    step = abs(near) + abs(far) - granted
                     if step < max_step:
                         bend = np.sqrt(rise_u * rise_u + rise_v * rise_v)
                         along = rise_u * du + rise_v * dv

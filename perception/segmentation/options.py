@@ -63,6 +63,9 @@ class SegmentationOptions:
     concave_angle: float = 0.25
     """Mean concavity of a border that separates two patches, rad: lower cuts bent objects,
     higher joins touching ones."""
+    crease_sigmas: float = 18.0
+    """Largest change of slope over a border that counts as a crease instead of a step, in σ per
+    px: lower cuts off faces seen at a grazing angle, higher joins what is behind a round rim."""
     bend_reach: int = 4
     """How far across a border the bend is measured, px: longer is surer, shorter sees smaller
     parts."""
