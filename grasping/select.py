@@ -131,7 +131,8 @@ def select_prototype(
     }
     if best.total <= 0.0:
         rejected[f"{best.approach} {best.prototype}"] = best.refusal
-        return _refusal("no prototype suits", rejected, mass)
+        why = "; ".join(f"{name}: {refusal}" for name, refusal in rejected.items())
+        return _refusal(f"no prototype suits ({why})", rejected, mass)
     opening = min(extents.width + options.limits.clearance, options.limits.opening)
     standoff = 0.5 * (extents.width if best.approach == "side" else extents.height)
     return GraspPlan(

@@ -75,6 +75,7 @@ def test_what_the_hand_cannot_hold_is_refused_with_a_reason_each(item, says):
     assert plan.rows == 0
     assert len(plan.rejected) == 4
     assert any(says in reason for reason in plan.rejected.values())
+    assert says in plan.reason
 
 
 def test_an_object_that_is_mostly_hidden_is_refused():
