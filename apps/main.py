@@ -20,7 +20,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
 }
-"""Command name → (where it is, what it does)."""
+"""Command name → (where it is, what it does); the first of two words names a group."""
+
+GROUPS: dict[str, str] = {
+    "evaluate": "measure how good a stage is, on data with known truth",
+    "chart": "chart a stage's speed against its accuracy, dial by dial",
+    "stress": "make a stage's task harder until it breaks, and chart where",
+}
+"""First words of commands that have two."""
 
 ABOUT = "eyehand: grasp objects never seen before, from one depth image and from touch."
 
@@ -53,8 +60,16 @@ def _run(arguments: list[str]) -> int:
     logging.basicConfig(format="eyehand: %(message)s", level=logging.WARNING)
     logging.getLogger("eyehand").setLevel(logging.INFO)
     app = App(name="eyehand", help=ABOUT, help_format="plaintext", version=_version)
+    groups: dict[str, App] = {}
     for name, (where, what) in COMMANDS.items():
-        app.command(where, name=name, help=what)
+        *group, last = name.split()
+        parent = app
+        if group:
+            parent = groups.get(group[0])
+            if parent is None:
+                parent = groups[group[0]] = App(name=group[0], help=GROUPS[group[0]])
+                app.command(parent)
+        parent.command(where, name=last, help=what)
     app.register_install_completion_command()
     try:
         code = app(arguments, result_action="return_value", exit_on_error=False, print_error=False)
@@ -98,7 +113,11 @@ def _version() -> str:
 
 
 def _command(arguments: list[str]) -> str:
-    return f"{arguments[0]} " if arguments[0] in COMMANDS else ""
+    for words in (2, 1):
+        name = " ".join(arguments[:words])
+        if name in COMMANDS or name in GROUPS:
+            return f"{name} "
+    return ""
 
 
 def _one_line(error: Exception) -> str:

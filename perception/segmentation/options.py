@@ -77,6 +77,23 @@ class SegmentationOptions:
     """Least number of border pixel pairs that can join two patches."""
     min_object: int = 150
     """Smallest object, px: lower finds far objects, higher ignores noise."""
+    stride: int = 1
+    """Every stride-th row and column is segmented: 2 costs a quarter of the time and blurs
+    outlines by as many pixels; labels keep the frame's size."""
+    threads: int = 1
+    """Threads of the window stages: 2 shorten them on free cores, cost on busy ones."""
+    shift_windows: bool = True
+    """Windows may shift to one side of an edge: off is faster and blurs creases."""
+    join_open: bool = True
+    """Join the inside of an open object (bowl, mug, pot) to its outside."""
+    join_occluded: bool = True
+    """Join the parts of one object that an occluder cuts in two."""
+    colour_edges: bool = True
+    """Where the frame has colour, cut objects along strong colour edges that geometry leaves
+    ambiguous."""
+    split_solids: bool = False
+    """Fit one and two solids to every ambiguous object, and split it where two explain it clearly
+    better: costs tens of ms an object."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.apps.segmentation_score import score_overlap
+from eyehand.apps.evaluation.segmentation_score import score_overlap
 from eyehand.errors import InputError
 
 

@@ -1,0 +1,1 @@
+"""Commands that measure: against known truth, speed against accuracy, and until it breaks."""
