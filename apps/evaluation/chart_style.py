@@ -1,0 +1,300 @@
+"""The one look of all charts: sizes, colours, axes, footer, and the files they become.
+
+A chart is made in four steps: :func:`new_chart`, drawing on its axes, :func:`sign` with where the
+figures come from, :func:`write_chart`. matplotlib is used without its global state, so charts can
+be made anywhere, in any number, without a screen.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Literal
+
+from eyehand.errors import InputError
+from eyehand.perception.atomic_write import atomic_write
+
+from .machine import machine_line
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+BLUE = "#0072B2"
+ORANGE = "#E69F00"
+GREEN = "#009E73"
+VERMILION = "#D55E00"
+SKY = "#56B4E9"
+PURPLE = "#CC79A7"
+COLOURS = (BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE)
+"""Okabe and Ito's colour-blind-safe colours, in the order in which curves take them; their yellow
+is left out, as it does not show on white."""
+INK = "#22262B"
+"""Text that matters."""
+FAINT = "#6B7280"
+"""Text that explains."""
+PEER = "#9AA1AB"
+"""What others made."""
+RULE = "#E4E7EB"
+"""Grid lines."""
+
+WIDTH = 8.0
+"""Inches; with DPI 1600 px, twice what a README shows: sharp on dense screens."""
+DPI = 200
+TITLE, LABEL, TEXT, FOOTER = 13.0, 10.5, 9.5, 7.5
+"""Font sizes, points: 9.5 are 13 px in the README."""
+LINE = 2.0
+"""Width of a curve, points."""
+MARGIN = 0.22
+"""Empty border around everything, inches."""
+HEADER, PANEL_NAME, FOOT = 0.86, 0.26, 1.06
+"""Height of title with subtitle, of a panel's name, and of axis name with footer, inches."""
+LEFT, BETWEEN, BELOW = 0.92, 0.86, 0.62
+"""Room for an axis' labels at the left, between panels, and between rows of them, inches."""
+
+Corner = Literal["upper left", "upper right", "lower left", "lower right"]
+
+TIME_STEPS_MS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 6e4)
+"""Where a time axis has labels."""
+SHARE_STEPS = (0, 20, 40, 60, 70, 80, 85, 90, 92, 94, 95, 96, 97, 98, 99, 99.5, 99.9)
+"""Where an axis that approaches 100 % has labels; those that come too close are dropped."""
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the figures of a chart come from, for its footer."""
+
+    data: str
+    """What was measured on, in words."""
+    seed: int | None
+    """Seed of all randomness; None where there is none."""
+    frames: int
+    """Frames (or trials) behind each point."""
+
+
+def new_chart(
+    title: str, subtitle: str, *, rows: int = 1, columns: int = 1, height: float = 5.2
+) -> tuple[Figure, list[Axes]]:
+    """Open a figure with a title, and its bare axes, row by row.
+
+    Parameters
+    ----------
+    title
+        What the chart says, as a sentence or a noun, up to about 70 letters.
+    subtitle
+        What is drawn against what, in grey under it.
+    rows, columns
+        Panels.
+    height
+        Of the figure, inches; it is 8 inches wide.
+    """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    left, top = MARGIN / WIDTH, 1 - MARGIN / height
+    figure.text(left, top, title, size=TITLE, weight="bold", color=INK, va="top", ha="left")
+    figure.text(left, top - 0.27 / height, subtitle, size=TEXT, color=FAINT, va="top", ha="left")
+    axes = figure.subplots(rows, columns, squeeze=False)
+    named = PANEL_NAME if axes.size > 1 else 0.0
+    wide = (WIDTH - LEFT - MARGIN - (columns - 1) * BETWEEN) / columns
+    high = (height - HEADER - named - FOOT - (rows - 1) * (BELOW + named)) / rows
+    if high <= 0:
+        raise InputError(f"{rows} rows of panels do not fit into {height} inches")
+    figure.subplots_adjust(
+        left=LEFT / WIDTH,
+        right=1 - MARGIN / WIDTH,
+        top=1 - (HEADER + named) / height,
+        bottom=FOOT / height,
+        wspace=BETWEEN / wide,
+        hspace=(BELOW + named) / high,
+    )
+    panels: list[Axes] = list(axes.flat)
+    for panel in panels:
+        _bare(panel)
+    return figure, panels
+
+
+def name_axes(axes: Axes, x: str, y: str, *, panel: str = "") -> None:
+    """Name both axes, each with its unit in brackets, and the panel where there are several."""
+    axes.set_xlabel(x, size=LABEL, color=INK, labelpad=6)
+    axes.set_ylabel(y, size=LABEL, color=INK, labelpad=6)
+    if panel:
+        axes.set_title(panel, size=LABEL, color=INK, weight="bold", loc="left", pad=8)
+
+
+def time_axis(axes: Axes, fastest_ms: float, slowest_ms: float) -> None:
+    """Make x a logarithmic time axis from `fastest_ms` to `slowest_ms`, labelled for people."""
+    _check_span("time axis", fastest_ms, slowest_ms)
+    if fastest_ms <= 0:
+        raise InputError(f"a logarithmic time axis must start above 0 ms, got {fastest_ms}")
+    axes.set_xscale("log")
+    axes.set_xlim(fastest_ms, slowest_ms)
+    ticks = [step for step in TIME_STEPS_MS if fastest_ms <= step <= slowest_ms]
+    axes.set_xticks(ticks, [time_text(step) for step in ticks])
+    axes.set_xticks([], minor=True)
+
+
+def share_axis(axes: Axes, lowest: float, highest: float, *, stretched: bool = False) -> None:
+    """Make y an axis of per cent from `lowest` to `highest`.
+
+    `stretched` spaces it by the logarithm of what is missing to 100 %: from 90 to 95 is then as
+    far as from 95 to 97.5, each halves the error, and good and bad methods fit into one chart.
+    """
+    _check_span("share axis", lowest, highest)
+    if not stretched:
+        axes.set_ylim(lowest, highest)
+        axes.yaxis.set_major_formatter("{x:g} %")
+        return
+    if highest >= 100:
+        raise InputError(f"a stretched share axis must end below 100 %, got {highest}")
+    import numpy as np
+
+    axes.set_yscale(
+        "function",
+        functions=(
+            lambda share: -np.log(np.maximum(100.0 - np.asarray(share), 1e-3)),
+            lambda stretch: 100.0 - np.exp(-np.asarray(stretch)),
+        ),
+    )
+    axes.set_ylim(lowest, highest)
+    ticks = _apart([s for s in SHARE_STEPS if lowest <= s <= highest], lowest, highest)
+    axes.set_yticks(ticks, [f"{step:g} %" for step in ticks])
+    axes.set_yticks([], minor=True)
+
+
+def draw_curve(
+    axes: Axes, x: Sequence[float], y: Sequence[float], name: str, number: int = 0
+) -> None:
+    """Draw a curve with its measured points in the look of curve `number`; legends show `name`."""
+    axes.plot(
+        x,
+        y,
+        color=COLOURS[number % len(COLOURS)],
+        linewidth=LINE,
+        marker="o",
+        markersize=4.5,
+        markeredgecolor="white",
+        markeredgewidth=0.8,
+        label=name,
+        solid_joinstyle="round",
+        clip_on=False,
+        zorder=3 - 0.01 * number,
+    )
+
+
+def mark_limit(axes: Axes, x: float, text: str) -> None:
+    """Draw a thin upright line at `x`, say where a method breaks, with its text along it."""
+    axes.axvline(x, color=VERMILION, linewidth=1.0, linestyle=(0, (4, 3)), zorder=2)
+    axes.annotate(
+        text,
+        (x, 0.0),
+        xycoords=("data", "axes fraction"),
+        xytext=(3, 6),
+        textcoords="offset points",
+        size=TEXT - 1,
+        color=VERMILION,
+        rotation=90,
+        ha="left",
+        va="bottom",
+    )
+
+
+def name_curves(axes: Axes, *, where: Corner = "lower left") -> None:
+    """Put the legend of all named curves into a corner of the axes."""
+    axes.legend(
+        loc=where,
+        fontsize=TEXT - 0.5,
+        labelcolor=INK,
+        frameon=True,
+        framealpha=0.9,
+        edgecolor="none",
+        handlelength=1.6,
+        borderpad=0.4,
+    )
+
+
+def sign(figure: Figure, made: Provenance) -> None:
+    """Write data, seed, frame count and machine into the footer."""
+    height = figure.get_size_inches()[1]
+    seed = "no randomness" if made.seed is None else f"seed {made.seed}"
+    frames = f"{made.frames} frame{'' if made.frames == 1 else 's'}"
+    figure.text(
+        MARGIN / WIDTH,
+        0.14 / height,
+        f"{made.data}; {frames}, {seed}\n{machine_line()}",
+        size=FOOTER,
+        color=FAINT,
+        va="bottom",
+        ha="left",
+        linespacing=1.35,
+    )
+
+
+def write_chart(figure: Figure, path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
+    """Write the figure to `path` (.png) and the rows behind it to the .csv beside it.
+
+    Columns are the keys of all rows in the order of their first occurrence; None is left empty.
+
+    Raises
+    ------
+    InputError
+        If `path` does not end in .png, there are no rows, or the folder cannot be written to.
+    DeviceError
+        If the disk fails.
+    """
+    if path.suffix != ".png":
+        raise InputError(f"a chart must be a .png file, got {path}")
+    if not rows:
+        raise InputError(f"no rows to write beside {path}: a chart must show something")
+    columns = list(dict.fromkeys(key for row in rows for key in row))
+    with atomic_write(path) as temporary:
+        figure.savefig(temporary, dpi=DPI, metadata={"Software": None})
+    with (
+        atomic_write(path.with_suffix(".csv")) as temporary,
+        temporary.open("w", newline="", encoding="utf-8") as file,
+    ):
+        table = csv.DictWriter(file, columns, lineterminator="\n")
+        table.writeheader()
+        table.writerows(rows)
+
+
+def time_text(milliseconds: float) -> str:
+    """A time for people: ``0.5 ms``, ``20 ms``, ``2 s``, ``1 min``."""
+    if milliseconds >= 60e3:
+        return f"{milliseconds / 60e3:.3g} min"
+    if milliseconds >= 1e3:
+        return f"{milliseconds / 1e3:.3g} s"
+    return f"{milliseconds:.3g} ms"
+
+
+def _bare(axes: Axes) -> None:
+    for side in ("top", "right", "left"):
+        axes.spines[side].set_visible(False)
+    axes.spines["bottom"].set_color(PEER)
+    axes.grid(True, color=RULE, linewidth=0.8)
+    axes.set_axisbelow(True)
+    axes.tick_params(which="both", length=0, labelsize=TEXT, labelcolor=INK, pad=5)
+
+
+def _apart(steps: list[float], lowest: float, highest: float) -> list[float]:
+    """Drop steps that come closer than a line of text to the next one on a stretched axis."""
+    import numpy as np
+
+    span = np.log((100 - lowest) / (100 - highest))
+    kept: list[float] = []
+    for step in reversed(steps):
+        if not kept or np.log((100 - step) / (100 - kept[-1])) > 0.055 * span:
+            kept.append(step)
+    return kept[::-1]
+
+
+def _check_span(what: str, lowest: float, highest: float) -> None:
+    if not -float("inf") < lowest < highest < float("inf"):
+        raise InputError(
+            f"a {what} must go from a lower to a higher value, got {lowest}, {highest}"
+        )
