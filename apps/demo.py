@@ -19,7 +19,7 @@ from .console import print_json, say, show
 from .description import Description, describe, ready_kernels
 from .description_files import write_description, write_picture
 from .description_table import description_rows, description_table
-from .evaluation.segmentation_score import SegmentationScore, score_overlap
+from .evaluation.segmentation_score import SegmentationScore, score_segmentation
 from .scene_picture import depth_picture, overlay_picture
 from .synth import MAX_OBJECTS
 
@@ -83,7 +83,7 @@ def demo(
     ready_kernels()
     select = SelectOptions(task=task)
     found = describe(synthetic, select)
-    score = score_overlap(found.scene.segmentation.labels, truth)
+    score = score_segmentation(found.scene.segmentation.labels, truth)
     shown = [
         _Shown("synthetic", f"synthetic scene, seed {seed}", found, score),
         _Shown("real", source, describe(real, select), None),

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.apps.evaluation.segmentation_score import score_overlap
+from eyehand.apps.evaluation.segmentation_score import score_segmentation
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
 from eyehand.perception import perceive
 
@@ -24,7 +24,7 @@ def test_twenty_scenes_of_five_separate_objects_are_found(noise, least_f):
     scores = []
     for seed in SEEDS:
         _, seen, truth = look(seed, noise)
-        scores.append(score_overlap(seen.segmentation.labels, truth).f)
+        scores.append(score_segmentation(seen.segmentation.labels, truth).f)
         for item in seen.objects:
             if item.fit:
                 assert item.fit.superquadric is not None

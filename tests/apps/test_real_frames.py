@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.description import describe
-from eyehand.apps.evaluation.segmentation_score import score_overlap
+from eyehand.apps.evaluation.segmentation_score import score_segmentation
 from eyehand.apps.scene_json import scene_json
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
 
@@ -51,7 +51,7 @@ def test_labelled_tabletop_frames_are_segmented_sensibly(first, real_data):
         frame = DepthFrame(depth, KINECT)
         check(frame)
         labels = describe(frame).scene.segmentation.labels
-        scores.append(score_overlap(labels, np.where(frame.valid, truth, 0)).f)
+        scores.append(score_segmentation(labels, np.where(frame.valid, truth, 0)).f)
     assert np.mean(scores) > 0.75
 
 
