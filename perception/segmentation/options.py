@@ -102,6 +102,15 @@ class SegmentationOptions:
         if self.window % 2 == 0 or self.window < 3:
             raise InputError(f"window must be odd and >= 3 px, got {self.window}")
 
+    @classmethod
+    def for_budget(
+        cls, milliseconds: float, *, slower: float = 1.0, threads: int = 2
+    ) -> SegmentationOptions:
+        """Pick the most accurate settings for a time budget in ms: see `options_for_budget`."""
+        from .budget import options_for_budget
+
+        return options_for_budget(milliseconds, slower=slower, threads=threads)
+
     def scaled(self, width: int) -> SegmentationOptions:
         """Give the options for an image `width` px wide: equal angles are other pixel counts."""
         scale = width / REFERENCE_WIDTH

@@ -1,0 +1,64 @@
+"""The Pareto front against its definition."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eyehand.apps.evaluation.pareto import pareto_front, worthwhile
+from eyehand.errors import InputError
+
+# Few distinct values, so that ties occur.
+POINTS = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), max_size=25)
+
+
+def beaten(point, other):
+    """Whether `other` is at least as good in both and better in one."""
+    return other[0] <= point[0] and other[1] >= point[1] and other != point
+
+
+@given(POINTS)
+def test_the_front_is_what_nothing_beats(points):
+    front = pareto_front([p[0] for p in points], [p[1] for p in points])
+    on_front = [points[index] for index in front]
+    unbeaten = {p for p in points if not any(beaten(p, other) for other in points)}
+    assert set(on_front) == unbeaten
+    assert len(on_front) == len(unbeaten)  # equal points count once ...
+    assert front == [points.index(p) for p in on_front]  # ... and it is the first
+
+
+@given(POINTS)
+def test_cost_and_gain_rise_along_the_front(points):
+    costs, gains = [p[0] for p in points], [p[1] for p in points]
+    front = pareto_front(costs, gains)
+    assert (np.diff([costs[index] for index in front]) > 0).all()
+    assert (np.diff([gains[index] for index in front]) > 0).all()
+
+
+@given(POINTS, st.randoms())
+def test_neither_order_nor_scale_matters(points, random):
+    front = pareto_front([p[0] for p in points], [p[1] for p in points])
+    shuffled = list(points)
+    random.shuffle(shuffled)
+    again = pareto_front([np.exp(p[0]) for p in shuffled], [3.0 * p[1] - 7.0 for p in shuffled])
+    assert [points[index] for index in front] == [shuffled[index] for index in again]
+
+
+def test_an_exact_front():
+    costs, gains = [10, 5, 20, 12, 5], [90, 80, 95, 85, 70]
+    assert pareto_front(costs, gains) == [1, 0, 2]
+    assert pareto_front([], []) == []
+
+
+def test_thinning_drops_steps_that_gain_too_little():
+    gains = [80.0, 80.2, 80.9, 81.0, 83.0]
+    assert worthwhile(gains, [0, 1, 2, 3, 4], 0.5) == [0, 2, 4]
+    assert worthwhile(gains, [0, 1, 2, 3, 4], 0.0) == [0, 1, 2, 3, 4]
+    assert worthwhile(gains, [], 0.5) == []
+
+
+def test_what_is_no_set_of_points_is_refused():
+    with pytest.raises(InputError, match="pair up"):
+        pareto_front([1.0], [1.0, 2.0])
+    with pytest.raises(InputError, match="finite"):
+        pareto_front([1.0], [float("nan")])

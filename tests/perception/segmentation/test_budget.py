@@ -1,0 +1,80 @@
+"""The settings that a time budget buys, on a front written down by hand."""
+
+import json
+
+import pytest
+
+from eyehand.errors import InputError
+from eyehand.perception.segmentation import SegmentationOptions
+from eyehand.perception.segmentation.budget import (
+    FrontPoint,
+    StoredFront,
+    options_for_budget,
+    read_front,
+)
+
+FRONT = StoredFront(
+    points=(
+        FrontPoint("stride 4", {"stride": 4, "threads": 1}, 4.0, 80.0, 60.0, 75.0),
+        FrontPoint("stride 2", {"stride": 2, "threads": 1}, 10.0, 92.0, 80.0, 90.0),
+        FrontPoint("2 threads", {"stride": 1, "threads": 2}, 25.0, 97.0, 93.0, 97.0),
+        FrontPoint("default", {"stride": 1, "threads": 1}, 40.0, 97.5, 93.0, 97.0),
+    ),
+    default_ms=40.0,
+    data="written down by hand",
+    seed=None,
+    frames=1,
+    machine="none",
+)
+
+
+@pytest.mark.parametrize(
+    ("budget", "stride", "threads"),
+    [(4.0, 4, 1), (9.99, 4, 1), (10.0, 2, 1), (30.0, 1, 2), (40.0, 1, 1), (1e6, 1, 1)],
+)
+def test_the_most_accurate_point_that_fits_is_taken(budget, stride, threads):
+    options = options_for_budget(budget, front=FRONT)
+    assert options == SegmentationOptions(stride=stride, threads=threads)
+
+
+def test_a_slower_machine_gets_a_cheaper_point():
+    assert options_for_budget(10.0, slower=1.01, front=FRONT).stride == 4
+    assert options_for_budget(8.0, slower=0.8, front=FRONT).stride == 2
+
+
+def test_no_more_threads_than_allowed():
+    assert options_for_budget(30.0, threads=1, front=FRONT).stride == 2
+
+
+def test_a_budget_below_the_fastest_is_refused_and_told_its_cost():
+    with pytest.raises(InputError, match=r"as fast as 3 ms: the fastest, stride 4, takes 4 ms"):
+        options_for_budget(3.0, front=FRONT)
+    with pytest.raises(InputError, match=r"takes 12 ms, 3 times the stored 4 ms"):
+        options_for_budget(10.0, slower=3.0, front=FRONT)
+
+
+@pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
+def test_what_is_no_budget_is_refused(budget):
+    with pytest.raises(InputError, match="budget"):
+        options_for_budget(budget, front=FRONT)
+
+
+def test_what_is_no_machine_is_refused():
+    with pytest.raises(InputError, match="slower"):
+        options_for_budget(10.0, slower=0.0, front=FRONT)
+    with pytest.raises(InputError, match="threads"):
+        options_for_budget(10.0, threads=0, front=FRONT)
+
+
+def test_a_front_survives_its_file(tmp_path):
+    path = tmp_path / "front.json"
+    path.write_text(json.dumps(FRONT.as_json()))
+    assert read_front(path) == FRONT
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "other/1"}'])
+def test_a_file_that_is_no_front_is_refused(tmp_path, text):
+    path = tmp_path / "front.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match="--store"):
+        read_front(path)
