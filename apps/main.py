@@ -19,6 +19,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
+    "evaluate segmentation": (
+        "eyehand.apps.evaluation.evaluate_segmentation:evaluate_segmentation",
+        "score the segmentation on labelled or synthetic frames",
+    ),
+    "stress segmentation": (
+        "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
+        "make staged scenes harder until the segmentation breaks, and chart where",
+    ),
 }
 """Command name → (where it is, what it does); the first of two words names a group."""
 

@@ -1,0 +1,330 @@
+"""Folders of labelled depth frames: `.npz` archives, and what `eyehand synth` writes."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from eyehand.data_synth import read_labels
+from eyehand.data_synth.dataset import DEPTH_FILE, LABELS_FILE
+from eyehand.errors import InputError
+from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
+from eyehand.perception.depth_units import MM_PER_M, metres_from_units
+from eyehand.perception.input_file import naming
+from eyehand.perception.intrinsics_io import (
+    CameraFile,
+    find_camera_file,
+    intrinsics_from_matrix,
+    read_camera_file,
+)
+from eyehand.perception.npz_file import read_arrays
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+Coding = Literal["plain", "osd"]
+"""What the numbers of a label image stand for."""
+
+KINECT = CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)
+"""The first Kinect as OpenNI hands it out: the camera of most published 640x480 frames."""
+PLAUSIBLE_M = (0.2, 5.0)
+"""Where the median reading of a frame of things on a table lies, m: else its unit is wrong."""
+LIKELY_UNITS_MM = (1.0, 0.25, 0.2, 0.1)
+"""Units of whole-number depth that cameras and data sets use, mm."""
+
+OSD_OBJECT = 10
+"""The Object Segmentation Database numbers object k and its parts 10 k .. 10 k + 9, from k = 2;
+what is below 20 is the table and the rest of the room."""
+OSD_FIRST_OBJECT = 20
+OSD_GROUPS = {
+    "learn": {"boxes": 17, "stacked boxes": 8, "occluded objects": 8, "cylindric objects": 12},
+    "test": {
+        "boxes": 16,
+        "stacked boxes": 8,
+        "occluded objects": 7,
+        "cylindric objects": 12,
+        "mixed objects": 12,
+        "complex scenes": 11,
+    },
+}
+"""How the frames of that database follow one another, by its authors (Richtsfeld, Mörwald, Prankl,
+Zillich and Vincze, "Segmentation of Unknown Objects in Indoor Environments", IROS 2012)."""
+
+_ARRAYS = ("depth", "label", "rgb", "colour", "intrinsics", "K", "depth_scale_m")
+
+
+@dataclass(frozen=True)
+class DatasetOptions:
+    """How the files of a data set are to be read.
+
+    Raises
+    ------
+    InputError
+        If the depth unit is not positive.
+    """
+
+    camera: Path | None = None
+    """Camera file of all .npz frames; default: what the archive or a camera file beside it says,
+    else the first Kinect at 640x480."""
+    depth_scale_mm: float | None = None
+    """Millimetres per unit of whole-number depth in .npz files; default: what the archive or the
+    camera file says."""
+    labels: Coding = "plain"
+    """``plain``: 0 is no object, every other number one object. ``osd``: 0-19 no object, else
+    object number // 10, whose last digit counts its parts."""
+
+    def __post_init__(self) -> None:
+        scale = self.depth_scale_mm
+        if scale is not None and not 0 < scale < np.inf:
+            raise InputError(f"--depth-scale-mm must be > 0 mm per unit, got {scale}")
+
+
+@dataclass(frozen=True)
+class LabelledFrame:
+    """A depth frame with its true objects."""
+
+    frame: DepthFrame
+    """What the camera saw."""
+    truth: NDArray[np.int32]
+    """(H, W) int32: 0 = no object."""
+    assumed: tuple[str, ...] = ()
+    """What had to be taken for granted to read it, in words."""
+
+
+@dataclass(frozen=True)
+class FrameSource:
+    """A labelled frame that can be had any time."""
+
+    name: str
+    """Which frame it is, unique in the data set."""
+    group: str
+    """Frames of a kind; parts of a name are divided by ``/``."""
+    load: Callable[[], LabelledFrame]
+    """Read or make the frame; gives the same one every time."""
+
+
+def open_dataset(folder: Path, options: DatasetOptions | None = None) -> list[FrameSource]:
+    """List the labelled frames of a folder and the folders in it, by name.
+
+    Frames are `.npz` archives with `depth` (whole numbers, or float metres), `label`, and maybe
+    `rgb` or `colour`, `intrinsics` or `K`, `depth_scale_m`; and folders as `eyehand synth` writes
+    them. Their groups are the folders that they are in; the groups of the Object Segmentation
+    Database are known by its file names, where `labels` is ``osd``.
+
+    Raises
+    ------
+    InputError
+        If there is no such folder, or no frame in it. What is wrong with a frame is said when it
+        is loaded.
+    """
+    options = options or DatasetOptions()
+    if not folder.is_dir():
+        raise InputError(
+            f"--dataset {folder}: no such folder, expected one with .npz files or "
+            "folders of eyehand synth, or the word synthetic"
+        )
+    archives = sorted(folder.rglob("*.npz"), key=_by_number)
+    rendered = sorted((path.parent for path in folder.rglob(LABELS_FILE)), key=_by_number)
+    if not archives and not rendered:
+        raise InputError(
+            f"--dataset {folder}: holds neither .npz files nor folders with {LABELS_FILE}"
+        )
+    if rendered and options.depth_scale_mm is not None:
+        raise InputError(
+            f"--depth-scale-mm is for .npz files, but {rendered[0]} says its unit itself"
+        )
+    sources = []
+    for path in archives:
+        group = _folder_name(path.parent, folder)
+        kind = _osd_group(path.stem) if options.labels == "osd" else None
+        if kind is not None:
+            group = kind if path.parent == folder else f"{group}/{kind}"
+        name = path.relative_to(folder).with_suffix("").as_posix()
+        sources.append(FrameSource(name, group, partial(read_labelled_npz, path, options)))
+    for path in rendered:
+        group = _folder_name(path if path == folder else path.parent, folder)
+        name = path.name if path == folder else path.relative_to(folder).as_posix()
+        sources.append(FrameSource(name, group, partial(_read_rendered, path, options)))
+    return sources
+
+
+def read_labelled_npz(path: Path, options: DatasetOptions) -> LabelledFrame:
+    """Read one archive with `depth` and `label`.
+
+    Raises
+    ------
+    InputError
+        If the file is damaged or lacks an array, the camera or the depth unit is not known, or
+        the depth is not that of things on a table in that unit.
+    """
+    arrays = read_arrays(path, _ARRAYS)
+    with naming(path):
+        for name in ("depth", "label"):
+            if name not in arrays:
+                raise InputError(f"holds {', '.join(arrays)}, expected an array `{name}`")
+        depth, label = arrays["depth"], arrays["label"]
+        if depth.ndim != 2 or not depth.size or depth.dtype.kind not in "fiu":
+            raise InputError(f"depth is {depth.shape} {depth.dtype}, expected (H, W) numbers")
+        camera, assumed = _camera(arrays, path, options)
+        metres = _metres(arrays, camera, options)
+        colour = arrays.get("colour", arrays.get("rgb"))
+        frame = DepthFrame(metres, camera.intrinsics, camera.T_world_camera, colour)
+        _check_plausible(frame, arrays["depth"])
+        truth = decode_labels(label, depth.shape, options.labels)
+    if options.labels == "plain" and _looks_like_osd(label):
+        assumed += ("labels read as plain numbers, though they look like osd's: --labels osd",)
+    return LabelledFrame(frame, truth, assumed)
+
+
+def decode_labels(
+    label: NDArray[np.integer], shape: tuple[int, ...], coding: Coding
+) -> NDArray[np.int32]:
+    """True objects (H, W) int32, 0 = none, from a label image of `shape` in the given coding.
+
+    Raises
+    ------
+    InputError
+        If the labels have another shape, or are no whole numbers >= 0.
+    """
+    if label.shape != shape or label.dtype.kind not in "iub":
+        raise InputError(f"label is {label.shape} {label.dtype}, expected {shape} whole numbers")
+    numbers = label.astype(np.int64)
+    if numbers.min() < 0 or numbers.max() > np.iinfo(np.int32).max:
+        raise InputError(f"labels lie in {numbers.min()}..{numbers.max()}, expected 0 .. 2^31 - 1")
+    if coding == "osd":
+        numbers = np.where(numbers < OSD_FIRST_OBJECT, 0, numbers // OSD_OBJECT)
+    return numbers.astype(np.int32)
+
+
+def _read_rendered(folder: Path, options: DatasetOptions) -> LabelledFrame:
+    frame = read_frame(folder / DEPTH_FILE, options.camera)
+    with naming(folder / LABELS_FILE):
+        return LabelledFrame(frame, decode_labels(read_labels(folder), frame.depth.shape, "plain"))
+
+
+def _camera(
+    arrays: dict[str, NDArray], path: Path, options: DatasetOptions
+) -> tuple[CameraFile, tuple[str, ...]]:
+    """Give the camera of an archive, and what was assumed for it."""
+    height, width = arrays["depth"].shape
+    file = options.camera
+    if file is None and not arrays.keys() & {"intrinsics", "K"}:
+        file = find_camera_file(path)
+        if file is None and (width, height) == (KINECT.width, KINECT.height):
+            return CameraFile(KINECT), (
+                f"no camera file: assuming the first Kinect, fx = fy = {KINECT.fx:g} px, "
+                "for frames of 640x480 px (else pass --camera FILE)",
+            )
+        if file is None:
+            raise InputError(
+                f"no camera known for {width}x{height} px: pass --camera FILE, or put a "
+                "camera.json beside it, or `intrinsics` (fx, fy, cx, cy) into it"
+            )
+    if file is not None:
+        return read_camera_file(file, width, height, path.stem), ()
+    if "intrinsics" not in arrays:
+        return CameraFile(intrinsics_from_matrix(arrays["K"], width, height, "K (row-major)")), ()
+    values = arrays["intrinsics"]
+    if values.shape != (4,) or values.dtype.kind not in "fiu":
+        raise InputError(f"intrinsics is {values.shape} {values.dtype}, expected fx, fy, cx, cy")
+    fx, fy, cx, cy = (float(value) for value in values)
+    return CameraFile(CameraIntrinsics(fx, fy, cx, cy, width, height)), ()
+
+
+def _metres(
+    arrays: dict[str, NDArray], camera: CameraFile, options: DatasetOptions
+) -> NDArray[np.float32]:
+    depth = arrays["depth"]
+    if depth.dtype.kind == "f":
+        if options.depth_scale_mm is not None:
+            raise InputError(
+                f"depth is {depth.dtype} and so in metres: --depth-scale-mm is for whole numbers"
+            )
+        # Too large a number becomes infinite, which the frame refuses in words.
+        with np.errstate(over="ignore"):
+            return depth.astype(np.float32)
+    own = arrays.get("depth_scale_m")
+    if own is not None and (own.size != 1 or own.dtype.kind not in "fiu"):
+        raise InputError(f"depth_scale_m is {own.shape} {own.dtype}, expected one number")
+    stated = (
+        options.depth_scale_mm,
+        None if own is None else float(own.reshape(-1)[0]) * MM_PER_M,
+        camera.depth_scale_mm,
+    )
+    unit = next((scale for scale in stated if scale is not None), None)
+    if unit is None:
+        raise InputError(
+            f"depth is {depth.dtype} and its unit is not known: pass --depth-scale-mm, "
+            f"{_fitting_units(depth)}"
+        )
+    if not 0 < unit < np.inf:
+        raise InputError(f"the depth unit is {unit:g} mm, expected more than 0")
+    return metres_from_units(depth, unit)
+
+
+def _check_plausible(frame: DepthFrame, raw: NDArray) -> None:
+    median = float(np.median(frame.depth[frame.valid]))
+    least, most = PLAUSIBLE_M
+    if least <= median <= most:
+        return
+    whole = raw.dtype.kind in "iu"
+    right = f"pass --depth-scale-mm, {_fitting_units(raw)}" if whole else "write it in metres"
+    raise InputError(
+        f"the median reading would be {median:.3g} m, expected {least:g} to {most:g} m of things "
+        f"on a table; the depth unit is wrong: {right}"
+    )
+
+
+def _fitting_units(raw: NDArray) -> str:
+    """Say which depth units would make sense of whole numbers."""
+    readings = raw[raw > 0]
+    if readings.size == 0:
+        return "in mm per unit"
+    median = float(np.median(readings)) / MM_PER_M
+    least, most = PLAUSIBLE_M
+    fitting = [
+        f"{unit:g} (median reading {median * unit:.2f} m)"
+        for unit in LIKELY_UNITS_MM
+        if least <= median * unit <= most
+    ]
+    if not fitting:
+        return f"in mm per unit (the median reading is {median * MM_PER_M:g} units)"
+    return "say " + " or ".join(fitting)
+
+
+def _looks_like_osd(label: NDArray[np.integer]) -> bool:
+    """Whether objects are numbered in tens, beside a background that is numbered too."""
+    numbers = np.unique(label)
+    tens = numbers[numbers >= OSD_FIRST_OBJECT]
+    return len(tens) > 0 and 1 in numbers and bool(np.all(tens % OSD_OBJECT == 0))
+
+
+def _osd_group(stem: str) -> str | None:
+    """Group of a frame of the Object Segmentation Database by its file name, ``learn17``."""
+    found = re.fullmatch(r"(learn|test)(\d+)", stem)
+    if found is None:
+        return None
+    number = int(found[2])
+    for group, count in OSD_GROUPS[found[1]].items():
+        if number < count:
+            return group
+        number -= count
+    return None
+
+
+def _folder_name(path: Path, root: Path) -> str:
+    return path.resolve().name if path == root else path.relative_to(root).as_posix()
+
+
+def _by_number(path: Path) -> list[int | str]:
+    """Sort key that puts frame 9 before frame 10."""
+    # Splitting by a group alternates text and digits: like is compared with like.
+    parts = re.split(r"(\d+)", path.as_posix())
+    return [int(part) if part.isdigit() else part for part in parts]
