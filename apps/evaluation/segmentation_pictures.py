@@ -82,9 +82,10 @@ def verdict(score: SegmentationScore) -> str:
         if count
     ]
     good = round(score.found * score.truth_count)
+    segments = f"{score.predicted_count} segment{'' if score.predicted_count == 1 else 's'}"
     return (
         f"F {100 * score.f:.1f} %, boundary F {100 * score.boundary_f:.1f} %, "
-        f"{good} of {score.truth_count} found in {score.predicted_count} segments"
+        f"{good} of {score.truth_count} found in {segments}"
         + (f": {', '.join(mistakes)}" if mistakes else "")
     )
 
