@@ -201,7 +201,7 @@ def _empty(sigma: float, seed: int, method: Method) -> Trial:
     rng = np.random.default_rng([seed, 7])
     view = view_around(rng, elevation=(25, 65), distance=(0.6, 1.1), turn=180.0)
     # Every other table ends inside the view, over the floor.
-    table = Table(size=(0.7, 0.5)) if seed % 2 else Table(size=(3.0, 3.0))
+    table = Table(size=(0.7, 0.5) if seed % 2 else (1.6, 1.6))
     return try_scene(method, StagedScene((), view, table), seed, noise_at_one_metre(sigma * MM))
 
 

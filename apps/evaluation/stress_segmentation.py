@@ -30,6 +30,8 @@ SEEDS, QUICK_SEEDS = 5, 2
 """Scenes a value when no number is asked for."""
 LEAST_SHOWN_PX = 64
 """Smaller images are not shown: they are about answers, not about pictures."""
+MOST_SHOWN = 50
+"""Objects past which a picture shows nothing but lines."""
 CHART_FILE, SHEET_FILE = "stress.png", "breaking.png"
 
 
@@ -114,6 +116,8 @@ def _picture(result: SweepResult) -> ScoredFrame | None:
     step = result.shown
     picture = step.worst.picture
     if picture is None or min(picture.labels.shape) < LEAST_SHOWN_PX:
+        return None
+    if max(picture.labels.max(), picture.truth.max()) > MOST_SHOWN:
         return None
     frame = picture.frame
     if picture.scene is not None:
