@@ -60,6 +60,24 @@ class CameraIntrinsics:
         """Camera matrix K, (3, 3) float64, row-major."""
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
+    def reduced(self, stride: int) -> CameraIntrinsics:
+        """Give the camera of every `stride`-th row and column."""
+        return CameraIntrinsics(
+            self.fx / stride,
+            self.fy / stride,
+            self.cx / stride,
+            self.cy / stride,
+            -(-self.width // stride),
+            -(-self.height // stride),
+        )
+
+    def cropped(self, rows: slice, columns: slice) -> CameraIntrinsics:
+        """Give the camera of the image's part ``[rows, columns]``."""
+        (top, bottom, _), (left, right, _) = rows.indices(self.height), columns.indices(self.width)
+        return CameraIntrinsics(
+            self.fx, self.fy, self.cx - left, self.cy - top, right - left, bottom - top
+        )
+
     def rays(self) -> NDArray[np.float64]:
         """Directions through every pixel with z = 1, camera frame, (H, W, 3) float64."""
         u = (np.arange(self.width) - self.cx) / self.fx

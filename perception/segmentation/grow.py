@@ -54,7 +54,7 @@ def grow_patches(
     return grown, planes._replace(value=value, slope_u=slope_u, slope_v=slope_v)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def grow_rings(q, value, slope_u, slope_v, patches, allowed, max_gap, rings):
     """Grow labels ring by ring; see :func:`grow_patches`."""
     rows, columns = q.shape

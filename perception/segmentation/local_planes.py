@@ -8,9 +8,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import cv2
 import numpy as np
 from numba import njit
+
+from .bands import in_bands
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,28 +36,35 @@ class LocalPlanes(NamedTuple):
     rms: NDArray[np.float32]
     """Residual of the window centred on the pixel, (H, W), 1/m; -1 = none."""
     noise: float = 0.0
-    """Noise σ of disparity measured from the residuals of the whole frame, 1/m."""
+    """Noise σ of disparity, 1/m."""
 
 
-def fit_local_planes(disparity: NDArray[np.float32], options: SegmentationOptions) -> LocalPlanes:
+def fit_local_planes(
+    disparity: NDArray[np.float32], noise: float, options: SegmentationOptions
+) -> LocalPlanes:
     """Fit a plane around every pixel of a disparity image (H, W), 1/m, 0 = no reading.
 
     Least squares from running sums over a square window; where a window shifted to one of eight
-    sides explains the pixel clearly better (Kuwahara et al. 1976), that plane is taken.
+    sides explains the pixel clearly better (Kuwahara et al. 1976), that plane is taken. `noise`
+    is σ of disparity, 1/m.
     """
     radius = options.window // 2
-    smooth = cv2.medianBlur(disparity, 3) if options.median else disparity
-    smooth = np.where((disparity > 0) & (smooth > 0), smooth, disparity)
-    value, slope_u, slope_v, rms = plane_sums(smooth, radius, MIN_WINDOW_SHARE)
-    known = rms >= 0
-    noise = options.min_noise
-    if known.any():
-        noise = max(float(np.quantile(rms[known], options.noise_quantile)), options.min_noise)
-    planes = pick_windows(smooth, value, slope_u, slope_v, rms, radius, noise, options.shift_gain)
-    return LocalPlanes(*planes, rms, noise)
+    value, slope_u, slope_v, rms = in_bands(
+        lambda q: plane_sums(q, radius, MIN_WINDOW_SHARE), (disparity,), radius, options.threads
+    )
+    if options.shift_windows:
+        value, slope_u, slope_v = in_bands(
+            lambda q, value, slope_u, slope_v, rms: pick_windows(
+                q, value, slope_u, slope_v, rms, radius, noise, options.shift_gain
+            ),
+            (disparity, value, slope_u, slope_v, rms),
+            radius,
+            options.threads,
+        )
+    return LocalPlanes(value, slope_u, slope_v, rms, noise)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def plane_sums(q, radius, min_share):
     """Fit a plane per centred window: value and slopes at its centre, rms residual, -1 = none."""
     rows, columns = q.shape
@@ -142,7 +150,7 @@ def plane_sums(q, radius, min_share):
     return value, slope_u, slope_v, rms
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def pick_windows(q, value, slope_u, slope_v, rms, radius, noise, gain):
     """Replace planes by those of the best of eight shifted windows where that is clearly better."""
     rows, columns = q.shape

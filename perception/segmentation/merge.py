@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .free_space import crossings
+from .turn import region_turns
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
     from .options import SegmentationOptions
-
-_PAIRS, _CONTACT, _WEIGHT, _CONCAVITY = range(4)
 
 
 def merge_patches(
@@ -51,6 +52,11 @@ def merge_patches(
         options.bend_reach,
     )
     borders = _collect(pairs, votes, count)
+    found = np.array(list(borders), np.int64).reshape(-1, 2)
+    hollow = region_turns(patches, disparity, planes, camera) < -options.hollow_turn
+    crossed = crossings(patches, found, hollow, disparity, planes.noise, camera, options)
+    for row, lines in zip(borders.values(), crossed, strict=True):
+        row[4:] = options.line_samples, lines
     parent = _agglomerate(borders, count, options)
     return parent[patches]
 
@@ -62,8 +68,8 @@ def _collect(
         return {}
     keys = pairs[:, 0] * (count + 1) + pairs[:, 1]
     unique, inverse = np.unique(keys, return_inverse=True)
-    sums = np.zeros((len(unique), 4))
-    np.add.at(sums, inverse, votes)
+    sums = np.zeros((len(unique), 6))
+    np.add.at(sums[:, :4], inverse, votes)
     return {
         (int(key) // (count + 1), int(key) % (count + 1)): row
         for key, row in zip(unique, sums, strict=True)
@@ -105,7 +111,9 @@ def _agglomerate(
 
 def _join_cost(row: NDArray[np.float64], options: SegmentationOptions) -> float | None:
     """Order of joining, lowest first; None where the border separates."""
-    pairs, contact, weight, concavity = row
+    pairs, contact, weight, concavity, lines, crossed = row
+    if crossed > options.crossing_share * lines:
+        return None
     if contact < options.min_border or contact < options.contact_share * pairs:
         return None
     mean = concavity / max(weight, 1e-9)
@@ -114,7 +122,7 @@ def _join_cost(row: NDArray[np.float64], options: SegmentationOptions) -> float 
     return float(mean)
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def border_votes(
     patches, q, value, slope_u, slope_v, camera, max_step, max_crease, clear_bend, reach
 ):
@@ -185,7 +193,7 @@ def border_votes(
     return pairs, votes
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _angle(value, slope_u, slope_v, camera, v, u, y, x):
     """Angle between the planes at two pixels, rad."""
     fx, fy, cx, cy = camera

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from math import isfinite
 
 from eyehand.errors import InputError
 
@@ -55,6 +56,19 @@ class SegmentationOptions:
     """Largest angle between support normal and gravity when the camera's place is known, rad."""
     hull_margin: float = 0.01
     """How far outside the support's hull an object's foot may stand, m."""
+    table_height: float | None = None
+    """Height of the support in the world frame, m, where it is known with the camera's place."""
+    table_tolerance: float = 0.05
+    """How far from that height a support may lie, m."""
+    min_table: float = 0.15
+    """Least seen area of a further support, m²: smaller parallel planes are faces of objects."""
+    overhang: float = 0.15
+    """How far outside the support's bounds in plan an object may reach, m: higher sees more of
+    what hangs over the edge, and more of walls and people behind."""
+    max_range: float = 4.0
+    """Readings farther away are no objects, m: the robot's reach."""
+    max_extent: float = 0.8
+    """Largest object, m along its bounds' diagonal: larger things are walls, arms, furniture."""
     grow_sigmas: float = 6.0
     """Largest distance of a border pixel from the plane of the patch it joins, in σ."""
     rim_sigmas: float = 30.0
@@ -73,10 +87,54 @@ class SegmentationOptions:
     """Bend in disparity that counts as a full vote, in σ."""
     contact_share: float = 0.35
     """Least share of a border without a depth step for two patches to touch at all."""
+    crossing_share: float = 0.25
+    """Largest share of lines between two parts of one object that may cross free space: lower
+    cuts bent objects, higher joins neighbours that touch."""
+    line_samples: int = 48
+    """Lines tried between two patches: more are surer, and cost time."""
+    free_depth: float = 0.003
+    """How far in front of the surface behind it a point is in free space, m."""
     min_border: int = 8
     """Least number of border pixel pairs that can join two patches."""
     min_object: int = 150
     """Smallest object, px: lower finds far objects, higher ignores noise."""
+    gap_reach: int = 16
+    """Widest strip without readings over which two regions still are neighbours, px: the shadow
+    that a projector or a second lens leaves beside an object."""
+    hollow_turn: float = 0.35
+    """How hollow the inside of a vessel is (0 = flat, 1 = hollow everywhere): lower takes the
+    backs of bent sheets for vessels, higher misses shallow bowls."""
+    min_rim_share: float = 0.25
+    """Least share of a vessel's mouth along which its outside is seen: lower joins neighbours."""
+    max_floor: float = 2.0
+    """Largest size of a vessel's floor, of the inside that was seen: higher fills wide pots,
+    and takes the table between objects for a floor."""
+    max_hanging: float = 0.006
+    """Largest seen area of a hanging piece, m²: what a handle or a knob has."""
+    hanging_share: float = 0.5
+    """Largest size of a hanging piece, of what it hangs on."""
+    free_share: float = 0.8
+    """Share of a piece's lower edge below which there is nothing, for it to hang: lower joins
+    what stands behind a low object, higher leaves handles alone."""
+    hidden_reach: int = 160
+    """Longest way behind an occluder over which surfaces are continued, px."""
+    hidden_sigmas: float = 4.0
+    """Largest disagreement of a continued surface, in σ."""
+    hidden_growth: float = 0.25
+    """Growth of that with every px of the way, in σ: a slope's own uncertainty."""
+    hidden_slope_sigmas: float = 0.9
+    """Largest change of slope of a continued surface, in σ per px."""
+    hidden_share: float = 0.25
+    """Least share of the border pixels that find their continuation: lower joins what only
+    happens to be aligned."""
+    min_hidden: int = 12
+    """Least number of such pixels."""
+    fragment: int = 600
+    """Smaller regions are fragments when they touch a far larger one, px."""
+    fragment_border: float = 0.3
+    """Least share of a fragment's outline that touches the region that it goes to."""
+    fragment_share: float = 0.05
+    """Largest size of a fragment, of that region's."""
     stride: int = 1
     """Every stride-th row and column is segmented: 2 costs a quarter of the time and blurs
     outlines by as many pixels; labels keep the frame's size."""
@@ -97,8 +155,15 @@ class SegmentationOptions:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if not isinstance(value, bool) and not 0 < value < float("inf"):
+            if isinstance(value, bool) or name == "table_height":
+                continue
+            if not 0 < value < float("inf"):
                 raise InputError(f"segmentation option {name} must be finite and > 0, got {value}")
+        if self.table_height is not None and not isfinite(self.table_height):
+            raise InputError(f"table_height must be finite, got {self.table_height} m")
+        for name in ("stride", "threads", "line_samples"):
+            if getattr(self, name) != int(getattr(self, name)):
+                raise InputError(f"{name} must be a whole number, got {getattr(self, name)}")
         if self.window % 2 == 0 or self.window < 3:
             raise InputError(f"window must be odd and >= 3 px, got {self.window}")
 
@@ -120,5 +185,9 @@ class SegmentationOptions:
             min_patch=max(round(self.min_patch * scale**2), 1),
             min_border=max(round(self.min_border * scale), 1),
             bend_reach=max(round(self.bend_reach * scale), 1),
+            gap_reach=max(round(self.gap_reach * scale), 1),
+            hidden_reach=max(round(self.hidden_reach * scale), 1),
+            min_hidden=max(round(self.min_hidden * scale), 1),
+            fragment=max(round(self.fragment * scale**2), 1),
             min_object=max(round(self.min_object * scale**2), 1),
         )

@@ -8,22 +8,28 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from ..frame import DepthFrame
+from .above_support import above_support, candidate_window
+from .frame_noise import frame_noise
 from .grow import grow_patches
+from .join_floating import join_floating
+from .join_fragments import join_fragments
+from .join_occluded import join_occluded
+from .join_open import join_open
 from .local_planes import fit_local_planes
 from .merge import merge_patches
 from .options import SegmentationOptions
+from .regions import largest_regions
 from .result import Segmentation
 from .smooth_patches import linked_pixels, plane_normals, smooth_patches
-from .support_plane import Support, find_support
+from .stand import standing_regions
+from .support_plane import find_supports
+from .upsample import upsample_labels
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import DepthFrame
-
-
-MIDDLE_PIXELS = 400
-"""Pixels that stand for an object when its middle is looked for."""
+    from .support_plane import Support
 
 
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:
@@ -43,27 +49,81 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         frame's own noise and the seconds of every stage. A frame without objects gives zeros;
         without a support plane everything that is a smooth solid counts as an object.
     """
-    options = (options or SegmentationOptions()).scaled(frame.intrinsics.width)
+    options = options or SegmentationOptions()
     clock = _Stages()
-    disparity = np.divide(1.0, frame.depth, out=np.zeros_like(frame.depth), where=frame.valid)
+    reduced = _reduced(frame, options.stride)
+    options = options.scaled(reduced.intrinsics.width)
+    disparity = _disparity(reduced.depth)
+    smooth = _median(disparity) if options.median else disparity
     clock.done("disparity")
-    planes = fit_local_planes(disparity, options)
-    clock.done("local_planes")
-    normals = plane_normals(planes, frame.intrinsics)
-    linked = linked_pixels(planes, normals, options)
-    clock.done("links")
-    support = find_support(frame, disparity, planes, options)
+    noise = frame_noise(smooth, options)
+    clock.done("noise")
+    supports = find_supports(reduced, disparity, noise, options)
     clock.done("support")
-    above = _above(frame, support, options)
+    above = above_support(reduced, supports, options)
+    window = candidate_window(above, options)
+    clock.done("above")
+    labels = np.zeros(reduced.depth.shape, np.int32)
+    if window is not None:
+        labels[window] = _segment_window(
+            reduced, disparity, smooth, above, window, noise, supports, options, clock
+        )
+    if options.stride > 1:
+        labels = upsample_labels(labels, _disparity(frame.depth), options.stride)
+        clock.done("upsample")
+    support = supports[0].plane if supports else None
+    return Segmentation(labels, support, noise, clock.seconds)
+
+
+def _segment_window(
+    frame: DepthFrame,
+    disparity: NDArray[np.float32],
+    smooth: NDArray[np.float32],
+    above: NDArray[np.bool_],
+    window: tuple[slice, slice],
+    noise: float,
+    supports: list[Support],
+    options: SegmentationOptions,
+    clock: _Stages,
+) -> NDArray[np.int32]:
+    """Label the part of the image that holds all candidates."""
+    depth = np.ascontiguousarray(frame.depth[window])
+    q = np.ascontiguousarray(disparity[window])
+    smooth, above = np.ascontiguousarray(smooth[window]), np.ascontiguousarray(above[window])
+    camera = frame.intrinsics.cropped(*window)
+    planes = fit_local_planes(smooth, noise, options)
+    clock.done("local_planes")
+    linked = linked_pixels(planes, plane_normals(planes, camera), options)
+    clock.done("links")
     patches = smooth_patches(linked * above, options.min_patch)
     clock.done("patches")
-    patches, planes = grow_patches(disparity, planes, patches, above, options)
+    patches, planes = grow_patches(q, planes, patches, above, options)
     clock.done("grow")
-    objects = merge_patches(patches, disparity, planes, frame.intrinsics, options)
+    labels = merge_patches(patches, q, planes, camera, options)
     clock.done("merge")
-    labels = _order(objects, support, frame, options)
-    clock.done("order")
-    return Segmentation(labels, support.plane if support else None, planes.noise, clock.seconds)
+    labels = standing_regions(labels, depth, camera, supports, options.min_patch, options)
+    pieces = labels
+    labels = largest_regions(labels, options.min_object)
+    clock.done("stand")
+    if supports:
+        labels = join_floating(labels, q, planes, camera, supports[0].plane, options)
+    labels = largest_regions(labels, 1)
+    clock.done("floating")
+    if options.join_open:
+        labels = join_open(labels, q, planes, camera, options)
+    labels = largest_regions(labels, 1)
+    clock.done("open")
+    if options.join_occluded:
+        labels, _ = join_occluded(labels, q, planes, options)
+    labels = largest_regions(labels, 1)
+    clock.done("occluded")
+    # Crumbs take no part in the joins above, but belong to something.
+    crumbs = (labels == 0) & (pieces > 0)
+    labels = np.where(crumbs, pieces + labels.max(initial=0), labels)
+    labels = join_fragments(largest_regions(labels, 1), q, planes, options)
+    labels = largest_regions(labels, options.min_object)
+    clock.done("fragments")
+    return labels
 
 
 class _Stages:
@@ -77,50 +137,18 @@ class _Stages:
         self._last = now
 
 
-def _above(
-    frame: DepthFrame, support: Support | None, options: SegmentationOptions
-) -> NDArray[np.bool_]:
-    if support is None:
-        return frame.valid
-    # A depth camera's errors grow with z²: so does the height that tells an object from a wave.
-    growth = np.square(frame.depth * np.float32(1.0 / support.depth))
-    waves = growth * np.float32(options.plane_sigmas * support.plane.tolerance)
-    return support.height > np.maximum(waves, np.float32(options.min_height))
+def _reduced(frame: DepthFrame, stride: int) -> DepthFrame:
+    if stride == 1:
+        return frame
+    depth = np.ascontiguousarray(frame.depth[::stride, ::stride])
+    return DepthFrame(depth, frame.intrinsics.reduced(stride), frame.T_world_camera)
 
 
-def _order(
-    objects: NDArray[np.int32],
-    support: Support | None,
-    frame: DepthFrame,
-    options: SegmentationOptions,
-) -> NDArray[np.int32]:
-    """Number objects by size, dropping what is too small or does not stand on the support."""
-    flat = np.flatnonzero(objects)
-    labels = objects.ravel()[flat]
-    sizes = np.bincount(labels, minlength=1)
-    by_label = flat[np.argsort(labels, kind="stable")]
-    ends = np.cumsum(sizes)
-    renumber = np.zeros(len(sizes), np.int32)
-    following = 1
-    for label in np.argsort(-sizes, kind="stable"):
-        if sizes[label] < options.min_object:
-            break
-        pixels = by_label[ends[label] - sizes[label] : ends[label]]
-        if support is not None and not _stands_on(pixels, frame, support, options):
-            continue
-        renumber[label] = following
-        following += 1
-    return renumber[objects]
+def _disparity(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    return np.divide(1.0, depth, out=np.zeros_like(depth), where=depth > 0)
 
 
-def _stands_on(
-    pixels: NDArray[np.intp], frame: DepthFrame, support: Support, options: SegmentationOptions
-) -> bool:
-    """Whether the middle of an object (flat pixel indices) lies over the support's hull."""
-    k = frame.intrinsics
-    rows, columns = np.divmod(pixels[:: max(pixels.size // MIDDLE_PIXELS, 1)], k.width)
-    z = frame.depth[rows, columns].astype(np.float64)
-    points = np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])
-    middle = np.median(points @ support.axes.T, axis=0)
-    inside = cv2.pointPolygonTest(support.hull, (float(middle[0]), float(middle[1])), True)
-    return inside > -options.hull_margin
+def _median(disparity: NDArray[np.float32]) -> NDArray[np.float32]:
+    """3x3 median where there is a reading; where it has too few neighbours, the reading."""
+    smooth = cv2.medianBlur(disparity, 3)
+    return np.where((disparity > 0) & (smooth > 0), smooth, disparity)

@@ -53,7 +53,7 @@ def plane_normals(planes: LocalPlanes, camera: CameraIntrinsics) -> NDArray[np.f
     )
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def _normals(value, slope_u, slope_v, fx, fy, cx, cy):
     rows, columns = value.shape
     normals = np.zeros((rows, columns, 3), np.float32)
@@ -70,7 +70,7 @@ def _normals(value, slope_u, slope_v, fx, fy, cx, cy):
     return normals
 
 
-@njit(cache=True)
+@njit(cache=True, nogil=True)
 def links(value, slope_u, slope_v, normals, min_cosine, max_gap):
     """Links of all pixels; see :func:`linked_pixels`."""
     rows, columns = value.shape

@@ -274,6 +274,6 @@ def test_help_answers_at_once_and_names_every_command():
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))
 def test_every_command_explains_its_options(command, capsys):
-    code, out, _ = run(command, "--help", capsys=capsys)
+    code, out, _ = run(*command.split(), "--help", capsys=capsys)
     assert code == 0
     assert "--out" in out

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation.frame_noise import frame_noise
 from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_sums
 from eyehand.perception.segmentation.smooth_patches import plane_normals
 
@@ -42,22 +43,21 @@ def test_running_sums_equal_least_squares(seed, radius, share):
 def test_a_plane_in_space_gives_its_normal_and_no_residual():
     frame, labels = ball_frame([])
     disparity = np.divide(1, frame.depth, out=np.zeros_like(frame.depth), where=frame.valid)
-    planes = fit_local_planes(disparity, SegmentationOptions(median=False))
+    planes = fit_local_planes(disparity, 1e-3, SegmentationOptions())
     normals = plane_normals(planes, CAMERA)
     inner = (planes.value > 0) & (labels == 0)
-    assert planes.noise == SegmentationOptions().min_noise
+    assert frame_noise(disparity, SegmentationOptions()) == SegmentationOptions().min_noise
     assert np.allclose(normals[inner], [0.0, -0.8, -0.6], atol=1e-3)
 
 
 def test_shifted_windows_keep_a_step_sharp():
     q = np.full((40, 40), 1.0, np.float32)
     q[:, 20:] = 1.3
-    planes = fit_local_planes(q, SegmentationOptions())
+    planes = fit_local_planes(q, 1e-3, SegmentationOptions())
     assert np.allclose(planes.value, q, atol=1e-4)
 
 
 def test_noise_is_measured_on_the_frame():
     rng = np.random.default_rng(0)
     q = (1.0 + rng.normal(size=(120, 160)) * 0.01).astype(np.float32)
-    planes = fit_local_planes(q, SegmentationOptions(median=False))
-    assert planes.noise == pytest.approx(0.01, rel=0.05)
+    assert frame_noise(q, SegmentationOptions()) == pytest.approx(0.01, rel=0.05)

@@ -1,0 +1,88 @@
+"""Nothing floats: a piece that stands on nothing belongs to what it hangs on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .regions import ABOVE, BELOW, LEFT, RIGHT, Borders, region_borders
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..frame import CameraIntrinsics
+    from .local_planes import LocalPlanes
+    from .options import SegmentationOptions
+    from .result import SupportPlane
+
+
+def join_floating(
+    labels: NDArray[np.int32],
+    disparity: NDArray[np.float32],
+    planes: LocalPlanes,
+    camera: CameraIntrinsics,
+    support: SupportPlane,
+    options: SegmentationOptions,
+) -> NDArray[np.int32]:
+    """Join pieces (H, W) that nothing carries to the region they touch most: handles, lids' rims.
+
+    A piece is carried where it goes over into the support or another region along its lower
+    edge, and may be where something nearer hides that edge or nothing was measured. Where most
+    of its lower edge steps off to what lies far behind, it hangs.
+    """
+    borders = region_borders(labels, disparity, planes, options)
+    sizes = np.bincount(labels.ravel(), minlength=1)
+    count = borders.contact.shape[0] - 1
+    parent = np.arange(count + 1, dtype=np.int32)
+    down = downwards(support)
+    # Small pieces first: a handle hangs on a pot, never the other way round.
+    for label in range(count, 0, -1):
+        if _free_share(label, down, borders) < options.free_share:
+            continue
+        touching = borders.contact[label].sum(axis=1)
+        touching[0] = 0
+        partner = int(np.argmax(touching))
+        if sizes[label] > options.hanging_share * sizes[partner]:
+            continue
+        if _area(labels == label, disparity, camera) > options.max_hanging:
+            continue
+        if touching[partner] >= options.min_border:
+            parent[label] = partner
+    for label in range(1, count + 1):
+        parent[label] = _root(parent, label)
+    return parent[labels]
+
+
+def downwards(support: SupportPlane) -> int:
+    """Image direction (`RIGHT`, `LEFT`, `BELOW`, `ABOVE`) nearest to that of gravity."""
+    x, y = -support.normal[0], -support.normal[1]
+    if abs(x) > abs(y):
+        return RIGHT if x > 0 else LEFT
+    return BELOW if y >= 0 else ABOVE
+
+
+def _free_share(label: int, down: int, borders: Borders) -> float:
+    contact = borders.contact[label, :, down].sum()
+    free = borders.before[label, :, down].sum()
+    up = (LEFT, RIGHT, ABOVE, BELOW)[down]
+    hidden = borders.before[:, label, up].sum() + borders.blind[label, down]
+    return float(free / max(contact + free + hidden, 1))
+
+
+def _area(
+    mask: NDArray[np.bool_], disparity: NDArray[np.float32], camera: CameraIntrinsics
+) -> float:
+    """Area of a region as if it faced the camera, m²."""
+    q = disparity[mask & (disparity > 0)].astype(np.float64)
+    return float((1.0 / q**2).sum()) / (camera.fx * camera.fy)
+
+
+def _root(parent: NDArray[np.int32], label: int) -> int:
+    seen = {label}
+    while parent[label] != label:
+        label = int(parent[label])
+        if label in seen:
+            return min(seen)
+        seen.add(label)
+    return label

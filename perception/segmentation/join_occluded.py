@@ -1,0 +1,147 @@
+"""Parts of one object on both sides of something nearer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numba import njit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .local_planes import LocalPlanes
+    from .options import SegmentationOptions
+
+LOOK, MATCH = range(2)
+
+
+def join_occluded(
+    labels: NDArray[np.int32],
+    disparity: NDArray[np.float32],
+    planes: LocalPlanes,
+    options: SegmentationOptions,
+) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
+    """Join regions (H, W) whose surfaces continue one another behind an occluder.
+
+    From every border pixel of a region its plane is followed in eight directions for as long as
+    what was measured lies before that plane, or nothing was measured. Where it comes out on
+    another region, that region's plane must lie in its continuation. Two regions are joined when
+    most of the pixels that see the other one agree, from both sides.
+
+    Returns
+    -------
+    labels, pairs
+        New labels, and the pairs of old labels that were joined.
+    """
+    count = int(labels.max(initial=0))
+    if count < 2:
+        return labels, []
+    votes = hidden_votes(
+        labels,
+        disparity,
+        planes.value,
+        planes.slope_u,
+        planes.slope_v,
+        count,
+        options.hidden_reach,
+        options.bend_reach,
+        np.float32(options.grow_sigmas * planes.noise),
+        np.float32(options.hidden_sigmas * planes.noise),
+        np.float32(options.hidden_growth * planes.noise),
+        np.float32(options.hidden_slope_sigmas * planes.noise),
+    )
+    parent = np.arange(count + 1, dtype=np.int32)
+    pairs = []
+    look = votes[..., LOOK] + votes[..., LOOK].T
+    match = votes[..., MATCH] + votes[..., MATCH].T
+    share = match / np.maximum(look, 1)
+    for a, b in zip(*np.nonzero(np.triu(match >= options.min_hidden)), strict=True):
+        if share[a, b] >= options.hidden_share:
+            pairs.append((int(a), int(b)))
+            low, high = sorted((int(parent[a]), int(parent[b])))
+            parent[parent == high] = low
+    return parent[labels], pairs
+
+
+@njit(cache=True, nogil=True)
+def hidden_votes(
+    labels,
+    q,
+    value,
+    slope_u,
+    slope_v,
+    count,
+    reach,
+    inset,
+    min_step,
+    tolerance,
+    growth,
+    slope_tolerance,
+):
+    """Count per pair the pixels that see the other behind something, and that agree with it."""
+    rows, columns = labels.shape
+    votes = np.zeros((count + 1, count + 1, 2), np.int32)
+    best = np.zeros(count + 1, np.int8)
+    landed = np.empty(8, np.int32)
+    for v in range(rows):
+        for u in range(columns):
+            a = labels[v, u]
+            if a == 0:
+                continue
+            hits = 0
+            for dv in range(-1, 2):
+                for du in range(-1, 2):
+                    y, x = v + dv, u + du
+                    if (dv == 0 and du == 0) or y < 0 or x < 0 or y >= rows or x >= columns:
+                        continue
+                    if labels[y, x] == a:
+                        continue
+                    # Readings at an outline are bent: the plane is taken from further inside.
+                    iv, iu = v - inset * dv, u - inset * du
+                    if iv < 0 or iu < 0 or iv >= rows or iu >= columns:
+                        continue
+                    if labels[iv, iu] != a or value[iv, iu] <= 0:
+                        continue
+                    slope = slope_u[iv, iu] * du + slope_v[iv, iu] * dv
+                    start = value[iv, iu] + slope * inset
+                    for step in range(1, reach):
+                        y, x = v + step * dv, u + step * du
+                        if y < 0 or x < 0 or y >= rows or x >= columns:
+                            break
+                        if q[y, x] <= 0:
+                            continue
+                        allowed = tolerance + growth * (step + inset)
+                        b = labels[y, x]
+                        if q[y, x] - start - slope * step > max(allowed, min_step):
+                            if b == 0:
+                                break
+                            continue
+                        if b == 0 or b == a or step < 3:
+                            break
+                        y, x = y + inset * dv, x + inset * du
+                        if y < 0 or x < 0 or y >= rows or x >= columns:
+                            break
+                        if labels[y, x] != b or value[y, x] <= 0:
+                            break
+                        way = step + inset
+                        allowed = tolerance + growth * (way + inset)
+                        back = slope_u[y, x] * du + slope_v[y, x] * dv
+                        good = (
+                            abs(value[y, x] - start - slope * way) <= allowed
+                            and abs(value[y, x] - back * way - start) <= allowed
+                            and abs(slope_u[y, x] - slope_u[iv, iu]) <= slope_tolerance
+                            and abs(slope_v[y, x] - slope_v[iv, iu]) <= slope_tolerance
+                        )
+                        if best[b] == 0:
+                            landed[hits] = b
+                            hits += 1
+                        best[b] = max(best[b], 2 if good else 1)
+                        break
+            for k in range(hits):
+                b = landed[k]
+                votes[a, b, 0] += 1
+                if best[b] == 2:
+                    votes[a, b, 1] += 1
+                best[b] = 0
+    return votes
