@@ -23,6 +23,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.evaluation.evaluate_segmentation:evaluate_segmentation",
         "score the segmentation on labelled or synthetic frames",
     ),
+    "chart segmentation": (
+        "eyehand.apps.evaluation.chart_segmentation:chart_segmentation",
+        "chart its time against its accuracy, dial by dial, beside other methods",
+    ),
     "stress segmentation": (
         "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
         "make staged scenes harder until the segmentation breaks, and chart where",

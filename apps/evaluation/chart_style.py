@@ -7,13 +7,13 @@ be made anywhere, in any number, without a screen.
 
 from __future__ import annotations
 
-import csv
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from eyehand.errors import InputError
 from eyehand.perception.atomic_write import atomic_write
 
+from .csv_table import write_csv
 from .machine import machine_line
 
 if TYPE_CHECKING:
@@ -76,7 +76,13 @@ class Provenance:
 
 
 def new_chart(
-    title: str, subtitle: str, *, rows: int = 1, columns: int = 1, height: float = 5.2
+    title: str,
+    subtitle: str,
+    *,
+    rows: int = 1,
+    columns: int = 1,
+    height: float = 5.2,
+    below: float = 0.0,
 ) -> tuple[Figure, list[Axes]]:
     """Open a figure with a title, and its bare axes, row by row.
 
@@ -90,6 +96,8 @@ def new_chart(
         Panels.
     height
         Of the figure, inches; it is 8 inches wide.
+    below
+        Room between the panels and the footer for a key, inches.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -102,14 +110,14 @@ def new_chart(
     axes = figure.subplots(rows, columns, squeeze=False)
     named = PANEL_NAME if axes.size > 1 else 0.0
     wide = (WIDTH - LEFT - MARGIN - (columns - 1) * BETWEEN) / columns
-    high = (height - HEADER - named - FOOT - (rows - 1) * (BELOW + named)) / rows
+    high = (height - HEADER - named - FOOT - below - (rows - 1) * (BELOW + named)) / rows
     if high <= 0:
         raise InputError(f"{rows} rows of panels do not fit into {height} inches")
     figure.subplots_adjust(
         left=LEFT / WIDTH,
         right=1 - MARGIN / WIDTH,
         top=1 - (HEADER + named) / height,
-        bottom=FOOT / height,
+        bottom=(FOOT + below) / height,
         wspace=BETWEEN / wide,
         hspace=(BELOW + named) / high,
     )
@@ -251,16 +259,9 @@ def write_chart(figure: Figure, path: Path, rows: Sequence[Mapping[str, Any]]) -
         raise InputError(f"a chart must be a .png file, got {path}")
     if not rows:
         raise InputError(f"no rows to write beside {path}: a chart must show something")
-    columns = list(dict.fromkeys(key for row in rows for key in row))
     with atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=DPI, metadata={"Software": None})
-    with (
-        atomic_write(path.with_suffix(".csv")) as temporary,
-        temporary.open("w", newline="", encoding="utf-8") as file,
-    ):
-        table = csv.DictWriter(file, columns, lineterminator="\n")
-        table.writeheader()
-        table.writerows(rows)
+    write_csv(path.with_suffix(".csv"), rows)
 
 
 def time_text(milliseconds: float) -> str:

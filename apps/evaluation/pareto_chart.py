@@ -1,0 +1,270 @@
+"""The chart of a dial: time against accuracy, the Pareto front, the default, and peers in grey."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import log
+from typing import TYPE_CHECKING, Any
+
+from .chart_labels import PointName, name_points
+from .chart_style import (
+    BLUE,
+    FAINT,
+    INK,
+    LINE,
+    MARGIN,
+    PEER,
+    SKY,
+    TEXT,
+    VERMILION,
+    WIDTH,
+    Provenance,
+    name_axes,
+    new_chart,
+    share_axis,
+    sign,
+    time_axis,
+    time_text,
+)
+from .pareto import pareto_front, worthwhile
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+PEER_MARKS = ("o", "s", "D", "^", "v", "P", "X", "<", ">")
+MOST_NAMES = 8
+"""Of the front, so many points are named at most: those with the largest gains."""
+KEY_LINE, KEY_INDENT = 0.21, 0.2
+"""Height of a line of the key and width of its number, inches."""
+KEY_FOOT, KEY_GAP = 0.52, 0.12
+"""Height of the footer under the key, and free space above the key, inches."""
+WORST_SHOWN_PCT = 40.0
+"""Worse points would press all others together; they are in the table."""
+BEST_SHOWN_PCT = 99.9
+"""A stretched axis has no 100 %: better points are drawn here."""
+
+
+@dataclass(frozen=True)
+class ChartPoint:
+    """One setting, measured."""
+
+    name: str
+    """In words."""
+    time_ms: float
+    """Median time, ms."""
+    accuracy_pct: float
+    """Per cent."""
+
+
+@dataclass(frozen=True)
+class PeerCurve:
+    """A peer, along its dial."""
+
+    name: str
+    points: tuple[ChartPoint, ...]
+
+
+def pareto_chart(
+    title: str,
+    subtitle: str,
+    own: Sequence[ChartPoint],
+    default: ChartPoint,
+    peers: Sequence[PeerCurve],
+    accuracy: str,
+    made: Provenance,
+) -> Figure:
+    """Draw accuracy against time: own settings, their front, the default, and peers.
+
+    Parameters
+    ----------
+    title, subtitle
+        See `new_chart`.
+    own
+        All own settings.
+    default
+        The one that users get, one of `own`.
+    peers
+        Curves of others, in grey.
+    accuracy
+        Name of the accuracy, for the axis.
+    made
+        For the footer.
+    """
+    own, default = [_drawable(point) for point in own], _drawable(default)
+    front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
+    named = [point for point in _worth_naming(own, front) if point != default]
+    below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
+    figure, (axes,) = new_chart(title, subtitle, height=5.2 + below, below=below)
+    shown = [_shown(curve) for curve in peers]
+    points = [*own, *(point for curve in shown for point in curve.points)]
+    times = [point.time_ms for point in points]
+    best = max(point.accuracy_pct for point in points)
+    worst = min(max(point.accuracy_pct, WORST_SHOWN_PCT) for point in points)
+    time_axis(axes, 0.6 * min(times), 1.5 * max(times))
+    # A stretched axis has no 100 %, and names need room above the best point.
+    share_axis(axes, worst - 0.15 * (100 - worst), 100 - 0.55 * (100 - best), stretched=True)
+    name_axes(axes, "time per frame, median (logarithmic)", f"{accuracy} (logarithmic in error)")
+    steps = _steps([own[index] for index in front], 1.5 * max(times))
+    for curve, mark in zip(shown, PEER_MARKS * len(shown), strict=False):
+        _draw_peer(axes, curve, mark)
+    axes.plot(
+        [point.time_ms for point in own],
+        [point.accuracy_pct for point in own],
+        "o",
+        color=SKY,
+        markersize=4.0,
+        markeredgewidth=0,
+        alpha=0.75,
+        zorder=2.5,
+    )
+    axes.plot(*zip(*steps, strict=True), color=BLUE, linewidth=LINE, zorder=3)
+    axes.plot(
+        [own[index].time_ms for index in front],
+        [own[index].accuracy_pct for index in front],
+        "o",
+        color=BLUE,
+        markersize=6.5,
+        markeredgecolor="white",
+        markeredgewidth=1.0,
+        zorder=4,
+    )
+    _number(axes, named)
+    _write_key(figure, named)
+    axes.plot(
+        default.time_ms,
+        default.accuracy_pct,
+        "*",
+        color=VERMILION,
+        markersize=17,
+        markeredgecolor="white",
+        markeredgewidth=1.2,
+        zorder=5,
+    )
+    _name(axes, own, default, shown, steps)
+    sign(figure, made)
+    return figure
+
+
+def _shown(curve: PeerCurve) -> PeerCurve:
+    points = [_drawable(point) for point in curve.points if point.accuracy_pct >= WORST_SHOWN_PCT]
+    return PeerCurve(curve.name, tuple(points))
+
+
+def _drawable(point: ChartPoint) -> ChartPoint:
+    """Move a perfect point onto the axis."""
+    return replace(point, accuracy_pct=min(point.accuracy_pct, BEST_SHOWN_PCT))
+
+
+def _steps(front: Sequence[ChartPoint], end_ms: float) -> list[tuple[float, float]]:
+    """Corners of the best accuracy that each time buys."""
+    corners: list[tuple[float, float]] = []
+    for point in front:
+        if corners:
+            corners.append((point.time_ms, corners[-1][1]))
+        corners.append((point.time_ms, point.accuracy_pct))
+    corners.append((end_ms, corners[-1][1]))
+    return corners
+
+
+def _draw_peer(axes: Axes, curve: PeerCurve, mark: str) -> None:
+    axes.plot(
+        [point.time_ms for point in curve.points],
+        [point.accuracy_pct for point in curve.points],
+        marker=mark,
+        color=PEER,
+        linewidth=1.1,
+        markersize=5.0,
+        markeredgecolor="white",
+        markeredgewidth=0.7,
+        zorder=2,
+    )
+
+
+def _worth_naming(own: Sequence[ChartPoint], front: Sequence[int]) -> list[ChartPoint]:
+    """Thin the front until few enough points are left, by the gain that the axis shows."""
+    gains = [-log(100 - point.accuracy_pct) for point in own]
+    kept, least = list(front), 0.02
+    while len(kept) > MOST_NAMES:
+        kept, least = worthwhile(gains, front, least), 1.2 * least
+    return [own[index] for index in kept]
+
+
+def _number(axes: Axes, named: Sequence[ChartPoint]) -> None:
+    """Write the numbers of the key onto points of the front."""
+    for number, point in enumerate(named, start=1):
+        axes.plot(
+            point.time_ms,
+            point.accuracy_pct,
+            "o",
+            color=BLUE,
+            markersize=11.5,
+            markeredgecolor="white",
+            markeredgewidth=1.0,
+            zorder=4.5,
+        )
+        axes.annotate(
+            str(number),
+            (point.time_ms, point.accuracy_pct),
+            xytext=(0, -0.3),
+            textcoords="offset points",
+            size=7.5,
+            color="white",
+            weight="bold",
+            ha="center",
+            va="center_baseline",
+            zorder=4.6,
+        )
+
+
+def _write_key(figure: Figure, named: Sequence[ChartPoint]) -> None:
+    """Write number, name and figures of the numbered points in two columns over the footer."""
+    height = figure.get_size_inches()[1]
+    lines = _key_lines(len(named))
+    for index, point in enumerate(named):
+        column, line = divmod(index, lines)
+        left = MARGIN + column * (WIDTH - 2 * MARGIN) / 2
+        text = (
+            f"{point.name}: {point.accuracy_pct:.1f} %, {time_text(float(f'{point.time_ms:.2g}'))}"
+        )
+        up = (KEY_FOOT + (lines - line) * KEY_LINE) / height
+        style: dict[str, Any] = {"size": TEXT - 0.5, "va": "top", "ha": "left"}
+        figure.text(left / WIDTH, up, str(index + 1), color=BLUE, weight="bold", **style)
+        figure.text((left + KEY_INDENT) / WIDTH, up, text, color=INK, **style)
+
+
+def _key_lines(names: int) -> int:
+    return -(-names // 2)
+
+
+def _name(
+    axes: Axes,
+    own: Sequence[ChartPoint],
+    default: ChartPoint,
+    peers: Sequence[PeerCurve],
+    steps: list[tuple[float, float]],
+) -> None:
+    """Name the default, and the peers at their best points."""
+    names = [
+        PointName(
+            default.time_ms,
+            default.accuracy_pct,
+            f"default: {default.accuracy_pct:.1f} % in {default.time_ms:.0f} ms",
+            colour=VERMILION,
+            bold=True,
+        )
+    ]
+    for curve in peers:
+        if curve.points:
+            best = max(curve.points, key=lambda point: point.accuracy_pct)
+            names.append(
+                PointName(best.time_ms, best.accuracy_pct, curve.name, "right", colour=FAINT)
+            )
+    lines = [
+        steps,
+        *([(p.time_ms, p.accuracy_pct)] for p in own),
+        *([(p.time_ms, p.accuracy_pct) for p in curve.points] for curve in peers),
+    ]
+    name_points(axes, names, lines)

@@ -1,0 +1,83 @@
+"""The chart of a dial: names that can be read, whatever the points."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eyehand.apps.evaluation.chart_labels import PointName, name_points
+from eyehand.apps.evaluation.chart_style import Provenance, new_chart, share_axis, time_axis
+from eyehand.apps.evaluation.pareto_chart import ChartPoint, PeerCurve, pareto_chart
+
+MADE = Provenance("made-up figures", 1, 1)
+
+
+def points(count: int, seed: int) -> list[ChartPoint]:
+    """Settings whose accuracy grows with time, more or less."""
+    rng = np.random.default_rng(seed)
+    times = np.geomspace(3, 80, count) * rng.uniform(0.9, 1.1, count)
+    return [
+        ChartPoint(f"setting {k}", float(t), float(98 - 30 / t**0.7 - rng.uniform(0, 3)))
+        for k, t in enumerate(times)
+    ]
+
+
+@settings(max_examples=6)
+@given(st.integers(1, 8), st.integers(0, 10**6))
+def test_names_keep_clear_of_each_other_and_of_the_border(count, seed):
+    _, (axes,) = new_chart("Title", "subtitle")
+    time_axis(axes, 1, 1000)
+    share_axis(axes, 50, 99, stretched=True)
+    rng = np.random.default_rng(seed)
+    names = [
+        PointName(float(np.exp(rng.uniform(1, 6))), float(rng.uniform(60, 98)), f"method {k}")
+        for k in range(count)
+    ]
+    boxes = name_points(axes, names, [[(name.x, name.y)] for name in names])
+    left, bottom, right, top = axes.bbox.extents
+    for index, box in enumerate(boxes):
+        assert left <= box[0] < box[2] <= right
+        assert bottom <= box[1] < box[3] <= top
+        for other in boxes[:index]:
+            apart = (
+                box[2] <= other[0] or other[2] <= box[0] or box[3] <= other[1] or other[3] <= box[1]
+            )
+            assert apart
+
+
+def test_a_name_is_where_it_is_said_to_be():
+    _, (axes,) = new_chart("Title", "subtitle")
+    time_axis(axes, 1, 1000)
+    share_axis(axes, 0, 100)
+    (box,) = name_points(axes, [PointName(30.0, 50.0, "a name", "right")], [])
+    (text,) = axes.texts
+    drawn = text.get_window_extent()
+    assert [drawn.x0, drawn.y0, drawn.x1, drawn.y1] == pytest.approx(box, abs=2.5)
+
+
+def test_the_default_the_front_and_the_peers_are_named():
+    own = points(20, seed=4)
+    peers = [PeerCurve("a peer", tuple(points(3, seed=5))), PeerCurve("poor", (own[0],))]
+    figure = pareto_chart("Title", "subtitle", own, own[12], peers, "overlap F", MADE)
+    axes = figure.axes[0]
+    on_axes = [text.get_text() for text in axes.texts]
+    best = own[12]
+    assert f"default: {best.accuracy_pct:.1f} % in {best.time_ms:.0f} ms" in on_axes
+    assert {"a peer", "poor"} <= set(on_axes)
+    key = [text.get_text() for text in figure.texts]
+    numbers = [text for text in key if text.isdigit()]
+    assert numbers == [str(k) for k in range(1, len(numbers) + 1)]
+    assert 3 <= len(numbers) <= 8
+    assert set(numbers) <= set(on_axes)
+
+
+def test_one_point_is_a_chart_too():
+    (point,) = points(1, seed=0)
+    figure = pareto_chart("Title", "subtitle", [point], point, [], "overlap F", MADE)
+    assert "overlap F" in figure.axes[0].get_ylabel()
+
+
+def test_hopeless_and_perfect_points_are_survived():
+    own = [ChartPoint("perfect", 5.0, 100.0), ChartPoint("none", 4.0, 0.0)]
+    pareto_chart("Title", "subtitle", own, own[0], [], "overlap F", MADE)
+    pareto_chart("Title", "subtitle", own[1:], own[1], [], "overlap F", MADE)
