@@ -85,9 +85,9 @@ class SegmentationOptions:
     parts."""
     bend_sigmas: float = 3.0
     """Bend in disparity that counts as a full vote, in σ."""
-    contact_share: float = 0.35
+    contact_share: float = 0.25
     """Least share of a border without a depth step for two patches to touch at all."""
-    crossing_share: float = 0.25
+    crossing_share: float = 0.2
     """Largest share of lines between two parts of one object that may cross free space: lower
     cuts bent objects, higher joins neighbours that touch."""
     line_samples: int = 48

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import cv2
@@ -54,9 +55,11 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     reduced = _reduced(frame, options.stride)
     options = options.scaled(reduced.intrinsics.width)
     disparity = _disparity(reduced.depth)
-    smooth = _median(disparity) if options.median else disparity
+    if options.median:
+        disparity = _median(disparity)
+        reduced = replace(reduced, depth=_disparity(disparity))
     clock.done("disparity")
-    noise = frame_noise(smooth, options)
+    noise = frame_noise(disparity, options)
     clock.done("noise")
     supports = find_supports(reduced, disparity, noise, options)
     clock.done("support")
@@ -66,7 +69,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     labels = np.zeros(reduced.depth.shape, np.int32)
     if window is not None:
         labels[window] = _segment_window(
-            reduced, disparity, smooth, above, window, noise, supports, options, clock
+            reduced, disparity, above, window, noise, supports, options, clock
         )
     if options.stride > 1:
         labels = upsample_labels(labels, _disparity(frame.depth), options.stride)
@@ -78,7 +81,6 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
 def _segment_window(
     frame: DepthFrame,
     disparity: NDArray[np.float32],
-    smooth: NDArray[np.float32],
     above: NDArray[np.bool_],
     window: tuple[slice, slice],
     noise: float,
@@ -89,9 +91,9 @@ def _segment_window(
     """Label the part of the image that holds all candidates."""
     depth = np.ascontiguousarray(frame.depth[window])
     q = np.ascontiguousarray(disparity[window])
-    smooth, above = np.ascontiguousarray(smooth[window]), np.ascontiguousarray(above[window])
+    above = np.ascontiguousarray(above[window])
     camera = frame.intrinsics.cropped(*window)
-    planes = fit_local_planes(smooth, noise, options)
+    planes = fit_local_planes(q, noise, options)
     clock.done("local_planes")
     linked = linked_pixels(planes, plane_normals(planes, camera), options)
     clock.done("links")
@@ -145,6 +147,7 @@ def _reduced(frame: DepthFrame, stride: int) -> DepthFrame:
 
 
 def _disparity(depth: NDArray[np.float32]) -> NDArray[np.float32]:
+    """Depth to disparity or back, 0 stays 0."""
     return np.divide(1.0, depth, out=np.zeros_like(depth), where=depth > 0)
 
 
