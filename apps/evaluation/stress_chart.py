@@ -137,11 +137,11 @@ def _draw(axes: Axes, result: SweepResult, wide: float, *, shares_named: bool) -
     sweep = result.sweep
     # Equal steps: the values are chosen by how much harder each makes it.
     places = list(range(len(sweep.values)))
-    bound = sweep.values.index(sweep.holds_to)
-    axes.axvspan(-0.5, bound + 0.5, color=GREEN, alpha=0.1, linewidth=0)
+    held = len(sweep.bounded())
+    axes.axvspan(-0.5, held - 0.5, color=GREEN, alpha=0.1, linewidth=0)
     axes.axhline(100 * BROKEN_BELOW, color=PEER, linewidth=0.7, zorder=1.5)
     draw_curve(axes, places, [100 * step.share for step in result.steps], sweep.name)
-    named = [bound, places[-1], 0, *places]
+    named = [max(held - 1, 0), places[-1], 0, *places]
     broken = None
     if result.breaks_at is not None:
         broken = sweep.values.index(result.breaks_at)

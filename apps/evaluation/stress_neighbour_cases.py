@@ -227,7 +227,7 @@ def _border(share: float, seed: int, method: Method) -> Trial:
     rng = np.random.default_rng([seed, 41])
     objects = (
         StagedObject(box(*rng.uniform(0.06, 0.1, 3)), yaw=rng.uniform(0, np.pi), colour=RED),
-        StagedObject(cylinder(0.035, 0.07), (0.2, 0.06, 0.0), colour=BLUE),
+        StagedObject(cylinder(0.035, 0.07), (0.18, 0.22, 0.0), colour=BLUE),
     )
     scene = StagedScene(objects, view_around(rng, turn=10.0))
     rows, columns = np.nonzero(render_staged(scene, colour=False).labels == 1)

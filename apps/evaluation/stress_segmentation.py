@@ -142,7 +142,7 @@ def _table(results: Sequence[SweepResult]) -> Table:
         table.add_row(
             sweep.name,
             sweep.axis,
-            value_text(sweep.holds_to, sweep.unit),
+            "" if sweep.holds_to is None else value_text(sweep.holds_to, sweep.unit),
             "never" if broken is None else value_text(broken, sweep.unit),
             "" if seconds is None else f"{1e3 * seconds:.0f}",
             result.shown.worst.note,

@@ -79,8 +79,8 @@ class Sweep:
     """Unit of the values as printed; empty for plain numbers."""
     values: tuple[float, ...]
     """From easy to hard, in the unit."""
-    holds_to: float
-    """The bound: up to this value the method must not break."""
+    holds_to: float | None
+    """The bound: up to this value the method must not break; None where it may from the start."""
     attempt: Callable[[float, int, Method], Trial]
     """Try a method once, at a value and with a seed that fixes all but the difficulty."""
     right: str
@@ -91,7 +91,7 @@ class Sweep:
     def __post_init__(self) -> None:
         if len(set(self.values)) < max(len(self.values), 2):
             raise InputError(f"sweep {self.name} needs different values, got {self.values}")
-        if self.holds_to not in self.values:
+        if self.holds_to is not None and self.holds_to not in self.values:
             raise InputError(
                 f"bound of sweep {self.name} must be one of {self.values}, got {self.holds_to}"
             )
@@ -103,6 +103,8 @@ class Sweep:
 
     def bounded(self) -> tuple[float, ...]:
         """The values that must hold."""
+        if self.holds_to is None:
+            return ()
         return self.values[: self.values.index(self.holds_to) + 1]
 
 

@@ -59,7 +59,8 @@ def test_sweeps_can_be_chosen_by_name_and_unknown_ones_are_refused():
 
 @pytest.mark.parametrize("sweep", STAGED, ids=lambda sweep: sweep.name)
 def test_all_objects_are_in_view_wherever_the_bound_asks_for_them(sweep: Sweep):
-    for seed, value in ((0, sweep.values[0]), (1, sweep.holds_to)):
+    bound = (*sweep.values[:1], *sweep.bounded())[-1]
+    for seed, value in ((0, sweep.values[0]), (1, bound)):
         truth = look(sweep, value, seed).truth
         sizes = np.bincount(truth.ravel())[1:]
         assert len(sizes) == COUNTS.get(sweep.name, 2)
@@ -100,8 +101,11 @@ def test_the_border_cuts_off_the_share_asked_for(seed):
     (sweep,) = segmentation_sweeps(["border"])
     whole = np.count_nonzero(look(sweep, 0, seed).truth == 1)
     for share in (40, 80):
-        left = np.count_nonzero(look(sweep, share, seed).truth == 1)
+        truth = look(sweep, share, seed).truth
+        left = np.count_nonzero(truth == 1)
         assert left / whole == pytest.approx(1 - share / 100, abs=0.03)
+        # What stands beside it stays whole.
+        assert np.count_nonzero(truth == 2) == np.count_nonzero(look(sweep, 0, seed).truth == 2)
 
 
 def test_a_bar_cuts_what_is_behind_it_in_two():

@@ -22,7 +22,7 @@ def nothing(frame: DepthFrame) -> Segmentation:
     return Segmentation(np.zeros(frame.depth.shape, np.int32), None, 0.001, {})
 
 
-def sweep(attempt, *, values=(0, 1, 2, 3), holds_to=1, repeats=None) -> Sweep:
+def sweep(attempt, *, values=(0, 1, 2, 3), holds_to: float | None = 1, repeats=None) -> Sweep:
     return Sweep("made-up", "trouble", "mm", values, holds_to, attempt, "right", repeats)
 
 
@@ -92,6 +92,17 @@ def test_the_method_and_every_seed_reach_every_attempt():
 def test_a_shortened_sweep_keeps_both_ends_and_the_bound():
     assert sweep(passes_below(2)).shortened().values == (0, 1, 3)
     assert sweep(passes_below(2), holds_to=3).shortened().values == (0, 3)
+
+
+def test_without_a_bound_answers_may_be_wrong_but_not_unclean():
+    free = sweep(passes_below(0), holds_to=None)
+    assert run_sweep(free, [0], nothing).faults == ()
+    assert free.shortened().values == (0, 3)
+
+    def crash(value: float, seed: int, method: Method) -> Trial:
+        raise ValueError("trouble")
+
+    assert len(run_sweep(sweep(crash, holds_to=None), [0], nothing).faults) == 4
 
 
 def test_the_worst_trial_is_an_unclean_one_then_a_wrong_one():
