@@ -28,8 +28,8 @@ def join_fragments(
     for label in range(len(sizes) - 1, 0, -1):
         if sizes[label] >= options.fragment:
             continue
-        touching = borders.contact[label].sum(axis=1)
-        touching += borders.before[label].sum(axis=1) + borders.before[:, label].sum(axis=1)
+        # What shows far behind an edge is another object, however little of it is seen.
+        touching = borders.close[label].copy()
         touching[0] = 0
         partner = int(np.argmax(touching))
         if touching[partner] < options.fragment_border * borders.perimeter(label):

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .free_space import crossings
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
     from .options import SegmentationOptions
 
@@ -20,14 +23,16 @@ def join_occluded(
     labels: NDArray[np.int32],
     disparity: NDArray[np.float32],
     planes: LocalPlanes,
+    camera: CameraIntrinsics,
     options: SegmentationOptions,
 ) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
     """Join regions (H, W) whose surfaces continue one another behind an occluder.
 
     From every border pixel of a region its plane is followed in eight directions for as long as
     what was measured lies before that plane, or nothing was measured. Where it comes out on
-    another region, that region's plane must lie in its continuation. Two regions are joined when
-    most of the pixels that see the other one agree, from both sides.
+    another region, that region's plane must lie in its continuation, and may not bend inwards.
+    Two regions are joined when enough of the pixels that see the other one agree, and the lines
+    between them cross no free space: between two balls behind a third they would.
 
     Returns
     -------
@@ -45,20 +50,28 @@ def join_occluded(
         planes.slope_v,
         count,
         options.hidden_reach,
-        options.bend_reach,
+        options.window // 2 + 2,
         np.float32(options.grow_sigmas * planes.noise),
         np.float32(options.hidden_sigmas * planes.noise),
         np.float32(options.hidden_growth * planes.noise),
         np.float32(options.hidden_slope_sigmas * planes.noise),
+        camera.fx,
+        np.float32(np.tan(options.hidden_angle)),
+        np.float32(np.tan(options.hidden_dent)),
     )
     parent = np.arange(count + 1, dtype=np.int32)
     pairs = []
     look = votes[..., LOOK] + votes[..., LOOK].T
     match = votes[..., MATCH] + votes[..., MATCH].T
     share = match / np.maximum(look, 1)
-    for a, b in zip(*np.nonzero(np.triu(match >= options.min_hidden)), strict=True):
-        if share[a, b] >= options.hidden_share:
-            pairs.append((int(a), int(b)))
+    likely = np.argwhere(np.triu((match >= options.min_hidden) & (share >= options.hidden_share)))
+    if not len(likely):
+        return labels, []
+    solid = np.zeros(count + 1, bool)
+    crossed = crossings(labels, likely, solid, disparity, planes.noise, camera, options)
+    for (a, b), lines in zip(likely.tolist(), crossed, strict=True):
+        if lines <= options.crossing_share * options.line_samples:
+            pairs.append((a, b))
             low, high = sorted((int(parent[a]), int(parent[b])))
             parent[parent == high] = low
     return parent[labels], pairs
@@ -77,7 +90,10 @@ def hidden_votes(
     min_step,
     tolerance,
     growth,
-    slope_tolerance,
+    max_slope,
+    focal,
+    max_turn,
+    max_dent,
 ):
     """Count per pair the pixels that see the other behind something, and that agree with it."""
     rows, columns = labels.shape
@@ -126,12 +142,17 @@ def hidden_votes(
                             break
                         way = step + inset
                         allowed = tolerance + growth * (way + inset)
+                        # A plane turned by a small angle changes its slope by q / f of that.
+                        slope_tolerance = min(max_slope, max_turn * value[y, x] / focal)
                         back = slope_u[y, x] * du + slope_v[y, x] * dv
                         good = (
                             abs(value[y, x] - start - slope * way) <= allowed
                             and abs(value[y, x] - back * way - start) <= allowed
                             and abs(slope_u[y, x] - slope_u[iv, iu]) <= slope_tolerance
                             and abs(slope_v[y, x] - slope_v[iv, iu]) <= slope_tolerance
+                            # Between the ends of two solids that face each other the surface
+                            # would have to bend inwards.
+                            and back - slope <= max_dent * value[y, x] / focal
                         )
                         if best[b] == 0:
                             landed[hits] = b

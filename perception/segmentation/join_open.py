@@ -36,6 +36,7 @@ def join_open(
     region, is that region's inside.
     """
     borders = region_borders(labels, disparity, planes, options)
+    sizes = np.bincount(labels.ravel())
     turns = region_turns(labels, disparity, planes, camera)
     hollow = [
         label

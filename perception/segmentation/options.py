@@ -104,6 +104,12 @@ class SegmentationOptions:
     hollow_turn: float = 0.35
     """How hollow the inside of a vessel is (0 = flat, 1 = hollow everywhere): lower takes the
     backs of bent sheets for vessels, higher misses shallow bowls."""
+    min_hollow: int = 300
+    """Smallest inside of a vessel, px: of fewer pixels noise can make a hollow."""
+    hidden_angle: float = 0.4
+    """Largest angle between the two ends of a continued surface, rad."""
+    hidden_dent: float = 0.15
+    """The same where the surface bends inwards, rad: what no convex solid does."""
     min_rim_share: float = 0.25
     """Least share of a vessel's mouth along which its outside is seen: lower joins neighbours."""
     max_floor: float = 2.0
@@ -124,7 +130,7 @@ class SegmentationOptions:
     """Growth of that with every px of the way, in σ: a slope's own uncertainty."""
     hidden_slope_sigmas: float = 0.9
     """Largest change of slope of a continued surface, in σ per px."""
-    hidden_share: float = 0.25
+    hidden_share: float = 0.2
     """Least share of the border pixels that find their continuation: lower joins what only
     happens to be aligned."""
     min_hidden: int = 12
@@ -133,6 +139,8 @@ class SegmentationOptions:
     """Smaller regions are fragments when they touch a far larger one, px."""
     fragment_border: float = 0.3
     """Least share of a fragment's outline that touches the region that it goes to."""
+    close_gap: float = 0.02
+    """Largest depth step between a fragment and what it belongs to, m."""
     fragment_share: float = 0.05
     """Largest size of a fragment, of that region's."""
     stride: int = 1
@@ -188,6 +196,7 @@ class SegmentationOptions:
             gap_reach=max(round(self.gap_reach * scale), 1),
             hidden_reach=max(round(self.hidden_reach * scale), 1),
             min_hidden=max(round(self.min_hidden * scale), 1),
+            min_hollow=max(round(self.min_hollow * scale**2), 1),
             fragment=max(round(self.fragment * scale**2), 1),
             min_object=max(round(self.min_object * scale**2), 1),
         )

@@ -27,6 +27,8 @@ class Borders(NamedTuple):
     """(n+1, n+1, 4): pairs without a depth step."""
     before: NDArray[np.int32]
     """(n+1, n+1, 4): pairs at whose step the first region is nearer than the second."""
+    close: NDArray[np.int32]
+    """(n+1, n+1): pairs at which the first region is nearer, or behind by ``close_gap`` at most."""
     blind: NDArray[np.int32]
     """(n+1, 4): border pixels beyond which nothing was measured."""
 
@@ -48,7 +50,7 @@ def region_borders(
     missing readings lies between them, at most ``gap_reach`` of them: the shadow that a
     projector or a second lens leaves beside every object.
     """
-    contact, before, blind = border_counts(
+    contact, before, close, blind = border_counts(
         labels,
         disparity,
         planes.value,
@@ -58,8 +60,9 @@ def region_borders(
         np.float32(options.grow_sigmas * planes.noise),
         np.float32(options.crease_sigmas * planes.noise),
         options.gap_reach,
+        options.close_gap,
     )
-    return Borders(contact, before, blind)
+    return Borders(contact, before, close, blind)
 
 
 def largest_regions(labels: NDArray[np.int32], min_size: int) -> NDArray[np.int32]:
@@ -82,15 +85,18 @@ def fill_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 
 @njit(cache=True, nogil=True)
-def border_counts(labels, q, value, slope_u, slope_v, count, max_step, max_crease, gap_reach):
+def border_counts(
+    labels, q, value, slope_u, slope_v, count, max_step, max_crease, gap_reach, close_gap
+):
     """Borders of all regions; see :func:`region_borders`."""
     rows, columns = labels.shape
     contact = np.zeros((count + 1, count + 1, 4), np.int32)
     before = np.zeros((count + 1, count + 1, 4), np.int32)
+    close = np.zeros((count + 1, count + 1), np.int32)
     blind = np.zeros((count + 1, 4), np.int32)
     for axis in range(2):
         outer, inner = (rows, columns) if axis == 0 else (columns, rows)
-        ahead, behind = (RIGHT, LEFT) if axis == 0 else (BELOW, ABOVE)
+        ahead, back = (RIGHT, LEFT) if axis == 0 else (BELOW, ABOVE)
         for i in range(outer):
             last = -gap_reach - 2
             for j in range(inner):
@@ -101,7 +107,7 @@ def border_counts(labels, q, value, slope_u, slope_v, count, max_step, max_creas
                 gap = j - last
                 pv, pu = (i, last) if axis == 0 else (last, i)
                 if gap > gap_reach + 1:
-                    blind[b, behind] += 1
+                    blind[b, back] += 1
                     if last >= 0:
                         blind[labels[pv, pu], ahead] += 1
                     last = j
@@ -110,6 +116,11 @@ def border_counts(labels, q, value, slope_u, slope_v, count, max_step, max_creas
                 a = labels[pv, pu]
                 if a == b:
                     continue
+                behind = 1.0 / q[v, u] - 1.0 / q[pv, pu]
+                if behind >= -close_gap:
+                    close[a, b] += 1
+                if behind <= close_gap:
+                    close[b, a] += 1
                 # On a crease the planes cross between the pixels; see `border_votes`.
                 rise = q[v, u] - q[pv, pu]
                 if axis == 0:
@@ -121,12 +132,12 @@ def border_counts(labels, q, value, slope_u, slope_v, count, max_step, max_creas
                 step = abs(near) + abs(far) - min(abs(far - near), max_crease)
                 if value[v, u] > 0 and value[pv, pu] > 0 and step < max_step:
                     contact[a, b, ahead] += 1
-                    contact[b, a, behind] += 1
+                    contact[b, a, back] += 1
                 elif rise < 0:
                     before[a, b, ahead] += 1
                 else:
-                    before[b, a, behind] += 1
+                    before[b, a, back] += 1
             if last >= 0:
                 v, u = (i, last) if axis == 0 else (last, i)
                 blind[labels[v, u], ahead] += 1
-    return contact, before, blind
+    return contact, before, close, blind

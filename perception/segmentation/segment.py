@@ -116,7 +116,7 @@ def _segment_window(
     labels = largest_regions(labels, 1)
     clock.done("open")
     if options.join_occluded:
-        labels, _ = join_occluded(labels, q, planes, options)
+        labels, _ = join_occluded(labels, q, planes, camera, options)
     labels = largest_regions(labels, 1)
     clock.done("occluded")
     # Crumbs take no part in the joins above, but belong to something.
