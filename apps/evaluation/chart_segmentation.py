@@ -32,7 +32,7 @@ from .pareto import pareto_front
 from .pareto_chart import ChartPoint, PeerCurve, pareto_chart
 from .segmentation_dataset import Coding, DatasetOptions, FrameSource, open_dataset
 from .segmentation_dials import DialSetting, dial_settings
-from .segmentation_peers import Peer, installed_peers
+from .segmentation_peers import PEERS, Peer
 from .synthetic_frames import EMPTY, FAMILIES, synthetic_sources
 
 if TYPE_CHECKING:
@@ -116,7 +116,7 @@ def chart_segmentation(
     make_folder(out)
     ready_kernels()
     settings = dial_settings(quick=quick)
-    rivals = installed_peers() if peers else []
+    rivals = PEERS if peers else ()
     contestants = [_own(setting) for setting in settings] + [
         contestant for peer in rivals for contestant in _rival(peer, quick=quick)
     ]

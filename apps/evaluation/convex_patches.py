@@ -17,8 +17,6 @@ if TYPE_CHECKING:
 
 CONVEX_ANGLE = 0.17
 """Planes closer than this are one surface, rad (10°, the value of Stein et al.)."""
-MIN_BORDER = 2
-"""Pixel pairs that make two patches neighbours: patches may be as small as 6 px across."""
 GAP_PX = 4
 """Patches grow towards each other by this over the edges between them."""
 
@@ -28,6 +26,7 @@ def join_convex(
     table: Tabletop,
     normals: NDArray[np.float32],
     *,
+    least_border: int,
     extended: bool,
 ) -> NDArray[np.int32]:
     """Join neighbouring patches that form a convex or flat pair.
@@ -43,6 +42,8 @@ def join_convex(
         What they lie on.
     normals
         Towards the camera, (H, W, 3).
+    least_border
+        Pixel pairs on both sides of a border that make two patches neighbours.
     extended
         Join only patches that share a neighbour convex to both (their extended criterion): right
         for small patches in great number.
@@ -58,7 +59,7 @@ def join_convex(
     middle = _sums(seeds, table.points, count)
     middle /= np.maximum(np.bincount(seeds.ravel(), minlength=count), 1)[:, None]
     normal = _unit(_sums(seeds, normals, count))
-    first, second = _neighbours(grown, table.points[..., 2])
+    first, second = _neighbours(grown, table.points[..., 2], least_border)
     across = _unit(middle[first] - middle[second])
     turn = np.sum(across * (normal[first] - normal[second]), axis=1)
     alike = np.sum(normal[first] * normal[second], axis=1) > np.cos(CONVEX_ANGLE)
@@ -89,19 +90,21 @@ def _graph(first: NDArray[np.int64], second: NDArray[np.int64], count: int) -> c
 
 
 def _neighbours(
-    patches: NDArray[np.int32], z: NDArray[np.float32]
+    patches: NDArray[np.int32], z: NDArray[np.float32], least_border: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of patches with enough border that has no step in depth."""
+    """Pairs of patches that touch, corners too, without a step in depth."""
     count = int(patches.max()) + 1
     pairs = []
     for one, other in (
         ((slice(None), slice(0, -1)), (slice(None), slice(1, None))),
         ((slice(0, -1), slice(None)), (slice(1, None), slice(None))),
+        ((slice(0, -1), slice(0, -1)), (slice(1, None), slice(1, None))),
+        ((slice(0, -1), slice(1, None)), (slice(1, None), slice(0, -1))),
     ):
         a, b = patches[one], patches[other]
         touch = (a != b) & (a > 0) & (b > 0) & (np.abs(z[one] - z[other]) < STEP_SHARE * z[one])
         low, high = np.minimum(a, b)[touch], np.maximum(a, b)[touch]
         pairs.append(low.astype(np.int64) * count + high)
     keys, lengths = np.unique(np.concatenate(pairs), return_counts=True)
-    first, second = np.divmod(keys[lengths >= MIN_BORDER], count)
+    first, second = np.divmod(keys[lengths >= least_border], count)
     return first, second

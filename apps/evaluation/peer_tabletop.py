@@ -25,7 +25,7 @@ PLANE_BAND_M = 0.01
 """Points this near the plane are the plane's."""
 PLANE_TRIES = 300
 CLEARANCE_M = 0.004
-"""An object's points are this far above the plane at 1 m, growing with the square of depth."""
+"""Best of 4, 8 and 12 mm for most peers: more cuts off feet, less brings the table's waves in."""
 OUTSIDE_M = 0.01
 """How far outside the table's hull an object's points may lie."""
 MIN_OBJECT_PX = 400
@@ -50,8 +50,16 @@ class Tabletop:
     """Normal of the table towards the camera, (3,)."""
 
 
-def find_tabletop(frame: DepthFrame) -> Tabletop:
-    """Find the support plane and what stands on it; nothing does where no plane is found."""
+def find_tabletop(frame: DepthFrame, clearance: float = CLEARANCE_M) -> Tabletop:
+    """Find the support plane and what stands on it; nothing does where no plane is found.
+
+    Parameters
+    ----------
+    frame
+        What the camera saw.
+    clearance
+        How far above the plane an object's points are at 1 m, growing with depth squared, m.
+    """
     points = frame.points()
     coarse = points[::PLANE_STRIDE, ::PLANE_STRIDE]
     valid = coarse[..., 2] > 0
@@ -67,7 +75,7 @@ def find_tabletop(frame: DepthFrame) -> Tabletop:
     plane = np.asarray(plane) * (1.0 if plane[3] > 0 else -1.0)
     up, offset = plane[:3], plane[3]
     height = points @ up.astype(np.float32) + np.float32(offset)
-    above = frame.valid & (height > CLEARANCE_M * np.maximum(frame.depth, 1.0) ** 2)
+    above = frame.valid & (height > clearance * np.maximum(frame.depth, 1.0) ** 2)
     on_plane = np.zeros(valid.shape, np.uint8)
     on_plane[valid] = np.isin(np.arange(len(cloud)), inliers)
     above &= _over_table(points, above, coarse, on_plane, up)

@@ -10,7 +10,7 @@ import pytest
 from eyehand.apps.evaluation import chart_segmentation
 from eyehand.apps.evaluation.contest import Contestant, Result
 from eyehand.apps.evaluation.segmentation_dials import DIALS, DialSetting
-from eyehand.apps.evaluation.segmentation_peers import installed_peers
+from eyehand.apps.evaluation.segmentation_peers import PEERS
 from eyehand.apps.main import main
 from eyehand.perception import DepthFrame
 from eyehand.perception.segmentation.budget import read_front
@@ -26,8 +26,8 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
 
 def test_a_quick_chart_of_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     # The others have a test of their own and take seconds.
-    fast = [peer for peer in installed_peers() if peer.name in ("depth steps", "Open3D DBSCAN")]
-    monkeypatch.setattr(chart_segmentation, "installed_peers", lambda: fast)
+    fast = [peer for peer in PEERS if peer.name in ("depth steps", "Open3D DBSCAN")]
+    monkeypatch.setattr(chart_segmentation, "PEERS", fast)
     code, out, err = run("--quick", "--frames", 1, "--json", "--out", tmp_path, capsys=capsys)
     assert code == 0
     picture = cv2.imread(str(tmp_path / "segmentation.png"))

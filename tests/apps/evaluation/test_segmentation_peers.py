@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.apps.evaluation.segmentation_peers import Peer, installed_peers
+from eyehand.apps.evaluation.segmentation_peers import PEERS, Peer
 from eyehand.apps.evaluation.segmentation_score import score_segmentation
 from eyehand.data_synth.staged_scene import StagedObject, StagedScene, staged_frame
 from eyehand.data_synth.staged_solids import ball
@@ -13,7 +13,7 @@ BALLS = StagedScene(
 )
 
 
-@pytest.mark.parametrize("peer", installed_peers(), ids=lambda peer: peer.name)
+@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
 def test_two_separate_balls_are_two_objects(peer: Peer):
     frame, truth = staged_frame(BALLS)
     labels = peer.run(frame, peer.settings[len(peer.settings) // 2])
@@ -24,14 +24,14 @@ def test_two_separate_balls_are_two_objects(peer: Peer):
     assert score.f > 0.95
 
 
-@pytest.mark.parametrize("peer", installed_peers(), ids=lambda peer: peer.name)
+@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
 def test_an_empty_table_has_no_objects(peer: Peer):
     frame, _ = staged_frame(StagedScene(()))
     assert not peer.run(frame, peer.settings[0]).any()
 
 
 def test_every_peer_says_why_it_is_there():
-    for peer in installed_peers():
+    for peer in PEERS:
         assert peer.why
         assert "\n" not in peer.why
         assert len(set(peer.settings)) == len(peer.settings) >= 3
