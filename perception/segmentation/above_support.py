@@ -29,18 +29,19 @@ def above_support(
     """Mark readings that may belong to objects, (H, W) bool.
 
     A candidate lies higher than ``min_height`` and the waves of the support's own readings above
-    a support, not farther than ``overhang`` outside of its hull in plan, and in no other
-    support. Without a support every reading within ``max_range`` is one.
+    a support, not farther than ``overhang`` outside of its hull's bounds in plan, and neither in
+    nor under another, higher support: a table's edge and legs stand on the floor. Without a support every reading within ``max_range`` is one.
     """
     depth = frame.depth
     if not supports:
         return frame.valid & (depth <= np.float32(options.max_range))
     above = np.zeros(depth.shape, np.bool_)
-    within = np.zeros(depth.shape, np.bool_)
+    under = np.zeros(depth.shape, np.bool_)
     k = frame.intrinsics
     rays_u = (np.arange(k.width) - k.cx) / k.fx
     rays_v = (np.arange(k.height) - k.cy) / k.fy
-    for support in supports:
+    # The highest first: what lies below it, in plan, is its own edge and legs.
+    for support in sorted(supports, key=lambda support: support.plane.offset):
         low, high = support.hull.min(axis=0), support.hull.max(axis=0)
         mark_above(
             depth,
@@ -54,10 +55,8 @@ def above_support(
             high.astype(np.float64) + options.overhang,
             options.max_range,
             above,
-            within,
+            under,
         )
-    if len(supports) > 1:
-        above &= ~within
     return above
 
 
@@ -99,9 +98,9 @@ def mark_above(
     high,
     max_range,
     above,
-    within,
+    under,
 ):
-    """Mark what lies above one support, and what lies in it; see :func:`above_support`."""
+    """Mark what lies above one support but under none before, then what is under this one."""
     rows, columns = depth.shape
     for v in range(rows):
         n = axes[0, 1] * rays_v[v] + axes[0, 2]
@@ -114,16 +113,16 @@ def mark_above(
             height = z * (n + axes[0, 0] * rays_u[u]) + offset
             # A depth camera's errors grow with z²: so does the height of a wave.
             band = max(waves * z * z, min_height)
-            if height < -band:
-                continue
             x = z * (a + axes[1, 0] * rays_u[u])
             y = z * (b + axes[2, 0] * rays_u[u])
             if x < low[0] or x > high[0] or y < low[1] or y > high[1]:
                 continue
+            if under[v, u]:
+                continue
             if height > band:
                 above[v, u] = True
-            else:
-                within[v, u] = True
+            elif not above[v, u]:
+                under[v, u] = True
 
 
 @njit(cache=True, nogil=True)

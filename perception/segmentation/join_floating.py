@@ -8,6 +8,9 @@ import numpy as np
 
 from .regions import ABOVE, BELOW, LEFT, RIGHT, Borders, region_borders
 
+LOW, HIGH = 0.02, 0.98
+"""Quantiles between which a piece's heights lie: outliers are no edge."""
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -29,7 +32,8 @@ def join_floating(
 
     A piece is carried where it goes over into the support or another region along its lower
     edge, and may be where something nearer hides that edge or nothing was measured. Where most
-    of its lower edge steps off to what lies far behind, it hangs.
+    of its lower edge steps off to what lies far behind, it hangs, unless it begins so low for
+    its height that its foot may be hidden by its own belly, as a ball's is.
     """
     borders = region_borders(labels, disparity, planes, options)
     sizes = np.bincount(labels.ravel(), minlength=1)
@@ -45,7 +49,8 @@ def join_floating(
         partner = int(np.argmax(touching))
         if sizes[label] > options.hanging_share * sizes[partner]:
             continue
-        if _area(labels == label, disparity, camera) > options.max_hanging:
+        area, low, high = _measure(labels == label, disparity, camera, support)
+        if area > options.max_hanging or low < options.hanging_height * (high - low):
             continue
         if touching[partner] >= options.min_border:
             parent[label] = partner
@@ -70,12 +75,20 @@ def _free_share(label: int, down: int, borders: Borders) -> float:
     return float(free / max(contact + free + hidden, 1))
 
 
-def _area(
-    mask: NDArray[np.bool_], disparity: NDArray[np.float32], camera: CameraIntrinsics
-) -> float:
-    """Area of a region as if it faced the camera, m²."""
-    q = disparity[mask & (disparity > 0)].astype(np.float64)
-    return float((1.0 / q**2).sum()) / (camera.fx * camera.fy)
+def _measure(
+    mask: NDArray[np.bool_],
+    disparity: NDArray[np.float32],
+    camera: CameraIntrinsics,
+    support: SupportPlane,
+) -> tuple[float, float, float]:
+    """Area of a region as if it faced the camera, m², its least and greatest height, m."""
+    rows, columns = np.nonzero(mask & (disparity > 0))
+    z = 1.0 / disparity[rows, columns].astype(np.float64)
+    points = np.column_stack(
+        [(columns - camera.cx) / camera.fx * z, (rows - camera.cy) / camera.fy * z, z]
+    )
+    low, high = np.quantile(support.height(points), (LOW, HIGH))
+    return float((z**2).sum()) / (camera.fx * camera.fy), float(low), float(high)
 
 
 def _root(parent: NDArray[np.int32], label: int) -> int:

@@ -41,7 +41,9 @@ def join_open(
     hollow = [
         label
         for label in range(1, borders.contact.shape[0])
-        if _neighbour_share(label, borders) > 0 and turns[label] < -options.hollow_turn
+        if sizes[label] >= options.min_hollow
+        and turns[label] < -options.hollow_turn
+        and _neighbour_share(label, borders) > 0
     ]
     if not hollow:
         return labels
@@ -50,7 +52,7 @@ def join_open(
     for label in hollow:
         inside = labels == label
         mouth = inside | _floor(inside, floors, options)
-        outside = _outside(mouth, joined, disparity, options)
+        outside = _outside(_convex(mouth), joined, disparity, options)
         if outside == 0:
             continue
         joined[mouth] = outside
@@ -83,6 +85,16 @@ def _floor(
     sizes = np.bincount(floors.ravel(), minlength=touching.size)
     near = (touching > 0) & (sizes < options.max_floor * np.count_nonzero(inside))
     return near[floors]
+
+
+def _convex(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Image convex hull: what lies in a vessel is not its outside."""
+    outlines, _ = cv2.findContours(
+        mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+    )
+    filled = np.zeros(mask.shape, np.uint8)
+    cv2.fillConvexPoly(filled, cv2.convexHull(np.concatenate(outlines)), 1)
+    return filled.astype(bool)
 
 
 def _ring(mask: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:

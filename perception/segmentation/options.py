@@ -119,6 +119,9 @@ class SegmentationOptions:
     """Largest seen area of a hanging piece, m²: what a handle or a knob has."""
     hanging_share: float = 0.5
     """Largest size of a hanging piece, of what it hangs on."""
+    hanging_height: float = 0.4
+    """Least height at which a hanging piece begins, of its own extent in height: a ball seen
+    from above at 60° begins at a third."""
     free_share: float = 0.8
     """Share of a piece's lower edge below which there is nothing, for it to hang: lower joins
     what stands behind a low object, higher leaves handles alone."""
@@ -141,7 +144,7 @@ class SegmentationOptions:
     """Least share of a fragment's outline that touches the region that it goes to."""
     close_gap: float = 0.02
     """Largest depth step between a fragment and what it belongs to, m."""
-    fragment_share: float = 0.05
+    fragment_share: float = 0.12
     """Largest size of a fragment, of that region's."""
     stride: int = 1
     """Every stride-th row and column is segmented: 2 costs a quarter of the time and blurs

@@ -73,9 +73,17 @@ def _stands(
     extent = np.quantile(points, HIGH, axis=0) - np.quantile(points, LOW, axis=0)
     if np.linalg.norm(extent) > options.max_extent:
         return False
+    # What the image's border cuts off stands on a part of the support that was not seen either.
+    cut = (
+        rows.min() == 0
+        or columns.min() == 0
+        or rows.max() >= labels.shape[0] - step
+        or columns.max() >= labels.shape[1] - step
+    )
+    margin = options.overhang if cut else options.hull_margin
     for support in supports:
         middle = np.median(points @ support.axes.T, axis=0)
         inside = cv2.pointPolygonTest(support.hull, (float(middle[0]), float(middle[1])), True)
-        if inside > -options.hull_margin:
+        if inside > -margin:
             return True
     return not supports
