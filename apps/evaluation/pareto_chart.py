@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import log
+from math import dist, log
 from typing import TYPE_CHECKING, Any
 
 from .chart_labels import PointName, name_points
 from .chart_style import (
     BLUE,
     FAINT,
+    FOOT,
+    HEADER,
     INK,
+    LEFT,
     LINE,
     MARGIN,
     PEER,
@@ -34,7 +37,13 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PEER_MARKS = ("o", "s", "D", "^", "v", "P", "X", "<", ">")
+PEER_MARKS = ("o", "s", "D", "^", "v", "p", "h", "<", ">")
+HEIGHT = 5.2
+"""Of the figure without its key, inches."""
+NAMED_GAIN = 0.03
+"""Least share by which the error shrinks at a named point: less is chance."""
+NUMBER_SIZE = 0.17
+"""Least distance between two numbers, inches."""
 MOST_NAMES = 8
 """Of the front, so many points are named at most: those with the largest gains."""
 KEY_LINE, KEY_INDENT = 0.21, 0.2
@@ -94,20 +103,16 @@ def pareto_chart(
         For the footer.
     """
     own, default = [_drawable(point) for point in own], _drawable(default)
-    front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
-    named = [point for point in _worth_naming(own, front) if point != default]
-    below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
-    figure, (axes,) = new_chart(title, subtitle, height=5.2 + below, below=below)
     shown = [_shown(curve) for curve in peers]
-    points = [*own, *(point for curve in shown for point in curve.points)]
-    times = [point.time_ms for point in points]
-    best = max(point.accuracy_pct for point in points)
-    worst = min(max(point.accuracy_pct, WORST_SHOWN_PCT) for point in points)
-    time_axis(axes, 0.6 * min(times), 1.5 * max(times))
-    # A stretched axis has no 100 %, and names need room above the best point.
-    share_axis(axes, worst - 0.15 * (100 - worst), 100 - 0.55 * (100 - best), stretched=True)
+    view = _view([*own, *(point for curve in shown for point in curve.points)])
+    front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
+    named = _worth_naming(own, front, default, view)
+    below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
+    figure, (axes,) = new_chart(title, subtitle, height=HEIGHT + below, below=below)
+    time_axis(axes, *view.times_ms)
+    share_axis(axes, *view.shares_pct, stretched=True)
     name_axes(axes, "time per frame, median (logarithmic)", f"{accuracy} (logarithmic in error)")
-    steps = _steps([own[index] for index in front], 1.5 * max(times))
+    steps = _steps([own[index] for index in front], view.times_ms[1])
     for curve, mark in zip(shown, PEER_MARKS * len(shown), strict=False):
         _draw_peer(axes, curve, mark)
     axes.plot(
@@ -183,13 +188,52 @@ def _draw_peer(axes: Axes, curve: PeerCurve, mark: str) -> None:
     )
 
 
-def _worth_naming(own: Sequence[ChartPoint], front: Sequence[int]) -> list[ChartPoint]:
-    """Thin the front until few enough points are left, by the gain that the axis shows."""
+@dataclass(frozen=True)
+class _View:
+    """What the axes show."""
+
+    times_ms: tuple[float, float]
+    shares_pct: tuple[float, float]
+
+    def place(self, point: ChartPoint) -> tuple[float, float]:
+        """Where a point is on the panel, inches from its lower left corner."""
+        first, last = self.times_ms
+        low, high = self.shares_pct
+        across = log(point.time_ms / first) / log(last / first)
+        up = log((100 - low) / (100 - point.accuracy_pct)) / log((100 - low) / (100 - high))
+        return (WIDTH - LEFT - MARGIN) * across, (HEIGHT - HEADER - FOOT) * up
+
+
+def _view(points: Sequence[ChartPoint]) -> _View:
+    """Choose axes with room around all points, and above the best one for its name."""
+    times = [point.time_ms for point in points]
+    best = max(point.accuracy_pct for point in points)
+    worst = min(max(point.accuracy_pct, WORST_SHOWN_PCT) for point in points)
+    return _View(
+        (0.6 * min(times), 1.5 * max(times)),
+        (worst - 0.15 * (100 - worst), 100 - 0.55 * (100 - best)),
+    )
+
+
+def _worth_naming(
+    own: Sequence[ChartPoint], front: Sequence[int], default: ChartPoint, view: _View
+) -> list[ChartPoint]:
+    """Thin the front to points of clear gain with room for a number, not the default itself.
+
+    Gains are those that the axis shows: shares by which the error shrinks.
+    """
     gains = [-log(100 - point.accuracy_pct) for point in own]
-    kept, least = list(front), 0.02
-    while len(kept) > MOST_NAMES:
+    kept, least = list(front), NAMED_GAIN
+    while len(kept) > MOST_NAMES or least == NAMED_GAIN:
         kept, least = worthwhile(gains, front, least), 1.2 * least
-    return [own[index] for index in kept]
+    # The best has the first right to a place, then the fastest.
+    chosen: list[int] = []
+    for index in dict.fromkeys([*kept[-1:], *kept]):
+        place = view.place(own[index])
+        others = [default, *(own[other] for other in chosen)]
+        if all(dist(place, view.place(other)) >= NUMBER_SIZE for other in others):
+            chosen.append(index)
+    return [own[index] for index in kept if index in chosen]
 
 
 def _number(axes: Axes, named: Sequence[ChartPoint]) -> None:

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.text import Annotation
 
 from eyehand.apps.evaluation.chart_labels import PointName, name_points
 from eyehand.apps.evaluation.chart_style import Provenance, new_chart, share_axis, time_axis
@@ -69,6 +70,19 @@ def test_the_default_the_front_and_the_peers_are_named():
     assert numbers == [str(k) for k in range(1, len(numbers) + 1)]
     assert 3 <= len(numbers) <= 8
     assert set(numbers) <= set(on_axes)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_numbers_on_the_front_keep_clear_of_each_other_and_of_the_default(seed):
+    own = points(60, seed)
+    default = own[35]
+    axes = pareto_chart("Title", "subtitle", own, default, [], "overlap F", MADE).axes[0]
+    names = [text for text in axes.texts if isinstance(text, Annotation)]
+    numbered = [name.xy for name in names if name.get_text().isdigit()]
+    places = axes.transData.transform([*numbered, (default.time_ms, default.accuracy_pct)])
+    gaps = np.linalg.norm(places[:, None] - places, axis=2)
+    # The circles are 11.5 points across, 32 px.
+    assert gaps[~np.eye(len(places), dtype=bool)].min() > 32
 
 
 def test_one_point_is_a_chart_too():
