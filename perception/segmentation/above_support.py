@@ -30,7 +30,8 @@ def above_support(
 
     A candidate lies higher than ``min_height`` and the waves of the support's own readings above
     a support, not farther than ``overhang`` outside of its hull's bounds in plan, and neither in
-    nor under another, higher support: a table's edge and legs stand on the floor. Without a support every reading within ``max_range`` is one.
+    nor under another, higher support: a table's edge and legs stand on the floor. Without a
+    support every reading within ``max_range`` is a candidate.
     """
     depth = frame.depth
     if not supports:

@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .ambiguity import HIDDEN, Doubt
 from .free_space import crossings
+from .turn import pixels_by_label
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,7 +27,7 @@ def join_occluded(
     planes: LocalPlanes,
     camera: CameraIntrinsics,
     options: SegmentationOptions,
-) -> tuple[NDArray[np.int32], list[tuple[int, int]]]:
+) -> tuple[NDArray[np.int32], list[Doubt]]:
     """Join regions (H, W) whose surfaces continue one another behind an occluder.
 
     From every border pixel of a region its plane is followed in eight directions for as long as
@@ -36,8 +38,8 @@ def join_occluded(
 
     Returns
     -------
-    labels, pairs
-        New labels, and the pairs of old labels that were joined.
+    labels, doubts
+        New labels, and the pairs that were joined: two objects may just be aligned.
     """
     count = int(labels.max(initial=0))
     if count < 2:
@@ -60,7 +62,8 @@ def join_occluded(
         np.float32(np.tan(options.hidden_dent)),
     )
     parent = np.arange(count + 1, dtype=np.int32)
-    pairs = []
+    order, starts = pixels_by_label(labels, count)
+    doubts: list[Doubt] = []
     look = votes[..., LOOK] + votes[..., LOOK].T
     match = votes[..., MATCH] + votes[..., MATCH].T
     share = match / np.maximum(look, 1)
@@ -71,10 +74,10 @@ def join_occluded(
     crossed = crossings(labels, likely, solid, disparity, planes.noise, camera, options)
     for (a, b), lines in zip(likely.tolist(), crossed, strict=True):
         if lines <= options.crossing_share * options.line_samples:
-            pairs.append((a, b))
+            doubts.append((int(order[starts[a]]), int(order[starts[b]]), HIDDEN))
             low, high = sorted((int(parent[a]), int(parent[b])))
             parent[parent == high] = low
-    return parent[labels], pairs
+    return parent[labels], doubts
 
 
 @njit(cache=True, nogil=True)

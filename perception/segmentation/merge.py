@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .ambiguity import FLAT, Doubt
 from .free_space import crossings
-from .turn import region_turns
+from .turn import pixels_by_label, region_turns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,7 +26,7 @@ def merge_patches(
     planes: LocalPlanes,
     camera: CameraIntrinsics,
     options: SegmentationOptions,
-) -> NDArray[np.int32]:
+) -> tuple[NDArray[np.int32], list[Doubt]]:
     """Join patches into objects, (H, W) int32 with arbitrary numbers, 0 stays 0.
 
     A pair of neighbouring pixels votes on the border of its two patches. Without a step in
@@ -38,7 +39,7 @@ def merge_patches(
     """
     count = int(patches.max(initial=0))
     if count < 2:
-        return patches
+        return patches, []
     pairs, votes = border_votes(
         patches,
         disparity,
@@ -58,7 +59,7 @@ def merge_patches(
     for row, lines in zip(borders.values(), crossed, strict=True):
         row[4:] = options.line_samples, lines
     parent = _agglomerate(borders, count, options)
-    return parent[patches]
+    return parent[patches], _flat_joins(patches, borders, parent, options)
 
 
 def _collect(
@@ -107,6 +108,31 @@ def _agglomerate(
             if (updated := _join_cost(total, options)) is not None:
                 heapq.heappush(heap, (updated, min(a, c), max(a, c)))
     return parent
+
+
+def _flat_joins(
+    patches: NDArray[np.int32],
+    borders: dict[tuple[int, int], NDArray[np.float64]],
+    parent: NDArray[np.int32],
+    options: SegmentationOptions,
+) -> list[Doubt]:
+    """Large parts of one object whose border bends neither way: flush neighbours look alike."""
+    order, starts = pixels_by_label(patches, len(parent) - 1)
+    sizes = np.diff(starts)
+    whole = np.bincount(parent, weights=sizes)
+    doubts: list[Doubt] = []
+    for (a, b), row in borders.items():
+        if parent[a] != parent[b]:
+            continue
+        small = min(sizes[a], sizes[b])
+        mean = abs(row[3]) / max(row[2], 1e-9)
+        if (
+            mean <= options.flat_angle
+            and small >= max(options.flat_share * whole[parent[a]], options.min_object)
+            and row[1] >= np.sqrt(small) / 2
+        ):
+            doubts.append((int(order[starts[a]]), int(order[starts[b]]), FLAT))
+    return doubts
 
 
 def _join_cost(row: NDArray[np.float64], options: SegmentationOptions) -> float | None:

@@ -160,9 +160,24 @@ class SegmentationOptions:
     colour_edges: bool = True
     """Where the frame has colour, cut objects along strong colour edges that geometry leaves
     ambiguous."""
+    colour_contrast: float = 20.0
+    """Least distance of the two colours of a cut, CIE Lab units: lower cuts at shadows."""
+    colour_purity: float = 0.85
+    """Least share of an object's colour variance that two plain colours explain: lower cuts
+    printed boxes."""
+    colour_straightness: float = 0.96
+    """Least share of pixels that one plane puts on the side of their colour."""
+    flat_angle: float = 0.06
+    """Mean bend of a border below which two parts are one or two: they are named ambiguous, rad."""
+    flat_share: float = 0.15
+    """Least share of an object on either side of a border for that."""
+    split_gain: float = 2.0
+    """How much closer two solids must fit than one to split an object."""
+    split_spread: float = 0.004
+    """Spread about one solid below which an object is never split, m."""
     split_solids: bool = False
     """Fit one and two solids to every ambiguous object, and split it where two explain it clearly
-    better: costs tens of ms an object."""
+    better: costs tens of ms an object that is in doubt."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():

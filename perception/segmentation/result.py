@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -47,6 +47,10 @@ class Segmentation:
     """Disparity noise σ measured on this frame, 1/m."""
     timings: dict[str, float]
     """Seconds per stage, in the order the data flows."""
+    ambiguous: dict[int, str] = field(default_factory=dict)
+    """Label → why geometry cannot tell whether it is one object: no entry where it can."""
+    other_supports: tuple[SupportPlane, ...] = ()
+    """Further planes that carry things, as a shelf or the floor beside a table."""
 
     @property
     def count(self) -> int:

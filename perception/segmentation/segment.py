@@ -11,6 +11,7 @@ import numpy as np
 
 from ..frame import DepthFrame
 from .above_support import above_support, candidate_window
+from .ambiguity import settle_doubts
 from .frame_noise import frame_noise
 from .grow import grow_patches
 from .join_floating import join_floating
@@ -25,6 +26,7 @@ from .result import Segmentation
 from .smooth_patches import linked_pixels, plane_normals, smooth_patches
 from .stand import standing_regions
 from .support_plane import find_supports
+from .turn import pixels_by_label
 from .upsample import upsample_labels
 
 if TYPE_CHECKING:
@@ -67,15 +69,18 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     window = candidate_window(above, options)
     clock.done("above")
     labels = np.zeros(reduced.depth.shape, np.int32)
+    ambiguous: dict[int, str] = {}
     if window is not None:
-        labels[window] = _segment_window(
+        labels[window], ambiguous = _segment_window(
             reduced, disparity, above, window, noise, supports, options, clock
         )
     if options.stride > 1:
         labels = upsample_labels(labels, _disparity(frame.depth), options.stride)
         clock.done("upsample")
-    support = supports[0].plane if supports else None
-    return Segmentation(labels, support, noise, clock.seconds)
+    planes = tuple(support.plane for support in supports)
+    return Segmentation(
+        labels, planes[0] if planes else None, noise, clock.seconds, ambiguous, planes[1:]
+    )
 
 
 def _segment_window(
@@ -87,7 +92,7 @@ def _segment_window(
     supports: list[Support],
     options: SegmentationOptions,
     clock: _Stages,
-) -> NDArray[np.int32]:
+) -> tuple[NDArray[np.int32], dict[int, str]]:
     """Label the part of the image that holds all candidates."""
     depth = np.ascontiguousarray(frame.depth[window])
     q = np.ascontiguousarray(disparity[window])
@@ -101,7 +106,7 @@ def _segment_window(
     clock.done("patches")
     patches, planes = grow_patches(q, planes, patches, above, options)
     clock.done("grow")
-    labels = merge_patches(patches, q, planes, camera, options)
+    labels, doubts = merge_patches(patches, q, planes, camera, options)
     clock.done("merge")
     labels = standing_regions(labels, depth, camera, supports, options.min_patch, options)
     pieces = labels
@@ -116,7 +121,8 @@ def _segment_window(
     labels = largest_regions(labels, 1)
     clock.done("open")
     if options.join_occluded:
-        labels, _ = join_occluded(labels, q, planes, camera, options)
+        labels, hidden = join_occluded(labels, q, planes, camera, options)
+        doubts += hidden
     labels = largest_regions(labels, 1)
     clock.done("occluded")
     # Crumbs take no part in the joins above, but belong to something.
@@ -125,7 +131,23 @@ def _segment_window(
     labels = join_fragments(largest_regions(labels, 1), q, planes, options)
     labels = largest_regions(labels, options.min_object)
     clock.done("fragments")
-    return labels
+    colour = None if frame.colour is None else frame.colour[window]
+    labels, ambiguous = settle_doubts(labels, doubts, q, colour, camera, options)
+    labels, ambiguous = _renumbered(labels, ambiguous)
+    clock.done("doubts")
+    return labels, ambiguous
+
+
+def _renumbered(
+    labels: NDArray[np.int32], names: dict[int, str]
+) -> tuple[NDArray[np.int32], dict[int, str]]:
+    """Number labels by size again, and what is known of them with them."""
+    if not names:
+        return labels, names
+    ordered = largest_regions(labels, 1)
+    order, starts = pixels_by_label(labels, int(labels.max(initial=0)))
+    new = {label: int(ordered.flat[order[starts[label]]]) for label in names}
+    return ordered, {new[label]: names[label] for label in sorted(names, key=new.__getitem__)}
 
 
 class _Stages:
@@ -143,7 +165,8 @@ def _reduced(frame: DepthFrame, stride: int) -> DepthFrame:
     if stride == 1:
         return frame
     depth = np.ascontiguousarray(frame.depth[::stride, ::stride])
-    return DepthFrame(depth, frame.intrinsics.reduced(stride), frame.T_world_camera)
+    colour = None if frame.colour is None else frame.colour[::stride, ::stride]
+    return DepthFrame(depth, frame.intrinsics.reduced(stride), frame.T_world_camera, colour)
 
 
 def _disparity(depth: NDArray[np.float32]) -> NDArray[np.float32]:
