@@ -11,9 +11,9 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import DepthFrame
     from .options import SegmentationOptions
     from .support_plane import Support
+    from .view import View
 
 BLOCK = 8
 """Side of the blocks in which candidates are counted, px."""
@@ -24,7 +24,7 @@ MARGIN = 2
 
 
 def above_support(
-    frame: DepthFrame, supports: list[Support], options: SegmentationOptions
+    view: View, supports: list[Support], options: SegmentationOptions
 ) -> NDArray[np.bool_]:
     """Mark readings that may belong to objects, (H, W) bool.
 
@@ -33,12 +33,12 @@ def above_support(
     nor under another, higher support: a table's edge and legs stand on the floor. Without a
     support every reading within ``max_range`` is a candidate.
     """
-    depth = frame.depth
+    depth = view.depth
     if not supports:
-        return frame.valid & (depth <= np.float32(options.max_range))
+        return (depth > 0) & (depth <= np.float32(options.max_range))
     above = np.zeros(depth.shape, np.bool_)
     under = np.zeros(depth.shape, np.bool_)
-    k = frame.intrinsics
+    k = view.intrinsics
     rays_u = (np.arange(k.width) - k.cx) / k.fx
     rays_v = (np.arange(k.height) - k.cy) / k.fy
     # The highest first: what lies below it, in plan, is its own edge and legs.

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 
-from ..frame import DepthFrame
 from .above_support import above_support, candidate_window
 from .ambiguity import settle_doubts
 from .frame_noise import frame_noise
@@ -28,11 +25,14 @@ from .stand import standing_regions
 from .support_plane import find_supports
 from .turn import pixels_by_label
 from .upsample import upsample_labels
+from .view import inverse, view_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..frame import DepthFrame
     from .support_plane import Support
+    from .view import View
 
 
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:
@@ -54,28 +54,24 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     """
     options = options or SegmentationOptions()
     clock = _Stages()
-    reduced = _reduced(frame, options.stride)
-    options = options.scaled(reduced.intrinsics.width)
-    disparity = _disparity(reduced.depth)
-    if options.median:
-        disparity = _median(disparity)
-        reduced = replace(reduced, depth=_disparity(disparity))
-    clock.done("disparity")
-    noise = frame_noise(disparity, options)
+    view = view_of(frame, options.stride, median=options.median)
+    options = options.scaled(view.intrinsics.width)
+    clock.done("view")
+    noise = frame_noise(view.disparity, options)
     clock.done("noise")
-    supports = find_supports(reduced, disparity, noise, options)
+    supports = find_supports(view, noise, options)
     clock.done("support")
-    above = above_support(reduced, supports, options)
+    above = above_support(view, supports, options)
     window = candidate_window(above, options)
     clock.done("above")
-    labels = np.zeros(reduced.depth.shape, np.int32)
+    labels = np.zeros(view.depth.shape, np.int32)
     ambiguous: dict[int, str] = {}
     if window is not None:
         labels[window], ambiguous = _segment_window(
-            reduced, disparity, above, window, noise, supports, options, clock
+            view, above, window, noise, supports, options, clock
         )
     if options.stride > 1:
-        labels = upsample_labels(labels, _disparity(frame.depth), options.stride)
+        labels = upsample_labels(labels, inverse(frame.depth), options.stride)
         clock.done("upsample")
     planes = tuple(support.plane for support in supports)
     return Segmentation(
@@ -84,8 +80,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
 
 
 def _segment_window(
-    frame: DepthFrame,
-    disparity: NDArray[np.float32],
+    view: View,
     above: NDArray[np.bool_],
     window: tuple[slice, slice],
     noise: float,
@@ -94,10 +89,10 @@ def _segment_window(
     clock: _Stages,
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
     """Label the part of the image that holds all candidates."""
-    depth = np.ascontiguousarray(frame.depth[window])
-    q = np.ascontiguousarray(disparity[window])
+    depth = np.ascontiguousarray(view.depth[window])
+    q = np.ascontiguousarray(view.disparity[window])
     above = np.ascontiguousarray(above[window])
-    camera = frame.intrinsics.cropped(*window)
+    camera = view.intrinsics.cropped(*window)
     planes = fit_local_planes(q, noise, options)
     clock.done("local_planes")
     linked = linked_pixels(planes, plane_normals(planes, camera), options)
@@ -131,7 +126,7 @@ def _segment_window(
     labels = join_fragments(largest_regions(labels, 1), q, planes, options)
     labels = largest_regions(labels, options.min_object)
     clock.done("fragments")
-    colour = None if frame.colour is None else frame.colour[window]
+    colour = None if view.colour is None else view.colour[window]
     labels, ambiguous = settle_doubts(labels, doubts, q, colour, camera, options)
     labels, ambiguous = _renumbered(labels, ambiguous)
     clock.done("doubts")
@@ -159,22 +154,3 @@ class _Stages:
         now = time.perf_counter()
         self.seconds[stage] = now - self._last
         self._last = now
-
-
-def _reduced(frame: DepthFrame, stride: int) -> DepthFrame:
-    if stride == 1:
-        return frame
-    depth = np.ascontiguousarray(frame.depth[::stride, ::stride])
-    colour = None if frame.colour is None else frame.colour[::stride, ::stride]
-    return DepthFrame(depth, frame.intrinsics.reduced(stride), frame.T_world_camera, colour)
-
-
-def _disparity(depth: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Depth to disparity or back, 0 stays 0."""
-    return np.divide(1.0, depth, out=np.zeros_like(depth), where=depth > 0)
-
-
-def _median(disparity: NDArray[np.float32]) -> NDArray[np.float32]:
-    """3x3 median where there is a reading; where it has too few neighbours, the reading."""
-    smooth = cv2.medianBlur(disparity, 3)
-    return np.where((disparity > 0) & (smooth > 0), smooth, disparity)

@@ -16,8 +16,9 @@ from .smooth_patches import plane_normals
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics, DepthFrame
+    from ..frame import CameraIntrinsics
     from .options import SegmentationOptions
+    from .view import View
 
 SAMPLES = 2000
 """Pixels on which candidate planes are scored; more ranks similar planes better."""
@@ -69,8 +70,7 @@ class Support(NamedTuple):
 
 
 def find_supports(
-    frame: DepthFrame,
-    disparity: NDArray[np.float32],
+    view: View,
     noise: float,
     options: SegmentationOptions,
 ) -> list[Support]:
@@ -89,31 +89,31 @@ def find_supports(
     list
         The winner first; empty when nothing carries.
     """
-    stride = max(frame.intrinsics.width // COARSE_WIDTH, 1)
-    coarse = np.ascontiguousarray(disparity[::stride, ::stride])
+    stride = max(view.intrinsics.width // COARSE_WIDTH, 1)
+    coarse = np.ascontiguousarray(view.disparity[::stride, ::stride])
     wide = LocalPlanes(*plane_sums(coarse, COARSE_RADIUS, WIDE_SHARE), noise)
-    found = _vote(frame, wide, stride, options)
+    found = _vote(view, wide, stride, options)
     if not found and stride > 1:
         radius = options.window // 2
-        own = LocalPlanes(*plane_sums(disparity, radius, MIN_WINDOW_SHARE), noise)
-        found = _vote(frame, own, 1, options)
+        own = LocalPlanes(*plane_sums(view.disparity, radius, MIN_WINDOW_SHARE), noise)
+        found = _vote(view, own, 1, options)
     supports = [
         support
         for k, (plane, depth) in enumerate(found)
-        if (support := _locate(plane, depth, k > 0, frame, noise, options)) is not None
+        if (support := _locate(plane, depth, k > 0, view, noise, options)) is not None
     ]
     return supports if found and supports and supports[0].plane is found[0][0] else []
 
 
 def _vote(
-    frame: DepthFrame,
+    view: View,
     planes: LocalPlanes,
     stride: int,
     options: SegmentationOptions,
 ) -> list[tuple[SupportPlane, float]]:
     """Planes that explain most, and the median depths of their readings, best first."""
     noise = planes.noise
-    normals = plane_normals(planes, frame.intrinsics.reduced(stride))
+    normals = plane_normals(planes, view.intrinsics.reduced(stride))
     smooth = (planes.rms >= 0) & (planes.rms < COARSE_NOISE * noise)
     rows, columns = np.nonzero(smooth)
     if rows.size == 0:
@@ -122,14 +122,14 @@ def _vote(
     rows, columns = rows[::step], columns[::step]
     sample_normals = normals[rows, columns].astype(np.float64)
     rows, columns = rows * stride, columns * stride
-    k = frame.intrinsics
-    z = frame.depth[rows, columns].astype(np.float64)
+    k = view.intrinsics
+    z = view.depth[rows, columns].astype(np.float64)
     rays = np.ones((rows.size, 3))
     rays[:, 0], rays[:, 1] = (columns - k.cx) / k.fx, (rows - k.cy) / k.fy
     points = rays * z[:, None]
 
     chosen = np.arange(0, rows.size, max(rows.size // options.plane_candidates, 1))
-    chosen = chosen[_plausible(points[chosen], sample_normals[chosen], frame, options)]
+    chosen = chosen[_plausible(points[chosen], sample_normals[chosen], view, options)]
     if chosen.size == 0:
         return []
     candidates = sample_normals[chosen]
@@ -175,16 +175,16 @@ def _vote(
 def _plausible(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
-    frame: DepthFrame,
+    view: View,
     options: SegmentationOptions,
 ) -> NDArray[np.bool_]:
     """Which planes may carry something, by what is known of the camera's place."""
-    if frame.T_world_camera is None:
+    if view.T_world_camera is None:
         return np.ones(len(points), bool)
-    up = frame.T_world_camera.rotation.inv().apply([0.0, 0.0, 1.0])
+    up = view.T_world_camera.rotation.inv().apply([0.0, 0.0, 1.0])
     plausible = normals @ up >= np.cos(options.max_tilt)
     if options.table_height is not None:
-        height = frame.T_world_camera.apply(points)[:, 2]
+        height = view.T_world_camera.apply(points)[:, 2]
         plausible &= np.abs(height - options.table_height) <= options.table_tolerance
     return plausible
 
@@ -213,14 +213,14 @@ def _locate(
     plane: SupportPlane,
     depth: float,
     extra: bool,
-    frame: DepthFrame,
+    view: View,
     noise: float,
     options: SegmentationOptions,
 ) -> Support | None:
     """Find the plane's part of the image, on every few pixels."""
-    stride = max(frame.intrinsics.width // LOCATE_WIDTH, 1)
-    k = frame.intrinsics.reduced(stride)
-    z = np.ascontiguousarray(frame.depth[::stride, ::stride])
+    stride = max(view.intrinsics.width // LOCATE_WIDTH, 1)
+    k = view.intrinsics.reduced(stride)
+    z = np.ascontiguousarray(view.depth[::stride, ::stride])
     # Per pixel the height is depth * (n·ray) + offset, and n·ray is linear in the pixel.
     nx, ny, nz = plane.normal
     ray_u = (nx * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
