@@ -8,7 +8,15 @@ from typing import TYPE_CHECKING, Literal
 
 from rich.table import Table
 
-from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame, write_scene
+from eyehand.data_synth import (
+    DepthNoise,
+    Family,
+    TabletopOptions,
+    make_scene,
+    render_frame,
+    write_scene,
+)
+from eyehand.data_synth.tabletop_options import FEWEST_OBJECTS, MAX_OBJECTS
 from eyehand.errors import InputError
 
 from .console import print_json, say, show
@@ -16,15 +24,13 @@ from .console import print_json, say, show
 if TYPE_CHECKING:
     from eyehand.data_synth import TabletopScene
 
-MAX_OBJECTS = 15
-
 
 def synth(
     *,
     seed: int = 0,
     out: Path = Path("out/synth"),
     objects: int = 5,
-    family: Literal["separate", "touching", "stacked"] = "separate",
+    family: Family = "separate",
     noise: Literal["realistic", "none"] = "realistic",
     noise_scale: float = 1.0,
     json: bool = False,
@@ -41,9 +47,9 @@ def synth(
     out
         Output folder.
     objects
-        Number of objects, 1 to 15.
+        Number of objects, 1 to 15, or 0 for an empty table.
     family
-        How they stand to one another.
+        How they stand to one another: apart, side by side, on each other, dropped apart, piled.
     noise
         Depth noise of a structured-light camera, or none.
     noise_scale
@@ -51,8 +57,11 @@ def synth(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if not 1 <= objects <= MAX_OBJECTS:
-        raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
+    fewest = FEWEST_OBJECTS[family]
+    if not fewest <= objects <= MAX_OBJECTS:
+        raise InputError(
+            f"--objects must be {fewest} to {MAX_OBJECTS} for the family {family}, got {objects}"
+        )
     if not noise_scale >= 0:
         raise InputError(f"--noise-scale must be >= 0, got {noise_scale}")
     began = time.perf_counter()

@@ -58,6 +58,8 @@ def place(
 ) -> list[RigidTransform] | None:
     """Find a place for every object, `drop_height` above what it will rest on.
 
+    Objects of the family ``dropped`` are turned anyhow, `fall_height` above the table.
+
     Parameters
     ----------
     shapes
@@ -88,6 +90,11 @@ def place(
     return None
 
 
+def tumbled(shape: Superquadric, height: float, rng: np.random.Generator) -> RigidTransform:
+    """Pose over the origin in any orientation, with the lowest point at `height`, in m."""
+    return _lifted(shape, height, Rotation.random(rng=rng))
+
+
 def _groups(
     shapes: Sequence[Superquadric],
     physics: TabletopPhysics,
@@ -112,6 +119,8 @@ def _single(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> _Group:
+    if options.family == "dropped":
+        return _Group([index], [tumbled(shapes[index], options.fall_height, rng)])
     return _Group([index], [_resting(shapes[index], options.drop_height, options.drop_tilt, rng)])
 
 
@@ -127,6 +136,10 @@ def _resting(
     angle = rng.uniform(0, 2 * np.pi)
     lean = tilt * np.sqrt(rng.uniform()) * np.array([np.cos(angle), np.sin(angle), 0.0])
     rotation = Rotation.from_rotvec(lean) * rest_rotation(shape, rng, upright=upright)
+    return _lifted(shape, height, rotation)
+
+
+def _lifted(shape: Superquadric, height: float, rotation: Rotation) -> RigidTransform:
     depth = shape.support(rotation.inv().apply([0.0, 0.0, -1.0]))
     return RigidTransform.from_components([0.0, 0.0, height + float(depth)], rotation)
 

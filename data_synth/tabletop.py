@@ -9,18 +9,22 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .dropping import drop
+from .family_rule import fallen_fault, standing_fault
 from .household_shape import draw_base_shape, draw_shape
 from .placement import carrier_count, place
 from .tabletop_options import TabletopOptions
 from .tabletop_physics import TabletopPhysics
 from .tabletop_scene import Table, TabletopObject, TabletopScene, solid_volume
-from .viewpoint import camera_intrinsics, draw_viewpoint
+from .viewpoint import (
+    COARSE_STEPS,
+    FINE_STEPS,
+    camera_intrinsics,
+    draw_table_view,
+    draw_viewpoint,
+)
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from scipy.spatial.transform import RigidTransform
-
     from eyehand.perception.superquadric import Superquadric
 
 PALETTE = (
@@ -42,14 +46,21 @@ PALETTE = (
 )
 """Red, green, blue of objects, told apart at a glance."""
 
+_WATCH_S = 1.0
+_WATCHED_DRIFT_M = 1e-4
+"""What fell and came to rest may stand on an edge that gives way: watched for so long, it must
+not move by more than this."""
+
 
 def make_scene(seed: int, options: TabletopOptions | None = None) -> TabletopScene:
     """Draw a scene whose objects stand still.
 
-    Objects fall from `drop_height` and settle in MuJoCo. A draw is thrown away when the work
-    area is too full, an object leaves its place or does not come to rest, the family's rule is
-    broken in the end, or no camera sees everything; the next draw takes over. The same seed and
-    options give the same scene to the last bit on one machine.
+    Objects that stand are put down from `drop_height`, those of the families ``dropped`` and
+    ``piled`` fall one by one from `fall_height` in any orientation; all settle in MuJoCo. A draw
+    is thrown away when the work area is too full, an object leaves its place or the table or does
+    not come to rest, the family's rule is broken in the end, or no camera sees everything; the
+    next draw takes over. The same seed and options give the same scene to the last bit on one
+    machine.
 
     Parameters
     ----------
@@ -92,27 +103,69 @@ def _draw(seed: int, attempt: int, options: TabletopOptions) -> TabletopScene | 
     """One draw: a scene, or why it is none."""
     rng = np.random.default_rng([seed, attempt])
     table = Table(options.table_size, options.table_height)
+    intrinsics = camera_intrinsics(options.view)
     objects = _draw_objects(options, rng)
-    shapes = [item.shape for item in objects]
-    physics = TabletopPhysics(objects, table)
-    start = place(shapes, physics, options, rng)
+    if not objects:
+        T_world_camera = draw_table_view(options, rng)
+        return TabletopScene(seed, options.family, (), table, intrinsics, T_world_camera)
+    falls = options.family in ("dropped", "piled")
+    physics = TabletopPhysics(objects, table, no_creep=falls)
+    rested = (_fall if falls else _stand)(objects, physics, options, rng)
+    if isinstance(rested, str):
+        return rested
+    shapes = [item.shape for item in rested]
+    steps = FINE_STEPS if falls else COARSE_STEPS
+    T_world_camera = draw_viewpoint(shapes, options.view, rng, physics.seen_pixels, steps)
+    if T_world_camera is None:
+        return "no view of every object"
+    return TabletopScene(seed, options.family, rested, table, intrinsics, T_world_camera)
+
+
+def _stand(
+    objects: list[TabletopObject],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> tuple[TabletopObject, ...] | str:
+    """Put objects down where they stay: the same at rest, or why not."""
+    start = place([item.shape for item in objects], physics, options, rng)
     if start is None:
         return "too full"
     for index, pose in enumerate(start):
         physics.put(index, pose)
     if not physics.settle(options.settle_time):
         return "never at rest"
-    poses = [physics.pose(index) for index in range(len(objects))]
-    fault = _fault(physics, start, poses, options)
+    rested = _at_rest(objects, physics)
+    fault = standing_fault(physics, start, [item.shape.pose for item in rested], options)
+    return fault or rested
+
+
+def _fall(
+    objects: list[TabletopObject],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> tuple[TabletopObject, ...] | str:
+    """Let objects fall one by one: the same at rest, or why not."""
+    if not drop([item.shape for item in objects], physics, options, rng):
+        return "too full"
+    if not physics.settle(options.settle_time):
+        return "unstable physics" if physics.unstable else "never at rest"
+    rested = _at_rest(objects, physics)
+    fault = fallen_fault(physics, rested, options)
     if fault:
         return fault
-    rested = tuple(item.at(pose) for item, pose in zip(objects, poses, strict=True))
-    shapes = [item.shape for item in rested]
-    T_world_camera = draw_viewpoint(shapes, options.view, rng, physics.seen_pixels)
-    if T_world_camera is None:
-        return "no view of every object"
-    intrinsics = camera_intrinsics(options.view)
-    return TabletopScene(seed, options.family, rested, table, intrinsics, T_world_camera)
+    physics.run(_WATCH_S)
+    now = _at_rest(objects, physics)
+    moved = [
+        float(np.linalg.norm(one.shape.centre - other.shape.centre))
+        for one, other in zip(rested, now, strict=True)
+    ]
+    return rested if max(moved) <= _WATCHED_DRIFT_M else "balanced for a moment only"
+
+
+def _at_rest(objects: list[TabletopObject], physics: TabletopPhysics) -> tuple[TabletopObject, ...]:
+    return tuple(item.at(physics.pose(index)) for index, item in enumerate(objects))
 
 
 def _draw_objects(options: TabletopOptions, rng: np.random.Generator) -> list[TabletopObject]:
@@ -137,30 +190,3 @@ def _object(
 ) -> TabletopObject:
     mass = float(rng.uniform(*options.density_range)) * solid_volume(shape)
     return TabletopObject(f"{shape.kind}_{index + 1}", shape, mass, colour)
-
-
-def _fault(
-    physics: TabletopPhysics,
-    start: Sequence[RigidTransform],
-    poses: Sequence[RigidTransform],
-    options: TabletopOptions,
-) -> str:
-    """Why a settled draw is no scene of its family; empty when it is one."""
-    moved = [
-        float(np.linalg.norm(after.translation - before.translation))
-        for before, after in zip(start, poses, strict=True)
-    ]
-    # A NaN from a simulation that blew up must fail too.
-    if not max(moved) <= options.max_drift:
-        return "left its place"
-    others = {k: [j for j in range(len(poses)) if j != k] for k in range(len(poses))}
-    gaps = [physics.least_gap(k, rest) for k, rest in others.items()]
-    if options.family == "separate" and min(gaps) < options.min_gap:
-        return "closer than min_gap"
-    if options.family == "touching" and max(gaps) > options.touch_gap:
-        return "not touching"
-    if options.family == "stacked":
-        carriers = carrier_count(len(poses))
-        if set(range(carriers, 2 * carriers)) & physics.on_table():
-            return "not stacked"
-    return ""

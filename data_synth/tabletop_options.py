@@ -17,6 +17,14 @@ if TYPE_CHECKING:
 
 MAX_OBJECTS = 15
 """More do not fit on a table with room for a hand between them."""
+FEWEST_OBJECTS: dict[Family, int] = {
+    "separate": 0,
+    "touching": 2,
+    "stacked": 2,
+    "dropped": 1,
+    "piled": 2,
+}
+"""What each family needs to be one."""
 MIN_IMAGE_SIZE = (32, 24)
 MAX_IMAGE_SIZE = (4096, 4096)
 
@@ -77,9 +85,10 @@ class TabletopOptions:
 
     family: Family = "separate"
     """``separate`` keeps `min_gap` between all objects, in ``touching`` every object touches
-    another, in ``stacked`` some rest on others."""
+    another, in ``stacked`` some rest on others; these stand. ``dropped`` objects fell apart from
+    each other and lie, lean or stand as they came to rest; ``piled`` ones fell onto each other."""
     count_range: tuple[int, int] = (4, 8)
-    """Fewest and most objects."""
+    """Fewest and most objects; 0 is an empty table, in the family ``separate`` only."""
     kinds: tuple[Kind, ...] = get_args(Kind)
     """Solids to draw from, with equal chance."""
     width_range: tuple[float, float] = (0.03, 0.12)
@@ -95,22 +104,38 @@ class TabletopOptions:
     table_height: float = 0.0
     """World z of the table's top, m."""
     work_area: tuple[float, float] = (0.56, 0.48)
-    """Objects stand inside this rectangle in the middle of the table, m: smaller is denser."""
+    """Objects stand inside this rectangle in the middle of the table, m: smaller is denser.
+    Dropped objects begin inside it, and may end anywhere on the table."""
     min_gap: float = 0.015
-    """Least distance between separate objects, and between groups of the other families, m."""
+    """Least distance between separate objects, between groups of the families that stand, and
+    between dropped objects seen from above before they fall, m."""
     group_size: int = 4
     """Fewest objects in a touching group, where there are as many."""
     touch_gap: float = 0.001
     """Objects no farther apart than this touch, m."""
     drop_height: float = 0.002
-    """Objects fall from this height, m: higher disorders more and rejects more draws."""
+    """Standing objects fall from this height, m: higher disorders more, rejects more draws."""
     drop_tilt: float = 0.03
     """Objects start off their balance by up to this angle, rad: what stands on a knife's edge
-    falls and is drawn again. Touching objects start level."""
+    falls and is drawn again. Touching objects start level, dropped and piled ones anyhow."""
+    fall_height: float = 0.03
+    """Dropped and piled objects fall from this far above what is below them, m: higher tumbles
+    and scatters them more, takes longer to settle, and rejects more draws."""
+    pile_spread: float = 0.5
+    """Piled objects fall onto a disc whose radius is this share of the one they would cover side
+    by side: lower piles higher and hides more, higher leaves more objects on the table."""
+    pile_contact: float = 0.75
+    """Least share of piled objects that touch another: higher allows fewer to roll away, and
+    rejects more draws."""
     settle_time: float = 3.0
-    """Longest simulated time to come to rest, s."""
+    """Longest simulated time to come to rest, s; for dropped and piled objects, after the last
+    has fallen."""
     max_drift: float = 0.02
-    """A scene in which an object moves farther than this while it settles is drawn again, m."""
+    """A scene in which a standing object moves farther than this while it settles is drawn again,
+    m. Dropped and piled objects may move, but not off the table."""
+    max_overlap: float = 0.001
+    """A scene in which a dropped or piled object lies deeper than this in another, or in the
+    table, is drawn again, m: physics presses them in by 0.02 to 0.1 mm."""
     tries: int = 60
     """Draws before giving up: harder scenes need more."""
     view: ViewOptions = field(default_factory=ViewOptions)
@@ -122,8 +147,8 @@ class TabletopOptions:
             raise InputError(f"kinds must name one or more of {', '.join(get_args(Kind))}")
         for kind in self.kinds:
             _check_name("kinds", kind, get_args(Kind))
-        least = 1 if self.family == "separate" else 2
-        check_range("count_range", self.count_range, least, MAX_OBJECTS, "objects")
+        fewest = FEWEST_OBJECTS[self.family]
+        check_range("count_range", self.count_range, fewest, MAX_OBJECTS, "objects")
         if any(count != int(count) for count in self.count_range):
             raise InputError(f"count_range must hold whole numbers, got {self.count_range}")
         if self.family == "stacked" and not {"box", "cylinder"} & set(self.kinds):
@@ -154,8 +179,12 @@ class TabletopOptions:
             "touch_gap": (2e-4, 0.01),
             "drop_height": (0.0, 0.1),
             "drop_tilt": (0.0, 0.5),
+            "fall_height": (0.002, 0.3),
+            "pile_spread": (0.0, 2.0),
+            "pile_contact": (0.0, 1.0),
             "settle_time": (0.2, 60.0),
             "max_drift": (0.001, 1.0),
+            "max_overlap": (1e-4, 0.01),
         }
         for name, (lowest, highest) in bounds.items():
             value = getattr(self, name)

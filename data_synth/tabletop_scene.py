@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from eyehand.perception.frame import CameraIntrinsics
     from eyehand.perception.superquadric import Kind, Superquadric
 
-Family = Literal["separate", "touching", "stacked"]
+Family = Literal["separate", "touching", "stacked", "dropped", "piled"]
 """How the objects stand to one another."""
 
 

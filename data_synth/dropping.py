@@ -1,0 +1,122 @@
+"""Objects that fall one by one in any orientation: apart from each other, or into a pile."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from .placement import place, tumbled
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from eyehand.perception.superquadric import Superquadric
+
+    from .tabletop_options import TabletopOptions
+    from .tabletop_physics import TabletopPhysics
+
+_PAUSE_S = 0.6
+"""Longest time that an object has before the next one falls: most lie still by then."""
+_BOWL_PULL_M_S2 = 4.0
+"""Level pull while a pile is made, as of a bowl with walls of 22°: on a flat table, round objects
+and those that slide off others end up apart. A steeper bowl packs them so that they fly apart
+when it is gone."""
+_BOWL_FADES_S = 0.3
+_BOWL_FADE_STEPS = 10
+"""The bowl becomes flat so slowly that friction takes over."""
+_TOUCH_M = 0.001
+_LOWERING_STEPS = 60
+
+
+def drop(
+    shapes: Sequence[Superquadric],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> bool:
+    """Let every object fall from `fall_height` above what is below it, one after the other.
+
+    They may still move a little at the end.
+
+    Parameters
+    ----------
+    shapes
+        The solids, shape frames at the origin.
+    physics
+        Where they fall; its objects end on the table.
+    options
+        Family (``dropped`` or ``piled``), area and heights.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    bool
+        False when the work area is too full for objects that shall fall apart from each other.
+    """
+    physics.park(range(len(shapes)))
+    if options.family == "piled":
+        _heap(shapes, physics, options, rng)
+        return True
+    starts = place(shapes, physics, options, rng)
+    if starts is None:
+        return False
+    for index, start in enumerate(starts):
+        _let_go(index, start, shapes, physics, options)
+    return True
+
+
+def _heap(
+    shapes: Sequence[Superquadric],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> None:
+    """Drop objects over a small disc at the bottom of a shallow bowl, then make that flat."""
+    # Lying flat, an object covers about the product of its two longer extents.
+    covered = sum(4 * float(np.prod(np.sort(shape.semi_axes)[1:])) for shape in shapes)
+    radius = np.sqrt(covered / np.pi)
+    physics.bowl(radius, _BOWL_PULL_M_S2)
+    for index, shape in enumerate(shapes):
+        away = options.pile_spread * radius * np.sqrt(rng.uniform())
+        angle = rng.uniform(0, 2 * np.pi)
+        spot = [away * np.cos(angle), away * np.sin(angle), options.table_height]
+        start = RigidTransform.from_translation(spot) * tumbled(shape, options.fall_height, rng)
+        _let_go(index, start, shapes, physics, options)
+    for share in np.linspace(1.0, 0.0, _BOWL_FADE_STEPS + 1)[1:]:
+        physics.bowl(radius, share * _BOWL_PULL_M_S2)
+        physics.run(_BOWL_FADES_S / _BOWL_FADE_STEPS)
+
+
+def _let_go(
+    index: int,
+    start: RigidTransform,
+    shapes: Sequence[Superquadric],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+) -> None:
+    """Lower an object onto what lies below it, lift it by `fall_height`, and let it fall.
+
+    Going down by the gap to the nearest cannot overlap anything (conservative advancement,
+    Mirtich 1996).
+    """
+    below = range(index)
+    reach = np.linalg.norm(shapes[index].semi_axes)
+    tops = [
+        physics.pose(k).translation[2] + np.linalg.norm(shapes[k].semi_axes) + reach for k in below
+    ]
+    floor = start.translation[2] - options.fall_height
+    position = np.array(start.translation)
+    position[2] = max([floor, *tops])
+    physics.put(index, RigidTransform.from_components(position, start.rotation))
+    for _ in range(_LOWERING_STEPS):
+        gap = min(physics.least_gap(index, below), position[2] - floor)
+        if gap < _TOUCH_M:
+            break
+        position[2] -= gap
+        physics.move(index, position)
+    position[2] += options.fall_height
+    physics.move(index, position)
+    physics.settle(_PAUSE_S)

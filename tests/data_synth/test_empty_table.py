@@ -1,0 +1,61 @@
+"""A table without objects is a scene too."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth import (
+    DepthNoise,
+    TabletopOptions,
+    make_scene,
+    read_ground_truth,
+    render_frame,
+    write_scene,
+)
+
+EMPTY = TabletopOptions(count_range=(0, 0))
+
+
+def test_an_empty_table_is_seen_without_labels():
+    scene = make_scene(0, EMPTY)
+    frame, labels = render_frame(scene, DepthNoise.realistic(), 0)
+    assert scene.objects == ()
+    assert labels.max() == 0
+    assert frame.valid.mean() > 0.5
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_the_camera_of_an_empty_table_keeps_its_ranges_and_looks_at_the_work_area(seed: int):
+    options = TabletopOptions(count_range=(0, 0), table_height=0.3)
+    T_world_camera = make_scene(seed, options).T_world_camera
+    forward = T_world_camera.rotation.apply([0.0, 0.0, 1.0])
+    distance = (0.3 - T_world_camera.translation[2]) / forward[2]
+    spot = T_world_camera.translation + distance * forward
+    assert options.view.distance_range[0] <= distance <= options.view.distance_range[1]
+    assert np.all(np.abs(spot[:2]) <= np.array(options.work_area) / 2)
+    low, high = options.view.elevation_range
+    assert low <= np.arcsin(-forward[2]) <= high
+
+
+def test_the_seed_alone_says_where_the_camera_of_an_empty_table_stands():
+    one, again, other = (make_scene(seed, EMPTY).T_world_camera.as_matrix() for seed in (1, 1, 2))
+    assert one.tobytes() == again.tobytes()
+    assert not np.allclose(one, other)
+
+
+def test_a_range_from_none_gives_empty_and_laid_tables():
+    counts = [
+        len(make_scene(seed, TabletopOptions(count_range=(0, 1))).objects) for seed in range(8)
+    ]
+    assert set(counts) == {0, 1}
+
+
+def test_an_empty_table_reads_back(tmp_path: Path):
+    scene = make_scene(3, EMPTY)
+    write_scene(tmp_path, scene, *render_frame(scene))
+    again = read_ground_truth(tmp_path)
+    assert again.objects == ()
+    assert (again.family, again.seed, again.table) == ("separate", 3, scene.table)
