@@ -25,7 +25,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "chart segmentation": (
         "eyehand.apps.evaluation.chart_segmentation:chart_segmentation",
-        "chart its time against its accuracy, dial by dial, beside other methods",
+        "chart the segmentation's time against its accuracy, beside other methods",
     ),
     "stress segmentation": (
         "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
