@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 
 if TYPE_CHECKING:
@@ -15,8 +14,8 @@ if TYPE_CHECKING:
 
 SAMPLES = 600
 """Pixels of an object on which its colours are compared."""
-LIGHTNESS = 0.5
-"""Weight of lightness against colour: the faces of one box differ in lightness."""
+DARK = 45.0
+"""Sum of red, green and blue below which a pixel has no colour to speak of."""
 MIN_SHARE = 0.12
 """Least share of an object on either side of the edge: less is a label or a lid."""
 STEPS = 32
@@ -56,8 +55,12 @@ def colour_cut(
     v, u = rows[::step], columns[::step]
     if v.size < STEPS:
         return None
-    lab = cv2.cvtColor(np.ascontiguousarray(colour[v, u][None]), cv2.COLOR_RGB2LAB)[0]
-    values = lab.astype(np.float64) * (LIGHTNESS, 1.0, 1.0)
+    # Shares of red, green and blue: light and shade change all three alike.
+    values = colour[v, u].astype(np.float64)
+    total = values.sum(axis=1)
+    if np.mean(total < DARK) > MIN_SHARE / 2:
+        return None
+    values /= np.maximum(total, DARK)[:, None]
     first = _two_classes(values, options)
     if first is None:
         return None

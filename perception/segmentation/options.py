@@ -160,8 +160,9 @@ class SegmentationOptions:
     colour_edges: bool = True
     """Where the frame has colour, cut objects along strong colour edges that geometry leaves
     ambiguous."""
-    colour_contrast: float = 20.0
-    """Least distance of the two colours of a cut, CIE Lab units: lower cuts at shadows."""
+    colour_contrast: float = 0.08
+    """Least distance of the two colours of a cut, in shares of red, green and blue: lower cuts
+    where coloured light falls on one face more than on another."""
     colour_purity: float = 0.85
     """Least share of an object's colour variance that two plain colours explain: lower cuts
     printed boxes."""
