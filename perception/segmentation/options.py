@@ -87,7 +87,7 @@ class SegmentationOptions:
     """Bend in disparity that counts as a full vote, in σ."""
     contact_share: float = 0.25
     """Least share of a border without a depth step for two patches to touch at all."""
-    crossing_share: float = 0.2
+    crossing_share: float = 0.25
     """Largest share of lines between two parts of one object that may cross free space: lower
     cuts bent objects, higher joins neighbours that touch."""
     line_samples: int = 48
@@ -96,7 +96,7 @@ class SegmentationOptions:
     """How far in front of the surface behind it a point is in free space, m."""
     min_border: int = 8
     """Least number of border pixel pairs that can join two patches."""
-    min_object: int = 150
+    min_object: int = 120
     """Smallest object, px: lower finds far objects, higher ignores noise."""
     gap_reach: int = 16
     """Widest strip without readings over which two regions still are neighbours, px: the shadow
