@@ -58,7 +58,13 @@ LEFT, BETWEEN, BELOW = 0.92, 0.86, 0.62
 Corner = Literal["upper left", "upper right", "lower left", "lower right"]
 
 TIME_STEPS_MS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 6e4)
-"""Where a time axis has labels."""
+"""Where a time axis has labels ..."""
+FINE_TIME_STEPS_MS = tuple(
+    round(step * 10**power, 3) for power in range(-1, 5) for step in (1, 1.5, 2, 3, 4, 5, 6, 8)
+)
+"""... and where it has them when it is short."""
+SHORT_TIME_AXIS = 12.0
+"""Times its start."""
 SHARE_STEPS = (0, 20, 40, 60, 70, 80, 85, 90, 92, 94, 95, 96, 97, 98, 99, 99.5, 99.9)
 """Where an axis that approaches 100 % has labels; those that come too close are dropped."""
 
@@ -142,7 +148,9 @@ def time_axis(axes: Axes, fastest_ms: float, slowest_ms: float) -> None:
         raise InputError(f"a logarithmic time axis must start above 0 ms, got {fastest_ms}")
     axes.set_xscale("log")
     axes.set_xlim(fastest_ms, slowest_ms)
-    ticks = [step for step in TIME_STEPS_MS if fastest_ms <= step <= slowest_ms]
+    short = slowest_ms < SHORT_TIME_AXIS * fastest_ms
+    steps = FINE_TIME_STEPS_MS if short else TIME_STEPS_MS
+    ticks = [step for step in steps if fastest_ms <= step <= slowest_ms]
     axes.set_xticks(ticks, [time_text(step) for step in ticks])
     axes.set_xticks([], minor=True)
 

@@ -49,6 +49,48 @@ def pareto_front(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     return front
 
 
+def simplest_front(costs: Sequence[float], gains: Sequence[float], same_cost: float) -> list[int]:
+    """Find the front when costs are only known to a factor, and points are listed simplest first.
+
+    In place of each point of the exact front stands the first of all points that gains no less
+    and costs at most `same_cost` times as much: what only chance made cheaper gives way.
+
+    Parameters
+    ----------
+    costs, gains
+        One of each per point, the simplest point first; costs > 0.
+    same_cost
+        Factor by which equal costs differ when measured twice, >= 1; 1 gives the exact front.
+
+    Returns
+    -------
+    list of int
+        Indices by rising cost, and with it strictly rising gain.
+
+    Raises
+    ------
+    InputError
+        If the lengths differ, a value is not finite, a cost is not positive, or the factor is
+        below 1.
+    """
+    if not 1 <= same_cost < np.inf:
+        raise InputError(f"same_cost must be a finite factor >= 1, got {same_cost}")
+    exact = pareto_front(costs, gains)
+    if any(costs[index] <= 0 for index in exact):
+        raise InputError(f"costs must be > 0, got {min(costs)}")
+    stand_ins = [
+        next(
+            index
+            for index in range(len(costs))
+            if gains[index] >= gains[point] and costs[index] <= same_cost * costs[point]
+        )
+        for point in exact
+    ]
+    # A stand-in may be dearer than the next point's.
+    kept = pareto_front([costs[k] for k in stand_ins], [gains[k] for k in stand_ins])
+    return [stand_ins[index] for index in kept]
+
+
 def worthwhile(gains: Sequence[float], front: Sequence[int], least: float) -> list[int]:
     """Thin a front to the points that gain at least `least` over the cheaper point kept before.
 

@@ -29,7 +29,7 @@ from .chart_style import (
     time_axis,
     time_text,
 )
-from .pareto import pareto_front, worthwhile
+from .pareto import worthwhile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -80,7 +80,8 @@ def pareto_chart(
     title: str,
     subtitle: str,
     own: Sequence[ChartPoint],
-    default: ChartPoint,
+    front: Sequence[int],
+    default: int,
     peers: Sequence[PeerCurve],
     accuracy: str,
     made: Provenance,
@@ -93,8 +94,10 @@ def pareto_chart(
         See `new_chart`.
     own
         All own settings.
+    front
+        Which of them are the Pareto front, by rising time.
     default
-        The one that users get, one of `own`.
+        Which of them users get.
     peers
         Curves of others, in grey.
     accuracy
@@ -102,11 +105,11 @@ def pareto_chart(
     made
         For the footer.
     """
-    own, default = [_drawable(point) for point in own], _drawable(default)
+    own = [_drawable(point) for point in own]
+    star = own[default]
     shown = [_shown(curve) for curve in peers]
     view = _view([*own, *(point for curve in shown for point in curve.points)])
-    front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
-    named = _worth_naming(own, front, default, view)
+    named = _worth_naming(own, front, star, view)
     below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
     figure, (axes,) = new_chart(title, subtitle, height=HEIGHT + below, below=below)
     time_axis(axes, *view.times_ms)
@@ -139,8 +142,8 @@ def pareto_chart(
     _number(axes, named)
     _write_key(figure, named)
     axes.plot(
-        default.time_ms,
-        default.accuracy_pct,
+        star.time_ms,
+        star.accuracy_pct,
         "*",
         color=VERMILION,
         markersize=17,
@@ -148,7 +151,7 @@ def pareto_chart(
         markeredgewidth=1.2,
         zorder=5,
     )
-    _name(axes, own, default, shown, steps)
+    _name(axes, own, star, shown, steps)
     sign(figure, made)
     return figure
 
@@ -210,7 +213,7 @@ def _view(points: Sequence[ChartPoint]) -> _View:
     best = max(point.accuracy_pct for point in points)
     worst = min(max(point.accuracy_pct, WORST_SHOWN_PCT) for point in points)
     return _View(
-        (0.6 * min(times), 1.5 * max(times)),
+        (0.75 * min(times), 1.35 * max(times)),
         (worst - 0.15 * (100 - worst), 100 - 0.55 * (100 - best)),
     )
 

@@ -101,7 +101,7 @@ class DialSetting:
 
 
 def dial_settings(*, quick: bool = False) -> list[DialSetting]:
-    """List settings, the default first, none twice."""
+    """List settings, none twice, those that turn fewer dials first: the default is the first."""
     chosen = [{}]
     for key, values in (QUICK if quick else DIALS).items():
         chosen += [{key: value} for value in values]
@@ -114,7 +114,7 @@ def dial_settings(*, quick: bool = False) -> list[DialSetting]:
         turned = {key: value for key, value in turned.items() if value != getattr(default, key)}
         setting = DialSetting(turned)
         unique.setdefault(setting.options, setting)
-    return list(unique.values())
+    return sorted(unique.values(), key=lambda setting: len(setting.dials))
 
 
 def _switchable() -> set[str]:

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eyehand.apps.evaluation.pareto import pareto_front, worthwhile
+from eyehand.apps.evaluation.pareto import pareto_front, simplest_front, worthwhile
 from eyehand.errors import InputError
 
 # Few distinct values, so that ties occur.
@@ -42,6 +42,33 @@ def test_neither_order_nor_scale_matters(points, random):
     random.shuffle(shuffled)
     again = pareto_front([np.exp(p[0]) for p in shuffled], [3.0 * p[1] - 7.0 for p in shuffled])
     assert [points[index] for index in front] == [shuffled[index] for index in again]
+
+
+@given(POINTS, st.floats(1.0, 3.0))
+def test_a_simplest_front_pays_no_more_than_the_factor_for_the_same_gain(points, factor):
+    costs, gains = [p[0] + 1.0 for p in points], [p[1] for p in points]
+    front = simplest_front(costs, gains, factor)
+    assert (np.diff([costs[index] for index in front]) > 0).all()
+    assert (np.diff([gains[index] for index in front]) > 0).all()
+    for point in pareto_front(costs, gains):
+        bought = [k for k in front if costs[k] <= factor * costs[point]]
+        assert max(gains[k] for k in bought) >= gains[point]
+
+
+@given(POINTS)
+def test_a_simplest_front_without_slack_is_the_front(points):
+    costs, gains = [p[0] + 1.0 for p in points], [p[1] for p in points]
+    assert simplest_front(costs, gains, 1.0) == pareto_front(costs, gains)
+
+
+def test_what_chance_made_cheaper_gives_way_to_the_simpler():
+    costs, gains = [40.0, 39.0, 20.0, 20.5], [97.0, 97.0, 90.0, 90.2]
+    assert pareto_front(costs, gains) == [2, 3, 1]
+    assert simplest_front(costs, gains, 1.05) == [2, 3, 0]
+    with pytest.raises(InputError, match="factor"):
+        simplest_front(costs, gains, 0.9)
+    with pytest.raises(InputError, match="> 0"):
+        simplest_front([0.0], [1.0], 1.1)
 
 
 def test_an_exact_front():

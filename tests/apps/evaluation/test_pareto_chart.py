@@ -1,14 +1,25 @@
 """The chart of a dial: names that can be read, whatever the points."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
 from eyehand.apps.evaluation.chart_labels import PointName, name_points
 from eyehand.apps.evaluation.chart_style import Provenance, new_chart, share_axis, time_axis
+from eyehand.apps.evaluation.pareto import pareto_front
 from eyehand.apps.evaluation.pareto_chart import ChartPoint, PeerCurve, pareto_chart
+
+
+def draw(own: list[ChartPoint], default: int, peers: Sequence[PeerCurve] = ()) -> Figure:
+    """The chart of some settings."""
+    front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
+    return pareto_chart("Title", "subtitle", own, front, default, peers, "overlap F", MADE)
+
 
 MADE = Provenance("made-up figures", 1, 1)
 
@@ -59,7 +70,7 @@ def test_a_name_is_where_it_is_said_to_be():
 def test_the_default_the_front_and_the_peers_are_named():
     own = points(20, seed=4)
     peers = [PeerCurve("a peer", tuple(points(3, seed=5))), PeerCurve("poor", (own[0],))]
-    figure = pareto_chart("Title", "subtitle", own, own[12], peers, "overlap F", MADE)
+    figure = draw(own, 12, peers)
     axes = figure.axes[0]
     on_axes = [text.get_text() for text in axes.texts]
     best = own[12]
@@ -76,7 +87,7 @@ def test_the_default_the_front_and_the_peers_are_named():
 def test_numbers_on_the_front_keep_clear_of_each_other_and_of_the_default(seed):
     own = points(60, seed)
     default = own[35]
-    axes = pareto_chart("Title", "subtitle", own, default, [], "overlap F", MADE).axes[0]
+    axes = draw(own, 35).axes[0]
     names = [text for text in axes.texts if isinstance(text, Annotation)]
     numbered = [name.xy for name in names if name.get_text().isdigit()]
     places = axes.transData.transform([*numbered, (default.time_ms, default.accuracy_pct)])
@@ -87,11 +98,11 @@ def test_numbers_on_the_front_keep_clear_of_each_other_and_of_the_default(seed):
 
 def test_one_point_is_a_chart_too():
     (point,) = points(1, seed=0)
-    figure = pareto_chart("Title", "subtitle", [point], point, [], "overlap F", MADE)
+    figure = draw([point], 0)
     assert "overlap F" in figure.axes[0].get_ylabel()
 
 
 def test_hopeless_and_perfect_points_are_survived():
     own = [ChartPoint("perfect", 5.0, 100.0), ChartPoint("none", 4.0, 0.0)]
-    pareto_chart("Title", "subtitle", own, own[0], [], "overlap F", MADE)
-    pareto_chart("Title", "subtitle", own[1:], own[1], [], "overlap F", MADE)
+    draw(own, 0)
+    draw(own[1:], 0)

@@ -78,3 +78,16 @@ def test_a_file_that_is_no_front_is_refused(tmp_path, text):
     path.write_text(text)
     with pytest.raises(InputError, match="--store"):
         read_front(path)
+
+
+def test_the_stored_front_is_a_front_and_rises_to_the_most_accurate():
+    front = read_front()
+    times = [point.median_ms for point in front.points]
+    shares = [point.overlap_f_pct for point in front.points]
+    assert times == sorted(times)
+    assert shares == sorted(shares)
+    assert SegmentationOptions.for_budget(1e4) == front.points[-1].options()
+    fastest = front.points[0]
+    assert SegmentationOptions.for_budget(fastest.median_ms) == fastest.options()
+    with pytest.raises(InputError, match=fastest.name):
+        SegmentationOptions.for_budget(0.5 * fastest.median_ms)
