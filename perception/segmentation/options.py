@@ -45,7 +45,7 @@ class SegmentationOptions:
     merges across small steps."""
     min_patch: int = 40
     """Smallest smooth patch, px: lower keeps thin objects, higher drops clutter from noise."""
-    plane_candidates: int = 200
+    plane_candidates: int = 120
     """Planes tried as the support: more finds small tables, costs time."""
     plane_sigmas: float = 3.0
     """Band around the support plane that counts as the plane, in σ."""

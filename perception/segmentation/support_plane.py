@@ -273,24 +273,30 @@ def _hull(
 
 @njit(cache=True, nogil=True)
 def plane_scores(candidates, offsets, q, rays, normals, weights, tolerance):
-    """Weight of the readings that speak for each plane (C, 3), (C,): gives (C,)."""
+    """Weight of the readings that speak for each plane: candidates (C, 3), offsets (C,)."""
     scores = np.zeros(len(candidates))
     for k in range(len(candidates)):
-        scores[k] = (
-            weights * plane_inliers(candidates[k], offsets[k], q, rays, normals, weights, tolerance)
-        ).sum()
+        a, b, c = candidates[k, 0], candidates[k, 1], candidates[k, 2]
+        scale = 1.0 / offsets[k]
+        for i in range(len(q)):
+            # A height h over the plane n·X + d = 0 is a disparity residual of h / (z |d|).
+            along = a * rays[i, 0] + b * rays[i, 1] + c * rays[i, 2]
+            if abs(along * scale + q[i]) < tolerance:
+                cosine = a * normals[i, 0] + b * normals[i, 1] + c * normals[i, 2]
+                if cosine > MIN_COSINE:
+                    scores[k] += weights[i]
     return scores
 
 
-@njit(cache=True, nogil=True)
-def plane_inliers(candidate, offset, q, rays, normals, weights, tolerance):
+def plane_inliers(
+    candidate: NDArray[np.float64],
+    offset: float,
+    q: NDArray[np.float64],
+    rays: NDArray[np.float64],
+    normals: NDArray[np.float64],
+    weights: NDArray[np.float64],
+    tolerance: float,
+) -> NDArray[np.bool_]:
     """Readings of weight > 0 on a plane and with its normal, (N,) bool."""
-    a, b, c = candidate
-    found = np.zeros(len(q), np.bool_)
-    for i in range(len(q)):
-        # A height h over the plane n·X + d = 0 is a disparity residual of h / (z |d|).
-        along = a * rays[i, 0] + b * rays[i, 1] + c * rays[i, 2]
-        if weights[i] > 0 and abs(along / offset + q[i]) < tolerance:
-            cosine = a * normals[i, 0] + b * normals[i, 1] + c * normals[i, 2]
-            found[i] = cosine > MIN_COSINE
-    return found
+    near = np.abs(rays @ candidate / offset + q) < tolerance
+    return near & (normals @ candidate > MIN_COSINE) & (weights > 0)
