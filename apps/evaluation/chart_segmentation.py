@@ -114,8 +114,14 @@ def chart_segmentation(
             QUICK_FRAMES if quick and frames is None else frames,
         )
     )
-    if store:
-        _check_size(sources[0])
+    first = sources[0].load()
+    for note in first.assumed:
+        say(note)
+    if store and first.frame.depth.shape != STORED_SIZE:
+        raise InputError(
+            f"--store is for frames of {STORED_SIZE[1]}x{STORED_SIZE[0]} px, {sources[0].name} "
+            f"has {first.frame.depth.shape[1]}x{first.frame.depth.shape[0]}"
+        )
     make_folder(out)
     ready_kernels()
     settings = dial_settings(quick=quick)
@@ -144,8 +150,8 @@ def chart_segmentation(
     slower = _slower(own[0])
     if slower is not None:
         say(
-            f"the default takes {slower:.2f} times what it took for the stored front: here, use "
-            f"SegmentationOptions.for_budget(ms, slower={slower:.2f})"
+            f"here, on these frames, the default takes {slower:.2f} times as long as in the stored "
+            f"front: SegmentationOptions.for_budget(ms, slower={slower:.2f})"
         )
     if json:
         print_json(
@@ -202,15 +208,6 @@ def _spread(sources: list[FrameSource], frames: int | None) -> list[FrameSource]
         return sources
     places = np.linspace(0, len(sources) - 1, min(frames, len(sources))).round().astype(int)
     return [sources[place] for place in places]
-
-
-def _check_size(source: FrameSource) -> None:
-    shape = source.load().frame.depth.shape
-    if shape != STORED_SIZE:
-        raise InputError(
-            f"--store is for frames of {STORED_SIZE[1]}x{STORED_SIZE[0]} px, "
-            f"{source.name} has {shape[1]}x{shape[0]}"
-        )
 
 
 def _data_name(dataset: str, sources: Sequence[FrameSource], *, synthetic: bool) -> str:
