@@ -76,3 +76,43 @@ def test_a_frame_cannot_be_changed_and_leaves_its_input_writable():
     with pytest.raises(ValueError, match="read-only"):
         frame.depth[0, 0] = 2.0
     depth[0, 0] = 3.0
+
+
+@given(stride=st.integers(1, 40))
+def test_the_reduced_camera_sees_every_stride_th_pixel(stride):
+    reduced = CAMERA.reduced(stride)
+    kept = flat()[::stride, ::stride]
+    assert (reduced.height, reduced.width) == kept.shape
+    assert np.allclose(reduced.rays(), CAMERA.rays()[::stride, ::stride])
+
+
+@given(
+    rows=st.tuples(st.integers(0, 23), st.integers(1, 30)),
+    columns=st.tuples(st.integers(0, 31), st.integers(1, 40)),
+)
+def test_the_cropped_camera_sees_the_same_rays(rows, columns):
+    part = slice(rows[0], sum(rows)), slice(columns[0], sum(columns))
+    cropped = CAMERA.cropped(*part)
+    assert (cropped.height, cropped.width) == flat()[part].shape
+    assert np.allclose(cropped.rays(), CAMERA.rays()[part])
+
+
+def test_open_and_negative_ends_crop_as_they_index():
+    part = slice(None), slice(-10, -2)
+    cropped = CAMERA.cropped(*part)
+    assert np.allclose(cropped.rays(), CAMERA.rays()[part])
+    assert CAMERA.cropped(slice(None), slice(None)) == CAMERA
+
+
+def test_a_crop_of_nothing_is_no_camera():
+    with pytest.raises(InputError, match="image size"):
+        CAMERA.cropped(slice(5, 5), slice(None))
+
+
+def test_reduced_then_cropped_points_are_the_frames_own():
+    depth = np.random.default_rng(0).uniform(0.5, 2.0, (24, 32)).astype(np.float32)
+    part = slice(2, 9), slice(3, 8)
+    camera = CAMERA.reduced(3).cropped(*part)
+    reduced = DepthFrame(depth[::3, ::3][part], camera)
+    whole = DepthFrame(depth, CAMERA).points()
+    assert np.allclose(reduced.points(), whole[::3, ::3][part], atol=1e-6)

@@ -8,7 +8,13 @@ from hypothesis import strategies as st
 
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation.frame_noise import frame_noise
-from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_sums
+from eyehand.perception.segmentation.local_planes import (
+    MIN_WINDOW_SHARE,
+    SETTLED,
+    fit_local_planes,
+    pick_windows,
+    plane_sums,
+)
 from eyehand.perception.segmentation.smooth_patches import plane_normals
 
 
@@ -61,3 +67,51 @@ def test_noise_is_measured_on_the_frame():
     rng = np.random.default_rng(0)
     q = (1.0 + rng.normal(size=(120, 160)) * 0.01).astype(np.float32)
     assert frame_noise(q, SegmentationOptions()) == pytest.approx(0.01, rel=0.05)
+
+
+def reference_windows(q, planes, radius, noise, gain):
+    """The plane of the best of nine windows per pixel, all windows tried in double precision."""
+    value, slope_u, slope_v, rms = (image.astype(np.float64) for image in planes)
+    chosen = [image.copy() for image in (value, slope_u, slope_v)]
+    for v, u in np.argwhere(q > 0):
+        here = float(q[v, u])
+        costs, found = [], []
+        for dv in (-radius, 0, radius):
+            for du in (-radius, 0, radius):
+                y, x = v + dv, u + du
+                if 0 <= y < q.shape[0] and 0 <= x < q.shape[1] and rms[y, x] >= 0:
+                    at = value[y, x] - slope_u[y, x] * du - slope_v[y, x] * dv
+                    costs.append(rms[y, x] ** 2 + (at - here) ** 2)
+                    found.append((at, slope_u[y, x], slope_v[y, x]))
+        centred = rms[v, u] ** 2 + (value[v, u] - here) ** 2 if rms[v, u] >= 0 else np.inf
+        settled = centred < SETTLED * noise**2
+        if costs and not settled and min(costs) < gain**2 * centred:
+            for image, new in zip(chosen, found[int(np.argmin(costs))], strict=True):
+                image[v, u] = new
+    return chosen
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    radius=st.integers(1, 3),
+    noise=st.sampled_from([0.003, 0.02]),
+    gain=st.sampled_from([0.6, 0.9]),
+)
+@settings(max_examples=15)
+def test_the_best_of_nine_windows_is_taken(seed, radius, noise, gain):
+    rng = np.random.default_rng(seed)
+    q = rng.normal(1.0, 0.01, (12, 15)).astype(np.float32)
+    q[:, 7:] += 0.2
+    q[rng.random(q.shape) < 0.2] = 0.0
+    planes = plane_sums(q, radius, 0.5)
+    got = pick_windows(q, *planes, radius, noise, gain)
+    for mine, other in zip(got, reference_windows(q, planes, radius, noise, gain), strict=True):
+        assert np.allclose(mine, other, atol=1e-6)
+
+
+def test_without_shifted_windows_every_plane_is_the_centred_one():
+    q = np.full((20, 20), 1.0, np.float32)
+    q[:, 10:] = 1.3
+    planes = fit_local_planes(q, 1e-3, SegmentationOptions(shift_windows=False))
+    for mine, other in zip(planes[:4], plane_sums(q, 4, MIN_WINDOW_SHARE), strict=True):
+        assert np.array_equal(mine, other)

@@ -1,0 +1,34 @@
+"""Small random label images with readings and planes: every branch of a kernel on few pixels."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from eyehand.perception.segmentation.local_planes import LocalPlanes
+
+BLOCK = 4
+"""Side of the square pieces that random regions are made of, px."""
+
+
+def random_planes(
+    seed: int, rows: int = 14, columns: int = 17, count: int = 4, missing: float = 0.15
+) -> tuple[NDArray[np.int32], NDArray[np.float32], LocalPlanes]:
+    """Give labels 0..count in blocks, disparity about a slope per region, and noisy planes of it.
+
+    A `missing` share of the pixels has no reading, some more have no plane.
+    """
+    rng = np.random.default_rng(seed)
+    coarse = rng.integers(0, count + 1, (-(-rows // BLOCK), -(-columns // BLOCK)))
+    labels = np.kron(coarse, np.ones((BLOCK, BLOCK), int))[:rows, :columns].astype(np.int32)
+    v, u = np.indices(labels.shape)
+    level = (1.0 + 0.02 * rng.normal(size=count + 1))[labels]
+    along, down = (0.002 * rng.normal(size=(2, count + 1)))[:, labels]
+    q = level + along * u + down * v + 0.001 * rng.normal(size=labels.shape)
+    value = q + 0.001 * rng.normal(size=labels.shape)
+    q[rng.random(labels.shape) < missing] = 0.0
+    value[(q == 0) | (rng.random(labels.shape) < 0.1)] = 0.0
+    slopes = np.stack([along, down]) + 0.001 * rng.normal(size=(2, *labels.shape))
+    slopes *= value > 0
+    rms = np.where(value > 0, 0.002 * rng.random(labels.shape), -1.0)
+    planes = (image.astype(np.float32) for image in (value, *slopes, rms))
+    labels[q == 0] = 0
+    return labels, q.astype(np.float32), LocalPlanes(*planes, noise=1e-3)

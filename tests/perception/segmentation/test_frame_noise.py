@@ -1,0 +1,74 @@
+"""The noise of a frame: residuals equal least squares, and their quantile is robust."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation.frame_noise import frame_noise, window_residuals
+
+OPTIONS = SegmentationOptions()
+
+
+def reference(q, v, u, radius):
+    """Rms residual of the least-squares plane in one window, and its number of readings."""
+    rows, columns = np.indices(q.shape)
+    inside = (abs(rows - v) <= radius) & (abs(columns - u) <= radius) & (q > 0)
+    rows, columns = rows[inside], columns[inside]
+    A = np.column_stack([np.ones(rows.size), columns, rows])
+    target = q[inside].astype(float)
+    fitted = A @ np.linalg.lstsq(A, target, rcond=None)[0]
+    return np.sqrt(np.mean((fitted - target) ** 2)) if rows.size else 0.0, rows.size
+
+
+@given(
+    seed=st.integers(0, 10_000),
+    radius=st.integers(1, 3),
+    step=st.integers(1, 4),
+    share=st.floats(0.0, 0.6),
+)
+@settings(max_examples=20)
+def test_residuals_equal_least_squares(seed, radius, step, share):
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(0.8, 1.2, (11, 13)).astype(np.float32)
+    q[rng.random(q.shape) < share] = 0.0
+    got = window_residuals(q, radius, step, 0.5)
+    assert got.shape == (-(-11 // step), -(-13 // step))
+    least = max(0.5 * (2 * radius + 1) ** 2, 4.0)
+    for k, m in np.ndindex(got.shape):
+        expected, count = reference(q, k * step, m * step, radius)
+        if got[k, m] >= 0:
+            assert got[k, m] == pytest.approx(expected, abs=1e-6)
+        else:
+            # Few readings, or readings in one line: no plane.
+            assert count < least or radius == 1
+
+
+def test_readings_in_one_line_give_no_plane():
+    q = np.zeros((9, 9), np.float32)
+    q[4] = 1.0
+    assert np.all(window_residuals(q, 1, 1, 0.3) == -1.0)
+
+
+def test_without_readings_enough_the_floor_is_the_noise():
+    q = np.zeros((20, 20), np.float32)
+    q[3, 4] = 1.0
+    assert frame_noise(q, OPTIONS) == OPTIONS.min_noise
+
+
+@given(a=st.floats(-0.002, 0.002), b=st.floats(-0.002, 0.002), sigma=st.sampled_from([0.003, 0.01]))
+@settings(max_examples=10)
+def test_the_slope_of_a_plane_is_no_noise(a, b, sigma):
+    v, u = np.indices((60, 80))
+    noise = sigma * np.random.default_rng(1).normal(size=u.shape)
+    q = (1.0 + a * u + b * v + noise).astype(np.float32)
+    # Three of a window's 81 degrees of freedom go to its plane.
+    assert frame_noise(q, OPTIONS) == pytest.approx(sigma, rel=0.08)
+
+
+def test_edges_are_no_noise():
+    rng = np.random.default_rng(2)
+    u = np.indices((120, 160))[1]
+    stripes = 1.0 + 0.2 * (u // 40) + 0.001 * rng.normal(size=u.shape)
+    assert frame_noise(stripes.astype(np.float32), OPTIONS) < 0.0013

@@ -1,0 +1,127 @@
+"""Borders between regions, counted pair by pair, and the numbering of regions by size."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_planes import random_planes
+
+from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation.local_planes import LocalPlanes
+from eyehand.perception.segmentation.regions import (
+    ABOVE,
+    BELOW,
+    LEFT,
+    MAX_REGIONS,
+    RIGHT,
+    border_counts,
+    fill_holes,
+    largest_regions,
+    region_borders,
+)
+
+FLAT = LocalPlanes(*(np.zeros((6, 9), np.float32) for _ in range(4)), noise=1e-3)
+
+
+def reference(labels, q, value, slope_u, slope_v, count, max_step, max_crease, gap_reach, close):
+    """Borders from the list of readings of every row and column."""
+    contact, before = np.zeros((2, count + 1, count + 1, 4), int)
+    near_enough, blind = np.zeros((count + 1, count + 1), int), np.zeros((count + 1, 4), int)
+    lines = [([(v, u) for u in range(q.shape[1])], slope_u, RIGHT, LEFT) for v in range(q.shape[0])]
+    lines += [
+        ([(v, u) for v in range(q.shape[0])], slope_v, BELOW, ABOVE) for u in range(q.shape[1])
+    ]
+    for pixels, slope, ahead, back in lines:
+        known = [k for k, pixel in enumerate(pixels) if q[pixel] > 0]
+        if known:
+            blind[labels[pixels[known[0]]], back] += 1
+            blind[labels[pixels[known[-1]]], ahead] += 1
+        for i, j in pairwise(known):
+            one, other = pixels[i], pixels[j]
+            a, b = labels[one], labels[other]
+            if j - i > gap_reach + 1:
+                blind[a, ahead] += 1
+                blind[b, back] += 1
+                continue
+            if a == b:
+                continue
+            behind = 1.0 / float(q[other]) - 1.0 / float(q[one])
+            near_enough[a, b] += behind >= -close
+            near_enough[b, a] += behind <= close
+            rise = float(q[other]) - float(q[one])
+            near, far = (rise - float(slope[at]) * (j - i) for at in (one, other))
+            step = abs(near) + abs(far) - min(abs(far - near), max_crease)
+            if value[one] > 0 and value[other] > 0 and step < max_step:
+                contact[a, b, ahead] += 1
+                contact[b, a, back] += 1
+            elif rise < 0:
+                before[a, b, ahead] += 1
+            else:
+                before[b, a, back] += 1
+    return contact, before, near_enough, blind
+
+
+@given(seed=st.integers(0, 10_000), gap=st.integers(1, 4), missing=st.sampled_from([0.1, 0.6]))
+@settings(max_examples=20)
+def test_counts_equal_those_of_every_pair_of_readings(seed, gap, missing):
+    labels, q, planes = random_planes(seed, missing=missing)
+    images = labels, q, planes.value, planes.slope_u, planes.slope_v
+    settings = 4, np.float32(0.006), np.float32(0.004), gap, 0.02
+    got, expected = border_counts(*images, *settings), reference(*images, *settings)
+    for mine, other in zip(got, expected, strict=True):
+        assert np.array_equal(mine, other)
+
+
+def test_a_step_has_a_near_side_and_a_level_border_is_contact():
+    labels = np.zeros((6, 9), np.int32)
+    labels[:, 3:6], labels[:, 6:] = 1, 2
+    q = np.where(labels == 2, np.float32(0.8), np.float32(1.0))
+    planes = FLAT._replace(value=q)
+    borders = region_borders(labels, q, planes, SegmentationOptions())
+    assert borders.contact[0, 1, RIGHT] == borders.contact[1, 0, LEFT] == 6
+    assert borders.before[1, 2, RIGHT] == 6
+    assert not borders.before[2].any()
+    # What is nearer is close to what is behind it, but not the other way round over 25 cm.
+    assert borders.close[1, 2] == borders.close[0, 1] == borders.close[1, 0] == 6
+    assert borders.close[2, 1] == 0
+    assert borders.blind[2].tolist() == [6, 0, 3, 3]
+    assert borders.perimeter(1) == 6 + 6 + 3 + 3
+
+
+@pytest.mark.parametrize(("width", "contact"), [(4, 6), (5, 0)])
+def test_regions_are_neighbours_over_a_narrow_strip_without_readings(width, contact):
+    labels = np.zeros((6, 9), np.int32)
+    labels[:, :2], labels[:, 2 + width :] = 1, 2
+    q = np.where(labels > 0, np.float32(1.0), np.float32(0.0))
+    options = SegmentationOptions(gap_reach=4)
+    borders = region_borders(labels, q, FLAT._replace(value=q), options)
+    assert borders.contact[1, 2, RIGHT] == contact
+    assert borders.blind[1, RIGHT] == 6 - contact
+
+
+def test_regions_are_numbered_by_size_and_small_ones_dropped():
+    labels = np.array([[7, 7, 7, 2], [2, 7, 0, 5], [9, 9, 2, 0]], np.int32)
+    expected = np.array([[1, 1, 1, 2], [2, 1, 0, 0], [3, 3, 2, 0]])
+    assert np.array_equal(largest_regions(labels, 2), expected)
+    assert not largest_regions(labels, 5).any()
+    assert not largest_regions(np.zeros_like(labels), 1).any()
+
+
+def test_of_very_many_regions_the_largest_are_kept():
+    labels = np.arange(1, MAX_REGIONS + 51, dtype=np.int32)
+    labels = np.concatenate([labels, labels[-20:]])[None]
+    kept = largest_regions(labels, 1)
+    assert kept.max() == MAX_REGIONS
+    assert (kept[0, -20:] > 0).all()
+
+
+def test_holes_are_filled_and_bays_are_not():
+    ring = np.zeros((9, 9), bool)
+    ring[1:8, 1:8] = True
+    ring[3:6, 3:6] = False
+    bay = ring.copy()
+    bay[4, 5:] = False
+    assert fill_holes(ring).sum() == 49
+    assert np.array_equal(fill_holes(bay), bay)

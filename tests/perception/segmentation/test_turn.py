@@ -1,0 +1,77 @@
+"""Which way surfaces curve: the compiled sums equal NumPy's, and exact shapes give their sign."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from random_planes import random_planes
+from solids import Ball, Bowl, Box, solid_frame
+
+from eyehand.perception import CameraIntrinsics, SegmentationOptions
+from eyehand.perception.segmentation.local_planes import fit_local_planes
+from eyehand.perception.segmentation.smooth_patches import plane_normals
+from eyehand.perception.segmentation.turn import SAMPLES, pixels_by_label, region_turns
+from eyehand.perception.segmentation.view import inverse
+
+CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
+
+
+def reference(labels, q, planes, camera):
+    """Turn of every region from all pairs of its sampled points and normals at once."""
+    found = np.zeros(labels.max() + 1)
+    rays, normals = camera.rays(), plane_normals(planes, camera).astype(float)
+    for label in range(1, len(found)):
+        rows, columns = np.nonzero(labels == label)
+        picked = min(SAMPLES, rows.size)
+        places = (2 * np.arange(picked) + 1) * rows.size // (2 * max(picked, 1))
+        at = rows[places], columns[places]
+        known = (q[at] > 0) & (planes.value[at] > 0)
+        points = rays[at][known] / q[at][known, None].astype(float)
+        apart = points[:, None] - points
+        turned = normals[at][known][:, None] - normals[at][known]
+        lengths = np.linalg.norm(apart, axis=-1) * np.linalg.norm(turned, axis=-1)
+        found[label] = (apart * turned).sum() / max(lengths.sum(), 1e-12)
+    return found
+
+
+@given(seed=st.integers(0, 10_000), count=st.integers(0, 6))
+@settings(max_examples=15)
+def test_turns_equal_the_sums_over_all_pairs(seed, count):
+    labels, q, planes = random_planes(seed, count=count)
+    got = region_turns(labels, q, planes, CAMERA)
+    assert np.allclose(got, reference(labels, q, planes, CAMERA), atol=1e-5)
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=10)
+def test_pixels_are_sorted_by_label(seed):
+    labels, _, _ = random_planes(seed)
+    labels[labels == 2] = 0
+    order, starts = pixels_by_label(labels, 4)
+    for label in range(1, 5):
+        mine = order[starts[label] : starts[label + 1]]
+        assert np.array_equal(mine, np.flatnonzero(labels == label))
+
+
+@pytest.mark.parametrize(
+    ("solid", "low", "high"),
+    [
+        (Ball(0.0, 0.65, 0.1, 0.1), 0.95, 1.0),
+        (Bowl(0.0, 0.65, 0.12, 0.12, 0.11).inside(), -1.0, -0.95),
+        (Box(0.0, 0.65, (0.15, 0.15, 0.15), yaw=0.5), 0.5, 1.0),
+    ],
+)
+def test_solids_bulge_and_insides_are_hollow(solid, low, high):
+    frame, labels = solid_frame([solid], plates=())
+    q = inverse(frame.depth)
+    planes = fit_local_planes(q, 1e-3, SegmentationOptions().scaled(320))
+    turn = region_turns(labels, q, planes, frame.intrinsics)[1]
+    assert low <= turn <= high
+
+
+def test_a_flat_region_does_not_turn():
+    labels, q, planes = random_planes(0, count=1)
+    flat = planes._replace(
+        value=np.ones_like(q), slope_u=np.zeros_like(q), slope_v=np.zeros_like(q)
+    )
+    assert region_turns(labels, np.ones_like(q), flat, CAMERA)[1] == pytest.approx(0.0, abs=1e-9)

@@ -1,0 +1,60 @@
+"""The working image: every few pixels of the frame, and no reading that the frame lacks."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy import ndimage
+from solids import T_TABLE_CAMERA
+
+from eyehand.perception import CameraIntrinsics, DepthFrame
+from eyehand.perception.segmentation.view import inverse, view_of
+
+
+def random_frame(seed: int, missing: float = 0.3) -> DepthFrame:
+    """Frame of 13 x 18 px with colour and a place, some readings missing."""
+    rng = np.random.default_rng(seed)
+    depth = rng.uniform(0.3, 3.0, (13, 18)).astype(np.float32)
+    depth[rng.random(depth.shape) < missing] = 0.0
+    depth[0, 0] = 1.0
+    colour = rng.integers(0, 256, (13, 18, 3)).astype(np.uint8)
+    return DepthFrame(depth, CameraIntrinsics(20.0, 21.0, 8.5, 6.0, 18, 13), T_TABLE_CAMERA, colour)
+
+
+@given(seed=st.integers(0, 10_000), stride=st.integers(1, 20))
+@settings(max_examples=15)
+def test_a_stride_takes_pixels_and_changes_none(seed, stride):
+    frame = random_frame(seed)
+    view = view_of(frame, stride, median=False)
+    assert np.array_equal(view.depth, frame.depth[::stride, ::stride])
+    assert view.colour is not None
+    assert frame.colour is not None
+    assert np.array_equal(view.colour, frame.colour[::stride, ::stride])
+    assert np.allclose(view.intrinsics.rays(), frame.intrinsics.rays()[::stride, ::stride])
+    assert view.T_world_camera is T_TABLE_CAMERA
+
+
+@given(seed=st.integers(0, 10_000), missing=st.sampled_from([0.0, 0.3, 0.8]))
+@settings(max_examples=15)
+def test_the_median_is_that_of_nine_disparities_and_makes_up_none(seed, missing):
+    frame = random_frame(seed, missing)
+    view = view_of(frame, 1, median=True)
+    raw = inverse(frame.depth)
+    median = ndimage.median_filter(raw, 3, mode="nearest")
+    assert np.array_equal(view.disparity, np.where((raw > 0) & (median > 0), median, raw))
+    assert np.array_equal(view.depth > 0, frame.valid)
+    assert np.allclose(view.depth * view.disparity, frame.valid)
+
+
+def test_a_stride_that_meets_no_reading_gives_an_empty_view():
+    depth = np.zeros((8, 8), np.float32)
+    depth[1::2, 1::2] = 1.0
+    frame = DepthFrame(depth, CameraIntrinsics(9.0, 9.0, 3.5, 3.5, 8, 8))
+    assert not view_of(frame, 2, median=True).depth.any()
+
+
+@pytest.mark.parametrize("value", [0.0, 1e-4, 0.5, 1.0, 1e4])
+def test_an_inverse_is_finite_and_nothing_stays_nothing(value):
+    image = np.full((2, 3), value, np.float32)
+    assert np.allclose(inverse(inverse(image)), image)
+    assert np.isfinite(inverse(image)).all()
