@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from .turn import pixels_by_label
+from .turn import SHUFFLE, pixels_by_label
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -80,7 +80,7 @@ def count_crossings(order, starts, pairs, patches, hollow, q, camera, samples, f
         size_a, size_b = starts[a + 1] - starts[a], starts[b + 1] - starts[b]
         for i in range(samples):
             # A fixed shuffle pairs every part of one patch with every part of the other.
-            j = (i * 29 + 7) % samples
+            j = (i * SHUFFLE + 7) % samples
             pa = order[starts[a] + (2 * i + 1) * size_a // (2 * samples)]
             pb = order[starts[b] + (2 * j + 1) * size_b // (2 * samples)]
             va, ua = pa // columns, pa % columns

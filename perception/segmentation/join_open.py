@@ -52,7 +52,10 @@ def join_open(
     for label in hollow:
         inside = labels == label
         mouth = inside | _floor(inside, floors, options)
-        outside = _outside(_convex(mouth), joined, disparity, options)
+        # The wall of a vessel lies before its inside or touches it; what lies behind is no wall.
+        nearer = borders.before[:, label].sum(axis=1) + borders.contact[:, label].sum(axis=1)
+        walls = np.where(nearer[labels] >= options.min_border, joined, 0)
+        outside = _outside(_convex(mouth), walls, disparity, options)
         if outside == 0:
             continue
         joined[mouth] = outside

@@ -10,7 +10,7 @@ from numba import njit
 
 from .ambiguity import FLAT, Doubt
 from .free_space import crossings
-from .turn import pixels_by_label, region_turns
+from .turn import pair_turns, pixels_by_label, region_turns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,8 +56,20 @@ def merge_patches(
     found = np.array(list(borders), np.int64).reshape(-1, 2)
     hollow = region_turns(patches, disparity, planes, camera) < -options.hollow_turn
     crossed = crossings(patches, found, hollow, disparity, planes.noise, camera, options)
-    for row, lines in zip(borders.values(), crossed, strict=True):
-        row[4:] = options.line_samples, lines
+    order, starts = pixels_by_label(patches, count)
+    turns = pair_turns(
+        order,
+        starts,
+        found,
+        disparity,
+        planes.value,
+        planes.slope_u,
+        planes.slope_v,
+        (camera.fx, camera.fy, camera.cx, camera.cy),
+        options.line_samples,
+    )
+    for row, lines, turn in zip(borders.values(), crossed, turns, strict=True):
+        row[4:] = options.line_samples, lines, turn * options.line_samples
     parent = _agglomerate(borders, count, options)
     return parent[patches], _flat_joins(patches, borders, parent, options)
 
@@ -69,7 +81,7 @@ def _collect(
         return {}
     keys = pairs[:, 0] * (count + 1) + pairs[:, 1]
     unique, inverse = np.unique(keys, return_inverse=True)
-    sums = np.zeros((len(unique), 6))
+    sums = np.zeros((len(unique), 7))
     np.add.at(sums[:, :4], inverse, votes)
     return {
         (int(key) // (count + 1), int(key) % (count + 1)): row
@@ -137,11 +149,14 @@ def _flat_joins(
 
 def _join_cost(row: NDArray[np.float64], options: SegmentationOptions) -> float | None:
     """Order of joining, lowest first; None where the border separates."""
-    pairs, contact, weight, concavity, lines, crossed = row
-    if crossed > options.crossing_share * lines:
+    pairs, contact, weight, concavity, lines, crossed, turn = row
+    if crossed > options.crossing_share * lines or pairs < options.min_border:
         return None
     if contact < options.min_border or contact < options.contact_share * pairs:
-        return None
+        # A face seen at a grazing angle begins with a step, but bulges and leaves no space free.
+        bulges = turn >= options.bulge_turn * lines
+        clear = crossed <= options.bulge_crossing_share * lines
+        return options.concave_angle if bulges and clear else None
     mean = concavity / max(weight, 1e-9)
     if mean > options.concave_angle:
         return None

@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from math import isfinite
+from dataclasses import dataclass, fields, replace
+from math import inf
+from numbers import Integral, Real
+from typing import Any
 
 from eyehand.errors import InputError
 
 REFERENCE_WIDTH = 640
 """Image width for which pixel counts are meant."""
+MAX_LINES = 1000
+"""Most lines between two patches: their fixed shuffle is none beyond."""
 MIN_WINDOW = 5
 """Smallest side of a scaled window, px: below it a plane fit averages nothing."""
 
@@ -90,6 +94,11 @@ class SegmentationOptions:
     crossing_share: float = 0.25
     """Largest share of lines between two parts of one object that may cross free space: lower
     cuts bent objects, higher joins neighbours that touch."""
+    bulge_turn: float = 0.5
+    """How much two parts must bulge from one to the other to be joined across a step: lower joins
+    neighbours, higher cuts off faces seen at a grazing angle."""
+    bulge_crossing_share: float = 0.1
+    """Largest share of lines between such parts that may cross free space."""
     line_samples: int = 48
     """Lines tried between two patches: more are surer, and cost time."""
     free_depth: float = 0.003
@@ -181,16 +190,12 @@ class SegmentationOptions:
     better: costs tens of ms an object that is in doubt."""
 
     def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if isinstance(value, bool) or name == "table_height":
-                continue
-            if not 0 < value < float("inf"):
-                raise InputError(f"segmentation option {name} must be finite and > 0, got {value}")
-        if self.table_height is not None and not isfinite(self.table_height):
-            raise InputError(f"table_height must be finite, got {self.table_height} m")
-        for name in ("stride", "threads", "line_samples"):
-            if getattr(self, name) != int(getattr(self, name)):
-                raise InputError(f"{name} must be a whole number, got {getattr(self, name)}")
+        for field in fields(self):
+            _check(field.name, str(field.type), getattr(self, field.name))
+        if self.noise_quantile > 1:
+            raise InputError(f"noise_quantile is a share of at most 1, got {self.noise_quantile}")
+        if self.line_samples > MAX_LINES:
+            raise InputError(f"line_samples must be <= {MAX_LINES}, got {self.line_samples}")
         if self.window % 2 == 0 or self.window < 3:
             raise InputError(f"window must be odd and >= 3 px, got {self.window}")
 
@@ -219,3 +224,19 @@ class SegmentationOptions:
             fragment=max(round(self.fragment * scale**2), 1),
             min_object=max(round(self.min_object * scale**2), 1),
         )
+
+
+def _check(name: str, kind: str, value: Any) -> None:
+    """Raise an `InputError` unless a value is of its field's kind, finite and positive."""
+    if value is None and "None" in kind:
+        return
+    if kind == "bool":
+        if not isinstance(value, bool):
+            raise InputError(f"segmentation option {name} must be true or false, got {value!r}")
+        return
+    number, word = (Integral, "a whole number") if kind == "int" else (Real, "finite")
+    least = -inf if name == "table_height" else 0.0
+    usable = isinstance(value, number) and not isinstance(value, bool)
+    if not usable or not least < float(value) < inf:
+        bound = "" if least < 0 else " and > 0"
+        raise InputError(f"segmentation option {name} must be {word}{bound}, got {value!r}")

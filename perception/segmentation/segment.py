@@ -49,8 +49,9 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     -------
     Segmentation
         Labels (H, W) int32, largest object first, the support plane in the camera frame, the
-        frame's own noise and the seconds of every stage. A frame without objects gives zeros;
-        without a support plane everything that is a smooth solid counts as an object.
+        frame's own noise, the seconds of every stage, and what is ambiguous. At most 200 objects,
+        the largest. A frame without objects gives zeros; without a support plane everything that
+        is a smooth solid counts as an object.
     """
     options = options or SegmentationOptions()
     clock = _Stages()
@@ -72,6 +73,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         )
     if options.stride > 1:
         labels = upsample_labels(labels, inverse(frame.depth), options.stride)
+        labels, ambiguous = _renumbered(labels, ambiguous)
         clock.done("upsample")
     planes = tuple(support.plane for support in supports)
     return Segmentation(
@@ -128,7 +130,8 @@ def _segment_window(
     clock.done("fragments")
     colour = None if view.colour is None else view.colour[window]
     labels, ambiguous = settle_doubts(labels, doubts, q, colour, camera, options)
-    labels, ambiguous = _renumbered(labels, ambiguous)
+    if ambiguous:
+        labels, ambiguous = _renumbered(labels, ambiguous)
     clock.done("doubts")
     return labels, ambiguous
 
@@ -137,12 +140,14 @@ def _renumbered(
     labels: NDArray[np.int32], names: dict[int, str]
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
     """Number labels by size again, and what is known of them with them."""
-    if not names:
-        return labels, names
     ordered = largest_regions(labels, 1)
     order, starts = pixels_by_label(labels, int(labels.max(initial=0)))
-    new = {label: int(ordered.flat[order[starts[label]]]) for label in names}
-    return ordered, {new[label]: names[label] for label in sorted(names, key=new.__getitem__)}
+    new = {
+        label: int(ordered.flat[order[starts[label]]])
+        for label in names
+        if label + 1 < len(starts) and starts[label] < starts[label + 1]
+    }
+    return ordered, {new[label]: names[label] for label in sorted(new, key=new.__getitem__)}
 
 
 class _Stages:

@@ -150,6 +150,8 @@ def _vote(
         )
         if inlier.sum() < MIN_SHARE * rows.size:
             break
+        # Whatever the refit makes of them, these readings have had their say.
+        free &= ~inlier
         fitted = _refit(-candidates[best] / offsets[best], rays, z, inlier, noise, options)
         if fitted is None:
             break

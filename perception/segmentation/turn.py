@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
 
+SHUFFLE = 1009
+"""A prime larger than any number of lines: its multiples pair every part with every other."""
 SAMPLES = 64
 """Pixels that stand for a region; the cost grows with their square."""
 
@@ -100,4 +102,53 @@ def turns(order, starts, q, value, slope_u, slope_v, camera, samples):
                 along += dot
                 lengths += np.sqrt(apart * turned)
         found[label] = along / max(lengths, 1e-12)
+    return found
+
+
+@njit(cache=True, nogil=True)
+def pair_turns(order, starts, pairs, q, value, slope_u, slope_v, camera, samples):
+    """How two regions curve from one to the other, per pair (K, 2), (K,) in [-1, 1].
+
+    As :func:`region_turns`, over lines from a pixel of the first to one of the second.
+    """
+    fx, fy, cx, cy = camera
+    columns = q.shape[1]
+    found = np.zeros(len(pairs))
+    ends = np.empty((2, 6))
+    for k in range(len(pairs)):
+        along = lengths = 0.0
+        for i in range(samples):
+            j = (i * SHUFFLE + 7) % samples
+            known = True
+            for side in range(2):
+                region = pairs[k, side]
+                size = starts[region + 1] - starts[region]
+                place = (2 * (i if side == 0 else j) + 1) * size // (2 * samples)
+                pixel = order[starts[region] + place]
+                v, u = pixel // columns, pixel % columns
+                if q[v, u] <= 0 or value[v, u] <= 0:
+                    known = False
+                    break
+                z = 1.0 / q[v, u]
+                x, y = slope_u[v, u] * fx, slope_v[v, u] * fy
+                w = value[v, u] - slope_u[v, u] * (u - cx) - slope_v[v, u] * (v - cy)
+                length = np.sqrt(x * x + y * y + w * w)
+                ends[side, 0], ends[side, 1], ends[side, 2] = (
+                    (u - cx) / fx * z,
+                    (v - cy) / fy * z,
+                    z,
+                )
+                ends[side, 3], ends[side, 4], ends[side, 5] = -x / length, -y / length, -w / length
+            if not known:
+                continue
+            dot = apart = turned = 0.0
+            for c in range(3):
+                dp = ends[0, c] - ends[1, c]
+                dn = ends[0, c + 3] - ends[1, c + 3]
+                dot += dp * dn
+                apart += dp * dp
+                turned += dn * dn
+            along += dot
+            lengths += np.sqrt(apart * turned)
+        found[k] = along / max(lengths, 1e-12)
     return found

@@ -31,7 +31,8 @@ class View(NamedTuple):
 
 def view_of(frame: DepthFrame, stride: int, *, median: bool) -> View:
     """Take every `stride`-th row and column, with a 3x3 median over disparity or without."""
-    depth = np.ascontiguousarray(frame.depth[::stride, ::stride])
+    # A copy: kernels compile once more for the frame's read-only array.
+    depth = frame.depth[::stride, ::stride].copy()
     disparity = inverse(depth)
     if median:
         smooth = cv2.medianBlur(disparity, 3)

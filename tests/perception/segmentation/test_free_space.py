@@ -23,7 +23,7 @@ def reference(patches, pairs, hollow, q, noise, camera, options):
         ends = [np.argwhere(patches == label) for label in (a, b)]
         count = 0
         for i in range(options.line_samples):
-            places = (i, (i * 29 + 7) % options.line_samples)
+            places = (i, (i * 1009 + 7) % options.line_samples)
             one, other = (
                 pixels[(2 * k + 1) * len(pixels) // (2 * options.line_samples)]
                 for k, pixels in zip(places, ends, strict=True)

@@ -40,7 +40,12 @@ def test_its_floor_which_is_too_close_to_the_table_to_stand_out_joins_too():
 
 @pytest.mark.parametrize(
     "other",
-    [BALL, Ball(0.18, 0.65, 0.05, 0.05), Ball(0.0, 0.47, 0.03, 0.03)],
+    [
+        BALL,
+        Ball(0.18, 0.65, 0.05, 0.05),
+        Ball(0.0, 0.47, 0.03, 0.03),
+        Box(0.0, 0.85, (0.3, 0.05, 0.2)),
+    ],
 )
 def test_what_lies_in_or_beside_a_bowl_stays_itself(other):
     labels, whole = joined([*VESSEL, other])

@@ -40,7 +40,7 @@ def test_a_table_may_stand_anywhere(value):
 @pytest.mark.parametrize("name", ["stride", "threads", "line_samples"])
 @pytest.mark.parametrize("value", [1.5, 2.001])
 def test_what_is_counted_is_whole(name, value):
-    with pytest.raises(InputError, match=f"{name} must be a whole number, got {value}"):
+    with pytest.raises(InputError, match=f"{name} must be a whole number and > 0, got {value}"):
         SegmentationOptions(**{name: value})
 
 
@@ -91,3 +91,22 @@ def test_metres_radians_sigmas_and_shares_do_not_scale(width):
     }
     kept = {name: getattr(scaled, name) for name in vars(DEFAULT) if name not in pixels}
     assert replace(DEFAULT, **kept) == DEFAULT
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("stride", 2.0),
+        ("plane_candidates", 60.5),
+        ("noise_quantile", 1.5),
+        ("min_object", None),
+        ("window", "9"),
+        ("window", 9.5),
+        ("median", 0),
+        ("line_samples", 2000),
+        ("table_height", float("nan")),
+    ],
+)
+def test_values_of_the_wrong_kind_are_refused(name, value):
+    with pytest.raises(InputError, match=name):
+        SegmentationOptions(**{name: value})

@@ -6,13 +6,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from solids import EYE, TABLE_AXES, Ball, Box, Plate, exact_view, solid_frame
 
-from eyehand.perception import CameraIntrinsics, SegmentationOptions
+from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions
 from eyehand.perception.segmentation.support_plane import (
     MIN_COSINE,
     find_supports,
     plane_inliers,
     plane_scores,
 )
+from eyehand.perception.segmentation.view import view_of
 
 OPTIONS = SegmentationOptions()
 UP = TABLE_AXES[2]
@@ -125,3 +126,14 @@ def test_tiny_frames_have_a_plane_or_none_but_no_error(width, height):
     camera = CameraIntrinsics(width, width, width / 2, height / 2, width, height)
     frame, _ = solid_frame([], (Plate(),), camera)
     assert len(find_supports(exact_view(frame), 1e-3, OPTIONS.scaled(width))) <= 1
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_depth_ends_the_search(seed):
+    rng = np.random.default_rng(seed)
+    height, width = rng.integers(1, 41, 2)
+    depth = rng.uniform(0.3, 2.0, (height, width)).astype(np.float32)
+    depth[rng.random(depth.shape) < 0.3] = 0.0
+    camera = CameraIntrinsics(50.0, 50.0, width / 2, height / 2, int(width), int(height))
+    view = view_of(DepthFrame(depth, camera), 1, median=False)
+    assert len(find_supports(view, 1e-3, SegmentationOptions())) <= 4
