@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
-from math import inf
+from math import inf, nan
 from numbers import Integral, Real
 from typing import Any
+
+import numpy as np
 
 from eyehand.errors import InputError
 
@@ -234,9 +236,11 @@ def _check(name: str, kind: str, value: Any) -> None:
         if not isinstance(value, bool):
             raise InputError(f"segmentation option {name} must be true or false, got {value!r}")
         return
-    number, word = (Integral, "a whole number") if kind == "int" else (Real, "finite")
+    numbers, word = (Integral, "a whole number") if kind == "int" else (Real, "finite")
+    amount = nan
+    if isinstance(value, numbers) and not isinstance(value, bool):
+        amount = np.float64(value)
     least = -inf if name == "table_height" else 0.0
-    usable = isinstance(value, number) and not isinstance(value, bool)
-    if not usable or not least < float(value) < inf:
+    if not least < amount < inf:
         bound = "" if least < 0 else " and > 0"
         raise InputError(f"segmentation option {name} must be {word}{bound}, got {value!r}")
