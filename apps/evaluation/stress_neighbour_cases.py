@@ -77,7 +77,7 @@ def neighbour_sweeps() -> tuple[Sweep, ...]:
         ),
         Sweep(
             name="flush-colour",
-            axis="the same, of other colours",
+            axis="the same step, two colours",
             unit="mm",
             values=(20, 15, 10, 8, 6, 4, 2, 0),
             holds_to=None,
