@@ -3,13 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .frame import CameraIntrinsics, DepthFrame
 from .scene import perceive
+from .segmentation import SegmentationOptions, segment
 from .segmentation.local_planes import plane_sums
 from .superquadric.levenberg_marquardt import descend
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 def kernels_are_cached() -> bool:
@@ -25,16 +30,23 @@ def kernels_are_cached() -> bool:
 
 
 def warm_up() -> None:
-    """Perceive a tiny made-up frame: a ball on a plane."""
+    """Perceive a tiny made-up frame: two balls, one before the other, on a plane."""
     camera = CameraIntrinsics(100.0, 100.0, 63.5, 47.5, 128, 96)
     rays = camera.rays()
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
     up = np.array([0.0, -0.8, -0.6])
     plane = 0.5 / np.maximum(-(rays @ up), 1e-6)
-    centre = np.array([0.0, 0.02, 0.55])
-    along = rays @ centre
-    square = along**2 - (centre @ centre - 0.08**2)
-    ball = np.where(square > 0, along - np.sqrt(np.maximum(square, 0.0)), np.inf)
+    ball = np.minimum(_ball(rays, -0.05, 0.48), _ball(rays, 0.06, 0.56))
     distance = np.minimum(plane, ball)
     depth = np.where(distance < 2.0, distance * rays[..., 2], 0.0)
-    perceive(DepthFrame(depth.astype(np.float32), camera))
+    frame = DepthFrame(depth.astype(np.float32), camera)
+    perceive(frame)
+    segment(frame, SegmentationOptions(stride=2))
+
+
+def _ball(rays: NDArray[np.float64], x: float, z: float) -> NDArray[np.float64]:
+    """Distance along unit rays (H, W, 3) to a ball of 6 cm radius, m; infinite where it is not."""
+    centre = np.array([x, 0.02, z])
+    along = rays @ centre
+    square = along**2 - (centre @ centre - 0.06**2)
+    return np.where(square > 0, along - np.sqrt(np.maximum(square, 0.0)), np.inf)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .regions import ABOVE, BELOW, LEFT, RIGHT, Borders, region_borders
+from .turn import pixels_by_label
 
 LOW, HIGH = 0.02, 0.98
 """Quantiles between which a piece's heights lie: outliers are no edge."""
@@ -36,7 +37,8 @@ def join_floating(
     its height that its foot may be hidden by its own belly, as a ball's is.
     """
     borders = region_borders(labels, disparity, planes, options)
-    sizes = np.bincount(labels.ravel(), minlength=1)
+    order, starts = pixels_by_label(labels, borders.contact.shape[0] - 1)
+    sizes = np.diff(starts)
     count = borders.contact.shape[0] - 1
     parent = np.arange(count + 1, dtype=np.int32)
     down = downwards(support)
@@ -49,7 +51,8 @@ def join_floating(
         partner = int(np.argmax(touching))
         if sizes[label] > options.hanging_share * sizes[partner]:
             continue
-        area, low, high = _measure(labels == label, disparity, camera, support)
+        pixels = order[starts[label] : starts[label + 1]]
+        area, low, high = _measure(pixels, disparity, camera, support)
         if area > options.max_hanging or low < options.hanging_height * (high - low):
             continue
         if touching[partner] >= options.min_border:
@@ -76,13 +79,16 @@ def _free_share(label: int, down: int, borders: Borders) -> float:
 
 
 def _measure(
-    mask: NDArray[np.bool_],
+    pixels: NDArray[np.integer],
     disparity: NDArray[np.float32],
     camera: CameraIntrinsics,
     support: SupportPlane,
 ) -> tuple[float, float, float]:
     """Area of a region as if it faced the camera, m², its least and greatest height, m."""
-    rows, columns = np.nonzero(mask & (disparity > 0))
+    pixels = pixels[disparity.flat[pixels] > 0]
+    if pixels.size == 0:
+        return 0.0, 0.0, 0.0
+    rows, columns = np.divmod(pixels, disparity.shape[1])
     z = 1.0 / disparity[rows, columns].astype(np.float64)
     points = np.column_stack(
         [(columns - camera.cx) / camera.fx * z, (rows - camera.cy) / camera.fy * z, z]
