@@ -49,18 +49,24 @@ def pareto_front(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     return front
 
 
-def simplest_front(costs: Sequence[float], gains: Sequence[float], same_cost: float) -> list[int]:
-    """Find the front when costs are only known to a factor, and points are listed simplest first.
+def simplest_front(
+    costs: Sequence[float], gains: Sequence[float], same_cost: float, same_gain: float = 0.0
+) -> list[int]:
+    """Find the front when costs and gains are only roughly known, and points come simplest first.
 
-    In place of each point of the exact front stands the first of all points that gains no less
-    and costs at most `same_cost` times as much: what only chance made cheaper gives way.
+    A point is passed over when a simpler one gains at most `same_gain` less and costs at most
+    `same_cost` times as much; of the front of the others, steps that gain less than `same_gain`
+    are left out. What only chance made better gives way.
 
     Parameters
     ----------
     costs, gains
         One of each per point, the simplest point first; costs > 0.
     same_cost
-        Factor by which equal costs differ when measured twice, >= 1; 1 gives the exact front.
+        Factor by which equal costs differ when measured twice, >= 1.
+    same_gain
+        Difference of gains that says nothing, >= 0, unit of the gains. With 1 and 0 the front is
+        the exact one.
 
     Returns
     -------
@@ -70,25 +76,25 @@ def simplest_front(costs: Sequence[float], gains: Sequence[float], same_cost: fl
     Raises
     ------
     InputError
-        If the lengths differ, a value is not finite, a cost is not positive, or the factor is
-        below 1.
+        If the lengths differ, a value is not finite, a cost is not positive, the factor is below
+        1 or the difference below 0.
     """
+    if len(costs) != len(gains):
+        raise InputError(f"costs and gains must pair up, got {len(costs)} and {len(gains)}")
     if not 1 <= same_cost < np.inf:
         raise InputError(f"same_cost must be a finite factor >= 1, got {same_cost}")
-    exact = pareto_front(costs, gains)
-    if any(costs[index] <= 0 for index in exact):
-        raise InputError(f"costs must be > 0, got {min(costs)}")
-    stand_ins = [
-        next(
-            index
-            for index in range(len(costs))
-            if gains[index] >= gains[point] and costs[index] <= same_cost * costs[point]
-        )
-        for point in exact
-    ]
-    # A stand-in may be dearer than the next point's.
-    kept = pareto_front([costs[k] for k in stand_ins], [gains[k] for k in stand_ins])
-    return [stand_ins[index] for index in kept]
+    if not 0 <= same_gain < np.inf:
+        raise InputError(f"same_gain must be a finite difference >= 0, got {same_gain}")
+    kept: list[int] = []
+    for point, (cost, gain) in enumerate(zip(costs, gains, strict=True)):
+        if not cost > 0:
+            raise InputError(f"costs must be > 0, got {cost}")
+        if not any(
+            gains[other] >= gain - same_gain and costs[other] <= same_cost * cost for other in kept
+        ):
+            kept.append(point)
+    front = pareto_front([costs[point] for point in kept], [gains[point] for point in kept])
+    return worthwhile(gains, [kept[index] for index in front], same_gain)
 
 
 def worthwhile(gains: Sequence[float], front: Sequence[int], least: float) -> list[int]:
