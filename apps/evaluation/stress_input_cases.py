@@ -16,7 +16,7 @@ from .stress_trial import BASE_NOISE, timed_segment
 
 FOCAL_SHARE = 0.82
 """Focal length over image width of the cameras here."""
-TIMES_ORDINARY = 40.0
+TIMES_ORDINARY = 10.0
 """A frame full of clutter may take this many times as long as an ordinary one of its size."""
 TABLE_M = 1.0
 """Depth of the plane behind everything here."""
