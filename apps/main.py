@@ -19,6 +19,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
+    "evaluate fit": (
+        "eyehand.apps.evaluation.evaluate_fit:evaluate_fit",
+        "fit clouds with known solids and print how much of them is met",
+    ),
     "evaluate segmentation": (
         "eyehand.apps.evaluation.evaluate_segmentation:evaluate_segmentation",
         "score the segmentation on labelled or synthetic frames",
