@@ -17,14 +17,16 @@ def canonical(solid: Superquadric) -> Superquadric:
     """Rewrite a superquadric in canonical form without changing its surface.
 
     - a sphere has no rotation;
-    - equal exponents let any axis be z: the semi-axes then fall, a1 >= a2 >= a3;
+    - equal exponents without taper let any axis be z: the semi-axes then fall, a1 >= a2 >= a3;
     - otherwise the special axis is z and a1 >= a2;
     - of the rotations that leave the shape as it is, z points up (largest component positive)
       and so does x as far as it can; a cylinder takes the shortest turn of z.
     """
-    axes, R = canonical_axes(solid.semi_axes, solid.exponents, solid.rotation, solid.kind)
+    axes, R, taper = canonical_axes(
+        solid.semi_axes, solid.exponents, solid.rotation, solid.kind, solid.taper
+    )
     pose = RigidTransform.from_components(solid.centre, Rotation.from_matrix(R))
-    return Superquadric(axes, solid.exponents, pose, solid.kind)
+    return Superquadric(axes, solid.exponents, pose, solid.kind, taper)
 
 
 def canonical_axes(
@@ -32,18 +34,23 @@ def canonical_axes(
     exponents: tuple[float, float],
     R: NDArray[np.float64],
     kind: Kind,
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Semi-axes (3,) and rotation (3, 3) of the canonical form; see :func:`canonical`."""
+    taper: tuple[float, float] = (0.0, 0.0),
+) -> tuple[NDArray[np.float64], NDArray[np.float64], tuple[float, float]]:
+    """Semi-axes (3,), rotation (3, 3) and taper of the canonical form; see :func:`canonical`."""
     if kind == "sphere":
-        return axes, np.eye(3)
+        return axes, np.eye(3), taper
     if kind == "cylinder":
-        return axes, _shortest_turn(_upwards(R[:, 2]))
-    round_all = exponents[0] == exponents[1]
-    order = np.argsort(-axes, kind="stable") if round_all else _swap(axes)
+        return axes, _shortest_turn(_upwards(R[:, 2])), taper
+    round_all = exponents[0] == exponents[1] and not any(taper)
+    order = np.argsort(-axes, kind="stable") if round_all else np.array(_swap(axes))
+    if not round_all and order[0] == 1:
+        taper = (taper[1], taper[0])
     axes, R = axes[order], R[:, order]
     z = _upwards(R[:, 2])
     x = _upwards(R[:, 0])
-    return axes, np.column_stack([x, np.cross(z, x), z])
+    if z @ R[:, 2] < 0:
+        taper = (-taper[0], -taper[1])
+    return axes, np.column_stack([x, np.cross(z, x), z]), taper
 
 
 def _swap(axes: NDArray[np.float64]) -> list[int]:

@@ -256,7 +256,7 @@ def _refined(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
 def _candidate(rung: Rung, problem: FitProblem) -> Candidate:
     axes, eps, R, c = rung.guess
     exponents = (float(eps[0]), float(eps[1]))
-    semi_axes, R = canonical_axes(np.exp(axes) * problem.unit, exponents, R, rung.kind)
+    semi_axes, R, _ = canonical_axes(np.exp(axes) * problem.unit, exponents, R, rung.kind)
     matrix = np.eye(4)
     matrix[:3, :3] = R
     matrix[:3, 3] = c * problem.unit + problem.centre

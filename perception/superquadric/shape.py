@@ -11,10 +11,12 @@ from scipy.special import beta
 
 from eyehand.errors import InputError
 
+from .gauge import log_gauge, straighten, taper_factors, tapered_support
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-Kind = Literal["sphere", "cylinder", "ellipsoid", "box", "superquadric"]
+Kind = Literal["sphere", "cylinder", "ellipsoid", "box", "superquadric", "tapered"]
 """What the numbers stand for, simplest first."""
 
 PARAMETER_COUNT: dict[Kind, int] = {
@@ -23,6 +25,7 @@ PARAMETER_COUNT: dict[Kind, int] = {
     "ellipsoid": 9,
     "box": 9,
     "superquadric": 11,
+    "tapered": 13,
 }
 """Free numbers that each kind spends on a scene."""
 
@@ -30,6 +33,8 @@ MIN_EXPONENT = 0.02
 MAX_EXPONENT = 1.98
 """Exponents at 0 and 2 are polyhedra, whose normals jump: neither end is reached."""
 
+MAX_TAPER = 0.9
+"""A section keeps at least a tenth of its middle size: at 1 the solid would end in a point."""
 _TINY = 1e-12
 
 
@@ -39,12 +44,14 @@ class Superquadric:
 
     Everything is computed on the gauge ``G = F^(ε1/2)``, which is homogeneous of degree one,
     in logarithms, so that small exponents do not overflow (Barr 1981; Solina and Bajcsy 1990).
+    A tapered solid is this one after ``x ← x (1 + k1 z/a3)``, ``y ← y (1 + k2 z/a3)``.
 
     Raises
     ------
     InputError
         If a semi-axis is not positive, an exponent lies outside
-        [MIN_EXPONENT, MAX_EXPONENT], or a value is not finite.
+        [MIN_EXPONENT, MAX_EXPONENT], a taper outside ±MAX_TAPER or not 0 on a kind that has
+        none, or a value is not finite.
     """
 
     semi_axes: NDArray[np.float64]
@@ -55,6 +62,8 @@ class Superquadric:
     """Maps shape coordinates to the frame in which the solid is given (camera or world)."""
     kind: Kind = "superquadric"
     """The simplest name that tells the whole shape."""
+    taper: tuple[float, float] = (0.0, 0.0)
+    """(k1, k2): how much wider along x and y the solid is at its upper end than in its middle."""
 
     def __post_init__(self) -> None:
         semi_axes = np.array(self.semi_axes, dtype=np.float64)
@@ -67,7 +76,13 @@ class Superquadric:
             )
         if self.kind not in get_args(Kind):
             raise InputError(f"kind must be one of {', '.join(get_args(Kind))}, got {self.kind!r}")
+        taper = (float(self.taper[0]), float(self.taper[1]))
+        if not all(abs(k) <= MAX_TAPER for k in taper):
+            raise InputError(f"taper must lie in [-{MAX_TAPER}, {MAX_TAPER}], got {taper}")
+        if any(taper) and self.kind != "tapered":
+            raise InputError(f"taper must be (0, 0) unless kind is tapered, got {taper}")
         semi_axes.setflags(write=False)
+        object.__setattr__(self, "taper", taper)
         object.__setattr__(self, "semi_axes", semi_axes)
         object.__setattr__(self, "exponents", exponents)
 
@@ -91,7 +106,10 @@ class Superquadric:
         """Volume in m³, closed form by beta functions (Jaklič, Leonardis and Solina 2000)."""
         e1, e2 = self.exponents
         shape = 2.0 * e1 * e2 * beta(e1 / 2 + 1, e1) * beta(e2 / 2, e2 / 2)
-        return float(np.prod(self.semi_axes) * shape)
+        # Of (1 + k1 t)(1 + k2 t) the odd term cancels; left is the mean of t² over the volume.
+        mean_square = beta(1.5 * e1, e1 + 1) / beta(0.5 * e1, e1 + 1)
+        widened = 1.0 + self.taper[0] * self.taper[1] * mean_square
+        return float(np.prod(self.semi_axes) * shape * widened)
 
     def to_local(self, points: ArrayLike) -> NDArray[np.float64]:
         """Points (…, 3) of the solid's frame in shape coordinates."""
@@ -104,13 +122,14 @@ class Superquadric:
     def gauge(self, points: ArrayLike) -> NDArray[np.float64]:
         """G at points (…, 3): 1 on the surface, below 1 inside, (…,).
 
-        G is the factor by which the solid must be scaled about its centre to touch the point.
+        Without taper G is the factor by which the solid must be scaled about its centre to touch
+        the point.
         """
-        return np.exp(_log_gauge(self.to_local(points), self.semi_axes, self.exponents)[0])
+        return np.exp(self._log_gauge(points)[0])
 
     def implicit(self, points: ArrayLike) -> NDArray[np.float64]:
         """Inside-outside function F = G^(2/ε1) at points (…, 3), (…,)."""
-        log_gauge = _log_gauge(self.to_local(points), self.semi_axes, self.exponents)[0]
+        log_gauge = self._log_gauge(points)[0]
         return np.exp(np.minimum(2.0 / self.exponents[0] * log_gauge, np.log(np.finfo(float).max)))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
@@ -123,12 +142,12 @@ class Superquadric:
         Exact for a sphere, of second order in the distance elsewhere; far inside it is a bound
         on nothing, so use it near the surface.
         """
-        log_gauge, gradient = _log_gauge(self.to_local(points), self.semi_axes, self.exponents)
+        log_gauge, gradient = self._log_gauge(points)
         return -np.expm1(-log_gauge) / np.maximum(np.linalg.norm(gradient, axis=-1), _TINY)
 
     def normals(self, points: ArrayLike) -> NDArray[np.float64]:
         """Outward unit normals of the level set through points (…, 3), (…, 3)."""
-        _, gradient = _log_gauge(self.to_local(points), self.semi_axes, self.exponents)
+        _, gradient = self._log_gauge(points)
         length = np.linalg.norm(gradient, axis=-1, keepdims=True)
         return gradient / np.maximum(length, _TINY) @ self.rotation.T
 
@@ -136,36 +155,36 @@ class Superquadric:
         """Largest ``d·x`` over the solid for directions d (…, 3), (…,), m.
 
         The gauge is a norm, and the support function of its unit ball about the centre is the
-        dual norm: a superquadric with exponents 2 - ε on inverse semi-axes.
+        dual norm: a superquadric with exponents 2 - ε on inverse semi-axes. With taper it is the
+        largest over sections of constant z, which have that closed form.
         """
         directions = np.asarray(directions, dtype=np.float64)
-        dual = (2.0 - self.exponents[0], 2.0 - self.exponents[1])
-        log_dual, _ = _log_gauge(directions @ self.rotation, 1.0 / self.semi_axes, dual)
-        return np.exp(log_dual) + directions @ self.centre
+        local = directions @ self.rotation
+        if any(self.taper):
+            reach = tapered_support(local, self.semi_axes, self.exponents, self.taper)
+        else:
+            dual = (2.0 - self.exponents[0], 2.0 - self.exponents[1])
+            reach = np.exp(log_gauge(local, 1.0 / self.semi_axes, dual)[0])
+        return reach + directions @ self.centre
 
     def project_radially(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Points (…, 3) moved along the ray from the centre onto the surface, (…, 3)."""
-        local = self.to_local(points)
-        log_gauge, _ = _log_gauge(local, self.semi_axes, self.exponents)
-        return self.to_parent(local * np.exp(-log_gauge)[..., None])
+        """Points (…, 3) moved onto the surface, (…, 3): along the ray from the centre.
 
+        With taper along the ray's image, so that the point stays in its section's direction.
+        """
+        straight, _ = straighten(self.to_local(points), self.semi_axes[2], self.taper)
+        log_g, _ = log_gauge(straight, self.semi_axes, self.exponents)
+        return self.to_parent(self.narrow(straight * np.exp(-log_g)[..., None]))
 
-def _log_gauge(
-    local: NDArray[np.float64], semi_axes: NDArray[np.float64], exponents: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return log G (…,) and its gradient (…, 3) in shape coordinates.
+    def narrow(self, straight: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Taper shape coordinates (…, 3) of the straight solid, (…, 3)."""
+        if not any(self.taper):
+            return straight
+        factors = taper_factors(straight[..., 2], self.semi_axes[2], self.taper)
+        return straight * np.concatenate([factors, np.ones_like(factors[..., :1])], axis=-1)
 
-    With weights u = softmax over x, y and w = softmax over (x, y), z, the gradient of log G is
-    (w u / x, w (1-u) / y, (1-w) / z).
-    """
-    e1, e2 = exponents
-    # Keeping coordinates off zero keeps logarithms finite; the gradient there tends to 0 anyway.
-    magnitude = np.maximum(np.abs(local), _TINY * semi_axes)
-    signed = np.where(local < 0, -magnitude, magnitude)
-    log_x, log_y, log_z = np.moveaxis(np.log(magnitude / semi_axes), -1, 0)
-    log_a = np.logaddexp(2 / e2 * log_x, 2 / e2 * log_y)
-    log_f = np.logaddexp(e2 / e1 * log_a, 2 / e1 * log_z)
-    u = np.exp(2 / e2 * log_x - log_a)
-    w = np.exp(e2 / e1 * log_a - log_f)
-    share = np.stack([w * u, w * (1 - u), 1 - w], axis=-1)
-    return e1 / 2 * log_f, share / signed
+    def _log_gauge(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """log G (…,) and its gradient (…, 3) along the solid's own axes."""
+        straight, pull_back = straighten(self.to_local(points), self.semi_axes[2], self.taper)
+        log_g, gradient = log_gauge(straight, self.semi_axes, self.exponents)
+        return log_g, pull_back(gradient)

@@ -52,7 +52,7 @@ def mesh(
     grid[..., 1] = a2 * radius[:, None] * ring[:, 1]
     grid[..., 2] = a3 * height[:, None]
     poles = np.array([[0.0, 0.0, -a3], [0.0, 0.0, a3]])
-    vertices = solid.to_parent(np.vstack([grid.reshape(-1, 3), poles]))
+    vertices = solid.to_parent(solid.narrow(np.vstack([grid.reshape(-1, 3), poles])))
     return vertices, _grid_faces(len(radius), len(ring))
 
 

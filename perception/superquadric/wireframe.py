@@ -44,7 +44,10 @@ def feature_curves(solid: Superquadric) -> list[NDArray[np.float64]]:
     elif e1 >= EDGED:
         curves.append(np.column_stack([circle[:, 0], flat[:, 0], circle[:, 1]]))
         curves.append(np.column_stack([flat[:, 0], circle[:, 0], circle[:, 1]]))
-    return [solid.project_radially(solid.to_parent(curve * solid.semi_axes)) for curve in curves]
+    return [
+        solid.project_radially(solid.to_parent(solid.narrow(curve * solid.semi_axes)))
+        for curve in curves
+    ]
 
 
 def _norm(points: NDArray[np.float64], exponent: float) -> NDArray[np.float64]:
