@@ -1,0 +1,1 @@
+"""What `eyehand fit` reads, draws, serves and writes."""
