@@ -58,7 +58,22 @@ def convex_mesh(
     poles = np.array([[0.0, 0.0, a3], [0.0, 0.0, -a3]])
     local = replace(solid, pose=RigidTransform.identity())
     vertices = local.project_radially(np.vstack([grid.reshape(-1, 3), poles]))
-    return _hull(vertices)
+    return hull_mesh(vertices)
+
+
+def hull_mesh(
+    points: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Convex hull of points (N, 3): its corners (V, 3), and faces (T, 3) seen from outside."""
+    hull = ConvexHull(points)
+    used, compact = np.unique(hull.simplices, return_inverse=True)
+    vertices = points[used]
+    faces = compact.reshape(-1, 3).astype(np.int64)
+    corners = vertices[faces]
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
+    faces[inward] = faces[inward, ::-1]
+    return vertices, faces
 
 
 def _quarter(
@@ -83,17 +98,3 @@ def _quarter(
     )
     points[0], points[-1] = (width, 0.0), (0.0, height)
     return points
-
-
-def _hull(
-    points: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    hull = ConvexHull(points)
-    used, compact = np.unique(hull.simplices, return_inverse=True)
-    vertices = points[used]
-    faces = compact.reshape(-1, 3).astype(np.int64)
-    corners = vertices[faces]
-    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    inward = np.einsum("ij,ij->i", normal, hull.equations[:, :3]) < 0
-    faces[inward] = faces[inward, ::-1]
-    return vertices, faces

@@ -63,16 +63,24 @@ def sample_surface(path: Path | str, samples: int, seed: int) -> NDArray[np.floa
             triangles = _fans(faces)
             if not len(triangles):
                 return _finite(vertices)
-        return _sample(_finite(vertices), triangles, samples, np.random.default_rng(seed))
+        return sample_triangles(_finite(vertices), triangles, samples, np.random.default_rng(seed))
 
 
-def _sample(
+def sample_triangles(
     vertices: NDArray[np.float64],
     triangles: NDArray[np.int64],
     samples: int,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Uniform samples: Osada et al., Shape Distributions, ACM TOG 21(4), 2002, eq. (1)."""
+    """Draw points (samples, 3) uniformly by area from triangles (T, 3) over vertices (V, 3), m.
+
+    Osada et al., Shape Distributions, ACM TOG 21(4), 2002, eq. (1).
+
+    Raises
+    ------
+    InputError
+        If a triangle names a vertex that is not there, or they have no finite area.
+    """
     if triangles.min() < 0 or triangles.max() >= len(vertices):
         raise InputError(
             f"the mesh's faces name vertices {triangles.min()} to {triangles.max()}, "

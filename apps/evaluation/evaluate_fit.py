@@ -82,7 +82,7 @@ def _row(case: FitCase) -> dict[str, Any]:
         "seed": case.seed,
         "iou": round(met, 4),
         "kind": solid.kind if solid is not None else "",
-        "true_kind": case.truth.kind,
+        "true_kind": case.true_kind or "",
         "fit_ms": round(1e3 * seconds, 2),
         "reason": fit.reason,
     }

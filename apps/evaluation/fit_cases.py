@@ -1,35 +1,58 @@
-"""Clouds with known solids: whole surfaces, single views, outliers, objects on a table."""
+"""Clouds with known solids: whole surfaces, single views, outliers, tables, odd shapes."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
 from eyehand.errors import InputError
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import sample_surface
+from eyehand.perception.surface_samples import sample_triangles
+
+from .odd_solids import DRAWERS, PosedSolid
+from .rendered_clouds import cloud_in_air, cloud_on_table
+from .true_solid import true_kind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-Group = Literal["full", "view-1mm", "view-2mm", "outliers", "table"]
+    from eyehand.perception.superquadric import Kind
+
+    from .true_solid import TrueSolid
+
+Group = Literal[
+    "full",
+    "full-outliers",
+    "full-outliers-1mm",
+    "view-1mm",
+    "view-2mm",
+    "view-outliers",
+    "table",
+    "kinds-view",
+    "mismatched",
+]
+"""See :func:`fit_case`."""
 
 EXPONENTS = (0.1, 0.3, 0.5, 1.0, 1.5)
 """Exponents that solids are drawn from, along z and around it."""
 SEMI_AXES = (0.015, 0.080)
 """Smallest and largest half extent, m: what a hand grasps."""
 DISTANCE = 0.7
-"""Distance of a single view, m."""
+"""From the camera to the middle of what it sees in a single view, m."""
 POINTS = 1000
-"""Points of a cloud."""
-OVERSAMPLING = 4
-"""A view keeps the half of a surface that faces it: this many points leave enough."""
+"""Points of a cloud when nothing else is asked for."""
+NOISE = {"full-outliers": 0.0, "view-2mm": 0.002}
+"""Standard deviation of each coordinate by group, m; 1 mm in all others."""
+USUAL_NOISE = 0.001
 OUTLIER_SHARE = 0.2
-"""Share of points anywhere in the doubled bounds of the solid, in group ``outliers``."""
+"""Share of points that lie anywhere in the doubled bounds of the solid."""
+ELEVATIONS = (np.pi / 6, 65 * np.pi / 180)
+"""How steeply a camera looks down on odd shapes on a table, rad: as on the rendered tables."""
+_AXES = np.vstack([np.eye(3), -np.eye(3)])
 
 
 @dataclass(frozen=True)
@@ -38,7 +61,9 @@ class FitCase:
 
     group: Group
     seed: int
-    truth: Superquadric
+    name: str
+    """What the solid is, in a word."""
+    truth: TrueSolid
     points: NDArray[np.float64]
     """(N, 3), m."""
     view_origin: NDArray[np.float64] | None
@@ -46,51 +71,139 @@ class FitCase:
     support_plane: NDArray[np.float64] | None
     """(4,) unit normal and offset of what the solid rests on, where it rests on something."""
 
+    @property
+    def true_kind(self) -> Kind | None:
+        """See :func:`true_kind`."""
+        return true_kind(self.truth)
 
-def fit_case(group: Group, seed: int) -> FitCase:
-    """Make the cloud of a group and seed.
 
-    ``full``: the whole surface, 1 mm noise. ``view-1mm``, ``view-2mm``: what a camera at 0.7 m
-    sees, by the side of the surface that faces it. ``outliers``: a view with 1 mm noise and 20 %
-    of points anywhere. ``table``: one object settled by physics, rendered with the realistic
-    noise of a structured-light camera, in the world frame.
+def fit_case(group: Group, seed: int, points: int = POINTS) -> FitCase:
+    """Make the cloud of a group and seed; the solid and the view do not depend on `points`.
+
+    ``full``
+        Points all over a superquadric with any exponents of EXPONENTS, any semi-axes within
+        SEMI_AXES, anyhow turned; 1 mm noise in every coordinate, as in all that follow.
+    ``full-outliers``, ``full-outliers-1mm``
+        The same with a fifth of the points anywhere in the doubled bounds, the others exact or
+        with noise.
+    ``view-1mm``, ``view-2mm``, ``view-outliers``
+        What a camera at 0.7 m sees of such a superquadric: the side of its surface that faces
+        it; the last with outliers and 1 mm.
+    ``table``
+        One object settled by physics and rendered with the realistic noise of a structured-light
+        camera (correlated, quantised, with flying pixels and grazing dropout), in the world
+        frame, its pixels known; at most `points` of them.
+    ``kinds-view``
+        A sphere, cylinder, ellipsoid or box anyhow turned in the air, 0.7 m before the same
+        camera; the four take turns with the seed.
+    ``mismatched``
+        What a camera at 0.7 m sees of a shape that no superquadric is (see `odd_solids`), standing
+        on a table with a known plane when the draw is even, anyhow turned in the air otherwise; the
+        shapes take turns with the seed.
+
+    Raises
+    ------
+    InputError
+        If the group is unknown, the seed negative, or there are no points.
     """
+    if group not in get_args(Group):
+        raise InputError(f"clouds must be of {', '.join(get_args(Group))}, got {group!r}")
+    if seed < 0:
+        raise InputError(f"the seed of a cloud must be >= 0, got {seed}")
+    if points < 1:
+        raise InputError(f"a cloud must have 1 point or more, got {points}")
     if group == "table":
-        return _table_case(seed)
+        return _rendered(group, seed, *cloud_on_table(seed, points))
+    if group == "kinds-view":
+        return _rendered(group, seed, *cloud_in_air(seed, points, DISTANCE, SEMI_AXES))
+    if group == "mismatched":
+        return _mismatched(seed, points)
+    return _drawn(group, seed, points)
+
+
+def _drawn(group: Group, seed: int, count: int) -> FitCase:
     rng = np.random.default_rng([seed, 17])
     solid = _random_solid(rng)
-    points = sample_surface(solid, OVERSAMPLING * POINTS, rng)
+    # Drawn for whole surfaces too, so that all groups see the same solids.
+    direction = rng.normal(size=3)
     origin = None
-    if group != "full":
-        direction = rng.normal(size=3)
+    if group.startswith("view"):
         origin = solid.centre + DISTANCE * direction / np.linalg.norm(direction)
-        facing = np.einsum("ij,ij->i", solid.normals(points), origin - points) > 0
-        points = points[facing]
-    points = points[rng.permutation(len(points))[:POINTS]]
-    points = points + rng.normal(size=points.shape) * (0.002 if group == "view-2mm" else 0.001)
-    if group == "outliers":
-        reach = 2 * solid.semi_axes.max()
-        wrong = rng.random(len(points)) < OUTLIER_SHARE
-        points[wrong] = solid.centre + rng.uniform(-reach, reach, (int(wrong.sum()), 3))
-    return FitCase(group, seed, solid, points, origin, None)
+    points = _seen(solid, origin, count, rng)
+    points = points + rng.normal(size=points.shape) * NOISE.get(group, USUAL_NOISE)
+    if "outliers" in group:
+        wrong = round(OUTLIER_SHARE * count)
+        low, high = -solid.support(-np.eye(3)), solid.support(np.eye(3))
+        middle, half = (low + high) / 2, (high - low) / 2
+        points[:wrong] = middle + 2 * half * rng.uniform(-1, 1, (wrong, 3))
+        points = points[rng.permutation(count)]
+    return FitCase(group, seed, true_kind(solid) or "", solid, points, origin, None)
 
 
 def _random_solid(rng: np.random.Generator) -> Superquadric:
     semi_axes = rng.uniform(*SEMI_AXES, 3)
     exponents = (float(rng.choice(EXPONENTS)), float(rng.choice(EXPONENTS)))
-    rotation = Rotation.from_quat(rng.normal(size=4))
-    pose = RigidTransform.from_components(rng.uniform(-0.2, 0.2, 3), rotation)
+    pose = RigidTransform.from_components(rng.uniform(-0.2, 0.2, 3), _any_rotation(rng))
     return Superquadric(semi_axes, exponents, pose)
 
 
-def _table_case(seed: int) -> FitCase:
-    scene = make_scene(seed, TabletopOptions(family="dropped", count_range=(1, 1)))
-    frame, labels = render_frame(scene, DepthNoise.realistic(), seed, colour=False)
-    pose = frame.T_world_camera
-    if pose is None:
-        raise InputError("a rendered table must know its camera's place, got none")
-    points = pose.apply(frame.points()[(labels == 1) & frame.valid].astype(np.float64))
-    rng = np.random.default_rng([seed, 18])
-    points = points[rng.permutation(len(points))[:POINTS]]
-    plane = np.array([0.0, 0.0, 1.0, 0.0])
-    return FitCase("table", seed, scene.objects[0].shape, points, pose.translation, plane)
+def _seen(
+    solid: Superquadric,
+    origin: NDArray[np.float64] | None,
+    count: int,
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Points (count, 3) of the surface, only those that face the origin of a view."""
+    kept = np.zeros((0, 3))
+    while len(kept) < count:
+        points = sample_surface(solid, 4 * count, rng)
+        if origin is not None:
+            # The solids are convex: what faces the camera is seen.
+            facing = np.einsum("ij,ij->i", solid.normals(points), origin - points) > 0
+            points = points[facing]
+        kept = np.vstack([kept, points])
+    return kept[rng.permutation(len(kept))[:count]]
+
+
+def _rendered(
+    group: Group,
+    seed: int,
+    solid: Superquadric,
+    points: NDArray[np.float64],
+    origin: NDArray[np.float64],
+    plane: NDArray[np.float64] | None,
+) -> FitCase:
+    return FitCase(group, seed, solid.kind, solid, points, origin, plane)
+
+
+def _mismatched(seed: int, count: int) -> FitCase:
+    rng = np.random.default_rng([seed, 19])
+    names = list(DRAWERS)
+    name = names[seed % len(names)]
+    shape = DRAWERS[name](rng)
+    on_table = bool(rng.random() < 0.5)
+    place = rng.uniform(-0.2, 0.2, 3)
+    if on_table:
+        turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
+        place[2] = -shape.corners()[:, 2].min()
+        azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(*ELEVATIONS)
+        level = np.cos(elevation)
+        towards = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    else:
+        turn = _any_rotation(rng)
+        towards = rng.normal(size=3)
+        towards /= np.linalg.norm(towards)
+    solid = PosedSolid(shape, RigidTransform.from_components(place, turn))
+    origin = solid.centre + DISTANCE * towards
+    vertices, faces = solid.mesh()
+    first, second, third = np.moveaxis(vertices[faces], 1, 0)
+    outward = np.cross(second - first, third - first)
+    facing = np.einsum("ij,ij->i", outward, origin - first) > 0
+    points = sample_triangles(vertices, faces[facing], count, rng)
+    points = points + USUAL_NOISE * rng.normal(size=points.shape)
+    plane = np.array([0.0, 0.0, 1.0, 0.0]) if on_table else None
+    return FitCase("mismatched", seed, name, solid, points, origin, plane)
+
+
+def _any_rotation(rng: np.random.Generator) -> Rotation:
+    return Rotation.from_quat(rng.normal(size=4))

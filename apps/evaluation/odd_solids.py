@@ -1,0 +1,238 @@
+"""Convex solids that no superquadric is: cup, capsule, hexagonal prism, half ball, wedge."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from eyehand.data_synth.convex_mesh import hull_mesh
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+    from scipy.spatial.transform import RigidTransform
+
+AROUND = 180
+"""Corners around a round solid: 80 mm of radius are true to 0.012 mm."""
+ARC = 46
+"""Corners from the equator of a ball to its pole."""
+CUP_RADII, CUP_FLARE, CUP_HALF_HEIGHTS = (0.02, 0.04), (1.1, 1.5), (0.03, 0.06)
+"""Ranges of a cup's foot, of its rim over its foot, and of half its height; m."""
+CAPSULE_RADII, CAPSULE_HALF_LENGTHS = (0.015, 0.035), (0.015, 0.05)
+HEXAGON_RADII, HEXAGON_HALF_HEIGHTS = (0.02, 0.05), (0.015, 0.08)
+HALF_BALL_RADII = (0.03, 0.08)
+WEDGE_HALF_LENGTHS, WEDGE_HALF_WIDTHS, WEDGE_HALF_HEIGHTS = (
+    (0.03, 0.08),
+    (0.015, 0.06),
+    (0.015, 0.05),
+)
+
+
+class OddShape(Protocol):
+    """A convex shape about the origin, the middle of its bounds."""
+
+    def inside(self, local: NDArray[np.float64], /) -> NDArray[np.bool_]:
+        """Whether points (…, 3), m, lie in it or on its surface, (…,); exact."""
+        ...
+
+    def corners(self) -> NDArray[np.float64]:
+        """Points (V, 3), m, whose convex hull is the shape, or touches it from within."""
+        ...
+
+
+@dataclass(frozen=True)
+class Frustum:
+    """A cone without its tip, upright: a cup without its hollow, as a hand closes around it."""
+
+    bottom: float
+    """Radius at the foot, m."""
+    top: float
+    """Radius at the rim, m."""
+    half_height: float
+    """m."""
+
+    def inside(self, local: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """See OddShape."""
+        x, y, z = np.moveaxis(local, -1, 0)
+        share = (z / self.half_height + 1) / 2
+        radius = self.bottom + share * (self.top - self.bottom)
+        return (np.abs(z) <= self.half_height) & (np.hypot(x, y) <= radius)
+
+    def corners(self) -> NDArray[np.float64]:
+        """See OddShape."""
+        return _turned([(self.bottom, -self.half_height), (self.top, self.half_height)])
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder along x with half a ball at either end."""
+
+    radius: float
+    """m."""
+    half_length: float
+    """Of the straight part, m."""
+
+    def inside(self, local: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """See OddShape."""
+        x, y, z = np.moveaxis(local, -1, 0)
+        past = np.maximum(np.abs(x) - self.half_length, 0.0)
+        return past**2 + y**2 + z**2 <= self.radius**2
+
+    def corners(self) -> NDArray[np.float64]:
+        """See OddShape."""
+        turn = np.linspace(0.0, np.pi / 2, ARC)
+        arc = self.radius * np.column_stack([np.cos(turn), np.sin(turn)])
+        upper = np.add(arc, [0.0, self.half_length])
+        # The axis of the turn is z: rolling the coordinates lays it along x.
+        return np.roll(_turned([*upper, *(upper * [1, -1])]), 1, axis=1)
+
+
+@dataclass(frozen=True)
+class Prism:
+    """A convex polygon raised along one axis."""
+
+    outline: tuple[tuple[float, float], ...]
+    """Corners (p, q), counter-clockwise, m."""
+    half_height: float
+    """m."""
+    upright: bool
+    """Whether (p, q) are x and y, and it is raised along z; else x and z, along y."""
+
+    def inside(self, local: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """See OddShape."""
+        flat, height = local[..., [0, 1]], local[..., 2]
+        if not self.upright:
+            flat, height = local[..., [0, 2]], local[..., 1]
+        corner = np.array(self.outline)
+        edge = np.roll(corner, -1, axis=0) - corner
+        outward = np.column_stack([edge[:, 1], -edge[:, 0]])
+        outward /= np.linalg.norm(outward, axis=1, keepdims=True)
+        reach = np.einsum("ij,ij->i", outward, corner)
+        return np.all(flat @ outward.T <= reach, axis=-1) & (np.abs(height) <= self.half_height)
+
+    def corners(self) -> NDArray[np.float64]:
+        """See OddShape."""
+        corner = np.array(self.outline)
+        ends = [np.insert(corner, 2 if self.upright else 1, h, axis=1) for h in self._heights()]
+        return np.vstack(ends)
+
+    def _heights(self) -> tuple[float, float]:
+        return -self.half_height, self.half_height
+
+
+@dataclass(frozen=True)
+class HalfBall:
+    """The upper half of a ball."""
+
+    radius: float
+    """m."""
+
+    def inside(self, local: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """See OddShape."""
+        z = local[..., 2] + self.radius / 2
+        return (z >= 0) & (local[..., 0] ** 2 + local[..., 1] ** 2 + z**2 <= self.radius**2)
+
+    def corners(self) -> NDArray[np.float64]:
+        """See OddShape."""
+        turn = np.linspace(0.0, np.pi / 2, ARC)
+        arc = self.radius * np.column_stack([np.cos(turn), np.sin(turn) - 0.5])
+        return _turned([*arc])
+
+
+@dataclass(frozen=True)
+class PosedSolid:
+    """A shape at its place: a `TrueSolid`."""
+
+    shape: OddShape
+    """What it is."""
+    pose: RigidTransform
+    """Maps shape coordinates to the cloud's frame."""
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """See TrueSolid."""
+        return np.asarray(self.pose.translation)
+
+    @property
+    def rotation(self) -> NDArray[np.float64]:
+        """See TrueSolid."""
+        return np.asarray(self.pose.rotation.as_matrix())
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """See TrueSolid."""
+        local = (np.asarray(points, dtype=np.float64) - self.centre) @ self.rotation
+        return self.shape.inside(local)
+
+    def support(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """See TrueSolid; to the mesh's corners."""
+        return (np.asarray(directions, dtype=np.float64) @ self._mesh[0].T).max(axis=-1)
+
+    def mesh(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        """Vertices (V, 3), m, and faces (T, 3), counter-clockwise seen from outside."""
+        return self._mesh
+
+    @cached_property
+    def _mesh(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+        vertices, faces = hull_mesh(self.shape.corners())
+        return vertices @ self.rotation.T + self.centre, faces
+
+
+def draw_cup(rng: np.random.Generator) -> OddShape:
+    """Draw a cup, wider at its rim."""
+    foot = rng.uniform(*CUP_RADII)
+    return Frustum(foot, foot * rng.uniform(*CUP_FLARE), rng.uniform(*CUP_HALF_HEIGHTS))
+
+
+def draw_capsule(rng: np.random.Generator) -> OddShape:
+    """Draw a capsule that lies."""
+    return Capsule(rng.uniform(*CAPSULE_RADII), rng.uniform(*CAPSULE_HALF_LENGTHS))
+
+
+def draw_hexagonal_prism(rng: np.random.Generator) -> OddShape:
+    """Draw an upright prism over a regular hexagon."""
+    radius, turn = rng.uniform(*HEXAGON_RADII), np.arange(6) * np.pi / 3
+    outline = radius * np.column_stack([np.cos(turn), np.sin(turn)])
+    return Prism(_pairs(outline), rng.uniform(*HEXAGON_HALF_HEIGHTS), upright=True)
+
+
+def draw_half_ball(rng: np.random.Generator) -> OddShape:
+    """Draw half a ball on its flat side."""
+    return HalfBall(rng.uniform(*HALF_BALL_RADII))
+
+
+def draw_wedge(rng: np.random.Generator) -> OddShape:
+    """Draw a ramp: a prism over a right triangle, on one of its legs."""
+    length, height = rng.uniform(*WEDGE_HALF_LENGTHS), rng.uniform(*WEDGE_HALF_HEIGHTS)
+    outline = np.array([[-length, -height], [length, -height], [-length, height]])
+    return Prism(_pairs(outline), rng.uniform(*WEDGE_HALF_WIDTHS), upright=False)
+
+
+DRAWERS = {
+    "cup": draw_cup,
+    "capsule": draw_capsule,
+    "hexagonal prism": draw_hexagonal_prism,
+    "half ball": draw_half_ball,
+    "wedge": draw_wedge,
+}
+"""What draws each shape, the way it stands, its foot at the lower end of its bounds."""
+
+
+def _turned(profile: list) -> NDArray[np.float64]:
+    """Rings (len(profile) * AROUND, 3) of the points (radius, z) of a profile."""
+    radius, z = np.array(profile, dtype=np.float64).T
+    angle = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
+    ring = np.stack(
+        [
+            radius[:, None] * np.cos(angle),
+            radius[:, None] * np.sin(angle),
+            np.broadcast_to(z[:, None], (len(z), AROUND)),
+        ],
+        axis=-1,
+    )
+    return ring.reshape(-1, 3)
+
+
+def _pairs(points: NDArray[np.float64]) -> tuple[tuple[float, float], ...]:
+    return tuple((float(p), float(q)) for p, q in points)
