@@ -25,11 +25,12 @@ from eyehand.perception.segmentation.budget import (
 )
 
 from .chart_style import Provenance, write_chart
-from .contest import Contestant, Result, run_contest
+from .contest import Contestant
 from .evaluate_segmentation import SYNTHETIC
 from .machine import machine_line
 from .pareto import simplest_front
 from .pareto_chart import ChartPoint, PeerCurve, pareto_chart
+from .segmentation_contest import Result, run_contest
 from .segmentation_dataset import Coding, DatasetOptions, FrameSource, open_dataset
 from .segmentation_dials import DialSetting, dial_settings
 from .segmentation_peers import PEERS, Peer

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from eyehand.apps.evaluation import chart_segmentation
-from eyehand.apps.evaluation.contest import Contestant, Result
+from eyehand.apps.evaluation.contest import Contestant
+from eyehand.apps.evaluation.segmentation_contest import Result
 from eyehand.apps.evaluation.segmentation_dials import DIALS, DialSetting
 from eyehand.apps.evaluation.segmentation_peers import PEERS
 from eyehand.apps.main import main

@@ -5,7 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from eyehand.apps.evaluation.contest import Contestant, run_contest
+from eyehand.apps.evaluation.contest import Contestant
+from eyehand.apps.evaluation.segmentation_contest import run_contest
 from eyehand.apps.evaluation.segmentation_dataset import FrameSource, LabelledFrame
 from eyehand.perception import CameraIntrinsics, DepthFrame
 

@@ -1,0 +1,96 @@
+"""Time and score many segmentations on the same frames, in turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.perception.input_file import naming
+
+from .contest import Contestant, take_turns
+from .segmentation_score import score_segmentation
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import DepthFrame
+
+    from .segmentation_dataset import FrameSource, LabelledFrame
+
+    Segmenter = Contestant[DepthFrame, NDArray[np.int32]]
+    NamedFrame = tuple[str, LabelledFrame]
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a contestant reached."""
+
+    contestant: Segmenter
+    median_ms: float
+    """Median over frames of the fastest round's wall time, ms."""
+    median_cpu_ms: float
+    """The same of processor time, of all threads: less shaken by what else runs, ms."""
+    overlap_f_pct: float
+    """Mean overlap F over frames, per cent."""
+    boundary_f_pct: float
+    """Mean boundary F, per cent."""
+    found_pct: float
+    """Mean share of objects with an own F above 0.75, per cent."""
+
+
+def run_contest(
+    contestants: Sequence[Segmenter], sources: Iterable[FrameSource], rounds: int
+) -> list[Result]:
+    """Let all contestants segment all frames, pixels without a reading left out of the score.
+
+    Parameters
+    ----------
+    contestants
+        Who takes part; they give labels (H, W) of a frame, 0 = not an object.
+    sources
+        The frames; at least one.
+    rounds
+        See :func:`take_turns`.
+
+    Returns
+    -------
+    list of Result
+        In the order of the contestants.
+
+    Raises
+    ------
+    InputError
+        If a frame cannot be read or segmented; the message names it.
+    """
+    named = [Contestant(c.method, c.name, partial(_labels, c)) for c in contestants]
+    tallies = take_turns(named, _loaded(sources), _shares, rounds)
+    results = []
+    for contestant, tally in zip(contestants, tallies, strict=True):
+        times = [round(float(np.median(times)), 3) for times in (tally.wall_ms, tally.cpu_ms)]
+        shares = np.round(100 * np.mean(tally.scores, axis=0), 2)
+        results.append(Result(contestant, *times, *shares.tolist()))
+    return results
+
+
+def _loaded(sources: Iterable[FrameSource]) -> Iterator[NamedFrame]:
+    for source in sources:
+        with naming(source.name):
+            labelled = source.load()
+        yield source.name, labelled
+
+
+def _labels(contestant: Segmenter, case: NamedFrame) -> NDArray[np.int32]:
+    name, labelled = case
+    with naming(name):
+        return contestant.run(labelled.frame)
+
+
+def _shares(case: NamedFrame, labels: NDArray[np.int32]) -> tuple[float, float, float]:
+    _, labelled = case
+    score = score_segmentation(labels, labelled.truth, ~labelled.frame.valid)
+    return score.f, score.boundary_f, score.found
