@@ -16,8 +16,8 @@ from eyehand.data_synth.staged_scene import (
 )
 from eyehand.data_synth.staged_solids import ball, box, cylinder, superquadric, tapered_box
 
-from .stress_sweep import Method, Sweep, Trial
-from .stress_trial import BASE_NOISE, try_scene
+from .stress_sweep import Sweep, Trial
+from .stress_trial import BASE_NOISE, Method, try_scene
 
 if TYPE_CHECKING:
     from eyehand.data_synth.staged_solids import StagedSolid
@@ -38,7 +38,7 @@ NOISE_DRAWS = 10
 MM = 1e-3
 
 
-def camera_sweeps() -> tuple[Sweep, ...]:
+def camera_sweeps() -> tuple[Sweep[Method], ...]:
     """Sweeps of noise, lost readings, image size and angle of view."""
     every = "all 5 separate objects found, none more"
     return (

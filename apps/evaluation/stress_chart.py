@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from .chart_style import (
@@ -16,18 +18,17 @@ from .chart_style import (
     VERMILION,
     WIDTH,
     Provenance,
-    draw_curve,
     new_chart,
     sign,
     write_chart,
 )
-from .stress_sweep import BROKEN_BELOW, value_text
+from .stress_sweep import BROKEN_BELOW, Step, value_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from .stress_sweep import SweepResult
 
@@ -43,16 +44,38 @@ ABOVE = 0.92
 """Room between rows of panels, inches: values, two lines of words, and the next names."""
 LETTERS = 28
 """Of the words under a panel, in a line."""
-DATA = "staged scenes, noise 1 mm at 1 m where nothing else is said"
-"""What was measured on, for the footer."""
 LETTER = 0.068
 """Width of a letter of the values named under a panel, inches."""
+KEY = 0.3
+"""Height of a key between panels and footer, inches."""
+KEY_PLACE = 0.52
+"""Of its lower edge above the chart's, inches: over two lines of footer."""
+
+
+@dataclass(frozen=True)
+class Telling:
+    """How the sweeps of one stage are told: its words, its figures, its curves."""
+
+    stage: str
+    """Second word of the command."""
+    title: str
+    """Of the chart."""
+    subtitle: str
+    """What is drawn, in grey under it."""
+    data: str
+    """What was measured on, for the footer."""
+    figures: Callable[[Step], dict[str, Any]]
+    """What a row of a sweep and value tells beside the share that is right."""
+    draw: Callable[[Axes, Sequence[float], Sequence[Step]], None]
+    """Draws the steps at their places on a panel whose y goes from 0 to 100 %."""
+    keyed: bool = False
+    """Whether what it draws is several things: their labels then stand in a key."""
 
 
 def write_stress_chart(
-    path: Path, results: Sequence[SweepResult], title: str, seeds: int, first_seed: int
+    path: Path, results: Sequence[SweepResult], telling: Telling, seeds: int, first_seed: int
 ) -> None:
-    """Draw the share of right trials of every sweep, from easy to hard, with where it breaks.
+    """Draw every sweep, from easy to hard, with where it breaks.
 
     Parameters
     ----------
@@ -60,8 +83,8 @@ def write_stress_chart(
         PNG to write; the CSV goes beside it.
     results
         Sweeps, in reading order.
-    title
-        Of the chart.
+    telling
+        What is drawn of each, and the words around it.
     seeds, first_seed
         How many seeds were tried, and the first one.
 
@@ -74,14 +97,16 @@ def write_stress_chart(
     """
     columns = min(COLUMNS, max(len(results), 1))
     rows = max(-(-len(results) // columns), 1)
-    height = AROUND + rows * ROW_HEIGHT
+    key = KEY if telling.keyed else 0.0
+    height = AROUND + rows * ROW_HEIGHT + key
     figure, panels = new_chart(
-        title,
-        "share of trials that are right, in %, from easy (left) to hard (right)\n"
+        telling.title,
+        f"{telling.subtitle}, from easy (left) to hard (right)\n"
         "green: must hold      dashed: breaks, fewer than 90 % are right",
         rows=rows,
         columns=columns,
         height=height,
+        below=key,
     )
     place = figure.subplotpars
     wide = ((place.right - place.left) * WIDTH - (columns - 1) * MIDDLE) / columns
@@ -90,11 +115,13 @@ def write_stress_chart(
     figure.subplots_adjust(top=top, wspace=MIDDLE / wide, hspace=ABOVE / high)
     for number, panel in enumerate(panels):
         if number < len(results):
-            _draw(panel, results[number], wide, shares_named=number % columns == 0)
+            _draw(panel, results[number], telling, wide, shares_named=number % columns == 0)
         else:
             panel.set_axis_off()
-    sign(figure, Provenance(DATA, first_seed, seeds))
-    write_chart(figure, path, point_rows(results))
+    if telling.keyed:
+        _add_key(figure, panels[0])
+    sign(figure, Provenance(telling.data, first_seed, seeds))
+    write_chart(figure, path, point_rows(results, telling))
 
 
 def sweep_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
@@ -114,8 +141,8 @@ def sweep_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
     ]
 
 
-def point_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
-    """One row a sweep and value: share of right trials, mean overlap F, median time."""
+def point_rows(results: Sequence[SweepResult], telling: Telling) -> list[dict[str, Any]]:
+    """One row a sweep and value: share of right trials, and the stage's own figures."""
     return [
         {
             "name": result.sweep.name,
@@ -124,8 +151,7 @@ def point_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
             "must_hold": step.value in result.sweep.bounded(),
             "trials": len(step.trials),
             "right_pct": round(100 * step.share, 1),
-            "overlap_f_pct": None if step.overlap_f is None else round(100 * step.overlap_f, 2),
-            "segment_ms": None if step.seconds is None else round(1e3 * step.seconds, 1),
+            **telling.figures(step),
             "wrong": step.worst.note,
         }
         for result in results
@@ -133,14 +159,26 @@ def point_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
     ]
 
 
-def _draw(axes: Axes, result: SweepResult, wide: float, *, shares_named: bool) -> None:
+def percent(share: float | None, digits: int = 1) -> float | None:
+    """A share in %, rounded; None stays None."""
+    return None if share is None else round(100 * share, digits)
+
+
+def milliseconds(step: Step) -> float | None:
+    """Median time of a step, ms, rounded; None where none was measured."""
+    return None if step.seconds is None else round(1e3 * step.seconds, 1)
+
+
+def _draw(
+    axes: Axes, result: SweepResult, telling: Telling, wide: float, *, shares_named: bool
+) -> None:
     sweep = result.sweep
     # Equal steps: the values are chosen by how much harder each makes it.
     places = list(range(len(sweep.values)))
     held = len(sweep.bounded())
     axes.axvspan(-0.5, held - 0.5, color=GREEN, alpha=0.1, linewidth=0)
     axes.axhline(100 * BROKEN_BELOW, color=PEER, linewidth=0.7, zorder=1.5)
-    draw_curve(axes, places, [100 * step.share for step in result.steps], sweep.name)
+    telling.draw(axes, places, result.steps)
     named = [max(held - 1, 0), places[-1], 0, *places]
     broken = None
     if result.breaks_at is not None:
@@ -163,6 +201,26 @@ def _draw(axes: Axes, result: SweepResult, wide: float, *, shares_named: bool) -
         textwrap.fill(axis, LETTERS), size=TEXT - 2, color=FAINT, labelpad=3, linespacing=1.15
     )
     axes.set_title(sweep.name, size=LABEL - 0.5, color=INK, weight="bold", loc="left", pad=5)
+
+
+def _add_key(figure: Figure, panel: Axes) -> None:
+    """Say under the panels what their curves and bars are."""
+    handles, names = panel.get_legend_handles_labels()
+    height = figure.get_size_inches()[1]
+    figure.legend(
+        handles,
+        names,
+        loc="lower left",
+        bbox_to_anchor=(MARGIN / WIDTH, KEY_PLACE / height),
+        ncols=len(names),
+        fontsize=TEXT - 0.5,
+        labelcolor=INK,
+        frameon=False,
+        borderpad=0,
+        borderaxespad=0,
+        handlelength=1.6,
+        columnspacing=2.0,
+    )
 
 
 def _apart(wanted: Sequence[int], words: Sequence[str], step: float) -> list[int]:

@@ -11,8 +11,8 @@ from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
 from .stress_camera_cases import MM, ordinary_scene
-from .stress_sweep import Method, Sweep, Trial, TrialPicture
-from .stress_trial import BASE_NOISE, timed_segment
+from .stress_sweep import Sweep, Trial
+from .stress_trial import BASE_NOISE, Method, TrialPicture, timed_segment
 
 FOCAL_SHARE = 0.82
 """Focal length over image width of the cameras here."""
@@ -26,7 +26,7 @@ REFERENCE_LOOKS = 3
 CLEAN = "no crash, no garbage, no object made up"
 
 
-def input_sweeps() -> tuple[Sweep, ...]:
+def input_sweeps() -> tuple[Sweep[Method], ...]:
     """Sweeps of wrong units, missing and impossible readings, tiny images and clutter."""
     return (
         Sweep(

@@ -10,15 +10,15 @@ from eyehand.data_synth.staged_scene import StagedObject, StagedScene, render_st
 from eyehand.data_synth.staged_solids import box, cylinder, rod, tapered_box
 
 from .stress_camera_cases import COLOURS, MM, view_around
-from .stress_sweep import Method, Sweep, Trial
-from .stress_trial import try_scene
+from .stress_sweep import Sweep, Trial
+from .stress_trial import Method, try_scene
 
 RED, BLUE, GREEN = COLOURS[:3]
 TWO = "both objects found, none more"
 TWO_OR_UNSURE = "both found, or one that is marked as ambiguous"
 
 
-def neighbour_sweeps() -> tuple[Sweep, ...]:
+def neighbour_sweeps() -> tuple[Sweep[Method], ...]:
     """Sweeps of gaps, leans, stacks, flush faces, occluders and the image's border."""
     return (
         Sweep(

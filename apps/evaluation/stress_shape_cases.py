@@ -8,8 +8,8 @@ from eyehand.data_synth.staged_scene import StagedObject, StagedScene
 from eyehand.data_synth.staged_solids import ball, bowl, box, mug, rod
 
 from .stress_camera_cases import COLOURS, MM, view_around
-from .stress_sweep import Method, Sweep, Trial
-from .stress_trial import try_scene
+from .stress_sweep import Sweep, Trial
+from .stress_trial import Method, try_scene
 
 RED, BLUE, GREEN = COLOURS[:3]
 BESIDE = StagedObject(box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, colour=BLUE)
@@ -17,7 +17,7 @@ BESIDE = StagedObject(box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, colour=
 TWO = "it and the box beside it found, none more"
 
 
-def shape_sweeps() -> tuple[Sweep, ...]:
+def shape_sweeps() -> tuple[Sweep[Method], ...]:
     """Sweeps of flat and slim things, mugs, bowls, and balls in bowls."""
     return (
         Sweep(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Generic, TypeVar
 
 import numpy as np
 
@@ -13,34 +13,14 @@ from eyehand.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from numpy.typing import NDArray
-
-    from eyehand.data_synth.staged_scene import StagedScene
-    from eyehand.perception import DepthFrame, Segmentation
+Method = TypeVar("Method")
+"""What is put under stress: a function, of whatever the stage's trials hand it."""
 
 BROKEN_BELOW = 0.9
 """Share of trials that must pass; where it is less, the method has broken."""
 
-Method = Callable[["DepthFrame"], "Segmentation"]
-"""What is put under stress: one depth frame in, one label per object out."""
-
-
 MOST_PLAIN = 1e5
 """Above this, Python would print 3e+05."""
-
-
-@dataclass(frozen=True)
-class TrialPicture:
-    """What a trial looked at and what was made of it."""
-
-    frame: DepthFrame
-    """The frame."""
-    labels: NDArray[np.int32]
-    """What was found, (H, W)."""
-    truth: NDArray[np.int32]
-    """What is there, (H, W)."""
-    scene: StagedScene | None = None
-    """Where the frame is from; None when it was not staged."""
 
 
 @dataclass(frozen=True)
@@ -53,16 +33,18 @@ class Trial:
     """What was wrong, in a few words."""
     clean: bool = True
     """Whether the answer was a proper one, right or wrong: no crash, no hang, no garbage."""
-    overlap_f: float | None = None
-    """Overlap F against the truth, in [0, 1]; None where there is nothing to overlap."""
+    score: float | None = None
+    """How much of the truth was met, in [0, 1]; None where there is nothing to compare."""
     seconds: float | None = None
     """Time of the method; None when it was not reached."""
-    picture: TrialPicture | None = None
-    """What to show of it."""
+    refused: bool = False
+    """Whether the method itself said that it has no answer, and why."""
+    picture: object | None = None
+    """What to show of it, for the stage's command to draw."""
 
 
 @dataclass(frozen=True)
-class Sweep:
+class Sweep(Generic[Method]):
     """One way to make the task harder.
 
     Raises
@@ -96,7 +78,7 @@ class Sweep:
                 f"bound of sweep {self.name} must be one of {self.values}, got {self.holds_to}"
             )
 
-    def shortened(self) -> Sweep:
+    def shortened(self) -> Sweep[Method]:
         """The same sweep at its easiest, at its bound, and at its hardest value."""
         kept = {self.values[0], self.holds_to, self.values[-1]}
         return replace(self, values=tuple(value for value in self.values if value in kept))
@@ -128,9 +110,9 @@ class Step:
         return self.share < BROKEN_BELOW
 
     @property
-    def overlap_f(self) -> float | None:
-        """Mean overlap F, in [0, 1]; None where nothing was scored."""
-        return _mean([trial.overlap_f for trial in self.trials])
+    def scores(self) -> tuple[float, ...]:
+        """Of the trials in which there was something to compare."""
+        return tuple(trial.score for trial in self.trials if trial.score is not None)
 
     @property
     def seconds(self) -> float | None:
@@ -149,7 +131,7 @@ class SweepResult:
     """What came of a sweep."""
 
     sweep: Sweep
-    """The sweep."""
+    """The sweep, of any stage."""
     steps: tuple[Step, ...]
     """In the order of its values."""
 
@@ -181,7 +163,7 @@ class SweepResult:
         return tuple(lines)
 
 
-def run_sweep(sweep: Sweep, seeds: Sequence[int], method: Method) -> SweepResult:
+def run_sweep(sweep: Sweep[Method], seeds: Sequence[int], method: Method) -> SweepResult:
     """Try every value with every seed.
 
     An exception of the method is a failed and unclean trial, not the end of the sweep.
@@ -194,7 +176,7 @@ def run_sweep(sweep: Sweep, seeds: Sequence[int], method: Method) -> SweepResult
     return SweepResult(sweep, tuple(iterate_steps(sweep, seeds, method)))
 
 
-def iterate_steps(sweep: Sweep, seeds: Sequence[int], method: Method) -> Iterator[Step]:
+def iterate_steps(sweep: Sweep[Method], seeds: Sequence[int], method: Method) -> Iterator[Step]:
     """Yield the steps of a sweep as they are done."""
     if not seeds:
         raise InputError("a sweep needs one seed at least, got none")
@@ -203,21 +185,33 @@ def iterate_steps(sweep: Sweep, seeds: Sequence[int], method: Method) -> Iterato
         yield Step(value, tuple(_attempt(sweep, value, seed, method) for seed in used))
 
 
+def chosen_sweeps(
+    sweeps: Sequence[Sweep[Method]], only: Sequence[str] = ()
+) -> tuple[Sweep[Method], ...]:
+    """Give the sweeps that are named, in their own order; all when none is.
+
+    Raises
+    ------
+    InputError
+        If there is no sweep of a name.
+    """
+    names = [sweep.name for sweep in sweeps]
+    for name in only:
+        if name not in names:
+            raise InputError(f"no sweep is called {name!r}, expected of {', '.join(names)}")
+    return tuple(sweep for sweep in sweeps if not only or sweep.name in only)
+
+
 def value_text(value: float, unit: str) -> str:
     """A value with its unit: ``5 mm``, ``640 px``, ``5°``, ``12``."""
     number = f"{value:g}" if abs(value) < MOST_PLAIN else f"{value:.0f}"
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
-def _attempt(sweep: Sweep, value: float, seed: int, method: Method) -> Trial:
+def _attempt(sweep: Sweep[Method], value: float, seed: int, method: Method) -> Trial:
     try:
         return sweep.attempt(value, seed, method)
     # Whatever the method raises is what the sweep wants to know.
     except Exception as error:
         reason = " ".join(str(error).split())
         return Trial(False, f"raised {type(error).__name__}: {reason}", clean=False)
-
-
-def _mean(numbers: list[float | None]) -> float | None:
-    known = [number for number in numbers if number is not None]
-    return float(np.mean(known)) if known else None

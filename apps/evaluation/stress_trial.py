@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import time
-from dataclasses import replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ import numpy as np
 from eyehand.data_synth.staged_scene import noise_at_one_metre, staged_frame
 
 from .segmentation_score import score_segmentation
-from .stress_sweep import Method, Trial, TrialPicture
+from .stress_sweep import Trial
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,6 +25,23 @@ BASE_NOISE = noise_at_one_metre(0.001)
 """Where noise is not what is made harder: 1 mm at 1 m, as a good structured-light camera has."""
 LONGEST_S = 5.0
 """A frame that takes longer hangs a robot, whatever comes out."""
+
+Method = Callable[["DepthFrame"], "Segmentation"]
+"""What is put under stress: one depth frame in, one label per object out."""
+
+
+@dataclass(frozen=True)
+class TrialPicture:
+    """What a trial looked at and what was made of it."""
+
+    frame: DepthFrame
+    """The frame."""
+    labels: NDArray[np.int32]
+    """What was found, (H, W)."""
+    truth: NDArray[np.int32]
+    """What is there, (H, W)."""
+    scene: StagedScene | None = None
+    """Where the frame is from; None when it was not staged."""
 
 
 def try_scene(
@@ -93,7 +111,7 @@ def try_frame(
         note = f"{score.predicted_count} for {score.truth_count} objects: " + (
             ", ".join(told) or f"{rough} with F of 0.75 or less"
         )
-    return Trial(whole or admitted, note, overlap_f=score.f, seconds=seconds, picture=picture)
+    return Trial(whole or admitted, note, score=score.f, seconds=seconds, picture=picture)
 
 
 def timed_segment(method: Method, frame: DepthFrame) -> tuple[Segmentation, float, str]:

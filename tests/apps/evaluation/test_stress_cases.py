@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from eyehand.apps.evaluation.segmentation_stress_cases import segmentation_sweeps
-from eyehand.apps.evaluation.stress_sweep import Sweep, TrialPicture
+from eyehand.apps.evaluation.stress_sweep import Sweep
+from eyehand.apps.evaluation.stress_trial import TrialPicture
 from eyehand.data_synth.staged_scene import StagedScene
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, Segmentation
@@ -34,7 +35,7 @@ def nothing(frame: DepthFrame) -> Segmentation:
 def look(sweep: Sweep, value: float, seed: int = 0) -> TrialPicture:
     """What a trial shows to the method."""
     picture = sweep.attempt(value, seed, nothing).picture
-    assert picture is not None
+    assert isinstance(picture, TrialPicture)
     return picture
 
 

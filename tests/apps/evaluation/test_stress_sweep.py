@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from eyehand.apps.evaluation.stress_chart import point_rows, sweep_rows, write_stress_chart
+from eyehand.apps.evaluation.stress_segmentation import segmentation_telling
 from eyehand.apps.evaluation.stress_sweep import (
-    Method,
     Step,
     Sweep,
     SweepResult,
@@ -13,6 +13,7 @@ from eyehand.apps.evaluation.stress_sweep import (
     run_sweep,
     value_text,
 )
+from eyehand.apps.evaluation.stress_trial import Method
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, Segmentation
 
@@ -28,7 +29,7 @@ def sweep(attempt, *, values=(0, 1, 2, 3), holds_to: float | None = 1, repeats=N
 
 def passes_below(limit: float):
     def attempt(value: float, seed: int, method: Method) -> Trial:
-        return Trial(value < limit, "" if value < limit else "wrong", overlap_f=0.5, seconds=0.1)
+        return Trial(value < limit, "" if value < limit else "wrong", score=0.5, seconds=0.1)
 
     return attempt
 
@@ -109,7 +110,7 @@ def test_the_worst_trial_is_an_unclean_one_then_a_wrong_one():
     right, wrong, unclean = Trial(True), Trial(False), Trial(False, clean=False)
     assert Step(0, (right, wrong, unclean)).worst is unclean
     assert Step(0, (right, wrong)).worst is wrong
-    assert Step(0, (right,)).overlap_f is None
+    assert Step(0, (right,)).scores == ()
     assert Step(0, (right,)).seconds is None
 
 
@@ -142,7 +143,7 @@ def test_rows_tell_breaking_points_and_shares():
     rows = sweep_rows(results())
     assert [row["breaks_at"] for row in rows] == [1, 2, 3, None, None, 0]
     assert [row["bound_kept"] for row in rows] == [False, True, True, True, True, False]
-    points = point_rows(results())
+    points = point_rows(results(), segmentation_telling())
     assert len(points) == 24
     assert points[2] == {
         "name": "made-up",
@@ -159,7 +160,7 @@ def test_rows_tell_breaking_points_and_shares():
 
 def test_the_chart_is_a_picture_with_its_table(tmp_path):
     path = tmp_path / "stress.png"
-    write_stress_chart(path, results(), "Where it breaks", seeds=2, first_seed=0)
+    write_stress_chart(path, results(), segmentation_telling(), seeds=2, first_seed=0)
     assert path.stat().st_size > 10_000
     lines = path.with_suffix(".csv").read_text().splitlines()
     assert lines[0].startswith("name,value,unit,must_hold,trials,right_pct")

@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from eyehand.apps.evaluation import stress_trial
-from eyehand.apps.evaluation.stress_trial import BASE_NOISE, timed_segment, try_frame, try_scene
+from eyehand.apps.evaluation.stress_trial import (
+    BASE_NOISE,
+    TrialPicture,
+    timed_segment,
+    try_frame,
+    try_scene,
+)
 from eyehand.data_synth import DepthNoise
 from eyehand.data_synth.staged_scene import (
     StagedObject,
@@ -39,9 +45,9 @@ def test_the_truth_is_right():
     trial = try_scene(lambda frame: answer(TRUTH), SCENE, 0)
     assert trial.passed
     assert trial.clean
-    assert (trial.note, trial.overlap_f) == ("", 1.0)
+    assert (trial.note, trial.score) == ("", 1.0)
     assert trial.seconds is not None
-    assert trial.picture is not None
+    assert isinstance(trial.picture, TrialPicture)
     assert trial.picture.scene is SCENE
 
 
