@@ -1,42 +1,52 @@
-"""`eyehand fit`: the simplest solid for point clouds and meshes."""
+"""`eyehand fit`: the simplest solid for point clouds, surfaces and objects of depth frames."""
 
 from __future__ import annotations
 
-import json as json_format
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.markup import escape
 from rich.table import Table
 
 from eyehand.errors import InputError
-from eyehand.perception import FitOptions, SuperquadricFit, fit_superquadric
-from eyehand.perception.cloud_io import read_cloud
-from eyehand.perception.superquadric import Kind, mesh
+from eyehand.perception.superquadric.options import OptimiserName
 
 from .console import print_json, say, show, tracked
 from .description import ready_kernels
-from .description_files import make_folder, write_text
-from .mesh_file import write_mesh
-from .scene_json import UNITS, fit_json
+from .description_files import make_folder
+from .fitting.fit_choice import FitChoice, KindChoice
+from .fitting.fit_inputs import read_inputs
+from .fitting.robot_files import WATER
+from .mesh_file import MeshFormat
+from .scene_json import fit_json, fit_parts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-MESH_RESOLUTION = 64
-MAX_NOISE_MM = 100.0
+    from .fitting.fit_inputs import CloudInput, FittedCloud, FrameInput
 
-KindChoice = Literal["auto", "sphere", "cylinder", "ellipsoid", "box", "superquadric"]
+DEFAULT_PORT = 8080
 
 
 def fit_command(
     *clouds: Path,
-    kind: KindChoice = "auto",
+    label: tuple[int, ...] = (),
+    camera: Path | None = None,
     view_origin: tuple[float, float, float] | None = None,
     plane: tuple[float, float, float, float] | None = None,
+    kind: KindChoice = "auto",
     noise_mm: float = 1.5,
+    budget_ms: float | None = None,
+    max_parts: int = 1,
+    points: int | None = None,
+    optimiser: OptimiserName | None = None,
     out: Path | None = None,
+    mesh: MeshFormat = "ply",
+    density: float = WATER,
+    view: bool = False,
+    port: int = DEFAULT_PORT,
+    page: Path | None = None,
     json: bool = False,
 ) -> int:
     """Fit a superquadric to each cloud, as simple as its points allow.
@@ -44,43 +54,82 @@ def fit_command(
     Parameters
     ----------
     clouds
-        Files: .ply, .pcd, .npz (points), .xyz, .txt, .csv, or surfaces .obj, .stl; in metres.
-    kind
-        Solid to fit; auto takes the simplest that explains the points.
+        Files: .ply, .pcd, .npz (points), .xyz, .txt, .csv, surfaces .obj, .stl, in metres; or
+        depth frames (.png, .npz, organised .pcd or .ply) with --label.
+    label
+        Object of a depth frame, as the frame's segmentation numbers them; may be repeated. Its
+        camera and support plane come from the frame. 0 takes all readings as one cloud.
+    camera
+        Camera file of depth frames; default: <frame>.json or camera.json beside the frame.
     view_origin
         Place of the camera in the cloud's frame, m: tells what the view shows to be empty.
     plane
         Support plane a b c d with a x + b y + c z + d = 0, normal towards the object.
+    kind
+        Solid to fit; auto takes the simplest that explains the points.
     noise_mm
         Expected noise of the points, one standard deviation, mm.
+    budget_ms
+        Time a fit may take, ms: takes the most accurate stored setting that keeps to it.
+    max_parts
+        Most solids that one object may be split into, where one does not explain it.
+    points
+        Points used: more is more accurate and slower.
+    optimiser
+        Final refinement of the chosen solid; lm is the fastest.
     out
-        Output folder for <name>_solid.json and the solid's mesh <name>_solid.ply.
+        Output folder: <name>_solid.json, .png and mesh, <name>_body.xml (MJCF) and .urdf.
+    mesh
+        Format of the solid's mesh.
+    density
+        Density of the solid in the MJCF and URDF files, kg/m³.
+    view
+        Show clouds and solids on a live page with a slider for each number; Ctrl-C ends it.
+    port
+        Port of the live page; the next free one if it is taken.
+    page
+        Write a page (.html) that shows clouds and solids by itself.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
     if not clouds:
         raise InputError("give at least one cloud: eyehand fit CLOUD [CLOUD ...]")
-    if not 0.0 < noise_mm <= MAX_NOISE_MM:
-        raise InputError(f"--noise-mm must be above 0 and at most {MAX_NOISE_MM:g}, got {noise_mm}")
+    choice = FitChoice(kind, noise_mm, budget_ms, max_parts, points, optimiser)
+    options = choice.options()
+    _check_outputs(density, port, page)
+    inputs = read_inputs(
+        clouds, labels=label, camera=camera, view_origin=view_origin, support_plane=_unit(plane)
+    )
     if out is not None:
-        _check_names(clouds)
-    kinds: tuple[Kind, ...] = FitOptions().kinds if kind == "auto" else (kind,)
-    options = FitOptions(kinds=kinds, noise=noise_mm * 1e-3)
+        _check_names(inputs)
     ready_kernels()
-    fits = {}
-    for path in tracked(clouds, "fitting", len(clouds)):
-        fits[path] = fit_superquadric(
-            read_cloud(path), view_origin=view_origin, support_plane=_unit(plane), options=options
-        )
+    fits = [
+        fitted
+        for item in tracked(inputs, "fitting", len(inputs))
+        for fitted in item.fitted(options)
+    ]
     if out is not None:
-        make_folder(out)
-        for path, fit in fits.items():
-            _write(out, path, fit)
-        say(f"solids written to {out}")
+        _write(out, fits, mesh, density)
+    if page is not None:
+        from .fitting.solid_page import write_page
+
+        write_page(page, fits)
+        say(f"page written to {page}")
     show(_table(fits), json_wanted=json)
     if json:
-        print_json("fit", options.seed, [_row(path, fit) for path, fit in fits.items()])
-    return 0 if all(fits.values()) else 1
+        print_json("fit", options.seed, [_row(fitted) for fitted in fits])
+    if view:
+        _serve(fits, port)
+    return 0 if all(fitted.fit for fitted in fits) else 1
+
+
+def _check_outputs(density: float, port: int, page: Path | None) -> None:
+    if not 0.0 < density < float("inf"):
+        raise InputError(f"--density must be finite and above 0 kg/m³, got {density}")
+    if not 1 <= port <= 65535:
+        raise InputError(f"--port must be 1 to 65535, got {port}")
+    if page is not None and page.suffix.lower() not in (".html", ".htm"):
+        raise InputError(f"--page must name an .html file, got {page}")
 
 
 def _unit(plane: Sequence[float] | None) -> np.ndarray | None:
@@ -92,54 +141,87 @@ def _unit(plane: Sequence[float] | None) -> np.ndarray | None:
     return np.asarray(plane, dtype=np.float64) / length
 
 
-def _check_names(clouds: Sequence[Path]) -> None:
+def _check_names(inputs: Sequence[CloudInput | FrameInput]) -> None:
     """Refuse clouds whose results would overwrite one another."""
-    stems = [path.stem for path in clouds]
+    stems = [stem for item in inputs for stem in item.stems]
     twice = sorted({stem for stem in stems if stems.count(stem) > 1})
     if twice:
         raise InputError(f"clouds of the same name {', '.join(twice)} need a folder each for --out")
 
 
-def _write(folder: Path, path: Path, fit: SuperquadricFit) -> None:
-    report = {"schema": "eyehand.solid/1", "units": UNITS, "source": str(path), **fit_json(fit)}
-    write_text(
-        folder / f"{path.stem}_solid.json",
-        json_format.dumps(report, indent=1, allow_nan=False) + "\n",
-    )
-    if fit.superquadric is not None:
-        write_mesh(folder / f"{path.stem}_solid.ply", *mesh(fit.superquadric, MESH_RESOLUTION))
+def _write(folder: Path, fits: Sequence[FittedCloud], mesh: MeshFormat, density: float) -> None:
+    from .fitting.solid_files import solid_files, write_files
+
+    make_folder(folder)
+    for fitted in tracked(fits, "drawing and writing", len(fits)):
+        write_files(folder, solid_files(fitted, form=mesh, density=density))
+    say(f"solids written to {folder}")
 
 
-def _row(path: Path, fit: SuperquadricFit) -> dict[str, Any]:
+def _serve(fits: Sequence[FittedCloud], port: int) -> None:
+    from .fitting.live_page import LivePage
+
+    page = LivePage(fits, port)
+    say(f"live page at {page.address} - Ctrl-C ends it")
+    page.wait()
+    say("page closed")
+
+
+def _row(fitted: FittedCloud) -> dict[str, Any]:
+    fit = fitted.fit
     report = fit_json(fit)
     return {
-        "name": str(path),
+        "name": fitted.cloud.name,
         "converged": fit.converged,
         "reason": fit.reason,
         "spread_mm": None if report["spread_m"] is None else round(fit.spread * 1e3, 3),
         "fit_ms": round(fit.seconds * 1e3, 2),
-        "solid": report["solid"],
+        **{key: report[key] for key in _ROW_KEYS},
+        "runner_up": None if report["runner_up"] is None else report["runner_up"]["kind"],
     }
 
 
-def _table(fits: dict[Path, SuperquadricFit]) -> Table:
+_ROW_KEYS = ("solid", "parts", "uncertainty", "margin", "ambiguous")
+
+
+def _table(fits: Sequence[FittedCloud]) -> Table:
     table = Table(title=f"{len(fits)} clouds", title_justify="left")
     for column in ("cloud", "solid", "size mm", "ε1 ε2", "centre mm", "spread mm", "ms"):
         table.add_column(column)
     table.add_column("note", overflow="fold")
-    for path, fit in fits.items():
-        solid = fit.superquadric
-        if solid is None:
-            table.add_row(escape(path.name), "none", "-", "-", "-", "-", "-", fit.reason)
+    for fitted in fits:
+        fit, name = fitted.fit, escape(Path(fitted.cloud.name).name)
+        if fit.superquadric is None:
+            table.add_row(name, "none", "-", "-", "-", "-", "-", fit.reason)
             continue
-        table.add_row(
-            escape(path.name),
-            solid.kind,
-            " x ".join(f"{2e3 * a:.1f}" for a in solid.semi_axes),
-            f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}",
-            " ".join(f"{1e3 * x:.1f}" for x in solid.centre),
-            f"{fit.spread * 1e3:.2f}",
-            f"{fit.seconds * 1e3:.0f}",
-            fit.reason,
-        )
+        parts = fit_parts(fit)
+        for number, solid in enumerate(parts):
+            table.add_row(
+                name if number == 0 else "",
+                solid.kind,
+                " x ".join(f"{2e3 * a:.1f}" for a in solid.semi_axes),
+                f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}",
+                " ".join(f"{1e3 * x:.1f}" for x in solid.centre),
+                f"{fit.spread * 1e3:.2f}" if number == 0 else "",
+                f"{fit.seconds * 1e3:.0f}" if number == 0 else "",
+                _note(fitted) if number == 0 else f"part {number + 1}",
+            )
     return table
+
+
+def _note(fitted: FittedCloud) -> str:
+    """What a person should know of a fit besides its numbers."""
+    fit = fitted.fit
+    if fit.reason:
+        return fit.reason
+    notes = []
+    runner_up = getattr(fit, "runner_up", None)
+    if getattr(fit, "ambiguous", False) and runner_up is not None:
+        notes.append(f"or {runner_up.kind}")
+    uncertainty = getattr(fit, "uncertainty", None)
+    if uncertainty is not None and uncertainty.unobserved:
+        notes.append(f"not seen: {' '.join(uncertainty.unobserved)}")
+    solid = fit.superquadric
+    if solid is not None and any(solid.taper):
+        notes.append("taper " + " ".join(f"{k:.2f}" for k in solid.taper))
+    return "; ".join(notes)

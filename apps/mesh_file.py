@@ -1,25 +1,29 @@
-"""A triangle mesh as a binary PLY file."""
+"""A triangle mesh as the bytes of a PLY, STL or OBJ file."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from eyehand.perception.atomic_write import atomic_write
-from eyehand.perception.open3d_import import import_open3d
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import numpy as np
     from numpy.typing import NDArray
 
+MeshFormat = Literal["ply", "stl", "obj"]
+"""PLY and STL are binary with normals, OBJ is text."""
 
-def write_mesh(path: Path, vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> None:
-    """Write vertices (V, 3) in m and faces (T, 3) with vertex normals, at once or not at all."""
-    o3d = import_open3d()
-    surface = o3d.geometry.TriangleMesh(
-        o3d.utility.Vector3dVector(vertices), o3d.utility.Vector3iVector(faces)
-    )
-    surface.compute_vertex_normals()
-    with atomic_write(path) as temporary:
-        o3d.io.write_triangle_mesh(str(temporary), surface)
+OBJ_HEADER = "eyehand fit, metres"
+
+
+def mesh_bytes(vertices: NDArray[np.float64], faces: NDArray[np.int64], form: MeshFormat) -> bytes:
+    """Encode vertices (V, 3) in m and faces (T, 3), counter-clockwise seen from outside."""
+    import trimesh
+
+    # process=False keeps vertices as they are: merging them would lose nothing but our order.
+    surface = trimesh.Trimesh(vertices, faces, process=False)
+    if form == "ply":
+        encoded = surface.export(file_type="ply", vertex_normal=True)
+    elif form == "stl":
+        encoded = surface.export(file_type="stl")
+    else:
+        encoded = surface.export(file_type="obj", include_normals=True, header=OBJ_HEADER)
+    return encoded if isinstance(encoded, bytes) else str(encoded).encode("ascii")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -9,9 +10,19 @@ import numpy as np
 if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
     from eyehand.perception import Scene, SceneObject, Superquadric, SuperquadricFit
+    from eyehand.perception.superquadric import Candidate
 
 SCENE_SCHEMA = "eyehand.scene/1"
 UNITS = {"length": "m", "angle": "rad", "mass": "kg", "time": "s", "quaternion": "wxyz"}
+PARAMETER_UNITS = {
+    **dict.fromkeys(("a1", "a2", "a3"), "m"),
+    **dict.fromkeys(("eps1", "eps2"), "1"),
+    **dict.fromkeys(("rx", "ry", "rz"), "rad"),
+    **dict.fromkeys(("cx", "cy", "cz"), "m"),
+    **dict.fromkeys(("k1", "k2"), "1"),
+}
+"""Rows and columns of a covariance: semi-axes, exponents, turn about the solid's own axes, centre
+in the cloud's frame, taper."""
 
 
 def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[str, Any]:
@@ -41,6 +52,7 @@ def solid_json(solid: Superquadric) -> dict[str, Any]:
         "kind": solid.kind,
         "semi_axes_m": _numbers(solid.semi_axes),
         "exponents": [_number(e) for e in solid.exponents],
+        "taper": [_number(k) for k in solid.taper],
         "position_m": _numbers(solid.centre),
         "quat_wxyz": _numbers(solid.pose.rotation.as_quat(scalar_first=True)),
         "volume_m3": float(f"{solid.volume:.6g}"),
@@ -48,17 +60,53 @@ def solid_json(solid: Superquadric) -> dict[str, Any]:
 
 
 def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
-    """Give a fit as plain data, its ladder included."""
+    """Give a fit as plain data: parts, doubts and ladder included; every number is finite."""
+    runner_up = getattr(fit, "runner_up", None)
+    margin = float(getattr(fit, "margin", math.inf))
     return {
         "converged": fit.converged,
         "reason": fit.reason,
         "spread_m": _number(fit.spread) if fit.residuals.size else None,
         "solid": None if fit.superquadric is None else solid_json(fit.superquadric),
+        "parts": [solid_json(part) for part in fit_parts(fit)],
+        "uncertainty": _uncertainty(fit),
+        "runner_up": None if runner_up is None else _candidate(runner_up),
+        "margin": margin if math.isfinite(margin) else None,
+        "ambiguous": bool(getattr(fit, "ambiguous", False)),
+        "alternatives": [_candidate(c) for c in getattr(fit, "alternatives", ())],
         "ladder": [
             {"kind": c.kind, "spread_m": _number(c.spread), "criterion": _number(c.criterion)}
             for c in fit.ladder
         ],
         "time_s": _number(fit.seconds),
+    }
+
+
+def fit_parts(fit: SuperquadricFit) -> tuple[Superquadric, ...]:
+    """Give the solids of a fit, largest first; none where it found none."""
+    if fit.superquadric is None:
+        return ()
+    return tuple(getattr(fit, "parts", ())) or (fit.superquadric,)
+
+
+def _candidate(candidate: Candidate) -> dict[str, Any]:
+    return {
+        "kind": candidate.kind,
+        "spread_m": _number(candidate.spread),
+        "criterion": _number(candidate.criterion),
+        "solid": solid_json(candidate.superquadric),
+    }
+
+
+def _uncertainty(fit: SuperquadricFit) -> dict[str, Any] | None:
+    known = getattr(fit, "uncertainty", None)
+    if known is None:
+        return None
+    return {
+        "parameters": list(PARAMETER_UNITS),
+        "units": list(PARAMETER_UNITS.values()),
+        "covariance": [[float(f"{value:.6g}") for value in row] for row in known.covariance],
+        "unobserved_sides": list(known.unobserved),
     }
 
 

@@ -1,0 +1,76 @@
+"""From what a person chose on the command line to the options of the fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
+
+from eyehand.errors import InputError
+from eyehand.perception import FitOptions
+from eyehand.perception.superquadric import Kind
+from eyehand.perception.superquadric.options import OptimiserName
+
+if TYPE_CHECKING:
+    from typing import Any
+
+KindChoice = Literal["auto"] | Kind
+"""A kind of solid, or the simplest that explains the points."""
+MAX_NOISE_MM = 100.0
+MAX_PARTS = 20
+"""More solids than that are no description of one object."""
+
+
+@dataclass(frozen=True)
+class FitChoice:
+    """Options by name; None where the person left the choice to the program.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range; the message names the option and the range.
+    """
+
+    kind: KindChoice = "auto"
+    """Solid to fit."""
+    noise_mm: float = 1.5
+    """Expected noise of the points, one standard deviation, mm."""
+    budget_ms: float | None = None
+    """Time a fit may take, ms."""
+    max_parts: int = 1
+    """Most solids that one object may be split into."""
+    points: int | None = None
+    """Points used."""
+    optimiser: OptimiserName | None = None
+    """Final refinement."""
+
+    def __post_init__(self) -> None:
+        if not 0.0 < self.noise_mm <= MAX_NOISE_MM:
+            raise InputError(
+                f"--noise-mm must be above 0 and at most {MAX_NOISE_MM:g}, got {self.noise_mm}"
+            )
+        if not 1 <= self.max_parts <= MAX_PARTS:
+            raise InputError(f"--max-parts must be 1 to {MAX_PARTS}, got {self.max_parts}")
+        if self.budget_ms is not None and not 0.0 < self.budget_ms < float("inf"):
+            raise InputError(f"--budget-ms must be finite and above 0, got {self.budget_ms}")
+        for name in ("points", "optimiser"):
+            if self.budget_ms is not None and getattr(self, name) is not None:
+                raise InputError(f"--budget-ms chooses --{name} itself: give one of the two")
+
+    def options(self) -> FitOptions:
+        """Give the options of the fit.
+
+        Raises
+        ------
+        InputError
+            If no setting is as fast as the budget, or a value is out of its range.
+        """
+        chosen = FitOptions() if self.budget_ms is None else FitOptions.for_budget(self.budget_ms)
+        changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3}
+        if self.kind != "auto":
+            changes["kinds"] = (self.kind,)
+        if self.max_parts > 1:
+            changes["max_parts"] = self.max_parts
+        for name in ("points", "optimiser"):
+            if getattr(self, name) is not None:
+                changes[name] = getattr(self, name)
+        return replace(chosen, **changes)

@@ -1,0 +1,246 @@
+"""What a person gives to be fitted: files of points or surfaces, and objects of depth frames."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+from eyehand.perception import PerceiveOptions, fit_superquadric, perceive, read_frame, segment
+from eyehand.perception.cloud_io import CLOUD_SUFFIXES, read_cloud
+from eyehand.perception.frame_io import FRAME_SUFFIXES
+from eyehand.perception.input_file import naming, read_bytes
+from eyehand.perception.npz_file import read_arrays
+from eyehand.perception.pcd_file import read_pcd
+from eyehand.perception.ply_file import read_ply
+from eyehand.perception.ply_header import parse_ply_header
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import DepthFrame, FitOptions, SuperquadricFit
+
+WHOLE = 0
+"""Label that takes all readings of a frame as one cloud."""
+ANY_DISTANCE = float("inf")
+"""A person who names an object wants its solid, however far away it is."""
+NAMED_LABELS = 12
+"""Objects that the message about a missing label lists."""
+
+
+@dataclass(frozen=True)
+class Cloud:
+    """One object's points, and what was known about the look at them."""
+
+    name: str
+    """As a person calls it: its file, and its label where there is one."""
+    stem: str
+    """Start of the names of the files made from it."""
+    points: NDArray[np.float64]
+    """(N, 3), m."""
+    view_origin: NDArray[np.float64] | None = None
+    """Place of the camera in the points' frame, (3,), m."""
+    support_plane: NDArray[np.float64] | None = None
+    """Unit normal and offset of the plane below, (4,)."""
+
+
+@dataclass(frozen=True)
+class FittedCloud:
+    """A cloud and the solid found for it, or the reason why there is none."""
+
+    cloud: Cloud
+    """What was fitted."""
+    fit: SuperquadricFit
+    """What came out; false in a condition when it cannot be used."""
+
+
+@dataclass(frozen=True)
+class CloudInput:
+    """A file that holds one object."""
+
+    cloud: Cloud
+    """Its points."""
+
+    @property
+    def stems(self) -> tuple[str, ...]:
+        """Starts of the names of its results."""
+        return (self.cloud.stem,)
+
+    def fitted(self, options: FitOptions) -> list[FittedCloud]:
+        """Fit it."""
+        fit = fit_superquadric(
+            self.cloud.points,
+            view_origin=self.cloud.view_origin,
+            support_plane=self.cloud.support_plane,
+            options=options,
+        )
+        return [FittedCloud(self.cloud, fit)]
+
+
+@dataclass(frozen=True)
+class FrameInput:
+    """A depth frame and the objects of it that are wanted."""
+
+    path: Path
+    """The frame's file."""
+    frame: DepthFrame
+    """What it holds."""
+    labels: tuple[int, ...]
+    """Wanted objects, 1..n as in the frame's segmentation."""
+
+    @property
+    def stems(self) -> tuple[str, ...]:
+        """Starts of the names of its results."""
+        return tuple(f"{self.path.stem}_{label}" for label in self.labels)
+
+    def fitted(self, options: FitOptions) -> list[FittedCloud]:
+        """Fit the wanted objects as `eyehand perceive` does: hidden sides and support included."""
+        scene = perceive(
+            self.frame,
+            PerceiveOptions(
+                fit=options,
+                max_distance=ANY_DISTANCE,
+                max_objects=max(self.labels),
+                cloud_points=max(PerceiveOptions().cloud_points, options.points),
+            ),
+        )
+        plane = None
+        if scene.support is not None:
+            plane = np.append(scene.support.normal, scene.support.offset)
+        objects = {item.label: item for item in scene.objects}
+        return [
+            FittedCloud(
+                Cloud(
+                    f"{self.path}, object {label}",
+                    stem,
+                    objects[label].points,
+                    np.asarray(scene.view_origin),
+                    plane,
+                ),
+                objects[label].fit,
+            )
+            for label, stem in zip(self.labels, self.stems, strict=True)
+        ]
+
+
+def read_inputs(
+    paths: Sequence[Path],
+    *,
+    labels: Sequence[int] = (),
+    camera: Path | None = None,
+    view_origin: Sequence[float] | None = None,
+    support_plane: NDArray[np.float64] | None = None,
+) -> list[CloudInput | FrameInput]:
+    """Read every file before the first fit, so that a bad one costs nothing.
+
+    Parameters
+    ----------
+    paths
+        Clouds and surfaces (see :func:`eyehand.perception.cloud_io.read_cloud`) and depth frames.
+        A PNG is a frame, so is an NPZ with `depth` and no `points`, and a PCD or PLY whose points
+        form an image.
+    labels
+        Objects of the frames, 1..n; 0 takes a frame's readings as one cloud.
+    camera
+        Camera file of the frames.
+    view_origin, support_plane
+        Of the clouds, (3,) and (4,) with a unit normal; frames bring their own.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, a frame comes without a label or has no such object, or an
+        option does not go with a file.
+    """
+    origin = None if view_origin is None else np.asarray(view_origin, dtype=np.float64)
+    return [
+        _frame_input(path, labels, camera, origin, support_plane)
+        if _is_frame(path, wanted=bool(labels))
+        else _cloud_input(path, labels, camera, origin, support_plane)
+        for path in paths
+    ]
+
+
+def _is_frame(path: Path, *, wanted: bool) -> bool:
+    """Tell a depth image from a cloud; `wanted` settles archives that hold both."""
+    suffix = path.suffix.lower()
+    if suffix not in FRAME_SUFFIXES and suffix not in CLOUD_SUFFIXES:
+        known = ", ".join(dict.fromkeys((*CLOUD_SUFFIXES, *FRAME_SUFFIXES)))
+        raise InputError(f"{path}: suffix {path.suffix!r} is no known format, expected {known}")
+    if suffix == ".png":
+        return True
+    if suffix == ".npz":
+        held = read_arrays(path, ("points", "depth"))
+        return "depth" in held and (wanted or "points" not in held)
+    if suffix == ".pcd":
+        return read_pcd(path).height > 1
+    if suffix == ".ply":
+        with naming(path):
+            faces = parse_ply_header(read_bytes(path)).element("face")
+        return (faces is None or faces.count == 0) and read_ply(path).height > 1
+    return False
+
+
+def _cloud_input(
+    path: Path,
+    labels: Sequence[int],
+    camera: Path | None,
+    origin: NDArray[np.float64] | None,
+    plane: NDArray[np.float64] | None,
+) -> CloudInput:
+    if labels:
+        raise InputError(f"--label goes with depth frames, but {path} is one cloud")
+    if camera is not None:
+        raise InputError(f"--camera goes with depth frames, but {path} is one cloud")
+    return CloudInput(Cloud(str(path), path.stem, read_cloud(path), origin, plane))
+
+
+def _frame_input(
+    path: Path,
+    labels: Sequence[int],
+    camera: Path | None,
+    origin: NDArray[np.float64] | None,
+    plane: NDArray[np.float64] | None,
+) -> CloudInput | FrameInput:
+    frame = read_frame(path, camera)
+    if list(labels) == [WHOLE]:
+        seen = frame.points()[frame.valid].astype(np.float64)
+        if frame.T_world_camera is not None:
+            seen = frame.T_world_camera.apply(seen)
+            own = np.asarray(frame.T_world_camera.translation)
+        else:
+            own = np.zeros(3)
+        return CloudInput(
+            Cloud(str(path), path.stem, seen, own if origin is None else origin, plane)
+        )
+    for option, value in (("--view-origin", origin), ("--plane", plane)):
+        if value is not None:
+            raise InputError(f"{option} goes with clouds: the depth frame {path} brings its own")
+    segmentation = segment(frame)
+    sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)[1:]
+    if not len(sizes):
+        raise InputError(
+            f"{path}: the depth frame shows no object on a support; --label {WHOLE} takes all its "
+            "readings as one cloud"
+        )
+    if not labels:
+        raise InputError(
+            f"{path} is a depth frame: choose with --label from {_listed(sizes)}; "
+            f"{WHOLE} takes all its readings as one cloud"
+        )
+    for label in labels:
+        if not 1 <= label <= len(sizes):
+            raise InputError(f"{path} has no object {label}: there are {_listed(sizes)}")
+    return FrameInput(path, frame, tuple(dict.fromkeys(labels)))
+
+
+def _listed(sizes: NDArray[np.intp]) -> str:
+    shown = [f"{label} ({size} px)" for label, size in enumerate(sizes[:NAMED_LABELS], start=1)]
+    if len(sizes) > NAMED_LABELS:
+        shown.append(f"... {len(sizes)} ({sizes[-1]} px)")
+    return ", ".join(shown)
