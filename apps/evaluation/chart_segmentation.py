@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json as json_text
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,12 +16,8 @@ from eyehand.apps.description_files import make_folder
 from eyehand.errors import InputError
 from eyehand.perception import segment
 from eyehand.perception.atomic_write import atomic_write
-from eyehand.perception.segmentation.budget import (
-    STORED_FRONT,
-    FrontPoint,
-    StoredFront,
-    read_front,
-)
+from eyehand.perception.segmentation.budget import FORMAT, STORED_FRONT, FrontPoint
+from eyehand.perception.stored_front import StoredFront
 
 from .chart_style import Provenance, write_chart
 from .contest import Contestant
@@ -194,8 +189,7 @@ def store_front(settings: Sequence[DialSetting], own: Sequence[Result], made: Pr
         points, own[0].median_ms, made.data, made.seed, made.frames, machine_line()
     )
     with atomic_write(STORED_FRONT) as temporary:
-        text = json_text.dumps(stored.as_json(), indent=1, allow_nan=False)
-        temporary.write_text(text + "\n", encoding="utf-8")
+        temporary.write_text(FORMAT.text(stored), encoding="utf-8")
     say(f"stored {len(points)} settings for SegmentationOptions.for_budget")
 
 
@@ -324,4 +318,4 @@ def _slower(default: Result) -> float | None:
     """How many times longer the default takes here than for the stored front."""
     if not STORED_FRONT.is_file():
         return None
-    return round(default.median_ms / read_front().default_ms, 3)
+    return round(default.median_ms / FORMAT.read(STORED_FRONT).default_ms, 3)

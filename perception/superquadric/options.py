@@ -92,6 +92,13 @@ class FitOptions:
         if not 0 < self.axis_range[0] < self.axis_range[1] < float("inf"):
             raise InputError(f"axis_range must rise from above 0 m, got {self.axis_range}")
 
+    @classmethod
+    def for_budget(cls, milliseconds: float, *, slower: float = 1.0) -> FitOptions:
+        """Pick the most accurate settings for a time budget in ms: see `options_for_budget`."""
+        from .budget import options_for_budget
+
+        return options_for_budget(milliseconds, slower=slower)
+
 
 _LEAST: dict[str, float] = {
     "points": 10,

@@ -14,7 +14,7 @@ from eyehand.apps.evaluation.segmentation_dials import DIALS, DialSetting
 from eyehand.apps.evaluation.segmentation_peers import PEERS
 from eyehand.apps.main import main
 from eyehand.perception import DepthFrame
-from eyehand.perception.segmentation.budget import read_front
+from eyehand.perception.segmentation.budget import FORMAT
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
@@ -114,7 +114,7 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path, monkeypatch):
     ]
     made = chart_segmentation.Provenance("two frames", 5, 2)
     chart_segmentation.store_front(settings, own, made)
-    front = read_front(path)
+    front = FORMAT.read(path)
     assert [point.name for point in front.points] == ["stride 2", "default"]
     assert front.default_ms == 40.0
     assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)

@@ -1,17 +1,16 @@
 """The settings that a time budget buys, on a front written down by hand."""
 
-import json
-
 import pytest
 
 from eyehand.errors import InputError
 from eyehand.perception.segmentation import SegmentationOptions
 from eyehand.perception.segmentation.budget import (
+    FORMAT,
+    STORED_FRONT,
     FrontPoint,
-    StoredFront,
     options_for_budget,
-    read_front,
 )
+from eyehand.perception.stored_front import StoredFront
 
 FRONT = StoredFront(
     points=(
@@ -68,8 +67,8 @@ def test_what_is_no_machine_is_refused():
 
 def test_a_front_survives_its_file(tmp_path):
     path = tmp_path / "front.json"
-    path.write_text(json.dumps(FRONT.as_json()))
-    assert read_front(path) == FRONT
+    path.write_text(FORMAT.text(FRONT))
+    assert FORMAT.read(path) == FRONT
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "other/1"}'])
@@ -77,11 +76,11 @@ def test_a_file_that_is_no_front_is_refused(tmp_path, text):
     path = tmp_path / "front.json"
     path.write_text(text)
     with pytest.raises(InputError, match="--store"):
-        read_front(path)
+        FORMAT.read(path)
 
 
 def test_the_stored_front_is_a_front_and_rises_to_the_most_accurate():
-    front = read_front()
+    front = FORMAT.read(STORED_FRONT)
     times = [point.median_ms for point in front.points]
     shares = [point.overlap_f_pct for point in front.points]
     assert times == sorted(times)
