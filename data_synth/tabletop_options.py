@@ -29,6 +29,10 @@ MIN_IMAGE_SIZE = (32, 24)
 MAX_IMAGE_SIZE = (4096, 4096)
 
 
+STRAIGHT_KINDS: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
+"""Solids that scenes are drawn from. Tapered ones are staged (:mod:`staged_solids`)."""
+
+
 @dataclass(frozen=True)
 class ViewOptions:
     """Where the camera of a scene may stand.
@@ -89,7 +93,7 @@ class TabletopOptions:
     each other and lie, lean or stand as they came to rest; ``piled`` ones fell onto each other."""
     count_range: tuple[int, int] = (4, 8)
     """Fewest and most objects; 0 is an empty table, in the family ``separate`` only."""
-    kinds: tuple[Kind, ...] = get_args(Kind)
+    kinds: tuple[Kind, ...] = STRAIGHT_KINDS
     """Solids to draw from, with equal chance."""
     width_range: tuple[float, float] = (0.03, 0.12)
     """Smallest and largest horizontal extent of an upright object, m: what a hand spans."""
@@ -144,9 +148,9 @@ class TabletopOptions:
     def __post_init__(self) -> None:
         _check_name("family", self.family, get_args(Family))
         if not self.kinds:
-            raise InputError(f"kinds must name one or more of {', '.join(get_args(Kind))}")
+            raise InputError(f"kinds must name one or more of {', '.join(STRAIGHT_KINDS)}")
         for kind in self.kinds:
-            _check_name("kinds", kind, get_args(Kind))
+            _check_name("kinds", kind, STRAIGHT_KINDS)
         fewest = FEWEST_OBJECTS[self.family]
         check_range("count_range", self.count_range, fewest, MAX_OBJECTS, "objects")
         if any(count != int(count) for count in self.count_range):
