@@ -78,7 +78,11 @@ class Provenance:
     seed: int | None
     """Seed of all randomness; None where there is none."""
     frames: int
-    """Frames (or trials) behind each point."""
+    """Cases behind each point."""
+    case: str = "frame"
+    """What a case is."""
+    each: str = "frame"
+    """What one of them is called."""
 
 
 def new_chart(
@@ -238,7 +242,7 @@ def sign(figure: Figure, made: Provenance) -> None:
     """Write data, seed, frame count and machine into the footer."""
     height = figure.get_size_inches()[1]
     seed = "no randomness" if made.seed is None else f"seed {made.seed}"
-    frames = f"{made.frames} frame{'' if made.frames == 1 else 's'}"
+    frames = f"{made.frames} {made.each}{'' if made.frames == 1 else 's'}"
     figure.text(
         MARGIN / WIDTH,
         0.14 / height,

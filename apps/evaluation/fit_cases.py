@@ -14,7 +14,7 @@ from eyehand.perception.superquadric import sample_surface
 from eyehand.perception.surface_samples import sample_triangles
 
 from .odd_solids import DRAWERS, PosedSolid
-from .rendered_clouds import cloud_in_air, cloud_on_table
+from .rendered_clouds import cloud_in_air, cloud_on_table, draw_from_above
 from .true_solid import true_kind
 
 if TYPE_CHECKING:
@@ -50,9 +50,6 @@ NOISE = {"full-outliers": 0.0, "view-2mm": 0.002}
 USUAL_NOISE = 0.001
 OUTLIER_SHARE = 0.2
 """Share of points that lie anywhere in the doubled bounds of the solid."""
-ELEVATIONS = (np.pi / 6, 65 * np.pi / 180)
-"""How steeply a camera looks down on odd shapes on a table, rad: as on the rendered tables."""
-_AXES = np.vstack([np.eye(3), -np.eye(3)])
 
 
 @dataclass(frozen=True)
@@ -186,9 +183,7 @@ def _mismatched(seed: int, count: int) -> FitCase:
     if on_table:
         turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
         place[2] = -shape.corners()[:, 2].min()
-        azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(*ELEVATIONS)
-        level = np.cos(elevation)
-        towards = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+        towards = draw_from_above(rng)
     else:
         turn = _any_rotation(rng)
         towards = rng.normal(size=3)

@@ -51,7 +51,7 @@ KEY_LINE, KEY_INDENT = 0.21, 0.2
 KEY_FOOT, KEY_GAP = 0.52, 0.12
 """Height of the footer under the key, and free space above the key, inches."""
 WORST_SHOWN_PCT = 40.0
-"""Worse points would press all others together; they are in the table."""
+"""Worse points would press all others together, where nothing else is asked for."""
 BEST_SHOWN_PCT = 99.9
 """A stretched axis has no 100 %: better points are drawn here."""
 
@@ -85,6 +85,8 @@ def pareto_chart(
     peers: Sequence[PeerCurve],
     accuracy: str,
     made: Provenance,
+    *,
+    worst_shown_pct: float = WORST_SHOWN_PCT,
 ) -> Figure:
     """Draw accuracy against time: own settings, their front, the default, and peers.
 
@@ -103,18 +105,24 @@ def pareto_chart(
     accuracy
         Name of the accuracy, for the axis.
     made
-        For the footer.
+        For the footer; the time is that of one of its cases.
+    worst_shown_pct
+        Peers' points that are worse are left out, for they would press all others together.
     """
     own = [_drawable(point) for point in own]
     star = own[default]
-    shown = [_shown(curve) for curve in peers]
-    view = _view([*own, *(point for curve in shown for point in curve.points)])
+    shown = [_shown(curve, worst_shown_pct) for curve in peers]
+    view = _view([*own, *(p for curve in shown for p in curve.points)], worst_shown_pct)
     named = _worth_naming(own, front, star, view)
     below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
     figure, (axes,) = new_chart(title, subtitle, height=HEIGHT + below, below=below)
     time_axis(axes, *view.times_ms)
     share_axis(axes, *view.shares_pct, stretched=True)
-    name_axes(axes, "time per frame, median (logarithmic)", f"{accuracy} (logarithmic in error)")
+    name_axes(
+        axes,
+        f"time per {made.case}, median (logarithmic)",
+        f"{accuracy} (logarithmic in error)",
+    )
     steps = _steps([own[index] for index in front], view.times_ms[1])
     for curve, mark in zip(shown, PEER_MARKS * len(shown), strict=False):
         _draw_peer(axes, curve, mark)
@@ -156,8 +164,8 @@ def pareto_chart(
     return figure
 
 
-def _shown(curve: PeerCurve) -> PeerCurve:
-    points = [_drawable(point) for point in curve.points if point.accuracy_pct >= WORST_SHOWN_PCT]
+def _shown(curve: PeerCurve, worst_shown_pct: float) -> PeerCurve:
+    points = [_drawable(point) for point in curve.points if point.accuracy_pct >= worst_shown_pct]
     return PeerCurve(curve.name, tuple(points))
 
 
@@ -207,11 +215,11 @@ class _View:
         return (WIDTH - LEFT - MARGIN) * across, (HEIGHT - HEADER - FOOT) * up
 
 
-def _view(points: Sequence[ChartPoint]) -> _View:
+def _view(points: Sequence[ChartPoint], worst_shown_pct: float) -> _View:
     """Choose axes with room around all points, and above the best one for its name."""
     times = [point.time_ms for point in points]
     best = max(point.accuracy_pct for point in points)
-    worst = min(max(point.accuracy_pct, WORST_SHOWN_PCT) for point in points)
+    worst = min(max(point.accuracy_pct, worst_shown_pct) for point in points)
     return _View(
         (0.75 * min(times), 1.35 * max(times)),
         (worst - 0.15 * (100 - worst), 100 - 0.55 * (100 - best)),
@@ -273,13 +281,15 @@ def _write_key(figure: Figure, named: Sequence[ChartPoint]) -> None:
     for index, point in enumerate(named):
         column, line = divmod(index, lines)
         left = MARGIN + column * (WIDTH - 2 * MARGIN) / 2
-        text = (
-            f"{point.name}: {point.accuracy_pct:.1f} %, {time_text(float(f'{point.time_ms:.2g}'))}"
-        )
+        text = f"{point.name}: {point.accuracy_pct:.1f} %, {_short_time(point)}"
         up = (KEY_FOOT + (lines - line) * KEY_LINE) / height
         style: dict[str, Any] = {"size": TEXT - 0.5, "va": "top", "ha": "left"}
         figure.text(left / WIDTH, up, str(index + 1), color=BLUE, weight="bold", **style)
         figure.text((left + KEY_INDENT) / WIDTH, up, text, color=INK, **style)
+
+
+def _short_time(point: ChartPoint) -> str:
+    return time_text(float(f"{point.time_ms:.2g}"))
 
 
 def _key_lines(names: int) -> int:
@@ -298,7 +308,7 @@ def _name(
         PointName(
             default.time_ms,
             default.accuracy_pct,
-            f"default: {default.accuracy_pct:.1f} % in {default.time_ms:.0f} ms",
+            f"default: {default.accuracy_pct:.1f} % in {_short_time(default)}",
             colour=VERMILION,
             bold=True,
         )

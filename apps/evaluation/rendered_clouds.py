@@ -36,7 +36,7 @@ AIR_KINDS: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box")
 HEIGHT = 0.35
 """How far above the table it hangs, m: behind its outline there is something, far away."""
 ELEVATIONS = (np.pi / 6, 65 * np.pi / 180)
-"""How steeply the camera looks down, rad; the object is anyhow turned, so is what it shows."""
+"""How steeply a camera looks down, rad: as on the tables."""
 
 
 def cloud_on_table(
@@ -85,14 +85,19 @@ def cloud_in_air(
     """
     rng = np.random.default_rng([seed, 23])
     solid = _simple_solid(AIR_KINDS[seed % len(AIR_KINDS)], semi_axes, rng)
-    azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(*ELEVATIONS)
-    level = np.cos(elevation)
-    towards = np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+    towards = draw_from_above(rng)
     item = TabletopObject(solid.kind, solid, 1.0, (0.5, 0.5, 0.5))
     camera = camera_intrinsics(ViewOptions())
     pose = look_at(solid.centre + distance * towards, solid.centre)
     scene = TabletopScene(seed, "separate", (item,), Table(), camera, pose)
     return solid, *_look(scene, points), None
+
+
+def draw_from_above(rng: np.random.Generator) -> NDArray[np.float64]:
+    """Draw the direction (3,) from an object to a camera that looks down on it."""
+    azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(*ELEVATIONS)
+    level = np.cos(elevation)
+    return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
 
 
 def _simple_solid(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -11,6 +10,7 @@ import numpy as np
 from eyehand.perception.input_file import naming
 
 from .contest import Contestant, take_turns
+from .dial_chart import Measured
 from .segmentation_score import score_segmentation
 
 if TYPE_CHECKING:
@@ -25,27 +25,13 @@ if TYPE_CHECKING:
     Segmenter = Contestant[DepthFrame, NDArray[np.int32]]
     NamedFrame = tuple[str, LabelledFrame]
 
-
-@dataclass(frozen=True)
-class Result:
-    """What a contestant reached."""
-
-    contestant: Segmenter
-    median_ms: float
-    """Median over frames of the fastest round's wall time, ms."""
-    median_cpu_ms: float
-    """The same of processor time, of all threads: less shaken by what else runs, ms."""
-    overlap_f_pct: float
-    """Mean overlap F over frames, per cent."""
-    boundary_f_pct: float
-    """Mean boundary F, per cent."""
-    found_pct: float
-    """Mean share of objects with an own F above 0.75, per cent."""
+FIGURES = ("overlap_f_pct", "boundary_f_pct", "found_pct")
+"""Means over frames of overlap F, boundary F, and the share of objects with an own F above 0.75."""
 
 
 def run_contest(
     contestants: Sequence[Segmenter], sources: Iterable[FrameSource], rounds: int
-) -> list[Result]:
+) -> list[Measured]:
     """Let all contestants segment all frames, pixels without a reading left out of the score.
 
     Parameters
@@ -59,8 +45,8 @@ def run_contest(
 
     Returns
     -------
-    list of Result
-        In the order of the contestants.
+    list of Measured
+        In the order of the contestants, with the figures of FIGURES.
 
     Raises
     ------
@@ -72,8 +58,8 @@ def run_contest(
     results = []
     for contestant, tally in zip(contestants, tallies, strict=True):
         times = [round(float(np.median(times)), 3) for times in (tally.wall_ms, tally.cpu_ms)]
-        shares = np.round(100 * np.mean(tally.scores, axis=0), 2)
-        results.append(Result(contestant, *times, *shares.tolist()))
+        shares = np.round(100 * np.mean(tally.scores, axis=0), 2).tolist()
+        results.append(Measured(contestant, *times, dict(zip(FIGURES, shares, strict=True))))
     return results
 
 

@@ -9,8 +9,9 @@ import pytest
 
 from eyehand.apps.evaluation import chart_segmentation
 from eyehand.apps.evaluation.contest import Contestant
-from eyehand.apps.evaluation.segmentation_contest import Result
-from eyehand.apps.evaluation.segmentation_dials import DIALS, DialSetting
+from eyehand.apps.evaluation.dial_chart import DialChart, Measured
+from eyehand.apps.evaluation.segmentation_contest import FIGURES
+from eyehand.apps.evaluation.segmentation_dials import BOARD
 from eyehand.apps.evaluation.segmentation_peers import PEERS
 from eyehand.apps.main import main
 from eyehand.perception import DepthFrame
@@ -50,7 +51,7 @@ def test_a_quick_chart_of_one_synthetic_frame(tmp_path, capsys, monkeypatch):
         "overlap_f_pct",
         "boundary_f_pct",
         "found_pct",
-        *DIALS,
+        *BOARD.dials,
     ]
     own = [row for row in report["rows"] if row["method"] == "eyehand"]
     assert [row["name"] for row in own if row["default"]] == ["default"]
@@ -103,19 +104,21 @@ def nothing(frame: DepthFrame) -> np.ndarray:
     return np.zeros(frame.depth.shape, np.int32)
 
 
-def test_a_stored_front_is_what_a_budget_buys_from(tmp_path, monkeypatch):
+def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
     path = tmp_path / "front.json"
-    monkeypatch.setattr(chart_segmentation, "STORED_FRONT", path)
-    settings = [DialSetting(), DialSetting({"stride": 2}), DialSetting({"stride": 4})]
+    settings = [BOARD.setting(), BOARD.setting({"stride": 2}), BOARD.setting({"stride": 4})]
     figures = [(40.0, 97.0), (12.0, 93.0), (15.0, 80.0)]
     own = [
-        Result(Contestant("eyehand", setting.name, nothing), ms, ms, f, f, f)
+        Measured(Contestant("eyehand", setting.name, nothing), ms, ms, dict.fromkeys(FIGURES, f))
         for setting, (ms, f) in zip(settings, figures, strict=True)
     ]
     made = chart_segmentation.Provenance("two frames", 5, 2)
-    chart_segmentation.store_front(settings, own, made)
+    chart = DialChart(chart_segmentation.WORDS, settings, own, [], made)
+    chart.store(FORMAT, path, "SegmentationOptions")
     front = FORMAT.read(path)
     assert [point.name for point in front.points] == ["stride 2", "default"]
     assert front.default_ms == 40.0
     assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)
     assert front.points[0].options() == settings[1].options
+    assert chart.slower(FORMAT, path, "SegmentationOptions") == 1.0
+    assert chart.slower(FORMAT, tmp_path / "none.json", "SegmentationOptions") is None

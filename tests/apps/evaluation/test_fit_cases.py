@@ -114,6 +114,7 @@ def test_solid_and_view_do_not_depend_on_the_number_of_points():
         assert len(many.points) > 200
         assert np.allclose(few.truth.centre, many.truth.centre)
         if few.view_origin is not None:
+            assert many.view_origin is not None
             assert np.array_equal(few.view_origin, many.view_origin)
 
 

@@ -1,0 +1,87 @@
+"""Settings of a stage's options for its chart: every dial turned alone, some turned together."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from itertools import product
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+Options = TypeVar("Options")
+DEFAULT = "default"
+"""Name of the setting that turns nothing."""
+BARE = "bare"
+"""Name of what switches every stage off that can be."""
+
+
+@dataclass(frozen=True)
+class DialBoard(Generic[Options]):
+    """All dials of a stage."""
+
+    default: Options
+    """Options, a frozen dataclass, with every dial where users get it."""
+    dials: Mapping[str, tuple[Any, ...]]
+    """Fields of the options and the values that each is turned to."""
+    crosses: tuple[Mapping[str, tuple[Any, ...]], ...] = ()
+    """What is turned together, every value with every other."""
+    quick: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
+    """Dials of a quick look, each alone."""
+    words: Mapping[tuple[str, Any], str] = field(default_factory=dict)
+    """What a value is called where field and value do not tell: (field, value) → word."""
+    bare: Mapping[str, Any] = field(default_factory=dict)
+    """Values that together are called BARE."""
+
+    def setting(self, dials: Mapping[str, Any] | None = None) -> DialSetting[Options]:
+        """Turn these dials; those at their default count as not turned."""
+        wanted = dials or {}
+        turned = {key: wanted[key] for key in self.dials if key in wanted}
+        default = self.default
+        return DialSetting(
+            self, {key: v for key, v in turned.items() if v != getattr(default, key)}
+        )
+
+    def settings(self, *, quick: bool = False) -> list[DialSetting[Options]]:
+        """List settings, none twice, those that turn fewer dials first: the default is first."""
+        chosen: list[dict[str, Any]] = [{}]
+        for key, values in (self.quick if quick else self.dials).items():
+            chosen += [{key: value} for value in values]
+        for cross in () if quick else self.crosses:
+            chosen += [dict(zip(cross, values, strict=True)) for values in product(*cross.values())]
+        unique: dict[Options, DialSetting[Options]] = {}
+        for dials in chosen:
+            setting = self.setting(dials)
+            unique.setdefault(setting.options, setting)
+        return sorted(unique.values(), key=lambda setting: len(setting.dials))
+
+
+@dataclass(frozen=True)
+class DialSetting(Generic[Options]):
+    """One setting of all dials."""
+
+    board: DialBoard[Options]
+    dials: Mapping[str, Any]
+    """Those that are not at their default, by field name."""
+
+    @property
+    def name(self) -> str:
+        """How it differs from the default, in words."""
+        bare = self.board.bare
+        stripped = bool(bare) and all(self.dials.get(key) == v for key, v in bare.items())
+        words = [
+            self.board.words.get((key, value), f"{key.replace('_', ' ')} {value}")
+            for key, value in self.dials.items()
+            if not (stripped and key in bare)
+        ]
+        return ", ".join([*words, *([BARE] if stripped else [])]) or DEFAULT
+
+    @property
+    def options(self) -> Options:
+        """Options with these dials turned."""
+        return replace(self.board.default, **self.dials)  # pyright: ignore[reportArgumentType]
+
+    def all_dials(self) -> dict[str, Any]:
+        """Every dial with its value, so that other defaults one day change nothing."""
+        options = self.options
+        return {key: getattr(options, key) for key in self.board.dials}
