@@ -150,15 +150,15 @@ def residual_colours(residuals: NDArray[np.float64], limit_mm: float) -> NDArray
 def picture_views(cloud: Cloud) -> tuple[View, View, View]:
     """Choose the three sides: the camera's is the front and the support is below, where known."""
     up = up_direction(cloud)
-    towards: NDArray[np.float64] | None = None
+    towards = np.zeros(3)
     if cloud.view_origin is not None:
         towards = cloud.view_origin - cloud.points.mean(axis=0)
         towards = towards / max(float(np.linalg.norm(towards)), np.finfo(float).tiny)
-    if towards is None or float(np.linalg.norm(np.cross(up, towards))) < STEEP:
+    if float(np.linalg.norm(np.cross(up, towards))) < STEEP:
         axes = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, -1.0], [1.0, 0.0, 0.0]])
         towards = next(axis for axis in axes if abs(axis @ up) < np.sqrt(0.5))
     towards = towards - (towards @ up) * up
-    towards /= np.linalg.norm(towards)
+    towards = towards / np.linalg.norm(towards)
     right: NDArray[np.float64] = np.cross(up, towards)
     return View("front", right, up), View("side", -towards, up), View("top", right, -towards)
 

@@ -1,0 +1,52 @@
+"""A server of pages on this machine that keeps to itself what it would tell the terminal."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from typing import TYPE_CHECKING, Any
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+HOST = "127.0.0.1"
+"""Only this machine may look; elsewhere `ssh -L` brings the page."""
+ANY_PORT = 0
+
+
+def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
+    """Serve a page at a port, or at the next free one; by default at any.
+
+    Returns
+    -------
+    Any
+        `viser.ViserServer`, typed as Any because viser is loaded only here.
+
+    Raises
+    ------
+    InputError
+        If no port can be opened there.
+    """
+    import viser
+
+    try:
+        # viser greets on stdout, also when told not to, and that belongs to --json.
+        with _silent():
+            return viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
+    except (OSError, RuntimeError) as error:
+        fault = " ".join(str(error).split())
+        raise InputError(f"cannot serve a page at port {port}: {fault}") from error
+
+
+def close_server(server: Any) -> None:
+    """Stop serving."""
+    with _silent():
+        server.stop()
+
+
+@contextlib.contextmanager
+def _silent() -> Iterator[None]:
+    with contextlib.redirect_stdout(io.StringIO()):
+        yield

@@ -1,0 +1,113 @@
+"""A solid as thirteen numbers that a person turns: mm, degrees, and plain shape numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.perception.superquadric import MAX_EXPONENT, MIN_EXPONENT, Kind, Superquadric
+from eyehand.perception.superquadric.shape import MAX_TAPER
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+SMALLEST_MM = 2.0
+WIDEST = 2.5
+"""Largest extent that can be set, in largest extents of the solid or its cloud."""
+FARTHEST = 1.0
+"""Largest move, in largest extents."""
+HALF_TURN_DEG = 180.0
+SIZE_DIGITS, SHAPE_DIGITS = 2, 3
+"""Digits after the point of sizes in mm, and of exponents and taper."""
+SAME = 1e-9
+"""Differences of exponents, and of semi-axes in m, that are rounding."""
+
+
+@dataclass(frozen=True)
+class SolidNumber:
+    """One number of a solid as a person sees it."""
+
+    name: str
+    """As in a covariance: a1 … k2."""
+    label: str
+    """What it is, with its unit."""
+    group: str
+    """Size, shape, turn or place."""
+    low: float
+    """Least value."""
+    high: float
+    """Largest value."""
+    step: float
+    """Least difference worth making."""
+
+
+def solid_numbers(largest_mm: float) -> tuple[SolidNumber, ...]:
+    """Give all thirteen numbers, with ranges for a solid of about that largest extent, mm."""
+    widest, far = (float(np.ceil(times * largest_mm / 10.0) * 10.0) for times in (WIDEST, FARTHEST))
+    return (
+        *(
+            SolidNumber(f"a{k}", f"{axis}, mm", "size", SMALLEST_MM, widest, 0.1)
+            for k, axis in enumerate("xyz", start=1)
+        ),
+        SolidNumber("eps1", "ε1 along z", "shape", MIN_EXPONENT, MAX_EXPONENT, 0.01),
+        SolidNumber("eps2", "ε2 around z", "shape", MIN_EXPONENT, MAX_EXPONENT, 0.01),
+        *(
+            SolidNumber(f"k{k}", f"taper of {axis}", "shape", -MAX_TAPER, MAX_TAPER, 0.01)
+            for k, axis in enumerate("xy", start=1)
+        ),
+        *(
+            SolidNumber(f"r{axis}", f"about {axis}, °", "turn", -HALF_TURN_DEG, HALF_TURN_DEG, 0.5)
+            for axis in "xyz"
+        ),
+        *(SolidNumber(f"c{axis}", f"along {axis}, mm", "move", -far, far, 0.1) for axis in "xyz"),
+    )
+
+
+def numbers_of(solid: Superquadric) -> dict[str, float]:
+    """Numbers of a solid that is neither turned nor moved from where it is, rounded to read."""
+    return {
+        **{f"a{k + 1}": round(2e3 * float(solid.semi_axes[k]), SIZE_DIGITS) for k in range(3)},
+        "eps1": round(solid.exponents[0], SHAPE_DIGITS),
+        "eps2": round(solid.exponents[1], SHAPE_DIGITS),
+        "k1": round(solid.taper[0], SHAPE_DIGITS),
+        "k2": round(solid.taper[1], SHAPE_DIGITS),
+        **dict.fromkeys(("rx", "ry", "rz", "cx", "cy", "cz"), 0.0),
+    }
+
+
+def solid_of(numbers: Mapping[str, float], start: Superquadric) -> Superquadric:
+    """Solid with these numbers; turns (a rotation vector) and moves are along `start`'s axes."""
+    turn = Rotation.from_rotvec([numbers[f"r{axis}"] for axis in "xyz"], degrees=True)
+    move = np.array([numbers[f"c{axis}"] for axis in "xyz"]) * 1e-3
+    own = RigidTransform.from_components(move, turn)
+    semi_axes = np.array([numbers[f"a{k}"] for k in (1, 2, 3)]) * 0.5e-3
+    exponents = (
+        float(np.clip(numbers["eps1"], MIN_EXPONENT, MAX_EXPONENT)),
+        float(np.clip(numbers["eps2"], MIN_EXPONENT, MAX_EXPONENT)),
+    )
+    taper = (numbers["k1"], numbers["k2"])
+    kind = _kind(start, semi_axes, exponents, taper)
+    return Superquadric(semi_axes, exponents, start.pose * own, kind, taper)
+
+
+def _kind(
+    start: Superquadric,
+    semi_axes: NDArray[np.float64],
+    exponents: tuple[float, float],
+    taper: tuple[float, float],
+) -> Kind:
+    """Simplest name that still tells the whole shape."""
+    if any(taper):
+        return "tapered"
+    if start.kind == "tapered" or not np.allclose(exponents, start.exponents, rtol=0, atol=SAME):
+        return "superquadric"
+    if start.kind == "sphere" and np.ptp(semi_axes) > SAME:
+        return "ellipsoid"
+    if start.kind == "cylinder" and abs(semi_axes[0] - semi_axes[1]) > SAME:
+        return "superquadric"
+    return start.kind

@@ -1,0 +1,82 @@
+"""One HTML file that shows fits by itself: no server, no network, one look from all sides."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..description_files import write_text
+from ..scene_json import fit_parts
+from .page_scene import PageScene, starting_camera
+from .page_server import close_server, open_server
+from .picture_scene import picture_views
+from .solid_text import shape_text, size_text, spread_text
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from .fit_inputs import FittedCloud
+
+APART = 2.6
+"""Distance of clouds beside one another, in half diagonals."""
+ABOVE, LINE, LETTERS = 1.35, 0.16, 0.13
+"""Height of a caption over the cloud's middle, of its lines and letters, in half diagonals."""
+
+
+def write_page(path: Path, fits: Sequence[FittedCloud]) -> None:
+    """Write clouds and solids side by side as one HTML file, at once or not at all.
+
+    Raises
+    ------
+    InputError
+        If the folder does not exist or cannot be written to.
+    """
+    write_text(path, page_html(fits))
+
+
+def page_html(fits: Sequence[FittedCloud]) -> str:
+    """Make the file's text, about 1.5 MB: viser's viewer and the scene."""
+    # viser's serialiser belongs to a server: one that nobody is told of.
+    server = open_server()
+    try:
+        _draw(server, fits)
+        return server.scene.as_html()
+    finally:
+        close_server(server)
+
+
+def _draw(server: Any, fits: Sequence[FittedCloud]) -> None:
+    first = fits[0].cloud
+    front, _, _ = picture_views(first)
+    position, up = starting_camera(first)
+    server.scene.set_up_direction(tuple(up))
+    wide = APART * (len(fits) - 1)
+    for number, fitted in enumerate(fits):
+        place = (APART * number - wide / 2) * front.right
+        node = f"/{number + 1}"
+        drawn = PageScene(server.scene, node, fitted.cloud, place)
+        drawn.draw(fit_parts(fitted.fit))
+        for line, text in enumerate(_caption(fitted)):
+            server.scene.add_label(
+                f"{node}/caption {line}",
+                text,
+                position=(ABOVE - LINE * line) * up,
+                font_size_mode="scene",
+                font_scene_height=LETTERS,
+                anchor="bottom-center",
+            )
+    # One cloud is looked at as on the live page, several from their front, all in view.
+    if len(fits) > 1:
+        position = 0.3 * wide * up + (1.5 + 0.55 * wide) * front.towards
+    server.initial_camera.position = tuple(position)
+    server.initial_camera.look_at = (0.0, 0.0, 0.0)
+
+
+def _caption(fitted: FittedCloud) -> tuple[str, str]:
+    solid = fitted.fit.superquadric
+    if solid is None:
+        return fitted.cloud.stem, f"no solid: {fitted.fit.reason}"
+    return (
+        f"{fitted.cloud.stem}: {solid.kind}, {shape_text(solid)}",
+        f"{size_text(solid)}, {spread_text(fitted.fit)}",
+    )
