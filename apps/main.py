@@ -31,6 +31,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.evaluation.chart_segmentation:chart_segmentation",
         "chart the segmentation's time against its accuracy, beside other methods",
     ),
+    "stress fit": (
+        "eyehand.apps.evaluation.stress_fit:stress_fit",
+        "make clouds harder until the fit breaks, and chart where",
+    ),
     "stress segmentation": (
         "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
         "make staged scenes harder until the segmentation breaks, and chart where",

@@ -64,6 +64,8 @@ class Telling:
     """What is drawn, in grey under it."""
     data: str
     """What was measured on, for the footer."""
+    each: str
+    """What one trial is put before, for the same."""
     figures: Callable[[Step], dict[str, Any]]
     """What a row of a sweep and value tells beside the share that is right."""
     draw: Callable[[Axes, Sequence[float], Sequence[Step]], None]
@@ -120,7 +122,7 @@ def write_stress_chart(
             panel.set_axis_off()
     if telling.keyed:
         _add_key(figure, panels[0])
-    sign(figure, Provenance(telling.data, first_seed, seeds))
+    sign(figure, Provenance(telling.data, first_seed, seeds, telling.each))
     write_chart(figure, path, point_rows(results, telling))
 
 

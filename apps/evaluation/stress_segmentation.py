@@ -95,6 +95,7 @@ def segmentation_telling() -> Telling:
         title="Where the segmentation breaks",
         subtitle="share of trials that are right, in %",
         data="staged scenes, noise 1 mm at 1 m where nothing else is said",
+        each="frame",
         figures=_figures,
         draw=_draw_shares,
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 import numpy as np
 
@@ -182,7 +182,7 @@ def iterate_steps(sweep: Sweep[Method], seeds: Sequence[int], method: Method) ->
         raise InputError("a sweep needs one seed at least, got none")
     used = seeds if sweep.repeats is None else seeds[: sweep.repeats]
     for value in sweep.values:
-        yield Step(value, tuple(_attempt(sweep, value, seed, method) for seed in used))
+        yield Step(value, tuple(attempted(sweep.attempt, value, seed, method) for seed in used))
 
 
 def chosen_sweeps(
@@ -208,9 +208,10 @@ def value_text(value: float, unit: str) -> str:
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
-def _attempt(sweep: Sweep[Method], value: float, seed: int, method: Method) -> Trial:
+def attempted(attempt: Callable[..., Trial], *arguments: Any) -> Trial:
+    """Make an attempt; an exception of the method is an unclean trial."""
     try:
-        return sweep.attempt(value, seed, method)
+        return attempt(*arguments)
     # Whatever the method raises is what the sweep wants to know.
     except Exception as error:
         reason = " ".join(str(error).split())

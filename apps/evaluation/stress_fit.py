@@ -1,0 +1,174 @@
+"""`eyehand stress fit`: make clouds harder until the fit breaks, and chart where."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+from eyehand.apps.console import show, tracked
+from eyehand.apps.description import ready_kernels
+from eyehand.apps.description_files import make_folder
+from eyehand.errors import InputError
+
+from .chart_style import BLUE, INK, LINE, PEER, SKY, VERMILION
+from .extreme_fit_cases import extremes
+from .fit_stress_cases import fit_sweeps
+from .stress_chart import Telling, milliseconds, percent, write_stress_chart
+from .stress_extremes import extreme_rows, extreme_table, run_extreme
+from .stress_fit_trial import FAILED, RIGHT, fit_method
+from .stress_run import CHART_FILE, CHART_FILES, run_sweeps, stress_seeds, tell_stress
+from .stress_sweep import chosen_sweeps
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+
+    from .stress_sweep import Step
+
+SEEDS, QUICK_SEEDS = 20, 3
+"""Clouds a value when no number is asked for."""
+EXTREME_SEEDS = 3
+"""Most clouds an extreme is tried with: it is right at once or not at all."""
+EXTREMES = "extremes"
+"""Name of the extreme clouds among the sweeps."""
+
+
+def stress_fit(
+    *,
+    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
+    seeds: int | None = None,
+    seed: int = 0,
+    quick: bool = False,
+    out: Path = Path("out/stress_fit"),
+    json: bool = False,
+) -> int:
+    """Make clouds with known solids harder step by step until the fit breaks, and chart where.
+
+    Each sweep has a bound that must hold, and every answer, right or wrong, must be a clean one.
+    Extreme clouds (nothing, NaN, a line, wrong units, 10 km away ...) must each be refused by
+    name, be followed exactly, or degrade with a word. Ends with exit code 1 when a bound or an
+    expectation is broken, and says which. Writes stress.png with stress.csv.
+
+    Parameters
+    ----------
+    only
+        Sweeps to run, and "extremes" for the extreme clouds; all when not given.
+    seeds
+        Clouds tried at each value; default 20, or 3 with --quick.
+    seed
+        The first seed; solids, views and noise follow from it alone.
+    quick
+        Try each sweep at its easiest value, its bound and its hardest value only.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; the tables go to stderr.
+    """
+    tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
+    wanted = list(only or ())
+    with_extremes = not wanted or EXTREMES in wanted
+    named = [name for name in wanted if name != EXTREMES]
+    sweeps = _sweeps(named) if named or not wanted else ()
+    make_folder(out)
+    ready_kernels()
+    results = run_sweeps(sweeps, tried, fit_method, quick=quick)
+    extreme_results = [
+        run_extreme(extreme, tried[:EXTREME_SEEDS], fit_method)
+        for extreme in tracked(extremes() if with_extremes else (), EXTREMES)
+    ]
+    telling = fit_telling()
+    if results:
+        write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)
+    if extreme_results:
+        show(extreme_table(extreme_results), json_wanted=json)
+    return tell_stress(
+        results,
+        telling,
+        tried,
+        CHART_FILES if results else (),
+        out=out,
+        json=json,
+        quick=quick,
+        faults=[result.fault for result in extreme_results if result.fault],
+        extremes=extreme_rows(extreme_results),
+    )
+
+
+def fit_telling() -> Telling:
+    """How the fit's sweeps are told: IoU with the true solid, refusals, silent failures."""
+    return Telling(
+        stage="fit",
+        title="Where the fit breaks",
+        subtitle=f"IoU with the true solid (right: {100 * RIGHT:.0f} % or more)",
+        data="one view of a random solid, 1000 points, 1 mm noise where nothing else is said",
+        each="cloud",
+        figures=_figures,
+        draw=_draw,
+        keyed=True,
+    )
+
+
+def _sweeps(names: Sequence[str]):
+    try:
+        return chosen_sweeps(fit_sweeps(), names)
+    except InputError as error:
+        raise InputError(f"{error}, {EXTREMES}") from None
+
+
+def silent_share(step: Step) -> float:
+    """Share of trials whose solid has failed without the fit saying so."""
+    return sum(score < FAILED for score in step.scores) / len(step.trials)
+
+
+def refused_share(step: Step) -> float:
+    """Share of trials in which the fit said that it has no usable solid, and why."""
+    return sum(trial.refused for trial in step.trials) / len(step.trials)
+
+
+def _figures(step: Step) -> dict[str, Any]:
+    scores = step.scores
+    return {
+        "iou_median_pct": percent(float(np.median(scores)) if scores else None),
+        "iou_worst_pct": percent(min(scores, default=None)),
+        "refused_pct": percent(refused_share(step)),
+        "silent_pct": percent(silent_share(step)),
+        "raised": sum(not trial.clean for trial in step.trials),
+        "fit_ms": milliseconds(step),
+    }
+
+
+def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
+    silent = np.array([100 * silent_share(step) for step in steps])
+    refused = np.array([100 * refused_share(step) for step in steps])
+    bars: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
+    axes.bar(places, silent, color=VERMILION, alpha=0.75, label="failed silently", **bars)
+    axes.bar(places, refused, bottom=silent, color=PEER, alpha=0.45, label="refused", **bars)
+    axes.plot(
+        places,
+        [100 * step.share for step in steps],
+        color=INK,
+        linewidth=1.1,
+        linestyle=(0, (1, 1.4)),
+        label="right",
+        clip_on=False,
+        zorder=3.2,
+    )
+    for label, colour, pick in (("IoU, worst", SKY, min), ("IoU, median", BLUE, np.median)):
+        known = [(x, step.scores) for x, step in zip(places, steps, strict=True) if step.scores]
+        axes.plot(
+            [x for x, _ in known],
+            [100 * float(pick(scores)) for _, scores in known],
+            color=colour,
+            linewidth=LINE,
+            marker="o",
+            markersize=4,
+            markeredgecolor="white",
+            markeredgewidth=0.7,
+            label=label,
+            clip_on=False,
+            zorder=3,
+        )
