@@ -27,6 +27,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.evaluation.evaluate_segmentation:evaluate_segmentation",
         "score the segmentation on labelled or synthetic frames",
     ),
+    "chart fit": (
+        "eyehand.apps.evaluation.chart_fit:chart_fit",
+        "chart the fit's time against its accuracy, beside other fitters",
+    ),
     "chart segmentation": (
         "eyehand.apps.evaluation.chart_segmentation:chart_segmentation",
         "chart the segmentation's time against its accuracy, beside other methods",

@@ -79,8 +79,6 @@ class Provenance:
     """Seed of all randomness; None where there is none."""
     frames: int
     """Cases behind each point."""
-    case: str = "frame"
-    """What a case is."""
     each: str = "frame"
     """What one of them is called."""
 

@@ -180,7 +180,7 @@ class DialChart:
             return None
         slower = round(self.own[0].median_ms / form.read(path).default_ms, 3)
         say(
-            f"here, on these {self.made.case}s, the default takes {slower:.2f} times as long as in "
+            f"here, on these {self.made.each}s, the default takes {slower:.2f} times as long as in "
             f"the stored front: {options}.for_budget(ms, slower={slower:.2f})"
         )
         return slower

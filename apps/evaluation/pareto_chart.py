@@ -120,7 +120,7 @@ def pareto_chart(
     share_axis(axes, *view.shares_pct, stretched=True)
     name_axes(
         axes,
-        f"time per {made.case}, median (logarithmic)",
+        f"time per {made.each}, median (logarithmic)",
         f"{accuracy} (logarithmic in error)",
     )
     steps = _steps([own[index] for index in front], view.times_ms[1])

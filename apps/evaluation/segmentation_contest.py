@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Segmenter = Contestant[DepthFrame, NDArray[np.int32]]
     NamedFrame = tuple[str, LabelledFrame]
 
-FIGURES = ("overlap_f_pct", "boundary_f_pct", "found_pct")
+FIGURES: tuple[str, ...] = ("overlap_f_pct", "boundary_f_pct", "found_pct")
 """Means over frames of overlap F, boundary F, and the share of objects with an own F above 0.75."""
 
 
@@ -57,9 +57,10 @@ def run_contest(
     tallies = take_turns(named, _loaded(sources), _shares, rounds)
     results = []
     for contestant, tally in zip(contestants, tallies, strict=True):
-        times = [round(float(np.median(times)), 3) for times in (tally.wall_ms, tally.cpu_ms)]
+        wall, cpu = (round(float(np.median(ms)), 3) for ms in (tally.wall_ms, tally.cpu_ms))
         shares = np.round(100 * np.mean(tally.scores, axis=0), 2).tolist()
-        results.append(Measured(contestant, *times, dict(zip(FIGURES, shares, strict=True))))
+        figures: dict[str, float] = dict(zip(FIGURES, shares, strict=True))
+        results.append(Measured(contestant, wall, cpu, figures))
     return results
 
 
