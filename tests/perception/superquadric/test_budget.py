@@ -1,0 +1,58 @@
+"""The fit that a time budget buys, on a front written down by hand."""
+
+import pytest
+
+from eyehand.errors import InputError
+from eyehand.perception import FitOptions
+from eyehand.perception.stored_front import StoredFront
+from eyehand.perception.superquadric.budget import FORMAT, FrontPoint, options_for_budget
+
+BARE = {"points": 100, "optimiser": "lm", "kinds": ("superquadric",)}
+FRONT = StoredFront(
+    points=(
+        FrontPoint("bare", BARE, 3.0, 80.0, 91.0, 1.0),
+        FrontPoint("300 points, lm", {"points": 300, "optimiser": "lm"}, 6.0, 88.0, 95.0, 0.0),
+        FrontPoint("default", {}, 18.0, 93.0, 97.0, 0.0),
+    ),
+    default_ms=18.0,
+    data="written down by hand",
+    seed=None,
+    frames=1,
+    machine="none",
+)
+
+
+@pytest.mark.parametrize(
+    ("budget", "dials"),
+    [(3.0, BARE), (5.99, BARE), (6.0, FRONT.points[1].dials), (18.0, {}), (1e6, {})],
+)
+def test_the_most_accurate_point_that_fits_is_taken(budget, dials):
+    assert options_for_budget(budget, front=FRONT) == FitOptions(**dials)
+
+
+def test_a_slower_machine_gets_a_cheaper_point():
+    assert options_for_budget(6.0, slower=1.1, front=FRONT) == FitOptions(**BARE)
+    assert options_for_budget(10.0, slower=0.5, front=FRONT) == FitOptions()
+
+
+def test_a_budget_below_the_fastest_is_refused_and_told_its_cost():
+    with pytest.raises(InputError, match=r"no fit is as fast as 1 ms: the fastest, bare, takes 3"):
+        options_for_budget(1.0, front=FRONT)
+
+
+@pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
+def test_what_is_no_budget_is_refused(budget):
+    with pytest.raises(InputError, match="budget"):
+        options_for_budget(budget, front=FRONT)
+
+
+def test_kinds_survive_the_file(tmp_path):
+    path = tmp_path / "front.json"
+    path.write_text(FORMAT.text(FRONT), encoding="utf-8")
+    front = FORMAT.read(path)
+    assert [point.options() for point in front.points] == [p.options() for p in FRONT.points]
+
+
+def test_a_file_that_is_no_front_is_refused_and_told_how_to_make_one(tmp_path):
+    with pytest.raises(InputError, match="make it with eyehand chart fit --store"):
+        FORMAT.read(tmp_path / "front.json")
