@@ -124,7 +124,9 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         label: surface_below(label, clouds, support, segmentation, boxes[label]) for label in clouds
     }
     fits = {
-        label: _fit(label, cloud, to_scene, support, below[label].height, frame, options)
+        label: _fit(
+            label, cloud, to_scene, support, below[label].height, frame, segmentation, options
+        )
         for label, cloud in clouds.items()
     }
     fitted = time.perf_counter()
@@ -195,6 +197,7 @@ def _fit(
     support: SupportPlane | None,
     floor: float,
     frame: DepthFrame,
+    segmentation: Segmentation,
     options: PerceiveOptions,
 ) -> SuperquadricFit:
     origin = np.asarray(T_scene_camera.translation)
@@ -219,6 +222,8 @@ def _fit(
         cloud,
         view_origin=origin,
         support_plane=plane,
-        hidden=lambda rays: hidden_rays(rays, cloud, frame, T_scene_camera),
+        hidden=lambda rays: hidden_rays(
+            rays, cloud, frame, T_scene_camera, segmentation.mask(label)
+        ),
         options=fit_options,
     )

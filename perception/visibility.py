@@ -45,8 +45,12 @@ def hidden_rays(
     cloud: NDArray[np.float64],
     frame: DepthFrame,
     T_scene_camera: RigidTransform,
+    mask: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Tell which rays from the camera leave the image or end on something before the object.
+    """Tell which rays from the camera say nothing about an object's outline.
+
+    They leave the image, end on something before the object, or on the object itself, where its
+    outline is cut and its border peeled.
 
     Parameters
     ----------
@@ -55,6 +59,8 @@ def hidden_rays(
     cloud
         (N, 3) the object's points in the scene's frame; the one nearest to a ray gives the depth
         at which something counts as before it.
+    mask
+        (H, W) the object's pixels, its border included.
     """
     camera = frame.intrinsics
     matrix = T_scene_camera.as_matrix()
@@ -69,7 +75,8 @@ def hidden_rays(
     columns = np.clip(columns, 0, camera.width - 1)
     rows = np.clip(rows, 0, camera.height - 1)
     seen = frame.depth[rows, columns]
-    return outside | ((seen > 0) & (seen < depth_there - OCCLUDER_GAP))
+    before = (seen > 0) & (seen < depth_there - OCCLUDER_GAP)
+    return outside | before | mask[rows, columns]
 
 
 def visible_share(

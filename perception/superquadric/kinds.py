@@ -13,12 +13,12 @@ if TYPE_CHECKING:
 
 
 def basis(kind: Kind) -> NDArray[np.float64]:
-    """Matrix B (11, k) with full parameter step = B @ step of the kind's k free numbers.
+    """Matrix B (13, k) with full parameter step = B @ step of the kind's k free numbers.
 
-    Full parameters are log a1, log a2, log a3, ε1, ε2, rotation (3), translation (3).
+    Full parameters are log a1, log a2, log a3, ε1, ε2, rotation (3), translation (3), taper (2).
     """
     columns: list[NDArray[np.float64]] = []
-    unit = np.eye(11)
+    unit = np.eye(13)
     if kind == "sphere":
         columns = [unit[0] + unit[1] + unit[2]]
     elif kind == "cylinder":
@@ -27,7 +27,9 @@ def basis(kind: Kind) -> NDArray[np.float64]:
         columns = [*unit[:3], *unit[5:8]]
     else:
         columns = list(unit[:8])
-    matrix = np.column_stack([*columns, *unit[8:]])
+    matrix = np.column_stack([*columns, *unit[8:11]])
+    if kind == "tapered":
+        matrix = np.column_stack([matrix, *unit[11:]])
     assert matrix.shape[1] == PARAMETER_COUNT[kind]
     return matrix
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
-from .shape import MAX_EXPONENT, MIN_EXPONENT, PARAMETER_COUNT, Kind
-from .starts import axis_permutations, starting_boxes, turned_dual
+from .search import End, distinct, search, short_descents
+from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind
+from .starts import axis_permutations, starting_boxes, swapped_axes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,13 +22,13 @@ START_POINTS = 100
 """Points on which starts compete: enough to tell basins apart."""
 SOFT_EDGE = 0.3
 """Exponent from which a sharp-edged solid starts as a general one: at 0.1 edges hold it fast."""
-MIDDLE = 0.7
-"""Exponent between round and square that general solids start from."""
 FULL_EXPONENT_RANGE = (MIN_EXPONENT, MAX_EXPONENT)
 START_EVERY_RAY = 4
 """One of so many silhouette rays takes part in the starts."""
-START_TOLERANCE = 5e-3
-"""Relative gain below which a start is done."""
+RIVAL_MARGIN = 12.0
+"""Two solids of one kind whose criteria differ by less on few points are told apart on all."""
+MIDDLE_POINTS = 300
+"""Points on which finalists are told apart."""
 
 
 class Rung(NamedTuple):
@@ -38,26 +39,42 @@ class Rung(NamedTuple):
     cost: float
     criterion: float
     """Bayesian information criterion (Schwarz 1978); lower is better."""
+    rival: Rung | None = None
+    """Another solid of the same kind that came close, not finished."""
 
 
 def climb(problem: FitProblem, has_plane: bool, options: FitOptions) -> list[Rung]:
     """Fit every kind in the options, best criterion first.
 
     First all kinds compete on few points: each starts from the boxes around the cloud; cylinders
-    and general superquadrics try each axis as their own, general superquadrics also what the
-    simpler kinds found and the 45°-turned dual of their best. Then those that can still win are
-    finished on all points.
+    try each axis as their own, general superquadrics are searched for (:mod:`search`), tapered
+    ones start from all others. Then those that can still win are finished on all points.
     """
     boxes = starting_boxes(problem, has_plane)
     thin = problem.thinned(START_POINTS, START_EVERY_RAY)
-    rungs: list[Rung] = []
+    middle = problem.thinned(MIDDLE_POINTS, 2)
+    climbed: dict[Kind, list[End]] = {}
     for kind in sorted(options.kinds, key=lambda kind: PARAMETER_COUNT[kind]):
-        starts = list(_starts(kind, boxes, rungs, options))
-        rung = _best_of(kind, starts, thin, options)
+        bounds = parameter_bounds(kind, problem, options)
         if kind == "superquadric":
-            dual = _best_of(kind, [turned_dual(rung.guess)], thin, options)
-            rung = min(rung, dual, key=lambda r: r.cost)
-        rungs.append(rung)
+            seeds = [
+                ends[0].guess._replace(eps=np.clip(ends[0].guess.eps, SOFT_EDGE, 1.0))
+                for simple, ends in climbed.items()
+                if simple != "sphere"
+            ]
+            climbed[kind] = search(boxes, seeds, thin, bounds, options)
+        else:
+            starts = (
+                _tapered_starts(boxes, climbed, options)
+                if kind == "tapered"
+                else list(_simple_starts(kind, boxes, options))
+            )
+            ends = short_descents(kind, starts, thin, bounds, 2 * options.start_iterations)
+            climbed[kind] = distinct(ends, 1 if kind != "tapered" else options.finalists)
+    rungs = [
+        _rung(kind, ends, middle if len(ends) > 1 else thin, options)
+        for kind, ends in climbed.items()
+    ]
     limit = min(rung.criterion for rung in rungs) + options.prune
     finished = [
         _finished(rung, problem, options) if rung.criterion <= limit else rung for rung in rungs
@@ -77,25 +94,18 @@ def criterion(cost: float, kind: Kind, problem: FitProblem, options: FitOptions)
 
 
 def parameter_bounds(kind: Kind, problem: FitProblem, options: FitOptions) -> NDArray[np.float64]:
-    """Rows of [low, high]: log semi-axes in the problem's unit, and exponents.
+    """Rows of [low, high]: log semi-axes in the problem's unit, exponents, taper.
 
-    The range of exponents binds only the kind that fits them: a box's edges are what they are.
+    The range of exponents binds only kinds that fit them: a box's edges are what they are.
     """
     low, high = np.log(np.array(options.axis_range) / problem.unit)
     free = fixed_exponents(kind, options.edge_exponent) is None
-    return np.array([[low, high], options.exponent_range if free else FULL_EXPONENT_RANGE])
+    exponents = options.exponent_range if free else FULL_EXPONENT_RANGE
+    return np.array([[low, high], exponents, [-MAX_TAPER, MAX_TAPER]])
 
 
-def _starts(kind: Kind, boxes: list[Guess], rungs: list[Rung], options: FitOptions):
+def _simple_starts(kind: Kind, boxes: list[Guess], options: FitOptions):
     exponents = fixed_exponents(kind, options.edge_exponent)
-    if kind == "superquadric":
-        for rung in rungs:
-            if rung.kind != "sphere":
-                eps = np.clip(rung.guess.eps, SOFT_EDGE, 1.0)
-                yield rung.guess._replace(eps=np.clip(eps, *options.exponent_range))
-        for turned in axis_permutations(boxes[0]):
-            yield turned._replace(eps=np.clip([MIDDLE, MIDDLE], *options.exponent_range))
-        return
     assert exponents is not None
     for box in boxes[:1] if kind == "cylinder" else boxes:
         for turned in axis_permutations(box) if kind == "cylinder" else [box]:
@@ -104,36 +114,50 @@ def _starts(kind: Kind, boxes: list[Guess], rungs: list[Rung], options: FitOptio
             )
 
 
-def _best_of(
-    kind: Kind,
-    starts: list[Guess],
-    problem: FitProblem,
-    options: FitOptions,
-) -> Rung:
-    steps, bounds = basis(kind), parameter_bounds(kind, problem, options)
-    ends = [
-        levenberg_marquardt(
-            problem,
-            start,
-            steps,
-            bounds,
-            options.extent_prior,
-            options.start_iterations,
-            START_TOLERANCE,
-        )
-        for start in starts
-    ]
-    guess, cost, _ = min(ends, key=lambda end: end[1])
-    return Rung(kind, guess, cost, criterion(cost, kind, problem, options))
+def _tapered_starts(
+    boxes: list[Guess], climbed: dict[Kind, list[End]], options: FitOptions
+) -> list[Guess]:
+    """Every straight solid found, and the best general one along each of its axes."""
+    guesses = [ends[0].guess for kind, ends in climbed.items() if kind != "sphere"]
+    if "superquadric" in climbed:
+        guesses += swapped_axes(climbed["superquadric"][0].guess)
+    if not guesses:
+        guesses = [turned for box in boxes for turned in axis_permutations(box)]
+    low, high = max(SOFT_EDGE, options.exponent_range[0]), options.exponent_range[1]
+    return [guess._replace(eps=np.clip(guess.eps, low, high)) for guess in guesses]
+
+
+def _rung(kind: Kind, ends: list[End], problem: FitProblem, options: FitOptions) -> Rung:
+    """Best of a kind's ends, told apart on more points where there are several."""
+    if len(ends) > 1:
+        bounds = parameter_bounds(kind, problem, options)
+        steps = options.start_iterations
+        ends = short_descents(kind, [end.guess for end in ends], problem, bounds, steps)
+        ends = distinct(ends, 2)
+    first, *others = (
+        Rung(kind, guess, cost, criterion(cost, kind, problem, options)) for guess, cost in ends
+    )
+    return first._replace(rival=others[0] if others else None)
 
 
 def _finished(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
+    """Bring a rung, and a rival that is near, to its optimum on all points."""
+    done = _descended(rung, problem, options)
+    if rung.rival is None or rung.rival.criterion > rung.criterion + RIVAL_MARGIN:
+        return done._replace(rival=None)
+    first, second = sorted(
+        (done, _descended(rung.rival, problem, options)), key=lambda one: one.criterion
+    )
+    return first._replace(rival=second._replace(rival=None))
+
+
+def _descended(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
     guess, cost, _ = levenberg_marquardt(
         problem,
         rung.guess,
         basis(rung.kind),
         parameter_bounds(rung.kind, problem, options),
-        options.extent_prior,
         options.ladder_iterations,
     )
-    return Rung(rung.kind, guess, cost, criterion(cost, rung.kind, problem, options))
+    value = criterion(cost, rung.kind, problem, options)
+    return rung._replace(guess=guess, cost=cost, criterion=value)

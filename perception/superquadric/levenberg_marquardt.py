@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from .problem import FitProblem, Guess
-from .residual_kernels import normal_equations
+from .residual_kernels import STRAIGHT, normal_equations
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,11 +24,10 @@ def levenberg_marquardt(
     start: Guess,
     basis: NDArray[np.float64],
     bounds: NDArray[np.float64],
-    prior: float,
     iterations: int,
     tolerance: float = 1e-6,
 ) -> tuple[Guess, float, int]:
-    """Descend from a guess along the columns of a basis (11, k).
+    """Descend from a guess along the columns of a basis (13, k).
 
     Parameters
     ----------
@@ -37,9 +36,7 @@ def levenberg_marquardt(
     basis
         Full parameter step per free number, see :func:`kinds.basis`.
     bounds
-        (2, 2) rows of [low, high] for log semi-axes and for exponents.
-    prior
-        Weight of the quadratic that holds log semi-axes at the start's.
+        (3, 2) rows of [low, high] for log semi-axes, exponents and taper.
     iterations
         Most steps to take.
     tolerance
@@ -50,20 +47,22 @@ def levenberg_marquardt(
     guess, cost, steps
         The end point, its robust cost without the prior, and the steps taken.
     """
-    axes, eps, R, c, cost, steps = descend(
+    axes, eps, R, c, taper, cost, steps = descend(
         *problem.data(),
         start.axes.copy(),
         start.eps.copy(),
         np.ascontiguousarray(start.R),
         start.c.copy(),
+        start.taper.copy(),
+        bool(basis[STRAIGHT:].any()),
         *problem.weighting(),
         np.ascontiguousarray(basis),
         bounds,
-        prior,
+        problem.prior,
         iterations,
         tolerance,
     )
-    return Guess(axes, eps, R, c), float(cost), int(steps)
+    return Guess(axes, eps, R, c, taper), float(cost), int(steps)
 
 
 @njit(cache=True, error_model="numpy")
@@ -77,6 +76,8 @@ def descend(
     eps,
     R,
     c,
+    taper,
+    tapered,
     scale,
     ray_weight,
     plane_weight,
@@ -88,7 +89,6 @@ def descend(
     tolerance,
 ):
     """Descend; see :func:`levenberg_marquardt`."""
-    home = axes.copy()
     damping = 1e-2
     cost, gradient, hessian = normal_equations(
         points,
@@ -100,24 +100,23 @@ def descend(
         eps,
         R,
         c,
+        taper,
+        tapered,
         scale,
         ray_weight,
         plane_weight,
         plane_scale,
     )
-    total = cost + 0.5 * prior * np.sum((axes - home) ** 2)
+    total = cost + add_prior(prior, axes, eps, taper, gradient, hessian)
     steps = 0
     while steps < iterations:
         steps += 1
-        for j in range(3):
-            gradient[j] += prior * (axes[j] - home[j])
-            hessian[j, j] += prior
         reduced, slope = _reduced(hessian, gradient, basis)
         improved = False
         size = gain = 0.0
         while damping < _MAX_DAMPING:
             step = _damped_step(reduced, slope, basis, damping)
-            new_axes, new_eps, new_R, new_c = _moved(axes, eps, R, c, step, bounds)
+            new_axes, new_eps, new_R, new_c, new_taper = moved(axes, eps, R, c, taper, step, bounds)
             new_cost, new_gradient, new_hessian = normal_equations(
                 points,
                 weights,
@@ -128,16 +127,20 @@ def descend(
                 new_eps,
                 new_R,
                 new_c,
+                new_taper,
+                tapered,
                 scale,
                 ray_weight,
                 plane_weight,
                 plane_scale,
             )
-            new_total = new_cost + 0.5 * prior * np.sum((new_axes - home) ** 2)
+            new_total = new_cost + add_prior(
+                prior, new_axes, new_eps, new_taper, new_gradient, new_hessian
+            )
             if new_total < total:
                 size = np.sqrt(np.sum(step * step))
                 gain = total - new_total
-                axes, eps, R, c = new_axes, new_eps, new_R, new_c
+                axes, eps, R, c, taper = new_axes, new_eps, new_R, new_c, new_taper
                 cost, total = new_cost, new_total
                 gradient, hessian = new_gradient, new_hessian
                 improved = True
@@ -148,7 +151,27 @@ def descend(
             break
         if size < _STEP_TOLERANCE or gain < tolerance * total:
             break
-    return axes, eps, R, c, cost, steps
+    return axes, eps, R, c, taper, cost, steps
+
+
+@njit(cache=True, error_model="numpy")
+def add_prior(prior, axes, eps, taper, gradient, hessian):
+    """Cost of the distance from the prior; adds its derivatives to gradient and Hessian.
+
+    `prior` is (2, 7): homes and weights of log semi-axes, exponents and taper.
+    """
+    cost = 0.0
+    for j in range(7):
+        if j < 3:
+            k, gap = j, axes[j] - prior[0, j]
+        elif j < 5:
+            k, gap = j, eps[j - 3] - prior[0, j]
+        else:
+            k, gap = j + 6, taper[j - 5] - prior[0, j]
+        cost += 0.5 * prior[1, j] * gap * gap
+        gradient[k] += prior[1, j] * gap
+        hessian[k, k] += prior[1, j]
+    return cost
 
 
 # Products of matrices this small cost more in calls to BLAS than in arithmetic: plain loops.
@@ -177,7 +200,7 @@ def _reduced(hessian, gradient, basis):
 
 @njit(cache=True, error_model="numpy")
 def _damped_step(reduced, slope, basis, damping):
-    """Full step (11,) of the damped normal equations, by Cholesky decomposition."""
+    """Full step (13,) of the damped normal equations, by Cholesky decomposition."""
     k = slope.size
     factor = np.zeros((k, k))
     for i in range(k):
@@ -210,13 +233,14 @@ def _damped_step(reduced, slope, basis, damping):
 
 
 @njit(cache=True, error_model="numpy")
-def _moved(axes, eps, R, c, step, bounds):
-    """State after a full step, held inside the bounds."""
-    new_axes, new_eps = np.empty(3), np.empty(2)
+def moved(axes, eps, R, c, taper, step, bounds):
+    """State after a full step (13,), held inside the bounds."""
+    new_axes, new_eps, new_taper = np.empty(3), np.empty(2), np.empty(2)
     for j in range(3):
         new_axes[j] = min(max(axes[j] + step[j], bounds[0, 0]), bounds[0, 1])
     for j in range(2):
         new_eps[j] = min(max(eps[j] + step[3 + j], bounds[1, 0]), bounds[1, 1])
+        new_taper[j] = min(max(taper[j] + step[11 + j], bounds[2, 0]), bounds[2, 1])
     turn = rotation(step[5:8])
     new_R, new_c = np.zeros((3, 3)), c.copy()
     for i in range(3):
@@ -224,7 +248,7 @@ def _moved(axes, eps, R, c, step, bounds):
             new_c[i] += R[i, m] * step[8 + m]
             for j in range(3):
                 new_R[i, j] += R[i, m] * turn[m, j]
-    return new_axes, new_eps, new_R, new_c
+    return new_axes, new_eps, new_R, new_c, new_taper
 
 
 @njit(cache=True, error_model="numpy")

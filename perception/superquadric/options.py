@@ -9,8 +9,9 @@ from eyehand.errors import InputError
 
 from .shape import MAX_EXPONENT, MIN_EXPONENT, Kind
 
-Optimiser = Literal["lm", "slsqp", "lbfgs", "mma"]
-"""``lm`` is the compiled Levenberg-Marquardt alone; the others are nlopt's, run after it."""
+OptimiserName = Literal["lm", "slsqp", "lbfgs", "mma", "bobyqa", "cobyla"]
+"""``lm`` is the compiled Levenberg-Marquardt alone; the others are nlopt's, run after it, the
+last two without derivatives."""
 
 
 @dataclass(frozen=True)
@@ -23,16 +24,28 @@ class FitOptions:
         If a value is out of its range; the message names the range or the choices.
     """
 
-    kinds: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
+    kinds: tuple[Kind, ...] = (
+        "sphere",
+        "cylinder",
+        "ellipsoid",
+        "box",
+        "superquadric",
+        "tapered",
+    )
     """Solids to choose from: fewer is faster."""
-    points: int = 300
+    points: int = 1000
     """Points used: more is more accurate and slower (time grows linearly)."""
-    optimiser: Optimiser = "slsqp"
+    optimiser: OptimiserName = "slsqp"
     """Final refinement of the chosen solid: ``lm`` is fastest, nlopt's squeeze out the rest."""
     max_evaluations: int = 60
     """Budget of the final refinement."""
-    start_iterations: int = 10
+    starts: int = 6
+    """Boxes from which the search for a general solid starts, besides what simpler kinds found:
+    fewer is faster, more finds the basin of odd views."""
+    start_iterations: int = 6
     """Levenberg-Marquardt steps per start: fewer is faster, more tells basins apart better."""
+    finalists: int = 3
+    """Distinct general solids that go on to all points: more settles near ties more safely."""
     ladder_iterations: int = 25
     """Levenberg-Marquardt steps per kind of solid from its best start."""
     prune: float = 30.0
@@ -60,9 +73,13 @@ class FitOptions:
     """Exponent that stands for a sharp edge in boxes and cylinders."""
     axis_range: tuple[float, float] = (0.002, 1.0)
     """Smallest and largest semi-axis, m."""
-    extent_prior: float = 1e-3
-    """Weight that holds unseen extents at the cloud's own: keeps the problem determined, biases
-    nothing that the view shows."""
+    axis_prior: float = 0.7
+    """Standard deviation of log semi-axes about the cloud's radius: keeps unseen extents near
+    seen ones, biases nothing that the view shows. Smaller holds faster."""
+    exponent_prior: float = 1.0
+    """Standard deviation of exponents about the middle between square and pinched."""
+    taper_prior: float = 0.3
+    """Standard deviation of the taper about none."""
     min_points: int = 50
     """Fewer points than this are refused by name."""
     seed: int = 0
@@ -72,9 +89,10 @@ class FitOptions:
         kinds = get_args(Kind)
         if not self.kinds or any(kind not in kinds for kind in self.kinds):
             raise InputError(f"kinds must be some of {', '.join(kinds)}, got {self.kinds}")
-        if self.optimiser not in get_args(Optimiser):
+        if self.optimiser not in get_args(OptimiserName):
             raise InputError(
-                f"optimiser must be one of {', '.join(get_args(Optimiser))}, got {self.optimiser!r}"
+                f"optimiser must be one of {', '.join(get_args(OptimiserName))}, "
+                f"got {self.optimiser!r}"
             )
         for name, least in _LEAST.items():
             value = getattr(self, name)
@@ -114,6 +132,10 @@ _LEAST: dict[str, float] = {
     "silhouette_weight": 0.0,
     "plane_weight": 0.0,
     "plane_scale": 1e-6,
-    "extent_prior": 0.0,
+    "axis_prior": 1e-3,
+    "exponent_prior": 1e-3,
+    "taper_prior": 1e-3,
+    "starts": 1,
+    "finalists": 1,
     "seed": 0,
 }

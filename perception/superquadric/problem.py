@@ -29,6 +29,8 @@ class Guess(NamedTuple):
     """Local axes as columns, (3, 3)."""
     c: NDArray[np.float64]
     """Centre, (3,)."""
+    taper: NDArray[np.float64] = np.zeros(2)
+    """Taper along x and y, (2,)."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +51,8 @@ class FitProblem:
     """(3,) centre of the scaled frame, m."""
     unit: float
     """Length of the scaled unit, m."""
+    prior: NDArray[np.float64]
+    """(2, 7) homes and weights of log semi-axes, exponents and taper."""
     cauchy: float
     """Cauchy scale of point residuals, scaled."""
     ray_weight: float
@@ -78,10 +82,12 @@ def pose_problem(
     options: FitOptions,
 ) -> FitProblem:
     """Centre and scale a cloud (N, 3) in m, thin it, and set up its side conditions."""
-    rng = np.random.default_rng(options.seed)
-    centre = np.median(points, axis=0)
-    unit = float(np.sqrt(np.mean(np.sum((points - centre) ** 2, axis=1))))
-    chosen = rng.permutation(len(points))[: options.points]
+    centre = points.mean(axis=0)
+    # The cloud's own order: by distance, so that neither its listing nor its frame matters.
+    reach = np.sum((points - centre) ** 2, axis=1)
+    unit = float(np.sqrt(np.mean(reach)))
+    points = points[np.argsort(reach, kind="stable")]
+    chosen = np.random.default_rng(options.seed).permutation(len(points))[: options.points]
     scaled = (points[chosen] - centre) / unit
     rays = np.zeros((0, 3))
     origin = np.zeros(3)
@@ -102,11 +108,19 @@ def pose_problem(
         plane=scaled_plane,
         centre=centre,
         unit=unit,
+        prior=_prior(options.noise / unit, options),
         cauchy=2.0 * options.noise / unit,
         ray_weight=options.silhouette_weight if len(rays) else 0.0,
         plane_weight=options.plane_weight if plane is not None else 0.0,
         plane_scale=options.plane_scale / unit,
     )
+
+
+def _prior(noise: float, options: FitOptions) -> NDArray[np.float64]:
+    """Homes and weights (2, 7): a Gaussian beside `effective_points` readings of this noise."""
+    home = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
+    spread = np.repeat([options.axis_prior, options.exponent_prior, options.taper_prior], [3, 2, 2])
+    return np.stack([home, noise**2 / (options.effective_points * spread**2)])
 
 
 def silhouette_rays(
@@ -128,11 +142,13 @@ def silhouette_rays(
     hull = cv2.convexHull(image.astype(np.float32)).reshape(-1, 2).astype(np.float64)
     if len(hull) < 3:
         return np.zeros((0, 3))
+    # The outline starts where it is farthest out: a place that turns with the cloud.
+    hull = np.roll(hull, -int(np.argmax(np.sum(hull**2, axis=1))), axis=0)
     closed = np.vstack([hull, hull[:1]])
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
     marks = np.linspace(0.0, length[-1], count, endpoint=False)
     outline = np.column_stack([np.interp(marks, length, closed[:, k]) for k in range(2)])
-    middle = hull.mean(axis=0)
+    middle = np.mean(outline, axis=0)
     away = outline - middle
     radius = np.linalg.norm(away, axis=1, keepdims=True)
     outline = outline + margin / distance * away / np.maximum(radius, 1e-12)

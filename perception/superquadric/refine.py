@@ -1,117 +1,147 @@
-"""Final refinement by nlopt on whitened variables."""
+"""Final refinement by the optimiser of choice, all behind one call."""
 
 from __future__ import annotations
 
 import contextlib
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import nlopt
 import numpy as np
-from scipy.spatial.transform import Rotation
 
+from .chart_kernels import chart_value
+from .kinds import basis
+from .levenberg_marquardt import add_prior, levenberg_marquardt
 from .problem import FitProblem, Guess
-from .residual_kernels import normal_equations
+from .residual_kernels import STRAIGHT, normal_equations
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .options import Optimiser
+    from .options import OptimiserName
+    from .shape import Kind
 
-ALGORITHMS: dict[Optimiser, int] = {
-    "slsqp": nlopt.LD_SLSQP,
-    "lbfgs": nlopt.LD_LBFGS,
-    "mma": nlopt.LD_MMA,
-}
-"""nlopt's gradient algorithms by the name in the options."""
+
+class Refined(NamedTuple):
+    """Where an optimiser ended."""
+
+    guess: Guess
+    """Best point seen: the start, should nothing be better."""
+    cost: float
+    """Its robust cost without the prior."""
+    evaluations: int
+    """Evaluations of the cost used."""
+
+
+class Optimiser(Protocol):
+    """Takes a guess downhill within a budget of evaluations; never raises on any problem."""
+
+    def __call__(
+        self,
+        problem: FitProblem,
+        start: Guess,
+        kind: Kind,
+        bounds: NDArray[np.float64],
+        evaluations: int,
+    ) -> Refined:
+        """Refine a guess of a kind within (3, 2) bounds of log axes, exponents and taper."""
+        ...
+
 
 _RELATIVE_TOLERANCE = 1e-6
 _SPAN = 20.0
 _RIDGE = 1e-6
 
 
-def refine(
+def by_levenberg_marquardt(
     problem: FitProblem,
     start: Guess,
-    basis: NDArray[np.float64],
+    kind: Kind,
     bounds: NDArray[np.float64],
-    optimiser: Optimiser,
     evaluations: int,
-) -> tuple[Guess, float, int]:
-    """Polish a guess with one of nlopt's gradient algorithms.
+) -> Refined:
+    """Go on with the compiled Levenberg-Marquardt."""
+    return Refined(*levenberg_marquardt(problem, start, basis(kind), bounds, evaluations))
+
+
+class ByNlopt:
+    """One of nlopt's local algorithms on whitened variables.
 
     The free numbers are whitened by the Gauss-Newton Hessian at the start, so that one unit of
     any variable costs the same: without it the algorithms need several times the evaluations.
-
-    Returns
-    -------
-    guess, cost, evaluations
-        The best point seen (the start, should nothing be better), its cost, evaluations used.
     """
-    cost, _, hessian = normal_equations(*problem.data(), *start, *problem.weighting())
-    reduced = basis.T @ hessian @ basis
-    size = basis.shape[1]
-    reduced += _RIDGE * np.trace(reduced) / size * np.eye(size)
-    unwhiten = basis @ np.linalg.inv(np.linalg.cholesky(reduced)).T
-    best = [start, float(cost), 0]
 
-    def objective(y: NDArray[np.float64], gradient: NDArray[np.float64]) -> float:
-        step = unwhiten @ y
-        guess, free = _moved(start, step, bounds)
-        value, full, _ = normal_equations(*problem.data(), *guess, *problem.weighting())
-        best[2] += 1
-        if value < best[1]:
-            best[0], best[1] = guess, float(value)
-        if gradient.size:
-            gradient[:] = unwhiten.T @ _chart_gradient(full, step, free)
-        return float(value)
+    def __init__(self, algorithm: int) -> None:
+        self.algorithm = algorithm
 
-    solver = nlopt.opt(ALGORITHMS[optimiser], size)
-    solver.set_min_objective(objective)
-    span = _SPAN * np.sqrt(max(float(cost), np.finfo(float).tiny))
-    solver.set_lower_bounds(np.full(size, -span))
-    solver.set_upper_bounds(np.full(size, span))
-    solver.set_ftol_rel(_RELATIVE_TOLERANCE)
-    solver.set_maxeval(evaluations)
-    # Round-off at the optimum is nlopt's way to say that no step helps: the best point stands.
-    with contextlib.suppress(nlopt.RoundoffLimited, nlopt.exception):
-        solver.optimize(np.zeros(size))
-    return best[0], best[1], best[2]
+    def __call__(
+        self,
+        problem: FitProblem,
+        start: Guess,
+        kind: Kind,
+        bounds: NDArray[np.float64],
+        evaluations: int,
+    ) -> Refined:
+        """Refine; see :class:`Optimiser`."""
+        columns = basis(kind)
+        tapered = bool(columns[STRAIGHT:].any())
+        cost, gradient, hessian = normal_equations(
+            *problem.data(), *start, tapered, *problem.weighting()
+        )
+        total = float(cost) + add_prior(
+            problem.prior, start.axes, start.eps, start.taper, gradient, hessian
+        )
+        unwhiten = _unwhitening(hessian, columns)
+        best, used = Refined(start, float(cost), 0), 0
+        lowest = total
+
+        def objective(y: NDArray[np.float64], slope: NDArray[np.float64]) -> float:
+            nonlocal best, used, lowest
+            value, plain, downhill, *parts = chart_value(
+                y,
+                unwhiten,
+                *problem.data(),
+                *start,
+                tapered,
+                *problem.weighting(),
+                problem.prior,
+                bounds,
+            )
+            used += 1
+            if value < lowest:
+                best, lowest = Refined(Guess(*parts), float(plain), used), float(value)
+            if slope.size:
+                slope[:] = downhill
+            return float(value)
+
+        size = columns.shape[1]
+        solver = nlopt.opt(self.algorithm, size)
+        solver.set_min_objective(objective)
+        span = _SPAN * np.sqrt(max(total, np.finfo(float).tiny))
+        solver.set_lower_bounds(np.full(size, -span))
+        solver.set_upper_bounds(np.full(size, span))
+        solver.set_initial_step(0.1 * span)
+        solver.set_ftol_rel(_RELATIVE_TOLERANCE)
+        solver.set_maxeval(evaluations)
+        # Round-off at the optimum is nlopt's way to say that no step helps: the best point stands.
+        with contextlib.suppress(nlopt.RoundoffLimited, nlopt.exception):
+            solver.optimize(np.zeros(size))
+        return best._replace(evaluations=used)
 
 
-def _moved(
-    start: Guess, step: NDArray[np.float64], bounds: NDArray[np.float64]
-) -> tuple[Guess, NDArray[np.float64]]:
-    """Guess after a full step, and which of its 11 numbers are not held by a bound."""
-    free = np.ones(11)
-    axes = np.clip(start.axes + step[:3], *bounds[0])
-    eps = np.clip(start.eps + step[3:5], *bounds[1])
-    free[:3] = axes == start.axes + step[:3]
-    free[3:5] = eps == start.eps + step[3:5]
-    turn = Rotation.from_rotvec(step[5:8]).as_matrix()
-    return Guess(axes, eps, start.R @ turn, start.c + start.R @ step[8:11]), free
+OPTIMISERS: dict[OptimiserName, Optimiser] = {
+    "lm": by_levenberg_marquardt,
+    "slsqp": ByNlopt(nlopt.LD_SLSQP),
+    "lbfgs": ByNlopt(nlopt.LD_LBFGS),
+    "mma": ByNlopt(nlopt.LD_MMA),
+    "bobyqa": ByNlopt(nlopt.LN_BOBYQA),
+    "cobyla": ByNlopt(nlopt.LN_COBYLA),
+}
+"""Optimisers by the name in the options; the last two use no derivative."""
 
 
-def _chart_gradient(
-    full: NDArray[np.float64], step: NDArray[np.float64], free: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Gradient by the chart's numbers from the gradient by increments at the moved guess.
-
-    Rotation increments follow the right Jacobian of SO(3); translations were added in the
-    start's axes while increments are in the moved ones.
-    """
-    out = full * free
-    vector = step[5:8]
-    out[5:8] = _right_jacobian(vector).T @ full[5:8]
-    out[8:11] = Rotation.from_rotvec(vector).as_matrix() @ full[8:11]
-    return out
-
-
-def _right_jacobian(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    angle = float(np.linalg.norm(vector))
-    x, y, z = vector
-    cross = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
-    if angle < 1e-6:
-        return np.eye(3) - 0.5 * cross
-    a = (1.0 - np.cos(angle)) / angle**2
-    b = (angle - np.sin(angle)) / angle**3
-    return np.eye(3) - a * cross + b * cross @ cross
+def _unwhitening(hessian: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Matrix (13, k) from whitened free numbers to a full step."""
+    reduced = columns.T @ hessian @ columns
+    size = columns.shape[1]
+    reduced += (_RIDGE * np.trace(reduced) / size + np.finfo(float).tiny) * np.eye(size)
+    return np.ascontiguousarray(columns @ np.linalg.inv(np.linalg.cholesky(reduced)).T)

@@ -184,7 +184,7 @@ class Superquadric:
         return straight * np.concatenate([factors, np.ones_like(factors[..., :1])], axis=-1)
 
     def _log_gauge(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """log G (…,) and its gradient (…, 3) along the solid's own axes."""
+        """Log G (…,) and its gradient (…, 3) along the solid's own axes."""
         straight, pull_back = straighten(self.to_local(points), self.semi_axes[2], self.taper)
         log_g, gradient = log_gauge(straight, self.semi_axes, self.exponents)
         return log_g, pull_back(gradient)

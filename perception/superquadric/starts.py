@@ -45,6 +45,20 @@ def axis_permutations(guess: Guess) -> list[Guess]:
     return permutations
 
 
+def swapped_axes(guess: Guess) -> list[Guess]:
+    """Give the solids that a wrong choice of z would take for this one.
+
+    Local z goes to x and to y, and the exponents change places, or the one around z is taken for
+    both.
+    """
+    swapped = []
+    for order in ([1, 2, 0], [2, 0, 1]):
+        turned = guess._replace(axes=guess.axes[order], R=np.ascontiguousarray(guess.R[:, order]))
+        swapped.append(turned._replace(eps=guess.eps[::-1].copy()))
+        swapped.append(turned._replace(eps=np.full(2, guess.eps[1])))
+    return swapped
+
+
 def turned_dual(guess: Guess) -> Guess:
     """Turn a solid by 45° about its z-axis with ε2 mirrored at 1: nearly the same surface.
 

@@ -1,0 +1,149 @@
+"""What no solid can be told from, and solids that cannot be trusted: the reasons, by name."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .result import robust_spread
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .options import FitOptions
+    from .problem import FitProblem, Guess
+
+FLAT = 1e-4
+"""Smallest ratio of a cloud's singular values that still counts as an extent."""
+FARTHEST = 1e6
+"""Coordinates beyond this leave too few digits for a solid, m."""
+NOISE_LIMIT = 4.0
+"""Spread of the points about a usable solid, in expected noise ..."""
+SIZE_LIMIT = 0.12
+"""... or as a share of the cloud's radius, whichever is more."""
+FAR_SHARE = 0.3
+"""Share of points that may lie farther than that from a usable solid."""
+UNSEEN_LIMIT = 4.0
+"""Largest semi-axis of a usable solid, in radii of the points seen."""
+BOUND_TOLERANCE = 1e-6
+PLANE_PARAMETERS = 3
+LINE_PARAMETERS = 4
+
+
+def unusable(cloud: NDArray[np.float64], options: FitOptions) -> str:
+    """Why numbers (N, 3) are no cloud, or an empty string."""
+    if len(cloud) < options.min_points:
+        return f"{len(cloud)} points are too few: at least {options.min_points} are needed"
+    bad = int(np.count_nonzero(~np.all(np.isfinite(cloud), axis=1)))
+    if bad:
+        return f"{bad} points are NaN or infinite: leave out pixels without a reading"
+    largest = float(np.abs(cloud).max())
+    if largest > FARTHEST:
+        return f"coordinates reach {largest:.3g} m: move the cloud nearer to the origin"
+    return ""
+
+
+def too_little(
+    cloud: NDArray[np.float64], plane: NDArray[np.float64] | None, options: FitOptions
+) -> str:
+    """Why a cloud (N, 3) without outliers determines no solid, or an empty string."""
+    extents = _extents(cloud)
+    low, high = options.axis_range
+    if extents[0] == 0.0:
+        return "all points are the same point"
+    if extents[1] < FLAT * extents[0]:
+        return "all points lie on one line"
+    if extents[2] < FLAT * extents[0] and plane is None:
+        return "all points lie on one plane: give the support plane, or another view"
+    if len(cloud) < options.min_points:
+        return (
+            f"{len(cloud)} different points are too few: at least {options.min_points} are needed"
+        )
+    if not low / 2 <= extents[0] <= 2 * high:
+        return (
+            f"the cloud spreads over {extents[0]:.3g} m (one σ): solids with semi-axes of "
+            f"{low} to {high} m are fitted; are these metres?"
+        )
+    if plane is None:
+        return ""
+    heights = cloud @ plane[:3] + plane[3]
+    height = float(heights.mean())
+    if abs(height) > 2 * high:
+        return f"the support plane passes {abs(height):.3g} m from the cloud"
+    if np.quantile(heights, 0.9) < 2.0 * options.noise:
+        where = "in" if abs(height) <= 2.0 * options.noise else f"{-1e3 * height:.0f} mm under"
+        return f"the points lie {where} the support plane: nothing rises from it"
+    return ""
+
+
+def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOptions) -> str:
+    """Why a plane or a line explains the points as well as the best solid, or an empty string.
+
+    `lowest` is the best solid's criterion (:func:`ladder.criterion`); plane and line are judged
+    by the same one, with the few parameters they have.
+    """
+    points = problem.points - problem.points.mean(axis=0)
+    extents = _extents(points)
+    n = options.effective_points
+    floor = 0.5 * options.noise / problem.unit
+    flat = _robust_square(points, extents, 2, problem.cauchy)
+    if not has_plane and (n * np.log(flat + floor**2) + PLANE_PARAMETERS * np.log(n) <= lowest):
+        width = 1e3 * problem.unit * float(np.sqrt(flat))
+        return (
+            f"all points lie on one plane to within {width:.1f} mm: give the support plane, or "
+            "another view"
+        )
+    thin = _robust_square(points, extents, 1, problem.cauchy)
+    if n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest:
+        width = 1e3 * problem.unit * float(np.sqrt(thin))
+        return f"all points lie on one line to within {width:.1f} mm"
+    return ""
+
+
+def misses(residuals: NDArray[np.float64], unit: float, options: FitOptions) -> str:
+    """Why residuals (M,), m, of a cloud of radius `unit` rule a solid out, or an empty string."""
+    spread = robust_spread(residuals)
+    limit = max(NOISE_LIMIT * options.noise, SIZE_LIMIT * unit)
+    if spread > limit:
+        return (
+            f"points spread {spread * 1e3:.1f} mm about the best solid, more than "
+            f"{limit * 1e3:.1f} mm: is the cloud one solid?"
+        )
+    far = float(np.mean(np.abs(residuals) > limit))
+    if far > FAR_SHARE:
+        return (
+            f"{100 * far:.0f} % of the points lie more than {limit * 1e3:.1f} mm from the best "
+            "solid: is the cloud one solid?"
+        )
+    return ""
+
+
+def ran_away(guess: Guess, problem: FitProblem, options: FitOptions) -> str:
+    """Why a solid's size follows from no point, or an empty string."""
+    low, high = np.log(np.array(options.axis_range) / problem.unit)
+    seen = float(np.sqrt(np.sum(problem.points**2, axis=1).max()))
+    if np.exp(guess.axes.max()) > UNSEEN_LIMIT * seen:
+        return f"an extent grew to over {UNSEEN_LIMIT:g} times what was seen"
+    if np.any(guess.axes >= high - BOUND_TOLERANCE):
+        return f"an extent grew to its bound of {options.axis_range[1]} m: too little was seen"
+    if np.any(guess.axes <= low + BOUND_TOLERANCE):
+        return f"an extent shrank to its bound of {options.axis_range[0]} m: too little was seen"
+    return ""
+
+
+def _extents(cloud: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Standard deviations (3,) along the principal axes, largest first."""
+    centred = cloud - cloud.mean(axis=0)
+    return np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(cloud))
+
+
+def _robust_square(
+    points: NDArray[np.float64], extents: NDArray[np.float64], first: int, scale: float
+) -> float:
+    """Twice the Cauchy cost of the distances across principal axes from `first` on."""
+    if extents[first] == 0.0:
+        return 0.0
+    _, _, axes = np.linalg.svd(points, full_matrices=False)
+    square = np.sum((points @ axes[first:].T) ** 2, axis=1)
+    return float(np.mean(scale**2 * np.log1p(square / scale**2)))
