@@ -78,6 +78,8 @@ def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, 
     weights = np.full(len(points), 1 / len(points))
     origin = c + np.array([0.0, 0.0, 5.0])
     targets = c + rng.normal(size=(12, 3)) * 0.5
+    # Through the centre the gauge along a ray has a kink, as a distance does at 0.
+    targets = targets[np.linalg.norm((targets - c)[:, :2], axis=1) > 0.2]
     rays = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
     plane = np.array([0.0, 0.0, 1.0, 0.8 - c[2]])
 
