@@ -40,7 +40,7 @@ def print_json(
 ) -> None:
     """Print ``{"schema": "eyehand.<command>/1", "seed": …, "rows": […], …}`` on stdout."""
     report = {"schema": f"eyehand.{command}/1", "seed": seed, "rows": list(rows), **more}
-    print(json.dumps(report, allow_nan=False))
+    print(json.dumps(report, allow_nan=False), flush=True)
 
 
 def tracked(items: Iterable[Any], what: str, total: int | None = None) -> Iterator[Any]:

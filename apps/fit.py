@@ -10,7 +10,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from eyehand.errors import InputError
-from eyehand.perception.superquadric.options import OptimiserName
+from eyehand.perception.superquadric import OptimiserName
 
 from .console import print_json, say, show, tracked
 from .description import ready_kernels
@@ -130,6 +130,8 @@ def _check_outputs(density: float, port: int, page: Path | None) -> None:
         raise InputError(f"--port must be 1 to 65535, got {port}")
     if page is not None and page.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--page must name an .html file, got {page}")
+    if page is not None and not page.parent.is_dir():
+        raise InputError(f"cannot write {page}: there is no folder {page.parent}")
 
 
 def _unit(plane: Sequence[float] | None) -> np.ndarray | None:
@@ -185,7 +187,8 @@ _ROW_KEYS = ("solid", "parts", "uncertainty", "margin", "ambiguous")
 
 
 def _table(fits: Sequence[FittedCloud]) -> Table:
-    table = Table(title=f"{len(fits)} clouds", title_justify="left")
+    title = "1 cloud" if len(fits) == 1 else f"{len(fits)} clouds"
+    table = Table(title=title, title_justify="left")
     for column in ("cloud", "solid", "size mm", "ε1 ε2", "centre mm", "spread mm", "ms"):
         table.add_column(column)
     table.add_column("note", overflow="fold")
@@ -215,12 +218,11 @@ def _note(fitted: FittedCloud) -> str:
     if fit.reason:
         return fit.reason
     notes = []
-    runner_up = getattr(fit, "runner_up", None)
-    if getattr(fit, "ambiguous", False) and runner_up is not None:
-        notes.append(f"or {runner_up.kind}")
-    uncertainty = getattr(fit, "uncertainty", None)
-    if uncertainty is not None and uncertainty.unobserved:
-        notes.append(f"not seen: {' '.join(uncertainty.unobserved)}")
+    if fit.ambiguous:
+        kinds = dict.fromkeys(candidate.kind for candidate in fit.alternatives)
+        notes.append(f"or {', '.join(kinds)}")
+    if fit.uncertainty is not None and fit.uncertainty.unobserved:
+        notes.append(f"not seen: {' '.join(fit.uncertainty.unobserved)}")
     solid = fit.superquadric
     if solid is not None and any(solid.taper):
         notes.append("taper " + " ".join(f"{k:.2f}" for k in solid.taper))

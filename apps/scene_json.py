@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from eyehand.perception.superquadric import PARAMETERS
+
 if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
     from eyehand.perception import Scene, SceneObject, Superquadric, SuperquadricFit
@@ -21,8 +23,8 @@ PARAMETER_UNITS = {
     **dict.fromkeys(("cx", "cy", "cz"), "m"),
     **dict.fromkeys(("k1", "k2"), "1"),
 }
-"""Rows and columns of a covariance: semi-axes, exponents, turn about the solid's own axes, centre
-in the cloud's frame, taper."""
+"""Of a covariance's rows and columns: semi-axes, exponents, turn about the solid's own axes,
+centre in the cloud's frame, taper."""
 
 
 def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[str, Any]:
@@ -61,8 +63,6 @@ def solid_json(solid: Superquadric) -> dict[str, Any]:
 
 def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
     """Give a fit as plain data: parts, doubts and ladder included; every number is finite."""
-    runner_up = getattr(fit, "runner_up", None)
-    margin = float(getattr(fit, "margin", math.inf))
     return {
         "converged": fit.converged,
         "reason": fit.reason,
@@ -70,10 +70,10 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
         "solid": None if fit.superquadric is None else solid_json(fit.superquadric),
         "parts": [solid_json(part) for part in fit_parts(fit)],
         "uncertainty": _uncertainty(fit),
-        "runner_up": None if runner_up is None else _candidate(runner_up),
-        "margin": margin if math.isfinite(margin) else None,
-        "ambiguous": bool(getattr(fit, "ambiguous", False)),
-        "alternatives": [_candidate(c) for c in getattr(fit, "alternatives", ())],
+        "runner_up": None if fit.runner_up is None else _candidate(fit.runner_up),
+        "margin": _number(fit.margin) if math.isfinite(fit.margin) else None,
+        "ambiguous": fit.ambiguous,
+        "alternatives": [_candidate(c) for c in fit.alternatives],
         "ladder": [
             {"kind": c.kind, "spread_m": _number(c.spread), "criterion": _number(c.criterion)}
             for c in fit.ladder
@@ -86,7 +86,7 @@ def fit_parts(fit: SuperquadricFit) -> tuple[Superquadric, ...]:
     """Give the solids of a fit, largest first; none where it found none."""
     if fit.superquadric is None:
         return ()
-    return tuple(getattr(fit, "parts", ())) or (fit.superquadric,)
+    return fit.parts or (fit.superquadric,)
 
 
 def _candidate(candidate: Candidate) -> dict[str, Any]:
@@ -99,12 +99,12 @@ def _candidate(candidate: Candidate) -> dict[str, Any]:
 
 
 def _uncertainty(fit: SuperquadricFit) -> dict[str, Any] | None:
-    known = getattr(fit, "uncertainty", None)
+    known = fit.uncertainty
     if known is None:
         return None
     return {
-        "parameters": list(PARAMETER_UNITS),
-        "units": list(PARAMETER_UNITS.values()),
+        "parameters": list(PARAMETERS),
+        "units": [PARAMETER_UNITS[name] for name in PARAMETERS],
         "covariance": [[float(f"{value:.6g}") for value in row] for row in known.covariance],
         "unobserved_sides": list(known.unobserved),
     }

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
-from eyehand.perception.superquadric import Kind
-from eyehand.perception.superquadric.options import OptimiserName
+from eyehand.perception.superquadric import Kind, OptimiserName
 
 if TYPE_CHECKING:
     from typing import Any

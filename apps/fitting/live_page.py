@@ -57,9 +57,8 @@ class LivePage:
         """Sliders by the names of the numbers, a1 ... k2."""
         self.rungs: dict[str, Any] = {}
         """Buttons of the ladder by their text."""
-        self._server.gui.configure_theme(
-            control_layout="fixed", control_width="medium", show_logo=False, show_share_button=False
-        )
+        self._server.gui.configure_theme(show_logo=False, show_share_button=False)
+        self._server.gui.main_panel.dock_right()
         self._add_standing_controls()
         self._select(0)
 
@@ -154,6 +153,10 @@ class LivePage:
                 behind = candidate.criterion - fit.ladder[0].criterion
                 text = f"{candidate.kind}: {candidate.spread * 1e3:.2f} mm, +{behind:.1f}"
                 self._add_rung(text, candidate.superquadric)
+            for candidate in fit.alternatives:
+                if candidate not in fit.ladder:
+                    text = f"as likely: {candidate.kind}, {size_text(candidate.superquadric)}"
+                    self._add_rung(text, candidate.superquadric)
 
     def _add_rung(self, text: str, solid: Superquadric | None) -> None:
         hint = "spread of the points, and how far its criterion (BIC) is behind the best"

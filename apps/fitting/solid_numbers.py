@@ -8,8 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.perception.superquadric import MAX_EXPONENT, MIN_EXPONENT, Kind, Superquadric
-from eyehand.perception.superquadric.shape import MAX_TAPER
+from eyehand.perception.superquadric import (
+    MAX_EXPONENT,
+    MAX_TAPER,
+    MIN_EXPONENT,
+    Kind,
+    Superquadric,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,0 +1,48 @@
+"""Fitted clouds that several tests of this folder draw, serve and write."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.apps.fitting.fit_inputs import Cloud, FittedCloud
+from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
+from eyehand.perception.superquadric import sample_surface
+
+POSE = RigidTransform.from_components(
+    [0.1, -0.2, 0.3], Rotation.from_euler("xyz", [20.0, -35.0, 50.0], degrees=True)
+)
+
+
+@pytest.fixture(scope="session")
+def can() -> FittedCloud:
+    """A can of 80 x 80 x 120 mm, turned and moved, seen from all sides with 0.5 mm noise."""
+    solid = Superquadric(np.array([0.04, 0.04, 0.06]), (0.1, 1.0), POSE, "cylinder")
+    rng = np.random.default_rng(1)
+    points = sample_surface(solid, 900, rng) + rng.normal(scale=5e-4, size=(900, 3))
+    fit = fit_superquadric(points, options=FitOptions())
+    return FittedCloud(Cloud("can.ply", "can", points), fit)
+
+
+@pytest.fixture(scope="session")
+def lens() -> FittedCloud:
+    """A rounded block that is no primitive, as a superquadric, with camera and support known."""
+    solid = Superquadric(np.array([0.05, 0.03, 0.02]), (0.5, 0.6), RigidTransform.identity())
+    points = sample_surface(solid, 900, np.random.default_rng(2))
+    fit = fit_superquadric(points, options=FitOptions(kinds=("superquadric",)))
+    cloud = Cloud(
+        "lens.xyz", "lens", points, np.array([0.0, -0.6, 0.5]), np.array([0.0, 0.0, 1.0, 0.02])
+    )
+    return FittedCloud(cloud, fit)
+
+
+@pytest.fixture(scope="session")
+def unfit() -> FittedCloud:
+    """A cloud for which there is no solid."""
+    points = np.random.default_rng(3).normal(size=(200, 3))
+    return FittedCloud(Cloud("mist.xyz", "mist", points), SuperquadricFit.none("it is mist"))
+
+
+@pytest.fixture
+def flat(monkeypatch) -> None:
+    """Pictures are drawn without OpenGL, which is as good and much faster to start."""
+    monkeypatch.setattr("eyehand.apps.fitting.solid_picture.gl_works", lambda: False)

@@ -1,0 +1,60 @@
+"""What a person chooses becomes the options of the fit, or one line that says what is wrong."""
+
+from typing import get_args
+
+import pytest
+
+from eyehand.apps.fitting.fit_choice import FitChoice
+from eyehand.errors import InputError
+from eyehand.perception import FitOptions
+from eyehand.perception.superquadric import Kind, OptimiserName
+
+
+def test_nothing_chosen_is_the_default():
+    assert FitChoice().options() == FitOptions()
+
+
+@pytest.mark.parametrize("kind", get_args(Kind))
+def test_a_kind_is_the_only_one_tried(kind):
+    assert FitChoice(kind=kind).options().kinds == (kind,)
+
+
+@pytest.mark.parametrize("optimiser", get_args(OptimiserName))
+def test_points_and_optimiser_are_taken_over(optimiser):
+    options = FitChoice(points=123, optimiser=optimiser, noise_mm=3.0).options()
+    assert (options.points, options.optimiser, options.noise) == (123, optimiser, 0.003)
+
+
+def test_a_budget_takes_a_stored_setting():
+    options = FitChoice(budget_ms=1000.0, kind="box").options()
+    assert options.kinds == ("box",)
+    assert options.points == FitOptions.for_budget(1000.0).points
+
+
+def test_parts_are_allowed():
+    assert FitChoice(max_parts=4).options().max_parts == 4
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"noise_mm": 0.0}, "--noise-mm"),
+        ({"noise_mm": float("nan")}, "--noise-mm"),
+        ({"budget_ms": 0.0}, "--budget-ms"),
+        ({"budget_ms": float("inf")}, "--budget-ms"),
+        ({"max_parts": 0}, "--max-parts"),
+        ({"max_parts": 1000}, "--max-parts"),
+        ({"budget_ms": 10.0, "points": 500}, "--points"),
+        ({"budget_ms": 10.0, "optimiser": "lm"}, "--optimiser"),
+    ],
+)
+def test_wrong_choices_are_refused_by_name(wrong, says):
+    with pytest.raises(InputError, match=says):
+        FitChoice(**wrong)
+
+
+def test_what_no_fit_can_do_is_refused():
+    with pytest.raises(InputError, match="points"):
+        FitChoice(points=3).options()
+    with pytest.raises(InputError, match="ms"):
+        FitChoice(budget_ms=1e-6).options()

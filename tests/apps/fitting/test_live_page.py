@@ -1,0 +1,82 @@
+"""The live page answers, and its sliders and buttons change the solid and its distances."""
+
+import urllib.request
+
+import numpy as np
+import pytest
+
+from eyehand.apps.fitting.live_page import LivePage
+from eyehand.apps.fitting.page_server import ANY_PORT, close_server, open_server
+from eyehand.apps.fitting.solid_page import page_html, write_page
+from eyehand.errors import InputError
+
+
+@pytest.fixture
+def page(can, lens, unfit):
+    served = LivePage([can, lens, unfit], ANY_PORT)
+    yield served
+    served.close()
+
+
+def off(page) -> float:
+    return float(np.mean(np.abs(page.residuals)))
+
+
+def test_the_page_answers_and_says_nothing_on_stdout(page, capfd):
+    with urllib.request.urlopen(page.address, timeout=5) as answer:
+        assert answer.status == 200
+        assert b"viser" in answer.read().lower()
+    page.close()
+    assert capfd.readouterr().out == ""
+
+
+def test_each_of_the_thirteen_sliders_moves_the_surface_off_the_points(page):
+    assert len(page.sliders) == 13
+    fitted = off(page)
+    for name, slider in page.sliders.items():
+        before = slider.value
+        slider.value = 2.0 * before if name[0] == "a" else 40.0 if name[0] in "rc" else 0.6
+        if name != "rz":  # a can turned about its axis is the same can
+            assert off(page) > 2.0 * fitted, name
+        slider.value = before
+        assert off(page) == pytest.approx(fitted, rel=0.05)
+
+
+def test_buttons_bring_the_solids_of_the_ladder(page, can):
+    page.sliders["a3"].value = 30.0
+    assert len(page.rungs) == len(can.fit.ladder) > 1
+    first, second = list(page.rungs.values())[:2]
+    for button, candidate in ((second, can.fit.ladder[1]), (first, can.fit.ladder[0])):
+        for callback in button._impl.update_cb:
+            callback(None)
+        assert page.solids[0].kind == candidate.kind
+        assert page.solids[0].semi_axes == pytest.approx(candidate.superquadric.semi_axes)
+
+
+def test_another_cloud_can_be_chosen_also_one_without_a_solid(page, lens):
+    page.select("lens.xyz")
+    assert page.solids[0].semi_axes == pytest.approx(lens.fit.superquadric.semi_axes)
+    assert len(page.residuals) == len(lens.cloud.points)
+    page.select("mist.xyz")
+    assert page.solids == ()
+    page.select("can.ply")
+    assert len(page.solids) == 1
+
+
+def test_a_taken_port_is_left_alone(can):
+    taken = open_server()
+    try:
+        page = LivePage([can], taken.get_port())
+        assert str(taken.get_port()) not in page.address
+        page.close()
+    finally:
+        close_server(taken)
+
+
+def test_the_file_holds_the_whole_page(can, lens, tmp_path):
+    html = page_html([can, lens])
+    assert html.lower().startswith("<!doctype html")
+    assert "__VISER_EMBED_DATA__" in html
+    assert 3e5 < len(html) < 5e6
+    with pytest.raises(InputError, match="no folder"):
+        write_page(tmp_path / "none" / "page.html", [can])
