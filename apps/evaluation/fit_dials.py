@@ -2,67 +2,60 @@
 
 from __future__ import annotations
 
-from dataclasses import fields
-from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+from typing import get_args
 
 from eyehand.perception import FitOptions
+from eyehand.perception.superquadric.options import OptimiserName
 
 from .dials import DialBoard
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 POINTS = (100, 200, 300, 500, 1000, 2000, 4000)
 """Points that a fit uses, up to all of a cloud of the chart."""
 STARTS = (1, 2, 3, 6, 9)
+FINALISTS = (1, 2, 3, 5)
+NO_TAPER = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
+"""Kinds when no solid narrows."""
 NO_LADDER = ("superquadric",)
 """Kinds when the simplest solid is not looked for."""
 
 
-def _present(dials: Mapping[str, tuple[Any, ...]]) -> dict[str, tuple[Any, ...]]:
-    names = {one.name for one in fields(FitOptions)}
-    return {name: values for name, values in dials.items() if name in names}
-
-
-_OPTIMISERS = get_args(get_type_hints(FitOptions)["optimiser"])
+_OPTIMISERS = get_args(OptimiserName)
 _DEFAULT = FitOptions()
 
 BOARD = DialBoard(
     default=_DEFAULT,
-    dials=_present(
+    dials={
+        "points": POINTS,
+        "optimiser": _OPTIMISERS,
+        "starts": STARTS,
+        "finalists": FINALISTS,
+        "silhouette_rays": (_DEFAULT.silhouette_rays, 0),
+        "plane_weight": (_DEFAULT.plane_weight, 0.0),
+        "kinds": (_DEFAULT.kinds, NO_TAPER, NO_LADDER),
+    },
+    # Points, starts and kinds are the price of most steps; what refines in the end, and whether
+    # rays and plane take part, cost less and matter at every price.
+    crosses=(
+        {"points": POINTS, "optimiser": ("lm", "slsqp", "lbfgs")},
+        {"points": POINTS, "starts": STARTS, "optimiser": ("lm",), "finalists": (1,)},
+        {"points": POINTS, "kinds": (NO_TAPER,), "starts": (1, 3), "optimiser": ("lm", "slsqp")},
+        {"points": POINTS, "kinds": (NO_LADDER,), "starts": (1, 3), "optimiser": ("lm",)},
         {
-            "points": POINTS,
-            "optimiser": _OPTIMISERS,
-            "starts": STARTS,
+            "points": (100, 300, 1000),
+            "optimiser": ("lm",),
             "silhouette_rays": (_DEFAULT.silhouette_rays, 0),
             "plane_weight": (_DEFAULT.plane_weight, 0.0),
-            "kinds": (_DEFAULT.kinds, NO_LADDER),
-        }
-    ),
-    # Points are the main price of every step; what refines in the end and how many starts there
-    # are matter less the more of them there are.
-    crosses=(
-        _present({"points": POINTS, "optimiser": ("lm", "slsqp", "lbfgs")}),
-        _present({"points": POINTS, "starts": STARTS, "optimiser": ("lm",)}),
-        _present({"points": (100, 200, 300, 500), "starts": (1, 3), "optimiser": ("lbfgs",)}),
-        _present({"points": POINTS, "kinds": (NO_LADDER,), "optimiser": ("lm", "slsqp")}),
-        _present(
-            {
-                "points": (100, 300, 1000),
-                "optimiser": ("lm",),
-                "starts": (1, 3),
-                "silhouette_rays": (_DEFAULT.silhouette_rays, 0),
-                "plane_weight": (_DEFAULT.plane_weight, 0.0),
-            }
-        ),
+        },
     ),
     quick={"points": (100, 300), "optimiser": ("lm",), "kinds": (NO_LADDER,)},
     words={
         **{("points", points): f"{points} points" for points in POINTS},
         **{("optimiser", name): name for name in _OPTIMISERS},
         **{("starts", n): f"{n} start{'s' if n > 1 else ''}" for n in STARTS},
+        **{("finalists", n): f"{n} finalist{'s' if n > 1 else ''}" for n in FINALISTS},
         ("silhouette_rays", 0): "no rays",
         ("plane_weight", 0.0): "no plane",
+        ("kinds", NO_TAPER): "no taper",
         ("kinds", NO_LADDER): "no ladder",
     },
 )
