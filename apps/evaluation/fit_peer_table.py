@@ -15,7 +15,11 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Superquadric, SuperquadricFit
 
-PEERS: dict[str, str] = {}
+PEERS: dict[str, str] = {
+    "moments": "eyehand.apps.evaluation.fit_peers:moments_fit",
+    "radial": "eyehand.apps.evaluation.fit_peers:radial_fit",
+    "ems": "eyehand.apps.evaluation.fit_peer_ems:ems_fit",
+}
 """Name of a peer → ``module:function``, a `Fitter`."""
 
 

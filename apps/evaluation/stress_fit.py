@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -15,10 +16,11 @@ from eyehand.errors import InputError
 
 from .chart_style import BLUE, INK, LINE, PEER, SKY, VERMILION
 from .extreme_fit_cases import extremes
+from .fit_peer_table import find_peer
 from .fit_stress_cases import fit_sweeps
 from .stress_chart import Telling, milliseconds, percent, write_stress_chart
 from .stress_extremes import extreme_rows, extreme_table, run_extreme
-from .stress_fit_trial import FAILED, RIGHT, fit_method
+from .stress_fit_trial import FAILED, RIGHT, fit_method, peer_method
 from .stress_run import CHART_FILE, CHART_FILES, run_sweeps, stress_seeds, tell_stress
 from .stress_sweep import chosen_sweeps
 
@@ -43,6 +45,7 @@ def stress_fit(
     seeds: int | None = None,
     seed: int = 0,
     quick: bool = False,
+    peer: str | None = None,
     out: Path = Path("out/stress_fit"),
     json: bool = False,
 ) -> int:
@@ -63,6 +66,9 @@ def stress_fit(
         The first seed; solids, views and noise follow from it alone.
     quick
         Try each sweep at its easiest value, its bound and its hardest value only.
+    peer
+        Put another fitter under the same stress: a peer's name, or module:function. It is held
+        to no bound, and meets the extreme clouds only when they are asked for.
     out
         Output folder.
     json
@@ -70,17 +76,21 @@ def stress_fit(
     """
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
     wanted = list(only or ())
-    with_extremes = not wanted or EXTREMES in wanted
+    with_extremes = EXTREMES in wanted or not (wanted or peer)
     named = [name for name in wanted if name != EXTREMES]
     sweeps = _sweeps(named) if named or not wanted else ()
+    method = fit_method
+    if peer is not None:
+        method = peer_method(find_peer(peer))
+        sweeps = [replace(sweep, holds_to=None) for sweep in sweeps]
     make_folder(out)
     ready_kernels()
-    results = run_sweeps(sweeps, tried, fit_method, quick=quick)
+    results = run_sweeps(sweeps, tried, method, quick=quick)
     extreme_results = [
-        run_extreme(extreme, tried[:EXTREME_SEEDS], fit_method)
+        run_extreme(extreme, tried[:EXTREME_SEEDS], method)
         for extreme in tracked(extremes() if with_extremes else (), EXTREMES)
     ]
-    telling = fit_telling()
+    telling = fit_telling(peer)
     if results:
         write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)
     if extreme_results:
@@ -93,16 +103,17 @@ def stress_fit(
         out=out,
         json=json,
         quick=quick,
-        faults=[result.fault for result in extreme_results if result.fault],
+        faults=[result.fault for result in extreme_results if result.fault and not peer],
+        peer=peer,
         extremes=extreme_rows(extreme_results),
     )
 
 
-def fit_telling() -> Telling:
+def fit_telling(peer: str | None = None) -> Telling:
     """How the fit's sweeps are told: IoU with the true solid, refusals, silent failures."""
     return Telling(
         stage="fit",
-        title="Where the fit breaks",
+        title=f"Where {peer or 'the fit'} breaks",
         subtitle=f"IoU with the true solid (right: {100 * RIGHT:.0f} % or more)",
         data="one view of a random solid, 1000 points, 1 mm noise where nothing else is said",
         each="cloud",

@@ -21,6 +21,10 @@ from .stress_sweep import Trial
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from eyehand.perception import SuperquadricFit
+
+    from .fit_peer_table import Fitter
+
 RIGHT = 0.75
 """IoU from which a fit is right: a hand closes on such a solid without touching it first."""
 FAILED = 0.5
@@ -48,11 +52,6 @@ class Answer:
 
 Method = Callable[[Look], Answer]
 """What is put under stress: one look in, one solid or a reason out."""
-Peer = Callable[
-    ["NDArray[np.float64]", "NDArray[np.float64] | None", "NDArray[np.float64] | None"],
-    "Superquadric | None",
-]
-"""Somebody else's fit: points, camera, support plane in, a solid out, or None when it failed."""
 
 
 def fit_method(look: Look) -> Answer:
@@ -68,21 +67,12 @@ def fit_method(look: Look) -> Answer:
         hidden=look.hidden,
         options=options,
     )
-    parts: tuple[Superquadric, ...] = getattr(fit, "parts", ())
-    if not parts and fit.superquadric is not None:
-        parts = (fit.superquadric,)
-    # A fit that cannot be used must say why: without a reason it counts as usable.
-    return Answer(parts, fit.reason)
+    return _answer(fit)
 
 
-def peer_method(peer: Peer) -> Method:
-    """Put somebody else's fit under the same stress."""
-
-    def method(look: Look) -> Answer:
-        solid = peer(look.points, look.view_origin, look.support_plane)
-        return Answer((), "no solid found") if solid is None else Answer((solid,), "")
-
-    return method
+def peer_method(peer: Fitter) -> Method:
+    """Put another's fit under the same stress."""
+    return lambda look: _answer(peer(look.points, look.view_origin, look.support_plane))
 
 
 def try_fit(method: Method, look: Look, seed: int) -> Trial:
@@ -206,6 +196,15 @@ def outline(solids: tuple[Superquadric, ...]) -> str:
 
 _DIRECTIONS = np.random.default_rng(0).normal(size=(500, 3))
 _DIRECTIONS /= np.linalg.norm(_DIRECTIONS, axis=1, keepdims=True)
+
+
+def _answer(found: Superquadric | SuperquadricFit | None) -> Answer:
+    if found is None:
+        return Answer((), "no solid found")
+    if isinstance(found, Superquadric):
+        return Answer((found,), "")
+    # A fit that cannot be used must say why: without a reason it counts as usable.
+    return Answer(found.parts if found.superquadric is not None else (), found.reason)
 
 
 def _followed(solid: Superquadric, larger: float, T: RigidTransform) -> Superquadric:

@@ -135,7 +135,7 @@ def test_options_follow_the_unit_of_a_look():
     assert there.solids[0].semi_axes == pytest.approx(1000 * here.solids[0].semi_axes, rel=1e-6)
 
 
-def test_a_peer_is_a_method():
+def test_another_fitter_is_a_method():
     seen = []
 
     def peer(points, view_origin, support_plane):
