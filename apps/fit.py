@@ -152,11 +152,13 @@ def _check_names(inputs: Sequence[CloudInput | FrameInput]) -> None:
 
 
 def _write(folder: Path, fits: Sequence[FittedCloud], mesh: MeshFormat, density: float) -> None:
+    from .fitting.gl_child import GlChild
     from .fitting.solid_files import solid_files, write_files
 
     make_folder(folder)
-    for fitted in tracked(fits, "drawing and writing", len(fits)):
-        write_files(folder, solid_files(fitted, form=mesh, density=density))
+    with GlChild() as gl:
+        for fitted in tracked(fits, "drawing and writing", len(fits)):
+            write_files(folder, solid_files(fitted, form=mesh, density=density, gl=gl))
     say(f"solids written to {folder}")
 
 

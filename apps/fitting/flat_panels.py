@@ -6,14 +6,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..evaluation.chart_style import INK
-from .panel_look import CURVE_WIDTH, HIDDEN_CURVE, PANEL, POINT_SIZE, SOLID, SOLID_OPACITY
+from .panel_look import CURVE, CURVE_WIDTH, HIDDEN_CURVE, PANEL, POINT_SIZE, SOLID, SOLID_OPACITY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from .picture_scene import PictureScene, View
+    from .picture_parts import PictureScene, View
 
 POINTS_PER_INCH = 72.0
 DARKEST = 0.7
@@ -50,7 +49,7 @@ def flat_panel(axes: Axes, scene: PictureScene, view: View, *, solid: bool, pane
         seen = normals @ view.towards >= 0
         axes.plot(*line.T, color=HIDDEN_CURVE, linewidth=0.6 * width, zorder=2)
         front = np.where(seen[:, None], line, np.nan)
-        axes.plot(*front.T, color=INK, linewidth=width, zorder=4, solid_capstyle="round")
+        axes.plot(*front.T, color=CURVE, linewidth=width, zorder=4, solid_capstyle="round")
 
 
 def _surface(

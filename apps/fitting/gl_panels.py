@@ -1,54 +1,24 @@
-"""Panels of a fit's picture drawn by VTK off-screen, and whether that works here."""
+"""Panels of a fit's picture drawn by VTK off-screen; run it in a child (see gl_child.py)."""
 
 from __future__ import annotations
 
-import functools
-import subprocess
+import os
+import pickle
+import signal
 import sys
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..evaluation.chart_style import INK
-from .panel_look import CURVE_WIDTH, PANEL, POINT_SIZE, SOLID, SOLID_OPACITY
+from .panel_look import CURVE, CURVE_WIDTH, PANEL, POINT_SIZE, SOLID, SOLID_OPACITY
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .picture_scene import PictureScene
+    from .picture_parts import PictureScene
 
-PANEL_PIXELS = 720
-"""Side of a panel: half as much again as in the finished picture, which smooths it."""
-PROBE_TIMEOUT_S = 30.0
-_PROBE = """
-import vtkmodules.vtkRenderingOpenGL2
-from vtkmodules.vtkRenderingCore import vtkRenderer, vtkRenderWindow
-window = vtkRenderWindow()
-window.SetOffScreenRendering(1)
-window.SetSize(8, 8)
-window.AddRenderer(vtkRenderer())
-window.Render()
-raise SystemExit(0 if window.SupportsOpenGL() else 3)
-"""
-
-
-@functools.cache
-def gl_works() -> bool:
-    """Whether VTK can draw off-screen.
-
-    Where no driver is, VTK does not fail but crashes: so a child process tries first (half a
-    second). The answer holds for the life of this process.
-    """
-    try:
-        probe = subprocess.run(
-            [sys.executable, "-c", _PROBE],
-            capture_output=True,
-            timeout=PROBE_TIMEOUT_S,
-            check=False,
-        )
-    except (subprocess.TimeoutExpired, OSError):
-        return False
-    return probe.returncode == 0
+PANEL_PIXELS = 640
+"""Side of a panel: a third more than in the finished picture, which smooths it."""
 
 
 def gl_panels(scene: PictureScene) -> list[list[NDArray[np.uint8]]]:
@@ -98,7 +68,7 @@ def gl_panels(scene: PictureScene) -> list[list[NDArray[np.uint8]]]:
             for curve in scene.curves:
                 plotter.add_mesh(
                     pyvista.lines_from_points(curve),
-                    color=INK,
+                    color=CURVE,
                     line_width=CURVE_WIDTH * side,
                     lighting=False,
                 )
@@ -106,6 +76,22 @@ def gl_panels(scene: PictureScene) -> list[list[NDArray[np.uint8]]]:
         return rows
     finally:
         plotter.close()
+
+
+def serve() -> None:
+    """Draw the scenes that come pickled on stdin to stdout, until there are no more."""
+    # Ctrl-C is for the parent, which then ends this process.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    answers = os.fdopen(os.dup(1), "wb")
+    # Whatever a library prints must not get among the pictures.
+    os.dup2(2, 1)
+    while True:
+        try:
+            scene = pickle.load(sys.stdin.buffer)
+        except EOFError:
+            return
+        pickle.dump(gl_panels(scene), answers)
+        answers.flush()
 
 
 def _from_all_sides(plotter: Any, scene: PictureScene) -> list[NDArray[np.uint8]]:

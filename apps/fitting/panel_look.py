@@ -9,5 +9,7 @@ POINT_SIZE = 0.017
 """Diameter of a drawn point, in sides of a panel."""
 CURVE_WIDTH = 0.006
 """Width of a feature line, in sides of a panel."""
+CURVE = "#22262B"
+"""Feature lines: the ink of all charts."""
 HIDDEN_CURVE = "#8A919B"
 """Feature lines behind the solid."""

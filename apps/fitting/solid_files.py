@@ -6,6 +6,7 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
+import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception.atomic_write import atomic_write
@@ -18,18 +19,24 @@ from .solid_picture import fit_picture
 from .solid_text import size_text
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
+
+    from numpy.typing import NDArray
 
     from eyehand.perception import Superquadric
 
     from .fit_inputs import FittedCloud
+    from .gl_child import GlChild
 
 SCHEMA = "eyehand.solid/1"
 """Of the JSON file; a change that breaks a reader raises the number."""
 
 
-def solid_files(fitted: FittedCloud, *, form: MeshFormat, density: float) -> dict[str, bytes]:
-    """Make all files of one fit in memory, contents by name.
+def solid_files(
+    fitted: FittedCloud, *, form: MeshFormat, density: float, gl: GlChild | None = None
+) -> dict[str, bytes]:
+    """Make all files of one fit in memory, contents by name; `gl` draws the picture, if given.
 
     ``<stem>_solid.json`` and ``<stem>_solid.png`` always; for a fit that can be used the mesh
     ``<stem>_solid.<form>`` in the cloud's frame, ``<stem>_body.xml`` (MJCF) and
@@ -44,7 +51,7 @@ def solid_files(fitted: FittedCloud, *, form: MeshFormat, density: float) -> dic
     report = {"schema": SCHEMA, "units": UNITS, **_source(fitted), **fit_json(fit)}
     files = {
         f"{stem}_solid.json": (json.dumps(report, indent=1, allow_nan=False) + "\n").encode(),
-        f"{stem}_solid.png": fit_picture(fitted),
+        f"{stem}_solid.png": fit_picture(fitted, gl),
     }
     if fit:
         parts = fit_parts(fit)
@@ -97,12 +104,14 @@ def _body_files(stem: str, parts: tuple[Superquadric, ...], density: float) -> d
     }
 
 
-def _joined(surfaces):
-    import numpy as np
-
-    vertices, faces, before = [], [], 0
-    for corners, triangles in surfaces:
-        vertices.append(corners)
-        faces.append(triangles + before)
-        before += len(corners)
-    return np.concatenate(vertices), np.concatenate(faces)
+def _joined(
+    surfaces: Sequence[tuple[NDArray[np.float64], NDArray[np.int64]]],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """One mesh of several."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in surfaces)])
+    return (
+        np.concatenate([vertices for vertices, _ in surfaces]),
+        np.concatenate(
+            [faces + start for (_, faces), start in zip(surfaces, starts, strict=False)]
+        ),
+    )

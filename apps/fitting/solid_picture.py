@@ -18,7 +18,6 @@ from ..evaluation.chart_style import (
     WIDTH,
 )
 from .flat_panels import flat_panel
-from .gl_panels import gl_panels, gl_works
 from .panel_look import PANEL
 from .picture_scene import picture_scene, residual_colours
 from .solid_text import shape_text, size_text, spread_text
@@ -28,6 +27,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .fit_inputs import FittedCloud
+    from .gl_child import GlChild
     from .panel_look import PANEL
 from .picture_scene import PictureScene
 
@@ -41,7 +41,7 @@ SCALE_SHARE = 0.3
 ROUND_LENGTHS_MM = tuple(step * 10**power for power in range(5) for step in (1, 2, 5))
 
 
-def fit_picture(fitted: FittedCloud, *, gl: bool | None = None) -> bytes:
+def fit_picture(fitted: FittedCloud, gl: GlChild | None = None) -> bytes:
     """Draw a fit as a PNG.
 
     Parameters
@@ -49,16 +49,14 @@ def fit_picture(fitted: FittedCloud, *, gl: bool | None = None) -> bytes:
     fitted
         Cloud and solid; without a solid the cloud alone is drawn, with the reason in the title.
     gl
-        Whether to draw by OpenGL; by default where that works (see :func:`gl_works`), and flat by
-        matplotlib elsewhere.
+        Draws by OpenGL; without it, and where it cannot, matplotlib draws the same flat.
     """
     scene = picture_scene(fitted)
     rows = 2 if scene.surfaces else 1
     panel = (WIDTH - 2 * MARGIN - NAMES - 2 * GAP) / 3
     height = HEAD + MARGIN + rows * panel + (rows - 1) * GAP + FOOT
     figure, axes = _panels(rows, panel, height)
-    use_gl = gl_works() if gl is None else gl
-    pictures = gl_panels(scene) if use_gl else None
+    pictures = None if gl is None else gl.panels(scene)
     for row in range(rows):
         for column, view in enumerate(scene.views):
             place = axes[row][column]

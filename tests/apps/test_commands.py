@@ -49,6 +49,12 @@ def cloud_file(path: Path) -> Path:
     return path
 
 
+@pytest.fixture
+def flat(monkeypatch) -> None:
+    """Pictures of fits are drawn without OpenGL, which takes seconds to start."""
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+
+
 def test_perceive_writes_its_files_and_one_json_object(tmp_path, capsys):
     code, out, err = run("perceive", SAMPLE, "--out", tmp_path, "--json", capsys=capsys)
     assert code == 0
@@ -147,7 +153,7 @@ def test_synth_then_perceive_finds_what_was_made(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("suffix", [".ply", ".pcd", ".npz", ".xyz"])
-def test_fit_reads_clouds_and_writes_the_solid(tmp_path, capsys, suffix):
+def test_fit_reads_clouds_and_writes_the_solid(tmp_path, capsys, suffix, flat):
     cloud = cloud_file(tmp_path / f"ball{suffix}")
     code, out, _ = run("fit", cloud, "--out", tmp_path / "out", "--json", capsys=capsys)
     assert code == 0
@@ -183,7 +189,7 @@ def test_demo_shows_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, m
         assert (tmp_path / name).is_file()
 
 
-def test_fit_never_overwrites_a_cloud_or_another_result(tmp_path, capsys):
+def test_fit_never_overwrites_a_cloud_or_another_result(tmp_path, capsys, flat):
     cloud = cloud_file(tmp_path / "ball.ply")
     before = cloud.read_bytes()
     assert run("fit", cloud, "--out", tmp_path, capsys=capsys)[0] == 0

@@ -40,9 +40,3 @@ def unfit() -> FittedCloud:
     """A cloud for which there is no solid."""
     points = np.random.default_rng(3).normal(size=(200, 3))
     return FittedCloud(Cloud("mist.xyz", "mist", points), SuperquadricFit.none("it is mist"))
-
-
-@pytest.fixture
-def flat(monkeypatch) -> None:
-    """Pictures are drawn without OpenGL, which is as good and much faster to start."""
-    monkeypatch.setattr("eyehand.apps.fitting.solid_picture.gl_works", lambda: False)

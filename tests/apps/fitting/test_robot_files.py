@@ -122,7 +122,7 @@ def test_several_parts_are_one_body():
         assert ends == pytest.approx(np.sort([p.centre for p in parts], axis=0), abs=1e-6)
 
 
-def test_urdf_has_visual_and_collision(can, flat):
+def test_urdf_has_visual_and_collision(can):
     urdf = solid_files(can, form="ply", density=1000.0)["can_body.urdf"].decode()
     assert urdf.count("<visual") == urdf.count("<collision") == 1
     assert urdf.count("<cylinder") == 2
@@ -134,7 +134,7 @@ def test_what_mujoco_refuses_is_one_line():
     assert "\n" not in str(caught.value)
 
 
-def test_files_written_to_a_folder_load_from_there(lens, flat, tmp_path):
+def test_files_written_to_a_folder_load_from_there(lens, tmp_path):
     for name, content in solid_files(lens, form="obj", density=1000.0).items():
         (tmp_path / name).write_bytes(content)
     assert {path.name for path in tmp_path.iterdir()} == {

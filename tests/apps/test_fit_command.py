@@ -1,0 +1,194 @@
+"""`eyehand fit` as a person runs it: what it prints, writes and refuses."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import urllib.request
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.apps.main import main
+from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.perception import Superquadric, read_cloud, write_cloud
+from eyehand.perception.superquadric import PARAMETERS, sample_surface
+
+SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
+
+
+@pytest.fixture(autouse=True)
+def flat(monkeypatch) -> None:
+    """Pictures are drawn without OpenGL, which takes seconds to start."""
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+
+
+@pytest.fixture
+def ball(tmp_path) -> Path:
+    rng = np.random.default_rng(0)
+    directions = rng.normal(size=(600, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return write_cloud(tmp_path / "ball.ply", [0.0, 0.0, 0.04] + 0.04 * directions)
+
+
+def run(*arguments, capsys) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of a fit in this process."""
+    with pytest.raises(SystemExit) as leaving:
+        main(["fit", *(str(argument) for argument in arguments)])
+    printed = capsys.readouterr()
+    return int(leaving.value.code or 0), printed.out, printed.err
+
+
+def refused(*arguments, capsys) -> str:
+    """The one line by which a fit is refused."""
+    code, out, err = run(*arguments, capsys=capsys)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("eyehand: ")
+    assert len(err.strip().splitlines()) == 1
+    return err
+
+
+def test_an_object_of_a_frame_becomes_all_its_files(tmp_path, capsys):
+    folder = tmp_path / "out"
+    code, out, _ = run(SAMPLE, "--label", 4, "--out", folder, "--json", capsys=capsys)
+    assert code == 0
+    (row,) = json.loads(out)["rows"]
+    assert row["converged"]
+    assert row["solid"]["kind"] == "sphere"
+    names = {path.name for path in folder.iterdir()}
+    assert {f"depth_4_solid.{suffix}" for suffix in ("json", "png", "ply")} <= names
+    assert {"depth_4_body.xml", "depth_4_body.urdf"} <= names
+    model = import_mujoco().MjModel.from_xml_path(str(folder / "depth_4_body.xml"))
+    assert model.body_mass[1] == pytest.approx(1000 * row["solid"]["volume_m3"], rel=0.01)
+
+
+def test_the_json_file_says_all_that_is_known_and_not_known(tmp_path, capsys):
+    assert run(SAMPLE, "--label", 4, "--out", tmp_path, capsys=capsys)[0] == 0
+    report = json.loads((tmp_path / "depth_4_solid.json").read_text())
+    assert report["schema"] == "eyehand.solid/1"
+    assert report["units"]["quaternion"] == "wxyz"
+    assert np.linalg.norm(report["solid"]["quat_wxyz"]) == pytest.approx(1.0, abs=1e-4)
+    assert len(report["solid"]["taper"]) == 2
+    assert report["parts"][0] == report["solid"]
+    covariance = np.array(report["uncertainty"]["covariance"])
+    assert report["uncertainty"]["parameters"] == list(PARAMETERS)
+    assert covariance.shape == (13, 13)
+    assert np.all(np.linalg.eigvalsh(covariance) > -1e-9)
+    assert set(report["uncertainty"]["unobserved_sides"]) <= {
+        f"{sign}{axis}" for sign in "+-" for axis in "xyz"
+    }
+    assert report["runner_up"]["kind"] != report["solid"]["kind"]
+    assert report["margin"] >= 0
+    assert isinstance(report["ambiguous"], bool)
+    assert report["view_origin_m"] is not None
+    assert report["support_plane"]["normal"][2] == pytest.approx(1.0, abs=0.05)
+
+
+@pytest.mark.parametrize("form", ["ply", "stl", "obj"])
+def test_the_mesh_comes_in_the_wanted_format(ball, tmp_path, capsys, form):
+    assert run(ball, "--out", tmp_path / "o", "--mesh", form, capsys=capsys)[0] == 0
+    surface = read_cloud(tmp_path / "o" / f"ball_solid.{form}", samples=200)
+    assert np.linalg.norm(surface - [0, 0, 0.04], axis=1) == pytest.approx(0.04, abs=5e-4)
+
+
+def test_density_weighs_the_body(ball, tmp_path, capsys):
+    assert run(ball, "--out", tmp_path, "--density", 250, capsys=capsys)[0] == 0
+    for suffix in (".xml", ".urdf"):
+        model = import_mujoco().MjModel.from_xml_path(str(tmp_path / f"ball_body{suffix}"))
+        assert model.body_mass[1] == pytest.approx(250 * 4 / 3 * np.pi * 0.04**3, rel=0.02)
+
+
+def test_a_failed_fit_is_a_row_exit_code_1_and_no_body(tmp_path, capsys):
+    (tmp_path / "few.xyz").write_text("0 0 0\n0 0 1\n0 1 0\n")
+    code, out, err = run(tmp_path / "few.xyz", "--out", tmp_path / "o", "--json", capsys=capsys)
+    assert code == 1
+    (row,) = json.loads(out)["rows"]
+    assert row["solid"] is None
+    assert "too few" in row["reason"]
+    assert "too few" in err
+    assert {path.name for path in (tmp_path / "o").iterdir()} == {
+        "few_solid.json",
+        "few_solid.png",
+    }
+
+
+def test_one_bad_file_of_many_stops_before_anything_is_written(ball, tmp_path, capsys):
+    err = refused(ball, tmp_path / "gone.ply", "--out", tmp_path / "o", capsys=capsys)
+    assert "gone.ply" in err
+    assert not (tmp_path / "o").exists()
+
+
+def test_every_kind_and_optimiser_is_a_choice(tmp_path, capsys):
+    solid = Superquadric(np.array([0.05, 0.04, 0.03]), (0.5, 0.8), RigidTransform.identity())
+    cloud = write_cloud(tmp_path / "s.xyz", sample_surface(solid, 500, np.random.default_rng(0)))
+    code, out, _ = run(
+        cloud, "--kind", "tapered", "--optimiser", "lm", "--points", 200, "--json", capsys=capsys
+    )
+    assert code == 0
+    assert json.loads(out)["rows"][0]["solid"]["kind"] == "tapered"
+
+
+def test_the_page_is_one_file(ball, tmp_path, capsys):
+    page = tmp_path / "ball.html"
+    code, out, _ = run(ball, "--page", page, "--json", capsys=capsys)
+    assert code == 0
+    json.loads(out)
+    assert "__VISER_EMBED_DATA__" in page.read_text()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        ([], "CLOUD"),
+        (["{ball}", "--label", "1"], "--label"),
+        (["{frame}"], "--label from 1"),
+        (["{frame}", "--label", "77"], "no object 77"),
+        (["{frame}", "--label", "1", "--plane", "0", "0", "1", "0"], "brings its own"),
+        (["{frame}", "--label", "1", "--label", "1", "--plane", "0", "0", "0", "1"], "--plane"),
+        (["{ball}", "--plane", "nan", "0", "1", "0"], "--plane"),
+        (["{ball}", "--view-origin", "nan", "0", "1"], "view_origin"),
+        (["{ball}", "--view-origin", "1", "2"], "view-origin"),
+        (["{ball}", "--points", "2"], "points"),
+        (["{ball}", "--budget-ms", "-3"], "--budget-ms"),
+        (["{ball}", "--budget-ms", "20", "--points", "100"], "--points"),
+        (["{ball}", "--max-parts", "0"], "--max-parts"),
+        (["{ball}", "--optimiser", "magic"], "magic"),
+        (["{ball}", "--mesh", "step"], "step"),
+        (["{ball}", "--density", "0"], "--density"),
+        (["{ball}", "--port", "70000"], "--port"),
+        (["{ball}", "--page", "page.pdf"], ".html"),
+        (["{ball}", "--page", "nowhere/page.html"], "nowhere"),
+        (["{ball}", "{ball}", "--out", "o"], "same name"),
+        (["{folder}"], "suffix"),
+    ],
+)
+def test_wrong_input_is_one_line_and_writes_nothing(
+    arguments, says, ball, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.chdir(tmp_path)
+    before = sorted(tmp_path.rglob("*"))
+    named = [argument.format(ball=ball, frame=SAMPLE, folder=tmp_path) for argument in arguments]
+    assert says in refused(*named, capsys=capsys)
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_live_page_ends_by_ctrl_c_with_exit_code_0(ball):
+    command = [sys.executable, "-m", "eyehand.apps", "fit", str(ball), "--view", "--json"]
+    served = subprocess.Popen(
+        command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=dict(os.environ)
+    )
+    try:
+        assert served.stderr is not None
+        address = next(line.split()[3] for line in served.stderr if "live page at" in line)
+        with urllib.request.urlopen(address, timeout=10) as answer:
+            assert answer.status == 200
+        served.send_signal(signal.SIGINT)
+        out, _ = served.communicate(timeout=20)
+        assert served.returncode == 0
+        json.loads(out)
+    finally:
+        served.kill()
