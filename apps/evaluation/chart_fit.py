@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 GROUPS: tuple[Group, ...] = ("view-1mm", "view-2mm", "table")
 """Clouds of the chart, as many of each, pooled: what a robot meets, one view with noise."""
-CASES, QUICK_CASES = 40, 2
+CASES, QUICK_CASES = 30, 2
 """Clouds of each group when no number is asked for."""
 ROUNDS, QUICK_ROUNDS = 2, 1
 """How often each cloud is fitted at each setting; the fastest time counts."""
@@ -74,7 +74,7 @@ def chart_fit(
     seed
         First seed of the clouds.
     cases
-        Clouds of each of the three groups; default: 40.
+        Clouds of each of the three groups; default: 30.
     quick
         Few settings, 2 clouds a group: seconds in place of minutes, for a first look.
     peers

@@ -36,10 +36,10 @@ BOARD = DialBoard(
     # Points, starts and kinds are the price of most steps; what refines in the end, and whether
     # rays and plane take part, cost less and matter at every price.
     crosses=(
-        {"points": POINTS, "optimiser": ("lm", "slsqp", "lbfgs")},
-        {"points": POINTS, "starts": STARTS, "optimiser": ("lm",), "finalists": (1,)},
-        {"points": POINTS, "kinds": (NO_TAPER,), "starts": (1, 3), "optimiser": ("lm", "slsqp")},
-        {"points": POINTS, "kinds": (NO_LADDER,), "starts": (1, 3), "optimiser": ("lm",)},
+        {"points": POINTS, "optimiser": ("lm",), "finalists": (_DEFAULT.finalists, 1)},
+        {"points": POINTS, "optimiser": ("lm",), "kinds": (NO_TAPER,), "starts": (1, 3)},
+        {"points": POINTS, "optimiser": ("lm",), "kinds": (NO_LADDER,), "starts": (1, 3)},
+        {"points": (300, 4000), "kinds": (NO_TAPER, NO_LADDER), "starts": (1, 3)},
         {
             "points": (100, 300, 1000),
             "optimiser": ("lm",),
