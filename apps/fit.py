@@ -113,6 +113,7 @@ def fit_command(
     if page is not None:
         from .fitting.solid_page import write_page
 
+        make_folder(page.parent)
         write_page(page, fits)
         say(f"page written to {page}")
     show(_table(fits), json_wanted=json)
@@ -130,8 +131,6 @@ def _check_outputs(density: float, port: int, page: Path | None) -> None:
         raise InputError(f"--port must be 1 to 65535, got {port}")
     if page is not None and page.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--page must name an .html file, got {page}")
-    if page is not None and not page.parent.is_dir():
-        raise InputError(f"cannot write {page}: there is no folder {page.parent}")
 
 
 def _unit(plane: Sequence[float] | None) -> np.ndarray | None:

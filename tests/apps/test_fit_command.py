@@ -133,7 +133,7 @@ def test_every_kind_and_optimiser_is_a_choice(tmp_path, capsys):
 
 
 def test_the_page_is_one_file(ball, tmp_path, capsys):
-    page = tmp_path / "ball.html"
+    page = tmp_path / "new" / "ball.html"
     code, out, _ = run(ball, "--page", page, "--json", capsys=capsys)
     assert code == 0
     json.loads(out)
@@ -161,7 +161,7 @@ def test_the_page_is_one_file(ball, tmp_path, capsys):
         (["{ball}", "--density", "0"], "--density"),
         (["{ball}", "--port", "70000"], "--port"),
         (["{ball}", "--page", "page.pdf"], ".html"),
-        (["{ball}", "--page", "nowhere/page.html"], "nowhere"),
+        (["{ball}", "--page", "ball.ply/page.html"], "cannot make the folder"),
         (["{ball}", "{ball}", "--out", "o"], "same name"),
         (["{folder}"], "suffix"),
     ],
