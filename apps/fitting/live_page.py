@@ -57,6 +57,8 @@ class LivePage:
         """Sliders by the names of the numbers, a1 ... k2."""
         self.rungs: dict[str, Any] = {}
         """Buttons of the ladder by their text."""
+        self.part: Any = None
+        """List that chooses which of several solids the sliders turn; None where there is one."""
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
         self._server.gui.main_panel.dock_right()
         self._add_standing_controls()
@@ -116,7 +118,7 @@ class LivePage:
         with self._lock:
             for control in reversed(self._controls):
                 control.remove()
-            self._controls, self.sliders, self.rungs = [], {}, {}
+            self._controls, self.sliders, self.rungs, self.part = [], {}, {}, None
             if hasattr(self, "_drawn"):
                 self._drawn.remove()
             self._fitted = self._fits[number]
@@ -145,8 +147,8 @@ class LivePage:
         with folder:
             if len(self._parts) > 1:
                 choices = [f"part {k + 1}: {part.kind}" for k, part in enumerate(self._parts)]
-                part = gui.add_dropdown("turn the numbers of", choices)
-                part.on_update(lambda _: self._edit(choices.index(part.value)))
+                self.part = gui.add_dropdown("turn the numbers of", choices)
+                self.part.on_update(lambda _: self._edit(choices.index(self.part.value)))
                 self._add_rung("as fitted", None)
                 return
             for candidate in fit.ladder:

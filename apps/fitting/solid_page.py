@@ -9,7 +9,7 @@ from ..scene_json import fit_parts
 from .page_scene import PageScene, starting_camera
 from .page_server import close_server, open_server
 from .picture_scene import picture_views
-from .solid_text import shape_text, size_text, spread_text
+from .solid_text import headline
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -56,7 +56,8 @@ def _draw(server: Any, fits: Sequence[FittedCloud]) -> None:
         node = f"/{number + 1}"
         drawn = PageScene(server.scene, node, fitted.cloud, place)
         drawn.draw(fit_parts(fitted.fit))
-        for line, text in enumerate(_caption(fitted)):
+        title, below = headline(fitted.fit)
+        for line, text in enumerate((f"{fitted.cloud.stem}: {title}", below)):
             server.scene.add_label(
                 f"{node}/caption {line}",
                 text,
@@ -70,13 +71,3 @@ def _draw(server: Any, fits: Sequence[FittedCloud]) -> None:
         position = 0.3 * wide * up + (1.5 + 0.55 * wide) * front.towards
     server.initial_camera.position = tuple(position)
     server.initial_camera.look_at = (0.0, 0.0, 0.0)
-
-
-def _caption(fitted: FittedCloud) -> tuple[str, str]:
-    solid = fitted.fit.superquadric
-    if solid is None:
-        return fitted.cloud.stem, f"no solid: {fitted.fit.reason}"
-    return (
-        f"{fitted.cloud.stem}: {solid.kind}, {shape_text(solid)}",
-        f"{size_text(solid)}, {spread_text(fitted.fit)}",
-    )

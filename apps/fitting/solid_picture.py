@@ -20,7 +20,7 @@ from ..evaluation.chart_style import (
 from .flat_panels import flat_panel
 from .panel_look import PANEL
 from .picture_scene import picture_scene, residual_colours
-from .solid_text import shape_text, size_text, spread_text
+from .solid_text import headline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -115,14 +115,7 @@ def _panels(rows: int, panel: float, height: float) -> tuple[Figure, list[list[A
 
 
 def _headline(figure: Figure, fitted: FittedCloud, height: float) -> None:
-    fit = fitted.fit
-    solid = fit.superquadric
-    title = "no solid" if solid is None else f"{solid.kind}, {size_text(solid)}"
-    below = fit.reason
-    if solid is not None:
-        below = f"{shape_text(solid)}, {spread_text(fit)} over {fit.residuals.size} points"
-        if fit.reason:
-            below = f"cannot be used: {fit.reason}"
+    title, below = headline(fitted.fit)
     left, top = MARGIN / WIDTH, 1 - MARGIN / height
     figure.text(left, top, title, size=TITLE, weight="bold", color=INK, va="top", ha="left")
     figure.text(left, top - 0.27 / height, below, size=TEXT, color=FAINT, va="top", ha="left")

@@ -4,8 +4,32 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..scene_json import fit_parts
+
 if TYPE_CHECKING:
     from eyehand.perception import Superquadric, SuperquadricFit
+
+NAMED_PARTS = 3
+"""More parts than these are counted, not named."""
+
+
+def headline(fit: SuperquadricFit) -> tuple[str, str]:
+    """Two lines on a fit: what it is and how large; its shape and how well the points agree.
+
+    Where there is no solid, or one that cannot be used, the second line says why.
+    """
+    parts = fit_parts(fit)
+    if not parts:
+        return "no solid", fit.reason
+    if len(parts) == 1:
+        title = f"{parts[0].kind}, {size_text(parts[0])}"
+        shape = shape_text(parts[0])
+    else:
+        title = _listed([part.kind for part in parts])
+        shape = _listed([size_text(part) for part in parts])
+    if fit.reason:
+        return title, f"cannot be used: {fit.reason}"
+    return title, f"{shape}, {spread_text(fit)} over {fit.residuals.size} points"
 
 
 def size_text(solid: Superquadric) -> str:
@@ -29,3 +53,8 @@ def spread_text(fit: SuperquadricFit) -> str:
     if not fit.residuals.size:
         return "no spread"
     return f"spread {fit.spread * 1e3:.2f} mm"
+
+
+def _listed(words: list[str]) -> str:
+    more = len(words) - NAMED_PARTS
+    return " + ".join(words[:NAMED_PARTS]) + (f" + {more} more" if more > 0 else "")

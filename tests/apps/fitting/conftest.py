@@ -40,3 +40,27 @@ def unfit() -> FittedCloud:
     """A cloud for which there is no solid."""
     points = np.random.default_rng(3).normal(size=(200, 3))
     return FittedCloud(Cloud("mist.xyz", "mist", points), SuperquadricFit.none("it is mist"))
+
+
+@pytest.fixture(scope="session")
+def hammer() -> FittedCloud:
+    """A block on a stick, as two solids."""
+    lying = Rotation.from_euler("y", 90.0, degrees=True)
+    stick = Superquadric(
+        np.array([0.012, 0.012, 0.1]),
+        (0.1, 1.0),
+        RigidTransform.from_components([0.0, 0.0, 0.012], lying),
+        "cylinder",
+    )
+    block = Superquadric(
+        np.array([0.02, 0.045, 0.018]),
+        (0.1, 0.1),
+        RigidTransform.from_translation([0.11, 0.0, 0.018]),
+        "box",
+    )
+    rng = np.random.default_rng(4)
+    points = np.concatenate([sample_surface(part, 500, rng) for part in (block, stick)])
+    off = np.min(np.abs([part.distance(points) for part in (block, stick)]), axis=0)
+    fit = SuperquadricFit(block, True, "", off, (), 0.02, parts=(block, stick))
+    cloud = Cloud("hammer.ply", "hammer", points, np.array([0.3, -0.5, 0.6]))
+    return FittedCloud(cloud, fit)

@@ -63,6 +63,23 @@ def test_another_cloud_can_be_chosen_also_one_without_a_solid(page, lens):
     assert len(page.solids) == 1
 
 
+def test_the_numbers_of_each_part_can_be_turned(hammer):
+    page = LivePage([hammer], ANY_PORT)
+    try:
+        block, stick = page.solids
+        page.part.value = "part 2: cylinder"
+        assert page.sliders["a3"].value == pytest.approx(200.0)
+        page.sliders["a3"].value = 100.0
+        assert page.solids[0] is block
+        assert page.solids[1].semi_axes == pytest.approx([0.012, 0.012, 0.05])
+        assert off(page) > 1e-3
+        for callback in page.rungs["as fitted"]._impl.update_cb:
+            callback(None)
+        assert page.solids == (block, stick)
+    finally:
+        page.close()
+
+
 def test_a_taken_port_is_left_alone(can):
     taken = open_server()
     try:

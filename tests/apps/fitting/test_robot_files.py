@@ -1,5 +1,7 @@
 """The bodies compile in MuJoCo, weigh what the solid holds, and stand where the cloud was."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -120,6 +122,14 @@ def test_several_parts_are_one_body():
         mujoco.mj_forward(model, data)
         ends = np.sort(data.geom_xpos, axis=0)
         assert ends == pytest.approx(np.sort([p.centre for p in parts], axis=0), abs=1e-6)
+
+
+def test_an_object_of_parts_is_written_as_one_body(hammer):
+    files = solid_files(hammer, form="stl", density=1000.0)
+    assert not any(name.startswith("hammer_body") and name.endswith(".stl") for name in files)
+    model = mujoco.MjModel.from_xml_string(files["hammer_body.xml"].decode())
+    assert list(model.geom_type) == [SHAPES["box"], SHAPES["cylinder"]]
+    assert len(json.loads(files["hammer_solid.json"])["parts"]) == 2
 
 
 def test_urdf_has_visual_and_collision(can):

@@ -1,0 +1,27 @@
+"""What people read about a fit."""
+
+from dataclasses import replace
+
+from eyehand.apps.fitting.solid_text import headline
+
+
+def test_one_solid_is_named_with_size_shape_and_spread(can):
+    title, below = headline(can.fit)
+    assert title.startswith("cylinder, 80.")
+    assert title.endswith(" mm")
+    assert below.startswith("ε 0.10 1.00, spread 0.")
+    assert below.endswith(f" over {can.fit.residuals.size} points")
+
+
+def test_parts_are_listed_and_many_are_counted(hammer):
+    title, below = headline(hammer.fit)
+    assert title == "box + cylinder"
+    assert below.startswith("40.0 × 90.0 × 36.0 mm + 24.0 × 24.0 × 200.0 mm, spread")
+    many = replace(hammer.fit, parts=hammer.fit.parts * 3)
+    assert headline(many)[0] == "box + cylinder + box + 3 more"
+
+
+def test_what_cannot_be_used_says_why(can, unfit):
+    assert headline(unfit.fit) == ("no solid", "it is mist")
+    refused = replace(can.fit, converged=False, reason="an extent ran away")
+    assert headline(refused)[1] == "cannot be used: an extent ran away"
