@@ -126,7 +126,7 @@ def _drawn(group: Group, seed: int, count: int) -> FitCase:
     origin = None
     if group.startswith("view"):
         origin = solid.centre + DISTANCE * direction / np.linalg.norm(direction)
-    points = _seen(solid, origin, count, rng)
+    points = seen_points(solid, origin, count, rng)
     points = points + rng.normal(size=points.shape) * NOISE.get(group, USUAL_NOISE)
     if "outliers" in group:
         wrong = round(OUTLIER_SHARE * count)
@@ -144,13 +144,13 @@ def _random_solid(rng: np.random.Generator) -> Superquadric:
     return Superquadric(semi_axes, exponents, pose)
 
 
-def _seen(
+def seen_points(
     solid: Superquadric,
     origin: NDArray[np.float64] | None,
     count: int,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Points (count, 3) of the surface, only those that face the origin of a view."""
+    """Draw points (count, 3) of a surface in any order, only those that face a view's origin."""
     kept = np.zeros((0, 3))
     while len(kept) < count:
         points = sample_surface(solid, 4 * count, rng)

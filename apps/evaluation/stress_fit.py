@@ -14,7 +14,7 @@ from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
 from eyehand.errors import InputError
 
-from .chart_style import BLUE, INK, LINE, PEER, SKY, VERMILION
+from .chart_style import COLOURS, INK, PEER, SKY, VERMILION, draw_curve
 from .extreme_fit_cases import extremes
 from .fit_peer_table import find_peer
 from .fit_stress_cases import fit_sweeps
@@ -35,6 +35,8 @@ SEEDS, QUICK_SEEDS = 20, 3
 """Clouds a value when no number is asked for."""
 EXTREME_SEEDS = 3
 """Most clouds an extreme is tried with: it is right at once or not at all."""
+MEDIAN, WORST = 0, COLOURS.index(SKY)
+"""Curves of the chart, by their colours' numbers."""
 EXTREMES = "extremes"
 """Name of the extreme clouds among the sweeps."""
 
@@ -168,18 +170,7 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
         clip_on=False,
         zorder=3.2,
     )
-    for label, colour, pick in (("IoU, worst", SKY, min), ("IoU, median", BLUE, np.median)):
+    for label, number, pick in (("IoU, worst", WORST, min), ("IoU, median", MEDIAN, np.median)):
         known = [(x, step.scores) for x, step in zip(places, steps, strict=True) if step.scores]
-        axes.plot(
-            [x for x, _ in known],
-            [100 * float(pick(scores)) for _, scores in known],
-            color=colour,
-            linewidth=LINE,
-            marker="o",
-            markersize=4,
-            markeredgecolor="white",
-            markeredgewidth=0.7,
-            label=label,
-            clip_on=False,
-            zorder=3,
-        )
+        shares = [100 * float(pick(scores)) for _, scores in known]
+        draw_curve(axes, [x for x, _ in known], shares, label, number)

@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.perception import Superquadric
-from eyehand.perception.superquadric import sample_surface
 
-from .fit_cases import POINTS, USUAL_NOISE, fit_case
+from .fit_cases import POINTS, USUAL_NOISE, fit_case, seen_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,12 +45,7 @@ def one_view(
     noise: float = USUAL_NOISE,
 ) -> Look:
     """What a camera at `origin` (3,) sees of a solid: `count` points evenly over what faces it."""
-    points = np.zeros((0, 3))
-    while len(points) < count:
-        more = sample_surface(solid, 4 * count, rng)
-        facing = np.einsum("ij,ij->i", solid.normals(more), origin - more) > 0
-        points = np.vstack([points, more[facing]])
-    points = points[rng.permutation(len(points))[:count]]
+    points = seen_points(solid, origin, count, rng)
     return Look(points + noise * rng.normal(size=points.shape), solid, origin)
 
 
