@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.console import print_json, tracked
 from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
 from eyehand.errors import InputError
 from eyehand.perception.superquadric.budget import FORMAT, STORED_FRONT
 
-from .chart_style import Provenance, write_chart
+from .chart_style import Provenance
 from .contest import Contestant, take_turns
-from .dial_chart import ChartWords, DialChart, Measured
+from .dial_chart import ChartWords, DialChart, FrontPlace, Measured
 from .fit_cases import Group, fit_case
 from .fit_contest import FAILED, own_fitter, peer_fitter
 from .fit_dials import BOARD, POINTS
@@ -48,6 +48,7 @@ WORDS = ChartWords(
     "below 50 %; all in %",
     worst_shown_pct=0.0,
 )
+PLACE = FrontPlace(FORMAT, STORED_FRONT, "FitOptions")
 CHART_FILE = "fit.png"
 
 
@@ -116,18 +117,12 @@ def chart_fit(
     data = f"single objects ({', '.join(GROUPS)}), up to {max(POINTS)} points"
     made = Provenance(data, seed, len(wanted), "cloud")
     chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
-    rows = chart.rows()
-    write_chart(chart.figure(), out / CHART_FILE, rows)
-    show(chart.table(), json_wanted=json)
-    say(f"chart: {out / CHART_FILE}, figures: {(out / CHART_FILE).with_suffix('.csv')}")
-    if store:
-        chart.store(FORMAT, STORED_FRONT, "FitOptions")
-    slower = chart.slower(FORMAT, STORED_FRONT, "FitOptions")
+    slower = chart.publish(out / CHART_FILE, PLACE, store=store, json=json)
     if json:
         print_json(
             "chart_fit",
             seed,
-            rows,
+            chart.rows(),
             cases=len(wanted),
             groups=GROUPS,
             machine=machine_line(),

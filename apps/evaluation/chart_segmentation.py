@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.console import print_json, say, tracked
 from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
 from eyehand.errors import InputError
 from eyehand.perception import segment
 from eyehand.perception.segmentation.budget import FORMAT, STORED_FRONT
 
-from .chart_style import Provenance, write_chart
+from .chart_style import Provenance
 from .contest import Contestant
-from .dial_chart import ChartWords, DialChart
+from .dial_chart import ChartWords, DialChart, FrontPlace
 from .evaluate_segmentation import SYNTHETIC
 from .machine import machine_line
 from .segmentation_contest import run_contest
@@ -53,6 +53,7 @@ WORDS = ChartWords(
     caption="F, bF: mean overlap and boundary F; %75: objects with F > 75 %; all in %",
     worst_shown_pct=40.0,
 )
+PLACE = FrontPlace(FORMAT, STORED_FRONT, "SegmentationOptions")
 CHART_FILE = "segmentation.png"
 STORED_SIZE = (480, 640)
 """Rows and columns of the frames for which the front is stored, px."""
@@ -137,18 +138,12 @@ def chart_segmentation(
     data = _data_name(dataset, sources, synthetic=synthetic)
     made = Provenance(data, seed if synthetic else None, len(sources))
     chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
-    rows = chart.rows()
-    write_chart(chart.figure(), out / CHART_FILE, rows)
-    show(chart.table(), json_wanted=json)
-    say(f"chart: {out / CHART_FILE}, figures: {(out / CHART_FILE).with_suffix('.csv')}")
-    if store:
-        chart.store(FORMAT, STORED_FRONT, "SegmentationOptions")
-    slower = chart.slower(FORMAT, STORED_FRONT, "SegmentationOptions")
+    slower = chart.publish(out / CHART_FILE, PLACE, store=store, json=json)
     if json:
         print_json(
             "chart_segmentation",
             made.seed,
-            rows,
+            chart.rows(),
             dataset=dataset,
             frames=made.frames,
             machine=machine_line(),

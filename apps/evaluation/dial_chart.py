@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 from rich import box
 from rich.table import Table
 
-from eyehand.apps.console import say
+from eyehand.apps.console import say, show
 from eyehand.perception.atomic_write import atomic_write
 from eyehand.perception.stored_front import StoredFront
 
+from .chart_style import write_chart
 from .machine import machine_line
 from .pareto import simplest_front
 from .pareto_chart import ChartPoint, PeerCurve, pareto_chart
@@ -62,6 +63,18 @@ class ChartWords:
     """What the headings mean."""
     worst_shown_pct: float
     """Worse points are in the table only."""
+
+
+@dataclass(frozen=True)
+class FrontPlace:
+    """Where a stage keeps its front for time budgets."""
+
+    form: FrontFormat[Any]
+    """How it is kept."""
+    path: Path
+    """In which file."""
+    options: str
+    """Name of the class that reads it."""
 
 
 @dataclass(frozen=True)
@@ -137,25 +150,49 @@ class DialChart:
             table.add_row(*self._cells(max(curve, key=lambda r: r.figures[self.words.gain])))
         return table
 
-    def store(self, form: FrontFormat[Any], path: Path, options: str) -> None:
-        """Write the front for time budgets.
+    def publish(self, picture: Path, place: FrontPlace, *, store: bool, json: bool) -> float | None:
+        """Write the picture and its figures, print the table, and keep the front where asked to.
 
         Parameters
         ----------
-        form
-            How it is kept; a point takes a name, dials, median_ms and the figures.
-        path
-            Where.
-        options
-            Name of the class that reads it, for people.
+        picture
+            The chart, .png; its figures go into the .csv beside it.
+        place
+            Where the front is kept.
+        store
+            Whether to keep this one.
+        json
+            Whether stdout belongs to JSON.
+
+        Returns
+        -------
+        float or None
+            How many times longer the default takes here than for the stored front; None where
+            there is none.
 
         Raises
         ------
         InputError
-            If the installed package cannot be written to.
+            If a file or the installed package cannot be written to.
         """
+        write_chart(self.figure(), picture, self.rows())
+        show(self.table(), json_wanted=json)
+        say(f"chart: {picture}, figures: {picture.with_suffix('.csv')}")
+        if store:
+            self.store(place)
+        if not place.path.is_file():
+            return None
+        slower = round(self.own[0].median_ms / place.form.read(place.path).default_ms, 3)
+        say(
+            f"here, on these {self.made.each}s, the default takes {slower:.2f} times as long as in "
+            f"the stored front: {place.options}.for_budget(ms, slower={slower:.2f})"
+        )
+        return slower
+
+    def store(self, place: FrontPlace) -> None:
+        """Write the front for time budgets: its points get name, dials, median_ms, all figures."""
         points = tuple(
-            form.point(
+            place.form.point(
                 name=self.settings[index].name,
                 dials=self.settings[index].all_dials(),
                 median_ms=self.own[index].median_ms,
@@ -167,23 +204,9 @@ class DialChart:
         stored = StoredFront(
             points, self.own[0].median_ms, made.data, made.seed, made.frames, machine_line()
         )
-        with atomic_write(path) as temporary:
-            temporary.write_text(form.text(stored), encoding="utf-8")
-        say(f"stored {len(points)} settings for {options}.for_budget")
-
-    def slower(self, form: FrontFormat[Any], path: Path, options: str) -> float | None:
-        """How many times longer the default takes here than for the stored front, and say so.
-
-        None where there is no stored front.
-        """
-        if not path.is_file():
-            return None
-        slower = round(self.own[0].median_ms / form.read(path).default_ms, 3)
-        say(
-            f"here, on these {self.made.each}s, the default takes {slower:.2f} times as long as in "
-            f"the stored front: {options}.for_budget(ms, slower={slower:.2f})"
-        )
-        return slower
+        with atomic_write(place.path) as temporary:
+            temporary.write_text(place.form.text(stored), encoding="utf-8")
+        say(f"stored {len(points)} settings for {place.options}.for_budget")
 
     def _curves(self) -> dict[str, list[Measured]]:
         curves: dict[str, list[Measured]] = {}

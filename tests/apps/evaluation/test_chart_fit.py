@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.evaluation.chart_fit import GROUPS, WORDS
 from eyehand.apps.evaluation.chart_style import Provenance
 from eyehand.apps.evaluation.contest import Contestant
-from eyehand.apps.evaluation.dial_chart import DialChart, Measured
+from eyehand.apps.evaluation.dial_chart import DialChart, FrontPlace, Measured
 from eyehand.apps.evaluation.fit_contest import OWN
 from eyehand.apps.evaluation.fit_dials import BOARD, NO_LADDER, POINTS
 from eyehand.apps.main import main
@@ -119,7 +119,7 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
         )
     ]
     chart = DialChart(WORDS, settings, own, [], Provenance("three clouds", 7, 3, "cloud"))
-    chart.store(FORMAT, path, "FitOptions")
+    chart.store(FrontPlace(FORMAT, path, "FitOptions"))
     front = FORMAT.read(path)
     assert [point.median_ms for point in front.points] == [3.0, 20.0]
     assert front.points[0].options() == settings[1].options

@@ -9,7 +9,7 @@ import pytest
 
 from eyehand.apps.evaluation import chart_segmentation
 from eyehand.apps.evaluation.contest import Contestant
-from eyehand.apps.evaluation.dial_chart import DialChart, Measured
+from eyehand.apps.evaluation.dial_chart import DialChart, FrontPlace, Measured
 from eyehand.apps.evaluation.segmentation_contest import FIGURES
 from eyehand.apps.evaluation.segmentation_dials import BOARD
 from eyehand.apps.evaluation.segmentation_peers import PEERS
@@ -114,11 +114,12 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
     ]
     made = chart_segmentation.Provenance("two frames", 5, 2)
     chart = DialChart(chart_segmentation.WORDS, settings, own, [], made)
-    chart.store(FORMAT, path, "SegmentationOptions")
+    place = FrontPlace(FORMAT, path, "SegmentationOptions")
+    assert chart.publish(tmp_path / "a.png", place, store=False, json=False) is None
+    chart.store(place)
     front = FORMAT.read(path)
     assert [point.name for point in front.points] == ["stride 2", "default"]
     assert front.default_ms == 40.0
     assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)
     assert front.points[0].options() == settings[1].options
-    assert chart.slower(FORMAT, path, "SegmentationOptions") == 1.0
-    assert chart.slower(FORMAT, tmp_path / "none.json", "SegmentationOptions") is None
+    assert chart.publish(tmp_path / "a.png", place, store=False, json=False) == 1.0
