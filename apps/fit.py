@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from cyclopts import Parameter
 from rich.markup import escape
 from rich.table import Table
 
@@ -30,7 +31,7 @@ DEFAULT_PORT = 8080
 
 
 def fit_command(
-    *clouds: Path,
+    *clouds: Annotated[Path, Parameter(json_list=False)],
     label: tuple[int, ...] = (),
     camera: Path | None = None,
     view_origin: tuple[float, float, float] | None = None,
@@ -205,7 +206,7 @@ def _table(fits: Sequence[FittedCloud]) -> Table:
                 solid.kind,
                 " x ".join(f"{2e3 * a:.1f}" for a in solid.semi_axes),
                 f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}",
-                " ".join(f"{1e3 * x:.1f}" for x in solid.centre),
+                " ".join(f"{round(1e3 * x, 1) + 0.0:.1f}" for x in solid.centre),
                 f"{fit.spread * 1e3:.2f}" if number == 0 else "",
                 f"{fit.seconds * 1e3:.0f}" if number == 0 else "",
                 _note(fitted) if number == 0 else f"part {number + 1}",

@@ -36,6 +36,8 @@ FRAMED_PCT = 99.5
 """Share of the points that a view must hold: stray ones do not make the object small."""
 BORDER = 1.08
 """Half the side of a view, in half extents of what it shows."""
+SMALLEST_HALF = 1e-3
+"""Half the side of a view of a single point, m."""
 STEEP = 0.15
 """A camera this near to straight above (cosine) does not say where the front is."""
 
@@ -136,7 +138,7 @@ def _framed(
     low, high = np.percentile(points @ axes.T, [tail, 100.0 - tail], axis=0)
     low = np.minimum(low, (solid @ axes.T).min(axis=0))
     high = np.maximum(high, (solid @ axes.T).max(axis=0))
-    half = max(float((high - low).max()) / 2, np.finfo(float).tiny)
+    half = max(float((high - low).max()) / 2, SMALLEST_HALF)
     return 0.5 * (low + high) @ axes, BORDER * half
 
 

@@ -122,6 +122,30 @@ def test_one_bad_file_of_many_stops_before_anything_is_written(ball, tmp_path, c
     assert not (tmp_path / "o").exists()
 
 
+def test_names_and_clouds_of_all_sorts_become_rows_and_files(tmp_path, capsys):
+    rng = np.random.default_rng(0)
+    solid = Superquadric(np.array([0.05, 0.03, 0.02]), (0.4, 0.7), RigidTransform.identity())
+    points = sample_surface(solid, 300, rng)
+    clouds = {
+        "[cup] a&b": points,
+        "far": points + [1e4, 0.0, 0.0],
+        "mm": points * 1e3,
+        "one": points[:1],
+        "same": np.ones((90, 3)),
+        "line": np.outer(np.linspace(0.0, 0.1, 90), [1.0, 2.0, 3.0]),
+    }
+    files = [write_cloud(tmp_path / f"{name}.xyz", cloud) for name, cloud in clouds.items()]
+    page = tmp_path / "o" / "all.html"
+    code, out, _ = run(*files, "--out", tmp_path / "o", "--page", page, "--json", capsys=capsys)
+    assert code == 1
+    rows = json.loads(out)["rows"]
+    assert [row["converged"] for row in rows] == [True, True, False, False, False, False]
+    assert all(row["converged"] or row["reason"] for row in rows)
+    model = import_mujoco().MjModel.from_xml_path(str(tmp_path / "o" / "[cup] a&b_body.urdf"))
+    assert model.ngeom == 1
+    assert len(list((tmp_path / "o").glob("*.png"))) == len(clouds)
+
+
 def test_every_kind_and_optimiser_is_a_choice(tmp_path, capsys):
     solid = Superquadric(np.array([0.05, 0.04, 0.03]), (0.5, 0.8), RigidTransform.identity())
     cloud = write_cloud(tmp_path / "s.xyz", sample_surface(solid, 500, np.random.default_rng(0)))
