@@ -98,11 +98,16 @@ def fit_command(
     choice = FitChoice(kind, noise_mm, budget_ms, max_parts, points, optimiser)
     options = choice.options()
     _check_outputs(density, port, page)
+    if view_origin is not None and not np.all(np.isfinite(view_origin)):
+        raise InputError(f"--view-origin needs 3 finite numbers, got {view_origin}")
     inputs = read_inputs(
         clouds, labels=label, camera=camera, view_origin=view_origin, support_plane=_unit(plane)
     )
     if out is not None:
         _check_names(inputs)
+        make_folder(out)
+    if page is not None:
+        make_folder(page.parent)
     ready_kernels()
     fits = [
         fitted
@@ -114,7 +119,6 @@ def fit_command(
     if page is not None:
         from .fitting.solid_page import write_page
 
-        make_folder(page.parent)
         write_page(page, fits)
         say(f"page written to {page}")
     show(_table(fits), json_wanted=json)
@@ -155,7 +159,6 @@ def _write(folder: Path, fits: Sequence[FittedCloud], mesh: MeshFormat, density:
     from .fitting.gl_child import GlChild
     from .fitting.solid_files import solid_files, write_files
 
-    make_folder(folder)
     with GlChild() as gl:
         for fitted in tracked(fits, "drawing and writing", len(fits)):
             write_files(folder, solid_files(fitted, form=mesh, density=density, gl=gl))

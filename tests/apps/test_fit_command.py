@@ -128,7 +128,7 @@ def test_names_and_clouds_of_all_sorts_become_rows_and_files(tmp_path, capsys):
     points = sample_surface(solid, 300, rng)
     clouds = {
         "[cup] a&b": points,
-        "far": points + [1e4, 0.0, 0.0],
+        "far": points + np.array([1e4, 0.0, 0.0]),
         "mm": points * 1e3,
         "one": points[:1],
         "same": np.ones((90, 3)),
@@ -174,7 +174,7 @@ def test_the_page_is_one_file(ball, tmp_path, capsys):
         (["{frame}", "--label", "1", "--plane", "0", "0", "1", "0"], "brings its own"),
         (["{frame}", "--label", "1", "--label", "1", "--plane", "0", "0", "0", "1"], "--plane"),
         (["{ball}", "--plane", "nan", "0", "1", "0"], "--plane"),
-        (["{ball}", "--view-origin", "nan", "0", "1"], "view_origin"),
+        (["{ball}", "--view-origin", "nan", "0", "1"], "--view-origin"),
         (["{ball}", "--view-origin", "1", "2"], "view-origin"),
         (["{ball}", "--points", "2"], "points"),
         (["{ball}", "--budget-ms", "-3"], "--budget-ms"),
