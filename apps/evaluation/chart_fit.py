@@ -36,7 +36,7 @@ CASES, QUICK_CASES = 30, 2
 """Clouds of each group when no number is asked for."""
 ROUNDS, QUICK_ROUNDS = 2, 1
 """How often each cloud is fitted at each setting; the fastest time counts."""
-PEER_POINTS, QUICK_PEER_POINTS = (250, 1000, 4000), (1000,)
+PEER_POINTS, QUICK_PEER_POINTS = (250, 1000), (1000,)
 """Points of the cloud that peers are given: the dial that all of them have."""
 WORDS = ChartWords(
     title="Superquadric fit: time against accuracy",

@@ -118,6 +118,24 @@ def fit_case(group: Group, seed: int, points: int = POINTS) -> FitCase:
     return _drawn(group, seed, points)
 
 
+def seen_points(
+    solid: Superquadric,
+    origin: NDArray[np.float64] | None,
+    count: int,
+    rng: np.random.Generator,
+) -> NDArray[np.float64]:
+    """Draw points (count, 3) of a surface in any order, only those that face a view's origin."""
+    kept = np.zeros((0, 3))
+    while len(kept) < count:
+        points = sample_surface(solid, 4 * count, rng)
+        if origin is not None:
+            # The solids are convex: what faces the camera is seen.
+            facing = np.einsum("ij,ij->i", solid.normals(points), origin - points) > 0
+            points = points[facing]
+        kept = np.vstack([kept, points])
+    return kept[rng.permutation(len(kept))[:count]]
+
+
 def _drawn(group: Group, seed: int, count: int) -> FitCase:
     rng = np.random.default_rng([seed, 17])
     solid = _random_solid(rng)
@@ -142,24 +160,6 @@ def _random_solid(rng: np.random.Generator) -> Superquadric:
     exponents = (float(rng.choice(EXPONENTS)), float(rng.choice(EXPONENTS)))
     pose = RigidTransform.from_components(rng.uniform(-0.2, 0.2, 3), _any_rotation(rng))
     return Superquadric(semi_axes, exponents, pose)
-
-
-def seen_points(
-    solid: Superquadric,
-    origin: NDArray[np.float64] | None,
-    count: int,
-    rng: np.random.Generator,
-) -> NDArray[np.float64]:
-    """Draw points (count, 3) of a surface in any order, only those that face a view's origin."""
-    kept = np.zeros((0, 3))
-    while len(kept) < count:
-        points = sample_surface(solid, 4 * count, rng)
-        if origin is not None:
-            # The solids are convex: what faces the camera is seen.
-            facing = np.einsum("ij,ij->i", solid.normals(points), origin - points) > 0
-            points = points[facing]
-        kept = np.vstack([kept, points])
-    return kept[rng.permutation(len(kept))[:count]]
 
 
 def _rendered(
