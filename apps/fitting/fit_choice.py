@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Literal
 
 from eyehand.errors import InputError
@@ -68,6 +68,8 @@ class FitChoice:
         if self.kind != "auto":
             changes["kinds"] = (self.kind,)
         if self.max_parts > 1:
+            if "max_parts" not in {field.name for field in fields(FitOptions)}:
+                raise InputError(f"--max-parts must be 1 in this version, got {self.max_parts}")
             changes["max_parts"] = self.max_parts
         for name in ("points", "optimiser"):
             if getattr(self, name) is not None:
