@@ -26,6 +26,7 @@ def chart_value(
     tapered,
     scale,
     ray_weight,
+    ray_pull,
     plane_weight,
     plane_scale,
     prior,
@@ -55,6 +56,7 @@ def chart_value(
         tapered,
         scale,
         ray_weight,
+        ray_pull,
         plane_weight,
         plane_scale,
     )

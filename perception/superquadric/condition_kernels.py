@@ -15,9 +15,10 @@ _CLOSER = 30
 
 
 @njit(cache=True, error_model="numpy", fastmath=FAST)
-def ray_row(direction, origin, axes, eps, R, c, taper, tapered, row, local):
+def ray_row(direction, origin, axes, eps, R, c, taper, tapered, outside, row, local):
     """Depth s (1 - min G) by which a ray enters the solid, and its derivatives.
 
+    Of a ray that misses, the depth is negative where `outside` asks for it, else 0.
     By the envelope theorem the derivative at the minimum over the ray needs no derivative of
     the minimiser. s is the smallest semi-axis.
     """
@@ -34,7 +35,7 @@ def ray_row(direction, origin, axes, eps, R, c, taper, tapered, row, local):
     for k in range(3):
         gap = origin[k] + to_centre * direction[k] - c[k]
         miss += gap * gap
-    if miss > reach * reach:
+    if miss > reach * reach and not outside:
         return 0.0
     low, high = to_centre - reach, to_centre + reach
     g_low, s_low = _gauge_on_ray(low, direction, origin, axes, eps, R, c, taper, tapered, local)
@@ -42,11 +43,13 @@ def ray_row(direction, origin, axes, eps, R, c, taper, tapered, row, local):
     gauge = 1.0
     for iteration in range(_RAY_ITERATIONS):
         if s_low >= 0.0 or s_high <= 0.0:
-            return 0.0
+            if not outside:
+                return 0.0
+            break
         # A convex function lies above its tangents: where they meet is a bound and a good guess.
         # A taper bends the gauge, then they are a guess alone.
         t = (g_high - g_low + s_low * low - s_high * high) / (s_low - s_high)
-        if not tapered and g_low + s_low * (t - low) >= 1.0:
+        if not (outside or tapered) and g_low + s_low * (t - low) >= 1.0:
             return 0.0
         if iteration % 3 == 2 or not (low < t < high):
             t = 0.5 * (low + high)
@@ -57,7 +60,7 @@ def ray_row(direction, origin, axes, eps, R, c, taper, tapered, row, local):
             high, g_high, s_high = t, gauge, slope
         if high - low < _RAY_TOLERANCE * reach or abs(slope) * reach < _RAY_TOLERANCE:
             break
-    if gauge >= 1.0:
+    if gauge >= 1.0 and not outside:
         return 0.0
     smallest = 0
     for k in range(1, 3):

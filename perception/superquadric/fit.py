@@ -14,7 +14,7 @@ from eyehand.errors import InputError
 from .canonical import canonical_axes
 from .ladder import Rung, climb, criterion, parameter_bounds
 from .options import FitOptions
-from .outliers import without_outliers
+from .outliers import Neighbourly, without_outliers
 from .problem import FitProblem, Guess, pose_problem
 from .refine import OPTIMISERS
 from .refusals import misses, no_solid, ran_away, too_little, unusable
@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 
 FILTER_POINTS = 2000
 """Points among which outliers are looked for: more only cost time."""
+LADDER_POINTS = 300
+"""Points on which the spread of the ladder's solids is told."""
 UNIT_TOLERANCE = 1e-3
 OTHER_SHAPE = 3.0
 """Extents that differ by more than so many times the noise make another shape."""
@@ -83,18 +85,19 @@ def fit_superquadric(
         raise InputError(f"support_plane must have a unit normal, got {plane[:3].tolist()}")
 
     reason = unusable(cloud, options)
-    if not reason:
-        cloud = _without_outliers(cloud, origin, options)
-        reason = too_little(cloud, plane, options)
     if reason:
         return SuperquadricFit.none(reason, time.perf_counter() - began)
-    problem = pose_problem(cloud, origin, plane, hidden, options)
+    near = _without_outliers(cloud, origin, options)
+    reason = too_little(near.cloud, plane, options)
+    if reason:
+        return SuperquadricFit.none(reason, time.perf_counter() - began)
+    problem = pose_problem(near, origin, plane, hidden, options)
     fit = _climbed(problem, plane is not None, options)
     return replace(fit, seconds=time.perf_counter() - began)
 
 
 def _climbed(problem: FitProblem, has_plane: bool, options: FitOptions) -> SuperquadricFit:
-    rungs = climb(problem, has_plane, options)
+    rungs, problem = climb(problem, has_plane, options)
     reason = no_solid(problem, rungs[0].criterion, has_plane, options)
     if reason:
         return SuperquadricFit.none(reason)
@@ -109,7 +112,8 @@ def _climbed(problem: FitProblem, has_plane: bool, options: FitOptions) -> Super
     ladder = [chosen, *(rung for rung in usable or rungs if rung.kind != chosen.kind)]
     residuals = distances(problem.points, *chosen.guess) * problem.unit
     reason = ran_away(chosen.guess, problem, options) or misses(residuals, problem.unit, options)
-    candidates = tuple(_candidate(rung, problem) for rung in ladder)
+    few = problem.thinned(LADDER_POINTS, 1)
+    candidates = tuple(_candidate(rung, few) for rung in ladder)
     solid = candidates[0].superquadric
     return SuperquadricFit(
         superquadric=solid,
@@ -149,18 +153,16 @@ def _vector(value: ArrayLike | None, size: int, name: str) -> NDArray[np.float64
 
 def _without_outliers(
     cloud: NDArray[np.float64], origin: NDArray[np.float64] | None, options: FitOptions
-) -> NDArray[np.float64]:
+) -> Neighbourly:
     """Points with neighbours, at most FILTER_POINTS of them; all of a cloud that has few."""
     if len(cloud) > FILTER_POINTS:
         rng = np.random.default_rng(options.seed)
         cloud = cloud[rng.permutation(len(cloud))[:FILTER_POINTS]]
     kept = without_outliers(cloud, origin)
-    return kept if len(kept) >= options.min_points else cloud
+    return kept if len(kept.cloud) >= options.min_points else kept._replace(cloud=cloud)
 
 
 def _refined(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
-    if options.optimiser == "lm":
-        return rung
     guess, cost, _ = OPTIMISERS[options.optimiser](
         problem,
         rung.guess,

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from operator import attrgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
+from .readings import independent_readings
+from .residual_kernels import normal_equations
 from .search import End, distinct, search, short_descents
 from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind
 from .starts import axis_permutations, starting_boxes, swapped_axes
@@ -22,6 +26,8 @@ START_POINTS = 100
 """Points on which starts compete: enough to tell basins apart."""
 SOFT_EDGE = 0.3
 """Exponent from which a sharp-edged solid starts as a general one: at 0.1 edges hold it fast."""
+LADDER_TOLERANCE = 1e-4
+"""Relative gain below which a rung is told apart well enough; the chosen one is refined."""
 FULL_EXPONENT_RANGE = (MIN_EXPONENT, MAX_EXPONENT)
 START_EVERY_RAY = 4
 """One of so many silhouette rays takes part in the starts."""
@@ -43,18 +49,23 @@ class Rung(NamedTuple):
     """Another solid of the same kind that came close, not finished."""
 
 
-def climb(problem: FitProblem, has_plane: bool, options: FitOptions) -> list[Rung]:
-    """Fit every kind in the options, best criterion first.
+def climb(
+    problem: FitProblem, has_plane: bool, options: FitOptions
+) -> tuple[list[Rung], FitProblem]:
+    """Fit every kind in the options, best criterion first; also the problem with its readings.
 
     First all kinds compete on few points: each starts from the boxes around the cloud; cylinders
     try each axis as their own, general superquadrics are searched for (:mod:`search`), tapered
     ones start from all others. Then those that can still win are finished on all points.
     """
     boxes = starting_boxes(problem, has_plane)
-    thin = problem.thinned(START_POINTS, START_EVERY_RAY)
+    # That rays also pull tells no basin apart, and costs most.
+    thin = problem.thinned(START_POINTS, START_EVERY_RAY, pull=False)
     middle = problem.thinned(MIDDLE_POINTS, 2)
     climbed: dict[Kind, list[End]] = {}
     for kind in sorted(options.kinds, key=lambda kind: PARAMETER_COUNT[kind]):
+        if _needless(kind, climbed, thin, options):
+            continue
         bounds = parameter_bounds(kind, problem, options)
         if kind == "superquadric":
             seeds = [
@@ -76,10 +87,58 @@ def climb(problem: FitProblem, has_plane: bool, options: FitOptions) -> list[Run
         for kind, ends in climbed.items()
     ]
     limit = min(rung.criterion for rung in rungs) + options.prune
-    finished = [
-        _finished(rung, problem, options) if rung.criterion <= limit else rung for rung in rungs
+    rungs = [
+        _finished(rung, middle, options) if rung.criterion <= limit else rung for rung in rungs
     ]
-    return sorted(finished, key=lambda rung: rung.criterion)
+    closest = min(rungs, key=attrgetter("cost"))
+    readings = independent_readings(problem, closest.guess, options)
+    middle, problem = replace(middle, readings=readings), replace(problem, readings=readings)
+    rungs = [_judged(rung, middle, options) for rung in rungs]
+    return _finals(rungs, problem, options), problem
+
+
+def _finals(rungs: list[Rung], problem: FitProblem, options: FitOptions) -> list[Rung]:
+    """Finish the rungs that can still win on all points; all rungs, best first.
+
+    Criteria on few points compare with those on all by how far they trail alone.
+    """
+    before = min(rung.criterion for rung in rungs)
+    limit = before + 0.5 * options.prune
+    done = [_finished(rung, problem, options) for rung in rungs if rung.criterion <= limit]
+    shift = min(rung.criterion for rung in done) - before
+    trailing = [
+        rung._replace(criterion=rung.criterion + shift) for rung in rungs if rung.criterion > limit
+    ]
+    return sorted([*done, *trailing], key=attrgetter("criterion"))
+
+
+def _judged(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
+    """Give a rung the criterion that it has on another problem, as it stands."""
+    tapered = rung.kind == "tapered"
+    cost = float(normal_equations(*problem.data(), *rung.guess, tapered, *problem.weighting())[0])
+    rival = rung.rival
+    return rung._replace(
+        cost=cost,
+        criterion=criterion(cost, rung.kind, problem, options),
+        rival=None if rival is None else _judged(rival, problem, options),
+    )
+
+
+def _needless(
+    kind: Kind, climbed: dict[Kind, list[End]], problem: FitProblem, options: FitOptions
+) -> bool:
+    """Whether a kind cannot win: what is left to explain would not pay for its numbers.
+
+    A taper must find more than the expected noise, since a surface's own irregularities look
+    like one.
+    """
+    if not climbed:
+        return False
+    best = min(ends[0].cost for ends in climbed.values())
+    if kind == "tapered" and 2.0 * best < (options.noise / problem.unit) ** 2:
+        return True
+    now = min(criterion(ends[0].cost, k, problem, options) for k, ends in climbed.items())
+    return criterion(0.0, kind, problem, options) > now
 
 
 def criterion(cost: float, kind: Kind, problem: FitProblem, options: FitOptions) -> float:
@@ -88,7 +147,7 @@ def criterion(cost: float, kind: Kind, problem: FitProblem, options: FitOptions)
     Half the expected noise is added to the mean square: below it a better residual is no
     evidence for a richer solid.
     """
-    n = options.effective_points
+    n = problem.readings
     floor = 0.5 * options.noise / problem.unit
     return n * float(np.log(2.0 * cost + floor**2)) + PARAMETER_COUNT[kind] * float(np.log(n))
 
@@ -158,6 +217,7 @@ def _descended(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
         basis(rung.kind),
         parameter_bounds(rung.kind, problem, options),
         options.ladder_iterations,
+        LADDER_TOLERANCE,
     )
     value = criterion(cost, rung.kind, problem, options)
     return rung._replace(guess=guess, cost=cost, criterion=value)

@@ -80,6 +80,7 @@ def descend(
     tapered,
     scale,
     ray_weight,
+    ray_pull,
     plane_weight,
     plane_scale,
     basis,
@@ -104,6 +105,7 @@ def descend(
         tapered,
         scale,
         ray_weight,
+        ray_pull,
         plane_weight,
         plane_scale,
     )
@@ -131,6 +133,7 @@ def descend(
                 tapered,
                 scale,
                 ray_weight,
+                ray_pull,
                 plane_weight,
                 plane_scale,
             )
@@ -158,7 +161,8 @@ def descend(
 def add_prior(prior, axes, eps, taper, gradient, hessian):
     """Cost of the distance from the prior; adds its derivatives to gradient and Hessian.
 
-    `prior` is (2, 7): homes and weights of log semi-axes, exponents and taper.
+    `prior` is (4, 7): homes and weights of log semi-axes, exponents and taper, then ceilings and
+    the weights above them.
     """
     cost = 0.0
     for j in range(7):
@@ -171,6 +175,11 @@ def add_prior(prior, axes, eps, taper, gradient, hessian):
         cost += 0.5 * prior[1, j] * gap * gap
         gradient[k] += prior[1, j] * gap
         hessian[k, k] += prior[1, j]
+        over = gap + prior[0, j] - prior[2, j]
+        if over > 0.0:
+            cost += 0.5 * prior[3, j] * over * over
+            gradient[k] += prior[3, j] * over
+            hessian[k, k] += prior[3, j]
     return cost
 
 

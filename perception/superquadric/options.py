@@ -54,15 +54,21 @@ class FitOptions:
     noise: float = 0.0015
     """Expected noise of surface points, one σ, m: the Cauchy scale is twice this. Larger forgives
     rounder models, smaller trusts every point."""
-    effective_points: float = 100.0
-    """Independent readings that the criterion believes in: neighbouring pixels share their
-    errors, so the real count would always buy the richest solid."""
+    effective_points: float = 150.0
+    """Most independent readings that the criterion believes in; fewer where residuals of
+    neighbours agree. More buys richer solids on less evidence."""
     silhouette_rays: int = 32
     """Rays past the cloud's outline that the solid must not cross; 0 = off. Needs view_origin."""
-    silhouette_margin: float = 0.001
+    silhouette_margin: float = 0.0005
     """How far outside the outline the rays run, m: more forgives eroded segments."""
+    silhouette_pitch: float = 0.5
+    """... and by how many pixels more, where the points come from an image: a pixel at the
+    outline may have seen the object or not."""
     silhouette_weight: float = 1.0
     """Weight of the rays against the mean squared point residual."""
+    silhouette_pull: float = 0.05
+    """Share of that weight with which the outline draws the solid outwards too, where the points
+    come from an image, which shows an outline to a pixel. Costs a third of the time; 0 = off."""
     plane_weight: float = 0.1
     """Weight of contact with the support plane against the mean squared point residual."""
     plane_scale: float = 0.005
@@ -73,10 +79,13 @@ class FitOptions:
     """Exponent that stands for a sharp edge in boxes and cylinders."""
     axis_range: tuple[float, float] = (0.002, 1.0)
     """Smallest and largest semi-axis, m."""
-    axis_prior: float = 0.7
+    axis_prior: float = 1.5
     """Standard deviation of log semi-axes about the cloud's radius: keeps unseen extents near
     seen ones, biases nothing that the view shows. Smaller holds faster."""
-    exponent_prior: float = 1.0
+    unseen_growth: float = 0.07
+    """Standard deviation of log semi-axes beyond the farthest point seen: larger lets hidden
+    sides lie farther away."""
+    exponent_prior: float = 0.7
     """Standard deviation of exponents about the middle between square and pinched."""
     taper_prior: float = 0.3
     """Standard deviation of the taper about none."""
@@ -129,10 +138,13 @@ _LEAST: dict[str, float] = {
     "effective_points": 2.0,
     "silhouette_rays": 0,
     "silhouette_margin": 0.0,
+    "silhouette_pitch": 0.0,
     "silhouette_weight": 0.0,
+    "silhouette_pull": 0.0,
     "plane_weight": 0.0,
     "plane_scale": 1e-6,
     "axis_prior": 1e-3,
+    "unseen_growth": 1e-3,
     "exponent_prior": 1e-3,
     "taper_prior": 1e-3,
     "starts": 1,

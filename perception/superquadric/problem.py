@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .options import FitOptions
+    from .outliers import Neighbourly
 
 
 class Guess(NamedTuple):
@@ -52,36 +53,46 @@ class FitProblem:
     unit: float
     """Length of the scaled unit, m."""
     prior: NDArray[np.float64]
-    """(2, 7) homes and weights of log semi-axes, exponents and taper."""
+    """(4, 7) homes and weights of log semi-axes, exponents and taper, ceilings and the weights
+    above them."""
     cauchy: float
     """Cauchy scale of point residuals, scaled."""
     ray_weight: float
+    ray_pull: float
+    """Share of the weight with which rays pull a solid that they miss."""
     plane_weight: float
     plane_scale: float
+    readings: float = 100.0
+    """Independent readings that the points count for; until residuals tell, what a depth image of
+    a hand-sized object holds."""
 
     def data(self) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
         """Arguments before the guess in :func:`residual_kernels.normal_equations`."""
         return self.points, self.weights, self.rays, self.plane, self.origin
 
-    def weighting(self) -> tuple[float, float, float, float]:
+    def weighting(self) -> tuple[float, float, float, float, float]:
         """Arguments after the guess in :func:`residual_kernels.normal_equations`."""
-        return self.cauchy, self.ray_weight, self.plane_weight, self.plane_scale
+        return self.cauchy, self.ray_weight, self.ray_pull, self.plane_weight, self.plane_scale
 
-    def thinned(self, points: int, every_ray: int) -> FitProblem:
+    def thinned(self, points: int, every_ray: int, *, pull: bool = True) -> FitProblem:
         """Give the same problem on the first points (their order is random) and every n-th ray."""
         weights = self.weights[:points] / self.weights[:points].sum()
         rays = np.ascontiguousarray(self.rays[::every_ray])
-        return replace(self, points=self.points[:points], weights=weights, rays=rays)
+        ray_pull = self.ray_pull if pull else 0.0
+        return replace(
+            self, points=self.points[:points], weights=weights, rays=rays, ray_pull=ray_pull
+        )
 
 
 def pose_problem(
-    points: NDArray[np.float64],
+    near: Neighbourly,
     view_origin: NDArray[np.float64] | None,
     plane: NDArray[np.float64] | None,
     hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None,
     options: FitOptions,
 ) -> FitProblem:
-    """Centre and scale a cloud (N, 3) in m, thin it, and set up its side conditions."""
+    """Centre and scale a cloud in m, thin it, and set up its side conditions."""
+    points = near.cloud
     centre = points.mean(axis=0)
     # The cloud's own order: by distance, so that neither its listing nor its frame matters.
     reach = np.sum((points - centre) ** 2, axis=1)
@@ -93,7 +104,7 @@ def pose_problem(
     origin = np.zeros(3)
     if view_origin is not None and options.silhouette_rays > 0:
         origin = (view_origin - centre) / unit
-        margin = options.silhouette_margin / unit
+        margin = (options.silhouette_margin + options.silhouette_pitch * near.pitch) / unit
         rays = silhouette_rays((points - centre) / unit, origin, options.silhouette_rays, margin)
         if hidden is not None and len(rays):
             rays = np.ascontiguousarray(rays[~hidden(rays)])
@@ -108,19 +119,26 @@ def pose_problem(
         plane=scaled_plane,
         centre=centre,
         unit=unit,
-        prior=_prior(options.noise / unit, options),
+        prior=_prior(options.noise / unit, float(np.sqrt(reach.max())) / unit, options),
         cauchy=2.0 * options.noise / unit,
         ray_weight=options.silhouette_weight if len(rays) else 0.0,
+        ray_pull=options.silhouette_pull if near.on_grid else 0.0,
         plane_weight=options.plane_weight if plane is not None else 0.0,
         plane_scale=options.plane_scale / unit,
     )
 
 
-def _prior(noise: float, options: FitOptions) -> NDArray[np.float64]:
-    """Homes and weights (2, 7): a Gaussian beside `effective_points` readings of this noise."""
+def _prior(noise: float, reach: float, options: FitOptions) -> NDArray[np.float64]:
+    """Homes, weights, ceilings, weights above (4, 7), as Gaussians beside readings of this noise.
+
+    `reach` is the distance of the farthest point: an extent beyond it was not seen.
+    """
     home = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
     spread = np.repeat([options.axis_prior, options.exponent_prior, options.taper_prior], [3, 2, 2])
-    return np.stack([home, noise**2 / (options.effective_points * spread**2)])
+    certain = noise**2 / options.effective_points
+    ceiling = np.repeat([np.log(reach), np.inf], [3, 4])
+    above = np.repeat([certain / options.unseen_growth**2, 0.0], [3, 4])
+    return np.stack([home, certain / spread**2, ceiling, above])
 
 
 def silhouette_rays(

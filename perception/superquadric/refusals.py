@@ -85,7 +85,7 @@ def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOp
     """
     points = problem.points - problem.points.mean(axis=0)
     extents = _extents(points)
-    n = options.effective_points
+    n = problem.readings
     floor = 0.5 * options.noise / problem.unit
     flat = _robust_square(points, extents, 2, problem.cauchy)
     if not has_plane and (n * np.log(flat + floor**2) + PLANE_PARAMETERS * np.log(n) <= lowest):

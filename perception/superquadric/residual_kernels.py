@@ -38,6 +38,7 @@ def normal_equations(
     tapered,
     scale,
     ray_weight,
+    ray_pull,
     plane_weight,
     plane_scale,
 ):
@@ -61,7 +62,8 @@ def normal_equations(
     Notes
     -----
     The cost is Σ w s²/2 log(1 + r²/s²) over points, plus the mean squared depth by which rays
-    enter the solid, plus the Cauchy cost of the gap between solid and support plane.
+    enter the solid (times `ray_pull` and with the Cauchy loss where they pass outside), plus the
+    Cauchy cost of the gap between solid and support plane.
     """
     cost = 0.0
     gradient = np.zeros(PARAMETERS)
@@ -76,10 +78,16 @@ def normal_equations(
     if rays.shape[0] > 0 and ray_weight > 0.0:
         share = ray_weight / rays.shape[0]
         for i in range(rays.shape[0]):
-            depth = ray_row(rays[i], origin, axes, eps, R, c, taper, tapered, row, local)
+            depth = ray_row(
+                rays[i], origin, axes, eps, R, c, taper, tapered, ray_pull > 0.0, row, local
+            )
             if depth > 0.0:
                 cost += share * 0.5 * depth * depth
                 _accumulate(gradient, hessian, row, depth, share, tapered)
+            elif depth < 0.0:
+                cost += share * ray_pull * _cauchy(depth, scale)
+                weight = share * ray_pull / (1.0 + (depth / scale) ** 2)
+                _accumulate(gradient, hessian, row, depth, weight, tapered)
     if plane_weight > 0.0:
         gap = plane_row(plane, axes, eps, R, c, taper, tapered, row, local)
         cost += plane_weight * _cauchy(gap, plane_scale)

@@ -64,9 +64,8 @@ def uncertainty(
 ) -> Uncertainty:
     """Take the covariance at an optimum, in the axes of its canonical form.
 
-    Residuals count as `effective_points` independent readings of the spread that they show, at
-    least half the expected noise: neighbouring pixels share their errors, so the covariance is
-    on the safe side where they do not.
+    Residuals count as the problem's independent readings of the spread that they show, at least
+    half the expected noise.
     """
     columns = basis(kind)
     tapered = bool(columns[STRAIGHT:].any())
@@ -77,7 +76,7 @@ def uncertainty(
     reduced = columns.T @ hessian @ columns
     reduced += _RIDGE * np.trace(reduced) * np.eye(len(reduced))
     square = max(2.0 * float(cost), (0.5 * options.noise / problem.unit) ** 2)
-    scaled = columns @ np.linalg.inv(reduced) @ columns.T * square / options.effective_points
+    scaled = columns @ np.linalg.inv(reduced) @ columns.T * square / problem.readings
     to_metres = np.ones(13)
     to_metres[:3] = np.exp(guess.axes) * problem.unit
     to_metres[8:11] = problem.unit

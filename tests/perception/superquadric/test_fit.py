@@ -55,7 +55,8 @@ def test_one_noisy_view_gives_the_solid_and_its_simplest_name(kind, axes, e):
     assert overlap(solid, fit.superquadric, rng) > 0.93
     assert fit.spread < 0.0015
     assert [c.criterion for c in fit.ladder] == sorted(c.criterion for c in fit.ladder)
-    assert {c.kind for c in fit.ladder} == set(FitOptions().kinds)
+    # A taper is tried only where straight solids leave more than the noise.
+    assert {c.kind for c in fit.ladder} == set(FitOptions().kinds) - {"tapered"}
 
 
 @pytest.mark.parametrize("optimiser", get_args(OptimiserName))

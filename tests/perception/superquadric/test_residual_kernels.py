@@ -66,9 +66,9 @@ def test_every_derivative_of_the_point_residual_matches_finite_differences(seed,
     assert np.allclose(exact[:moving], numeric, rtol=1e-7, atol=1e-8)
 
 
-@given(seed=seeds, tapered=st.booleans())
+@given(seed=seeds, tapered=st.booleans(), pull=st.sampled_from([0.0, 0.4]))
 @settings(max_examples=60)
-def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, tapered):
+def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, tapered, pull):
     rng = np.random.default_rng(seed)
     # Near ε = 2 solids have a ridge where a ray's minimum has no derivative.
     state = random_state(rng, 0.3, 1.4, tapered)
@@ -85,7 +85,18 @@ def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, 
 
     def cost(step):
         return normal_equations(
-            points, weights, rays, plane, origin, *moved(state, step), tapered, 0.1, 0.7, 0.5, 0.3
+            points,
+            weights,
+            rays,
+            plane,
+            origin,
+            *moved(state, step),
+            tapered,
+            0.1,
+            0.7,
+            pull,
+            0.5,
+            0.3,
         )
 
     h = 1e-6
