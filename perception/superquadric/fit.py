@@ -15,7 +15,7 @@ from .canonical import canonical_axes
 from .ladder import Rung, climb, criterion, parameter_bounds
 from .options import FitOptions
 from .outliers import Neighbourly, without_outliers
-from .problem import FitProblem, Guess, pose_problem
+from .problem import FitProblem, Guess, in_own_order, pose_problem
 from .refine import OPTIMISERS
 from .refusals import misses, no_solid, ran_away, too_little, unusable
 from .residual_kernels import distances
@@ -28,8 +28,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-FILTER_POINTS = 2000
-"""Points among which outliers are looked for: more only cost time."""
+FILTER_SHARE = 2
+"""Outliers are looked for among so many times the points that are fitted ..."""
+FILTER_LEAST = 400
+"""... and at least so many: a cloud too thin hides who has neighbours."""
 LADDER_POINTS = 300
 """Points on which the spread of the ladder's solids is told."""
 UNIT_TOLERANCE = 1e-3
@@ -154,10 +156,11 @@ def _vector(value: ArrayLike | None, size: int, name: str) -> NDArray[np.float64
 def _without_outliers(
     cloud: NDArray[np.float64], origin: NDArray[np.float64] | None, options: FitOptions
 ) -> Neighbourly:
-    """Points with neighbours, at most FILTER_POINTS of them; all of a cloud that has few."""
-    if len(cloud) > FILTER_POINTS:
+    """Points with neighbours, of a few times those to be fitted; all of a cloud that has few."""
+    most = max(FILTER_SHARE * options.points, FILTER_LEAST)
+    if len(cloud) > most:
         rng = np.random.default_rng(options.seed)
-        cloud = cloud[rng.permutation(len(cloud))[:FILTER_POINTS]]
+        cloud = in_own_order(cloud)[rng.permutation(len(cloud))[:most]]
     kept = without_outliers(cloud, origin)
     return kept if len(kept.cloud) >= options.min_points else kept._replace(cloud=cloud)
 

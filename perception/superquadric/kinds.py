@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+@cache
 def basis(kind: Kind) -> NDArray[np.float64]:
     """Matrix B (13, k) with full parameter step = B @ step of the kind's k free numbers.
 
@@ -31,6 +33,8 @@ def basis(kind: Kind) -> NDArray[np.float64]:
     if kind == "tapered":
         matrix = np.column_stack([matrix, *unit[11:]])
     assert matrix.shape[1] == PARAMETER_COUNT[kind]
+    matrix = np.ascontiguousarray(matrix)
+    matrix.setflags(write=False)
     return matrix
 
 

@@ -12,7 +12,7 @@ from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
 from .readings import independent_readings
 from .residual_kernels import normal_equations
-from .search import End, distinct, search, short_descents
+from .search import End, distinct, in_two_rounds, search, short_descents
 from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind
 from .starts import axis_permutations, starting_boxes, swapped_axes
 
@@ -78,9 +78,9 @@ def climb(
             starts = (
                 _tapered_starts(boxes, climbed, options)
                 if kind == "tapered"
-                else list(_simple_starts(kind, boxes, options))
+                else list(_simple_starts(kind, boxes[: 1 + has_plane], options))
             )
-            ends = short_descents(kind, starts, thin, bounds, 2 * options.start_iterations)
+            ends = in_two_rounds(kind, starts, thin, bounds, options)
             climbed[kind] = distinct(ends, 1 if kind != "tapered" else options.finalists)
     rungs = [
         _rung(kind, ends, middle if len(ends) > 1 else thin, options)
@@ -90,6 +90,8 @@ def climb(
     rungs = [
         _finished(rung, middle, options) if rung.criterion <= limit else rung for rung in rungs
     ]
+    if len(rungs) == 1:
+        return _finals(rungs, problem, options), problem
     closest = min(rungs, key=attrgetter("cost"))
     readings = independent_readings(problem, closest.guess, options)
     middle, problem = replace(middle, readings=readings), replace(problem, readings=readings)
@@ -176,13 +178,12 @@ def _simple_starts(kind: Kind, boxes: list[Guess], options: FitOptions):
 def _tapered_starts(
     boxes: list[Guess], climbed: dict[Kind, list[End]], options: FitOptions
 ) -> list[Guess]:
-    """Every straight solid found, and the best general one along each of its axes."""
+    """Every straight solid found, the best general one along each of its axes, and the boxes."""
     guesses = [ends[0].guess for kind, ends in climbed.items() if kind != "sphere"]
     if "superquadric" in climbed:
         guesses += swapped_axes(climbed["superquadric"][0].guess)
-    if not guesses:
-        guesses = [turned for box in boxes for turned in axis_permutations(box)]
     low, high = max(SOFT_EDGE, options.exponent_range[0]), options.exponent_range[1]
+    guesses += [turned for box in boxes for turned in axis_permutations(box)]
     return [guess._replace(eps=np.clip(guess.eps, low, high)) for guess in guesses]
 
 

@@ -94,10 +94,9 @@ def pose_problem(
     """Centre and scale a cloud in m, thin it, and set up its side conditions."""
     points = near.cloud
     centre = points.mean(axis=0)
-    # The cloud's own order: by distance, so that neither its listing nor its frame matters.
     reach = np.sum((points - centre) ** 2, axis=1)
     unit = float(np.sqrt(np.mean(reach)))
-    points = points[np.argsort(reach, kind="stable")]
+    points = in_own_order(points)
     chosen = np.random.default_rng(options.seed).permutation(len(points))[: options.points]
     scaled = (points[chosen] - centre) / unit
     rays = np.zeros((0, 3))
@@ -126,6 +125,12 @@ def pose_problem(
         plane_weight=options.plane_weight if plane is not None else 0.0,
         plane_scale=options.plane_scale / unit,
     )
+
+
+def in_own_order(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sort points (N, 3) by distance from their mean: neither listing nor frame matters."""
+    reach = np.sum((points - points.mean(axis=0)) ** 2, axis=1)
+    return points[np.argsort(reach, kind="stable")]
 
 
 def _prior(noise: float, reach: float, options: FitOptions) -> NDArray[np.float64]:

@@ -48,7 +48,7 @@ def too_little(
     cloud: NDArray[np.float64], plane: NDArray[np.float64] | None, options: FitOptions
 ) -> str:
     """Why a cloud (N, 3) without outliers determines no solid, or an empty string."""
-    extents = _extents(cloud)
+    extents, _ = _principal(cloud)
     low, high = options.axis_range
     if extents[0] == 0.0:
         return "all points are the same point"
@@ -83,18 +83,17 @@ def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOp
     `lowest` is the best solid's criterion (:func:`ladder.criterion`); plane and line are judged
     by the same one, with the few parameters they have.
     """
-    points = problem.points - problem.points.mean(axis=0)
-    extents = _extents(points)
+    squares = _principal(problem.points)[1] ** 2
     n = problem.readings
     floor = 0.5 * options.noise / problem.unit
-    flat = _robust_square(points, extents, 2, problem.cauchy)
+    flat = _robust_mean(squares[:, 2], problem.cauchy)
     if not has_plane and (n * np.log(flat + floor**2) + PLANE_PARAMETERS * np.log(n) <= lowest):
         width = 1e3 * problem.unit * float(np.sqrt(flat))
         return (
             f"all points lie on one plane to within {width:.1f} mm: give the support plane, or "
             "another view"
         )
-    thin = _robust_square(points, extents, 1, problem.cauchy)
+    thin = _robust_mean(squares[:, 1] + squares[:, 2], problem.cauchy)
     if n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest:
         width = 1e3 * problem.unit * float(np.sqrt(thin))
         return f"all points lie on one line to within {width:.1f} mm"
@@ -132,18 +131,16 @@ def ran_away(guess: Guess, problem: FitProblem, options: FitOptions) -> str:
     return ""
 
 
-def _extents(cloud: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Standard deviations (3,) along the principal axes, largest first."""
+def _principal(
+    cloud: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Standard deviations (3,) along the principal axes, largest first, and coordinates (N, 3)."""
     centred = cloud - cloud.mean(axis=0)
-    return np.linalg.svd(centred, compute_uv=False) / np.sqrt(len(cloud))
+    _, axes = np.linalg.eigh(centred.T @ centred)
+    coordinates = centred @ axes[:, ::-1]
+    return np.sqrt(np.mean(coordinates**2, axis=0)), coordinates
 
 
-def _robust_square(
-    points: NDArray[np.float64], extents: NDArray[np.float64], first: int, scale: float
-) -> float:
-    """Twice the Cauchy cost of the distances across principal axes from `first` on."""
-    if extents[first] == 0.0:
-        return 0.0
-    _, _, axes = np.linalg.svd(points, full_matrices=False)
-    square = np.sum((points @ axes[first:].T) ** 2, axis=1)
-    return float(np.mean(scale**2 * np.log1p(square / scale**2)))
+def _robust_mean(squares: NDArray[np.float64], scale: float) -> float:
+    """Twice the mean Cauchy cost of squared distances (N,)."""
+    return float(np.mean(scale**2 * np.log1p(squares / scale**2)))

@@ -69,18 +69,28 @@ def search(
         : options.starts
     ]
     starts += [seed._replace(eps=np.clip(seed.eps, *bounds[1])) for seed in seeds]
-    steps = options.start_iterations
-    ends = distinct(
-        short_descents("superquadric", starts, problem, bounds, steps), options.finalists + 2
-    )
-    ends = short_descents("superquadric", [end.guess for end in ends], problem, bounds, steps)
+    ends = in_two_rounds("superquadric", starts, problem, bounds, options)
     switched = [
         guess._replace(eps=np.clip(guess.eps, *bounds[1]))
         for end in distinct(ends, SWITCHED)
         for guess in (turned_dual(end.guess), *swapped_axes(end.guess))
     ]
-    ends += short_descents("superquadric", switched, problem, bounds, steps)
+    ends += short_descents("superquadric", switched, problem, bounds, options.start_iterations)
     return distinct(sorted(ends, key=lambda end: end.cost), options.finalists)
+
+
+def in_two_rounds(
+    kind: Kind,
+    starts: list[Guess],
+    problem: FitProblem,
+    bounds: NDArray[np.float64],
+    options: FitOptions,
+) -> list[End]:
+    """Descend from every start, then go on from the best distinct ends; best end first."""
+    steps = options.start_iterations
+    ends = short_descents(kind, starts, problem, bounds, steps)
+    best = [end.guess for end in distinct(ends, options.finalists + 2)]
+    return short_descents(kind, best, problem, bounds, steps)
 
 
 def distinct(ends: list[End], count: int) -> list[End]:

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from ..perpendicular import perpendicular_pair
 from .problem import FitProblem, Guess
@@ -18,20 +19,26 @@ _THINNEST = 0.1
 depth of its own."""
 
 
+_HALF_RIGHT_ANGLES = Rotation.from_rotvec(0.25 * np.pi * np.eye(3)).as_matrix()
+
+
 def starting_boxes(problem: FitProblem, has_plane: bool) -> list[Guess]:
     """Boxes around the cloud: along its principal axes, and upright on its support plane.
 
     On a plane the footprint's smallest rectangle (rotating calipers) gives the other two axes,
-    and the box reaches down to the plane.
+    and the box reaches down to the plane. Without one the principal axes are also turned by 45°
+    about each: of what one view shows they need not be the solid's.
     """
     points = problem.points
     _, _, rows = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)
-    boxes = [_box_around(points, _right_handed(rows.T), None)]
+    principal = _right_handed(rows.T)
+    boxes = [_box_around(points, principal, None)]
     if has_plane:
         normal, offset = problem.plane[:3], float(problem.plane[3])
         frame = _footprint_frame(points, normal)
-        boxes.insert(0, _box_around(points, frame, -offset))
-    return boxes
+        return [_box_around(points, frame, -offset), *boxes]
+    turned = (_box_around(points, principal @ turn, None) for turn in _HALF_RIGHT_ANGLES)
+    return [*boxes, *turned]
 
 
 def axis_permutations(guess: Guess) -> list[Guess]:
