@@ -12,6 +12,8 @@ from .shape import MAX_EXPONENT, MIN_EXPONENT, Kind
 OptimiserName = Literal["lm", "slsqp", "lbfgs", "mma", "bobyqa", "cobyla"]
 """``lm`` is the compiled Levenberg-Marquardt alone; the others are nlopt's, run after it, the
 last two without derivatives."""
+MOST_PARTS = 8
+"""More solids than that are no description of one object."""
 
 
 @dataclass(frozen=True)
@@ -91,6 +93,9 @@ class FitOptions:
     """Standard deviation of the taper about none."""
     min_points: int = 50
     """Fewer points than this are refused by name."""
+    max_parts: int = 1
+    """Most solids that one object may become, 1 to 8: more follow mugs, tools and brackets, and
+    cost several times the time where one solid explains too little; what one explains stays one."""
     seed: int = 0
     """Seed of the choice of points."""
 
@@ -107,6 +112,8 @@ class FitOptions:
             value = getattr(self, name)
             if not least <= value < float("inf"):
                 raise InputError(f"fit option {name} must be finite and >= {least}, got {value}")
+        if not 1 <= self.max_parts <= MOST_PARTS:
+            raise InputError(f"max_parts must be 1 to {MOST_PARTS}, got {self.max_parts}")
         low, high = self.exponent_range
         if not MIN_EXPONENT <= low < high <= MAX_EXPONENT:
             raise InputError(

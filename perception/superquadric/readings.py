@@ -11,6 +11,8 @@ from .residual_kernels import distances
 from .result import robust_spread
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from .options import FitOptions
     from .problem import FitProblem, Guess
 
@@ -33,10 +35,15 @@ def independent_readings(problem: FitProblem, guess: Guess, options: FitOptions)
     With ρ the mean correlation of a residual with those of its patch, N points say as much as
     N/(1 + PATCH ρ) independent ones (the variance of a mean of equally correlated readings).
     """
-    points = problem.points
+    return readings_of(problem.points, distances(problem.points, *guess), options)
+
+
+def readings_of(
+    points: NDArray[np.float64], residuals: NDArray[np.float64], options: FitOptions
+) -> float:
+    """Estimate the independent readings in points (N, 3) from residuals (N,); any one unit."""
     if len(points) <= 2 * PATCH:
         return float(np.clip(BELIEVED * len(points), FEWEST, options.effective_points))
-    residuals = distances(points, *guess)
     limit = CLIP * robust_spread(residuals)
     residuals = np.clip(residuals, -limit, limit)
     square = float(np.mean(residuals**2))
