@@ -86,15 +86,17 @@ def fit_superquadric(
     if plane is not None and abs(np.linalg.norm(plane[:3]) - 1.0) > UNIT_TOLERANCE:
         raise InputError(f"support_plane must have a unit normal, got {plane[:3].tolist()}")
 
-    reason = unusable(cloud, options)
+    reason = unusable(cloud, origin, options)
     if reason:
         return SuperquadricFit.none(reason, time.perf_counter() - began)
     near = _without_outliers(cloud, origin, options)
-    reason = too_little(near.cloud, plane, options)
+    reason = too_little(near.cloud, origin, plane, options)
     if reason:
         return SuperquadricFit.none(reason, time.perf_counter() - began)
     problem = pose_problem(near, origin, plane, hidden, options)
     fit = _climbed(problem, plane is not None, options)
+    if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
+        fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
     return replace(fit, seconds=time.perf_counter() - began)
 
 
@@ -162,7 +164,9 @@ def _without_outliers(
         rng = np.random.default_rng(options.seed)
         cloud = in_own_order(cloud)[rng.permutation(len(cloud))[:most]]
     kept = without_outliers(cloud, origin)
-    return kept if len(kept.cloud) >= options.min_points else kept._replace(cloud=cloud)
+    if len(kept.cloud) >= options.min_points:
+        return kept
+    return kept._replace(cloud=np.unique(cloud, axis=0))
 
 
 def _refined(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:

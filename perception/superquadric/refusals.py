@@ -18,6 +18,11 @@ FLAT = 1e-4
 """Smallest ratio of a cloud's singular values that still counts as an extent."""
 FARTHEST = 1e6
 """Coordinates beyond this leave too few digits for a solid, m."""
+FARTHEST_CAMERA = 1e9
+"""A camera beyond this sees parallel rays at best, m."""
+FLATTER = 6.0
+"""A solid must beat a plane or a line by this much of the criterion: strong evidence (Kass and
+Raftery 1995), for noise alone makes a plane look thick."""
 NOISE_LIMIT = 4.0
 """Spread of the points about a usable solid, in expected noise ..."""
 SIZE_LIMIT = 0.12
@@ -31,8 +36,10 @@ PLANE_PARAMETERS = 3
 LINE_PARAMETERS = 4
 
 
-def unusable(cloud: NDArray[np.float64], options: FitOptions) -> str:
-    """Why numbers (N, 3) are no cloud, or an empty string."""
+def unusable(
+    cloud: NDArray[np.float64], origin: NDArray[np.float64] | None, options: FitOptions
+) -> str:
+    """Why numbers (N, 3) are no cloud seen from an origin (3,), or an empty string."""
     if len(cloud) < options.min_points:
         return f"{len(cloud)} points are too few: at least {options.min_points} are needed"
     bad = int(np.count_nonzero(~np.all(np.isfinite(cloud), axis=1)))
@@ -41,17 +48,27 @@ def unusable(cloud: NDArray[np.float64], options: FitOptions) -> str:
     largest = float(np.abs(cloud).max())
     if largest > FARTHEST:
         return f"coordinates reach {largest:.3g} m: move the cloud nearer to the origin"
+    if origin is not None and np.abs(origin).max() > FARTHEST_CAMERA:
+        return f"the camera is {np.abs(origin).max():.3g} m away: are these metres?"
     return ""
 
 
 def too_little(
-    cloud: NDArray[np.float64], plane: NDArray[np.float64] | None, options: FitOptions
+    cloud: NDArray[np.float64],
+    origin: NDArray[np.float64] | None,
+    plane: NDArray[np.float64] | None,
+    options: FitOptions,
 ) -> str:
     """Why a cloud (N, 3) without outliers determines no solid, or an empty string."""
     extents, _ = _principal(cloud)
     low, high = options.axis_range
-    if extents[0] == 0.0:
+    if np.ptp(cloud, axis=0).max() == 0.0:
         return "all points are the same point"
+    if not low / 2 <= extents[0] <= 2 * high:
+        return (
+            f"the cloud spreads over {extents[0]:.3g} m (one σ): solids with semi-axes of "
+            f"{low} to {high} m are fitted; are these metres?"
+        )
     if extents[1] < FLAT * extents[0]:
         return "all points lie on one line"
     if extents[2] < FLAT * extents[0] and plane is None:
@@ -60,11 +77,8 @@ def too_little(
         return (
             f"{len(cloud)} different points are too few: at least {options.min_points} are needed"
         )
-    if not low / 2 <= extents[0] <= 2 * high:
-        return (
-            f"the cloud spreads over {extents[0]:.3g} m (one σ): solids with semi-axes of "
-            f"{low} to {high} m are fitted; are these metres?"
-        )
+    if origin is not None and np.linalg.norm(cloud - origin, axis=1).min() < low:
+        return "a point lies at the camera: view_origin must be outside the cloud"
     if plane is None:
         return ""
     heights = cloud @ plane[:3] + plane[3]
@@ -87,14 +101,17 @@ def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOp
     n = problem.readings
     floor = 0.5 * options.noise / problem.unit
     flat = _robust_mean(squares[:, 2], problem.cauchy)
-    if not has_plane and (n * np.log(flat + floor**2) + PLANE_PARAMETERS * np.log(n) <= lowest):
+    lowest += FLATTER
+    most = (NOISE_LIMIT * options.noise / problem.unit) ** 2
+    flatter = n * np.log(flat + floor**2) + PLANE_PARAMETERS * np.log(n) <= lowest
+    if not has_plane and flat < most and flatter:
         width = 1e3 * problem.unit * float(np.sqrt(flat))
         return (
             f"all points lie on one plane to within {width:.1f} mm: give the support plane, or "
             "another view"
         )
     thin = _robust_mean(squares[:, 1] + squares[:, 2], problem.cauchy)
-    if n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest:
+    if thin < most and n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest:
         width = 1e3 * problem.unit * float(np.sqrt(thin))
         return f"all points lie on one line to within {width:.1f} mm"
     return ""
