@@ -85,11 +85,11 @@ def tapered_support(
     grid = np.linspace(-1.0, 1.0, _SECTIONS)
     heights = np.broadcast_to(grid, (len(flat), _SECTIONS))
     for _ in range(_CLOSER):
-        reach = _section_support(flat, np.clip(heights, -1, 1), semi_axes, exponents, taper)
+        reach = _section_support(flat, heights, semi_axes, exponents, taper)
         highest = np.argmax(reach, axis=1)
         best = np.take_along_axis(reach, highest[:, None], axis=1)[:, 0]
         middle = np.take_along_axis(heights, highest[:, None], axis=1)
-        heights = middle + 2.0 * step * grid
+        heights = np.clip(middle + 2.0 * step * grid, -1.0, 1.0)
         step *= 2.0 / (_SECTIONS - 1)
     return best.reshape(directions.shape[:-1])
 

@@ -90,6 +90,9 @@ class ByNlopt:
         total = float(cost) + add_prior(
             problem.prior, start.axes, start.eps, start.taper, gradient, hessian
         )
+        if not np.isfinite(total):
+            # On numbers that are none bobyqa corrupts memory.
+            return Refined(start, float(cost), 1)
         unwhiten = _unwhitening(hessian, columns)
         best, used = Refined(start, float(cost), 0), 0
         lowest = total
