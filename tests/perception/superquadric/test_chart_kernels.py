@@ -1,0 +1,125 @@
+"""The chart in which nlopt moves: the cost of the moved guess, and its exact slope."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from eyehand.perception.superquadric.chart_kernels import chart_value, right_jacobian
+from eyehand.perception.superquadric.levenberg_marquardt import add_prior, moved
+from eyehand.perception.superquadric.residual_kernels import PARAMETERS, normal_equations
+
+seeds = st.integers(0, 2**31 - 1)
+WIDE = np.array([[-5.0, 5.0], [0.02, 1.98], [-0.9, 0.9]])
+WEIGHTING = (0.1, 0.7, 0.0, 0.5, 0.3)
+
+
+def scene(rng):
+    """Points, weights, rays, plane, origin about a tapered solid, and its guess."""
+    axes, eps = np.log(rng.uniform(0.6, 1.4, 3)), rng.uniform(0.4, 1.0, 2)
+    R, c = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
+    taper = rng.uniform(-0.3, 0.3, 2)
+    local = rng.uniform(0.4, 0.9, (30, 3)) * rng.choice([-1, 1], (30, 3))
+    local[:, 2] *= np.exp(axes[2])
+    origin = c + np.array([0.0, 0.0, 5.0])
+    targets = c + 0.4 * rng.normal(size=(8, 3))
+    targets = targets[np.linalg.norm((targets - c)[:, :2], axis=1) > 0.2]
+    rays = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
+    plane = np.array([0.0, 0.0, 1.0, 0.8 - c[2]])
+    data = (c + local @ R.T, np.full(30, 1 / 30), rays, plane, origin)
+    return data, (axes, eps, R, c, taper)
+
+
+def prior(rng):
+    """Homes, weights, ceilings below the axes, weights above them."""
+    ceiling = np.repeat([-0.6, np.inf], [3, 4])
+    above = np.repeat([0.2, 0.0], [3, 4])
+    return np.stack([rng.normal(size=7), rng.uniform(0.0, 0.3, 7), ceiling, above])
+
+
+def at(y, unwhiten, data, guess, homes, bounds=WIDE):
+    arguments = (y, unwhiten, *data, *guess, True, *WEIGHTING, homes, bounds)
+    return chart_value(*arguments)
+
+
+@given(seed=seeds)
+def test_the_value_is_the_cost_and_the_prior_of_the_moved_guess(seed):
+    rng = np.random.default_rng(seed)
+    data, guess = scene(rng)
+    unwhiten, y, homes = rng.normal(size=(PARAMETERS, 5)), 0.05 * rng.normal(size=5), prior(rng)
+    total, cost, _, *parts = at(y, unwhiten, data, guess, homes)
+    there = moved(*guess, unwhiten @ y, WIDE)
+    assert all(np.allclose(a, b, atol=1e-12) for a, b in zip(parts, there, strict=True))
+    plain, gradient, hessian = normal_equations(*data, *there, True, *WEIGHTING)
+    assert cost == pytest.approx(plain, rel=1e-12)
+    axes, eps, _, _, taper = there
+    added = add_prior(homes, axes, eps, taper, gradient, hessian)
+    gaps = np.concatenate([axes, eps, taper])
+    over = np.maximum(gaps - homes[2], 0.0)
+    expected = 0.5 * np.sum(homes[1] * (gaps - homes[0]) ** 2 + homes[3] * over**2)
+    assert added == pytest.approx(expected, rel=1e-9)
+    assert total == pytest.approx(plain + expected, rel=1e-9)
+
+
+@given(seed=seeds, far=st.sampled_from([0.0, 0.05, 0.3]))
+def test_the_slope_matches_finite_differences_also_far_from_the_start(seed, far):
+    rng = np.random.default_rng(seed)
+    data, guess = scene(rng)
+    unwhiten, y, homes = (
+        0.3 * rng.normal(size=(PARAMETERS, 7)),
+        far * rng.normal(size=7),
+        prior(rng),
+    )
+    # Exponents stay where the solid has no ridge, points within the taper's reach.
+    unwhiten[[2, 3, 4]] *= 0.1
+    h = 1e-6
+    numeric = [
+        (
+            at(y + h * d, unwhiten, data, guess, homes)[0]
+            - at(y - h * d, unwhiten, data, guess, homes)[0]
+        )
+        / (2 * h)
+        for d in np.eye(7)
+    ]
+    assert np.allclose(at(y, unwhiten, data, guess, homes)[2], numeric, atol=2e-6)
+
+
+@given(seed=seeds)
+def test_the_slope_of_a_number_beyond_its_bound_is_zero_and_the_number_stays(seed):
+    rng = np.random.default_rng(seed)
+    data, guess = scene(rng)
+    axes, eps, _, _, taper = guess
+    tight = np.array(
+        [[axes.min() - 1, axes.max() + 1], [0.02, eps.max() + 0.01], [-0.9, taper.max() + 0.01]]
+    )
+    y = np.zeros(PARAMETERS)
+    held = [3 + int(np.argmax(eps)), 11 + int(np.argmax(taper))]
+    y[held] = 0.1
+    homes, whole = prior(rng), np.eye(PARAMETERS)
+    _, _, slope, _, new_eps, _, _, new_taper = at(y, whole, data, guess, homes, tight)
+    assert np.all(slope[held] == 0.0)
+    assert new_eps.max() == tight[1, 1]
+    assert new_taper.max() == tight[2, 1]
+    h = 1e-6
+    for k in range(PARAMETERS):
+        d = h * np.eye(PARAMETERS)[k]
+        up, down = (at(y + s * d, whole, data, guess, homes, tight)[0] for s in (1, -1))
+        assert slope[k] == pytest.approx((up - down) / (2 * h), abs=2e-6)
+
+
+@given(seed=seeds, size=st.sampled_from([1e-9, 1e-5, 0.1, 1.0, 3.0]))
+def test_the_right_jacobian_tells_how_a_rotation_vector_turns_the_body(seed, size):
+    rng = np.random.default_rng(seed)
+    vector = rng.normal(size=3)
+    vector *= size / np.linalg.norm(vector)
+    here, h = Rotation.from_rotvec(vector), 1e-6
+    columns = [
+        (
+            (here.inv() * Rotation.from_rotvec(vector + h * d)).as_rotvec()
+            - (here.inv() * Rotation.from_rotvec(vector - h * d)).as_rotvec()
+        )
+        / (2 * h)
+        for d in np.eye(3)
+    ]
+    assert np.allclose(right_jacobian(vector), np.transpose(columns), atol=1e-8)
