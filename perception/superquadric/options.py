@@ -66,9 +66,9 @@ class FitOptions:
     silhouette_pitch: float = 0.5
     """... and by how many pixels more, where the points come from an image: a pixel at the
     outline may have seen the object or not."""
-    silhouette_weight: float = 1.0
+    silhouette_weight: float = 0.3
     """Weight of the rays against the mean squared point residual."""
-    silhouette_pull: float = 0.05
+    silhouette_pull: float = 0.1
     """Share of that weight with which the outline draws the solid outwards too, where the points
     come from an image, which shows an outline to a pixel. Costs a third of the time; 0 = off."""
     plane_weight: float = 0.1
