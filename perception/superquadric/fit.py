@@ -15,6 +15,8 @@ from .canonical import canonical_axes
 from .ladder import Rung, climb, criterion, parameter_bounds
 from .options import FitOptions
 from .outliers import Neighbourly, without_outliers
+from .part_cloud import Seen
+from .parts import in_parts
 from .problem import FitProblem, Guess, in_own_order, pose_problem
 from .refine import OPTIMISERS
 from .refusals import misses, no_solid, ran_away, too_little, unusable
@@ -93,11 +95,17 @@ def fit_superquadric(
     reason = too_little(near.cloud, origin, plane, options)
     if reason:
         return SuperquadricFit.none(reason, time.perf_counter() - began)
-    problem = pose_problem(near, origin, plane, hidden, options)
-    fit = _climbed(problem, plane is not None, options)
+    seen = Seen(near, origin, plane, hidden)
+    fit = _one_solid(seen, options)
     if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
         fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
+    if options.max_parts > 1:
+        fit = in_parts(fit, seen, options, _one_solid)
     return replace(fit, seconds=time.perf_counter() - began)
+
+
+def _one_solid(seen: Seen, options: FitOptions) -> SuperquadricFit:
+    return _climbed(pose_problem(*seen, options), seen.plane is not None, options)
 
 
 def _climbed(problem: FitProblem, has_plane: bool, options: FitOptions) -> SuperquadricFit:

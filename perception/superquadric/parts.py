@@ -2,293 +2,277 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
-from scipy.spatial import KDTree
+from scipy.spatial.transform import RigidTransform, Rotation
 
-from .kinds import basis
-from .levenberg_marquardt import levenberg_marquardt
-from .ladder import parameter_bounds
-from .part_cuts import cuts
-from .problem import Guess, pose_problem
+from .canonical import canonical
+from .part_cloud import PartCloud, Seen, part_cloud
+from .part_descents import (
+    FEWEST,
+    Shares,
+    box_behind,
+    buried_points,
+    log_square,
+    nearest_parts,
+    robust_cost,
+    split_further,
+)
+from .problem import Guess
+from .readings import readings_of
 from .refusals import misses
 from .residual_kernels import distances
-from .readings import readings_of
-from .starts import starting_boxes
+from .shape import PARAMETER_COUNT, Superquadric
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from .options import FitOptions
-    from .outliers import Neighbourly
-    from .result import SuperquadricFit
-    from .shape import Superquadric
+    from .result import Candidate, SuperquadricFit
 
-    Hidden = Callable[[NDArray[np.float64]], NDArray[np.bool_]]
-
-NEIGHBOURS = 8
-FEWEST = 25
-QUICK_POINTS = 80
-QUICK_STEPS = 8
-AGAIN_STEPS = 4
-ROUNDS = 3
-FINALISTS = 4
-CONTACT = 2.0
+EXPLAINED = 0.8
+"""Share of the expected noise within which points are explained: surfaces have waves of their
+own."""
 MARGIN = 10.0
+"""Parts must lower the criterion by more than this: very strong evidence (Kass and Raftery 1995),
+and what a choice among many cuts finds by luck."""
+BURIED_SHARE = 0.02
+"""Share of points inside parts from which they are fitted again."""
 PLANE_PARAMETERS = 3
-
-
-@dataclass(frozen=True)
-class Scene:
-    """What an object's cloud was fitted with."""
-
-    near: Neighbourly
-    origin: NDArray[np.float64] | None
-    plane: NDArray[np.float64] | None
-    hidden: Hidden | None
+"""Of a plane, where no one solid beats it."""
+WORTH = PARAMETER_COUNT["box"]
+"""Parameters that a further part must be worth before it is looked for."""
+LEAST_PARAMETERS = PARAMETER_COUNT["sphere"]
+"""Of the simplest part: where rough parts gain nothing even so, they are not fitted."""
+ROUGH_PARAMETERS = PARAMETER_COUNT["superquadric"]
+"""Of every rough part, while it is open how many there are."""
+THINNEST = 0.1
+"""Least extent of the first guess about a flat cloud, as a share of its largest."""
 
 
 class FitOne(Protocol):
-    """Fits one solid."""
+    """Fits one solid to a cloud."""
 
-    def __call__(self, scene: Scene, options: FitOptions, /) -> SuperquadricFit: ...
+    def __call__(self, seen: Seen, options: FitOptions, /) -> SuperquadricFit:
+        """Fit one solid, however many parts the options allow."""
+        ...
 
 
-class _Split(NamedTuple):
-    guesses: list[Guess]
-    labels: NDArray[np.int64]
-    cost: float
+class _Model(NamedTuple):
+    """What explains a cloud, about its middle."""
+
+    solids: tuple[Superquadric, ...]
+    """Largest first; none where a plane stands for them."""
+    fit: SuperquadricFit
+    """Where the largest comes from."""
+    residuals: NDArray[np.float64]
+    """(N,) signed distances of the cloud's points from the union, m."""
+    parameters: int
+    """Numbers spent, the parts' shares of the points included."""
 
 
 def in_parts(
-    whole: SuperquadricFit, scene: Scene, options: FitOptions, fit_one: FitOne
+    whole: SuperquadricFit, seen: Seen, options: FitOptions, fit_one: FitOne
 ) -> SuperquadricFit:
-    return _Splitter(scene, options, fit_one).run(whole)
+    """Split what one solid leaves unexplained, at most into ``options.max_parts``.
+
+    Rough solids share the points out, one more at a time; then the numbers of parts compete,
+    the best first, by solids fitted in earnest to their shares. Parts stand if they lower the
+    Bayesian information criterion clearly, on as many readings as their residuals leave.
+
+    Parameters
+    ----------
+    whole
+        The fit of one solid; without a solid where a plane explains the points as well.
+    seen
+        What that was fitted to.
+    options
+        The same, with ``max_parts``.
+    fit_one
+        Fits each part, with the rays that neither pass another part nor end on it.
+
+    Returns
+    -------
+    SuperquadricFit
+        Of the largest part by volume, with all parts and the residuals of their union; `whole`
+        where they explain no more.
+    """
+    cloud = part_cloud(seen, options)
+    one = _one_part(whole, cloud)
+    chain, tried = _chain(one, cloud, options)
+    for shares in chain:
+        model = _fitted(shares, cloud, options, fit_one)
+        if model is not None and _better(model, one, cloud, options):
+            return _result(model, cloud)
+    if whole or not tried:
+        return whole
+    return replace(whole, reason=f"{whole.reason} (no better in {tried} parts)")
 
 
-class _Splitter:
-    def __init__(self, scene: Scene, options: FitOptions, fit_one: FitOne) -> None:
-        cloud = scene.near.cloud
-        self.centre = cloud.mean(axis=0)
-        reach = np.sum((cloud - self.centre) ** 2, axis=1)
-        self.unit = float(np.sqrt(reach.mean()))
-        order = np.argsort(reach, kind="stable")
-        self.points = cloud[order] - self.centre
-        self.options, self.fit_one = options, fit_one
-        self.scene = scene
-        self.origin = None if scene.origin is None else scene.origin - self.centre
-        self.plane = scene.plane
-        if scene.plane is not None:
-            self.plane = np.append(scene.plane[:3], scene.plane[3] + scene.plane[:3] @ self.centre)
-        spacing, near = KDTree(self.points).query(self.points, k=NEIGHBOURS + 1)
-        self.neighbours = np.asarray(near)[:, 1:]
-        self.spacing = float(np.median(np.asarray(spacing)[:, 1]))
-        self.tree = None
-        if self.origin is not None:
-            offset = self.points - self.origin
-            self.depth = np.linalg.norm(offset, axis=1)
-            self.tree = KDTree(offset / self.depth[:, None])
+def _one_part(whole: SuperquadricFit, cloud: PartCloud) -> _Model:
+    if whole.superquadric is None:
+        _, _, rows = np.linalg.svd(cloud.points, full_matrices=False)
+        return _Model((), whole, cloud.points @ rows[2], PLANE_PARAMETERS)
+    solid = _shifted(whole.superquadric, -cloud.centre)
+    return _Model((solid,), whole, solid.distance(cloud.points), solid.parameter_count)
 
-    # judging
-    def cost(self, r):
-        s = 2 * self.options.noise
-        return float(np.mean(0.5 * s * s * np.log1p((r / s) ** 2)))
 
-    def crit(self, cost, parameters, n):
-        floor = 0.5 * self.options.noise
-        return n * np.log(2 * cost + floor**2) + parameters * np.log(n)
+def _chain(one: _Model, cloud: PartCloud, options: FitOptions) -> tuple[list[Shares], str]:
+    """Rough solids, two and more, the best number first; and which numbers were tried.
 
-    def local(self):
-        pts = self.points[self.neighbours]
-        mean = pts.mean(axis=1)
-        d = pts - mean[:, None]
-        cov = np.einsum("nki,nkj->nij", d, d)
-        _, v = np.linalg.eigh(cov)
-        return np.einsum("ni,ni->n", self.points - mean, v[:, :, 0])
+    One more at a time, while points are left to explain. A split that gains nothing yet may be on
+    the way to one that does.
+    """
+    guess = _guess(one.solids[0]) if one.solids else _flat_guess(cloud)
+    labels = np.zeros(len(cloud.points), dtype=np.int64)
+    shares = Shares((guess,), labels, one.residuals, log_square(one.residuals, options))
+    chain: list[Shares] = []
+    while len(shares.guesses) < options.max_parts:
+        splits = [
+            split_further(shares, index, cloud, options)
+            for index in range(len(shares.guesses))
+            if _open(shares, index, cloud, options)
+        ]
+        found = [split for split in splits if split is not None]
+        if not found:
+            break
+        shares = min(found, key=lambda split: split.score)
+        chain.append(shares)
+    if not chain:
+        return [], ""
+    tried = " or ".join(str(len(shares.guesses)) for shares in chain)
+    readings = readings_of(cloud.points, chain[-1].residuals, options)
 
-    def union(self, solids):
-        return np.min([s.distance(self.points) for s in solids], axis=0)
+    def rough(shares: Shares, each: int) -> float:
+        numbers = (each + 1) * len(shares.guesses)
+        return _criterion(shares.residuals, numbers, readings, options)
 
-    def run(self, whole):
-        o = self.options
-        moved = None
-        if whole.superquadric is not None:
-            solid = shifted(whole.superquadric, -self.centre)
-            fits = [replace(whole, superquadric=solid)]
-            res = solid.distance(self.points)
-            params = solid.parameter_count
-        else:
-            if "plane" not in whole.reason and "line" not in whole.reason:
-                return whole
-            fits = []
-            _, _, rows = np.linalg.svd(self.points, full_matrices=False)
-            res = self.points @ rows[2]
-            params = PLANE_PARAMETERS
-        local = self.local()
-        floor_cost = self.cost(local)
-        n = o.effective_points
-        self.tried = 1
-        if self.crit(self.cost(res), 0, n) - self.crit(floor_cost, 5, n) < MARGIN:
-            return whole
-        labels = np.zeros(len(self.points), dtype=np.int64)
-        while max(len(fits), 1) < o.max_parts:
-            best = None
-            k = max(len(fits), 1)
-            # parts by excess cost
-            order = sorted(range(k), key=lambda j: -self.cost(res[labels == j]) * np.mean(labels == j))
-            accepted = False
-            for j in order:
-                m = labels == j
-                if len(fits) and self.crit(self.cost(res), 0, n) - self.crit(
-                    self.cost(np.where(m, local, res)), 5, n) < MARGIN:
-                    continue
-                self.tried = k + 1
-                got = self.split_part(j, fits, labels, res)
-                if got is None:
-                    continue
-                new_fits, new_labels, new_res = got
-                readings = readings_of(self.points, new_res, o)
-                before = self.crit(self.cost(res), params, readings)
-                new_params = sum(f.superquadric.parameter_count for f in new_fits) + k
-                after = self.crit(self.cost(new_res), new_params, readings)
-                if after < before - MARGIN:
-                    fits, labels, res, params = new_fits, new_labels, new_res, new_params
-                    accepted = True
-                    break
-            if not accepted:
-                break
-        if len(fits) <= 1:
-            if not whole and self.tried > 1:
-                return replace(whole, reason=f"{whole.reason}; neither do {self.tried} parts explain it")
-            return whole
-        fits = sorted(fits, key=lambda f: -f.superquadric.volume)
-        parts = tuple(shifted(f.superquadric, self.centre) for f in fits)
-        reason = misses(res, self.unit, o)
-        return replace(fits[0], superquadric=parts[0], converged=not reason, reason=reason,
-                       residuals=res, parts=parts)
+    limit = _criterion(one.residuals, one.parameters, readings, options)
+    hopeful = [shares for shares in chain if rough(shares, LEAST_PARAMETERS) < limit]
+    return sorted(hopeful, key=lambda shares: rough(shares, ROUGH_PARAMETERS)), tried
 
-    def split_part(self, j, fits, labels, res):
-        """Split part j; all points relabelled."""
-        o = self.options
-        m = np.flatnonzero(labels == j)
-        sub = self.points[m]
-        inv = np.full(len(self.points), -1)
-        inv[m] = np.arange(len(m))
-        nb = inv[self.neighbours[m]]
-        nb = np.where(nb >= 0, nb, np.arange(len(m))[:, None])
-        frame = fits[j].superquadric.rotation if fits else np.eye(3)
-        r = fits[j].superquadric.distance(sub) if fits else None
-        masks = cuts(sub, nb, frame, r, o.noise, FEWEST)
-        base = [guess_of(f.superquadric) for f in fits] if fits else [None]
-        k = max(len(fits), 1)
-        splits = []
-        for mask in masks:
-            lab = labels.copy()
-            lab[m[mask]] = k
-            guesses = list(base) + [None]
-            guesses[j] = self.quick(lab, j, None, QUICK_STEPS)
-            guesses[k] = self.quick(lab, k, None, QUICK_STEPS)
-            if guesses[j] is None or guesses[k] is None:
-                continue
-            splits.append(self.judged(guesses, lab))
-        splits.sort(key=lambda s: s.cost)
-        kept = splits[:FINALISTS]
-        for _ in range(ROUNDS):
-            kept = [self.again(s) for s in kept]
-            kept = sorted(kept, key=lambda s: s.cost)
-            kept = kept[: max(len(kept) // 2, 1)] if False else kept
-        self.debug = (splits, kept)
-        for s in kept[:1]:
-            lab = self.reassigned(s.guesses)
-            new = []
-            for i in range(k + 1):
-                pl = self.part_scene(lab, i)
-                f = self.fit_one(pl, o) if np.count_nonzero(lab == i) >= FEWEST else None
-                if f is None or f.superquadric is None or not f.converged:
-                    self.why = (i, f.reason if f is not None else "few")
-                    return None
-                new.append(f)
-            r = self.union([f.superquadric for f in new])
-            return new, lab, r
+
+def _open(shares: Shares, index: int, cloud: PartCloud, options: FitOptions) -> bool:
+    """Whether a further solid in one part could be worth its numbers.
+
+    Not where the points lie within the expected noise already, nor where they would still be as
+    far from any surface as they are from their neighbours.
+    """
+    if 2.0 * robust_cost(shares.residuals, options) < (EXPLAINED * options.noise) ** 2:
+        return False
+    best = np.where(shares.labels == index, cloud.waviness, shares.residuals)
+    n = options.effective_points
+    gain = n * (log_square(shares.residuals, options) - log_square(best, options))
+    return gain > WORTH * np.log(n) + MARGIN
+
+
+def _fitted(
+    shares: Shares, cloud: PartCloud, options: FitOptions, fit_one: FitOne
+) -> _Model | None:
+    """Fit every part in earnest; None where one of them is none."""
+    gaps = [distances(cloud.points, *guess) for guess in shares.guesses]
+    labels = nearest_parts(gaps, cloud)
+    model = _fitted_to(labels, len(gaps), cloud, options, fit_one)
+    if model is None:
         return None
+    # A part that reaches through another ends at the latest where the points lie that it buries.
+    gaps = [solid.distance(cloud.points) for solid in model.solids]
+    buried = buried_points(gaps, options)
+    if np.mean(buried) < BURIED_SHARE:
+        return model
+    labels = np.where(buried, np.argmin(gaps, axis=0), nearest_parts(gaps, cloud))
+    again = _fitted_to(labels, len(gaps), cloud, options, fit_one)
+    if again is None:
+        return model
+    return min(model, again, key=lambda one: log_square(one.residuals, options))
 
-    def judged(self, guesses, labels):
-        d = np.array([distances(self.points, *g) for g in guesses])
-        return _Split(guesses, labels, self.cost(d.min(axis=0)))
 
-    def reassigned(self, guesses):
-        d = np.abs([distances(self.points, *g) for g in guesses])
-        lab = d.argmin(axis=0)
-        k = len(guesses)
-        votes = np.eye(k)[lab]
-        votes = votes + votes[self.neighbours].sum(axis=1)
-        return votes.argmax(axis=1)
-
-    def again(self, s):
-        lab = self.reassigned(s.guesses)
-        gs = []
-        for i, g in enumerate(s.guesses):
-            if np.count_nonzero(lab == i) < FEWEST:
-                return s
-            gs.append(self.quick(lab, i, g, AGAIN_STEPS) or g)
-        new = self.judged(gs, lab)
-        return new if new.cost < s.cost else s
-
-    def part_scene(self, labels, i):
-        mask = labels == i
-        plane = self.plane
-        if plane is not None:
-            h = self.points[mask] @ plane[:3] + plane[3]
-            if h.min() > CONTACT * self.options.plane_scale:
-                plane = None
-        return Scene(self.scene.near._replace(cloud=self.points[mask]), self.origin, plane,
-                     lambda rays: self.behind(rays, labels, i))
-
-    def behind(self, rays, labels, i):
-        out = np.zeros(len(rays), bool) if self.scene.hidden is None else self.scene.hidden(rays)
-        dist = float(np.median(self.depth))
-        R = 2.0 * self.spacing / dist
-        for q, found in enumerate(self.tree.query_ball_point(rays, R)):
-            found = np.array(found, dtype=int)
-            other = found[labels[found] != i]
-            own = found[labels[found] == i]
-            if len(other) and (not len(own) or self.depth[other].min() < self.depth[own].max() + 3 * self.spacing):
-                out[q] = True
-        return out
-
-    def quick(self, labels, i, guess, steps):
-        o = self.options
-        sc = self.part_scene(labels, i)
-        p = pose_problem(sc.near, sc.origin, sc.plane, sc.hidden, replace(o, points=QUICK_POINTS, silhouette_rays=min(o.silhouette_rays, 12)))
-        bounds = parameter_bounds("superquadric", p, o)
+def _fitted_to(
+    labels: NDArray[np.int64], parts: int, cloud: PartCloud, options: FitOptions, fit_one: FitOne
+) -> _Model | None:
+    if np.bincount(labels, minlength=parts).min() < FEWEST:
+        return None
+    found: list[tuple[Superquadric, SuperquadricFit | None]] = []
+    for index in range(parts):
+        part = cloud.part(labels, index, options)
+        fit = fit_one(part, options)
+        if fit.superquadric is not None and fit:
+            found.append((fit.superquadric, fit))
+            continue
+        guess = box_behind(part, options) if fit.superquadric is None else None
         if guess is None:
-            box = starting_boxes(p, sc.plane is not None)[0]
-            box = best_z(box)
-            start = box._replace(eps=np.array([.7, .7]))
-        else:
-            start = guess._replace(axes=np.clip(guess.axes - np.log(p.unit), *bounds[0]), c=(guess.c - p.centre) / p.unit)
-        g, cost, _ = levenberg_marquardt(p, start, basis("superquadric"), bounds, steps, 1e-3)
-        if not all(np.all(np.isfinite(x)) for x in g):
             return None
-        return g._replace(axes=g.axes + np.log(p.unit), c=g.c * p.unit + p.centre)
+        found.append((_box(guess), None))
+    found.sort(key=lambda one: -one[0].volume)
+    solids = tuple(solid for solid, _ in found)
+    largest = found[0][1]
+    # How deep a single face reaches is a guess: it may not be what the object is.
+    if largest is None:
+        return None
+    residuals = np.min([solid.distance(cloud.points) for solid in solids], axis=0)
+    numbers = sum(solid.parameter_count + 1 for solid in solids) - 1
+    return _Model(solids, largest, residuals, numbers)
 
 
-def best_z(box):
-    a = box.axes
-    gaps = [abs(a[(k + 1) % 3] - a[(k + 2) % 3]) for k in range(3)]
-    last = int(np.argmin(gaps))
-    order = [(last + 1) % 3, (last + 2) % 3, last]
-    return box._replace(axes=box.axes[order], R=np.ascontiguousarray(box.R[:, order]))
+def _better(model: _Model, one: _Model, cloud: PartCloud, options: FitOptions) -> bool:
+    if misses(model.residuals, cloud.unit, options):
+        return False
+    origin = cloud.seen.origin
+    if origin is not None and any(solid.contains(origin) for solid in model.solids):
+        return False
+    n = readings_of(cloud.points, model.residuals, options)
+    after = _criterion(model.residuals, model.parameters, n, options)
+    return after + MARGIN < _criterion(one.residuals, one.parameters, n, options)
 
 
-def guess_of(s: Superquadric) -> Guess:
-    return Guess(np.log(s.semi_axes), np.array(s.exponents), s.rotation.copy(), s.centre.copy(), np.array(s.taper))
+def _criterion(
+    residuals: NDArray[np.float64], parameters: int, readings: float, options: FitOptions
+) -> float:
+    """As :func:`ladder.criterion`, in m and of the points alone."""
+    return readings * log_square(residuals, options) + parameters * float(np.log(readings))
 
 
-def shifted(s: Superquadric, by) -> Superquadric:
-    from scipy.spatial.transform import RigidTransform
-    return replace(s, pose=RigidTransform.from_translation(by) * s.pose)
+def _result(model: _Model, cloud: PartCloud) -> SuperquadricFit:
+    parts = tuple(_shifted(solid, cloud.centre) for solid in model.solids)
+
+    def back(candidate: Candidate) -> Candidate:
+        return replace(candidate, superquadric=_shifted(candidate.superquadric, cloud.centre))
+
+    return replace(
+        model.fit,
+        superquadric=parts[0],
+        residuals=model.residuals,
+        ladder=tuple(back(candidate) for candidate in model.fit.ladder),
+        alternatives=tuple(back(candidate) for candidate in model.fit.alternatives),
+        parts=parts,
+    )
+
+
+def _guess(solid: Superquadric) -> Guess:
+    return Guess(
+        np.log(solid.semi_axes),
+        np.array(solid.exponents),
+        np.ascontiguousarray(solid.rotation),
+        solid.centre.copy(),
+        np.array(solid.taper),
+    )
+
+
+def _flat_guess(cloud: PartCloud) -> Guess:
+    """An ellipsoid over the cloud's spread."""
+    _, sizes, rows = np.linalg.svd(cloud.points, full_matrices=False)
+    rows[2] *= np.linalg.det(rows)
+    axes = np.log(np.maximum(sizes, THINNEST * sizes[0]) / np.sqrt(len(cloud.points)))
+    return Guess(axes, np.ones(2), np.ascontiguousarray(rows.T), np.zeros(3))
+
+
+def _box(guess: Guess) -> Superquadric:
+    pose = RigidTransform.from_components(guess.c, Rotation.from_matrix(guess.R))
+    exponents = (float(guess.eps[0]), float(guess.eps[1]))
+    return canonical(Superquadric(np.exp(guess.axes), exponents, pose, "box"))
+
+
+def _shifted(solid: Superquadric, by: NDArray[np.float64]) -> Superquadric:
+    return replace(solid, pose=RigidTransform.from_translation(by) * solid.pose)

@@ -49,10 +49,10 @@ class SuperquadricFit:
     reason: str
     """Why it cannot, or an empty string."""
     residuals: NDArray[np.float64]
-    """Signed first-order distances of the points used, (M,), m; to the nearest of several
+    """Signed first-order distances of the points used, (M,), m; from the union of several
     parts."""
     ladder: tuple[Candidate, ...]
-    """One solid per kind tried, best first."""
+    """One solid per kind tried, best first; of the largest part, as are doubts and alternatives."""
     seconds: float
     """Time the fit took."""
     uncertainty: Uncertainty | None = None
