@@ -80,8 +80,10 @@ def climb(
                 if kind == "tapered"
                 else list(_simple_starts(kind, boxes[: 1 + has_plane], options))
             )
-            ends = in_two_rounds(kind, starts, thin, bounds, options)
-            climbed[kind] = distinct(ends, 1 if kind != "tapered" else options.finalists)
+            ends = in_two_rounds(
+                kind, starts, thin, bounds, options.start_iterations, options.finalists
+            )
+            climbed[kind] = distinct(ends, 1 if kind != "tapered" else 2)
     rungs = [
         _rung(kind, ends, middle if len(ends) > 1 else thin, options)
         for kind, ends in climbed.items()
@@ -137,7 +139,7 @@ def _needless(
     if not climbed:
         return False
     best = min(ends[0].cost for ends in climbed.values())
-    if kind == "tapered" and 2.0 * best < (options.noise / problem.unit) ** 2:
+    if kind == "tapered" and 2.0 * best < (0.75 * options.noise / problem.unit) ** 2:
         return True
     now = min(criterion(ends[0].cost, k, problem, options) for k, ends in climbed.items())
     return criterion(0.0, kind, problem, options) > now
@@ -183,7 +185,8 @@ def _tapered_starts(
     if "superquadric" in climbed:
         guesses += swapped_axes(climbed["superquadric"][0].guess)
     low, high = max(SOFT_EDGE, options.exponent_range[0]), options.exponent_range[1]
-    guesses += [turned for box in boxes for turned in axis_permutations(box)]
+    turned = [turned for box in boxes for turned in axis_permutations(box)]
+    guesses += turned[: options.starts]
     return [guess._replace(eps=np.clip(guess.eps, low, high)) for guess in guesses]
 
 

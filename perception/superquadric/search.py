@@ -69,13 +69,14 @@ def search(
         : options.starts
     ]
     starts += [seed._replace(eps=np.clip(seed.eps, *bounds[1])) for seed in seeds]
-    ends = in_two_rounds("superquadric", starts, problem, bounds, options)
+    steps = options.start_iterations
+    ends = in_two_rounds("superquadric", starts, problem, bounds, steps, options.finalists + 2)
     switched = [
         guess._replace(eps=np.clip(guess.eps, *bounds[1]))
         for end in distinct(ends, SWITCHED)
         for guess in (turned_dual(end.guess), *swapped_axes(end.guess))
     ]
-    ends += short_descents("superquadric", switched, problem, bounds, options.start_iterations)
+    ends += short_descents("superquadric", switched, problem, bounds, steps)
     return distinct(sorted(ends, key=lambda end: end.cost), options.finalists)
 
 
@@ -84,12 +85,12 @@ def in_two_rounds(
     starts: list[Guess],
     problem: FitProblem,
     bounds: NDArray[np.float64],
-    options: FitOptions,
+    steps: int,
+    kept: int,
 ) -> list[End]:
-    """Descend from every start, then go on from the best distinct ends; best end first."""
-    steps = options.start_iterations
+    """Descend from every start, then go on from the `kept` best distinct ends; best end first."""
     ends = short_descents(kind, starts, problem, bounds, steps)
-    best = [end.guess for end in distinct(ends, options.finalists + 2)]
+    best = [end.guess for end in distinct(ends, kept)]
     return short_descents(kind, best, problem, bounds, steps)
 
 
