@@ -103,6 +103,11 @@ def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOp
     flat = _robust_mean(squares[:, 2], problem.cauchy)
     lowest += FLATTER
     most = (NOISE_LIMIT * options.noise / problem.unit) ** 2
+    # Every line also lies in a plane. Of its two directions the mean, as of one surface's normal.
+    thin = 0.5 * _robust_mean(squares[:, 1] + squares[:, 2], problem.cauchy)
+    if 2.0 * thin < most and n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest:
+        width = 1e3 * problem.unit * float(np.sqrt(thin))
+        return f"all points lie on one line to within {width:.1f} mm"
     flatter = n * np.log(flat + floor**2) + PLANE_PARAMETERS * np.log(n) <= lowest
     if not has_plane and flat < most and flatter:
         width = 1e3 * problem.unit * float(np.sqrt(flat))
@@ -110,10 +115,6 @@ def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOp
             f"all points lie on one plane to within {width:.1f} mm: give the support plane, or "
             "another view"
         )
-    thin = _robust_mean(squares[:, 1] + squares[:, 2], problem.cauchy)
-    if thin < most and n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest:
-        width = 1e3 * problem.unit * float(np.sqrt(thin))
-        return f"all points lie on one line to within {width:.1f} mm"
     return ""
 
 

@@ -1,0 +1,162 @@
+"""Every reason for which a cloud gives no solid, by the words that a person reads."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.perception import FitOptions, Superquadric, fit_superquadric
+from eyehand.perception.superquadric import sample_surface
+from eyehand.perception.superquadric.outliers import without_outliers
+from eyehand.perception.superquadric.problem import FitProblem, Guess, pose_problem
+from eyehand.perception.superquadric.refusals import (
+    NOISE_LIMIT,
+    UNSEEN_LIMIT,
+    misses,
+    ran_away,
+    too_little,
+    unusable,
+)
+
+OPTIONS = FitOptions()
+FLOOR = np.array([0.0, 0.0, 1.0, 0.0])
+
+
+def ball(count=400, radius=0.04, seed=0) -> np.ndarray:
+    solid = Superquadric(np.full(3, radius), (1.0, 1.0), RigidTransform.identity())
+    return sample_surface(solid, count, np.random.default_rng(seed))
+
+
+def scattered(scale, seed=0, count=300) -> np.ndarray:
+    """Points of a normal distribution, (count, 3)."""
+    return np.random.default_rng(seed).normal(size=(count, 3)) * scale
+
+
+def posed(cloud=None) -> FitProblem:
+    cloud = ball() if cloud is None else cloud
+    return pose_problem(without_outliers(cloud, None), None, None, None, OPTIONS)
+
+
+@pytest.mark.parametrize(
+    ("cloud", "origin", "says"),
+    [
+        (scattered(0.05, count=49), None, "49 points are too few: at least 50"),
+        (np.vstack([ball(), [[np.nan, 0, 0], [0, np.inf, 0]]]), None, "2 points are NaN"),
+        (ball(radius=3e6), None, "coordinates reach 2.99e+06 m"),
+        (ball(), np.array([0.0, 0.0, 2e9]), "the camera is 2e+09 m away"),
+    ],
+)
+def test_numbers_that_are_no_cloud_of_a_camera(cloud, origin, says):
+    assert says in unusable(cloud, origin, OPTIONS)
+    assert unusable(ball(), np.array([0.0, 0.0, 0.7]), OPTIONS) == ""
+
+
+@pytest.mark.parametrize(
+    ("cloud", "origin", "plane", "says"),
+    [
+        (np.ones((80, 3)), None, None, "all points are the same point"),
+        (scattered(40.0), None, None, "are these metres"),
+        (scattered(1e-5), None, None, "are these metres"),
+        (scattered([0.05, 0.0, 0.0]), None, None, "all points lie on one line"),
+        (scattered([0.05, 0.05, 0.0]), None, None, "lie on one plane: give the support plane"),
+        (ball(30), None, None, "30 different points are too few"),
+        (ball(), ball()[7] + 1e-4, None, "a point lies at the camera"),
+        (ball(), None, np.array([0.0, 0.0, 1.0, 5.0]), "the support plane passes 5 m"),
+        (ball(), None, np.array([0.0, 0.0, 1.0, -0.1]), "mm under the support plane"),
+        (scattered([0.05, 0.05, 0.001]), None, FLOOR, "lie in the support plane: nothing rises"),
+    ],
+)
+def test_clouds_that_determine_no_solid(cloud, origin, plane, says):
+    assert says in too_little(cloud, origin, plane, OPTIONS)
+
+
+def test_a_cloud_that_is_one_is_not_refused():
+    standing = np.array([0.0, 0.0, 1.0, 0.04])
+    assert too_little(ball(), np.array([0.0, 0.0, 0.7]), standing, OPTIONS) == ""
+    top = scattered([0.05, 0.05, 0.0]) + np.array([0.0, 0.0, 0.05])
+    assert too_little(top, None, FLOOR, OPTIONS) == ""
+
+
+@pytest.mark.parametrize("noise", [0.0005, 0.001])
+@pytest.mark.parametrize("seed", range(4))
+def test_a_noisy_sheet_is_a_plane_and_a_noisy_wire_a_line(noise, seed):
+    rng = np.random.default_rng(seed)
+    R = Rotation.random(rng=rng).as_matrix()
+    flat = rng.uniform(-0.06, 0.06, (500, 3)) * [1.0, 0.8, 0.0]
+    wire = rng.uniform(-0.06, 0.06, (500, 3)) * [1.0, 0.0, 0.0]
+    for cloud, says in ((flat, "on one plane"), (wire, "on one line")):
+        fit = fit_superquadric((cloud + noise * rng.normal(size=cloud.shape)) @ R.T)
+        assert not fit
+        assert says in fit.reason
+        assert fit.superquadric is None
+        assert fit.uncertainty is None
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_gently_curved_surface_is_no_plane(seed):
+    rng = np.random.default_rng(seed)
+    points = ball(3000, 0.06, seed)
+    cap = points[points[:, 2] > 0.03][:500]
+    cap += 0.0005 * rng.normal(size=cap.shape)
+    assert fit_superquadric(cap, view_origin=[0.0, 0.0, 0.8])
+
+
+@pytest.mark.parametrize(
+    ("origin", "says"),
+    [
+        (ball()[3] + 1e-5, "a point lies at the camera"),
+        ([0.0, 0.0, 0.0], "the camera would stand inside the solid"),
+        ([0.0, 0.0, 0.03], "the camera would stand inside the solid"),
+    ],
+)
+def test_a_camera_at_a_point_or_inside_is_none(origin, says):
+    fit = fit_superquadric(ball(), view_origin=origin)
+    assert not fit
+    assert says in fit.reason
+
+
+def test_points_under_the_support_plane_are_not_on_it():
+    fit = fit_superquadric(ball() - [0.0, 0.0, 0.1], support_plane=FLOOR)
+    assert not fit
+    assert "under the support plane" in fit.reason
+
+
+def test_points_far_from_the_best_solid_rule_it_out():
+    unit = 0.05
+    limit = max(NOISE_LIMIT * OPTIONS.noise, 0.12 * unit)
+    assert misses(scattered(0.001)[:, 0], unit, OPTIONS) == ""
+    assert "points spread" in misses(scattered(2.0 * limit)[:, 0], unit, OPTIONS)
+    third = np.where(np.arange(300) < 120, 5.0 * limit, 0.0)
+    assert "40 % of the points lie more than" in misses(third, unit, OPTIONS)
+
+
+def test_sizes_that_follow_from_no_point_are_told():
+    problem = posed()
+    seen = float(np.linalg.norm(problem.points, axis=1).max())
+
+    def reason(*semi_axes):
+        axes = np.log(np.array(semi_axes))
+        return ran_away(Guess(axes, np.ones(2), np.eye(3), np.zeros(3)), problem, OPTIONS)
+
+    assert reason(1.0, 1.0, 1.0) == ""
+    assert "grew to over 4 times what was seen" in reason(1.0, 1.01 * UNSEEN_LIMIT * seen, 1.0)
+    low, high = np.array(OPTIONS.axis_range) / problem.unit
+    assert "shrank to its bound of 0.002 m" in reason(1.0, low, 1.0)
+    large = posed(ball(radius=0.5))
+    bound = np.log(np.full(3, OPTIONS.axis_range[1] / large.unit))
+    told = ran_away(Guess(bound, np.ones(2), np.eye(3), np.zeros(3)), large, OPTIONS)
+    assert "grew to its bound of 1.0 m" in told
+    assert high > UNSEEN_LIMIT * seen
+
+
+def test_a_refusal_is_false_and_says_so_wherever_it_is_asked():
+    fit = fit_superquadric(np.ones((80, 3)))
+    assert not fit
+    assert not fit.converged
+    assert fit.ladder == ()
+    assert fit.parts == ()
+    assert fit.residuals.size == 0
+    assert fit.runner_up is None
+    assert fit.margin == np.inf
+    assert not fit.ambiguous
+    assert fit.spread == np.inf
+    assert fit.seconds > 0.0
