@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-FILTER_SHARE = 2
+FILTER_SHARE = 1.5
 """Outliers are looked for among so many times the points that are fitted ..."""
 FILTER_LEAST = 400
 """... and at least so many: a cloud too thin hides who has neighbours."""
@@ -167,7 +167,7 @@ def _without_outliers(
     cloud: NDArray[np.float64], origin: NDArray[np.float64] | None, options: FitOptions
 ) -> Neighbourly:
     """Points with neighbours, of a few times those to be fitted; all of a cloud that has few."""
-    most = max(FILTER_SHARE * options.points, FILTER_LEAST)
+    most = max(int(FILTER_SHARE * options.points), FILTER_LEAST)
     if len(cloud) > most:
         rng = np.random.default_rng(options.seed)
         cloud = in_own_order(cloud)[rng.permutation(len(cloud))[:most]]

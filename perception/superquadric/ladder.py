@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .options import FitOptions
     from .problem import FitProblem, Guess
 
-START_POINTS = 100
+START_POINTS = 64
 """Points on which starts compete: enough to tell basins apart."""
 SOFT_EDGE = 0.3
 """Exponent from which a sharp-edged solid starts as a general one: at 0.1 edges hold it fast."""

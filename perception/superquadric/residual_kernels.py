@@ -122,45 +122,47 @@ def distance_row(local, axes, eps, taper, tapered, row):
         lean1, lean2 = taper[0] * rise / width1, taper[1] * rise / width2
     e1, e2 = eps[0], eps[1]
     k1, k2 = 2.0 / e1, 2.0 / e2
+    # One division each: they cost as much as a logarithm.
+    over_x, over_y, over_z = 1.0 / x, 1.0 / y, 1.0 / z
     ax = k2 * (np.log(abs(x / width1)) - axes[0])
     ay = k2 * (np.log(abs(y / width2)) - axes[1])
     log_a, u1, u2 = log_sum(ax, ay)
-    t = e2 / e1 * log_a
+    t = e2 * 0.5 * k1 * log_a
     s = k1 * (np.log(abs(z)) - axes[2])
     log_f, w, w3 = log_sum(t, s)
     h = 0.5 * e1 * log_f
     p1, p2, p3 = w * u1, w * u2, w3
     # ∇h: a step along z also moves between sections.
-    g1, g2 = p1 / x, p2 / y
-    g3 = p3 / z - p1 * lean1 - p2 * lean2
-    n = np.sqrt(g1 * g1 + g2 * g2 + g3 * g3)
+    g1, g2 = p1 * over_x, p2 * over_y
+    g3 = p3 * over_z - p1 * lean1 - p2 * lean2
+    over_n = 1.0 / np.sqrt(g1 * g1 + g2 * g2 + g3 * g3)
     falling = np.exp(-h)
-    r = (1.0 - falling) / n
-    along, across = falling / n, r / n
+    r = (1.0 - falling) * over_n
+    along, across = falling * over_n, r * over_n
 
     # Derivatives of the shares by the logarithms of the straight coordinates (symmetric), and
     # m = ∂n/∂p: r moves with a share by -across m.
     q, o = w * w3 * k1, w * k2 * u1 * u2
     d11, d12, d13 = q * u1 * u1 + o, q * u1 * u2 - o, -q * u1
     d22, d23, d33 = q * u2 * u2 + o, -q * u2, q
-    n1, n2, n3 = g1 / n, g2 / n, g3 / n
-    m1, m2, m3 = n1 / x - n3 * lean1, n2 / y - n3 * lean2, n3 / z
+    n1, n2, n3 = g1 * over_n, g2 * over_n, g3 * over_n
+    m1, m2, m3 = n1 * over_x - n3 * lean1, n2 * over_y - n3 * lean2, n3 * over_z
     r1 = along * p1 - across * (m1 * d11 + m2 * d12 + m3 * d13)
     r2 = along * p2 - across * (m1 * d12 + m2 * d22 + m3 * d23)
     r3 = along * p3 - across * (m1 * d13 + m2 * d23 + m3 * d33)
     row[0], row[1], row[2] = -r1, -r2, -r3
 
     spread = log_a - u1 * ax - u2 * ay
-    dw = w * w3 * (s - t) / e1
+    dw = w * w3 * (s - t) * (0.5 * k1)
     row[3] = along * 0.5 * (log_f - w * t - w3 * s) - across * dw * (m1 * u1 + m2 * u2 - m3)
-    dw = w * w3 * spread / e1
-    du = -u1 * u2 * (ax - ay) / e2
+    dw = w * w3 * spread * (0.5 * k1)
+    du = -u1 * u2 * (ax - ay) * (0.5 * k2)
     row[4] = along * 0.5 * w * spread - across * (
         m1 * (dw * u1 + w * du) + m2 * (dw * u2 - w * du) - m3 * dw
     )
-    v1 = r1 / x + across * n1 * p1 / (x * x)
-    v2 = r2 / y + across * n2 * p2 / (y * y)
-    v3 = r3 / z + across * n3 * p3 / (z * z)
+    v1 = (r1 + across * n1 * p1 * over_x) * over_x
+    v2 = (r2 + across * n2 * p2 * over_y) * over_y
+    v3 = (r3 + across * n3 * p3 * over_z) * over_z
     if tapered:
         bend = n3 * (p1 * lean1 * lean1 + p2 * lean2 * lean2)
         v3 -= r1 * lean1 + r2 * lean2 + across * bend
