@@ -37,7 +37,8 @@ class Candidate:
         return self.superquadric.kind
 
 
-@dataclass(frozen=True)
+# Arrays have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
 class SuperquadricFit:
     """What a fit says. False in a condition when it did not converge."""
 

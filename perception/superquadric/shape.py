@@ -35,10 +35,14 @@ MAX_EXPONENT = 1.98
 
 MAX_TAPER = 0.9
 """A section keeps at least a tenth of its middle size: at 1 the solid would end in a point."""
+KIND_TOLERANCE = 1e-6
+"""Relative difference up to which numbers that a kind ties together are equal: round-off, and
+what files in text lose."""
 _TINY = 1e-12
 
 
-@dataclass(frozen=True)
+# Arrays have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
 class Superquadric:
     """The solid ``((x/a1)^(2/ε2) + (y/a2)^(2/ε2))^(ε2/ε1) + (z/a3)^(2/ε1) <= 1``.
 
@@ -51,7 +55,7 @@ class Superquadric:
     InputError
         If a semi-axis is not positive, an exponent lies outside
         [MIN_EXPONENT, MAX_EXPONENT], a taper outside ±MAX_TAPER or not 0 on a kind that has
-        none, or a value is not finite.
+        none, a value is not finite, or the numbers are not those of the kind.
     """
 
     semi_axes: NDArray[np.float64]
@@ -81,6 +85,11 @@ class Superquadric:
             raise InputError(f"taper must lie in [-{MAX_TAPER}, {MAX_TAPER}], got {taper}")
         if any(taper) and self.kind != "tapered":
             raise InputError(f"taper must be (0, 0) unless kind is tapered, got {taper}")
+        problem = _not_of_kind(self.kind, semi_axes, exponents)
+        if problem:
+            raise InputError(
+                f"{problem}, got semi-axes {semi_axes.tolist()}, exponents {exponents}"
+            )
         semi_axes.setflags(write=False)
         object.__setattr__(self, "taper", taper)
         object.__setattr__(self, "semi_axes", semi_axes)
@@ -188,3 +197,21 @@ class Superquadric:
         straight, pull_back = straighten(self.to_local(points), self.semi_axes[2], self.taper)
         log_g, gradient = log_gauge(straight, self.semi_axes, self.exponents)
         return log_g, pull_back(gradient)
+
+
+def _not_of_kind(kind: Kind, semi_axes: NDArray[np.float64], exponents: tuple[float, float]) -> str:
+    """Why numbers are not those of a kind, or an empty string."""
+    e1, e2 = exponents
+    if kind == "sphere" and not (_equal(*semi_axes) and _equal(e1, e2, 1.0)):
+        return "a sphere has equal semi-axes and exponents (1, 1)"
+    if kind == "ellipsoid" and not _equal(e1, e2, 1.0):
+        return "an ellipsoid has exponents (1, 1)"
+    if kind == "cylinder" and not (_equal(*semi_axes[:2]) and _equal(e2, 1.0)):
+        return "a cylinder has a1 = a2 and ε2 = 1"
+    if kind == "box" and not _equal(e1, e2):
+        return "a box has equal exponents"
+    return ""
+
+
+def _equal(*values: float) -> bool:
+    return max(values) - min(values) <= KIND_TOLERANCE * max(values)

@@ -44,7 +44,8 @@ OPEN_NOISE = 2.0
 _RIDGE = 1e-12
 
 
-@dataclass(frozen=True)
+# Arrays have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
 class Uncertainty:
     """First-order uncertainty of a fitted solid (inverse of the Gauss-Newton Hessian)."""
 

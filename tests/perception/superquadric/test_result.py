@@ -98,6 +98,16 @@ def test_a_brick_seen_all_round_is_a_brick_and_nothing_else(seed):
     assert difference(brick, fit.superquadric) < 0.002
 
 
+def test_solids_and_results_can_be_looked_up_in_collections():
+    twin = Superquadric(BALL.semi_axes, BALL.exponents, BALL.pose, BALL.kind)
+    fits = [result(1.0), result(2.0)]
+    assert BALL in (twin, BALL)
+    assert twin not in (BALL,)
+    assert len({BALL, twin}) == 2
+    assert fits.index(fits[1]) == 1
+    assert candidate(1.0) == candidate(1.0)
+
+
 def test_the_ladder_holds_each_kind_once_and_the_chosen_solid_first():
     for seed in range(10):
         fit = doubtful(seed)
