@@ -8,14 +8,17 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
+from eyehand.perception.superquadric import mesh
 from eyehand.perception.superquadric.wireframe import feature_curves
-from eyehand.perception.visibility import outline
+from eyehand.perception.visibility import OUTLINE_RESOLUTION, outline
+
+from .scene_json import fit_parts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.grasping import GraspPlan
-    from eyehand.perception import DepthFrame, Scene, SceneObject
+    from eyehand.perception import DepthFrame, Scene, SceneObject, Superquadric, SuperquadricFit
 
 PALETTE = np.array(
     [
@@ -43,6 +46,10 @@ BACKGROUND = 0.75
 TRUSTED = 0.25
 """Solids of which less of the outline was seen are not drawn: they would hide what was."""
 LINE = 2
+FINER = 8
+"""Pieces of an outline's edge that can each be hidden."""
+COVER_STEPS = 100
+"""Places between a point and the camera at which another part is looked for."""
 SUBPIXEL = 4
 """Bits of sub-pixel precision in OpenCV's line drawing."""
 
@@ -58,7 +65,7 @@ def overlay_picture(
     """Draw segments, projected solids and grasps over a frame, (H', W', 3) uint8 RGB.
 
     The background is the colour image where there is one, else depth in grey. Solid lines are
-    the outline and the visible feature lines of each fitted solid.
+    the outlines and the visible feature lines of each fitted solid, of all its parts.
     """
     height, width = frame.depth.shape
     zoom = max(min(-(-MIN_WIDTH // width), MAX_HEIGHT // height), 1)
@@ -104,6 +111,21 @@ def colour_of(label: int) -> NDArray[np.uint8]:
     return PALETTE[(label - 1) % len(PALETTE)]
 
 
+def covered(
+    points: NDArray[np.float64], solids: tuple[Superquadric, ...], eye: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Whether points (N, 3) lie in or behind one of some solids, (N,)."""
+    covered = np.zeros(len(points), dtype=bool)
+    towards = (eye - points) / np.linalg.norm(eye - points, axis=1, keepdims=True)
+    for solid in solids:
+        # Nothing of it lies farther from a point than its far side.
+        reach = np.linalg.norm(points - solid.centre, axis=1) + np.linalg.norm(solid.semi_axes)
+        steps = np.linspace(0.0, 1.0, COVER_STEPS) * reach[:, None]
+        ways = points[:, None] + steps[..., None] * towards[:, None]
+        covered |= solid.contains(ways).any(axis=1)
+    return covered
+
+
 def _draw_solid(
     canvas: NDArray[np.uint8],
     item: SceneObject,
@@ -111,21 +133,59 @@ def _draw_solid(
     T_camera_scene: RigidTransform,
     zoom: int,
 ) -> None:
-    solid = item.fit.superquadric
-    if solid is None or not item.fit or item.visible_share < TRUSTED:
+    if not item.fit or item.visible_share < TRUSTED:
         return
     bright = _bright(item.label)
-    for curve in feature_curves(solid):
-        eye = T_camera_scene.inv().translation
-        facing = np.einsum("ij,ij->i", solid.normals(curve), eye - curve) > 0
-        pixels = frame.intrinsics.project(T_camera_scene.apply(curve))
-        shown = facing & np.all(np.isfinite(pixels), axis=1)
-        for run in np.split(np.arange(len(curve)), np.flatnonzero(np.diff(shown)) + 1):
-            if shown[run[0]] and len(run) > 1:
-                _polyline(canvas, pixels[run], bright, zoom, closed=False)
-    polygon = outline(solid, frame.intrinsics, T_camera_scene)
-    if polygon is not None:
-        _polyline(canvas, polygon, bright, zoom, closed=True)
+    eye = T_camera_scene.inv().translation
+    parts = fit_parts(item.fit)
+    for index, solid in enumerate(parts):
+        others = parts[:index] + parts[index + 1 :]
+        for curve in feature_curves(solid):
+            facing = np.einsum("ij,ij->i", solid.normals(curve), eye - curve) > 0
+            pixels = frame.intrinsics.project(T_camera_scene.apply(curve))
+            shown = facing & np.all(np.isfinite(pixels), axis=1) & ~covered(curve, others, eye)
+            _draw_runs(canvas, pixels, shown, bright, zoom)
+        polygon = outline(solid, frame.intrinsics, T_camera_scene)
+        if polygon is None:
+            continue
+        if not others:
+            _polyline(canvas, polygon, bright, zoom, closed=True)
+            continue
+        polygon = np.vstack([polygon, polygon[:1]])
+        rim = _rim(solid, polygon, frame, T_camera_scene)
+        polygon, rim = _finer(polygon), _finer(rim)
+        _draw_runs(canvas, polygon, ~covered(rim, others, eye), bright, zoom)
+
+
+def _rim(
+    solid: Superquadric,
+    polygon: NDArray[np.float64],
+    frame: DepthFrame,
+    T_camera_scene: RigidTransform,
+) -> NDArray[np.float64]:
+    """Points (K, 3) of a solid's surface behind the corners (K, 2) of its outline."""
+    vertices, _ = mesh(solid, OUTLINE_RESOLUTION)
+    pixels = frame.intrinsics.project(T_camera_scene.apply(vertices))
+    return vertices[np.argmin(np.linalg.norm(polygon[:, None] - pixels, axis=2), axis=1)]
+
+
+def _finer(curve: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Points between those of a curve (K, D), so that it can end between them."""
+    places = np.linspace(0.0, len(curve) - 1.0, FINER * (len(curve) - 1) + 1)
+    return np.column_stack([np.interp(places, np.arange(len(curve)), x) for x in curve.T])
+
+
+def _draw_runs(
+    canvas: NDArray[np.uint8],
+    pixels: NDArray[np.float64],
+    shown: NDArray[np.bool_],
+    colour: tuple[int, int, int],
+    zoom: int,
+) -> None:
+    """Draw a curve (K, 2) where it is shown, (K,)."""
+    for run in np.split(np.arange(len(pixels)), np.flatnonzero(np.diff(shown)) + 1):
+        if shown[run[0]] and len(run) > 1:
+            _polyline(canvas, pixels[run], colour, zoom, closed=False)
 
 
 def _polyline(
@@ -154,7 +214,7 @@ def _write(
 ) -> None:
     """Name an object over its top edge, clear of the names before: number, solid, grasp."""
     rows, columns = np.nonzero(labels == item.label)
-    kind = item.fit.superquadric.kind if item.fit.superquadric and item.fit else "no solid"
+    kind = _name(item.fit)
     grasp = plan.prototype or "no grasp"
     text = f"{item.label} {kind} - {grasp}"
     scale, thickness = 0.55, 1
@@ -185,6 +245,13 @@ def _write(
         thickness,
         cv2.LINE_AA,
     )
+
+
+def _name(fit: SuperquadricFit) -> str:
+    if fit.superquadric is None or not fit:
+        return "no solid"
+    parts = len(fit_parts(fit))
+    return f"{parts} parts" if parts > 1 else fit.superquadric.kind
 
 
 def _overlap(a: tuple[int, int, int, int], b: tuple[int, int, int, int]) -> bool:

@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 OUTLINE_RESOLUTION = 24
 """Mesh resolution behind an outline; more follows rims closer."""
 
+RASTER = 512
+"""Pixels across which outlines of several parts are drawn to tell the area they cover together."""
+
 OCCLUDER_GAP = 0.01
 """A reading this much nearer than the object's edge belongs to something before it, m."""
 OCCLUDER_STRIDE = 4
@@ -85,17 +88,33 @@ def visible_share(
     frame: DepthFrame,
     T_scene_camera: RigidTransform,
 ) -> float:
-    """Share of a fitted solid's outline area that the object's own pixels fill, 0-1.
+    """Share of a fit's outline area, of all its parts, that the object's own pixels fill, 0-1.
 
     What another object hides, what lies outside the image, and what has no reading all lower it.
     """
-    solid = fit.superquadric
-    if solid is None or not fit:
+    if fit.superquadric is None or not fit:
         return 0.0
-    polygon = outline(solid, frame.intrinsics, T_scene_camera.inv())
-    if polygon is None:
-        return 0.0
-    area = cv2.contourArea(polygon.astype(np.float32))
+    T_camera_scene = T_scene_camera.inv()
+    polygons: list[NDArray[np.float64]] = []
+    for part in fit.parts or (fit.superquadric,):
+        polygon = outline(part, frame.intrinsics, T_camera_scene)
+        if polygon is None:
+            return 0.0
+        polygons.append(polygon)
+    area = _covered(polygons)
     if area < 1.0:
         return 0.0
     return float(min(pixels / area, 1.0))
+
+
+def _covered(polygons: list[NDArray[np.float64]]) -> float:
+    """Area of the union of polygons (K, 2), px²."""
+    if len(polygons) == 1:
+        return float(cv2.contourArea(polygons[0].astype(np.float32)))
+    low = np.min([polygon.min(axis=0) for polygon in polygons], axis=0)
+    reach = float(np.max([(polygon - low).max() for polygon in polygons]))
+    scale = RASTER / max(reach, 1.0)
+    canvas = np.zeros((RASTER + 1, RASTER + 1), dtype=np.uint8)
+    for polygon in polygons:
+        cv2.fillConvexPoly(canvas, np.round((polygon - low) * scale).astype(np.int32), 1)
+    return float(np.count_nonzero(canvas)) / scale**2

@@ -30,6 +30,10 @@ if TYPE_CHECKING:
     from .fit_contest import FitAnswer
 
 QUICK_CASES = 2
+PARTS = 3
+"""Most solids that compounds become where nothing else is asked for: few of them have more."""
+IN_PARTS = f"{OWN}, {PARTS} parts"
+"""What that is called."""
 
 
 def evaluate_fit(
@@ -68,7 +72,7 @@ def evaluate_fit(
     points
         Points of a cloud that the fit uses.
     max_parts
-        Most solids that one object may become.
+        Most solids that one object may become; default: 1, and for compounds 1 against 3.
     budget_ms
         Take the stored settings for this time per fit, ms; other options given here come on top.
     quick
@@ -86,15 +90,18 @@ def evaluate_fit(
     base = FitOptions() if budget_ms is None else FitOptions.for_budget(budget_ms)
     dials = {"optimiser": optimiser, "points": points, "max_parts": max_parts}
     given = {name: value for name, value in dials.items() if value is not None}
-    contestants = [
-        own_fitter(OWN, replace(base, **given)),
-        *(peer_fitter(name, find_peer(name)) for name in peer or []),
-    ]
+    own = replace(base, **given)
+    peers = [peer_fitter(name, find_peer(name)) for name in peer or []]
     make_folder(out)
     ready_kernels()
     rows: list[dict[str, Any]] = []
     for group in dict.fromkeys(groups or get_args(Group)):
-        rows += _fitted(contestants, group, range(seed, seed + cases))
+        fitters = [own_fitter(OWN, own)]
+        if group == "compound" and max_parts is None:
+            # What parts are worth shows beside one solid.
+            split = own_fitter(IN_PARTS, replace(own, max_parts=PARTS))
+            fitters.append(replace(split, method=IN_PARTS))
+        rows += _fitted([*fitters, *peers], group, range(seed, seed + cases))
     summary = summary_rows(rows)
     write_csv(out / "cases.csv", rows)
     show(_table(summary, seed, cases), json_wanted=json)

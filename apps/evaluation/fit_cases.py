@@ -13,6 +13,7 @@ from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import sample_surface
 from eyehand.perception.surface_samples import sample_triangles
 
+from .compound_solids import COMPOUNDS, posed_compound
 from .odd_solids import DRAWERS, PosedSolid
 from .rendered_clouds import cloud_in_air, cloud_on_table, draw_from_above
 from .true_solid import true_kind
@@ -34,6 +35,7 @@ Group = Literal[
     "table",
     "kinds-view",
     "mismatched",
+    "compound",
 ]
 """See :func:`fit_case`."""
 
@@ -97,6 +99,8 @@ def fit_case(group: Group, seed: int, points: int = POINTS) -> FitCase:
         What a camera at 0.7 m sees of a shape that no superquadric is (see `odd_solids`), standing
         on a table with a known plane when the draw is even, anyhow turned in the air otherwise; the
         shapes take turns with the seed.
+    ``compound``
+        The same of solids that are not convex (see `compound_solids`).
 
     Raises
     ------
@@ -115,6 +119,8 @@ def fit_case(group: Group, seed: int, points: int = POINTS) -> FitCase:
         return _rendered(group, seed, *cloud_in_air(seed, points, DISTANCE, SEMI_AXES))
     if group == "mismatched":
         return _mismatched(seed, points)
+    if group == "compound":
+        return _compound(seed, points)
     return _drawn(group, seed, points)
 
 
@@ -181,13 +187,8 @@ def _mismatched(seed: int, count: int) -> FitCase:
     on_table = bool(rng.random() < 0.5)
     place = rng.uniform(-0.2, 0.2, 3)
     if on_table:
-        turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
         place[2] = -shape.corners()[:, 2].min()
-        towards = draw_from_above(rng)
-    else:
-        turn = _any_rotation(rng)
-        towards = rng.normal(size=3)
-        towards /= np.linalg.norm(towards)
+    turn, towards = _turned_and_seen(on_table, rng)
     solid = PosedSolid(shape, RigidTransform.from_components(place, turn))
     origin = solid.centre + DISTANCE * towards
     vertices, faces = solid.mesh()
@@ -198,6 +199,37 @@ def _mismatched(seed: int, count: int) -> FitCase:
     points = points + USUAL_NOISE * rng.normal(size=points.shape)
     plane = np.array([0.0, 0.0, 1.0, 0.0]) if on_table else None
     return FitCase("mismatched", seed, name, solid, points, origin, plane)
+
+
+def _compound(seed: int, count: int) -> FitCase:
+    rng = np.random.default_rng([seed, 29])
+    names = list(COMPOUNDS)
+    name = names[seed % len(names)]
+    parts = COMPOUNDS[name](rng)
+    on_table = bool(rng.random() < 0.5)
+    place = rng.uniform(-0.2, 0.2, 3)
+    turn, towards = _turned_and_seen(on_table, rng)
+    if on_table:
+        down = np.array([0.0, 0.0, -1.0])
+        place[2] = max(float(part.support(down)) for part in parts)
+    solid = posed_compound(parts, RigidTransform.from_components(place, turn))
+    origin = solid.centre + DISTANCE * towards
+    points = solid.surface_points(origin, count, rng)
+    points = points + USUAL_NOISE * rng.normal(size=points.shape)
+    plane = np.array([0.0, 0.0, 1.0, 0.0]) if on_table else None
+    return FitCase("compound", seed, name, solid, points, origin, plane)
+
+
+def _turned_and_seen(
+    on_table: bool, rng: np.random.Generator
+) -> tuple[Rotation, NDArray[np.float64]]:
+    """Draw how a solid is turned and the direction (3,) to the camera."""
+    if on_table:
+        turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
+        return turn, draw_from_above(rng)
+    turn = _any_rotation(rng)
+    towards = rng.normal(size=3)
+    return turn, towards / np.linalg.norm(towards)
 
 
 def _any_rotation(rng: np.random.Generator) -> Rotation:

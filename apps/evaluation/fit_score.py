@@ -12,7 +12,7 @@ from scipy.stats import qmc
 from eyehand.perception.open3d_import import import_open3d
 from eyehand.perception.surface_samples import sample_triangles
 
-from .true_solid import surface_mesh
+from .true_solid import convex_parts, surface_mesh
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,8 +82,9 @@ def surface_distances(
     of the part it lies deepest in, which is no more than the true one.
     """
     rng = np.random.default_rng(seed)
-    there = _distances(_surface_points([truth], rng), parts)
-    back = _distances(_surface_points(parts, rng), [truth])
+    true_parts = convex_parts(truth)
+    there = _distances(_surface_points(true_parts, rng), parts)
+    back = _distances(_surface_points(parts, rng), true_parts)
     return float((there.mean() + back.mean()) / 2), float(max(there.max(), back.max()))
 
 

@@ -7,9 +7,12 @@ from typing import TYPE_CHECKING, Protocol
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import mesh
 
+from .compound_solids import CompoundSolid
 from .odd_solids import PosedSolid
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import ArrayLike, NDArray
 
@@ -67,8 +70,13 @@ def true_kind(solid: TrueSolid) -> Kind | None:
     return "superquadric"
 
 
+def convex_parts(solid: TrueSolid) -> Sequence[TrueSolid]:
+    """Convex solids whose union a solid is: itself, unless it is a compound."""
+    return solid.parts if isinstance(solid, CompoundSolid) else [solid]
+
+
 def surface_mesh(solid: TrueSolid) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Closed triangle mesh of a solid, (V, 3) m and (T, 3), counter-clockwise from outside."""
+    """Closed mesh of a convex solid, (V, 3) m and (T, 3), counter-clockwise from outside."""
     if isinstance(solid, PosedSolid):
         return solid.mesh()
     if isinstance(solid, Superquadric):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Literal
 
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import Kind, OptimiserName
+from eyehand.perception.superquadric.options import MOST_PARTS
 
 if TYPE_CHECKING:
     from typing import Any
@@ -15,8 +16,6 @@ if TYPE_CHECKING:
 KindChoice = Literal["auto"] | Kind
 """A kind of solid, or the simplest that explains the points."""
 MAX_NOISE_MM = 100.0
-MAX_PARTS = 20
-"""More solids than that are no description of one object."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +46,8 @@ class FitChoice:
             raise InputError(
                 f"--noise-mm must be above 0 and at most {MAX_NOISE_MM:g}, got {self.noise_mm}"
             )
-        if not 1 <= self.max_parts <= MAX_PARTS:
-            raise InputError(f"--max-parts must be 1 to {MAX_PARTS}, got {self.max_parts}")
+        if not 1 <= self.max_parts <= MOST_PARTS:
+            raise InputError(f"--max-parts must be 1 to {MOST_PARTS}, got {self.max_parts}")
         if self.budget_ms is not None and not 0.0 < self.budget_ms < float("inf"):
             raise InputError(f"--budget-ms must be finite and above 0, got {self.budget_ms}")
         for name in ("points", "optimiser"):
@@ -64,13 +63,9 @@ class FitChoice:
             If no setting is as fast as the budget, or a value is out of its range.
         """
         chosen = FitOptions() if self.budget_ms is None else FitOptions.for_budget(self.budget_ms)
-        changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3}
+        changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3, "max_parts": self.max_parts}
         if self.kind != "auto":
             changes["kinds"] = (self.kind,)
-        if self.max_parts > 1:
-            if "max_parts" not in {field.name for field in fields(FitOptions)}:
-                raise InputError(f"--max-parts must be 1 in this version, got {self.max_parts}")
-            changes["max_parts"] = self.max_parts
         for name in ("points", "optimiser"):
             if getattr(self, name) is not None:
                 changes[name] = getattr(self, name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import combinations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -98,6 +99,22 @@ def split_further(
         return None
     ends = sorted(ends, key=lambda one: one.score)[:LAST]
     ends = [_alternated(one, LAST_ROUNDS, cloud, options) for one in ends]
+    return min(ends, key=lambda one: one.score)
+
+
+def merged(shares: Shares, cloud: PartCloud, options: FitOptions) -> Shares:
+    """Give the points of two parts to one, of the two that lose least by it."""
+    parts = range(len(shares.guesses))
+    ends: list[Shares] = []
+    for one, two in combinations(parts, 2):
+        # The parts after the second move up.
+        labels = np.where(shares.labels == two, one, shares.labels)
+        labels = labels - (labels > two)
+        guess = _first_descent(cloud.points[labels == one], cloud, options)
+        guess = _further_descent(guess, cloud.part(labels, one, options), options)
+        guesses = tuple(guess if k == one else shares.guesses[k] for k in parts if k != two)
+        gaps = [distances(cloud.points, *g) for g in guesses]
+        ends.append(_shares(guesses, labels, gaps, cloud, options))
     return min(ends, key=lambda one: one.score)
 
 

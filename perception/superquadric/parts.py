@@ -16,6 +16,7 @@ from .part_descents import (
     box_behind,
     buried_points,
     log_square,
+    merged,
     nearest_parts,
     robust_cost,
     split_further,
@@ -78,9 +79,9 @@ def in_parts(
 ) -> SuperquadricFit:
     """Split what one solid leaves unexplained, at most into ``options.max_parts``.
 
-    Rough solids share the points out, one more at a time; then the numbers of parts compete,
-    the best first, by solids fitted in earnest to their shares. Parts stand if they lower the
-    Bayesian information criterion clearly, on as many readings as their residuals leave.
+    Rough solids share the points out, one more at a time; then the numbers of parts compete by
+    solids fitted in earnest to their shares. More parts stand if they lower the Bayesian
+    information criterion clearly, on as many readings as their residuals leave.
 
     Parameters
     ----------
@@ -102,10 +103,13 @@ def in_parts(
     cloud = part_cloud(seen, options)
     one = _one_part(whole, cloud)
     chain, tried = _chain(one, cloud, options)
+    best = one
     for shares in chain:
         model = _fitted(shares, cloud, options, fit_one)
-        if model is not None and _better(model, one, cloud, options):
-            return _result(model, cloud)
+        if model is not None and _better(model, best, cloud, options):
+            best = model
+    if best is not one:
+        return _result(best, cloud)
     if whole or not tried:
         return whole
     return replace(whole, reason=f"{whole.reason} (no better in {tried} parts)")
@@ -120,7 +124,7 @@ def _one_part(whole: SuperquadricFit, cloud: PartCloud) -> _Model:
 
 
 def _chain(one: _Model, cloud: PartCloud, options: FitOptions) -> tuple[list[Shares], str]:
-    """Rough solids, two and more, the best number first; and which numbers were tried.
+    """Rough solids, few first, where they may be best; and which numbers were tried.
 
     One more at a time, while points are left to explain. A split that gains nothing yet may be on
     the way to one that does.
@@ -142,6 +146,11 @@ def _chain(one: _Model, cloud: PartCloud, options: FitOptions) -> tuple[list[Sha
         chain.append(shares)
     if not chain:
         return [], ""
+    # A first cut in the wrong place is mended by a later one, and then one part is too many.
+    for index in range(len(chain) - 1, 0, -1):
+        fewer = merged(chain[index], cloud, options)
+        if fewer.score < chain[index - 1].score:
+            chain[index - 1] = fewer
     tried = " or ".join(str(len(shares.guesses)) for shares in chain)
     readings = readings_of(cloud.points, chain[-1].residuals, options)
 
@@ -151,7 +160,9 @@ def _chain(one: _Model, cloud: PartCloud, options: FitOptions) -> tuple[list[Sha
 
     limit = _criterion(one.residuals, one.parameters, readings, options)
     hopeful = [shares for shares in chain if rough(shares, LEAST_PARAMETERS) < limit]
-    return sorted(hopeful, key=lambda shares: rough(shares, ROUGH_PARAMETERS)), tried
+    leading = min((rough(shares, ROUGH_PARAMETERS) for shares in hopeful), default=0.0)
+    near = leading + options.prune
+    return [shares for shares in hopeful if rough(shares, ROUGH_PARAMETERS) <= near], tried
 
 
 def _open(shares: Shares, index: int, cloud: PartCloud, options: FitOptions) -> bool:
@@ -216,7 +227,7 @@ def _fitted_to(
     return _Model(solids, largest, residuals, numbers)
 
 
-def _better(model: _Model, one: _Model, cloud: PartCloud, options: FitOptions) -> bool:
+def _better(model: _Model, than: _Model, cloud: PartCloud, options: FitOptions) -> bool:
     if misses(model.residuals, cloud.unit, options):
         return False
     origin = cloud.seen.origin
@@ -224,7 +235,7 @@ def _better(model: _Model, one: _Model, cloud: PartCloud, options: FitOptions) -
         return False
     n = readings_of(cloud.points, model.residuals, options)
     after = _criterion(model.residuals, model.parameters, n, options)
-    return after + MARGIN < _criterion(one.residuals, one.parameters, n, options)
+    return after + MARGIN < _criterion(than.residuals, than.parameters, n, options)
 
 
 def _criterion(

@@ -52,16 +52,18 @@ def test_a_quick_run_prints_a_row_per_group(tmp_path, capsys):
     report = json.loads(out)
     assert report["schema"] == "eyehand.evaluate_fit/1"
     assert (report["seed"], report["cases"]) == (5, 2)
-    assert [row["name"] for row in report["rows"]] == list(get_args(Group))
+    assert list(dict.fromkeys(row["name"] for row in report["rows"])) == list(get_args(Group))
     for row in report["rows"]:
-        assert row["iou_median_pct"] > 30
+        assert row["iou_median_pct"] > (30 if row["name"] != "compound" else 0)
         assert row["iou_worst_pct"] <= row["iou_p10_pct"] <= row["iou_median_pct"]
         assert 0 < row["fit_median_ms"] <= row["fit_p90_ms"]
-        assert (row["kind_right_pct"] is None) == (row["name"] == "mismatched")
+        assert (row["kind_right_pct"] is None) == (row["name"] in ("mismatched", "compound"))
     with (tmp_path / "cases.csv").open(encoding="utf-8") as file:
         table = list(csv.DictReader(file))
     assert len(table) == 2 * len(report["rows"])
-    assert {row["method"] for row in table} == {"eyehand"}
+    assert {row["method"] for row in table} == {"eyehand", "eyehand, 3 parts"}
+    one, parts = report["rows"][-2:]
+    assert one["iou_median_pct"] < parts["iou_median_pct"]
 
 
 def test_peers_meet_the_same_clouds(tmp_path, capsys):

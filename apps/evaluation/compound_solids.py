@@ -1,0 +1,216 @@
+"""Solids of several convex parts: L, T, hammer, dumbbell, mug with its handle, drill."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.perception import Superquadric
+from eyehand.perception.open3d_import import import_open3d
+from eyehand.perception.superquadric import mesh, sample_surface
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+    Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
+
+EDGE = 0.1
+"""Exponent of sharp edges."""
+RESOLUTION = 96
+"""Facets around a part that hides others."""
+GRAZE = 0.0005
+"""A surface this much behind the first that a ray meets is the same one, m."""
+ARM, THICKNESS, DEPTH = (0.04, 0.07), (0.012, 0.022), (0.015, 0.04)
+"""Ranges of half extents: of the arms of an L or T along, across, and of both in depth; m."""
+HANDLE_RADIUS, HANDLE_LENGTH = (0.010, 0.016), (0.07, 0.12)
+HEAD_LENGTH, HEAD_WIDTH = (0.04, 0.06), (0.014, 0.022)
+BALL_RADIUS, BAR_LENGTH, BAR_SHARE = (0.022, 0.04), (0.035, 0.07), (0.35, 0.6)
+MUG_RADIUS, MUG_HEIGHT, LOOP_THICKNESS = (0.032, 0.045), (0.04, 0.06), (0.005, 0.008)
+BODY_RADIUS, BODY_LENGTH, GRIP_LENGTH, GRIP_TILT = (
+    (0.022, 0.032),
+    (0.06, 0.09),
+    (0.045, 0.06),
+    (0.0, 0.3),
+)
+
+
+@dataclass(frozen=True)
+class CompoundSolid:
+    """A union of superquadrics: a `TrueSolid`."""
+
+    parts: tuple[Superquadric, ...]
+    """In the cloud's frame."""
+    pose: RigidTransform
+    """Maps the shape's own axes to the cloud's frame."""
+
+    @property
+    def rotation(self) -> NDArray[np.float64]:
+        """See TrueSolid."""
+        return np.asarray(self.pose.rotation.as_matrix())
+
+    @property
+    def centre(self) -> NDArray[np.float64]:
+        """See TrueSolid."""
+        axes = self.rotation.T
+        return 0.5 * (self.support(axes) - self.support(-axes)) @ axes
+
+    def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
+        """See TrueSolid."""
+        return np.any([part.contains(points) for part in self.parts], axis=0)
+
+    def support(self, directions: ArrayLike) -> NDArray[np.float64]:
+        """See TrueSolid."""
+        return np.max([part.support(directions) for part in self.parts], axis=0)
+
+    def surface_points(
+        self, origin: NDArray[np.float64] | None, count: int, rng: np.random.Generator
+    ) -> NDArray[np.float64]:
+        """Draw points (count, 3) of the union's outer surface, in any order.
+
+        With an origin (3,) only those that are seen from there: no part stands before them.
+        """
+        meshes = [mesh(part, RESOLUTION) for part in self.parts]
+        areas = np.array([_area(*one) for one in meshes])
+        kept = np.zeros((0, 3))
+        while len(kept) < count:
+            shares = rng.multinomial(4 * count, areas / areas.sum())
+            points = np.vstack([self._outer(index, n, rng) for index, n in enumerate(shares)])
+            kept = np.vstack([kept, points[self._seen(points, origin)]])
+        return kept[rng.permutation(len(kept))[:count]]
+
+    def _outer(self, index: int, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
+        """Draw points of a part's surface, those in other parts left out."""
+        points = sample_surface(self.parts[index], count, rng)
+        others = self.parts[:index] + self.parts[index + 1 :]
+        return points[~np.any([other.contains(points) for other in others], axis=0)]
+
+    @cached_property
+    def _mesh(self) -> Mesh:
+        """Vertices and faces of all parts, those within others included."""
+        meshes = [mesh(part, RESOLUTION) for part in self.parts]
+        starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
+        faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=False)]
+        return np.vstack([vertices for vertices, _ in meshes]), np.vstack(faces)
+
+    def _seen(
+        self, points: NDArray[np.float64], origin: NDArray[np.float64] | None
+    ) -> NDArray[np.bool_]:
+        if origin is None:
+            return np.ones(len(points), dtype=bool)
+        open3d = import_open3d()
+        vertices, faces = self._mesh
+        scene = open3d.t.geometry.RaycastingScene(nthreads=1)
+        scene.add_triangles(
+            open3d.core.Tensor((vertices - origin).astype(np.float32)),
+            open3d.core.Tensor(faces.astype(np.uint32)),
+        )
+        rays = np.hstack([np.zeros_like(points), points - origin]).astype(np.float32)
+        first = scene.cast_rays(open3d.core.Tensor(rays), nthreads=1)["t_hit"].numpy()
+        # Rays are as long as the way to their points.
+        return (1.0 - first) * np.linalg.norm(points - origin, axis=1) < GRAZE
+
+
+def draw_l_shape(rng: np.random.Generator) -> list[Superquadric]:
+    """Draw an L that stands on its foot."""
+    (long, short), thick, deep = rng.uniform(*ARM, 2), rng.uniform(*THICKNESS), rng.uniform(*DEPTH)
+    return [
+        _box([thick, deep, long], [thick, 0.0, long]),
+        _box([short, deep, thick], [short, 0.0, thick]),
+    ]
+
+
+def draw_t_shape(rng: np.random.Generator) -> list[Superquadric]:
+    """Draw a T that stands on its stem."""
+    (long, wide), thick, deep = rng.uniform(*ARM, 2), rng.uniform(*THICKNESS), rng.uniform(*DEPTH)
+    return [
+        _box([thick, deep, long], [0.0, 0.0, long]),
+        _box([wide, deep, thick], [0.0, 0.0, 2 * long]),
+    ]
+
+
+def draw_hammer(rng: np.random.Generator) -> list[Superquadric]:
+    """Draw a hammer that lies: a round handle, a square head across its end."""
+    radius, length = rng.uniform(*HANDLE_RADIUS), rng.uniform(*HANDLE_LENGTH)
+    head, wide = rng.uniform(*HEAD_LENGTH), max(rng.uniform(*HEAD_WIDTH), radius)
+    return [_bar(radius, length, "x", [0.0] * 3), _box([wide, head, wide], [length, 0.0, 0.0])]
+
+
+def draw_dumbbell(rng: np.random.Generator) -> list[Superquadric]:
+    """Draw two balls on a bar that lies."""
+    radius, length = rng.uniform(*BALL_RADIUS), rng.uniform(*BAR_LENGTH)
+    ends = [length + 0.5 * radius, -length - 0.5 * radius]
+    balls = [_solid([radius] * 3, (1.0, 1.0), [end, 0.0, 0.0]) for end in ends]
+    return [_bar(radius * rng.uniform(*BAR_SHARE), length, "x", [0.0] * 3), *balls]
+
+
+def draw_mug(rng: np.random.Generator) -> list[Superquadric]:
+    """Draw an upright mug, full, with a handle of three bars."""
+    radius, height = rng.uniform(*MUG_RADIUS), rng.uniform(*MUG_HEIGHT)
+    thick, reach, span = rng.uniform(*LOOP_THICKNESS), 0.35 * radius, 0.55 * height
+    out = radius + 2 * reach
+    return [
+        _bar(radius, height, "z", [0.0] * 3),
+        _box([thick, thick, span + thick], [out, 0.0, 0.0]),
+        *(_box([reach + thick, thick, thick], [out - reach, 0.0, s * span]) for s in (-1, 1)),
+    ]
+
+
+def draw_drill(rng: np.random.Generator) -> list[Superquadric]:
+    """Draw a body that lies over a grip with a foot."""
+    radius, length = rng.uniform(*BODY_RADIUS), rng.uniform(*BODY_LENGTH)
+    grip, tilt = rng.uniform(*GRIP_LENGTH), rng.uniform(*GRIP_TILT)
+    turn = Rotation.from_euler("y", tilt)
+    behind = np.array([-0.5 * length, 0.0, 0.0])
+    down = behind + turn.apply([0.0, 0.0, -grip])
+    foot = behind + turn.apply([0.0, 0.0, -2 * grip])
+    return [
+        _bar(radius, length, "x", [0.0] * 3),
+        _solid([0.018, 0.014, grip], (EDGE, 0.5), down, turn),
+        _box([0.035, 0.025, 0.014], foot),
+    ]
+
+
+COMPOUNDS = {
+    "L": draw_l_shape,
+    "T": draw_t_shape,
+    "hammer": draw_hammer,
+    "dumbbell": draw_dumbbell,
+    "mug": draw_mug,
+    "drill": draw_drill,
+}
+"""What draws each shape's parts, the way it stands."""
+
+
+def posed_compound(parts: list[Superquadric], pose: RigidTransform) -> CompoundSolid:
+    """Move parts as one."""
+    return CompoundSolid(
+        tuple(Superquadric(p.semi_axes, p.exponents, pose * p.pose, p.kind) for p in parts), pose
+    )
+
+
+def _area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> float:
+    first, second, third = np.moveaxis(vertices[faces], 1, 0)
+    return float(np.linalg.norm(np.cross(second - first, third - first), axis=1).sum() / 2)
+
+
+def _box(half: list[float], centre: ArrayLike) -> Superquadric:
+    return _solid(half, (EDGE, EDGE), centre)
+
+
+def _bar(radius: float, half_length: float, along: str, centre: ArrayLike) -> Superquadric:
+    turn = Rotation.from_euler("y", np.pi / 2 if along == "x" else 0.0)
+    return _solid([radius, radius, half_length], (EDGE, 1.0), centre, turn)
+
+
+def _solid(
+    semi_axes: list[float],
+    exponents: tuple[float, float],
+    centre: ArrayLike,
+    turn: Rotation | None = None,
+) -> Superquadric:
+    pose = RigidTransform.from_components(centre, turn or Rotation.identity())
+    return Superquadric(np.array(semi_axes), exponents, pose)
