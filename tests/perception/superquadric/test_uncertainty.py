@@ -14,7 +14,7 @@ from eyehand.perception.superquadric import (
 )
 from eyehand.perception.superquadric.kinds import basis
 
-REPEATS = 25
+REPEATS = 40
 NOISE = 0.002
 WITHIN = 3.0
 """Ratio of told to shown standard deviation that counts as right: it is told from few readings."""
@@ -95,7 +95,8 @@ def test_told_deviations_are_those_by_which_repeated_fits_scatter(kind):
     about = canonical(solid_of_kind(kind)).pose.rotation
     fits = [fitted(kind, seed) for seed in range(REPEATS)]
     found = [numbers(fit.superquadric, about) for fit in fits if fit.superquadric is not None]
-    shown = np.std(found, axis=0)
+    # Of the middle of the fits: one that names its axes otherwise is no matter of small steps.
+    shown = 1.4826 * np.median(np.abs(found - np.median(found, axis=0)), axis=0)
     said = np.median([told(fit).standard_deviations for fit in fits], axis=0)
     # Cylinders have no place about their axis, spheres none at all.
     moving = said > 1e-9
