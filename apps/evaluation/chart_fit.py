@@ -13,6 +13,7 @@ from eyehand.apps.console import print_json, tracked
 from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
 from eyehand.errors import InputError
+from eyehand.perception import FitOptions
 from eyehand.perception.superquadric.budget import FORMAT, STORED_FRONT
 
 from .chart_style import Provenance
@@ -20,7 +21,7 @@ from .contest import Contestant, take_turns
 from .dial_chart import ChartWords, DialChart, FrontPlace, Measured
 from .fit_cases import Group, fit_case
 from .fit_contest import FAILED, own_fitter, peer_fitter
-from .fit_dials import BOARD, POINTS
+from .fit_dials import BOARD, NO_LADDER, POINTS
 from .fit_peer_table import PEERS, find_peer
 from .fit_score import overlap
 from .machine import machine_line
@@ -36,6 +37,8 @@ CASES, QUICK_CASES = 30, 2
 """Clouds of each group when no number is asked for."""
 ROUNDS, QUICK_ROUNDS = 2, 1
 """How often each cloud is fitted at each setting; the fastest time counts."""
+LADDERLESS_POINTS = (300, 500, 1000, 2000, 4000)
+"""Points of our own fits that only look for a general superquadric."""
 PEER_POINTS, QUICK_PEER_POINTS = (250, 1000), (1000,)
 """Points of the cloud that peers are given: the dial that all of them have."""
 WORDS = ChartWords(
@@ -98,8 +101,10 @@ def chart_fit(
     each = cases or (QUICK_CASES if quick else CASES)
     settings = BOARD.settings(quick=quick)
     names = [*(PEERS if peers else ()), *(peer or [])]
-    contestants = [own_fitter(setting.name, setting.options) for setting in settings] + [
-        rival for name in dict.fromkeys(names) for rival in _rivals(name, quick=quick)
+    contestants = [
+        *(own_fitter(setting.name, setting.options) for setting in settings),
+        *_without_ladder(quick=quick),
+        *(rival for name in dict.fromkeys(names) for rival in _rivals(name, quick=quick)),
     ]
     make_folder(out)
     ready_kernels()
@@ -130,6 +135,15 @@ def chart_fit(
             out=str(out),
         )
     return 0
+
+
+def _without_ladder(*, quick: bool) -> list[Contestant[FitCase, FitAnswer]]:
+    """Ours when it tells no kind: a curve beside the front, for it answers less."""
+    fitters = [
+        own_fitter(f"{count} points", FitOptions(kinds=NO_LADDER, points=count))
+        for count in (QUICK_PEER_POINTS if quick else LADDERLESS_POINTS)
+    ]
+    return [replace(fitter, method="ours, no ladder") for fitter in fitters]
 
 
 def _rivals(name: str, *, quick: bool) -> list[Contestant[FitCase, FitAnswer]]:

@@ -13,6 +13,9 @@ POINTS = (100, 200, 300, 500, 1000, 2000, 4000)
 """Points that a fit uses, up to all of a cloud of the chart."""
 STARTS = (1, 2, 3, 6, 9)
 FINALISTS = (1, 2, 3, 5)
+FAST_POINTS = (100, 200, 300)
+"""Points of fits that tell no kind: what small budgets buy. Those with more are a curve of their
+own, since what they save is the answer that the ladder gives."""
 NO_TAPER = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
 """Kinds when no solid narrows."""
 NO_LADDER = ("superquadric",)
@@ -31,15 +34,14 @@ BOARD = DialBoard(
         "finalists": FINALISTS,
         "silhouette_rays": (_DEFAULT.silhouette_rays, 0),
         "plane_weight": (_DEFAULT.plane_weight, 0.0),
-        "kinds": (_DEFAULT.kinds, NO_TAPER, NO_LADDER),
+        "kinds": (_DEFAULT.kinds, NO_TAPER),
     },
     # Points, starts and kinds are the price of most steps; what refines in the end, and whether
     # rays and plane take part, cost less and matter at every price.
     crosses=(
         {"points": POINTS, "optimiser": ("lm",), "finalists": (_DEFAULT.finalists, 1)},
         {"points": POINTS, "optimiser": ("lm",), "kinds": (NO_TAPER,), "starts": (1, 3)},
-        {"points": POINTS, "optimiser": ("lm",), "kinds": (NO_LADDER,), "starts": (1, 3)},
-        {"points": (300, 4000), "kinds": (NO_TAPER, NO_LADDER), "starts": (1, 3)},
+        {"points": FAST_POINTS, "optimiser": ("lm",), "kinds": (NO_LADDER,), "starts": (1, 3)},
         {
             "points": (100, 300, 1000),
             "optimiser": ("lm",),

@@ -35,7 +35,7 @@ class FitOptions:
         "tapered",
     )
     """Solids to choose from: fewer is faster."""
-    points: int = 1000
+    points: int = 2000
     """Points used: more is more accurate and slower (time grows linearly)."""
     optimiser: OptimiserName = "slsqp"
     """Final refinement of the chosen solid: ``lm`` is fastest, nlopt's squeeze out the rest."""
@@ -46,7 +46,7 @@ class FitOptions:
     fewer is faster, more finds the basin of odd views."""
     start_iterations: int = 6
     """Levenberg-Marquardt steps per start: fewer is faster, more tells basins apart better."""
-    finalists: int = 3
+    finalists: int = 2
     """Distinct general solids that go on to all points: more settles near ties more safely."""
     ladder_iterations: int = 25
     """Levenberg-Marquardt steps per kind of solid from its best start."""
