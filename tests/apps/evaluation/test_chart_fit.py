@@ -55,7 +55,8 @@ def test_a_quick_chart_beside_a_peer(tmp_path, capsys):
     own = [row for row in report["rows"] if row["method"] == "eyehand"]
     assert [row["name"] for row in own if row["default"]] == ["default"]
     assert any(row["front"] for row in own)
-    (rival,) = [row for row in report["rows"] if row["method"] != "eyehand"]
+    ladderless, rival = (row for row in report["rows"] if row["method"] != "eyehand")
+    assert ladderless["method"] == "ours, no ladder"
     assert rival["name"] == "1000 points"
     assert rival["iou_median_pct"] < own[0]["iou_median_pct"]
     assert "Pareto front" in err
