@@ -104,6 +104,7 @@ def test_normals_and_distance_match_finite_differences(seed, e1, e2, k1, k2):
     k2=tapers,
     tilt=st.sampled_from([1.0, 1e-2, 1e-3, 1e-5]),
 )
+@settings(max_examples=40)
 def test_support_is_the_highest_of_all_sections(seed, e1, e2, k1, k2, tilt):
     rng = np.random.default_rng(seed)
     axes = rng.uniform(0.02, 0.1, 3)
