@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import combinations
+from operator import itemgetter
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -30,6 +31,8 @@ FEWEST = 25
 """Points that a part must have."""
 FIRST_POINTS, FIRST_STEPS = 50, 6
 """Points on which cuts compete, and steps: enough to tell what lies on one convex surface."""
+JUDGES = 400
+"""Points that judge the first competition."""
 POINTS, STEPS, RAYS = 100, 5, 12
 """Points, steps and rays of the descents between which points change parts."""
 ROUNDS, LAST_ROUNDS = 2, 4
@@ -84,17 +87,21 @@ def split_further(
     place[members] = np.arange(len(members))
     points, guess = cloud.points[members], shares.guesses[index]
     around, gaps = place[cloud.neighbours[members]], distances(points, *guess)
-    others = [distances(cloud.points, *g) for k, g in enumerate(shares.guesses) if k != index]
-    first: list[Shares] = []
+    few = cloud.points[:JUDGES]
+    others = [distances(few, *g) for k, g in enumerate(shares.guesses) if k != index]
+    first: list[tuple[float, tuple[Guess, ...], NDArray[np.int64]]] = []
     for mask in cuts(points, around, gaps, guess.R, options.noise, FEWEST):
         one, two = (_first_descent(points[side], cloud, options) for side in (~mask, mask))
         labels = shares.labels.copy()
         labels[members[mask]] = len(shares.guesses)
         guesses = (*shares.guesses[:index], one, *shares.guesses[index + 1 :], two)
-        apart = [*others, distances(cloud.points, *one), distances(cloud.points, *two)]
-        first.append(_shares(guesses, labels, apart, cloud, options))
-    first = sorted(first, key=lambda one: one.score)[:FINALISTS]
-    ends = [_alternated(one, ROUNDS, cloud, options) for one in first]
+        apart = [*others, distances(few, *one), distances(few, *two)]
+        first.append((_score(labels, np.min(apart, axis=0), cloud, options), guesses, labels))
+    first = sorted(first, key=itemgetter(0))[:FINALISTS]
+    ends = [
+        _alternated(_shares(guesses, labels, cloud, options), ROUNDS, cloud, options)
+        for _, guesses, labels in first
+    ]
     if not ends:
         return None
     ends = sorted(ends, key=lambda one: one.score)[:LAST]
@@ -113,8 +120,7 @@ def merged(shares: Shares, cloud: PartCloud, options: FitOptions) -> Shares:
         guess = _first_descent(cloud.points[labels == one], cloud, options)
         guess = _further_descent(guess, cloud.part(labels, one, options), options)
         guesses = tuple(guess if k == one else shares.guesses[k] for k in parts if k != two)
-        gaps = [distances(cloud.points, *g) for g in guesses]
-        ends.append(_shares(guesses, labels, gaps, cloud, options))
+        ends.append(_shares(guesses, labels, cloud, options))
     return min(ends, key=lambda one: one.score)
 
 
@@ -161,8 +167,7 @@ def _alternated(shares: Shares, rounds: int, cloud: PartCloud, options: FitOptio
             _further_descent(guess, cloud.part(labels, index, options), options)
             for index, guess in enumerate(shares.guesses)
         )
-        gaps = [distances(cloud.points, *guess) for guess in guesses]
-        shares = _shares(guesses, labels, gaps, cloud, options)
+        shares = _shares(guesses, labels, cloud, options)
         best = min(best, shares, key=lambda one: one.score)
     return best
 
@@ -175,14 +180,25 @@ def _as_neighbours(labels: NDArray[np.int64], parts: int, cloud: PartCloud) -> N
 def _shares(
     guesses: tuple[Guess, ...],
     labels: NDArray[np.int64],
-    gaps: Sequence[NDArray[np.float64]],
     cloud: PartCloud,
     options: FitOptions,
 ) -> Shares:
     # Deep inside any part is deep inside the union.
-    residuals = np.min(gaps, axis=0)
-    seam = float(np.mean(np.any(labels[cloud.neighbours] != labels[:, None], axis=1)))
-    return Shares(guesses, labels, residuals, log_square(residuals, options) + SEAM * seam)
+    residuals = np.min([distances(cloud.points, *guess) for guess in guesses], axis=0)
+    return Shares(guesses, labels, residuals, _score(labels, residuals, cloud, options))
+
+
+def _score(
+    labels: NDArray[np.int64],
+    residuals: NDArray[np.float64],
+    cloud: PartCloud,
+    options: FitOptions,
+) -> float:
+    """Log mean square of the first points' residuals (M,), and what the seam costs."""
+    few = len(residuals)
+    beside = labels[cloud.neighbours[:few]]
+    seam = float(np.mean(np.any(beside != labels[:few, None], axis=1)))
+    return log_square(residuals, options) + SEAM * seam
 
 
 def _first_descent(points: NDArray[np.float64], cloud: PartCloud, options: FitOptions) -> Guess:
