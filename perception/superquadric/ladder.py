@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .options import FitOptions
     from .problem import FitProblem, Guess
 
-START_POINTS = 64
+START_POINTS = 80
 """Points on which starts compete: enough to tell basins apart."""
 SOFT_EDGE = 0.3
 """Exponent from which a sharp-edged solid starts as a general one: at 0.1 edges hold it fast."""
@@ -84,6 +84,17 @@ def climb(
                 kind, starts, thin, bounds, options.start_iterations, options.finalists
             )
             climbed[kind] = distinct(ends, 1 if kind != "tapered" else 2)
+    # A simple kind's own boxes may lie across the object; a general solid has found its axes.
+    for kind in ("cylinder", "ellipsoid", "box"):
+        if kind in climbed and "superquadric" in climbed:
+            ends = short_descents(
+                kind,
+                list(_as_kind(kind, climbed["superquadric"], options)),
+                thin,
+                parameter_bounds(kind, problem, options),
+                options.start_iterations,
+            )
+            climbed[kind] = sorted([*climbed[kind], *ends], key=attrgetter("cost"))[:1]
     rungs = [
         _rung(kind, ends, middle if len(ends) > 1 else thin, options)
         for kind, ends in climbed.items()
@@ -175,6 +186,14 @@ def _simple_starts(kind: Kind, boxes: list[Guess], options: FitOptions):
             yield turned._replace(
                 axes=np.log(starting_axes(kind, np.exp(turned.axes))), eps=np.array(exponents)
             )
+
+
+def _as_kind(kind: Kind, ends: list[End], options: FitOptions):
+    exponents = fixed_exponents(kind, options.edge_exponent)
+    assert exponents is not None
+    for guess, _ in ends:
+        axes = np.log(starting_axes(kind, np.exp(guess.axes)))
+        yield guess._replace(axes=axes, eps=np.array(exponents))
 
 
 def _tapered_starts(

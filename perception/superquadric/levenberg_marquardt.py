@@ -114,6 +114,7 @@ def descend(
     while steps < iterations:
         steps += 1
         reduced, slope = _reduced(hessian, gradient, basis)
+        _hold(reduced, slope, basis, axes, eps, taper, bounds)
         improved = False
         size = gain = 0.0
         while damping < _MAX_DAMPING:
@@ -280,3 +281,26 @@ def rotation(vector):
     out[2, 1] = b * y * z + a * x
     out[2, 2] = 1.0 - b * (x * x + y * y)
     return out
+
+
+@njit(cache=True, error_model="numpy")
+def _hold(reduced, slope, basis, axes, eps, taper, bounds):
+    """Leave out numbers at a bound that downhill would lead across it."""
+    k = slope.size
+    for j in range(k):
+        held = False
+        for a in range(7):
+            if a < 3:
+                row, value, low, high = a, axes[a], bounds[0, 0], bounds[0, 1]
+            elif a < 5:
+                row, value, low, high = a, eps[a - 3], bounds[1, 0], bounds[1, 1]
+            else:
+                row, value, low, high = a + 6, taper[a - 5], bounds[2, 0], bounds[2, 1]
+            falls = (value <= low and slope[j] > 0.0) or (value >= high and slope[j] < 0.0)
+            held = held or (basis[row, j] != 0.0 and falls)
+        if held:
+            slope[j] = 0.0
+            for i in range(k):
+                reduced[i, j] = 0.0
+                reduced[j, i] = 0.0
+            reduced[j, j] = 1.0

@@ -46,7 +46,7 @@ class FitOptions:
     fewer is faster, more finds the basin of odd views."""
     start_iterations: int = 6
     """Levenberg-Marquardt steps per start: fewer is faster, more tells basins apart better."""
-    finalists: int = 2
+    finalists: int = 3
     """Distinct general solids that go on to all points: more settles near ties more safely."""
     ladder_iterations: int = 25
     """Levenberg-Marquardt steps per kind of solid from its best start."""

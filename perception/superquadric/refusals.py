@@ -31,7 +31,7 @@ FAR_SHARE = 0.3
 """Share of points that may lie farther than that from a usable solid."""
 UNSEEN_LIMIT = 4.0
 """Largest semi-axis of a usable solid, in radii of the points seen."""
-BOUND_TOLERANCE = 1e-6
+BOUND_TOLERANCE = 0.05
 PLANE_PARAMETERS = 3
 LINE_PARAMETERS = 4
 
@@ -94,9 +94,12 @@ def too_little(
 def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOptions) -> str:
     """Why a plane or a line explains the points as well as the best solid, or an empty string.
 
+    On a support plane neither does: the plane gives a thin rod or a flat face its thickness.
     `lowest` is the best solid's criterion (:func:`ladder.criterion`); plane and line are judged
     by the same one, with the few parameters they have.
     """
+    if has_plane:
+        return ""
     squares = _principal(problem.points)[1] ** 2
     n = problem.readings
     floor = 0.5 * options.noise / problem.unit
@@ -105,11 +108,13 @@ def no_solid(problem: FitProblem, lowest: float, has_plane: bool, options: FitOp
     most = (NOISE_LIMIT * options.noise / problem.unit) ** 2
     # Every line also lies in a plane. Of its two directions the mean, as of one surface's normal.
     thin = 0.5 * _robust_mean(squares[:, 1] + squares[:, 2], problem.cauchy)
-    if 2.0 * thin < most and n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest:
+    thinner = n * np.log(thin + floor**2) + LINE_PARAMETERS * np.log(n) <= lowest
+    # What is thinner than the noise is a line even where the edge of some solid follows it closer.
+    if thin < (options.noise / problem.unit) ** 2 or (2.0 * thin < most and thinner):
         width = 1e3 * problem.unit * float(np.sqrt(thin))
         return f"all points lie on one line to within {width:.1f} mm"
     flatter = n * np.log(flat + floor**2) + PLANE_PARAMETERS * np.log(n) <= lowest
-    if not has_plane and flat < most and flatter:
+    if flat < most and flatter:
         width = 1e3 * problem.unit * float(np.sqrt(flat))
         return (
             f"all points lie on one plane to within {width:.1f} mm: give the support plane, or "

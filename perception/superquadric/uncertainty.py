@@ -73,7 +73,10 @@ def uncertainty(
     cost, gradient, hessian = normal_equations(
         *problem.data(), *guess, tapered, *problem.weighting()
     )
-    add_prior(problem.prior, guess.axes, guess.eps, guess.taper, gradient, hessian)
+    # What keeps unseen sides near is a belief, not a sight of them.
+    seen = problem.prior.copy()
+    seen[3] = 0.0
+    add_prior(seen, guess.axes, guess.eps, guess.taper, gradient, hessian)
     reduced = columns.T @ hessian @ columns
     reduced += _RIDGE * np.trace(reduced) * np.eye(len(reduced))
     square = max(2.0 * float(cost), (0.5 * options.noise / problem.unit) ** 2)
