@@ -35,7 +35,7 @@ class PerceiveOptions:
     max_distance: float = 2.5
     """Objects farther than this are segmented but not fitted, m: a far object's few noisy pixels
     do not earn a model."""
-    cloud_points: int = 1200
+    cloud_points: int = 2000
     """Points kept per object: more for a denser cloud downstream, fewer for speed."""
     border: int = 1
     """Pixels peeled off every segment before its fit: more drops flying pixels, fewer keeps thin
