@@ -110,6 +110,7 @@ def test_dials_reach_the_fit(tmp_path, capsys, monkeypatch):
         (["--peer", f"{HERE}nothing"], "there is no peer"),
         (["--peer", f"{HERE}HERE"], "must be a function, got a str"),
         (["--optimiser", "hope"], "optimiser must be one of"),
+        (["--budget-ms", "0.0001"], "no fit is as fast as 0.0001 ms"),
     ],
 )
 def test_what_cannot_be_evaluated_is_refused_in_one_line(arguments, message, tmp_path, capsys):

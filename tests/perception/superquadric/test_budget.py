@@ -5,7 +5,12 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.stored_front import StoredFront
-from eyehand.perception.superquadric.budget import FORMAT, FrontPoint, options_for_budget
+from eyehand.perception.superquadric.budget import (
+    FORMAT,
+    STORED_FRONT,
+    FrontPoint,
+    options_for_budget,
+)
 
 BARE = {"points": 100, "optimiser": "lm", "kinds": ("superquadric",)}
 FRONT = StoredFront(
@@ -56,3 +61,14 @@ def test_kinds_survive_the_file(tmp_path):
 def test_a_file_that_is_no_front_is_refused_and_told_how_to_make_one(tmp_path):
     with pytest.raises(InputError, match="make it with eyehand chart fit --store"):
         FORMAT.read(tmp_path / "front.json")
+
+
+def test_the_stored_front_rises_to_the_most_accurate_and_refuses_less_than_its_fastest():
+    points = FORMAT.read(STORED_FRONT).points
+    times = [point.median_ms for point in points]
+    assert times == sorted(times)
+    assert [p.iou_p10_pct for p in points] == sorted(p.iou_p10_pct for p in points)
+    assert FitOptions.for_budget(1e4) == points[-1].options()
+    assert FitOptions.for_budget(times[0]) == points[0].options()
+    with pytest.raises(InputError, match=points[0].name):
+        FitOptions.for_budget(0.5 * times[0])
