@@ -45,7 +45,7 @@ WORDS = ChartWords(
     title="Superquadric fit: time against accuracy",
     gain="iou_p10_pct",
     accuracy="IoU, 10th percentile",
-    same_gain_pct=0.5,
+    same_gain_pct=1.0,
     columns={"iou_p10_pct": "p10", "iou_median_pct": "IoU", "failed_pct": "failed"},
     caption="IoU with the true solid: 10th percentile and median over all clouds; failed: IoU "
     "below 50 %; all in %",

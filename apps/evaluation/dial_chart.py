@@ -111,7 +111,7 @@ class DialChart:
         """Draw the chart."""
         subtitle = "blue: every dial, alone and crossed; line: the best for its time, beyond chance"
         if self.others:
-            subtitle += "; grey: other methods"
+            subtitle += "; grey: other ways"
         return pareto_chart(
             self.words.title,
             subtitle,

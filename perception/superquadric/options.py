@@ -62,7 +62,8 @@ class FitOptions:
     silhouette_rays: int = 32
     """Rays past the cloud's outline that the solid must not cross; 0 = off. Needs view_origin."""
     silhouette_margin: float = 0.0005
-    """How far outside the outline the rays run, m: more forgives eroded segments."""
+    """How far outside the outline the rays run, m, where the points come from an image: more
+    forgives eroded segments."""
     silhouette_pitch: float = 0.5
     """... and by how many pixels more, where the points come from an image: a pixel at the
     outline may have seen the object or not."""

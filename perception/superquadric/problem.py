@@ -98,21 +98,24 @@ def pose_problem(
     unit = float(np.sqrt(np.mean(reach)))
     points = in_own_order(points)
     chosen = np.random.default_rng(options.seed).permutation(len(points))[: options.points]
-    scaled = (points[chosen] - centre) / unit
+    fitted = (points[chosen] - centre) / unit
     rays = np.zeros((0, 3))
     origin = np.zeros(3)
     if view_origin is not None and options.silhouette_rays > 0:
         origin = (view_origin - centre) / unit
+        scaled = (points - centre) / unit
         margin = (options.silhouette_margin + options.silhouette_pitch * near.pitch) / unit
-        rays = silhouette_rays((points - centre) / unit, origin, options.silhouette_rays, margin)
+        beside = silhouette_rays(scaled, origin, options.silhouette_rays, margin)
+        # The outline of scattered points lies outside the object's already, by their noise.
+        rays = beside if near.on_grid else silhouette_rays(scaled, origin, len(beside), 0.0)
         if hidden is not None and len(rays):
-            rays = np.ascontiguousarray(rays[~hidden(rays)])
+            rays = np.ascontiguousarray(rays[~hidden(beside)])
     scaled_plane = np.array([0.0, 0.0, 1.0, 0.0])
     if plane is not None:
         scaled_plane = np.append(plane[:3], (plane[3] + plane[:3] @ centre) / unit)
     return FitProblem(
-        points=scaled,
-        weights=np.full(len(scaled), 1.0 / len(scaled)),
+        points=fitted,
+        weights=np.full(len(fitted), 1.0 / len(fitted)),
         rays=rays,
         origin=origin,
         plane=scaled_plane,
