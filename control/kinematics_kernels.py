@@ -1,0 +1,74 @@
+"""Forward kinematics and Jacobian of a point that moves with a body, in one compiled call."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .mujoco_binding import mj_kinematics
+
+
+@njit(cache=True)
+def posture(model, data, q, qpos, places):
+    """Write joint positions into ``qpos`` and let MuJoCo compute every pose."""
+    for column in range(len(places)):
+        qpos[places[column]] = q[column]
+    mj_kinematics(model, data)
+
+
+@njit(cache=True)
+def frame_state(
+    model, data, q, qpos, places, joints, hinge, moves, anchors, axes, position, matrix, offset
+):
+    """Pose and Jacobian of a frame at ``q``.
+
+    Parameters
+    ----------
+    model, data
+        Addresses.
+    q
+        (n,).
+    qpos, anchors, axes, position, matrix
+        Views of the data: joint positions, ``xanchor`` and ``xaxis`` of all joints, origin (3,)
+        and axes (9,) of the frame.
+    places, joints, hinge
+        (n,): where a controlled joint stands in ``qpos``, its id, whether it turns.
+    moves
+        (n,): whether the joint moves the frame.
+    offset
+        The point in the frame (3,), m.
+
+    Returns
+    -------
+    point (3,), rotation (3, 3), jacobian (6, n) of the point, rows [v; ω], world axes; copies.
+    """
+    posture(model, data, q, qpos, places)
+    n = len(places)
+    point = np.empty(3)
+    rotation = np.empty((3, 3))
+    for row in range(3):
+        point[row] = position[row]
+        for column in range(3):
+            rotation[row, column] = matrix[3 * row + column]
+            point[row] += matrix[3 * row + column] * offset[column]
+    jacobian = np.zeros((6, n))
+    for column in range(n):
+        if not moves[column]:
+            continue
+        joint = joints[column]
+        ax, ay, az = axes[joint, 0], axes[joint, 1], axes[joint, 2]
+        if hinge[column]:
+            x = point[0] - anchors[joint, 0]
+            y = point[1] - anchors[joint, 1]
+            z = point[2] - anchors[joint, 2]
+            jacobian[0, column] = ay * z - az * y
+            jacobian[1, column] = az * x - ax * z
+            jacobian[2, column] = ax * y - ay * x
+            jacobian[3, column] = ax
+            jacobian[4, column] = ay
+            jacobian[5, column] = az
+        else:
+            jacobian[0, column] = ax
+            jacobian[1, column] = ay
+            jacobian[2, column] = az
+    return point, rotation, jacobian

@@ -1,0 +1,290 @@
+"""The robot's kinematics: any MJCF or URDF file, a frame to move and the joints that move it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .joint_defaults import SCALAR_JOINTS, home_posture, joint_speed
+from .kinematics_kernels import frame_state
+from .mujoco_binding import address, compiled_calls, mujoco
+from .robot_source import compile_spec, read_robot
+from .robot_state import RobotState
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import ArrayLike, NDArray
+
+    from .mujoco_binding import Data, Model, Spec
+    from .robot_source import Source
+
+_ORIGIN = np.zeros(3)
+
+
+class RobotModel:
+    """A robot with n controlled joints and one controlled frame; make it with :meth:`load`.
+
+    One model is for one thread: it computes in MuJoCo's buffers, and hands out copies.
+    """
+
+    joint_names: tuple[str, ...]
+    """Names of the controlled joints; columns of every Jacobian are in this order."""
+    n: int
+    """Number of controlled joints."""
+    lower: NDArray[np.float64]
+    """Lower joint limits (n,), rad (m, of a sliding joint), -inf where there is none."""
+    upper: NDArray[np.float64]
+    """Upper joint limits (n,), inf where there is none."""
+    home: NDArray[np.float64]
+    """Home posture (n,)."""
+    speed: NDArray[np.float64]
+    """Joint speed limits (n,), rad/s or m/s."""
+    frame: str
+    """Name of the controlled frame, a site or a body."""
+
+    @classmethod
+    def load(
+        cls,
+        source: Source,
+        frame: str,
+        *,
+        home: ArrayLike | None = None,
+        joints: Sequence[str] | None = None,
+        speed: ArrayLike | None = None,
+        compiled: bool = True,
+    ) -> RobotModel:
+        """Load a robot.
+
+        Parameters
+        ----------
+        source
+            Path of an MJCF or URDF file (meshes relative to it), XML text, or an ``MjSpec``,
+            which is copied.
+        frame
+            Name of the site or body to control; a site goes before a body of the same name.
+        home
+            Home posture (n,); default: the keyframe ``home``, else the middle of the joint
+            limits (0 where there are none). Joints that are not controlled stay there.
+        joints
+            Names of the controlled hinge and slide joints, in the order wanted; default: all,
+            in the order of the file.
+        speed
+            Joint speed limits, one number or (n,), rad/s or m/s; default: the numeric
+            ``joint_speed`` of an MJCF, else ``<limit velocity>`` of a URDF, else 1.5 rad/s
+            and 0.5 m/s.
+        compiled
+            Whether to use the compiled kernel where it is available.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, a name is unknown, a controlled joint is a free or ball
+            joint, or home or speed do not fit.
+        """
+        spec, urdf_speed = read_robot(source)
+        return cls(spec, urdf_speed, frame, home, joints, speed, compiled)
+
+    def __init__(
+        self,
+        spec: Spec,
+        urdf_speed: dict[str, float],
+        frame: str,
+        home: ArrayLike | None,
+        joints: Sequence[str] | None,
+        speed: ArrayLike | None,
+        compiled: bool,
+    ) -> None:
+        self.spec = spec
+        self.model = model = compile_spec(spec)
+        self.data = data = mujoco.MjData(model)
+        self.joints = _joint_ids(model, joints)
+        self.n = len(self.joints)
+        self.joint_names = tuple(model.joint(int(joint)).name for joint in self.joints)
+        self.places = model.jnt_qposadr[self.joints].astype(np.int64)
+        self.hinge = model.jnt_type[self.joints] == mujoco.mjtJoint.mjJNT_HINGE
+        limited = model.jnt_limited[self.joints].astype(bool)
+        span = model.jnt_range[self.joints]
+        self.lower = _fixed(np.where(limited, span[:, 0], -np.inf))
+        self.upper = _fixed(np.where(limited, span[:, 1], np.inf))
+        posture = home_posture(model, self.joints, home)
+        self.home_qpos = _fixed(posture)
+        self.home = _fixed(posture[self.places])
+        self.speed = _fixed(joint_speed(model, self.joints, speed, urdf_speed))
+        self.moves = _moves(model, self.joints)
+        self.frame = frame
+        self.frame_body, position, matrix = _frame(model, data, frame)
+        self.compiled = compiled and compiled_calls()
+        data.qpos[:] = posture
+        frame_moves = np.ascontiguousarray(self.moves[self.frame_body])
+        self._frame = (frame_moves, data.xanchor, data.xaxis, position, matrix)
+        self._tables = (data.qpos, self.places, self.joints, self.hinge)
+        if self.compiled:
+            self._addresses = (address(model), address(data))
+        self.at(self.home)
+
+    def at(self, q: ArrayLike) -> RobotState:
+        """Pose and Jacobian of the controlled frame at joint positions ``q`` (n,); a copy.
+
+        Raises
+        ------
+        InputError
+            If q is not n finite numbers.
+        """
+        q = self.checked(q)
+        point, rotation, jacobian = self._at(q, self._frame, _ORIGIN)
+        # Checked above or true by construction: the constructor's checks would cost as much again.
+        state = object.__new__(RobotState)
+        vars(state).update(
+            q=q,
+            position=point,
+            rotation=rotation,
+            jacobian=jacobian,
+            lower=self.lower,
+            upper=self.upper,
+            home=self.home,
+            speed=self.speed,
+        )
+        return state
+
+    def point_jacobian(self, q: ArrayLike, body: str, point: ArrayLike) -> NDArray[np.float64]:
+        """Linear Jacobian (3, n) of a point of a body, world axes.
+
+        Parameters
+        ----------
+        q
+            Joint positions (n,).
+        body
+            Name of the body (or site) that carries the point.
+        point
+            The point in that body's frame (3,), m.
+
+        Raises
+        ------
+        InputError
+            If q or the point has a wrong shape or is not finite, or the body is unknown.
+        """
+        q = self.checked(q)
+        try:
+            offset = np.array(point, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(f"point must be 3 numbers, got {point!r}") from None
+        if offset.shape != (3,) or not np.all(np.isfinite(offset)):
+            raise InputError(f"point must be 3 finite numbers, got {point!r}")
+        which, position, matrix = _frame(self.model, self.data, body)
+        moves = np.ascontiguousarray(self.moves[which])
+        frame = (moves, self.data.xanchor, self.data.xaxis, position, matrix)
+        return self._at(q, frame, offset)[2][:3].copy()
+
+    def checked(self, q: ArrayLike) -> NDArray[np.float64]:
+        """Joint positions as an own array (n,), or an :class:`InputError` if they are not that."""
+        try:
+            numbers = np.array(q, dtype=np.float64)
+        except (TypeError, ValueError):
+            raise InputError(f"q must be {self.n} numbers, got {q!r}") from None
+        if numbers.shape != (self.n,):
+            raise InputError(
+                f"q must have shape ({self.n},), one number for each of "
+                f"{', '.join(self.joint_names)}, got {numbers.shape}"
+            )
+        if not math.isfinite(np.vdot(numbers, numbers)):
+            raise InputError(f"q must be finite, got {numbers.tolist()}")
+        return numbers
+
+    def _at(self, q: NDArray[np.float64], frame: tuple, offset: NDArray[np.float64]) -> tuple:
+        if self.compiled:
+            model, data = self._addresses
+            moves, anchors, axes, position, matrix = frame
+            qpos, places, joints, hinge = self._tables
+            return frame_state(
+                model,
+                data,
+                q,
+                qpos,
+                places,
+                joints,
+                hinge,
+                moves,
+                anchors,
+                axes,
+                position,
+                matrix,
+                offset,
+            )
+        return _frame_state_reference(self, q, frame, offset)
+
+
+def _frame_state_reference(
+    robot: RobotModel, q: NDArray[np.float64], frame: tuple, offset: NDArray[np.float64]
+) -> tuple:
+    moves, anchors, axes, position, matrix = frame
+    robot.data.qpos[robot.places] = q
+    mujoco.mj_kinematics(robot.model, robot.data)
+    rotation = matrix.reshape(3, 3).copy()
+    point = position + rotation @ offset
+    axis = axes[robot.joints] * moves[:, None]
+    turning = axis * robot.hinge[:, None]
+    sliding = axis - turning
+    linear = np.cross(turning, point - anchors[robot.joints]) + sliding
+    return point, rotation, np.vstack([linear.T, turning.T])
+
+
+def _joint_ids(model: Model, names: Sequence[str] | None) -> NDArray[np.int64]:
+    known = {model.joint(joint).name: joint for joint in range(model.njnt)}
+    scalar = {name: j for name, j in known.items() if int(model.jnt_type[j]) in SCALAR_JOINTS}
+    choices = ", ".join(scalar) or "none"
+    if names is None:
+        chosen = [j for j in range(model.njnt) if int(model.jnt_type[j]) in SCALAR_JOINTS]
+    else:
+        if isinstance(names, str):
+            raise InputError(f"joints must be a list of names, got {names!r}")
+        for name in names:
+            if name not in known:
+                raise InputError(f"unknown joint {name!r}; hinge and slide joints: {choices}")
+            if name not in scalar:
+                raise InputError(
+                    f"joint {name!r} is a free or ball joint, which cannot be controlled here; "
+                    f"hinge and slide joints: {choices}"
+                )
+        chosen = [scalar[name] for name in names]
+        if len(set(chosen)) != len(chosen):
+            raise InputError(f"joints must differ, got {list(names)}")
+    if not chosen:
+        raise InputError(f"the robot needs at least one controlled joint; there are: {choices}")
+    return np.array(chosen, dtype=np.int64)
+
+
+def _frame(
+    model: Model, data: Data, name: str
+) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
+    """Body that carries the frame, and views of its origin (3,) and axes (9,)."""
+    sites = {model.site(site).name: site for site in range(model.nsite)}
+    bodies = {model.body(body).name: body for body in range(1, model.nbody)}
+    if name and name in sites:
+        site = sites[name]
+        return int(model.site_bodyid[site]), data.site_xpos[site], data.site_xmat[site]
+    if name and name in bodies:
+        body = bodies[name]
+        return body, data.xpos[body], data.xmat[body]
+    listed = [
+        f"{what} {', '.join(filter(None, names)) or 'none'}"
+        for what, names in (("sites", sites), ("bodies", bodies))
+    ]
+    raise InputError(f"unknown frame {name!r}; there are {'; '.join(listed)}")
+
+
+def _moves(model: Model, joints: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which controlled joint moves which body, (bodies, n)."""
+    moves = np.zeros((model.nbody, len(joints)), dtype=bool)
+    for body in range(1, model.nbody):
+        moves[body] = moves[model.body_parentid[body]] | (model.jnt_bodyid[joints] == body)
+    return moves
+
+
+def _fixed(array: NDArray[np.float64]) -> NDArray[np.float64]:
+    array.setflags(write=False)
+    return array

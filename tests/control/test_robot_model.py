@@ -1,0 +1,221 @@
+"""The robot model: poses and Jacobians against finite differences, sources, defaults, errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from eyehand.control.mujoco_binding import mujoco
+from eyehand.control.robot_model import RobotModel
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from numpy.typing import ArrayLike
+
+ARM = """
+<mujoco><compiler angle="radian"/>
+<worldbody>
+  <body name="base"><geom name="foot" type="cylinder" size=".1 .05"/>
+  <body name="rail" pos="0 0 .1"><joint name="rail" type="slide" axis="1 0 0" range="-.2 .4"/>
+  <geom size=".05"/>
+  <body name="turn" pos="0 0 .2" euler=".2 0 .1"><joint name="turn" axis="0 0 1" range="-2 1"/>
+  <geom type="capsule" size=".04 .1"/>
+  <body name="lift" pos=".1 0 .2"><joint name="lift" axis="0 1 0" pos="0 .02 0"/>
+  <geom type="capsule" size=".04 .1"/>
+  <body name="hand" pos="0 0 .2" euler="0 .3 0"><joint name="wrist" axis="0 0 1" range="-1 1"/>
+  <geom type="box" size=".03 .05 .02"/><site name="tool" pos=".02 0 .1" euler="0 .4 .2"/>
+  </body></body></body></body></body>
+  <body name="loose" pos="1 0 0"><freejoint name="loose"/><geom size=".1"/></body>
+</worldbody></mujoco>
+"""
+
+URDF = """
+<robot name="r"><link name="base"/>
+<link name="arm"><collision><geometry><box size=".1 .1 .1"/></geometry></collision></link>
+<link name="tip"><collision><geometry><mesh filename="meshes/wedge.obj"/></geometry></collision>
+</link><link name="tool"/>
+<joint name="a" type="revolute"><parent link="base"/><child link="arm"/><axis xyz="0 0 1"/>
+<limit lower="-1" upper="2" velocity="2.5" effort="1"/></joint>
+<joint name="b" type="revolute"><parent link="arm"/><child link="tip"/><axis xyz="0 1 0"/>
+<origin xyz="0 0 .3"/><limit lower="-1" upper="1" velocity="0" effort="1"/></joint>
+<joint name="f" type="fixed"><parent link="tip"/><child link="tool"/><origin xyz="0 0 .1"/></joint>
+</robot>
+"""
+WEDGE = "v 0 0 0\nv .1 0 0\nv 0 .1 0\nv 0 0 .1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+@pytest.fixture(scope="module")
+def robot() -> RobotModel:
+    return RobotModel.load(ARM, "tool")
+
+
+@pytest.mark.parametrize("frame", ["tool", "hand", "turn"])
+def test_frame_jacobian_is_the_derivative_of_the_pose(frame: str) -> None:
+    robot = RobotModel.load(ARM, frame)
+    rng = np.random.default_rng(3)
+    for _ in range(5):
+        q = rng.uniform(-1, 1, robot.n)
+        state = robot.at(q)
+        step = 1e-5
+        for column in range(robot.n):
+            move = step * np.eye(robot.n)[column]
+            ahead, behind = robot.at(q + move), robot.at(q - move)
+            linear = (ahead.position - behind.position) / (2 * step)
+            turn = Rotation.from_matrix(ahead.rotation @ behind.rotation.T).as_rotvec()
+            expected = np.concatenate([linear, turn / (2 * step)])
+            np.testing.assert_allclose(state.jacobian[:, column], expected, atol=1e-8)
+
+
+def test_kernel_equals_the_numpy_form(robot: RobotModel) -> None:
+    plain = RobotModel.load(ARM, "tool", compiled=False)
+    for seed in range(5):
+        q = np.random.default_rng(seed).uniform(-1, 1, robot.n)
+        a, b = robot.at(q), plain.at(q)
+        for name in ("position", "rotation", "jacobian"):
+            np.testing.assert_allclose(getattr(a, name), getattr(b, name), atol=1e-14)
+
+
+def test_jacobian_equals_mujocos(robot: RobotModel) -> None:
+    q = np.array([0.1, -0.4, 0.7, 0.2])
+    state = robot.at(q)
+    data = mujoco.MjData(robot.model)
+    data.qpos[:4] = q
+    mujoco.mj_forward(robot.model, data)
+    linear, turn = np.zeros((3, robot.model.nv)), np.zeros((3, robot.model.nv))
+    mujoco.mj_jacSite(robot.model, data, linear, turn, robot.model.site("tool").id)
+    np.testing.assert_allclose(state.jacobian, np.vstack([linear, turn])[:, :4], atol=1e-14)
+    np.testing.assert_allclose(state.position, data.site("tool").xpos, atol=1e-15)
+
+
+def test_point_jacobian_is_that_of_the_point(robot: RobotModel) -> None:
+    q = np.array([0.1, -0.4, 0.7, 0.2])
+    point = np.array([0.02, -0.03, 0.05])
+    row = robot.point_jacobian(q, "lift", point)
+    lift = RobotModel.load(ARM, "lift")
+    position, expected = lift.at(q).point(point)
+    np.testing.assert_allclose(row, expected, atol=1e-14)
+    assert np.all(row[:, 3] == 0.0)
+    assert position.shape == (3,)
+
+
+def test_state_is_a_copy_that_later_postures_leave_alone(robot: RobotModel) -> None:
+    q = np.zeros(robot.n)
+    state = robot.at(q)
+    kept = state.position.copy(), state.jacobian.copy(), state.rotation.copy()
+    q += 0.3
+    robot.at(q)
+    assert np.all(state.q == 0.0)
+    for before, after in zip(kept, (state.position, state.jacobian, state.rotation), strict=True):
+        np.testing.assert_array_equal(before, after)
+
+
+def test_limits_home_and_speed_have_defaults(robot: RobotModel) -> None:
+    assert robot.joint_names == ("rail", "turn", "lift", "wrist")
+    np.testing.assert_array_equal(robot.lower, [-0.2, -2.0, -np.inf, -1.0])
+    np.testing.assert_array_equal(robot.upper, [0.4, 1.0, np.inf, 1.0])
+    np.testing.assert_allclose(robot.home, [0.1, -0.5, 0.0, 0.0])
+    np.testing.assert_array_equal(robot.speed, [0.5, 1.5, 1.5, 1.5])
+
+
+def test_a_subset_of_joints_leaves_the_rest_at_home() -> None:
+    whole = RobotModel.load(ARM, "tool")
+    part = RobotModel.load(ARM, "tool", joints=["lift", "turn"])
+    q = whole.home.copy()
+    q[[2, 1]] = 0.5, 0.3
+    a, b = whole.at(q), part.at([0.5, 0.3])
+    np.testing.assert_allclose(a.position, b.position, atol=1e-15)
+    np.testing.assert_allclose(a.jacobian[:, [2, 1]], b.jacobian, atol=1e-15)
+    assert part.joint_names == ("lift", "turn")
+
+
+def test_keyframe_and_numeric_are_read() -> None:
+    text = ARM.replace(
+        "</mujoco>",
+        '<custom><numeric name="joint_speed" data=".1 1 2 3"/></custom><keyframe>'
+        '<key name="home" qpos=".1 .2 .3 .4 1 0 0 1 0 0 0"/></keyframe></mujoco>',
+    )
+    robot = RobotModel.load(text, "tool", joints=["turn", "wrist"])
+    np.testing.assert_allclose(robot.home, [0.2, 0.4])
+    np.testing.assert_allclose(robot.speed, [1.0, 3.0])
+    given = RobotModel.load(text, "tool", home=[0.0, 0.1, 0.2, 0.3], speed=2.0)
+    np.testing.assert_allclose(given.home, [0.0, 0.1, 0.2, 0.3])
+    np.testing.assert_allclose(given.speed, 2.0)
+
+
+def test_urdf_with_meshes_keeps_fixed_links_and_speed_limits(tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "wedge.obj").write_text(WEDGE)
+    path = tmp_path / "robot.urdf"
+    path.write_text(URDF)
+    robot = RobotModel.load(path, "tool")
+    np.testing.assert_allclose(robot.speed, [2.5, 1.5])
+    np.testing.assert_allclose(robot.at([0.3, 0.0]).position, [0.0, 0.0, 0.4], atol=1e-15)
+    assert robot.model.ngeom == 2
+
+
+def test_mjcf_with_relative_meshes_and_an_mjspec(tmp_path: Path) -> None:
+    (tmp_path / "meshes").mkdir()
+    (tmp_path / "meshes" / "wedge.obj").write_text(WEDGE)
+    text = (
+        '<mujoco><compiler meshdir="meshes"/><asset><mesh name="w" file="wedge.obj"/></asset>'
+        '<worldbody><body name="arm"><joint name="a" axis="0 0 1"/><geom type="mesh" mesh="w"/>'
+        "</body></worldbody></mujoco>"
+    )
+    path = tmp_path / "robot.xml"
+    path.write_text(text)
+    assert RobotModel.load(str(path), "arm").n == 1
+    assert RobotModel.load(mujoco.MjSpec.from_file(str(path)), "arm").model.nmesh == 1
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"frame": "tol"}, "unknown frame 'tol'.*sites tool.*bodies base"),
+        ({"joints": ["elbow"]}, "unknown joint 'elbow'.*rail, turn, lift, wrist"),
+        ({"joints": ["loose"]}, "free or ball joint.*rail, turn, lift, wrist"),
+        ({"joints": []}, "at least one controlled joint"),
+        ({"joints": ["turn", "turn"]}, "must differ"),
+        ({"joints": "turn"}, "list of names"),
+        ({"home": [0.0]}, r"home must have shape \(4,\)"),
+        ({"home": [0.0, 2.0, 0.0, 0.0]}, r"home of joint turn must be in \[-2, 1\]"),
+        ({"home": [0.0, float("nan"), 0.0, 0.0]}, "home must be finite"),
+        ({"speed": 0.0}, "must be > 0"),
+        ({"speed": [1.0, 2.0]}, r"speed must have shape \(4,\)"),
+    ],
+)
+def test_wrong_options_name_what_would_be_right(options: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        RobotModel.load(ARM, **{"frame": "tool", **options})
+
+
+@pytest.mark.parametrize(
+    ("source", "message"),
+    [
+        ("/nowhere/arm.xml", "no such file"),
+        ("<mujoco><wordbody/></mujoco>", "cannot read the XML text"),
+        ("<mujoco", "cannot read the XML text"),
+        ("<mujoco/>", "at least one controlled joint"),
+    ],
+)
+def test_unreadable_robots_are_told(source: str, message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        RobotModel.load(source, "tool")
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("q", [[0.0], [0.0, 0.0, 0.0, float("nan")], "abcd", np.zeros((1, 4))])
+def test_wrong_joint_positions_are_refused(robot: RobotModel, q: ArrayLike) -> None:
+    with pytest.raises(InputError, match="q must"):
+        robot.at(q)
+
+
+def test_unknown_body_of_a_point_is_refused(robot: RobotModel) -> None:
+    with pytest.raises(InputError, match="bodies base, rail, turn"):
+        robot.point_jacobian(robot.home, "elbow", np.zeros(3))
+    with pytest.raises(InputError, match="3 finite numbers"):
+        robot.point_jacobian(robot.home, "lift", np.zeros(2))
