@@ -1,0 +1,139 @@
+"""Checks of what aims are given, made once, so that their tasks need none in the loop."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike, NDArray
+
+NO_LENGTH = 1e-12
+"""Directions shorter than this are no direction: their rounding is."""
+ROUNDED = 1e-6
+"""How far a matrix may be from a rotation: what six printed digits leave."""
+
+
+def store(aim: object, **fields: object) -> None:
+    """Set checked fields of a frozen aim."""
+    for field, value in fields.items():
+        object.__setattr__(aim, field, value)
+
+
+def vector(aim: str, field: str, value: ArrayLike, size: int | None = 3) -> NDArray[np.float64]:
+    """A read-only copy of finite numbers (size,); any length when size is None.
+
+    Raises
+    ------
+    InputError
+        With the field, its value and what would be right.
+    """
+    return _numbers(aim, field, value, (size,))
+
+
+def unit(aim: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
+    """A direction (3,) of any length as a unit vector.
+
+    Raises
+    ------
+    InputError
+        If it is not three finite numbers, or has no length.
+    """
+    direction = vector(aim, field, value)
+    length = float(np.linalg.norm(direction))
+    if length < NO_LENGTH:
+        raise InputError(
+            f"{aim}: {field} must be a direction of some length, got {direction.tolist()}"
+        )
+    direction = direction / length
+    direction.flags.writeable = False
+    return direction
+
+
+def rotation(aim: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.float64]:
+    """A rotation, or its matrix, as a matrix (3, 3).
+
+    Raises
+    ------
+    InputError
+        If it is not one rotation: orthonormal columns, determinant 1.
+    """
+    if isinstance(value, Rotation):
+        value = value.as_matrix()
+    matrix = _numbers(aim, field, value, (3, 3))
+    if np.abs(matrix.T @ matrix - np.eye(3)).max() > ROUNDED or np.linalg.det(matrix) < 0.0:
+        raise InputError(
+            f"{aim}: {field} must be a rotation (orthonormal columns, determinant 1), got "
+            f"{matrix.tolist()}"
+        )
+    matrix = Rotation.from_matrix(matrix).as_matrix()
+    matrix.flags.writeable = False
+    return matrix
+
+
+def number(
+    aim: str, field: str, value: float, *, low: float = -math.inf, high: float = math.inf
+) -> float:
+    """A finite number in [low, high].
+
+    Raises
+    ------
+    InputError
+        With the field, its value and the range.
+    """
+    if not low <= _number(aim, field, value) <= high or math.isinf(value):
+        raise InputError(f"{aim}: {field} must be finite and in [{low:g}, {high:g}], got {value}")
+    return float(value)
+
+
+def rates(aim: str, gain: float, speed: float) -> None:
+    """Check a gain (1/s) and a speed (inf: none).
+
+    Raises
+    ------
+    InputError
+        If one of them is not positive, or the gain is not finite.
+    """
+    if not 0.0 < _number(aim, "gain", gain) < math.inf:
+        raise InputError(f"{aim}: gain must be finite and > 0, in 1/s, got {gain}")
+    if not _number(aim, "speed", speed) > 0.0:
+        raise InputError(f"{aim}: speed must be > 0 (inf: no limit), got {speed}")
+
+
+def across(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Two rows (2, 3): unit vectors perpendicular to a unit direction and to each other."""
+    first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+    first /= np.linalg.norm(first)
+    rows: NDArray[np.float64] = np.array([first, np.cross(direction, first)], dtype=np.float64)
+    rows.flags.writeable = False
+    return rows
+
+
+def _numbers(
+    aim: str, field: str, value: object, shape: tuple[int | None, ...]
+) -> NDArray[np.float64]:
+    try:
+        array = np.array(value, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{aim}: {field} must be numbers, got {value!r}") from error
+    wanted = "(n,)" if shape == (None,) else str(shape)
+    if array.ndim != len(shape) or any(
+        size not in (None, got) for size, got in zip(shape, array.shape, strict=True)
+    ):
+        raise InputError(f"{aim}: {field} must have shape {wanted}, got {array.shape}: {value!r}")
+    if not np.isfinite(array).all():
+        raise InputError(f"{aim}: {field} must be finite, got {array.tolist()}")
+    array.flags.writeable = False
+    return array
+
+
+def _number(aim: str, field: str, value: float) -> float:
+    try:
+        return float(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{aim}: {field} must be a number, got {value!r}") from error

@@ -1,0 +1,106 @@
+"""An interval for any single value: a task only where the value would leave it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .task import Task
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .robot_state import RobotState
+    from .task import Aim
+
+
+@dataclass(frozen=True, eq=False)
+class Interval:
+    """Keep the value of an aim of one row between two bounds, and leave it free there.
+
+    Well inside there is no row. Within speed / gain of the nearer bound (both are the aim's) there
+    is one, with a side: the value may approach the bound at no more than gain times what is left,
+    and the stack drops the row while the rest of the motion keeps to that. So nothing starts
+    abruptly at the bound, and nothing crosses it. Outside the row brings the value back. With
+    equal bounds it is a plain goal.
+
+    Raises
+    ------
+    InputError
+        If a bound is not a number, the lower is above the upper, both are infinite, or (by `at`)
+        the aim has more than one row.
+    """
+
+    aim: Aim
+    """Gives value, row, gain and speed; its own goal does not matter."""
+    low: float
+    """Lower bound, units of the aim's value; -inf: none."""
+    high: float
+    """Upper bound, units of the aim's value; inf: none."""
+    name: str = ""
+    """Name for reports; that of the aim when empty."""
+
+    def __post_init__(self) -> None:
+        name = self.name or self.aim.name
+        object.__setattr__(self, "name", name)
+        try:
+            low, high = float(self.low), float(self.high)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"{name}: low and high must be numbers, got {self.low!r} and {self.high!r}"
+            ) from error
+        if not low <= high or low == math.inf or high == -math.inf:
+            raise InputError(f"{name}: the interval needs low <= high, got [{low}, {high}]")
+        if math.isinf(low) and math.isinf(high):
+            raise InputError(f"{name}: the interval needs a finite bound, got [{low}, {high}]")
+        object.__setattr__(self, "low", low)
+        object.__setattr__(self, "high", high)
+
+    def at(self, state: RobotState) -> Task:
+        """Value: that of the aim; no rows well inside the interval, or where the aim has none."""
+        task = self.aim.at(state)
+        if len(task.value) == 0:
+            return task
+        if len(task.value) != 1:
+            raise InputError(
+                f"{self.name}: an interval needs an aim of 1 row, {task.name} has {len(task.value)}"
+            )
+        return bounded(
+            self.name,
+            float(task.value[0]),
+            task.jacobian,
+            low=self.low,
+            high=self.high,
+            gain=task.gain,
+            speed=task.speed,
+        )
+
+
+def bounded(
+    name: str,
+    value: float,
+    jacobian: NDArray[np.float64],
+    *,
+    low: float,
+    high: float,
+    gain: float,
+    speed: float,
+) -> Task:
+    """The task of keeping a value with rows (1, n) in [low, high]; released well inside."""
+    upper = high - value < value - low
+    error = (high if upper else low) - value
+    inside = error if upper else -error
+    if low < high and inside * gain > speed:
+        return released(name, jacobian.shape[1])
+    side = 0 if low == high else -1 if upper else 1
+    return Task(name, np.array([value]), np.array([error]), jacobian, gain, speed, side)
+
+
+def released(name: str, joints: int) -> Task:
+    """A task without rows."""
+    return Task(name, np.empty(0), np.empty(0), np.empty((0, joints)))

@@ -1,0 +1,100 @@
+"""A real arm for the tests of the control basis: seven joints, made from text."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from eyehand.control.robot_state import RobotState
+from eyehand.control.task import Aim
+from eyehand.data_synth.mujoco_import import import_mujoco
+
+mujoco = import_mujoco()
+
+ARM = """
+<mujoco>
+  <compiler angle="radian" autolimits="true"/>
+  <worldbody>
+    <body name="link1" pos="0 0 0.15">
+      <joint name="j1" axis="0 0 1" range="-2.9 2.9"/><geom size="0.05"/>
+      <body name="link2" pos="0 0 0.19">
+        <joint name="j2" axis="0 1 0" range="-2.0 2.0"/><geom size="0.05"/>
+        <body name="link3" pos="0 0 0.21" euler="0.2 0 0">
+          <joint name="j3" {third} axis="0 0 1" range="-2.9 2.9"/><geom size="0.05"/>
+          <body name="branch" pos="0 0.1 0">
+            <joint name="aside" axis="1 0 0" range="-1 1"/><geom size="0.02"/>
+          </body>
+          <body name="link4" pos="0.02 0 0.19">
+            <joint name="j4" axis="0 -1 0" range="-2.0 2.0"/><geom size="0.05"/>
+            <body name="link5" pos="0 0 0.21">
+              <joint name="j5" axis="0 0 1" range="-2.9 2.9"/><geom size="0.05"/>
+              <body name="link6" pos="0 0.03 0.19" euler="0 0 0.3">
+                <joint name="j6" axis="0 1 0" range="-2.0 2.0"/><geom size="0.05"/>
+                <body name="link7" pos="0.08 0 0.08">
+                  <joint name="j7" axis="0 0 1" range="-3.0 3.0"/><geom size="0.05"/>
+                  <site name="hand" pos="0.03 0.01 0.12" euler="0.1 0.4 0.2"/>
+                </body>
+              </body>
+            </body>
+          </body>
+        </body>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+"""Seven joints from base to tip, off one another's axes, and a branch that moves nothing."""
+
+HOME = np.array([0.1, 0.4, -0.2, -1.2, 0.3, 0.8, 0.0])
+
+
+def _arm(third: str, *, branch: bool) -> Callable[[NDArray[np.float64]], RobotState]:
+    model = mujoco.MjModel.from_xml_string(ARM.format(third=third))
+    data = mujoco.MjData(model)
+    site = model.site("hand").id
+    used = [i for i in range(model.njnt) if branch or model.joint(i).name != "aside"]
+
+    def state(q: NDArray[np.float64]) -> RobotState:
+        data.qpos[used] = q
+        mujoco.mj_kinematics(model, data)
+        mujoco.mj_comPos(model, data)
+        jacobian = np.zeros((6, model.nv))
+        mujoco.mj_jacSite(model, data, jacobian[:3], jacobian[3:], site)
+        return RobotState(
+            q=np.array(q, dtype=np.float64),
+            position=data.site_xpos[site].copy(),
+            rotation=data.site_xmat[site].reshape(3, 3).copy(),
+            jacobian=jacobian[:, used],
+            lower=model.jnt_range[used, 0].copy(),
+            upper=model.jnt_range[used, 1].copy(),
+            home=np.insert(HOME, 3, 0.0) if branch else HOME.copy(),
+            speed=np.full(len(used), 2.0),
+        )
+
+    return state
+
+
+@pytest.fixture(scope="session")
+def arm_state() -> Callable[[NDArray[np.float64]], RobotState]:
+    """The arm's state from seven joint angles (7,)."""
+    return _arm('type="hinge"', branch=False)
+
+
+@pytest.fixture(scope="session")
+def mixed_state() -> Callable[[NDArray[np.float64]], RobotState]:
+    """The arm with its third joint sliding and the branch's joint controlled too, from (8,)."""
+    return _arm('type="slide"', branch=True)
+
+
+@pytest.fixture(scope="session")
+def check_jacobian(arm_state) -> Callable[..., None]:
+    """Hold an aim's Jacobian to the central differences of its value, below 1e-6."""
+
+    def check(aim: Aim, q: NDArray[np.float64], *, of=arm_state, step: float = 1e-6) -> None:
+        task = aim.at(of(q))
+        for joint, shift in enumerate(step * np.eye(len(q))):
+            slope = (aim.at(of(q + shift)).value - aim.at(of(q - shift)).value) / (2.0 * step)
+            assert np.abs(slope - task.jacobian[:, joint]).max() < 1e-6
+
+    return check

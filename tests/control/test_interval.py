@@ -1,0 +1,99 @@
+"""Intervals: free inside, held at a bound, brought back from outside."""
+
+import numpy as np
+import pytest
+
+from eyehand.control.interval import Interval
+from eyehand.control.point_aims import DistanceToPoint, PointOnPlane, Position
+from eyehand.control.robot_state import RobotState
+from eyehand.control.turn_aims import LookAt
+from eyehand.errors import InputError
+
+Q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
+UP = np.array([0.0, 0.0, 1.0])
+PUSH = 0.1
+
+
+def height(**fields) -> PointOnPlane:
+    return PointOnPlane(UP, 0.0, gain=2.0, speed=0.1, **fields)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "rows", "side", "rate"),
+    [
+        (-1.0, 1.0, 0, 0, 0.0),  # well inside
+        (-1.0, 0.02, 1, -1, 0.04),  # near the upper bound: may rise no faster
+        (-0.02, 1.0, 1, 1, -0.04),
+        (-1.0, -0.02, 1, -1, -0.04),  # above it: must fall
+        (0.02, 1.0, 1, 1, 0.04),
+        (0.5, 1.0, 1, 1, 0.1),  # far below: at full speed
+        (-np.inf, 0.02, 1, -1, 0.04),
+        (-0.02, np.inf, 1, 1, -0.04),
+        (-0.01, 0.02, 1, 1, -0.02),  # the nearer of the two
+        (0.03, 0.03, 1, 0, 0.06),  # no play: a goal
+    ],
+)
+def test_rows_side_and_rate_follow_from_the_nearer_bound(arm_state, low, high, rows, side, rate):
+    state = arm_state(Q)
+    z = float(state.position[2])
+    task = Interval(height(), z + low, z + high).at(state)
+    assert len(task.value) == rows
+    assert task.side == side
+    assert task.rate == pytest.approx([rate] * rows)
+    outside = max(low, -high, 0.0)
+    assert task.unmet == pytest.approx(outside)
+
+
+def test_a_value_driven_at_its_bound_stops_there_without_a_jump():
+    # Something pushes the value up at the aim's speed; the rate caps that as the stack would.
+    z, speeds = 0.0, []
+    aim = Interval(height(), -1.0, 0.2)
+    for _ in range(800):
+        task = aim.at(_lifted(z))
+        speeds.append(min(PUSH, float(task.rate[0])) if task.side else PUSH)
+        z += 0.005 * speeds[-1]
+    assert 0.199 < z < 0.2
+    # From the aim's speed down to rest in small steps: no more than gain × dt of the speed each.
+    assert np.abs(np.diff(speeds)).max() <= 0.1 * 2.0 * 0.005 + 1e-12
+
+
+def test_rows_are_those_of_the_aim(arm_state, check_jacobian):
+    for seed in range(10):
+        rng = np.random.default_rng(seed)
+        q = rng.uniform(-2.0, 2.0, 7)
+        centre = rng.normal(size=3)
+        check_jacobian(Interval(DistanceToPoint(centre, 0.0), 9.0, 10.0), q)
+        check_jacobian(Interval(DistanceToPoint(centre, 0.0), 0.0, 0.01), q)
+
+
+def test_a_released_aim_stays_released(arm_state):
+    state = arm_state(Q)
+    ahead = state.position + 0.5 * state.rotation[:, 2]
+    task = Interval(LookAt(ahead, 1.0), 0.2, 0.4).at(state)
+    assert task.jacobian.shape == (0, 7)
+
+
+def test_names_come_from_the_aim():
+    assert Interval(height(), 0.0, 1.0).name == "point on plane"
+    assert Interval(height(name="tip"), 0.0, 1.0).name == "tip"
+    assert Interval(height(), 0.0, 1.0, "clear of the table").name == "clear of the table"
+
+
+def test_bad_intervals_are_refused(arm_state):
+    with pytest.raises(InputError, match="low <= high"):
+        Interval(height(), 1.0, 0.0)
+    with pytest.raises(InputError, match="low <= high"):
+        Interval(height(), np.nan, 0.0)
+    with pytest.raises(InputError, match="finite bound"):
+        Interval(height(), -np.inf, np.inf)
+    with pytest.raises(InputError, match="low <= high"):
+        Interval(height(), np.inf, np.inf)
+    with pytest.raises(InputError, match="1 row, position has 3"):
+        Interval(Position(np.zeros(3)), 0.0, 1.0).at(arm_state(Q))
+
+
+def _lifted(z: float) -> RobotState:
+    jacobian = np.zeros((6, 1))
+    jacobian[2] = 1.0
+    one = np.ones(1)
+    return RobotState(z * one, z * UP, np.eye(3), jacobian, -one, one, 0.0 * one, one)

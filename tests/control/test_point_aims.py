@@ -1,0 +1,98 @@
+"""Aims for a point: Jacobians against finite differences, kinks, and what they refuse."""
+
+import numpy as np
+import pytest
+
+from eyehand.control.point_aims import DistanceToAxis, DistanceToPoint, PointOnPlane, Position
+from eyehand.errors import InputError
+
+POINT = np.array([0.03, -0.05, 0.1])
+
+
+def aims(rng: np.random.Generator):
+    a, b = rng.normal(size=(2, 3))
+    return [
+        Position(a),
+        Position(a, POINT),
+        DistanceToPoint(a, 0.2, POINT),
+        DistanceToAxis(a, b, 0.2, POINT),
+        DistanceToAxis(a, b, 0.0, POINT),
+        PointOnPlane(b, 0.3, POINT),
+    ]
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed):
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-2.0, 2.0, 7)
+    for aim in aims(rng):
+        check_jacobian(aim, q)
+
+
+def test_values_and_errors_are_the_geometry(arm_state):
+    state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
+    place = state.position + state.rotation @ POINT
+    centre = place + np.array([0.0, 3.0, 4.0])
+    distance = DistanceToPoint(centre, 2.0, POINT).at(state)
+    assert distance.value == pytest.approx([5.0])
+    assert distance.error == pytest.approx([-3.0])
+    around = DistanceToAxis(centre, np.array([0.0, 0.0, 7.0]), 1.0, POINT).at(state)
+    assert around.value == pytest.approx([3.0])
+    assert around.error == pytest.approx([-2.0])
+    onto = DistanceToAxis(centre, np.array([0.0, 0.0, 7.0]), 0.0, POINT).at(state)
+    assert onto.value.shape == (2,)
+    assert np.linalg.norm(onto.error) == pytest.approx(3.0)
+    plane = PointOnPlane(np.array([0.0, 2.0, 0.0]), float(place[1]) + 0.1, POINT).at(state)
+    assert plane.error == pytest.approx([0.1])
+    assert Position(centre, POINT).at(state).error == pytest.approx([0.0, 3.0, 4.0])
+
+
+def test_a_commanded_speed_is_the_speed_of_the_point(arm_state):
+    state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
+    far = DistanceToPoint(state.position + 2.0, 0.1, speed=0.07).at(state)
+    motion = np.linalg.pinv(far.jacobian) @ far.rate
+    towards = np.ones(3) / np.sqrt(3.0)
+    assert towards @ (state.jacobian[:3] @ motion) == pytest.approx(0.07)
+
+
+def test_on_the_centre_and_on_the_axis_the_row_still_moves_the_point(arm_state):
+    state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
+    for aim in (
+        DistanceToPoint(state.position, 0.1),
+        DistanceToAxis(state.position, np.array([0.0, 0.0, 1.0]), 0.1),
+    ):
+        task = aim.at(state)
+        assert task.error == pytest.approx([0.1])
+        assert np.linalg.norm(task.jacobian) > 0.1
+        ahead = arm_state(state.q + 1e-3 * np.linalg.pinv(task.jacobian)[:, 0])
+        assert aim.at(ahead).value[0] > 0.9e-3
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Position(np.zeros(2)), r"goal must have shape \(3,\), got \(2,\)"),
+        (lambda: Position(np.array([0.0, np.nan, 0.0])), "goal must be finite"),
+        (lambda: Position(np.zeros(3), point=np.zeros((3, 1))), "point must have shape"),
+        (lambda: Position(np.zeros(3), gain=-1.0), "gain"),
+        (lambda: Position(np.zeros(3), speed=0.0), "speed"),
+        (lambda: DistanceToPoint(np.zeros(3), -0.1), r"distance must be finite and in \[0, inf\]"),
+        (lambda: DistanceToPoint(np.zeros(3), np.inf), "distance"),
+        (lambda: DistanceToAxis(np.zeros(3), np.zeros(3), 0.1), "direction must be a direction"),
+        (lambda: DistanceToAxis(np.zeros(3), np.ones(3), np.nan), "distance"),
+        (lambda: PointOnPlane(np.zeros(3), 0.1), "normal must be a direction"),
+        (lambda: PointOnPlane(np.ones(3), np.nan), "offset"),
+    ],
+)
+def test_bad_fields_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
+
+
+def test_what_an_aim_was_given_cannot_change_under_it():
+    goal = np.zeros(3)
+    aim = Position(goal)
+    goal[0] = np.nan
+    assert np.all(aim.goal == 0.0)
+    with pytest.raises(ValueError, match="read-only"):
+        aim.goal[0] = 1.0

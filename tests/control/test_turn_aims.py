@@ -1,0 +1,200 @@
+"""Aims for turns: Jacobians against finite differences, opposite directions, half turns."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.control.point_aims import Position
+from eyehand.control.robot_state import RobotState
+from eyehand.control.turn_aims import AxisAlignment, LookAt, Orientation, Pose, turn_left
+from eyehand.errors import InputError
+
+POINT = np.array([0.03, -0.05, 0.1])
+AXIS = np.array([0.3, -0.2, 1.0])
+seeds = st.integers(0, 100_000)
+
+
+def turning(rotation: Rotation, angular: np.ndarray | None = None) -> RobotState:
+    """A body that turns freely about its origin."""
+    angular = np.eye(3) if angular is None else angular
+    n = angular.shape[1]
+    jacobian = np.concatenate([np.zeros((3, n)), angular])
+    zeros, ones = np.zeros(n), np.ones(n)
+    return RobotState(zeros, np.zeros(3), rotation.as_matrix(), jacobian, -ones, ones, zeros, ones)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed):
+    rng = np.random.default_rng(seed)
+    q = rng.uniform(-2.0, 2.0, 7)
+    goal = Rotation.random(rng=rng)
+    pose = RigidTransform.from_components(rng.normal(size=3), goal)
+    target = rng.normal(size=3)
+    for aim in (
+        Orientation(goal),
+        Pose(pose),
+        Pose(pose, POINT),
+        AxisAlignment(AXIS, rng.normal(size=3)),
+        LookAt(target, 0.0, AXIS, POINT),
+        LookAt(target, 0.01, AXIS, POINT),
+    ):
+        check_jacobian(aim, q)
+
+
+@pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-5, 1e-2, 3.0])
+def test_rows_hold_at_small_and_large_turns(arm_state, check_jacobian, angle):
+    q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
+    rotation = Rotation.from_matrix(arm_state(q).rotation)
+    away = Rotation.from_rotvec(angle * np.array([0.36, 0.48, 0.8])) * rotation
+    check_jacobian(Orientation(away), q)
+    check_jacobian(AxisAlignment(AXIS, away.apply(AXIS)), q)
+
+
+@given(seed=seeds, angle=st.sampled_from([0.0, 1e-12, 1e-6, 1.0, 3.0, np.pi - 1e-9, np.pi]))
+def test_the_turn_left_is_the_shortest_one(seed, angle):
+    rng = np.random.default_rng(seed)
+    start, axis = Rotation.random(rng=rng), rng.normal(size=3)
+    goal = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)) * start
+    turn, rows = turn_left(goal.as_matrix(), start.as_matrix(), np.eye(3))
+    assert np.linalg.norm(turn) == pytest.approx(angle, abs=1e-7)
+    assert (Rotation.from_rotvec(turn) * start * goal.inv()).magnitude() < 1e-7
+    assert turn == pytest.approx((goal * start.inv()).as_rotvec(), abs=1e-7) or angle > 3.1
+    # The commanded turn is about the error itself.
+    assert np.linalg.solve(rows, turn) == pytest.approx(turn, abs=1e-9)
+
+
+def test_a_half_turn_goes_the_way_with_its_largest_coordinate_positive():
+    for axis in np.vstack([np.eye(3), -np.eye(3), [[0.6, -0.8, 0.0]]]):
+        task = Orientation(Rotation.from_rotvec(np.pi * axis)).at(turning(Rotation.identity()))
+        assert np.linalg.norm(task.error) == pytest.approx(np.pi)
+        assert task.error[np.argmax(np.abs(axis))] > 3.0 * np.abs(axis).max()
+        assert np.all(np.isfinite(task.jacobian))
+
+
+@given(seed=seeds)
+def test_an_orientation_is_reached_the_straight_way(seed):
+    rng = np.random.default_rng(seed)
+    rotation, goal = Rotation.random(2, rng=rng)
+    aim = Orientation(goal, gain=1.0, speed=np.inf)
+    start = aim.at(turning(rotation)).error
+    for _ in range(40):
+        task = aim.at(turning(rotation))
+        assert np.cross(task.error, start) == pytest.approx(np.zeros(3), abs=1e-7)
+        rotation = Rotation.from_rotvec(0.3 * np.linalg.solve(task.jacobian, task.rate)) * rotation
+    assert (rotation * goal.inv()).magnitude() < 1e-5
+
+
+@given(seed=seeds)
+def test_alignment_leaves_the_angle_about_the_axis_free(seed):
+    rng = np.random.default_rng(seed)
+    rotation = Rotation.random(rng=rng)
+    aim = AxisAlignment(AXIS, rng.normal(size=3), gain=1.0, speed=np.inf)
+    for _ in range(60):
+        task = aim.at(turning(rotation))
+        axis = rotation.apply(AXIS / np.linalg.norm(AXIS))
+        assert task.jacobian.shape == (2, 3)
+        assert task.jacobian @ axis == pytest.approx(np.zeros(2), abs=1e-9)
+        rotation = Rotation.from_rotvec(0.2 * np.linalg.pinv(task.jacobian) @ task.rate) * rotation
+    assert rotation.apply(AXIS) @ aim.goal > (1.0 - 1e-9) * np.linalg.norm(AXIS)
+
+
+@pytest.mark.parametrize("hinge", [0, 1])
+def test_opposite_axes_turn_about_what_the_joints_offer(hinge):
+    # One joint only, so that one of the two ways across does not move at all.
+    z = np.array([0.0, 0.0, 1.0])
+    rotation = Rotation.identity()
+    aim = AxisAlignment(z, -z, gain=1.0, speed=np.inf)
+    angular = np.eye(3)[:, [hinge]]
+    assert np.linalg.norm(aim.at(turning(rotation, angular)).error) == pytest.approx(np.pi)
+    for _ in range(80):
+        task = aim.at(turning(rotation, angular))
+        assert np.all(np.isfinite(task.jacobian))
+        assert np.abs(task.jacobian).max() < 101.0
+        step = angular @ np.linalg.pinv(task.jacobian) @ task.rate
+        rotation = Rotation.from_rotvec(0.2 * step) * rotation
+    assert rotation.apply(z) @ -z > 1.0 - 1e-9
+
+
+def test_moving_the_eye_changes_the_look(arm_state):
+    state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
+    frozen = RobotState(
+        **{**vars(state), "jacobian": np.vstack([state.jacobian[:3], np.zeros((3, 7))])}
+    )
+    ahead = state.position + 0.2 * state.rotation[:, 2]
+    task = LookAt(ahead).at(frozen)
+    assert np.linalg.norm(task.error) == pytest.approx(0.0, abs=1e-7)
+    # A step aside of 1 m/s turns the view by 1 / distance.
+    assert np.linalg.norm(task.jacobian, 2) == pytest.approx(
+        np.linalg.norm(state.rotation.T[:2] @ state.jacobian[:3], 2) / 0.2
+    )
+
+
+def test_a_cone_holds_only_at_its_rim(arm_state):
+    state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
+    for angle, rows, unmet in (
+        (0.0, 0, 0.0),
+        (0.35, 1, 0.0),
+        (0.7, 1, 0.1),
+        (np.pi, 1, np.pi - 0.6),
+    ):
+        look = state.rotation @ [np.sin(angle), 0.0, np.cos(angle)]
+        task = LookAt(state.position + 0.5 * look, 0.6).at(state)
+        assert len(task.value) == rows
+        assert task.side == -rows
+        assert task.unmet == pytest.approx(unmet, abs=1e-9)
+
+
+def test_a_target_in_the_eye_releases_the_look(arm_state):
+    state = arm_state(np.zeros(7))
+    assert LookAt(state.position).at(state).jacobian.shape == (0, 7)
+    assert LookAt(state.position + 1e-4, 0.2).at(state).jacobian.shape == (0, 7)
+
+
+def test_a_pose_keeps_both_speeds_and_is_a_position_above(arm_state):
+    q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
+    state = arm_state(q)
+    for shift, turn in ((1.0, 0.1), (0.01, 2.0), (0.001, 0.001)):
+        goal = RigidTransform.from_components(
+            state.position + np.array([0.0, shift, 0.0]),
+            Rotation.from_rotvec([turn, 0.0, 0.0]) * Rotation.from_matrix(state.rotation),
+        )
+        task = Pose(goal, speed=0.2, turn_speed=0.9, gain=3.0).at(state)
+        share = min(1.0, 0.2 / (3.0 * shift), 0.9 / (3.0 * turn))
+        assert task.rate == pytest.approx(share * 3.0 * np.array([0, shift, 0, turn, 0, 0]))
+        position = Position(goal.translation).at(state)
+        assert task.jacobian[:3] == pytest.approx(position.jacobian)
+        assert task.error[:3] == pytest.approx(position.error)
+
+
+def test_matrices_are_goals_too(arm_state):
+    state = arm_state(np.ones(7))
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = state.rotation, state.position
+    assert np.abs(Pose(matrix).at(state).error).max() < 1e-9
+    assert np.abs(Orientation(state.rotation).at(state).error).max() < 1e-9
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Orientation(np.eye(4)), r"goal must have shape \(3, 3\)"),
+        (lambda: Orientation(np.diag([1.0, 1.0, -1.0])), "goal must be a rotation"),
+        (lambda: Orientation(2.0 * np.eye(3)), "goal must be a rotation"),
+        (lambda: Orientation(np.full((3, 3), np.nan)), "goal must be finite"),
+        (lambda: Orientation(Rotation.identity(2)), "goal must have shape"),
+        (lambda: Pose(np.eye(3)), r"goal must be one transform or a matrix \(4, 4\)"),
+        (lambda: Pose(np.diag([1.0, 2.0, 1.0, 1.0])), "rotation"),
+        (lambda: Pose(np.eye(4), turn_speed=0.0), "speed"),
+        (lambda: AxisAlignment(np.zeros(3), np.ones(3)), "axis must be a direction"),
+        (lambda: AxisAlignment(np.ones(3), np.array([np.inf, 0, 0])), "goal must be finite"),
+        (lambda: LookAt(np.ones(2)), "target must have shape"),
+        (lambda: LookAt(np.ones(3), -0.1), "half_angle"),
+        (lambda: LookAt(np.ones(3), 4.0), r"half_angle must be finite and in \[0, 3.14159\]"),
+        (lambda: LookAt(np.ones(3), axis=np.zeros(3)), "axis must be a direction"),
+    ],
+)
+def test_bad_fields_are_refused(make, message):
+    with pytest.raises(InputError, match=message):
+        make()
