@@ -2,60 +2,161 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.errors import InputError
 
+from .options import ControlOptions
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from .tasks import Task
+    from .task import Task
 
-NEAR_SINGULAR = 0.05
-"""Singular values below this are damped more the smaller they are: speeds stay bounded."""
-LARGEST_DAMPING = 0.05
-"""Damping at a singular value of zero."""
-LOST = 1e-9
-"""Singular values below this are no direction at all."""
+LOST = 1e-7
+"""Singular values below this are no direction at all: rounding makes their vectors arbitrary."""
 
 
-def solve_stack(tasks: Sequence[Task], gain: float = 1.0) -> NDArray[np.float64]:
-    """Joint velocities (n,), rad/s, that reduce every task's error in order of priority.
+@dataclass(frozen=True)
+class StackSolution:
+    """Joint velocities of a stack, and what became of each task."""
 
-    Strict form of eq. 2-3: task k is solved on its Jacobian projected into the null space of
-    *all* tasks above it, dq_k = (J_k N)^+ (gain e_k - J_k dq), so that no task disturbs one
-    above: N keeps nothing of the directions that those use, damped ones included. The chapter's
-    N1 N2 is not the null space of both. Near a singularity the inverse is damped (Nakamura and
-    Hanafusa 1986), so that joint speeds neither jump nor run away.
+    velocity: NDArray[np.float64]
+    """(n,), rad/s."""
+    free: NDArray[np.float64]
+    """(n, r) orthonormal directions that no task uses."""
+    missing: tuple[float, ...]
+    """By task: norm of the commanded rate that is not met."""
+    scale: tuple[float, ...]
+    """By task: share of its motion that joint speeds allow, 0 to 1."""
+    dropped: tuple[bool, ...]
+    """By task: one-sided and left out, because the others move its value the allowed way."""
+
+
+def solve_stack(
+    tasks: Sequence[Task],
+    rates: Sequence[NDArray[np.float64]] | None = None,
+    *,
+    free_motion: NDArray[np.float64] | None = None,
+    speed: NDArray[np.float64] | None = None,
+    options: ControlOptions | None = None,
+) -> StackSolution:
+    """Joint velocities that drive every task at its rate, in order of priority.
+
+    Strict form of eq. 2-3: task k is solved in the null space Z of *all* tasks above it,
+    dq += Z (J_k Z)^+ (rate_k - J_k dq), so that none disturbs one above. Near a singularity the
+    inverse is damped (Maciejewski and Klein 1988), direction by direction; the null space is built
+    from the undamped directions, or the lower tasks would leak into the upper. ``mode="paper"`` is
+    eq. 2-3 as printed, with the same inverse.
+
+    Parameters
+    ----------
+    tasks
+        Highest priority first.
+    rates
+        Commanded velocities by task, (m,) each; the tasks' own rates when None.
+    free_motion
+        Joint velocities (n,) wanted where no task says otherwise, -∇H of eq. 8.
+    speed
+        Joint speed limits (n,), rad/s. A level that would pass one is scaled down as a whole;
+        those above keep what they have.
 
     Raises
     ------
     InputError
-        If there is no task, the tasks disagree on the number of joints, or the gain is not a
-        finite positive number.
+        If there is no task, or the tasks disagree on the number of joints.
     """
+    options = options or ControlOptions()
+    joints = _joints(tasks)
+    wanted = [task.rate for task in tasks] if rates is None else list(rates)
+    dropped = [task.side != 0 and len(task.error) == 1 for task in tasks]
+    while True:
+        solution = _solve(tasks, wanted, dropped, joints, free_motion, speed, options)
+        broken = [
+            bool(gone and task.side * (task.jacobian @ solution.velocity - rate)[0] < -LOST)
+            for task, rate, gone in zip(tasks, wanted, dropped, strict=True)
+        ]
+        if not any(broken):
+            return solution
+        dropped = [gone and not bad for gone, bad in zip(dropped, broken, strict=True)]
+
+
+def damped_inverse(
+    jacobian: NDArray[np.float64], options: ControlOptions
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Inverse (n, m) of rows (m, n), damped near singularities; right vectors (n, n); rank."""
+    u, s, vt = np.linalg.svd(jacobian, full_matrices=True)
+    rank = int(np.count_nonzero(s > LOST))
+    s = s[:rank]
+    damping = options.damping**2 * np.maximum(1.0 - (s / options.near_singular) ** 2, 0.0)
+    inverse = (vt[:rank].T * (s / (s**2 + damping))) @ u[:, :rank].T
+    return inverse, vt.T, rank
+
+
+def _solve(
+    tasks: Sequence[Task],
+    rates: list[NDArray[np.float64]],
+    dropped: list[bool],
+    joints: int,
+    free_motion: NDArray[np.float64] | None,
+    speed: NDArray[np.float64] | None,
+    options: ControlOptions,
+) -> StackSolution:
+    velocity = np.zeros(joints)
+    # Strict: an orthonormal basis of what is free. Paper: the product of projectors, eq. 2.
+    free = np.eye(joints)
+    scales = []
+    for task, rate, gone in zip(tasks, rates, dropped, strict=True):
+        if gone or len(rate) == 0:
+            scales.append(1.0)
+            continue
+        if options.mode == "paper":
+            inverse, right, rank = damped_inverse(task.jacobian, options)
+            step = free @ (inverse @ rate)
+            free = free @ (right[:, rank:] @ right[:, rank:].T)
+        elif free.shape[1] == 0:
+            scales.append(0.0)
+            continue
+        else:
+            inverse, right, rank = damped_inverse(task.jacobian @ free, options)
+            step = free @ (inverse @ (rate - task.jacobian @ velocity))
+            free = free @ right[:, rank:]
+        scale = _allowed_share(velocity, step, speed)
+        velocity = velocity + scale * step
+        scales.append(scale)
+    if free_motion is not None and free.shape[1] > 0:
+        step = free @ free_motion if options.mode == "paper" else free @ (free.T @ free_motion)
+        velocity = velocity + _allowed_share(velocity, step, speed) * step
+    missing = tuple(
+        0.0 if gone else float(np.linalg.norm(rate - task.jacobian @ velocity))
+        for task, rate, gone in zip(tasks, rates, dropped, strict=True)
+    )
+    return StackSolution(velocity, free, missing, tuple(scales), tuple(dropped))
+
+
+def _allowed_share(
+    velocity: NDArray[np.float64], step: NDArray[np.float64], speed: NDArray[np.float64] | None
+) -> float:
+    """Largest share of a step that keeps every joint within its speed."""
+    if speed is None:
+        return 1.0
+    room = np.where(step > 0.0, speed - velocity, speed + velocity)
+    size = np.abs(step)
+    passing = size > np.maximum(room, 0.0)
+    if not passing.any():
+        return 1.0
+    return float(np.min(np.maximum(room[passing], 0.0) / size[passing]))
+
+
+def _joints(tasks: Sequence[Task]) -> int:
     if not tasks:
         raise InputError("the stack needs at least one task")
-    if not 0.0 < gain < float("inf"):
-        raise InputError(f"gain must be finite and > 0, got {gain}")
-    joints = tasks[0].jacobian.shape[1]
-    if any(task.jacobian.shape[1] != joints for task in tasks):
-        sizes = [task.jacobian.shape[1] for task in tasks]
+    sizes = [task.jacobian.shape[1] for task in tasks]
+    if len(set(sizes)) > 1:
         raise InputError(f"all tasks must have the same number of joints, got {sizes}")
-    velocity = np.zeros(joints)
-    free = np.eye(joints)
-    for task in tasks:
-        u, s, vt = np.linalg.svd(task.jacobian @ free, full_matrices=False)
-        kept = s > LOST
-        if not kept.any():
-            continue
-        u, s, vt = u[:, kept], s[kept], vt[kept]
-        damping = LARGEST_DAMPING**2 * np.maximum(1.0 - (s / NEAR_SINGULAR) ** 2, 0.0)
-        wanted = gain * task.error - task.jacobian @ velocity
-        velocity = velocity + vt.T @ (s / (s**2 + damping) * (u.T @ wanted))
-        free = free - vt.T @ vt
-    return velocity
+    return sizes[0]

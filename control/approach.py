@@ -1,0 +1,183 @@
+"""The approach controller: tasks, obstacles and joint angles in, joint velocities and status out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .options import ControlOptions
+from .relaxation import relaxed_rate
+from .repulsion import repulsion_gradient, require_stable
+from .safety import safe_motion
+from .stack import solve_stack
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .collision_world import CollisionWorld
+    from .proximity import Proximity
+    from .robot_state import RobotState
+    from .task import Aim, Task
+
+Status = Literal["moving", "reached", "stuck", "infeasible"]
+"""``stuck``: safe and no longer getting nearer; ``infeasible``: what must be kept cannot be."""
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What tasks and avoidance want, before safety."""
+
+    velocity: NDArray[np.float64]
+    """(n,), rad/s."""
+    tasks: tuple[Task, ...]
+    """The aims at this state."""
+    beta: tuple[float, ...]
+    """Weight of avoidance in each task (eq. 8)."""
+    missing: tuple[float, ...]
+    """By task: norm of the rate that those above leave unmet."""
+
+
+@dataclass(frozen=True)
+class Cycle:
+    """One control cycle."""
+
+    velocity: NDArray[np.float64]
+    """Joint velocities to command, (n,), rad/s (m/s of sliding joints)."""
+    status: Status
+    """Where the motion stands."""
+    reason: str
+    """Why it is stuck or infeasible, by name; empty otherwise."""
+    errors: tuple[float, ...]
+    """By task: norm of what is left, m or rad."""
+    clearance: float
+    """Smallest distance of all pairs nearer than the cut-off, m; inf when none is."""
+    beta: tuple[float, ...]
+    """By task: weight of avoidance (eq. 8)."""
+    blocking: tuple[str, ...]
+    """What the safety level holds back for, strongest first."""
+
+    def __bool__(self) -> bool:
+        return self.status in ("moving", "reached")
+
+
+class ApproachController:
+    """Drive a robot to a stack of aims among obstacles; one call a control cycle.
+
+    Parameters
+    ----------
+    world
+        The robot and what it must not touch.
+    aims
+        Highest priority first.
+    options
+        See :class:`ControlOptions`.
+
+    Raises
+    ------
+    InputError
+        If there is no aim, or the repulsion would oscillate at this control period.
+    """
+
+    def __init__(
+        self, world: CollisionWorld, aims: Sequence[Aim], options: ControlOptions | None = None
+    ) -> None:
+        self.world = world
+        self.robot = world.robot
+        self.aims = tuple(aims)
+        self.options = options or ControlOptions()
+        if not self.aims:
+            raise InputError("the controller needs at least one aim")
+        require_stable(self.options, self.robot.lever)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget how the motion went: after a jump of the robot, new obstacles, new patience."""
+        self._best = float("inf")
+        self._stalled = 0.0
+
+    def step(self, q: NDArray[np.float64]) -> Cycle:
+        """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
+
+        Raises
+        ------
+        InputError
+            If q has another shape, or is not finite.
+        """
+        state = self.robot.at(q)
+        proximity = self.world.proximity(state.q)
+        wish = task_motion(state, self.aims, proximity, self.options)
+        velocity, blocking, feasible = wish.velocity, (), True
+        if self.options.safety:
+            rows = np.concatenate([task.jacobian for task in wish.tasks])
+            safe = safe_motion(
+                velocity, rows, state, proximity, self.options, self.robot.joint_names
+            )
+            velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
+        else:
+            velocity = np.clip(velocity, -state.speed, state.speed)
+        errors = tuple(float(np.linalg.norm(task.error)) for task in wish.tasks)
+        status, reason = self._judge(errors, wish, blocking, feasible)
+        clearance = float(proximity.distance.min(initial=float("inf")))
+        return Cycle(velocity, status, reason, errors, clearance, wish.beta, blocking)
+
+    def _judge(
+        self, errors: tuple[float, ...], wish: Wish, blocking: tuple[str, ...], feasible: bool
+    ) -> tuple[Status, str]:
+        if not feasible:
+            return "infeasible", f"cannot keep the margin: {', '.join(blocking[:3]) or 'no reason'}"
+        if max(errors) <= self.options.tolerance:
+            self.restart()
+            return "reached", ""
+        total = sum(errors)
+        if total < self._best - self.options.progress:
+            self._best, self._stalled = total, 0.0
+        else:
+            self._stalled += self.options.dt
+        if self._stalled < self.options.patience:
+            return "moving", ""
+        return "stuck", _what_blocks(errors, wish, blocking, self.options)
+
+
+def task_motion(
+    state: RobotState, aims: Sequence[Aim], proximity: Proximity, options: ControlOptions
+) -> Wish:
+    """Relaxed motion control (eq. 8): joint velocities that tasks and repulsion ask for.
+
+    Every task's rate is bent by avoidance with its own β; what the tasks leave free goes against
+    the gradients of the costs of nearness and of posture.
+    """
+    tasks = tuple(aim.at(state) for aim in aims)
+    gradient = repulsion_gradient(proximity, options)
+    rates, betas = [], []
+    for task in tasks:
+        rate, beta = relaxed_rate(task, gradient, options)
+        rates.append(rate)
+        betas.append(beta)
+    free_motion = options.centring * (state.home - state.q) - gradient
+    solution = solve_stack(
+        tasks, rates, free_motion=free_motion, speed=state.speed, options=options
+    )
+    return Wish(solution.velocity, tasks, tuple(betas), solution.missing)
+
+
+def _what_blocks(
+    errors: tuple[float, ...], wish: Wish, blocking: tuple[str, ...], options: ControlOptions
+) -> str:
+    unmet = [
+        f"{task.name} {error:.3g} off"
+        for task, error in zip(wish.tasks, errors, strict=True)
+        if error > options.tolerance
+    ]
+    if blocking:
+        return f"{', '.join(unmet)}: held by {', '.join(blocking[:3])}"
+    if len(wish.tasks) > 1 and errors[0] <= options.tolerance:
+        return f"{', '.join(unmet)}: the tasks above leave no way"
+    if any(beta > 0.0 for beta in wish.beta):
+        return f"{', '.join(unmet)}: repulsion and goal are in balance"
+    return f"{', '.join(unmet)}: out of reach from here"
