@@ -35,6 +35,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.evaluation.chart_segmentation:chart_segmentation",
         "chart the segmentation's time against its accuracy, beside other methods",
     ),
+    "control fig1": (
+        "eyehand.apps.motion.fig1:control_fig1",
+        "draw how a hand's way bends around obstacles, by the weight of avoidance",
+    ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",
         "make clouds harder until the fit breaks, and chart where",
@@ -43,12 +47,17 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
         "make staged scenes harder until the segmentation breaks, and chart where",
     ),
+    "control bench": (
+        "eyehand.apps.motion.bench:control_bench",
+        "run cluttered reaching scenes and print who reaches, touches, gets stuck",
+    ),
 }
 """Command name → (where it is, what it does); the first of two words names a group."""
 
 GROUPS: dict[str, str] = {
     "evaluate": "measure how good a stage is, on data with known truth",
     "chart": "chart a stage's speed against its accuracy, dial by dial",
+    "control": "move an arm among obstacles: the paper's figure, reaching, stress",
     "stress": "make a stage's task harder until it breaks, and chart where",
 }
 """First words of commands that have two."""
