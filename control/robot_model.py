@@ -118,6 +118,7 @@ class RobotModel:
         self.moves = _moves(model, self.joints)
         self.frame = frame
         self.frame_body, position, matrix = _frame(model, data, frame)
+        self.frame_in_body = _frame_in_body(model, frame)
         self.compiled = compiled and compiled_calls()
         data.qpos[:] = posture
         frame_moves = np.ascontiguousarray(self.moves[self.frame_body])
@@ -275,6 +276,14 @@ def _frame(
         for what, names in (("sites", sites), ("bodies", bodies))
     ]
     raise InputError(f"unknown frame {name!r}; there are {'; '.join(listed)}")
+
+
+def _frame_in_body(model: Model, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Origin (3,) and quaternion (w, x, y, z) of a known frame in its body."""
+    for site in range(model.nsite):
+        if model.site(site).name == name:
+            return model.site_pos[site].copy(), model.site_quat[site].copy()
+    return np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])
 
 
 def _moves(model: Model, joints: NDArray[np.int64]) -> NDArray[np.bool_]:

@@ -1,0 +1,146 @@
+"""Signed distance, normal and closest points of two geoms, compiled, and a bound."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .capsule_in_box import axis_in_box
+from .mujoco_binding import mj_geom_distance, mujoco
+from .proximity_tables import BOUND, HALF, KIND, MIDDLE, SIZE
+
+TOUCHING_M = 1e-6
+"""Nearer than this, the direction between the closest points is rounding: the normal is that of
+the parts shifted apart a little."""
+SHIFT_M = 1e-5
+"""That shift: ten times what it must overcome, and small against any radius of a part."""
+
+PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
+CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
+BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
+
+
+@njit(cache=True)
+def measure(model, data, a, b, cut_off, positions, matrices, shapes, one):
+    """Signed distance of geoms a and b, m; the cut-off if they are farther apart.
+
+    ``one`` (9,) is filled with the normal from b to a and the closest points on a and on b.
+    """
+    if shapes[a, KIND] == CAPSULE and shapes[b, KIND] == BOX:
+        distance = _capsule_in_box(a, b, 1.0, positions, matrices, shapes, one)
+        if distance < np.inf:
+            return distance
+    elif shapes[a, KIND] == BOX and shapes[b, KIND] == CAPSULE:
+        distance = _capsule_in_box(b, a, -1.0, positions, matrices, shapes, one)
+        if distance < np.inf:
+            return distance
+    distance = _measure_plainly(model, data, a, b, cut_off, one)
+    if abs(distance) < TOUCHING_M:
+        _part(model, data, a, b, positions, one)
+    return distance
+
+
+@njit(cache=True)
+def _measure_plainly(model, data, a, b, cut_off, one):
+    distance = mj_geom_distance(model, data, np.int32(a), np.int32(b), cut_off, one[3:9].ctypes)
+    for axis in range(3):
+        one[axis] = one[3 + axis] - one[6 + axis]
+    length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
+    # Inside, the segment points from a's deepest point to b's: the way out is the other way.
+    scale = 0.0 if length == 0.0 else (1.0 if distance > 0.0 else -1.0) / length
+    for axis in range(3):
+        one[axis] *= scale
+    return distance
+
+
+@njit(cache=True)
+def _part(model, data, a, b, positions, one):
+    """Normal and points of touching geoms, from a shifted by a hair; centre line if all fails."""
+    ways = np.zeros((8, 3))
+    ways[0] = one[:3]
+    for axis in range(3):
+        ways[1, axis] = positions[a, axis] - positions[b, axis]
+        ways[2 + 2 * axis, axis] = 1.0
+        ways[3 + 2 * axis, axis] = -1.0
+    fallback = -1
+    for way in range(8):
+        length = np.sqrt(ways[way, 0] ** 2 + ways[way, 1] ** 2 + ways[way, 2] ** 2)
+        if length == 0.0:
+            continue
+        fallback = way if fallback < 0 else fallback
+        ways[way] *= SHIFT_M / length
+        for axis in range(3):
+            positions[a, axis] += ways[way, axis]
+        distance = _measure_plainly(model, data, a, b, 1.0, one)
+        for axis in range(3):
+            positions[a, axis] -= ways[way, axis]
+            one[3 + axis] -= ways[way, axis]
+        if distance > TOUCHING_M:
+            return
+    for axis in range(3):
+        one[axis] = ways[fallback, axis] / SHIFT_M
+
+
+@njit(cache=True)
+def _capsule_in_box(capsule, box, side, positions, matrices, shapes, one):
+    """Depth of a capsule whose axis crosses a box, filling ``one``; inf if it does not."""
+    x = positions[capsule, 0] - positions[box, 0]
+    y = positions[capsule, 1] - positions[box, 1]
+    z = positions[capsule, 2] - positions[box, 2]
+    centre = _turn_back(matrices[box], x, y, z)
+    length = shapes[capsule, SIZE + 1]
+    x, y, z = matrices[capsule, 2], matrices[capsule, 5], matrices[capsule, 8]
+    half_axis = _turn_back(matrices[box], length * x, length * y, length * z)
+    half_extents = (shapes[box, SIZE], shapes[box, SIZE + 1], shapes[box, SIZE + 2])
+    separation, place, normal = axis_in_box(centre, half_axis, half_extents)
+    if separation > 0.0:
+        return np.inf
+    radius = shapes[capsule, SIZE]
+    on_capsule, on_box = (3, 6) if side > 0.0 else (6, 3)
+    for row in range(3):
+        out, point = 0.0, positions[box, row]
+        for axis in range(3):
+            onto = matrices[box, 3 * row + axis]
+            out += onto * normal[axis]
+            point += onto * (centre[axis] + place * half_axis[axis])
+        one[row] = side * out
+        one[on_capsule + row] = point - radius * out
+        one[on_box + row] = point - separation * out
+    return separation - radius
+
+
+@njit(cache=True)
+def _turn_back(axes, x, y, z):
+    """Coordinates of a world vector in a frame whose axes (9,) are given."""
+    return (
+        axes[0] * x + axes[3] * y + axes[6] * z,
+        axes[1] * x + axes[4] * y + axes[7] * z,
+        axes[2] * x + axes[5] * y + axes[8] * z,
+    )
+
+
+@njit(cache=True)
+def gap(a, b, positions, matrices, shapes):
+    """Lower bound on the distance, from bounding balls and boxes; of use above zero only."""
+    if shapes[b, KIND] == PLANE:
+        height = 0.0
+        for axis in range(3):
+            up = matrices[b, 3 * axis + 2]
+            height += up * (positions[a, axis] - positions[b, axis])
+        return height - shapes[a, BOUND]
+    return max(
+        _outside(a, b, positions, matrices, shapes), _outside(b, a, positions, matrices, shapes)
+    )
+
+
+@njit(cache=True)
+def _outside(ball, box, positions, matrices, shapes):
+    total = 0.0
+    for axis in range(3):
+        along = -shapes[box, MIDDLE + axis]
+        for row in range(3):
+            along += matrices[box, 3 * row + axis] * (positions[ball, row] - positions[box, row])
+        beyond = abs(along) - shapes[box, HALF + axis]
+        if beyond > 0.0:
+            total += beyond * beyond
+    return np.sqrt(total) - shapes[ball, BOUND]

@@ -1,0 +1,223 @@
+"""Distances, closest points and distance rows of all near pairs, in one compiled call.
+
+Only what is near is measured: a pair whose bounding balls and boxes are farther apart than the
+cut-off is passed over. A change of distance is the work of a unit force along the normal on the
+robot's part, so that each pair comes down to one wrench, force and moment about the world's origin,
+and rows of joints are its products with their axes.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .distance_kernels import gap, measure
+from .kinematics_kernels import posture
+from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_PLACE
+
+
+@njit(cache=True)
+def near_pairs(
+    model,
+    data,
+    q,
+    qpos,
+    anchors,
+    axes,
+    body_positions,
+    body_axes,
+    positions,
+    matrices,
+    sizes,
+    joints,
+    moves,
+    shapes,
+    motion,
+    pairs,
+    held,
+    balls,
+    covers,
+    probe,
+    sharpness,
+    cut_off,
+):
+    """Measure all pairs nearer than the cut-off at ``q``.
+
+    ``qpos`` to ``matrices`` are views of the data (``qpos``, ``xanchor``, ``xaxis``, ``xpos``,
+    ``xmat``, ``geom_xpos``, ``geom_xmat``), ``sizes`` is the model's ``geom_size``, the rest the
+    fields of :class:`ProximityTables`.
+
+    Returns
+    -------
+    index (P,), distance (P,), normal (P, 3), on_robot (P, 3), on_other (P, 3), rows (P, n),
+    drift (P,): as in :class:`Proximity`, ``index`` telling the pair.
+    """
+    posture(model, data, q, qpos, joints[:, 0])
+    _carry(held, body_positions, body_axes, positions, matrices)
+    near = np.empty((len(pairs), 14))
+    one = np.empty(9)
+    count = 0
+    for pair in range(len(pairs)):
+        a, b = pairs[pair, 0], pairs[pair, 1]
+        if gap(a, b, positions, matrices, shapes) >= cut_off:
+            continue
+        if covers[a, 1] == 0:
+            distance = measure(model, data, a, b, cut_off, positions, matrices, shapes, one)
+            near[count, 1] = distance
+            for axis in range(3):
+                j, k = (axis + 1) % 3, (axis + 2) % 3
+                near[count, 2 + axis] = one[axis]
+                near[count, 5 + axis] = one[3 + j] * one[k] - one[3 + k] * one[j]
+            for column in range(6):
+                near[count, 8 + column] = one[3 + column]
+        else:
+            cover = balls[covers[a, 0] : covers[a, 0] + covers[a, 1]]
+            distance = _soft_distance(
+                model,
+                data,
+                a,
+                b,
+                cut_off,
+                positions,
+                matrices,
+                sizes,
+                shapes,
+                cover,
+                probe,
+                sharpness,
+                one,
+                near[count],
+            )
+        if distance < cut_off:
+            near[count, 0] = pair
+            count += 1
+    return _results(near[:count], pairs, anchors, axes, joints, moves, motion)
+
+
+@njit(cache=True)
+def _soft_distance(
+    model,
+    data,
+    a,
+    b,
+    cut_off,
+    positions,
+    matrices,
+    sizes,
+    shapes,
+    cover,
+    probe,
+    sharpness,
+    one,
+    row,
+):
+    """Soft minimum over the balls of a's cover, d = -log(sum exp(-k d_i)) / k: never above it.
+
+    Normal, moment and points of ``row`` are means by the weights exp(-k d_i) / sum, which makes the
+    row the gradient of d.
+    """
+    row[1:14] = 0.0
+    least, total = np.inf, 0.0
+    for ball in range(len(cover)):
+        for axis in range(3):
+            positions[probe, axis] = positions[a, axis]
+            for column in range(3):
+                into = matrices[a, 3 * axis + column]
+                positions[probe, axis] += into * cover[ball, column]
+        shapes[probe, BOUND] = cover[ball, 3]
+        shapes[probe, HALF : HALF + 3] = cover[ball, 3]
+        # Balls this much farther than the nearest weigh less than rounding does.
+        reach = min(cut_off, least + 40.0 / sharpness)
+        # Inside, the bound says no more than that the distance is below zero.
+        if gap(probe, b, positions, matrices, shapes) >= max(reach, 0.0):
+            continue
+        sizes[probe, 0] = cover[ball, 3]
+        distance = measure(model, data, probe, b, cut_off, positions, matrices, shapes, one)
+        if distance >= reach:
+            continue
+        if distance < least:
+            # Weights are kept relative to the nearest ball: no power overflows.
+            fade = 0.0 if least == np.inf else np.exp(-sharpness * (least - distance))
+            total *= fade
+            for column in range(2, 14):
+                row[column] *= fade
+            least = distance
+        weight = np.exp(-sharpness * (distance - least))
+        total += weight
+        for axis in range(3):
+            row[2 + axis] += weight * one[axis]
+            j, k = (axis + 1) % 3, (axis + 2) % 3
+            row[5 + axis] += weight * (one[3 + j] * one[k] - one[3 + k] * one[j])
+        for column in range(6):
+            row[8 + column] += weight * one[3 + column]
+    if least == np.inf:
+        return np.inf
+    for column in range(2, 14):
+        row[column] /= total
+    row[1] = least - np.log(total) / sharpness
+    return row[1]
+
+
+@njit(cache=True)
+def _carry(held, body_positions, body_axes, positions, matrices):
+    """Put held objects where the bodies that hold them are."""
+    for k in range(len(held)):
+        geom, body = int(held[k, HELD_GEOM]), int(held[k, HELD_BODY])
+        for row in range(3):
+            positions[geom, row] = body_positions[body, row]
+            for inner in range(3):
+                into = body_axes[body, 3 * row + inner]
+                positions[geom, row] += into * held[k, HELD_PLACE + inner]
+            for column in range(3):
+                total = 0.0
+                for inner in range(3):
+                    into = body_axes[body, 3 * row + inner]
+                    total += into * held[k, HELD_AXES + 3 * inner + column]
+                matrices[geom, 3 * row + column] = total
+
+
+@njit(cache=True)
+def _results(near, pairs, anchors, axes, joints, moves, motion):
+    count, n = len(near), len(joints)
+    index = np.empty(count, np.int64)
+    distance, drift = np.empty(count), np.empty(count)
+    normal, on_robot, on_other = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
+    rows = np.zeros((count, n))
+    for place in range(count):
+        pair = int(near[place, 0])
+        index[place] = pair
+        distance[place] = near[place, 1]
+        fx, fy, fz = near[place, 2], near[place, 3], near[place, 4]
+        mx, my, mz = near[place, 5], near[place, 6], near[place, 7]
+        length = np.sqrt(fx * fx + fy * fy + fz * fz)
+        if length > 0.0:
+            normal[place, 0], normal[place, 1] = fx / length, fy / length
+            normal[place, 2] = fz / length
+        else:
+            # A soft minimum between opposite sides may have no direction: any will do.
+            normal[place, 0], normal[place, 1], normal[place, 2] = 0.0, 0.0, 1.0
+        for axis in range(3):
+            on_robot[place, axis] = near[place, 8 + axis]
+            on_other[place, axis] = near[place, 11 + axis]
+        a, b = pairs[pair, 0], pairs[pair, 1]
+        for column in range(n):
+            # A joint that moves both parts leaves their distance alone.
+            if moves[a, column] == moves[b, column]:
+                continue
+            joint = joints[column, 1]
+            ax, ay, az = axes[joint, 0], axes[joint, 1], axes[joint, 2]
+            if joints[column, 2] == 1:
+                x, y, z = anchors[joint, 0], anchors[joint, 1], anchors[joint, 2]
+                work = ax * (mx - y * fz + z * fy)
+                work += ay * (my - z * fx + x * fz)
+                work += az * (mz - x * fy + y * fx)
+            else:
+                work = ax * fx + ay * fy + az * fz
+            rows[place, column] = work if moves[a, column] else -work
+        x, y, z = motion[b, 0], motion[b, 1], motion[b, 2]
+        approach = motion[b, 3] * fx + motion[b, 4] * fy + motion[b, 5] * fz
+        approach += motion[b, 6] * (mx - y * fz + z * fy)
+        approach += motion[b, 7] * (my - z * fx + x * fz)
+        approach += motion[b, 8] * (mz - x * fy + y * fx)
+        drift[place] = -approach
+    return index, distance, normal, on_robot, on_other, rows, drift

@@ -1,0 +1,52 @@
+"""What the distance kernels read: views of MuJoCo's buffers, and tables by geom, pair and ball."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from .mujoco_binding import Data, Model
+
+KIND, BOUND, MIDDLE, HALF, SIZE = 0, 1, 2, 5, 8
+"""Columns of :attr:`ProximityTables.shapes`."""
+HELD_GEOM, HELD_BODY, HELD_PLACE, HELD_AXES = 0, 1, 2, 5
+"""Columns of :attr:`ProximityTables.held`."""
+
+
+@dataclass(frozen=True, eq=False)
+class ProximityTables:
+    """Tables of one world; those by geom are changed in place when an obstacle moves."""
+
+    model: Model
+    """The compiled ``MjModel``."""
+    data: Data
+    """Its ``MjData``, whose buffers every computation overwrites."""
+    joints: NDArray[np.int64]
+    """(n, 3): place in ``qpos``, id, 1 if it turns and 0 if it slides."""
+    moves: NDArray[np.bool_]
+    """(geoms, n): which joint moves which geom."""
+    shapes: NDArray[np.float64]
+    """(geoms, 11): MuJoCo's type, bounding radius, middle and half extents of the bounding box in
+    the geom's frame, size."""
+    motion: NDArray[np.float64]
+    """(geoms, 9): origin of an obstacle, its velocity there and its turning rate, world."""
+    pairs: NDArray[np.int64]
+    """(pairs, 2): geoms, that of the robot first."""
+    names: tuple[tuple[str, str], ...]
+    """Names of the pairs."""
+    held: NDArray[np.float64]
+    """(held objects, 14): geom, body that holds it, origin and axes of the geom in that body."""
+    balls: NDArray[np.float64]
+    """(balls, 4): centre in the geom's frame and radius, all covers one after another."""
+    covers: NDArray[np.int64]
+    """(geoms, 2): first ball and number of balls of a geom's cover, 0 for none."""
+    probe: int
+    """Geom of the ball that measures from points."""
+    sharpness: float
+    """k of the soft minimum over a cover, 1/m."""
+    cut_off: float
+    """m."""

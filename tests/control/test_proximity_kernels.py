@@ -1,0 +1,322 @@
+"""Distance rows against finite differences, distances against other ways to compute them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.control.capsule_in_box import axis_in_box
+from eyehand.control.collision_options import CollisionOptions, CoverOptions
+from eyehand.control.collision_world import CollisionWorld
+from eyehand.control.mujoco_binding import compiled_calls
+from eyehand.control.robot_model import RobotModel
+from eyehand.control.shapes import (
+    Box,
+    Capsule,
+    ConvexMesh,
+    Cylinder,
+    Ellipsoid,
+    Obstacle,
+    Shape,
+    Sphere,
+)
+
+SEED = 11
+SHAPES: dict[str, Shape] = {
+    "box": Box(np.array([0.04, 0.07, 0.1])),
+    "sphere": Sphere(0.06),
+    "ellipsoid": Ellipsoid(np.array([0.05, 0.08, 0.11])),
+    "cylinder": Cylinder(0.05, 0.09),
+    "capsule": Capsule(0.04, 0.09),
+    "mesh": ConvexMesh(np.random.default_rng(SEED).normal(size=(14, 3)) * 0.06),
+}
+GEOMS = {
+    "box": 'type="box" size=".03 .05 .08"',
+    "sphere": 'size=".05"',
+    "ellipsoid": 'type="ellipsoid" size=".03 .06 .09"',
+    "cylinder": 'type="cylinder" size=".04 .07"',
+    "capsule": 'type="capsule" size=".03 .08"',
+    "mesh": 'type="mesh" mesh="part"',
+}
+VERTICES = "0 0 0 .11 0 0 0 .1 0 0 0 .12 .07 .08 .09 -.02 .05 .04"
+FLYER = """
+<mujoco><compiler angle="radian"/><asset><mesh name="part" vertex="{vertices}"/></asset>
+<worldbody><body name="flyer" {pose}>
+<joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
+<joint name="z" type="slide" axis="0 0 1"/><joint name="a" axis="1 0 0"/>
+<joint name="b" axis="0 1 0" pos="0 .05 0"/><joint name="c" axis="0 0 1" pos=".1 0 0"/>
+<geom name="part" {geom}/></body>{more}</worldbody></mujoco>
+"""
+"""One part that slides along and turns about three axes each."""
+CURVED = {"ellipsoid", "cylinder"}
+"""Where MuJoCo iterates: distances to 1e-11 m, and normals to the root of that."""
+
+
+def _flyer(kind: str, more: str = "") -> RobotModel:
+    text = FLYER.format(geom=GEOMS[kind], vertices=VERTICES, pose="", more=more)
+    return RobotModel.load(text, "flyer", home=np.zeros(12 if more else 6))
+
+
+def _pose(rng: np.random.Generator, size: float) -> RigidTransform:
+    return RigidTransform.from_components(rng.normal(size=3) * size, Rotation.random(rng=rng))
+
+
+def _slope(world: CollisionWorld, q: np.ndarray, column: int, step: float) -> float:
+    move = step * np.eye(len(q))[column]
+    ahead, behind = (world.proximity(q + sign * move).distance[0] for sign in (1.0, -1.0))
+    return float(ahead - behind) / (2.0 * step)
+
+
+def _check_rows(
+    world: CollisionWorld, postures: np.ndarray, step: float = 1e-5, tolerance: float = 1e-6
+) -> tuple[int, int]:
+    """Compare rows with slopes where steps of two sizes agree on one, and count both sides."""
+    inside = outside = 0
+    for q in postures:
+        near = world.proximity(q)
+        if abs(near.distance[0]) < 1e-3:
+            continue
+        slopes = np.array(
+            [[_slope(world, q, k, h) for k in range(len(q))] for h in (2 * step, step)]
+        )
+        smooth = np.abs(slopes[0] - slopes[1]) < 0.1 * step
+        if not smooth.all():
+            continue
+        # Richardson: the error of a central difference goes with the square of its step.
+        expected = (4.0 * slopes[1] - slopes[0]) / 3.0
+        np.testing.assert_allclose(near.rows[0], expected, atol=tolerance)
+        inside += int(near.distance[0] < 0.0)
+        outside += int(near.distance[0] > 0.0)
+    return inside, outside
+
+
+@pytest.mark.parametrize("other", SHAPES)
+@pytest.mark.parametrize("kind", GEOMS)
+def test_rows_are_the_derivative_of_the_distance(kind: str, other: str) -> None:
+    rng = np.random.default_rng(SEED)
+    world = CollisionWorld(_flyer(kind), options=CollisionOptions(cut_off=1.0))
+    world.add(Obstacle("o", SHAPES[other], _pose(rng, 0.02)))
+    spread = np.repeat([0.09, 1.0], 3)
+    accuracy = (1e-4, 3e-5) if CURVED & {kind, other} else (1e-5, 1e-6)
+    inside, outside = _check_rows(world, rng.normal(size=(24, 6)) * spread, *accuracy)
+    assert inside >= 3
+    assert outside >= 3
+
+
+@pytest.mark.parametrize(
+    ("kind", "other"), [("box", "box"), ("capsule", "box"), ("mesh", "capsule")]
+)
+def test_rows_of_two_moving_parts_are_the_derivative_too(kind: str, other: str) -> None:
+    joints = "".join(
+        f'<joint name="{name}2" {how} axis="{axis}"/>'
+        for name, how, axis in [
+            ("x", 'type="slide"', "1 0 0"),
+            ("y", 'type="slide"', "0 1 0"),
+            ("z", 'type="slide"', "0 0 1"),
+            ("a", "", "1 0 0"),
+            ("b", "", "0 1 0"),
+            ("c", "", "0 0 1"),
+        ]
+    )
+    more = f'<body name="second" pos=".3 0 0">{joints}<geom name="o" {GEOMS[other]}/></body>'
+    world = CollisionWorld(_flyer(kind, more), options=CollisionOptions(cut_off=1.0))
+    rng = np.random.default_rng(SEED)
+    postures = rng.normal(size=(24, 12)) * np.tile(np.repeat([0.08, 1.0], 3), 2)
+    postures[:, 6] -= 0.3
+    assert world.pair_names == (("part", "o"),)
+    inside, outside = _check_rows(world, postures)
+    assert inside >= 2
+    assert outside >= 2
+
+
+def test_rows_and_distance_to_a_plane() -> None:
+    floor = '<geom name="floor" type="plane" size="1 1 .1" pos="0 0 -.4"/>'
+    text = FLYER.format(geom=GEOMS["capsule"], vertices=VERTICES, pose="", more=floor)
+    world = CollisionWorld(RobotModel.load(text, "flyer"), options=CollisionOptions(cut_off=1.0))
+    near = world.proximity(np.zeros(6))
+    np.testing.assert_allclose(near.distance, 0.4 - 0.03 - 0.08, atol=1e-12)
+    np.testing.assert_allclose(near.normal, [[0, 0, 1]], atol=1e-12)
+    postures = np.random.default_rng(SEED).normal(size=(12, 6)) * np.repeat([0.2, 1.0], 3)
+    assert sum(_check_rows(world, postures)) >= 8
+
+
+@pytest.mark.skipif(not compiled_calls(), reason="MuJoCo's library cannot be called here")
+@pytest.mark.parametrize("cover", [None, CoverOptions(most=20)])
+@pytest.mark.parametrize("kind", GEOMS)
+def test_kernel_equals_the_numpy_form(kind: str, cover: CoverOptions | None) -> None:
+    rng = np.random.default_rng(SEED)
+    # Places of balls differ by rounding, after which iterations on an ellipsoid end elsewhere.
+    shapes = {name: shape for name, shape in SHAPES.items() if not cover or name != "ellipsoid"}
+    obstacles = [Obstacle(name, shape, _pose(rng, 0.15)) for name, shape in shapes.items()]
+    worlds = [
+        CollisionWorld(
+            _flyer(kind), obstacles, options=CollisionOptions(compiled=compiled, cover=cover)
+        )
+        for compiled in (True, False)
+    ]
+    pose, velocity = _pose(rng, 0.1), rng.normal(size=6)
+    for world in worlds:
+        world.move("box", pose, velocity)
+        world.attach("held", Capsule(0.02, 0.05), RigidTransform.from_translation([0, 0, 0.2]))
+    for q in rng.normal(size=(12, 6)) * np.repeat([0.1, 1.0], 3):
+        one, other = (world.proximity(q) for world in worlds)
+        assert one.names == other.names
+        for field in ("distance", "normal", "on_robot", "on_other", "rows", "drift"):
+            np.testing.assert_allclose(
+                getattr(one, field), getattr(other, field), atol=1e-10, err_msg=field
+            )
+
+
+@pytest.mark.parametrize("other", SHAPES)
+@pytest.mark.parametrize("kind", GEOMS)
+def test_normal_points_and_distance_belong_together(kind: str, other: str) -> None:
+    rng = np.random.default_rng(SEED)
+    world = CollisionWorld(_flyer(kind), options=CollisionOptions(cut_off=1.0))
+    world.add(Obstacle("o", SHAPES[other], _pose(rng, 0.02)))
+    for q in rng.normal(size=(30, 6)) * np.repeat([0.08, 1.0], 3):
+        near = world.proximity(q)
+        np.testing.assert_allclose(np.linalg.norm(near.normal, axis=1), 1.0, atol=1e-9)
+        np.testing.assert_allclose(
+            near.on_robot - near.on_other, near.distance[:, None] * near.normal, atol=1e-7
+        )
+        if near.distance[0] < -1e-3:
+            # Out by that much along the normal, and the parts just touch.
+            moved = q.copy()
+            moved[:3] -= near.distance[0] * near.normal[0]
+            # A part is apart once it moved out; that way is the shortest only of all ways.
+            assert abs(world.proximity(moved).distance[0]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("kind", "other", "reach"),
+    [
+        ("sphere", Sphere(0.06), 0.11),
+        ("sphere", Box(np.array([0.04, 0.05, 0.06])), 0.11),
+        ("box", Box(np.array([0.04, 0.05, 0.06])), 0.14),
+        ("capsule", Cylinder(0.04, 0.05), 0.16),
+        ("cylinder", Ellipsoid(np.array([0.04, 0.05, 0.06])), 0.13),
+        ("ellipsoid", Ellipsoid(np.array([0.04, 0.05, 0.06])), 0.15),
+    ],
+)
+@pytest.mark.parametrize("off", [0.0, 1e-13, -1e-13, 1e-9, -1e-9, 1e-7, -1e-7])
+def test_touching_parts_have_a_normal(kind: str, other: Shape, reach: float, off: float) -> None:
+    world = CollisionWorld(_flyer(kind))
+    world.add(Obstacle("o", other, RigidTransform.identity()))
+    q = np.array([0.0, 0.0, reach + off, 0.0, 0.0, 0.0])
+    near = world.proximity(q)
+    np.testing.assert_allclose(near.distance, off, atol=1e-10)
+    np.testing.assert_allclose(near.normal, [[0.0, 0.0, 1.0]], atol=1e-3)
+    np.testing.assert_allclose(near.rows[0, :3], [0.0, 0.0, 1.0], atol=1e-3)
+    assert np.all(np.isfinite(near.rows))
+
+
+@pytest.mark.parametrize("kind", GEOMS)
+@pytest.mark.parametrize("other", SHAPES)
+def test_parts_at_the_very_same_place_give_finite_rows(kind: str, other: str) -> None:
+    world = CollisionWorld(_flyer(kind))
+    world.add(Obstacle("o", SHAPES[other], RigidTransform.identity()))
+    near = world.proximity(np.zeros(6))
+    assert near.distance[0] < 0.0
+    assert np.all(np.isfinite(near.rows))
+    np.testing.assert_allclose(np.linalg.norm(near.normal), 1.0, atol=1e-9)
+
+
+def _depth_by_search(centre: np.ndarray, half_axis: np.ndarray, half_extents: np.ndarray) -> float:
+    """Largest separation over many directions: never above the true one."""
+    rng = np.random.default_rng(SEED)
+    ways = rng.normal(size=(4000, 3))
+    edges = np.cross(np.eye(3), half_axis)
+    ways = np.vstack([ways, np.eye(3), edges, -edges, -np.eye(3)])
+    ways = ways[np.linalg.norm(ways, axis=1) > 1e-9]
+    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
+    return float(np.max(ways @ centre - np.abs(ways) @ half_extents - np.abs(ways @ half_axis)))
+
+
+numbers = st.floats(-1.0, 1.0)
+vectors = st.tuples(numbers, numbers, numbers)
+sizes = st.tuples(*[st.floats(0.01, 1.0)] * 3)
+
+
+@settings(max_examples=200, deadline=None)
+@given(vectors, vectors, sizes, st.floats(-1.0, 1.0))
+def test_axis_through_a_box_finds_the_least_way_out(
+    inside: tuple, half_axis: tuple, half_extents: tuple, place: float
+) -> None:
+    if np.linalg.norm(half_axis) < 1e-3:
+        return
+    extents = np.array(half_extents)
+    # A centre such that a point of the segment is inside the box.
+    centre = np.array(inside) * extents - place * np.array(half_axis)
+    separation, where, normal = axis_in_box(
+        tuple(centre.tolist()), tuple(map(float, half_axis)), tuple(extents.tolist())
+    )
+    assert separation <= 1e-12
+    expected = _depth_by_search(centre, np.array(half_axis), extents)
+    np.testing.assert_allclose(separation, expected, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(normal), 1.0, atol=1e-9)
+    assert -1.0 <= where <= 1.0
+    # The point of the box that belongs to the deepest point lies on its surface.
+    deepest = centre + where * np.array(half_axis)
+    on_box = np.abs(deepest - separation * np.array(normal))
+    np.testing.assert_allclose(np.max(on_box / extents), 1.0, atol=1e-6)
+
+
+def test_capsule_run_through_a_plate_is_inside_it() -> None:
+    world = CollisionWorld(_flyer("capsule"))
+    world.add(Obstacle("plate", Box(np.array([0.5, 0.5, 0.005])), RigidTransform.identity()))
+    near = world.proximity(np.array([0.1, 0.0, 0.05, 0.1, 0.0, 0.0]))
+    out = world.proximity(np.array([0.1, 0.0, 0.05, 0.1, 0.0, 0.0]) - np.eye(6)[2] * near.distance)
+    assert near.distance[0] < -0.03
+    assert near.normal[0, 2] > 0.9
+    assert abs(out.distance[0]) < 0.01
+
+
+def test_ball_in_a_cylinder_takes_the_nearest_way_out() -> None:
+    world = CollisionWorld(_flyer("sphere"))
+    world.add(Obstacle("o", Cylinder(0.05, 0.09), RigidTransform.identity()))
+    for centre in np.random.default_rng(SEED).uniform(-1, 1, (50, 3)) * [0.03, 0.03, 0.08]:
+        near = world.proximity(np.concatenate([centre, np.zeros(3)]))
+        depth = min(0.05 - np.hypot(*centre[:2]), 0.09 - abs(centre[2])) + 0.05
+        np.testing.assert_allclose(near.distance, -depth, atol=1e-12)
+
+
+def test_distances_equal_coals() -> None:
+    coal = pytest.importorskip("coal")
+    kinds = {
+        "box": lambda: coal.Box(0.06, 0.10, 0.16),
+        "sphere": lambda: coal.Sphere(0.05),
+        "ellipsoid": lambda: coal.Ellipsoid(0.03, 0.06, 0.09),
+        "cylinder": lambda: coal.Cylinder(0.04, 0.14),
+        "capsule": lambda: coal.Capsule(0.03, 0.16),
+    }
+    others = {
+        "box": coal.Box(0.08, 0.14, 0.2),
+        "sphere": coal.Sphere(0.06),
+        "ellipsoid": coal.Ellipsoid(0.05, 0.08, 0.11),
+        "cylinder": coal.Cylinder(0.05, 0.18),
+        "capsule": coal.Capsule(0.04, 0.18),
+    }
+    rng = np.random.default_rng(SEED)
+    request = coal.DistanceRequest(True, True)
+    for kind, make in kinds.items():
+        robot = _flyer(kind)
+        world = CollisionWorld(robot, options=CollisionOptions(cut_off=1.0))
+        for other, shape in others.items():
+            pose = _pose(rng, 0.05)
+            world.add(Obstacle(other, SHAPES[other], pose))
+            for q in rng.normal(size=(20, 6)) * np.repeat([0.1, 1.0], 3):
+                state = robot.at(q)
+                result = coal.DistanceResult()
+                one = coal.Transform3s(state.rotation, state.position)
+                two = coal.Transform3s(pose.rotation.as_matrix(), pose.translation)
+                expected = coal.distance(make(), one, shape, two, request, result)
+                near = world.proximity(q)
+                if expected < 0.0 and {kind, other} == {"sphere", "cylinder"}:
+                    # Seen 27 mm too deep there; the closed form is tested above.
+                    continue
+                # Where coal iterates, it stops at 1e-6.
+                np.testing.assert_allclose(near.distance[0], expected, atol=2e-6)
+            world.remove(other)
