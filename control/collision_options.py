@@ -55,7 +55,8 @@ class CollisionOptions:
     cover: CoverOptions | None = None
     """Whether parts of the robot with flat or long sides are covered with balls and measured by a
     soft minimum: the gradient then turns smoothly where the nearest point would jump, for distances
-    that are some millimetres too small and more time. None measures the shapes as they are."""
+    that are some millimetres too small outside, depths that may be too small inside (the sign is
+    kept), and more time. None measures the shapes as they are."""
     compiled: bool = True
     """Whether to use the compiled kernel where it is available; same figures, some ten times
     faster."""

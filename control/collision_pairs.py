@@ -83,17 +83,16 @@ def candidate_pairs(robot: RobotModel, parts: Parts) -> list[tuple[int, int]]:
 
 
 def related(model: Model, one: int, other: int) -> bool:
-    """Whether two bodies are parent and child; what is welded to either counts as it.
+    """Whether two bodies are parent and child, or fixed to one another.
 
-    The world is no parent: a table is an obstacle also to the first link that stands on it.
+    The world is no parent: a table is an obstacle also to the first link that stands on it. What is
+    fixed to a child is not its parent's child: a hand can hit the link before the wrist.
     """
-    for parent, child in ((one, other), (other, one)):
-        above = int(model.body_parentid[model.body_weldid[child]])
-        weld = int(model.body_weldid[above])
-        same = above == parent if weld == 0 else weld == int(model.body_weldid[parent])
-        if parent != 0 and same and int(model.body_weldid[child]) != 0:
-            return True
-    return False
+    welds = model.body_weldid
+    if welds[one] == welds[other]:
+        return True
+    parents = model.body_parentid
+    return 0 not in (one, other) and (parents[one] == other or parents[other] == one)
 
 
 def _name(model: Model, geom: int, colliding: list[int]) -> str:

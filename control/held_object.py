@@ -65,8 +65,7 @@ def beside_frame(robot: RobotModel, parts: Parts) -> set[int]:
     beside = set()
     for geom in (*parts.robot, *parts.fixed):
         body = int(model.geom_bodyid[geom])
-        welded = model.body_weldid[body] == model.body_weldid[frame]
-        if body in hanging or welded or related(model, body, frame):
+        if body in hanging or related(model, body, frame):
             beside.add(geom)
     return beside
 

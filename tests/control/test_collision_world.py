@@ -1,0 +1,310 @@
+"""Obstacles that come, move and go; parts that belong together; held objects; errors."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.control.collision_options import CollisionOptions, CoverOptions
+from eyehand.control.collision_world import CollisionWorld
+from eyehand.control.robot_model import RobotModel
+from eyehand.control.shapes import Box, Capsule, ConvexMesh, Cylinder, Obstacle, Shape, Sphere
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+ARM = """
+<mujoco><compiler angle="radian"/>
+<worldbody>
+  <geom name="table" type="box" size=".5 .5 .01" pos="0 0 -.01"/>
+  <body name="foot"><geom name="foot" type="cylinder" size=".06 .05" pos="0 0 .05"/>
+  <body name="link1" pos="0 0 .1"><joint name="j1" axis="0 0 1" range="-3 3"/>
+  <geom name="shell1" type="capsule" size=".05" fromto="0 0 0 0 0 .2"/>
+  <body name="link2" pos="0 0 .2"><joint name="j2" axis="0 1 0" range="-2.5 2.5"/>
+  <geom name="shell2" type="capsule" size=".04" fromto="0 0 0 0 0 .3"/>
+  <geom name="trim" type="box" size=".2 .2 .2" contype="0" conaffinity="0"/>
+  <body name="link3" pos="0 0 .3"><joint name="j3" axis="0 1 0" range="-2.8 2.8"/>
+  <geom type="capsule" size=".04" fromto="0 0 0 0 0 .2"/>
+  <body name="hand" pos="0 0 .22"><geom type="box" size=".05 .05 .02"/>
+  <geom type="sphere" size=".01" pos="0 0 .03"/><site name="tool" pos="0 0 .06" euler="0 .5 0"/>
+  <body name="finger" pos=".03 0 .03"><joint name="grip" type="slide" axis="1 0 0"
+  range="-.02 .02"/>  <geom name="finger" type="box" size=".005 .01 .03" pos="0 0 .03"/></body>
+  </body></body></body></body></body>
+</worldbody>{more}</mujoco>
+"""
+AT = RigidTransform.from_translation
+
+
+def _robot(more: str = "", **options: Any) -> RobotModel:
+    joints = options.pop("joints", ["j1", "j2", "j3"])
+    return RobotModel.load(ARM.format(more=more), "tool", joints=joints, **options)
+
+
+@pytest.fixture(scope="module")
+def robot() -> RobotModel:
+    return _robot()
+
+
+def _distance(world: CollisionWorld, q: np.ndarray, part: str, other: str) -> float:
+    near = world.proximity(q)
+    return float(near.distance[near.names.index((part, other))])
+
+
+def test_pairs_are_those_that_joints_can_bring_together(robot: RobotModel) -> None:
+    pairs = CollisionWorld(robot).pair_names
+    assert set(pairs) == {
+        *(
+            (part, "table")
+            for part in ("shell1", "shell2", "link3", "hand[0]", "hand[1]", "finger")
+        ),
+        *((part, "foot") for part in ("shell2", "link3", "hand[0]", "hand[1]", "finger")),
+        *(("shell1", part) for part in ("link3", "hand[0]", "hand[1]", "finger")),
+        *(("shell2", part) for part in ("hand[0]", "hand[1]", "finger")),
+    }
+
+
+def test_exclude_and_nearness_at_home_take_pairs_out() -> None:
+    more = '<contact><exclude body1="link1" body2="link3"/></contact>'
+    world = CollisionWorld(_robot(more), options=CollisionOptions(self_margin=0.17))
+    assert ("shell1", "link3") not in world.pair_names
+    assert ("shell2", "hand[0]") in world.ignored
+    assert ("shell2", "hand[0]") not in world.pair_names
+    assert ("shell1", "hand[0]") in world.pair_names
+
+
+def test_parts_that_overlap_the_surroundings_at_home_are_told() -> None:
+    world = CollisionWorld(_robot(home=[0.0, 2.4, 0.3]))
+    assert ("link3", "table") in world.ignored
+    assert ("shell2", "table") in world.pair_names
+
+
+def test_controlled_fingers_are_measured_against_what_they_do_not_hang_on() -> None:
+    pairs = CollisionWorld(_robot(joints=["j1", "j2", "j3", "grip"])).pair_names
+    assert ("link3", "finger") in pairs or ("finger", "link3") in pairs
+    assert ("hand[0]", "finger") not in pairs
+
+
+def test_a_robot_that_is_only_seen_is_measured_by_what_is_seen() -> None:
+    text = ARM.format(more="").replace("<geom ", '<geom contype="0" conaffinity="0" ')
+    text = text.replace('contype="0" conaffinity="0"/>', "/>")
+    world = CollisionWorld(RobotModel.load(text, "tool"), [_ball("ball", 0.6, 0.0, 0.5)])
+    assert ("trim", "ball") in world.pair_names
+
+
+def _ball(name: str, x: float, y: float, z: float, radius: float = 0.1) -> Obstacle:
+    return Obstacle(name, Sphere(radius), AT([x, y, z]))
+
+
+def test_distance_to_a_ball_is_the_known_one(robot: RobotModel) -> None:
+    world = CollisionWorld(robot, [_ball("ball", 0.25, 0.0, 0.2)])
+    near = world.proximity(np.zeros(3))
+    place = near.names.index(("shell1", "ball"))
+    np.testing.assert_allclose(near.distance[place], 0.25 - 0.05 - 0.1, atol=1e-15)
+    np.testing.assert_allclose(near.normal[place], [-1.0, 0.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(near.on_robot[place], [0.05, 0.0, 0.2], atol=1e-15)
+    np.testing.assert_allclose(near.on_other[place], [0.15, 0.0, 0.2], atol=1e-15)
+    np.testing.assert_allclose(near.rows[place], 0.0, atol=1e-15)
+
+
+def test_obstacles_move_and_go(robot: RobotModel) -> None:
+    world = CollisionWorld(robot)
+    q = np.zeros(3)
+    world.add(_ball("ball", 0.25, 0.0, 0.2))
+    world.add(Obstacle("box", Box(np.array([0.1, 0.02, 0.03])), AT([0.0, 0.3, 0.2])))
+    world.move("ball", AT([0.2, 0.0, 0.2]))
+    assert _distance(world, q, "shell1", "ball") == pytest.approx(0.05)
+    turned = RigidTransform.from_components(
+        [0.0, 0.2, 0.2], Rotation.from_rotvec([0, 0, np.pi / 2])
+    )
+    world.move("box", turned)
+    assert _distance(world, q, "shell1", "box") == pytest.approx(0.05)
+    assert [one.name for one in world.obstacles] == ["ball", "box"]
+    np.testing.assert_allclose(world.obstacles[0].pose.translation, [0.2, 0.0, 0.2])
+    world.remove("ball")
+    assert all(other != "ball" for _, other in world.pair_names)
+    # The slot takes another shape.
+    world.add(Obstacle("can", Cylinder(0.05, 0.1), AT([0.15, 0.0, 0.2])))
+    assert _distance(world, q, "shell1", "can") == pytest.approx(0.05)
+
+
+SHAPES: list[Shape] = [Sphere(0.05), Box(np.full(3, 0.05)), Capsule(0.05, 0.1), Cylinder(0.05, 0.1)]
+
+
+def test_more_obstacles_than_slots_and_meshes_keep_what_was_there(robot: RobotModel) -> None:
+    few = CollisionWorld(robot, options=CollisionOptions(slots=1, cut_off=2.0))
+    many = CollisionWorld(robot, options=CollisionOptions(slots=32, cut_off=2.0))
+    rng = np.random.default_rng(4)
+    corners = rng.normal(size=(10, 3)) * 0.1
+    velocity = np.arange(6.0)
+    for number in range(9):
+        shape = ConvexMesh(corners) if number == 4 else SHAPES[number % 4]
+        pose = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
+        for world in (few, many):
+            world.add(Obstacle(f"o{number}", shape, pose))
+            world.move(f"o{number}", pose, velocity)
+    for world in (few, many):
+        world.remove("o2")
+        world.attach("held", ConvexMesh(corners), AT([0.0, 0.0, 0.1]))
+    q = np.array([0.3, 0.5, -0.8])
+    one, other = few.proximity(q), many.proximity(q)
+    assert one.names == other.names
+    for field in ("distance", "normal", "on_robot", "on_other", "rows", "drift"):
+        np.testing.assert_allclose(getattr(one, field), getattr(other, field), atol=1e-9)
+
+
+def test_a_mesh_of_a_boxs_corners_is_as_far_as_the_box(robot: RobotModel) -> None:
+    half = np.array([0.05, 0.08, 0.03])
+    corners = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T * half + [0.02, 0.0, 0.01]
+    rng = np.random.default_rng(2)
+    pose = RigidTransform.from_components([0.3, 0.1, 0.4], Rotation.random(rng=rng))
+    options = CollisionOptions(cut_off=2.0)
+    inner = pose * AT([0.02, 0.0, 0.01])
+    boxed = CollisionWorld(robot, [Obstacle("o", Box(half), inner)], options=options)
+    meshed = CollisionWorld(robot, [Obstacle("o", ConvexMesh(corners), pose)], options=options)
+    for q in rng.uniform(-1, 1, (5, 3)):
+        one, other = boxed.proximity(q), meshed.proximity(q)
+        assert one.names == other.names
+        # Meshes are kept in single precision, and both depths inside are least ways out.
+        np.testing.assert_allclose(one.distance, other.distance, atol=1e-7)
+
+
+def test_drift_is_the_change_by_the_obstacles_motion(robot: RobotModel) -> None:
+    rng = np.random.default_rng(5)
+    pose = RigidTransform.from_components([0.25, 0.1, 0.5], Rotation.random(rng=rng))
+    world = CollisionWorld(robot, [Obstacle("box", Box(np.array([0.1, 0.05, 0.08])), pose)])
+    q = np.array([0.2, 0.4, 0.3])
+    twist = rng.normal(size=6)
+    world.move("box", pose, twist)
+    near = world.proximity(q)
+    with_box = [k for k, names in enumerate(near.names) if names[1] == "box"]
+    assert len(with_box) >= 2
+    step = 1e-6
+    found = []
+    for sign in (1.0, -1.0):
+        turn = Rotation.from_rotvec(sign * step * twist[3:]) * pose.rotation
+        moved = RigidTransform.from_components(pose.translation + sign * step * twist[:3], turn)
+        world.move("box", moved)
+        found.append(world.proximity(q))
+    slope = (found[0].distance - found[1].distance) / (2 * step)
+    np.testing.assert_allclose(near.drift, slope, atol=1e-6)
+    assert np.all(near.drift[[k for k in range(len(near.names)) if k not in with_box]] == 0.0)
+    assert np.all(found[1].drift == 0.0)
+
+
+def test_what_was_measured_stays_when_the_robot_moves_on(robot: RobotModel) -> None:
+    world = CollisionWorld(robot, [_ball("ball", 0.25, 0.0, 0.2)])
+    first = world.proximity(np.zeros(3))
+    kept = {name: np.copy(value) for name, value in vars(first).items()}
+    world.proximity(np.ones(3))
+    world.move("ball", AT([0.2, 0.0, 0.2]))
+    world.proximity(np.zeros(3))
+    for name, value in kept.items():
+        np.testing.assert_array_equal(getattr(first, name), value)
+
+
+def test_only_what_is_nearer_than_the_cut_off_is_told(robot: RobotModel) -> None:
+    ball = _ball("ball", 0.25, 0.0, 0.2)
+    assert ("shell1", "ball") in CollisionWorld(robot, [ball]).proximity(np.zeros(3)).names
+    strict = CollisionWorld(robot, [ball], options=CollisionOptions(cut_off=0.0999))
+    assert ("shell1", "ball") not in strict.proximity(np.zeros(3)).names
+    far = CollisionWorld(robot, options=CollisionOptions(cut_off=1e-3)).proximity(np.zeros(3))
+    assert far.names == ()
+    assert far.rows.shape == (0, 3)
+    assert far.normal.shape == (0, 3)
+
+
+@pytest.mark.parametrize("compiled", [True, False])
+def test_cut_off_drops_nothing_that_is_near(robot: RobotModel, compiled: bool) -> None:
+    rng = np.random.default_rng(8)
+    obstacles = [
+        Obstacle(f"o{k}", SHAPES[k % 4], AT(rng.uniform([-0.5, -0.5, 0.1], [0.5, 0.5, 0.8])))
+        for k in range(8)
+    ]
+    near = CollisionWorld(
+        robot, obstacles, options=CollisionOptions(cut_off=0.1, compiled=compiled)
+    )
+    whole = CollisionWorld(robot, obstacles, options=CollisionOptions(cut_off=9.0))
+    for q in rng.uniform(-2, 2, (20, 3)):
+        one, every = near.proximity(q), whole.proximity(q)
+        assert set(every.names) == set(whole.pair_names)
+        expected = [name for name, d in zip(every.names, every.distance, strict=True) if d < 0.1]
+        assert list(one.names) == expected
+
+
+def test_held_objects_move_with_the_frame(robot: RobotModel) -> None:
+    world = CollisionWorld(robot, options=CollisionOptions(cut_off=5.0))
+    pose = RigidTransform.from_components([0.02, 0.01, 0.05], Rotation.from_rotvec([0.1, 0.5, 0.2]))
+    world.add(_ball("ball", 0.5, 0.3, 0.4))
+    world.attach("stick", Capsule(0.01, 0.1), pose)
+    for q in np.random.default_rng(1).uniform(-1, 1, (3, 3)):
+        near = world.proximity(q)
+        place = near.names.index(("stick", "ball"))
+        state = robot.at(q)
+        frame = RigidTransform.from_components(state.position, Rotation.from_matrix(state.rotation))
+        ends = (frame * pose).apply([[0, 0, -0.1], [0, 0, 0.1]])
+        along = ends[1] - ends[0]
+        where = np.clip((np.array([0.5, 0.3, 0.4]) - ends[0]) @ along / (along @ along), 0, 1)
+        expected = np.linalg.norm(ends[0] + where * along - [0.5, 0.3, 0.4]) - 0.11
+        assert near.distance[place] == pytest.approx(expected, abs=1e-12)
+        slopes = [
+            (
+                _distance(world, q + move, "stick", "ball")
+                - _distance(world, q - move, "stick", "ball")
+            )
+            / 2e-6
+            for move in 1e-6 * np.eye(3)
+        ]
+        np.testing.assert_allclose(near.rows[place], slopes, atol=1e-7)
+    names = world.pair_names
+    assert ("stick", "table") in names
+    assert ("stick", "shell1") in names
+    assert ("stick", "hand[0]") not in names
+    assert ("stick", "finger") not in names
+    world.detach("stick")
+    assert all("stick" not in pair for pair in world.pair_names)
+
+
+@pytest.mark.parametrize(
+    ("act", "message"),
+    [
+        (lambda w: w.move("bal", AT([0, 0, 0])), "unknown obstacle 'bal'; there are: ball"),
+        (lambda w: w.remove("table"), "unknown obstacle 'table'; there are: ball"),
+        (lambda w: w.detach("ball"), "unknown held object 'ball'; there are: none"),
+        (lambda w: w.add(_ball("ball", 0, 0, 0)), "'ball' is taken"),
+        (lambda w: w.attach("ball", Sphere(0.1), AT([0, 0, 0])), "'ball' is taken"),
+        (lambda w: w.add(_ball("shell1", 0, 0, 0)), "part in the robot's file"),
+        (lambda w: w.move("ball", AT([float("nan"), 0, 0])), "pose must be finite"),
+        (lambda w: w.move("ball", AT([0, 0, 0]), [0, 0, 1]), "6 finite numbers"),
+        (lambda w: w.move("ball", AT([0, 0, 0]), "fast"), "6 finite numbers"),
+        (lambda w: w.move("ball", AT([0, 0, 0]), np.full(6, np.inf)), "6 finite numbers"),
+        (lambda w: w.proximity([0.0, 0.0]), r"q must have shape \(3,\)"),
+        (lambda w: w.proximity([0.0, 0.0, float("nan")]), "q must be finite"),
+        (lambda w: CollisionOptions(cut_off=0.0), "cut_off must be finite and > 0"),
+        (lambda w: CollisionOptions(slots=0), "slots must be >= 1"),
+        (lambda w: CollisionOptions(self_margin=-1.0), "self_margin must be"),
+        (lambda w: CoverOptions(overhang=0.0), "overhang must be"),
+        (lambda w: CoverOptions(most=0), "most must be"),
+        (lambda w: CoverOptions(sharpness=float("inf")), "sharpness must be"),
+    ],
+)
+def test_wrong_calls_name_what_would_be_right(
+    robot: RobotModel, act: Callable[[CollisionWorld], object], message: str
+) -> None:
+    world = CollisionWorld(robot, [_ball("ball", 0.25, 0.0, 0.2)])
+    before = world.pair_names
+    with pytest.raises(InputError, match=message):
+        act(world)
+    assert world.pair_names == before
+
+
+def test_height_fields_are_refused() -> None:
+    more = '<asset><hfield name="h" nrow="3" ncol="3" size="1 1 1 1"/></asset>'
+    text = ARM.format(more=more).replace(
+        '<body name="foot">', '<geom name="hills" type="hfield" hfield="h"/><body name="foot">'
+    )
+    with pytest.raises(InputError, match="hills is a height field"):
+        CollisionWorld(RobotModel.load(text, "tool"))
