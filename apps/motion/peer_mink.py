@@ -23,15 +23,15 @@ SOLVER = "daqp"
 
 @dataclass(frozen=True)
 class MinkOptions:
-    """Settings of the peer, chosen for it on seeds 0 to 49."""
+    """Settings of the peer, chosen for its success on seeds 0 to 119; most hardly matter there."""
 
     speed: float = 0.25
     """Cap on the tool's commanded speed, m/s."""
-    rate: float = 10.0
+    rate: float = 4.0
     """Share of the tool's distance to the goal that is closed per second, below the cap, 1/s."""
     posture_cost: float = 1e-4
     """Weight of staying in the starting posture beside 1 for the tool's position."""
-    damping: float = 3e-2
+    damping: float = 1e-4
     """Weight of small joint steps; more is smoother and slower near singular postures."""
     margin: float = 0.010
     """Least distance it shall keep, m."""
