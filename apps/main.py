@@ -39,6 +39,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.motion.fig1:control_fig1",
         "draw how a hand's way bends around obstacles, by the weight of avoidance",
     ),
+    "control bench": (
+        "eyehand.apps.motion.bench:control_bench",
+        "run cluttered reaching scenes and print who reaches, touches, gets stuck",
+    ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",
         "make clouds harder until the fit breaks, and chart where",
@@ -46,10 +50,6 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "stress segmentation": (
         "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
         "make staged scenes harder until the segmentation breaks, and chart where",
-    ),
-    "control bench": (
-        "eyehand.apps.motion.bench:control_bench",
-        "run cluttered reaching scenes and print who reaches, touches, gets stuck",
     ),
 }
 """Command name → (where it is, what it does); the first of two words names a group."""

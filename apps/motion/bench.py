@@ -1,0 +1,220 @@
+"""`eyehand control bench`: cluttered reaching scenes, run by the control basis and by a peer."""
+
+from __future__ import annotations
+
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.table import Table
+
+from eyehand.data_synth.reaching import MOST_BOXES
+from eyehand.errors import InputError
+
+from ..console import print_json, say, show, tracked
+from ..description_files import make_folder
+from ..evaluation.chart_style import Provenance, write_chart
+from ..evaluation.csv_table import write_csv
+from ..evaluation.machine import core_count, machine_line
+from .bench_chart import bench_chart
+from .cycle_contest import PAIRS, ROUNDS, cycle_rows
+from .reach_methods import METHODS, PEER, PLANNED
+from .reach_run import ReachRecord, run_scene
+from .reach_summary import summary_row
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+QUICK_SCENES = 4
+MOST_PROCESSES = 2
+"""Scenes run side by side; each process takes about 300 MB."""
+BATCH = 4
+"""Scenes handed to a process at a time."""
+TIMED_SCENES = 8
+"""Scenes in which cycles are timed, with nothing running beside them."""
+QUICK_ROUNDS = 2
+
+
+def control_bench(
+    *,
+    scenes: int = 200,
+    seed: int = 0,
+    boxes: int = 5,
+    only: list[str] | None = None,
+    peer: bool = True,
+    quick: bool = False,
+    out: Path = Path("out/control_bench"),
+    json: bool = False,
+) -> int:
+    """Run cluttered reaching scenes and print who reaches, who touches, who gets stuck.
+
+    A 7-joint arm reaches for points among boxes, step by step, under a judge with a model of its
+    own. Writes bench.png, bench.csv with the figures behind it, and scenes.csv with a row for
+    every scene and method. Scene k follows from seed + k alone.
+
+    Parameters
+    ----------
+    scenes
+        How many scenes.
+    seed
+        First seed.
+    boxes
+        Boxes in each, 0 to 12.
+    only
+        Run this method alone; can be given several times.
+    peer
+        Whether mink runs the same scenes.
+    quick
+        Four scenes: a first look.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; tables go to stderr.
+    """
+    if scenes < 1:
+        raise InputError(f"--scenes must be >= 1, got {scenes}")
+    if seed < 0:
+        raise InputError(f"--seed must be >= 0, got {seed}")
+    if not 0 <= boxes <= MOST_BOXES:
+        raise InputError(f"--boxes must be from 0 to {MOST_BOXES}, got {boxes}")
+    methods = _chosen(only, peer=peer)
+    scenes = min(scenes, QUICK_SCENES) if quick else scenes
+    make_folder(out)
+    seeds = range(seed, seed + scenes)
+    records = _run(methods, seeds, boxes, processes=1 if quick else MOST_PROCESSES)
+    timed = _timed(methods, seeds, boxes)
+    rows = [
+        summary_row(
+            method,
+            [record for record in records if record.method == method],
+            [record for record in timed if record.method == method],
+        )
+        for method in methods
+    ]
+    say(f"timing one cycle with {PAIRS} distance pairs")
+    cycles = cycle_rows(seed, peer=PEER in methods, rounds=QUICK_ROUNDS if quick else ROUNDS)
+    write_csv(out / "scenes.csv", [record.row() for record in records])
+    made = Provenance(f"7-joint arm among {boxes} boxes, 5 ms cycles", seed, scenes, "scene")
+    write_chart(bench_chart(rows, made), out / "bench.png", [*rows, *cycles])
+    show(_table(rows, seeds, boxes), json_wanted=json)
+    show(_cycle_table(cycles), json_wanted=json)
+    say(f"every scene: {out / 'scenes.csv'}; chart: {out / 'bench.png'}")
+    if json:
+        print_json(
+            "control_bench",
+            seed,
+            [*rows, *cycles],
+            scenes=scenes,
+            boxes=boxes,
+            machine=machine_line(),
+            out=str(out),
+        )
+    return 0
+
+
+def _chosen(only: list[str] | None, *, peer: bool) -> list[str]:
+    for name in only or []:
+        if name not in METHODS:
+            raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
+    chosen = [name for name in METHODS if name in (only or METHODS) and (peer or name != PEER)]
+    if not chosen:
+        raise InputError(f"--no-peer leaves nothing of {', '.join(only or [])}")
+    return chosen
+
+
+def _run(methods: Sequence[str], seeds: range, boxes: int, *, processes: int) -> list[ReachRecord]:
+    """Run all scenes: side by side, but for searches, whose limit is time: these run alone."""
+    jobs = [(method, seed, boxes) for method in methods if method != PLANNED for seed in seeds]
+    alone = [(method, seed, boxes) for method in methods if method == PLANNED for seed in seeds]
+    records = list(tracked(_records(jobs, processes), "reaching", len(jobs)))
+    return records + list(tracked(_records(alone, 1), "reaching with searches", len(alone)))
+
+
+def _records(jobs: Sequence[tuple[str, int, int]], processes: int) -> Iterator[ReachRecord]:
+    processes = min(processes, core_count())
+    if processes < 2 or len(jobs) < 2 * BATCH:
+        yield from map(_record, jobs)
+        return
+    # A forked process would inherit the locks of this one's threads.
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        yield from pool.map(_record, jobs, chunksize=BATCH)
+
+
+def _record(job: tuple[str, int, int]) -> ReachRecord:
+    return run_scene(*job)
+
+
+def _timed(methods: Sequence[str], seeds: range, boxes: int) -> list[ReachRecord]:
+    """Run a few scenes again, one method after the other, with nothing beside them."""
+    turns = [(method, seed, boxes) for seed in seeds[:TIMED_SCENES] for method in methods]
+    return [_record(turn) for turn in tracked(turns, "timing cycles", len(turns))]
+
+
+_COLUMNS = {
+    "success_pct": ("success", 1),
+    "interval": ("95 %", 1),
+    "contacts": ("contacts", 0),
+    "stuck_pct": ("stuck", 1),
+    "late_pct": ("late", 1),
+    "min_clearance_mm": ("clear mm", 2),
+    "cycle_p50_us": ("cycle µs", 0),
+    "cycle_p99_us": ("p99", 0),
+    "plan_p50_ms": ("plan ms", 0),
+    "plan_p90_ms": ("p90", 0),
+}
+"""Heading and decimals of every figure."""
+
+
+def _table(rows: list[dict[str, Any]], seeds: range, boxes: int) -> Table:
+    scenes = f"{len(seeds)} scene{'s' if len(seeds) > 1 else ''}"
+    table = Table(
+        title=f"reaching among {boxes} boxes: {scenes}, seed {seeds[0]}"
+        + (f" to {seeds[-1]}" if len(seeds) > 1 else ""),
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        caption="success: goal reached to 1 mm, nothing touched, %, with its 95 % interval; "
+        "contacts: scenes in which something was touched; stuck: stood still or gave up, %; late: "
+        "20 s were up, %; clear: least distance of all cycles; cycle: wall time of a control "
+        "cycle, median and 99th percentile; plan: wall time of a search, median and 90th",
+        caption_justify="left",
+    )
+    table.add_column("method", no_wrap=True)
+    for heading, _ in _COLUMNS.values():
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in rows:
+        shown = {**row, "interval": None}
+        cells = [_cell(shown.get(key), decimals) for key, (_, decimals) in _COLUMNS.items()]
+        cells[1] = f"{row['success_low_pct']:.0f}-{row['success_high_pct']:.0f}"
+        table.add_row(row["name"], *cells)
+    return table
+
+
+def _cycle_table(rows: list[dict[str, Any]]) -> Table:
+    table = Table(
+        title=f"one cycle with {PAIRS} distance pairs",
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        caption="the same postures and limits, in turns; ratio: to the compiled form",
+        caption_justify="left",
+    )
+    table.add_column("form", no_wrap=True)
+    for heading in ("cycle µs", "p99", "ratio"):
+        table.add_column(heading, justify="right")
+    compiled = next(row["cycle_p50_us"] for row in rows if row["name"] == "cycle compiled")
+    for row in rows:
+        ratio = row["cycle_p50_us"] / compiled
+        table.add_row(
+            row["name"].removeprefix("cycle "),
+            f"{row['cycle_p50_us']:.0f}",
+            f"{row['cycle_p99_us']:.0f}",
+            f"{ratio:.2f}",
+        )
+    return table
+
+
+def _cell(value: float | None, decimals: int) -> str:
+    return "" if value is None else f"{value:.{decimals}f}"

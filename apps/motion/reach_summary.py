@@ -1,0 +1,89 @@
+"""Records of reaching scenes as one row of figures per method."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from .reach_run import ReachRecord
+
+NORMAL_95 = 1.96
+"""Standard deviations of a normal distribution on either side that hold 95 % of it."""
+
+
+def summary_row(
+    method: str, records: Sequence[ReachRecord], timed: Sequence[ReachRecord]
+) -> dict[str, Any]:
+    """Sum up a method's scenes.
+
+    Parameters
+    ----------
+    method
+        Its name.
+    records
+        Its scenes.
+    timed
+        Scenes in which nothing else ran beside it, for the cycle times.
+
+    Returns
+    -------
+    dict
+        Success with its 95 % interval; `contacts`: scenes in which anything was touched;
+        `stuck_pct`: scenes in which it stood still, gave up or went no nearer; `late_pct`: in which
+        the time was up; clearance; cycle times; of searches for a way, if any, their number, how
+        many found one, and their times.
+    """
+    outcomes = [record.outcome for record in records]
+    wins = sum(outcome.success for outcome in outcomes)
+    low, high = wilson_interval(wins, len(outcomes))
+    late = sum(outcome.status == "late" for outcome in outcomes)
+    ended = sum(outcome.status not in ("reached", "late") for outcome in outcomes)
+    cycles = np.concatenate([record.cycle_times_us for record in timed])
+    row: dict[str, Any] = {
+        "name": method,
+        "success_pct": _share(wins, len(outcomes)),
+        "success_low_pct": round(100.0 * low, 1),
+        "success_high_pct": round(100.0 * high, 1),
+        "contacts": sum(outcome.contacts > 0 for outcome in outcomes),
+        "stuck_pct": _share(ended, len(outcomes)),
+        "late_pct": _share(late, len(outcomes)),
+        "min_clearance_mm": round(1e3 * min(o.min_clearance for o in outcomes), 2),
+        "cycle_p50_us": round(float(np.percentile(cycles, 50)), 1),
+        "cycle_p99_us": round(float(np.percentile(cycles, 99)), 1),
+    }
+    ways = [way for record in records for way in record.ways]
+    if ways:
+        times = [1e3 * way.seconds for way in ways]
+        row["searches"] = len(ways)
+        row["ways_found"] = sum(bool(way) for way in ways)
+        row["plan_p50_ms"] = round(float(np.percentile(times, 50)), 1)
+        row["plan_p90_ms"] = round(float(np.percentile(times, 90)), 1)
+    return row
+
+
+def wilson_interval(wins: int, tries: int) -> tuple[float, float]:
+    """Give the interval that holds a true share with 95 % confidence (Wilson 1927).
+
+    Parameters
+    ----------
+    wins, tries
+        So many of so many, tries >= 1.
+
+    Returns
+    -------
+    low, high
+        From 0 to 1.
+    """
+    share, z2 = wins / tries, NORMAL_95**2
+    middle = (share + z2 / (2 * tries)) / (1 + z2 / tries)
+    half = np.sqrt(share * (1 - share) / tries + z2 / (4 * tries**2)) * NORMAL_95
+    half /= 1 + z2 / tries
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+
+
+def _share(count: int, total: int) -> float:
+    return round(100.0 * count / total, 1)
