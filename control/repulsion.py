@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,9 @@ if TYPE_CHECKING:
 
     from .options import ControlOptions
     from .proximity import Proximity
+
+ROUNDING = 1e-9
+"""A gain above the stable one by no more of it is that gain: it may come from our own message."""
 
 
 def repulsion_cost(distance: NDArray[np.float64], options: ControlOptions) -> float:
@@ -36,9 +40,12 @@ def stable_eta(lever: float, dt: float, beta: float = 1.0) -> float:
     """Largest η at which one step of dt never overshoots: β dt λmax(∇²H) = 1.
 
     The Hessian of one active pair is 2 η (∂d/∂q)ᵀ(∂d/∂q); `lever` is the largest norm of such a
-    row, m. From twice that value on, motions oscillate.
+    row, m; of several pairs at a time, the spectral norm of their rows. Beyond, motions overshoot;
+    from twice that value on, they never settle. Where nothing moves (a lever or β of 0), any η is
+    stable and this is inf.
     """
-    return 1.0 / (2.0 * max(beta, 1e-12) * dt * lever**2)
+    gain = 2.0 * beta * dt * lever**2
+    return 1.0 / gain if gain > 0.0 else math.inf
 
 
 def require_stable(options: ControlOptions, lever: float) -> None:
@@ -51,9 +58,16 @@ def require_stable(options: ControlOptions, lever: float) -> None:
     """
     beta = 1.0 if isinstance(options.beta, str) else max(options.beta, 1.0)
     largest = stable_eta(lever, options.dt, beta)
-    if options.eta > largest:
+    if options.eta > largest * (1.0 + ROUNDING):
         raise InputError(
             f"eta = {options.eta:g} with beta {beta:g} at dt = {1e3 * options.dt:g} ms has gain "
-            f"{options.eta / largest:.2g}, above 1 motions overshoot: eta at most {largest:.3g}, "
-            f"or dt at most {1e3 * options.dt * largest / options.eta:.3g} ms"
+            f"{options.eta / largest:.2g}, above 1 motions overshoot: eta at most "
+            f"{_round_down(largest)}, or dt at most "
+            f"{_round_down(1e3 * options.dt * largest / options.eta)} ms"
         )
+
+
+def _round_down(value: float) -> str:
+    """Print with three digits that are never above the value: what is printed is accepted."""
+    unit = 10.0 ** (math.floor(math.log10(value)) - 2)
+    return f"{math.floor(value / unit) * unit:.3g}"

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import daqp
@@ -19,8 +20,11 @@ if TYPE_CHECKING:
 
 UNBOUNDED = 1e30
 """What the solver takes for infinity."""
-SOFT = 8
-"""The solver's mark of a constraint that gives way when nothing else is possible."""
+TOLERANCE = 1e-10
+"""By how much the solver may pass a bound, in rad/s or per unit row; its own 1e-6 would show."""
+GIVING_WAY = 1e6
+"""Cost of a squared violation, (m/s)^-2, beside 1 of a squared joint speed: the wish weighs nothing
+against it."""
 ACTIVE = 1e-9
 """Multipliers above this mark a constraint that holds the motion back."""
 NEAR_LIMIT = 0.1
@@ -58,9 +62,9 @@ class SafetyRows:
     def allow(self, velocity: NDArray[np.float64]) -> bool:
         """Tell whether a velocity (n,) keeps all bounds."""
         return bool(
-            np.all(velocity >= self.low - SLACK)
-            and np.all(velocity <= self.high + SLACK)
-            and np.all(self.rows @ velocity >= self.least - SLACK)
+            (velocity >= self.low - SLACK).all()
+            and (velocity <= self.high + SLACK).all()
+            and (self.rows @ velocity >= self.least - SLACK).all()
         )
 
 
@@ -80,12 +84,12 @@ def safety_rows(
     below = state.q - (state.lower + options.limit_margin)
     above = (state.upper - options.limit_margin) - state.q
     outside = state.speed if recover else np.zeros_like(state.speed)
-    low = np.clip(-share * below, -state.speed, outside)
-    high = np.clip(share * above, -outside, state.speed)
+    low = np.minimum(np.maximum(-share * below, -state.speed), outside)
+    high = np.maximum(np.minimum(share * above, state.speed), -outside)
     # A range narrower than the two margins leaves its middle.
     crossed = low > high
-    middle = 0.5 * (low + high)
-    low, high = np.where(crossed, middle, low), np.where(crossed, middle, high)
+    if crossed.any():
+        low[crossed] = high[crossed] = 0.5 * (low[crossed] + high[crossed])
     return SafetyRows(low, high, proximity.rows, least - proximity.drift)
 
 
@@ -100,53 +104,139 @@ def safe_motion(
     """Find the nearest safe joint velocity to a wish (n,), rad/s.
 
     Nearest in |velocity - wish|² + task_weight |J (velocity - wish)|², with J (m, n) the rows of
-    the tasks: what must bend, bends where the tasks feel it least.
+    the tasks: what must bend, bends where the tasks feel it least. When not all that is inside its
+    margin can leave at the speed asked, nothing goes deeper and the rest leaves as fast as it can.
+    What is not finite stops the robot.
     """
     rows = safety_rows(state, proximity, options)
+    lost = _not_finite(wish, task_rows, proximity, rows)
+    if lost:
+        return SafeMotion(np.zeros(len(rows.low)), lost, False)
     if rows.allow(wish):
         return SafeMotion(wish, (), True)
     hessian = np.eye(len(wish)) + options.task_weight * task_rows.T @ task_rows
-    velocity, multipliers = _nearest(wish, hessian, rows, soft=False)
+    velocity, strength = _nearest(wish, hessian, rows)
+    if velocity is not None and rows.allow(velocity):
+        return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), True)
+    still = safety_rows(state, proximity, options, recover=False)
+    velocity, strength, feasible = _without_recovery(wish, hessian, still, rows)
+    return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), feasible)
+
+
+def _without_recovery(
+    wish: NDArray[np.float64], hessian: NDArray[np.float64], still: SafetyRows, rows: SafetyRows
+) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
+    """Keep the bounds `still`, of `rows` what can be; else the speeds, of `still` what can be."""
+    velocity, strength = _giving_way(wish, hessian, still, rows)
+    if velocity is None or not still.allow(velocity):
+        # Without a moving obstacle this comes of rounding only: the costs lie far apart.
+        velocity, strength = _nearest(wish, hessian, still)
+    if velocity is not None and still.allow(velocity):
+        return velocity, strength, True
+    stop = np.zeros_like(wish)
+    if still.allow(stop):
+        return stop, strength, True
+    bare = replace(still, least=np.full_like(still.least, -UNBOUNDED))
+    velocity, strength = _giving_way(wish, hessian, bare, still)
     if velocity is None:
-        rows = safety_rows(state, proximity, options, recover=False)
-        velocity, multipliers = _nearest(wish, hessian, rows, soft=False)
-    feasible = velocity is not None
-    if velocity is None:
-        velocity, multipliers = _nearest(wish, hessian, rows, soft=True)
-    if velocity is None:
-        velocity, multipliers = np.zeros_like(wish), np.zeros(len(wish) + len(rows.least))
-    return SafeMotion(velocity, _blocking(multipliers, state, proximity, joint_names), feasible)
+        return stop, strength, False
+    return np.minimum(np.maximum(velocity, still.low), still.high), strength, False
 
 
 def _nearest(
-    wish: NDArray[np.float64], hessian: NDArray[np.float64], rows: SafetyRows, *, soft: bool
+    wish: NDArray[np.float64], hessian: NDArray[np.float64], rows: SafetyRows
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
-    joints, pairs = len(wish), len(rows.least)
-    sense = np.zeros(joints + pairs, dtype=np.int32)
-    if soft:
-        sense[joints:] = SOFT
-    velocity, _, flag, told = daqp.solve(
-        hessian,
-        -hessian @ wish,
-        rows.rows,
-        np.concatenate([rows.high, np.full(pairs, UNBOUNDED)]),
-        np.concatenate([rows.low, rows.least]),
-        sense,
+    """Velocity and what each joint (n) and each row (P) holds it back with; None: infeasible."""
+    high = np.concatenate([rows.high, np.full(len(rows.least), UNBOUNDED)])
+    low = np.concatenate([rows.low, rows.least])
+    return _solve(hessian, -hessian @ wish, rows.rows, low, high)
+
+
+def _giving_way(
+    wish: NDArray[np.float64], hessian: NDArray[np.float64], must: SafetyRows, should: SafetyRows
+) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
+    """Keep the bounds `must`; of the tighter ones `should`, miss as little as possible.
+
+    Each tighter bound gets a variable that takes up what it misses. The solver's own soft
+    constraints would weigh a row by its length: what a short lever misses bends all joints.
+    """
+    joints, pairs = len(wish), len(must.least)
+    every = np.concatenate([np.eye(joints), must.rows])
+    open_end = np.full(pairs, UNBOUNDED)
+    low, high = np.concatenate([should.low, should.least]), np.concatenate([should.high, open_end])
+    tighter = np.flatnonzero(
+        (low > np.concatenate([must.low, must.least]))
+        | (high < np.concatenate([must.high, open_end]))
     )
-    velocity = np.asarray(velocity, dtype=np.float64)
-    if flag < 1 or not np.all(np.isfinite(velocity)):
-        return None, np.zeros(joints + pairs)
-    return velocity, np.asarray(told["lam"], dtype=np.float64)
+    extra = len(tighter)
+    size = joints + extra
+    weights = np.zeros((size, size))
+    weights[:joints, :joints] = hessian
+    weights[joints:, joints:] = GIVING_WAY * np.eye(extra)
+    constraints = np.zeros((pairs + extra, size))
+    constraints[:pairs, :joints] = must.rows
+    constraints[pairs:, :joints] = every[tighter]
+    constraints[pairs:, joints:] = np.eye(extra)
+    free = np.full(extra, UNBOUNDED)
+    velocity, strength = _solve(
+        weights,
+        np.concatenate([-hessian @ wish, np.zeros(extra)]),
+        constraints,
+        np.concatenate([must.low, -free, must.least, low[tighter]]),
+        np.concatenate([must.high, free, open_end, high[tighter]]),
+    )
+    held = np.concatenate([strength[:joints], strength[size : size + pairs]])
+    held[tighter] += strength[size + pairs :]
+    return None if velocity is None else velocity[:joints], held
+
+
+def _solve(
+    hessian: NDArray[np.float64],
+    linear: NDArray[np.float64],
+    rows: NDArray[np.float64],
+    low: NDArray[np.float64],
+    high: NDArray[np.float64],
+) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
+    """Minimum (n,) of ½ xᵀHx + linear x and the size of the multipliers; None: infeasible."""
+    sense = np.zeros(len(low), dtype=np.int32)
+    x, _, flag, told = daqp.solve(hessian, linear, rows, high, low, sense, primal_tol=TOLERANCE)
+    x = np.asarray(x, dtype=np.float64)
+    if flag < 1 or not math.isfinite(np.vdot(x, x)):
+        return None, np.zeros(len(low))
+    return x, np.abs(np.asarray(told["lam"], dtype=np.float64))
+
+
+def _not_finite(
+    wish: NDArray[np.float64],
+    task_rows: NDArray[np.float64],
+    proximity: Proximity,
+    rows: SafetyRows,
+) -> tuple[str, ...]:
+    """What is no finite number, by name: the solver would take it for no bound at all."""
+    # Each side by itself: without limits and speeds one is -inf, the other inf.
+    if not (math.isnan(rows.low.sum()) or math.isnan(rows.high.sum())) and all(
+        # One dot product is finite exactly when all entries are, and costs a third of asking.
+        math.isfinite(np.vdot(array, array))
+        for array in (wish, task_rows, proximity.rows, proximity.distance, proximity.drift)
+    ):
+        return ()
+    names = [] if np.all(np.isfinite(wish)) else ["the wished velocity is not finite"]
+    if not np.all(np.isfinite(task_rows)):
+        names.append("the rows of the tasks are not finite")
+    numbers = np.column_stack([proximity.rows, proximity.distance, proximity.drift])
+    for (first, second), finite in zip(proximity.names, np.isfinite(numbers), strict=True):
+        if not finite.all():
+            names.append(f"the distance of {first} and {second} is not finite")
+    return tuple(names) or ("a joint limit or a joint speed is no number",)
 
 
 def _blocking(
-    multipliers: NDArray[np.float64],
+    strength: NDArray[np.float64],
     state: RobotState,
     proximity: Proximity,
     joint_names: Sequence[str],
 ) -> tuple[str, ...]:
     joints = len(state.q)
-    strength = np.abs(multipliers)
     names = []
     for index in np.argsort(-strength):
         if strength[index] < ACTIVE:

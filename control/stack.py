@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 LOST = 1e-7
 """Singular values below this are no direction at all: rounding makes their vectors arbitrary."""
+ROUNDING = 1e-12
+"""A step that passes a joint's speed by no more, rad/s, is within it: where a level above has used
+up a joint, the rounding of the levels below must not stop them."""
 
 
 @dataclass(frozen=True)
@@ -29,7 +33,8 @@ class StackSolution:
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
     free: NDArray[np.float64]
-    """(n, r) orthonormal directions that no task uses."""
+    """(n, r) orthonormal directions that no task uses; with ``mode="paper"`` the product of the
+    projectors, (n, n)."""
     missing: tuple[float, ...]
     """By task: norm of the commanded rate that is not met."""
     scale: tuple[float, ...]
@@ -69,11 +74,13 @@ def solve_stack(
     Raises
     ------
     InputError
-        If there is no task, or the tasks disagree on the number of joints.
+        If there is no task, the tasks disagree on the number of joints, another argument has the
+        wrong shape, or a number is not finite.
     """
     options = options or ControlOptions()
     joints = _joints(tasks)
     wanted = [task.rate for task in tasks] if rates is None else list(rates)
+    _check(tasks, wanted, joints, free_motion, speed)
     dropped = [task.side != 0 and len(task.error) == 1 for task in tasks]
     while True:
         solution = _solve(tasks, wanted, dropped, joints, free_motion, speed, options)
@@ -83,7 +90,8 @@ def solve_stack(
         ]
         if not any(broken):
             return solution
-        dropped = [gone and not bad for gone, bad in zip(dropped, broken, strict=True)]
+        # One at a time, the highest first: with it held, the next may move the allowed way.
+        dropped[broken.index(True)] = False
 
 
 def damped_inverse(
@@ -91,11 +99,17 @@ def damped_inverse(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
     """Inverse (n, m) of rows (m, n), damped near singularities; right vectors (n, n); rank."""
     u, s, vt = np.linalg.svd(jacobian, full_matrices=True)
-    rank = int(np.count_nonzero(s > LOST))
-    s = s[:rank]
-    damping = options.damping**2 * np.maximum(1.0 - (s / options.near_singular) ** 2, 0.0)
-    inverse = (vt[:rank].T * (s / (s**2 + damping))) @ u[:, :rank].T
+    # A handful of numbers: plain Python is faster than arrays of them.
+    sizes = [size for size in s.tolist() if size > LOST]
+    rank = len(sizes)
+    gains = [_damped_gain(size, options) for size in sizes]
+    inverse = (vt[:rank].T * gains) @ u[:, :rank].T
     return inverse, vt.T, rank
+
+
+def _damped_gain(size: float, options: ControlOptions) -> float:
+    damping = options.damping**2 * max(1.0 - (size / options.near_singular) ** 2, 0.0)
+    return size / (size**2 + damping)
 
 
 def _solve(
@@ -133,7 +147,7 @@ def _solve(
         step = free @ free_motion if options.mode == "paper" else free @ (free.T @ free_motion)
         velocity = velocity + _allowed_share(velocity, step, speed) * step
     missing = tuple(
-        0.0 if gone else float(np.linalg.norm(rate - task.jacobian @ velocity))
+        0.0 if gone else _norm(rate - task.jacobian @ velocity)
         for task, rate, gone in zip(tasks, rates, dropped, strict=True)
     )
     return StackSolution(velocity, free, missing, tuple(scales), tuple(dropped))
@@ -143,14 +157,19 @@ def _allowed_share(
     velocity: NDArray[np.float64], step: NDArray[np.float64], speed: NDArray[np.float64] | None
 ) -> float:
     """Largest share of a step that keeps every joint within its speed."""
-    if speed is None:
+    if speed is None or (np.abs(velocity + step) <= speed + ROUNDING).all():
         return 1.0
     room = np.where(step > 0.0, speed - velocity, speed + velocity)
     size = np.abs(step)
-    passing = size > np.maximum(room, 0.0)
+    passing = size > np.maximum(room, 0.0) + ROUNDING
     if not passing.any():
         return 1.0
     return float(np.min(np.maximum(room[passing], 0.0) / size[passing]))
+
+
+def _norm(vector: NDArray[np.float64]) -> float:
+    """The norm of a few numbers, in less time than `np.linalg.norm` takes to start."""
+    return math.sqrt(np.vdot(vector, vector))
 
 
 def _joints(tasks: Sequence[Task]) -> int:
@@ -160,3 +179,28 @@ def _joints(tasks: Sequence[Task]) -> int:
     if len(set(sizes)) > 1:
         raise InputError(f"all tasks must have the same number of joints, got {sizes}")
     return sizes[0]
+
+
+def _check(
+    tasks: Sequence[Task],
+    rates: list[NDArray[np.float64]],
+    joints: int,
+    free_motion: NDArray[np.float64] | None,
+    speed: NDArray[np.float64] | None,
+) -> None:
+    shapes, needed = [np.shape(rate) for rate in rates], [task.error.shape for task in tasks]
+    if shapes != needed:
+        raise InputError(
+            f"the rates need one row for each row of the tasks: {needed}, got {shapes}"
+        )
+    for task, rate in zip(tasks, rates, strict=True):
+        # One dot product is finite exactly when all entries are, and costs a third of asking.
+        if not math.isfinite(np.vdot(rate, rate)):
+            raise InputError(f"task {task.name}: the rate must be finite, got {rate.tolist()}")
+    if free_motion is not None:
+        if np.shape(free_motion) != (joints,):
+            raise InputError(f"free_motion must be ({joints},), got {np.shape(free_motion)}")
+        if not math.isfinite(np.vdot(free_motion, free_motion)):
+            raise InputError(f"free_motion must be finite, got {free_motion.tolist()}")
+    if speed is not None and (np.shape(speed) != (joints,) or not np.min(speed) >= 0.0):
+        raise InputError(f"speed must be ({joints},) and >= 0, got {np.asarray(speed).tolist()}")

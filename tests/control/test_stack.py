@@ -1,89 +1,383 @@
-"""Task Jacobians against finite differences, and priority as a matter of arithmetic."""
+"""The stack: priority as a matter of arithmetic, singular postures, bounds of one side."""
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.spatial.transform import Rotation
+from numpy.typing import NDArray
 
-from eyehand.control import Task, axis_alignment, distance_to_point, position, solve_stack
+from eyehand.control.options import ControlOptions
+from eyehand.control.point_aims import DistanceToPoint, Position
+from eyehand.control.stack import LOST, damped_inverse, solve_stack
+from eyehand.control.task import Task
+from eyehand.control.turn_aims import AxisAlignment, Orientation
 from eyehand.errors import InputError
 
+Array = NDArray[np.float64]
+Q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
+PAPER = ControlOptions(mode="paper")
 seeds = st.integers(0, 100_000)
 
 
+def task(rows, rate, side: int = 0, name: str = "task") -> Task:
+    rows, rate = np.atleast_2d(np.asarray(rows, float)), np.atleast_1d(np.asarray(rate, float))
+    return Task(name, np.zeros(len(rate)), rate, rows, side=side)
+
+
+def rows_with(rng: np.random.Generator, singular: Array, joints: int) -> Array:
+    left = np.linalg.qr(rng.normal(size=(len(singular), len(singular))))[0]
+    right = np.linalg.qr(rng.normal(size=(joints, joints)))[0]
+    return (left * singular) @ right[: len(singular)]
+
+
+def regular(rng: np.random.Generator, count: int, joints: int) -> Task:
+    singular = rng.uniform(0.051, 2.0, count)
+    return task(rows_with(rng, singular, joints), rng.normal(size=count))
+
+
+def any_task(rng: np.random.Generator, above: Task, joints: int) -> Task:
+    """A task that may be near-singular, or ask for the opposite of the one above."""
+    count = int(rng.integers(1, 4))
+    rows = rows_with(rng, 10.0 ** rng.uniform(-9, 0.3, count), joints)
+    if rng.random() < 0.3:
+        nearly = 10.0 ** rng.uniform(-12, -1)
+        rows[0] = above.jacobian[0] + nearly * rng.normal(size=joints)
+    return task(rows, 3.0 * rng.normal(size=count))
+
+
+# Priority
+
+
 @given(seed=seeds)
-def test_the_distance_row_is_the_rate_of_the_distance(seed):
+def test_lower_tasks_leave_the_first_alone_whatever_they_ask_for(seed):
     rng = np.random.default_rng(seed)
-    point, centre, J, dq = (
-        rng.normal(size=3),
-        rng.normal(size=3),
-        rng.normal(size=(3, 7)),
-        rng.normal(size=7),
+    joints = int(rng.integers(4, 10))
+    tasks = [regular(rng, int(rng.integers(1, 4)), joints)]
+    for _ in range(rng.integers(1, 4)):
+        tasks.append(any_task(rng, tasks[-1], joints))
+    solution = solve_stack(tasks, free_motion=rng.normal(size=joints))
+    leak = tasks[0].jacobian @ solution.velocity - tasks[0].rate
+    assert np.abs(leak).max() < 1e-9
+    assert solution.missing[0] < 1e-9
+
+
+@given(seed=seeds)
+def test_joint_speeds_scale_lower_levels_only(seed):
+    rng = np.random.default_rng(seed)
+    joints = int(rng.integers(4, 10))
+    first = regular(rng, int(rng.integers(1, 4)), joints)
+    tasks = [first]
+    for _ in range(rng.integers(1, 4)):
+        tasks.append(any_task(rng, tasks[-1], joints))
+    alone = solve_stack([first]).velocity
+    speed = np.abs(alone) * rng.uniform(1.0, 1.5, joints)
+    solution = solve_stack(tasks, free_motion=rng.normal(size=joints), speed=speed)
+    assert np.abs(first.jacobian @ solution.velocity - first.rate).max() < 1e-9
+    assert np.all(np.abs(solution.velocity) <= speed + 1e-9)
+    assert solution.scale[0] == 1.0
+    assert all(0.0 <= scale <= 1.0 for scale in solution.scale)
+
+
+def test_the_first_task_of_a_real_arm_is_untouched(arm_state):
+    rng = np.random.default_rng(4)
+    tried = 0
+    for _ in range(200):
+        state = arm_state(rng.uniform(-1.9, 1.9, 7))
+        first = Position(state.position + 0.1 * rng.normal(size=3)).at(state)
+        if np.linalg.svd(first.jacobian, compute_uv=False)[-1] < 0.05:
+            continue
+        tried += 1
+        lower = [
+            Orientation(np.eye(3)).at(state),
+            DistanceToPoint(rng.normal(size=3), 0.3).at(state),
+            AxisAlignment(np.array([0.0, 0.0, 1.0]), np.array([1.0, 0.0, 0.0])).at(state),
+        ]
+        tasks = [first, *lower[: rng.integers(1, 4)]]
+        free = 5.0 * rng.normal(size=7)
+        speed = np.maximum(np.abs(solve_stack([first]).velocity), state.speed)
+        for limits in (None, speed):
+            velocity = solve_stack(tasks, free_motion=free, speed=limits).velocity
+            assert np.abs(first.jacobian @ velocity - first.rate).max() < 1e-9
+    assert tried > 150
+
+
+@given(seed=seeds)
+def test_every_level_does_its_best_in_what_those_above_leave_free(seed):
+    rng = np.random.default_rng(seed)
+    # Conflicting but regular: 3 + 3 rows on 5 joints.
+    first, second = regular(rng, 3, 5), task(rng.normal(size=(3, 5)), rng.normal(size=3))
+    solution = solve_stack([first, second])
+    null = np.linalg.svd(first.jacobian)[2][3:].T
+    inside = second.jacobian @ null
+    if np.linalg.svd(inside, compute_uv=False)[-1] < 0.05:
+        return
+    start = np.linalg.pinv(first.jacobian) @ first.rate
+    best = start + null @ np.linalg.lstsq(inside, second.rate - second.jacobian @ start)[0]
+    assert np.allclose(solution.velocity, best, atol=1e-9)
+    assert solution.missing[1] == pytest.approx(
+        np.linalg.norm(second.rate - second.jacobian @ best), abs=1e-9
     )
-    task = distance_to_point(point, J, centre, 0.2)
-    h = 1e-6
-    ahead = np.linalg.norm(point + h * J @ dq - centre)
-    behind = np.linalg.norm(point - h * J @ dq - centre)
-    assert task.jacobian @ dq == pytest.approx((ahead - behind) / (2 * h), abs=1e-6)
-    assert task.error[0] == pytest.approx(0.2 - np.linalg.norm(point - centre))
 
 
 @given(seed=seeds)
-def test_axis_alignment_turns_the_axis_onto_the_goal(seed):
+def test_free_motion_is_what_no_task_feels(seed):
     rng = np.random.default_rng(seed)
-    axis, goal = (v / np.linalg.norm(v) for v in rng.normal(size=(2, 3)))
-    for _ in range(60):
-        velocity = solve_stack([axis_alignment(axis, np.eye(3), goal)])
-        assert abs(velocity @ axis) < 1e-9  # the angle about the axis stays free
-        axis = Rotation.from_rotvec(0.2 * velocity).apply(axis)
-    assert axis @ goal > 0.999
+    tasks, free = [regular(rng, 2, 7), regular(rng, 2, 7)], rng.normal(size=7)
+    with_it, without = solve_stack(tasks, free_motion=free), solve_stack(tasks)
+    step = with_it.velocity - without.velocity
+    rows = np.concatenate([t.jacobian for t in tasks])
+    null = np.linalg.svd(rows)[2][4:].T
+    assert np.allclose(step, null @ null.T @ free, atol=1e-9)
+    assert np.allclose(with_it.free.T @ with_it.free, np.eye(3), atol=1e-12)
+    assert np.abs(rows @ with_it.free).max() < 1e-9
 
 
-def test_opposite_axes_still_turn():
-    task = axis_alignment(np.array([0.0, 0.0, 1.0]), np.eye(3), np.array([0.0, 0.0, -1.0]))
-    assert np.linalg.norm(task.error) == pytest.approx(np.pi)
+# The paper's form
 
 
-@given(seed=seeds)
-def test_lower_tasks_never_move_the_first(seed):
+@given(seed=seeds, count=st.integers(1, 4))
+def test_paper_mode_is_equation_3_as_printed(seed, count):
     rng = np.random.default_rng(seed)
-    first = position(rng.normal(size=3), rng.normal(size=(3, 7)), rng.normal(size=3))
-    second = distance_to_point(rng.normal(size=3), rng.normal(size=(3, 7)), np.zeros(3), 0.1)
-    third = position(rng.normal(size=3), rng.normal(size=(3, 7)), rng.normal(size=3))
-    velocity = solve_stack([first, second, third])
-    assert np.allclose(first.jacobian @ velocity, first.error, atol=1e-9)
-    assert np.allclose(second.jacobian @ velocity, second.error, atol=1e-7)
+    tasks = [regular(rng, 2, 8) for _ in range(count)]
+    free = rng.normal(size=8)
+    expected, projector = np.zeros(8), np.eye(8)
+    for t in tasks:
+        inverse = np.linalg.pinv(t.jacobian)
+        expected += projector @ inverse @ t.rate
+        projector = projector @ (np.eye(8) - inverse @ t.jacobian)
+    velocity = solve_stack(tasks, free_motion=free, options=PAPER).velocity
+    assert np.allclose(velocity, expected + projector @ free, atol=1e-9)
 
 
-def test_speeds_neither_jump_nor_run_away_at_a_singularity():
-    speeds = []
-    for size in (0.06, 0.0501, 0.0499, 0.03, 0.0201, 0.0199, 1e-3, 1e-6, 0.0):
-        J = np.diag([1.0, 1.0, size])
-        speeds.append(np.linalg.norm(solve_stack([position(np.zeros(3), J, np.ones(3))])))
-    assert max(speeds) < 25.0
-    assert abs(speeds[1] - speeds[2]) < 0.3
-    assert abs(speeds[4] - speeds[5]) < 0.3
+def test_in_the_papers_form_the_third_task_disturbs_the_second_and_in_the_strict_not():
+    rng = np.random.default_rng(2)
+    worst = {"paper": 0.0, "strict": 0.0}
+    for _ in range(50):
+        tasks = [regular(rng, 2, 7) for _ in range(3)]
+        for mode in ("paper", "strict"):
+            options = ControlOptions(mode=mode)
+            moved = (
+                solve_stack(tasks, options=options).velocity
+                - solve_stack(tasks[:2], options=options).velocity
+            )
+            worst[mode] = max(worst[mode], np.abs(tasks[1].jacobian @ moved).max())
+            assert np.abs(tasks[0].jacobian @ moved).max() < 1e-9
+    assert worst["paper"] > 0.1
+    assert worst["strict"] < 1e-9
+
+
+def test_in_the_papers_form_the_second_task_misses_what_the_first_takes_away():
+    first, second = task([1.0, 1.0, 0.0], 1.0), task([0.0, 1.0, 0.0], 2.0)
+    assert solve_stack([first, second]).missing[1] == pytest.approx(0.0, abs=1e-12)
+    assert solve_stack([first, second], options=PAPER).missing[1] > 0.1
+
+
+# Singular postures
+
+
+def test_speed_is_continuous_as_a_singular_value_goes_to_zero():
+    options = ControlOptions()
+    sizes = np.concatenate(
+        [[0.0], np.geomspace(LOST / 100.0, 0.2, 4000), [0.05, 0.0500001, LOST, 2.0 * LOST]]
+    )
+    sizes.sort()
+    speeds = np.array(
+        [solve_stack([task(np.diag([1.0, 1.0, size]), [0, 0, 1.0])]).velocity[2] for size in sizes]
+    )
+    assert speeds.max() <= 1.0 / options.near_singular + 1e-9
+    # The gain s / (s² + d² (1 - s²/e²)) with d = e is s/d² below e and 1/s above: slope 1/d².
+    steepest = 1.0 / options.damping**2
+    lost = LOST * steepest
+    assert np.all(np.abs(np.diff(speeds)) <= steepest * np.diff(sizes) * (1.0 + 1e-6) + lost)
+    assert lost < 1e-4
+
+
+def test_a_stretching_arm_stays_slow_and_steady():
+    # A planar arm of three links of 0.3 m pulls outwards while it opens, is straight, bends back.
+    speed, step = 0.25, 1e-4
+    velocities, plain = [], []
+    for bend in np.arange(-0.3, 0.3, step):
+        angles = np.cumsum([0.5, bend, bend])
+        links = 0.3 * np.stack([np.cos(angles), np.sin(angles)])
+        tips = np.cumsum(links[:, ::-1], axis=1)[:, ::-1]  # from each joint to the hand
+        outward = tips[:, 0] / np.linalg.norm(tips[:, 0])
+        aim = task(np.stack([-tips[1], tips[0]]), speed * outward)
+        velocities.append(solve_stack([aim]).velocity)
+        if abs(bend) < 10.0 * step:
+            plain.append(np.linalg.pinv(aim.jacobian, rcond=1e-9) @ aim.rate)
+    assert np.linalg.norm(velocities, axis=1).max() <= speed / ControlOptions().near_singular
+    # The gain's slope is at most 1/d² per singular value, which turns by at most 1.3 m/rad here.
+    steepest = speed * 1.3 / ControlOptions().damping ** 2
+    assert np.linalg.norm(np.diff(velocities, axis=0), axis=1).max() < steepest * step
+    assert np.linalg.norm(plain, axis=1).max() > 100.0  # undamped it runs away
+
+
+def test_a_real_arm_stays_slow_near_all_its_singular_postures(arm_state):
+    rng = np.random.default_rng(6)
+    nearest = 1.0
+    for _ in range(300):
+        bent = rng.uniform(-1.9, 1.9, 7)
+        bent[[3, 5]] = 10.0 ** rng.uniform(-7, -1, 2) * rng.choice([-1, 1], 2)
+        state = arm_state(bent)
+        rate = rng.normal(size=6)
+        rate *= 0.25 / np.linalg.norm(rate)
+        nearest = min(nearest, np.linalg.svd(state.jacobian, compute_uv=False)[-1])
+        velocity = solve_stack([task(state.jacobian, rate)]).velocity
+        assert np.linalg.norm(velocity) <= 0.25 / 0.05 + 1e-9
+    assert nearest < 0.01
 
 
 def test_damped_directions_are_closed_to_lower_tasks():
-    first = Task("held", np.zeros(1), np.zeros(1), np.array([[0.019, 0.0, 0.0]]))
-    second = Task("pulls", np.zeros(1), np.ones(1), np.array([[1.0, 0.0, 0.0]]))
-    assert np.allclose(first.jacobian @ solve_stack([first, second]), 0.0)
+    first, second = task([0.019, 0.0, 0.0], 0.0), task([1.0, 0.0, 0.0], 1.0)
+    solution = solve_stack([first, second], free_motion=np.ones(3))
+    assert solution.velocity[0] == pytest.approx(0.0, abs=1e-12)
+    assert solution.missing[1] == pytest.approx(1.0)
 
 
-def test_bad_stacks_and_tasks_are_refused():
+def test_the_inverse_is_the_pseudo_inverse_where_nothing_is_singular():
+    rows = np.random.default_rng(0).normal(size=(3, 7))
+    inverse, right, rank = damped_inverse(rows, ControlOptions())
+    assert rank == 3
+    assert np.allclose(inverse, np.linalg.pinv(rows), atol=1e-12)
+    assert np.abs(rows @ right[:, rank:]).max() < 1e-12
+
+
+@pytest.mark.parametrize("damping", [0.0, 0.05])
+@pytest.mark.parametrize("mode", ["strict", "paper"])
+def test_rows_of_zeros_and_equal_rows_are_finite(mode, damping):
+    options = ControlOptions(mode=mode, damping=damping)
+    same = np.array([[1.0, 2.0, 0.0], [1.0, 2.0, 0.0]])
+    tasks = [
+        task(np.zeros((2, 3)), [1.0, 1.0]),
+        task(same, [1.0, -1.0]),
+        task(np.eye(3), np.ones(3)),
+    ]
+    solution = solve_stack(tasks, free_motion=np.ones(3), options=options)
+    assert np.all(np.isfinite(solution.velocity))
+    assert solution.missing[0] == pytest.approx(np.sqrt(2.0))
+
+
+def test_more_rows_than_joints_leave_nothing_to_those_below():
+    solution = solve_stack([task(np.eye(3), np.ones(3)), task([1.0, 0.0, 0.0], 5.0)])
+    assert np.allclose(solution.velocity, 1.0)
+    assert solution.scale == (1.0, 0.0)
+    assert solution.missing[1] == pytest.approx(4.0)
+    assert solution.free.shape == (3, 0)
+
+
+# Joint speeds
+
+
+def test_a_first_task_too_fast_is_slowed_as_a_whole():
+    solution = solve_stack([task(np.eye(3), [4.0, 2.0, -1.0])], speed=np.ones(3))
+    assert np.allclose(solution.velocity, [1.0, 0.5, -0.25])
+    assert solution.scale == (0.25,)
+    assert solution.missing[0] == pytest.approx(0.75 * np.sqrt(21.0))
+
+
+def test_a_joint_used_up_does_not_stop_tasks_that_do_not_need_it():
+    rng = np.random.default_rng(3)
+    turn = np.linalg.qr(rng.normal(size=(2, 2)))[0]
+    for push in (0.7, 1.0, 4.0):
+        first = task([[1.0, 0.0, 0.0]], push)
+        # Rounding gives the second task 1e-17 of the joint that the first has used up.
+        rows = np.concatenate([np.full((2, 1), 1e-17), turn], axis=1)
+        solution = solve_stack([first, task(rows, [0.1, 0.2])], speed=np.array([1.0, 2.0, 2.0]))
+        assert solution.scale[1] == 1.0
+        assert solution.missing[1] < 1e-9
+    step = solve_stack(
+        [task([[1.0, 0.0]], 1.0)], free_motion=np.array([0.0, 1.0]), speed=np.array([1.0, 2.0])
+    )
+    assert np.allclose(step.velocity, [1.0, 1.0])
+
+
+def test_a_joint_that_must_not_move_is_not_moved():
+    solution = solve_stack(
+        [task([[1.0, 1.0]], 1.0)], free_motion=np.ones(2), speed=np.array([0.0, 1.0])
+    )
+    assert abs(solution.velocity[0]) < 1e-12
+
+
+# Bounds of one side
+
+
+@pytest.mark.parametrize(("side", "other", "held"), [(1, 2.0, False), (1, 0.5, True)])
+@pytest.mark.parametrize("mirror", [1, -1])
+def test_a_bound_is_held_only_against_the_forbidden_way(side, other, held, mirror):
+    # At least 1 (at most -1), while a lower task asks for `other`.
+    bound = task([1.0, 0.0], mirror * 1.0, side=mirror * side)
+    solution = solve_stack([bound, task([1.0, 0.0], mirror * other)])
+    assert solution.dropped == (not held, False)
+    assert solution.velocity[0] == pytest.approx(mirror * max(1.0, other))
+    assert solution.missing[0] == pytest.approx(0.0, abs=1e-9)
+
+
+@given(seed=seeds)
+def test_bounds_are_never_passed_while_they_can_be_kept(seed):
+    rng = np.random.default_rng(seed)
+    bounds = [
+        task(rows_with(rng, np.array([1.0]), 7), rng.normal(), side=int(rng.choice([-1, 1])))
+        for _ in range(3)
+    ]
+    solution = solve_stack([*bounds, regular(rng, 3, 7)], free_motion=rng.normal(size=7))
+    rows = np.concatenate([b.jacobian for b in bounds])
+    if np.linalg.svd(rows, compute_uv=False)[-1] < 0.05:
+        return
+    for bound, gone in zip(bounds, solution.dropped[:3], strict=True):
+        passed = bound.side * float((bound.jacobian @ solution.velocity - bound.rate)[0])
+        assert passed > -1e-6
+        assert gone or passed == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_bound_that_another_one_keeps_is_not_held():
+    # Left alone both are passed; holding the first moves the second the allowed way.
+    first = task([1.0, 0.0], 1.0, side=1)
+    second = task([1.0, 0.1], 0.5, side=1)
+    solution = solve_stack([first, second, task([0.0, 1.0], 1.0)])
+    assert solution.dropped == (False, True, False)
+    assert np.allclose(solution.velocity, [1.0, 1.0])
+
+
+# Stacks of odd shape
+
+
+@pytest.mark.parametrize("mode", ["strict", "paper"])
+def test_released_tasks_ask_for_nothing(mode):
+    rng = np.random.default_rng(1)
+    empty = task(np.zeros((0, 7)), np.zeros(0))
+    released = Task("bound", np.zeros(0), np.zeros(0), np.zeros((0, 7)), side=1)
+    full, free, options = regular(rng, 3, 7), rng.normal(size=7), ControlOptions(mode=mode)
+    with_it = solve_stack([empty, full, released], free_motion=free, options=options)
+    without = solve_stack([full], free_motion=free, options=options)
+    assert np.array_equal(with_it.velocity, without.velocity)
+    assert with_it.missing[::2] == (0.0, 0.0)
+    assert with_it.scale == (1.0, 1.0, 1.0)
+    only = solve_stack([empty], free_motion=free, options=options)
+    assert np.allclose(only.velocity, free)
+
+
+def test_given_rates_replace_the_tasks_own():
+    one = task(np.eye(2), [1.0, 2.0])
+    assert np.allclose(solve_stack([one], [np.array([3.0, 4.0])]).velocity, [3.0, 4.0])
+
+
+def test_bad_stacks_are_refused():
+    one = task(np.eye(2), [1.0, 2.0])
+    nan = np.array([np.nan, 0.0])
     with pytest.raises(InputError, match="at least one"):
         solve_stack([])
-    with pytest.raises(InputError, match="must agree"):
-        Task("odd", np.zeros(2), np.zeros(3), np.zeros((3, 7)))
-    with pytest.raises(InputError, match="finite"):
-        Task("nan", np.zeros(1), np.array([np.nan]), np.zeros((1, 7)))
-    with pytest.raises(InputError, match="same number of joints"):
-        solve_stack([Task("a", np.zeros(1), np.zeros(1), np.ones((1, n))) for n in (6, 7)])
-    with pytest.raises(InputError, match="gain"):
-        solve_stack([Task("a", np.zeros(1), np.zeros(1), np.ones((1, 7)))], gain=float("nan"))
-    with pytest.raises(InputError, match="axis"):
-        axis_alignment(np.zeros(3), np.eye(3), np.array([0.0, 0.0, 1.0]))
-    with pytest.raises(InputError, match="centre"):
-        distance_to_point(np.zeros(3), np.eye(3), np.zeros(3), 0.1)
+    with pytest.raises(InputError, match=r"same number of joints, got \[2, 3\]"):
+        solve_stack([one, task(np.eye(3), np.ones(3))])
+    with pytest.raises(InputError, match="rates need one row"):
+        solve_stack([one], [np.ones(3)])
+    with pytest.raises(InputError, match="rates need one row"):
+        solve_stack([one], [])
+    with pytest.raises(InputError, match="rate must be finite"):
+        solve_stack([one], [nan])
+    with pytest.raises(InputError, match=r"free_motion must be \(2,\)"):
+        solve_stack([one], free_motion=np.ones(3))
+    with pytest.raises(InputError, match="free_motion must be finite"):
+        solve_stack([one], free_motion=nan)
+    for speed in (np.ones(3), nan, np.array([-1.0, 1.0])):
+        with pytest.raises(InputError, match="speed must be"):
+            solve_stack([one], speed=speed)

@@ -1,0 +1,436 @@
+"""The safety level: every bound kept, the nearest velocity found, nothing that is no number."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.optimize import linprog, minimize, nnls
+
+from eyehand.control.options import ControlOptions
+from eyehand.control.proximity import Proximity
+from eyehand.control.robot_state import RobotState
+from eyehand.control.safety import SafetyRows, safe_motion, safety_rows
+
+Array = NDArray[np.float64]
+OPTIONS = ControlOptions()
+NO_TASK = np.zeros((0, 7))
+seeds = st.integers(0, 100_000)
+
+
+def proximity(distance, rows, drift=None) -> Proximity:
+    distance, rows = np.asarray(distance, dtype=float), np.asarray(rows, dtype=float)
+    pairs = len(distance)
+    points = np.zeros((pairs, 3))
+    return Proximity(
+        tuple((f"link{i}", f"box{i}") for i in range(pairs)),
+        distance,
+        points,
+        points,
+        points,
+        rows,
+        np.zeros(pairs) if drift is None else np.asarray(drift, dtype=float),
+    )
+
+
+def robot(q, *, limit=2.0, speed=1.0) -> RobotState:
+    q = np.asarray(q, dtype=float)
+    full = np.ones(len(q))
+    return RobotState(
+        q, np.zeros(3), np.eye(3), np.zeros((6, len(q))),
+        -limit * full, limit * full, 0.0 * full, speed * full,
+    )  # fmt: skip
+
+
+def passed(velocity: Array, rows: SafetyRows) -> float:
+    """By how much a velocity passes the worst of its bounds; negative: room left."""
+    return max(
+        (rows.low - velocity).max(),
+        (velocity - rows.high).max(),
+        (rows.least - rows.rows @ velocity).max(initial=-np.inf),
+    )
+
+
+def case(seed: int, *, drift: float = 0.0, inside: float = 0.0):
+    """A random arm among up to 30 pairs, with levers from 1 mm to 2 m; some start inside."""
+    rng = np.random.default_rng(seed)
+    pairs = int(rng.integers(0, 31))
+    state = replace(robot(rng.uniform(-1.9, 1.9, 7)), speed=rng.uniform(0.2, 2.0, 7))
+    rows = rng.normal(size=(pairs, 7)) * 10.0 ** rng.uniform(-3, 0, (pairs, 1))
+    distance = OPTIONS.margin + rng.uniform(-inside, 0.03, pairs)
+    near = proximity(distance, rows, drift * rng.normal(size=pairs))
+    wish = rng.uniform(0.0, 3.0) * rng.normal(size=7)
+    return state, near, wish, rng.normal(size=(rng.integers(0, 6), 7))
+
+
+def kkt_gap(velocity: Array, wish: Array, tasks: Array, rows: SafetyRows) -> float:
+    """How far a velocity is from the minimiser: what no active bound's force can balance."""
+    hessian = np.eye(len(wish)) + OPTIONS.task_weight * tasks.T @ tasks
+    pull = hessian @ (velocity - wish)
+    eye, close = np.eye(len(wish)), 1e-8
+    forces = np.concatenate(
+        [
+            eye[velocity < rows.low + close],
+            -eye[velocity > rows.high - close],
+            rows.rows[rows.rows @ velocity < rows.least + close],
+        ]
+    )
+    if len(forces) == 0:
+        return float(np.linalg.norm(pull))
+    forces /= np.maximum(np.linalg.norm(forces, axis=1, keepdims=True), 1e-300)
+    return float(nnls(forces.T, pull)[1])
+
+
+# Bounds and the nearest velocity
+
+
+@given(seed=seeds)
+def test_every_bound_is_kept_and_the_velocity_is_the_nearest(seed):
+    state, near, wish, tasks = case(seed)
+    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    rows = safety_rows(state, near, OPTIONS)
+    assert motion.feasible
+    assert passed(motion.velocity, rows) < 1e-9
+    assert kkt_gap(motion.velocity, wish, tasks, rows) < 1e-6
+
+
+def test_the_minimum_agrees_with_another_solver():
+    for seed in range(15):
+        state, near, wish, tasks = case(seed)
+        rows = safety_rows(state, near, OPTIONS)
+        hessian = np.eye(7) + OPTIONS.task_weight * tasks.T @ tasks
+        other = minimize(
+            lambda v, h=hessian, w=wish: 0.5 * (v - w) @ h @ (v - w),
+            np.zeros(7),
+            jac=lambda v, h=hessian, w=wish: h @ (v - w),
+            bounds=list(zip(rows.low, rows.high, strict=True)),
+            constraints={
+                "type": "ineq",
+                "fun": lambda v, r=rows: r.rows @ v - r.least,
+                "jac": lambda _, r=rows: r.rows,
+            }
+            if len(rows.least)
+            else (),
+            method="SLSQP",
+            options={"ftol": 1e-14, "maxiter": 500},
+        )
+        velocity = safe_motion(wish, tasks, state, near, OPTIONS).velocity
+        assert np.allclose(velocity, other.x, atol=1e-3)
+        assert 0.5 * (velocity - wish) @ hessian @ (velocity - wish) < other.fun + 1e-6
+
+
+@given(seed=seeds)
+def test_an_allowed_wish_is_granted(seed):
+    state, near, wish, tasks = case(seed)
+    rows = safety_rows(state, near, OPTIONS)
+    for _ in range(200):
+        if rows.allow(wish):
+            break
+        wish = 0.8 * wish
+    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    assert np.array_equal(motion.velocity, wish)
+    assert motion.feasible
+    assert motion.blocking == ()
+
+
+@given(seed=seeds, inside=st.floats(0.0, 0.03))
+def test_standing_still_is_always_allowed_where_nothing_moves_in(seed, inside):
+    state, near, wish, tasks = case(seed, inside=inside)
+    state = replace(state, q=np.random.default_rng(seed).uniform(-2.1, 2.1, 7))
+    still = safety_rows(state, near, OPTIONS, recover=False)
+    assert still.allow(np.zeros(7))
+    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    assert motion.feasible
+    assert passed(motion.velocity, still) < 1e-9
+
+
+@given(seed=seeds, drift=st.floats(0.0, 0.5), inside=st.floats(0.0, 0.03))
+def test_it_is_infeasible_exactly_when_a_linear_program_says_so(seed, drift, inside):
+    state, near, wish, tasks = case(seed, drift=drift, inside=inside)
+    assume(len(near.distance))
+    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    still = safety_rows(state, near, OPTIONS, recover=False)
+    bounds = list(zip(still.low, still.high, strict=True))
+    # The largest room t that all distances can have at once, by row length.
+    length = np.linalg.norm(still.rows, axis=1)
+    best = linprog(
+        np.array([*np.zeros(7), -1.0]),
+        np.column_stack([-still.rows, length]),
+        -still.least,
+        bounds=[*bounds, (None, 1.0)],
+    )
+    assert best.status == 0
+    room = best.x[-1]
+    if room > 1e-7:
+        assert motion.feasible
+    elif room < -1e-7:
+        assert not motion.feasible
+        assert motion.blocking
+    assert np.all(np.isfinite(motion.velocity))
+    assert np.all(np.abs(motion.velocity) <= state.speed + 1e-9)
+    if motion.feasible:
+        assert passed(motion.velocity, still) < 1e-9
+
+
+def test_what_must_bend_bends_where_the_task_feels_it_least():
+    # Both joints lead away from the wall, the task feels only the first.
+    wall, tasks = proximity([0.01], [[1.0, 1.0]]), np.array([[1.0, 0.0]])
+    wish = np.array([-0.5, 0.0])
+    velocity = safe_motion(wish, tasks, robot([0, 0]), wall, OPTIONS).velocity
+    even = safe_motion(wish, tasks, robot([0, 0]), wall, ControlOptions(task_weight=0.0)).velocity
+    assert np.allclose(even, [-0.25, 0.25])
+    change = velocity - wish
+    assert change.sum() == pytest.approx(0.5)
+    assert change[1] / change[0] == pytest.approx(1.0 + OPTIONS.task_weight)
+
+
+def test_names_say_what_holds_the_wish_back_strongest_first():
+    near = proximity([0.01, 0.011, 0.2], [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
+    motion = safe_motion(
+        np.array([-0.9, -0.2, 0.1]), np.zeros((0, 3)), robot([0, 0, 0]), near, OPTIONS
+    )
+    assert motion.blocking == ("link0 near box0", "link1 near box1")
+    fast = safe_motion(
+        np.full(3, 4.0), np.zeros((0, 3)), robot([0, 1.98, 0]), near, OPTIONS, ("a", "b", "c")
+    )
+    assert set(fast.blocking) == {
+        "joint a at its full speed", "joint b at its limit", "joint c at its full speed",
+    }  # fmt: skip
+
+
+# Walls, corners, limits: motions over time
+
+
+def drive(q, wish, walls, steps, *, options=OPTIONS, **fields) -> Array:
+    """Distances (steps, P) on the way of a planar point that wishes the same for ever.
+
+    `walls(q, t)` gives its Proximity.
+    """
+    q, path = np.asarray(q, dtype=float), []
+    for step in range(steps):
+        near = walls(q, step * options.dt)
+        path.append(near.distance)
+        motion = safe_motion(
+            np.asarray(wish, dtype=float), np.zeros((0, 2)), robot(q, **fields), near, options
+        )
+        assert np.all(np.isfinite(motion.velocity))
+        q = q + options.dt * motion.velocity
+    return np.array(path)
+
+
+def disc(q: Array, centre: Array, radius: float, velocity: Array | None = None) -> Proximity:
+    away = q - centre
+    length = float(np.linalg.norm(away))
+    row = away / length
+    drift = None if velocity is None else [-row @ velocity]
+    return proximity([length - radius], row[None], drift)
+
+
+def corner(q: Array, _time: float) -> Proximity:
+    slant = np.array([np.sqrt(0.5), np.sqrt(0.5)])
+    return proximity([q[0], slant @ q], np.array([[1.0, 0.0], slant]))
+
+
+def test_walls_are_approached_and_never_passed():
+    path = drive([0.3, 0.1], [-1.0, -0.2], corner, 1500)
+    assert path.min() >= OPTIONS.margin - 1e-9
+    assert path[-1].max() < OPTIONS.margin + 1e-3
+    assert np.all(np.diff(path[:, 0]) <= 1e-12)
+
+
+def test_a_round_obstacle_is_passed_at_the_margin():
+    path = drive([0.3, 0.001], [-1.0, 0.0], lambda q, _: disc(q, np.zeros(2), 0.1), 400)
+    # The linear model of a round thing errs outwards.
+    assert path.min() >= OPTIONS.margin - 1e-9
+    assert path[-1] > 0.2  # it slid round
+
+
+@pytest.mark.parametrize("start", [-0.04, -0.001, 0.0, 0.009])
+@pytest.mark.parametrize("wish", [(-1.0, 0.0), (0.0, 0.0), (0.3, 0.9)])
+def test_inside_the_margin_the_distance_grows_until_it_is_kept(start, wish):
+    def walls(q: Array, _time: float) -> Proximity:
+        return disc(q, np.zeros(2), 0.1)
+
+    path = drive([0.1 + start, 0.0], wish, walls, 400)[:, 0]
+    leaving = path[:-1] < OPTIONS.margin - 1e-4
+    assert np.all(np.diff(path)[leaving] > 0.0)
+    # At recovery speed when deep, and no slower than the damper's share near the margin.
+    deep = path[:-1] < OPTIONS.margin - 0.01
+    assert np.all(np.diff(path)[deep] >= OPTIONS.dt * OPTIONS.recovery_speed - 1e-9)
+    assert path[-1] >= OPTIONS.margin - 1e-4
+
+
+def test_a_pair_that_no_joint_moves_does_not_keep_the_others_inside():
+    # The foot stands on the table, for ever inside the margin.
+    def walls(q: Array, _time: float) -> Proximity:
+        return proximity([0.0, q[0]], [[0.0, 0.0], [1.0, 0.0]])
+
+    path = drive([-0.02, 0.0], [-1.0, 0.0], walls, 300)
+    assert np.all(np.diff(path[:100, 1]) > 0.0)
+    assert path[-1, 1] >= OPTIONS.margin - 1e-4
+
+
+def test_a_lever_too_short_for_the_recovery_speed_does_what_it_can():
+    near = proximity([0.0, 0.0], [[0.01, 0.0], [0.0, 1.0]])
+    motion = safe_motion(np.zeros(2), np.zeros((0, 2)), robot([0, 0]), near, OPTIONS)
+    assert motion.feasible
+    assert motion.velocity[0] == pytest.approx(1.0, abs=1e-3)  # all it has
+    assert motion.velocity[1] == pytest.approx(OPTIONS.recovery_speed, abs=1e-3)
+
+
+def test_in_a_gap_too_narrow_nothing_goes_deeper():
+    def walls(q: Array, _time: float) -> Proximity:
+        return proximity([0.004 + q[0], 0.008 - q[0]], [[1.0, 0.0], [-1.0, 0.0]])
+
+    path = drive([0.0, 0.0], [1.0, 0.5], walls, 100)
+    assert np.all(path >= path[0] - 1e-9)
+
+
+@pytest.mark.parametrize("start", [2.0, 2.005, 2.3, -2.0, -2.3])
+def test_joints_outside_their_limits_come_back(start):
+    q = np.array([start, 0.5])
+    nothing = proximity([], np.zeros((0, 2)))
+    inside = 2.0 - OPTIONS.limit_margin
+    for _ in range(300):
+        before = abs(q[0])
+        motion = safe_motion(
+            np.array([2.0 * np.sign(start), 0.1]), np.zeros((0, 2)), robot(q), nothing, OPTIONS
+        )
+        q = q + OPTIONS.dt * motion.velocity
+        assert abs(q[0]) < before or before <= inside + 1e-6
+        assert motion.feasible
+    assert abs(q[0]) <= inside + 1e-9
+    assert abs(q[0]) > inside - 1e-3  # and it stays there, the wish leads out
+
+
+def test_a_range_narrower_than_its_margins_leaves_its_middle():
+    state = replace(robot([0.004]), lower=np.array([-0.005]), upper=np.array([0.005]))
+    nothing = proximity([], np.zeros((0, 1)))
+    for wish in (-1.0, 0.0, 1.0):
+        velocity = safe_motion(np.array([wish]), np.zeros((0, 1)), state, nothing, OPTIONS).velocity
+        assert velocity[0] == pytest.approx(-OPTIONS.damper / OPTIONS.dt * 0.004)
+
+
+def test_joints_without_limits_and_speeds_are_free():
+    state = replace(robot([9.0, 0.0], limit=np.inf), speed=np.array([np.inf, 1.0]))
+    nothing = proximity([], np.zeros((0, 2)))
+    wish = np.array([50.0, 0.0])
+    assert np.array_equal(
+        safe_motion(wish, np.zeros((0, 2)), state, nothing, OPTIONS).velocity, wish
+    )
+    wall = proximity([0.01], [[-1.0, 0.0]])
+    velocity = safe_motion(wish, np.zeros((0, 2)), state, wall, OPTIONS).velocity
+    assert np.allclose(velocity, 0.0, atol=1e-9)
+
+
+def test_a_joint_of_speed_zero_stands():
+    state = replace(robot([0.0, 0.0]), speed=np.array([0.0, 1.0]))
+    wall = proximity([0.01], [[1.0, 1.0]])
+    motion = safe_motion(np.array([1.0, -1.0]), np.zeros((0, 2)), state, wall, OPTIONS)
+    assert motion.feasible
+    assert np.allclose(motion.velocity, 0.0, atol=1e-9)
+
+
+# Moving obstacles
+
+
+def test_a_robot_gives_way_to_what_comes_at_it():
+    velocity = np.array([0.2, 0.0])
+
+    def walls(q: Array, time: float) -> Proximity:
+        return disc(q, np.array([-0.3, 0.0]) + time * velocity, 0.1, velocity)
+
+    path = drive([0.0, 0.0], [0.0, 0.0], walls, 1000)
+    assert path.min() >= OPTIONS.margin - 1e-9
+    assert path[-1, 0] < OPTIONS.margin + 0.01  # it was driven before it
+
+
+def test_what_goes_away_may_be_followed():
+    leaving = proximity([0.01], [[1.0, 0.0]], [0.3])
+    motion = safe_motion(np.array([-0.3, 0.0]), np.zeros((0, 2)), robot([0, 0]), leaving, OPTIONS)
+    assert np.allclose(motion.velocity, [-0.3, 0.0])
+    assert motion.blocking == ()
+
+
+def test_jaws_that_close_are_reported_and_the_speeds_kept():
+    jaws = proximity([0.01, 0.01], [[1.0, 0.0], [-1.0, 0.0]], [-0.1, -0.3])
+    motion = safe_motion(np.array([0.0, 5.0]), np.zeros((0, 2)), robot([0, 0]), jaws, OPTIONS)
+    assert not motion.feasible
+    # The least violation: both jaws are missed by the same.
+    assert motion.velocity[0] == pytest.approx(-0.1, abs=1e-4)
+    assert motion.velocity[1] <= 1.0 + 1e-9
+    assert set(motion.blocking[:2]) == {"link0 near box0", "link1 near box1"}
+
+
+def test_the_least_violation_is_in_metres_a_second_whatever_the_lever():
+    # |1 - x|² + |1 + x/10|² is least at x = 0.9 / 1.01; per unit of lever it would be -4.5.
+    jaws = proximity([0.01, 0.01], [[1.0, 0.0], [-0.1, 0.0]], [-1.0, -1.0])
+    state = robot([0, 0], speed=9.0)
+    motion = safe_motion(np.zeros(2), np.zeros((0, 2)), state, jaws, OPTIONS)
+    assert not motion.feasible
+    assert motion.velocity[0] == pytest.approx(0.9 / 1.01, abs=1e-4)
+
+
+def test_what_comes_too_fast_is_fled_at_full_speed():
+    fast = proximity([0.02], [[1.0, 0.0]], [-5.0])
+    motion = safe_motion(np.zeros(2), np.zeros((0, 2)), robot([0, 0]), fast, OPTIONS)
+    assert not motion.feasible
+    assert motion.velocity[0] == pytest.approx(1.0, abs=1e-6)
+    assert "link0 near box0" in motion.blocking
+
+
+def test_what_comes_at_a_part_that_cannot_move_is_named():
+    foot = proximity([0.01, 0.01], [[0.0, 0.0], [1.0, 0.0]], [-0.2, 0.0])
+    motion = safe_motion(np.array([-1.0, 0.2]), np.zeros((0, 2)), robot([0, 0]), foot, OPTIONS)
+    assert not motion.feasible
+    assert motion.blocking[0] == "link0 near box0"
+    # The other distance is kept all the same.
+    assert motion.velocity[0] == pytest.approx(0.0, abs=1e-5)
+    assert motion.velocity[1] == pytest.approx(0.2, abs=1e-5)
+
+
+# What is no number
+
+
+SPOILT = [
+    (where, value)
+    for where in ("wish", "tasks", "distance", "rows", "drift", "speed", "upper")
+    for value in (np.nan, np.inf, -np.inf)
+    if np.isnan(value) or where not in ("speed", "upper")  # these may be infinite
+]
+
+
+@pytest.mark.parametrize(("where", "value"), SPOILT)
+def test_what_is_not_finite_stops_the_robot_and_is_named(where, value):
+    wish, tasks, state = np.array([0.1, 0.1]), np.ones((1, 2)), robot([0, 0])
+    near = proximity([0.2, 0.2], np.eye(2))
+    spoilt = np.array([0.2, value])
+    if where == "wish":
+        wish = spoilt
+    elif where == "tasks":
+        tasks = spoilt[None]
+    elif where == "rows":
+        near = replace(near, rows=np.array([[1.0, 0.0], spoilt]))
+    elif where in ("distance", "drift"):
+        near = replace(near, **{where: spoilt})
+    else:
+        state = replace(state, **{where: spoilt})
+    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    assert np.array_equal(motion.velocity, np.zeros(2))
+    assert not motion.feasible
+    told = {
+        "wish": "wished velocity", "tasks": "rows of the tasks", "speed": "joint speed",
+        "upper": "joint limit",
+    }.get(where, "distance of link1 and box1")  # fmt: skip
+    assert told in motion.blocking[0]
+
+
+@given(seed=seeds, scale=st.floats(-12.0, 12.0))
+def test_numbers_of_any_size_give_finite_velocities_within_the_speeds(seed, scale):
+    state, near, wish, tasks = case(seed, drift=0.1, inside=0.02)
+    near = replace(near, rows=near.rows * 10.0**scale)
+    for far in (wish, 10.0**scale * wish):
+        velocity = safe_motion(far, tasks, state, near, OPTIONS).velocity
+        assert np.all(np.abs(velocity) <= state.speed + 1e-9)
