@@ -12,13 +12,13 @@ from eyehand.errors import InputError
 from .collision_options import CollisionOptions
 from .collision_pairs import candidate_pairs, parts_of
 from .held_object import HeldObject, beside_frame, held_row
-from .mujoco_binding import address, compiled_calls
+from .mujoco_binding import compiled_calls
 from .proximity import Proximity
 from .proximity_kernels import near_pairs
 from .proximity_reference import measure_plain, proximity_reference
-from .proximity_tables import BOUND, HALF, KIND, MIDDLE, SIZE, ProximityTables
+from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .shapes import ConvexMesh, check_pose
-from .sphere_cover import cover_geom
+from .sphere_cover import cover_parts
 from .world_spec import build_world, fill_slot
 
 if TYPE_CHECKING:
@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from scipy.spatial.transform import RigidTransform
 
-    from .mujoco_binding import Model
     from .robot_model import RobotModel
     from .shapes import Obstacle, Shape
 
@@ -196,7 +195,7 @@ class CollisionWorld:
         q = self.robot.checked(q)
         tables = self._tables
         if self._compiled:
-            found = near_pairs(*self._addresses, q, *self._views, *self._by_pair)
+            found = near_pairs(q, *self._arguments)
         else:
             found = proximity_reference(tables, q)
         index, distance, normal, on_robot, on_other, rows, drift = found
@@ -240,47 +239,20 @@ class CollisionWorld:
         self._geoms = dict(zip(meshes, world.meshes, strict=True))
         plain = [name for name in shapes if name not in meshes]
         self._geoms.update(zip(plain, world.slots, strict=False))
-        self._shapes = np.zeros((model.ngeom, 11))
-        for geom in range(model.ngeom):
-            self._copy_shape(model, geom)
+        self._shapes = np.array([shape_row(model, geom) for geom in range(model.ngeom)])
         self._motion = np.zeros((model.ngeom, 9))
-        self._set_covers(model)
+        self._balls, self._covers = cover_parts(model, self._parts.robot, self.options.cover)
         robot = self.robot
         self._joints = np.column_stack([robot.places, robot.joints, robot.hinge]).astype(np.int64)
-        self._views = (
-            *(data.qpos, data.xanchor, data.xaxis, data.xpos, data.xmat),
-            *(data.geom_xpos, data.geom_xmat, model.geom_size),
-        )
-        if self._compiled:
-            self._addresses = (address(model), address(data))
         for name in shapes:
             self._put(name, shapes[name])
-
-    def _copy_shape(self, model: Model, geom: int) -> None:
-        row = self._shapes[geom]
-        row[KIND] = model.geom_type[geom]
-        row[BOUND] = model.geom_rbound[geom]
-        row[MIDDLE : HALF + 3] = model.geom_aabb[geom]
-        row[SIZE : SIZE + 3] = model.geom_size[geom]
-
-    def _set_covers(self, model: Model) -> None:
-        self._covers = np.zeros((model.ngeom, 2), dtype=np.int64)
-        balls = [np.empty((0, 4))]
-        options = self.options.cover
-        if options is None:
-            self._balls = balls[0]
-            return
-        for geom in self._parts.robot:
-            balls.append(cover_geom(model, geom, options))
-            self._covers[geom] = sum(map(len, balls[:-1])), len(balls[-1])
-        self._balls = np.vstack(balls)
 
     def _put(self, name: str, shape: Shape | None = None) -> None:
         """Bring an obstacle's pose and velocity, and its shape if new, to the model."""
         world, geom = self._world, self._geoms[name]
         if shape is not None and not isinstance(shape, ConvexMesh):
             fill_slot(world.model, geom, shape)
-            self._copy_shape(world.model, geom)
+            self._shapes[geom] = shape_row(world.model, geom)
         if name in self._held:
             self._motion[geom] = 0.0
             return
@@ -309,16 +281,16 @@ class CollisionWorld:
 
     def _list_pairs(self) -> None:
         """List pairs and names after something came or went."""
-        parts, model = self._parts, self._world.model
+        parts, robot, model = self._parts, self.robot, self._world.model
         names = {**parts.names, **{geom: name for name, geom in self._geoms.items()}}
-        moves = np.zeros((model.ngeom, self.robot.n), dtype=bool)
+        moves = np.zeros((model.ngeom, robot.n), dtype=bool)
         moves[: len(parts.moves)] = parts.moves
         held = [self._geoms[name] for name in self._held]
-        moves[held] = self.robot.moves[self.robot.frame_body]
+        moves[held] = robot.moves[robot.frame_body]
         obstacles = [self._geoms[name] for name in self._obstacles]
         pairs = list(self._own_pairs)
         pairs += [(a, b) for a in (*parts.robot, *held) for b in obstacles]
-        near = beside_frame(self.robot, parts) if held else set()
+        near = beside_frame(robot, parts) if held else set()
         pairs += [
             (a, b)
             for a in held
@@ -337,26 +309,16 @@ class CollisionWorld:
             motion=self._motion,
             pairs=np.array(pairs, dtype=np.int64).reshape(-1, 2),
             names=tuple((names[a], names[b]) for a, b in pairs),
-            held=self._held_rows(),
+            held=np.array(
+                [held_row(robot, model, self._geoms[one.name], one.pose) for one in self.held]
+            ).reshape(-1, 14),
             balls=self._balls,
             covers=self._covers,
             probe=self._world.probe,
             sharpness=cover.sharpness if cover else 1.0,
             cut_off=self.options.cut_off,
         )
-        tables = self._tables
-        self._by_pair = (
-            *(tables.joints, tables.moves, tables.shapes, tables.motion, tables.pairs),
-            *(tables.held, tables.balls, tables.covers, tables.probe),
-            *(tables.sharpness, tables.cut_off),
-        )
-
-    def _held_rows(self) -> NDArray[np.float64]:
-        rows = [
-            held_row(self.robot, self._world.model, self._geoms[held.name], held.pose)
-            for held in self._held.values()
-        ]
-        return np.array(rows).reshape(-1, 14)
+        self._arguments = kernel_arguments(self._tables) if self._compiled else ()
 
     def _check_free(self, name: str) -> None:
         taken = {**self._obstacles, **self._held}

@@ -18,9 +18,9 @@ from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD
 
 @njit(cache=True)
 def near_pairs(
+    q,
     model,
     data,
-    q,
     qpos,
     anchors,
     axes,
@@ -43,9 +43,9 @@ def near_pairs(
 ):
     """Measure all pairs nearer than the cut-off at ``q``.
 
-    ``qpos`` to ``matrices`` are views of the data (``qpos``, ``xanchor``, ``xaxis``, ``xpos``,
-    ``xmat``, ``geom_xpos``, ``geom_xmat``), ``sizes`` is the model's ``geom_size``, the rest the
-    fields of :class:`ProximityTables`.
+    ``model`` and ``data`` are addresses, ``qpos`` to ``matrices`` are views of the data (``qpos``,
+    ``xanchor``, ``xaxis``, ``xpos``, ``xmat``, ``geom_xpos``, ``geom_xmat``), ``sizes`` is the
+    model's ``geom_size``, the rest the fields of :class:`ProximityTables`.
 
     Returns
     -------

@@ -5,8 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from .mujoco_binding import address
+
 if TYPE_CHECKING:
-    import numpy as np
     from numpy.typing import NDArray
 
     from .mujoco_binding import Data, Model
@@ -50,3 +53,20 @@ class ProximityTables:
     """k of the soft minimum over a cover, 1/m."""
     cut_off: float
     """m."""
+
+
+def shape_row(model: Model, geom: int) -> NDArray[np.float64]:
+    """Row of :attr:`ProximityTables.shapes` for a geom as it is in the model now."""
+    kind, bound = model.geom_type[geom], model.geom_rbound[geom]
+    return np.array([kind, bound, *model.geom_aabb[geom], *model.geom_size[geom]], dtype=np.float64)
+
+
+def kernel_arguments(tables: ProximityTables) -> tuple:
+    """Addresses, views and tables in the order in which the kernel takes them, after ``q``."""
+    model, data = tables.model, tables.data
+    views = (data.qpos, data.xanchor, data.xaxis, data.xpos, data.xmat)
+    geoms = (data.geom_xpos, data.geom_xmat, model.geom_size)
+    pairs = (tables.joints, tables.moves, tables.shapes, tables.motion, tables.pairs)
+    extras = (tables.held, tables.balls, tables.covers, tables.probe)
+    limits = (tables.sharpness, tables.cut_off)
+    return (address(model), address(data), *views, *geoms, *pairs, *extras, *limits)

@@ -9,10 +9,34 @@ import numpy as np
 from .mujoco_binding import mujoco
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from .collision_options import CoverOptions
     from .mujoco_binding import Model
+
+
+def cover_parts(
+    model: Model, geoms: Sequence[int], options: CoverOptions | None
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Cover several geoms; none if there are no options.
+
+    Returns
+    -------
+    balls, covers
+        All balls one after another (B, 4), and of each geom of the model its first ball and
+        their number (geoms, 2).
+    """
+    balls = [np.empty((0, 4))]
+    covers = np.zeros((model.ngeom, 2), dtype=np.int64)
+    if options is None:
+        return balls[0], covers
+    for geom in geoms:
+        covers[geom, 0] = sum(map(len, balls))
+        balls.append(cover_geom(model, geom, options))
+        covers[geom, 1] = len(balls[-1])
+    return np.vstack(balls), covers
 
 
 def cover_geom(model: Model, geom: int, options: CoverOptions) -> NDArray[np.float64]:
