@@ -1,4 +1,4 @@
-"""The approach controller: tasks, obstacles and joint angles in, joint velocities and status out."""
+"""The approach controller: aims, obstacles, joint angles in; joint velocities and a status out."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from eyehand.errors import InputError
 
 from .options import ControlOptions
+from .posture_aims import Posture, centring_cost
 from .relaxation import relaxed_rate
 from .repulsion import repulsion_gradient, require_stable
 from .safety import safe_motion
@@ -22,11 +23,19 @@ if TYPE_CHECKING:
 
     from .collision_world import CollisionWorld
     from .proximity import Proximity
+    from .robot_model import RobotModel
     from .robot_state import RobotState
     from .task import Aim, Task
 
 Status = Literal["moving", "reached", "stuck", "infeasible"]
 """``stuck``: safe and no longer getting nearer; ``infeasible``: what must be kept cannot be."""
+Phase = Literal["approach", "retreat"]
+"""A motion that is stuck goes back to a posture of refuge before it tries again."""
+
+AT_REFUGE = 0.1
+"""Norm of the joint differences at which a retreat has arrived, rad: it is but a new start."""
+RETREAT_PATIENCE = 0.3
+"""A retreat that gets no nearer for so long, s, has come as far as it can."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +62,8 @@ class Cycle:
     """Where the motion stands."""
     reason: str
     """Why it is stuck or infeasible, by name; empty otherwise."""
+    phase: Phase
+    """Whether it heads for the aims or for a refuge."""
     errors: tuple[float, ...]
     """By task: norm of what is left, m or rad."""
     clearance: float
@@ -93,13 +104,14 @@ class ApproachController:
         self.options = options or ControlOptions()
         if not self.aims:
             raise InputError("the controller needs at least one aim")
-        require_stable(self.options, self.robot.lever)
+        require_stable(self.options, _lever(self.robot.at(self.robot.home)))
         self.restart()
 
     def restart(self) -> None:
         """Forget how the motion went: after a jump of the robot, new obstacles, new patience."""
-        self._best = float("inf")
-        self._stalled = 0.0
+        self._phase: Phase = "approach"
+        self._retreats = 0
+        self._begin()
 
     def step(self, q: NDArray[np.float64]) -> Cycle:
         """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
@@ -111,7 +123,7 @@ class ApproachController:
         """
         state = self.robot.at(q)
         proximity = self.world.proximity(state.q)
-        wish = task_motion(state, self.aims, proximity, self.options)
+        wish = task_motion(state, self._aims(), proximity, self.options)
         velocity, blocking, feasible = wish.velocity, (), True
         if self.options.safety:
             rows = np.concatenate([task.jacobian for task in wish.tasks])
@@ -121,27 +133,74 @@ class ApproachController:
             velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
         else:
             velocity = np.clip(velocity, -state.speed, state.speed)
-        errors = tuple(float(np.linalg.norm(task.error)) for task in wish.tasks)
-        status, reason = self._judge(errors, wish, blocking, feasible)
+        phase = self._phase
+        left = tuple(task.unmet for task in wish.tasks)
+        if phase == "retreat":
+            errors = tuple(aim.at(state).unmet for aim in self.aims)
+            self._judge_retreat(left[0], feasible)
+        else:
+            errors = left
+        status, reason = "moving", ""
+        if not feasible:
+            status = "infeasible"
+            reason = f"cannot keep the margin: {', '.join(blocking[:3]) or 'no reason'}"
+        elif phase == "approach":
+            status, reason = self._judge(errors, wish, blocking)
         clearance = float(proximity.distance.min(initial=float("inf")))
-        return Cycle(velocity, status, reason, errors, clearance, wish.beta, blocking)
+        return Cycle(velocity, status, reason, phase, errors, clearance, wish.beta, blocking)
+
+    def _begin(self) -> None:
+        self._best = float("inf")
+        self._stalled = 0.0
+        self._clock = 0.0
+
+    def _aims(self) -> tuple[Aim, ...]:
+        if self._phase == "approach":
+            return self.aims
+        refuges = refuge_postures(self.robot)
+        refuge = refuges[(self._retreats - 1) % len(refuges)]
+        return (Posture(refuge, speed=self.options.retreat_speed),)
 
     def _judge(
-        self, errors: tuple[float, ...], wish: Wish, blocking: tuple[str, ...], feasible: bool
+        self, errors: tuple[float, ...], wish: Wish, blocking: tuple[str, ...]
     ) -> tuple[Status, str]:
-        if not feasible:
-            return "infeasible", f"cannot keep the margin: {', '.join(blocking[:3]) or 'no reason'}"
         if max(errors) <= self.options.tolerance:
             self.restart()
             return "reached", ""
-        total = sum(errors)
-        if total < self._best - self.options.progress:
-            self._best, self._stalled = total, 0.0
-        else:
-            self._stalled += self.options.dt
-        if self._stalled < self.options.patience:
+        if self._stalled_for(sum(errors)) < self.options.patience:
+            return "moving", ""
+        if self._retreats < self.options.retreats:
+            self._phase = "retreat"
+            self._retreats += 1
+            self._begin()
             return "moving", ""
         return "stuck", _what_blocks(errors, wish, blocking, self.options)
+
+    def _judge_retreat(self, left: float, feasible: bool) -> None:
+        self._clock += self.options.dt
+        arrived = left < AT_REFUGE or self._stalled_for(left) > RETREAT_PATIENCE
+        if arrived or self._clock > self.options.retreat_seconds or not feasible:
+            self._phase = "approach"
+            self._begin()
+
+    def _stalled_for(self, left: float) -> float:
+        """Time without progress, s, this cycle's errors being `left` in all."""
+        if left < self._best - self.options.progress:
+            self._best, self._stalled = left, 0.0
+        else:
+            self._stalled += self.options.dt
+        return self._stalled
+
+
+def refuge_postures(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
+    """Postures (n,) to try again from: home, and its mirror image in the joints' ranges.
+
+    The image bends elbow and wrist the other way, which is what a way round often needs. A joint
+    without a range is mirrored about zero.
+    """
+    span = robot.lower + robot.upper
+    mirrored = np.where(np.isfinite(span), span, 0.0) - robot.home
+    return robot.home, mirrored
 
 
 def task_motion(
@@ -159,11 +218,25 @@ def task_motion(
         rate, beta = relaxed_rate(task, gradient, options)
         rates.append(rate)
         betas.append(beta)
-    free_motion = options.centring * (state.home - state.q) - gradient
+    free_motion = -options.centring * _centring_gradient(state, options.centring_power) - gradient
     solution = solve_stack(
         tasks, rates, free_motion=free_motion, speed=state.speed, options=options
     )
     return Wish(solution.velocity, tasks, tuple(betas), solution.missing)
+
+
+def _centring_gradient(state: RobotState, power: int) -> NDArray[np.float64]:
+    """Gradient (n,) of the cost of being off the middle of the joints' ranges (eq. 5)."""
+    span = state.upper - state.lower
+    ranged = np.isfinite(span) & (span > 0.0)
+    weights = np.divide(1.0, span, out=np.zeros_like(span), where=ranged)
+    middle = np.where(ranged, 0.5 * (state.lower + state.upper), state.q)
+    return centring_cost(state.q, middle, weights, power)[1]
+
+
+def _lever(state: RobotState) -> float:
+    """Largest motion of the frame per unit of joint motion, m: what a distance row may reach."""
+    return float(np.linalg.norm(state.jacobian[:3], 2))
 
 
 def _what_blocks(

@@ -41,8 +41,11 @@ class ControlOptions:
     """Distance d_B below which obstacles repel (eq. 6), m: larger swerves earlier."""
     eta: float = 6.0
     """Gain η of that repulsion (eq. 6), 1/(m² s): larger pushes harder; see :func:`stable_eta`."""
-    centring: float = 0.2
-    """Gain towards the home posture in what the tasks leave free, 1/s."""
+    centring: float = 0.1
+    """Gain of keeping joints near the middle of their ranges (eq. 5) in what the tasks leave free,
+    1/s."""
+    centring_power: int = 4
+    """Power p of that cost, even: higher leaves the middle free and pushes harder near limits."""
     safety: bool = True
     """Whether a quadratic program above all tasks keeps distances, joint ranges and speeds."""
     margin: float = 0.01
@@ -61,6 +64,13 @@ class ControlOptions:
     """Largest error of a task that counts as reached, m or rad."""
     patience: float = 1.5
     """How long the errors may stay without progress before the motion counts as stuck, s."""
+    retreats: int = 2
+    """How often a stuck motion goes back to a posture of refuge and tries again from there; the
+    home posture and its mirror image take turns. 0 stays stuck."""
+    retreat_speed: float = 1.5
+    """Largest norm of the joint velocities on the way back, rad/s."""
+    retreat_seconds: float = 6.0
+    """Longest way back, s; where it ends, the motion tries again."""
     progress: float = 1e-3
     """Decrease of the summed errors that counts as progress, m or rad."""
 
@@ -72,6 +82,11 @@ class ControlOptions:
                 raise InputError(f'beta must be "dynamic" or a number >= 0, got {self.beta!r}')
         elif not 0.0 <= self.beta < float("inf"):
             raise InputError(f'beta must be "dynamic" or a number >= 0, got {self.beta}')
+        if self.centring_power < 2 or self.centring_power % 2:
+            raise InputError(
+                "centring_power must be an even whole number >= 2 (eq. 5 has no minimum with an "
+                f"odd one), got {self.centring_power}"
+            )
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
             if not low <= value <= high:
@@ -96,4 +111,7 @@ _RANGES: dict[str, tuple[float, float]] = {
     "tolerance": (1e-9, 1.0),
     "patience": (1e-3, 1e3),
     "progress": (0.0, 1.0),
+    "retreats": (0, 100),
+    "retreat_speed": (1e-3, 100.0),
+    "retreat_seconds": (1e-3, 1e3),
 }

@@ -145,6 +145,40 @@ class JointCentring:
         return Task(self.name, state.q, -gradient, np.eye(len(state.q)), self.gain, self.speed)
 
 
+@dataclass(frozen=True, eq=False)
+class Posture:
+    """Go to joint positions, n rows: nothing is left free.
+
+    Raises
+    ------
+    InputError
+        If the goal is not finite, or (by `at`) has not one number per joint.
+    """
+
+    goal: NDArray[np.float64]
+    """Joint positions (n,), rad or m."""
+    gain: float = DEFAULT_GAIN
+    """1/s."""
+    speed: float = DEFAULT_TURN_SPEED
+    """Largest norm of the joint velocities, rad/s."""
+    name: str = "posture"
+    """Name for reports."""
+
+    def __post_init__(self) -> None:
+        rates(self.name, self.gain, self.speed)
+        store(self, goal=vector(self.name, "goal", self.goal, None))
+
+    def at(self, state: RobotState) -> Task:
+        """Value: the posture (n,), rad or m."""
+        if self.goal.shape != state.q.shape:
+            raise InputError(
+                f"{self.name}: goal must have one number per joint, {len(state.q)}, got "
+                f"{len(self.goal)}"
+            )
+        jacobian = np.eye(len(state.q))
+        return Task(self.name, state.q, self.goal - state.q, jacobian, self.gain, self.speed)
+
+
 def centring_cost(
     q: NDArray[np.float64],
     reference: NDArray[np.float64],

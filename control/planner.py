@@ -1,0 +1,227 @@
+"""Ways round local minima: a tree of roll-outs of the controller, in the space of the task.
+
+Sharing the work between a local controller and a global search follows Behnisch et al. 2011; the
+tree grows in the few dimensions of the frame's place, after LaValle 1998. Its edges are motions of
+the controller itself, so that a way found is a way already gone.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .approach import ApproachController
+from .planner_options import PlannerOptions
+from .point_aims import Position
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .collision_world import CollisionWorld
+    from .options import ControlOptions
+    from .task import Aim
+
+
+@dataclass(frozen=True)
+class Way:
+    """A way found, or (false in a condition) why none was."""
+
+    found: bool
+    """Whether the way ends with all aims reached."""
+    postures: NDArray[np.float64]
+    """Joint angles (N, n) along the way, the start first."""
+    dt: float
+    """Time from one posture to the next, s."""
+    reason: str
+    """Why no way was found: what blocked the nearest try; empty otherwise."""
+    rollouts: int
+    """Motions tried."""
+    places: int
+    """Places known at the end."""
+    seconds: float
+    """Time the search took, s."""
+
+    def __bool__(self) -> bool:
+        return self.found
+
+
+@dataclass(frozen=True)
+class _Place:
+    position: NDArray[np.float64]
+    q: NDArray[np.float64]
+    left: float
+    """Summed errors of the aims."""
+    parent: int
+    postures: NDArray[np.float64]
+    """(N, n) from the parent's posture, that one not included."""
+
+
+@dataclass(frozen=True)
+class _Rollout:
+    postures: NDArray[np.float64]
+    reached: bool
+    reason: str
+    left: float
+
+
+def plan(
+    world: CollisionWorld,
+    aims: Sequence[Aim],
+    q: NDArray[np.float64],
+    options: ControlOptions,
+    planner: PlannerOptions | None = None,
+) -> Way:
+    """Search for a way from joint angles q (n,) to where all aims are reached.
+
+    Each turn rolls the controller out, from the known place nearest to a drawn one towards that,
+    or from the place nearest to the goal towards the aims themselves; places from which the goal
+    was tried in vain count as farther. Every place that a roll-out newly finds tries for the goal.
+
+    Raises
+    ------
+    InputError
+        If q has another shape, or is not finite.
+    """
+    planner = planner or PlannerOptions()
+    began = time.perf_counter()
+    rng = np.random.default_rng(planner.seed)
+    search = _Search(world, tuple(aims), options, planner)
+    search.add(-1, np.zeros((0, len(q))), np.asarray(q, dtype=np.float64))
+    low, high = search.bounds()
+    found = search.try_goal(0)
+    while not found and time.perf_counter() - began < planner.seconds:
+        if rng.random() < planner.goal_share:
+            found = search.try_goal(search.most_promising())
+            continue
+        new = search.extend(rng.uniform(low, high))
+        found = new >= 0 and search.try_goal(new)
+    seconds = time.perf_counter() - began
+    return Way(
+        found,
+        search.way(len(search.places) - 1 if found else search.nearest_to_goal()),
+        planner.dt,
+        "" if found else search.reason,
+        search.rollouts,
+        len(search.places),
+        seconds,
+    )
+
+
+class _Search:
+    def __init__(
+        self,
+        world: CollisionWorld,
+        aims: tuple[Aim, ...],
+        options: ControlOptions,
+        planner: PlannerOptions,
+    ) -> None:
+        self.world = world
+        self.aims = aims
+        self.options = replace(
+            options,
+            dt=planner.dt,
+            patience=planner.patience,
+            retreats=0,
+            eta=min(options.eta, options.eta * options.dt / planner.dt),
+        )
+        self.planner = planner
+        self.places: list[_Place] = []
+        self.failures: list[int] = []
+        self.rollouts = 0
+        self.reason = "no time to search"
+
+    def add(self, parent: int, postures: NDArray[np.float64], q: NDArray[np.float64]) -> int:
+        state = self.world.robot.at(q)
+        left = sum(aim.at(state).unmet for aim in self.aims)
+        self.places.append(_Place(state.position, state.q, left, parent, postures))
+        self.failures.append(0)
+        return len(self.places) - 1
+
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Box (3,), (3,) in which places are drawn: about the start and what the aims point at."""
+        start = self.places[0]
+        state = self.world.robot.at(start.q)
+        ends = [start.position]
+        for aim in self.aims:
+            task = aim.at(state)
+            # Where the frame would be if the error were taken away at once, in a straight line.
+            step = np.linalg.pinv(task.jacobian) @ task.error
+            ends.append(start.position + state.jacobian[:3] @ step)
+        corners = np.array(ends)
+        beyond = self.planner.reach_beyond
+        return corners.min(axis=0) - beyond, corners.max(axis=0) + beyond
+
+    def most_promising(self) -> int:
+        cost = self.planner.failure_cost
+        scores = [
+            place.left + cost * failed
+            for place, failed in zip(self.places, self.failures, strict=True)
+        ]
+        return int(np.argmin(scores))
+
+    def nearest_to_goal(self) -> int:
+        return int(np.argmin([place.left for place in self.places]))
+
+    def try_goal(self, index: int) -> bool:
+        """Head for the aims; whether they were reached, the last place then being the end."""
+        place = self.places[index]
+        result = self.roll_out(place.q, self.aims)
+        if result.reached:
+            self.add(
+                index, result.postures, result.postures[-1] if len(result.postures) else place.q
+            )
+            return True
+        self.failures[index] += 1
+        self.reason = result.reason
+        end = self._keep(index, result)
+        if end >= 0:
+            self.failures[end] += 1
+        return False
+
+    def extend(self, target: NDArray[np.float64]) -> int:
+        """Roll out towards a drawn place from the nearest known one; the new place, or -1."""
+        away = [float(np.linalg.norm(place.position - target)) for place in self.places]
+        index = int(np.argmin(away))
+        result = self.roll_out(self.places[index].q, (Position(target),))
+        return self._keep(index, result)
+
+    def roll_out(self, q: NDArray[np.float64], aims: tuple[Aim, ...]) -> _Rollout:
+        self.rollouts += 1
+        controller = ApproachController(self.world, aims, self.options)
+        postures = []
+        left = float("inf")
+        reason = "longest roll-out"
+        for _ in range(round(self.planner.longest / self.planner.dt)):
+            cycle = controller.step(q)
+            left = sum(cycle.errors)
+            if cycle.status != "moving":
+                reason = cycle.reason
+                break
+            q = q + self.planner.dt * cycle.velocity
+            postures.append(q)
+        reached = reason == ""
+        return _Rollout(np.array(postures).reshape(-1, len(q)), reached, reason, left)
+
+    def way(self, index: int) -> NDArray[np.float64]:
+        pieces = []
+        while index > 0:
+            pieces.append(self.places[index].postures)
+            index = self.places[index].parent
+        return np.vstack([self.places[0].q[None], *reversed(pieces)])
+
+    def _keep(self, parent: int, result: _Rollout) -> int:
+        if not len(result.postures):
+            return -1
+        q = result.postures[-1]
+        position = self.world.robot.at(q).position
+        weight = self.planner.posture_weight
+        for place in self.places:
+            gap = np.linalg.norm(place.position - position) + weight * np.linalg.norm(place.q - q)
+            if gap < self.planner.least_step:
+                return -1
+        return self.add(parent, result.postures, q)
