@@ -59,7 +59,8 @@ class PlannedReach:
         planner: PlannerOptions,
     ) -> None:
         self._world, self._aim, self._options, self._planner = world, aim, options, planner
-        hasty = replace(options, patience=min(options.patience, PATIENCE_S))
+        # The search takes the place of retreats.
+        hasty = replace(options, patience=min(options.patience, PATIENCE_S), retreats=0)
         self._controller = ApproachController(world, (aim,), hasty)
         self._track: NDArray[np.float64] = np.empty((0, world.robot.n))
         self._at = 0

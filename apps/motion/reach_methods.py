@@ -46,17 +46,19 @@ class ReachMethodSettings:
 OWN_METHODS: dict[str, ReachMethodSettings] = {
     "null space only": ReachMethodSettings(
         "straight to the goal; what the goal leaves free avoids",
-        ControlOptions(beta=0.0, safety=False),
+        ControlOptions(beta=0.0, safety=False, retreats=0),
     ),
     "beta 1": ReachMethodSettings(
         "avoidance bends the way to the goal at full weight",
-        ControlOptions(beta=1.0, safety=False),
+        ControlOptions(beta=1.0, safety=False, retreats=0),
     ),
     "dynamic beta": ReachMethodSettings(
         "avoidance bends the way no more than the goal still pulls",
-        ControlOptions(safety=False),
+        ControlOptions(safety=False, retreats=0),
     ),
-    DEFAULT: ReachMethodSettings("dynamic beta, with the safety level above it", ControlOptions()),
+    DEFAULT: ReachMethodSettings(
+        "dynamic beta, with the safety level above it, and retreats", ControlOptions()
+    ),
     PLANNED: ReachMethodSettings(
         "the default, which looks for a way when it is stuck", ControlOptions(), PlannerOptions()
     ),

@@ -15,6 +15,7 @@ from eyehand.apps.motion.reach_methods import METHODS, own_method, reaching_worl
 from eyehand.apps.motion.reach_outcome import ReachOptions, ReachOutcome, run_reach
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
 from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
+from eyehand.control.approach import Cycle
 from eyehand.control.options import ControlOptions
 from eyehand.control.planner import Way
 from eyehand.control.planner_options import PlannerOptions
@@ -29,6 +30,19 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
         main(["control", "bench", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
+
+
+class _Helpless:
+    """A controller that is stuck from the start."""
+
+    def __init__(self, world, aims, options):
+        self.still = Cycle(np.zeros(7), "stuck", "helpless", "approach", (1.0,), 1.0, (0.0,), ())
+
+    def step(self, q) -> Cycle:
+        return self.still
+
+    def restart(self) -> None:
+        pass
 
 
 def outcome(**changed) -> ReachOutcome:
@@ -159,12 +173,22 @@ def test_a_way_found_is_followed_to_the_goal(monkeypatch):
     postures = scene.start + shares * (scene.witness - scene.start)
     way = Way(True, postures, 0.02, "", 1, 2, 0.0)
     monkeypatch.setattr(planned_reach, "plan", lambda *_: way)
-    # A controller without gain stands still, is stuck soon, and asks for a way.
-    lame = Position(scene.goal, gain=1e-9)
-    method = PlannedReach(world, lame, ControlOptions(centring=0.0), PlannerOptions())
+    monkeypatch.setattr(planned_reach, "ApproachController", _Helpless)
+    method = PlannedReach(world, Position(scene.goal), ControlOptions(), PlannerOptions())
     result = run_reach(scene, method, ReachOptions(longest=60.0))
     assert result.status == "reached"
     assert method.ways == [way]
+
+
+def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
+    scene = make_reaching_scene(9, boxes=0)
+    monkeypatch.setattr(planned_reach, "ApproachController", _Helpless)
+    none = Way(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
+    monkeypatch.setattr(planned_reach, "plan", lambda *_: none)
+    world, aim = reaching_world(scene.obstacles), Position(scene.goal)
+    method = PlannedReach(world, aim, ControlOptions(), PlannerOptions())
+    result = run_reach(scene, method)
+    assert (result.status, method.reason) == ("stuck", "walled off")
 
 
 def test_the_cycle_contest_has_the_same_pairs_for_all():
