@@ -12,7 +12,7 @@ from eyehand.errors import InputError
 from .options import ControlOptions
 from .posture_aims import Posture, centring_cost
 from .relaxation import relaxed_rate
-from .repulsion import repulsion_gradient, require_stable
+from .repulsion import require_stable, tempered_gradient
 from .safety import safe_motion
 from .stack import solve_stack
 
@@ -212,7 +212,7 @@ def task_motion(
     the gradients of the costs of nearness and of posture.
     """
     tasks = tuple(aim.at(state) for aim in aims)
-    gradient = repulsion_gradient(proximity, options)
+    gradient = tempered_gradient(proximity, options)
     rates, betas = [], []
     for task in tasks:
         rate, beta = relaxed_rate(task, gradient, options)

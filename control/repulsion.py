@@ -30,13 +30,20 @@ def repulsion_gradient(proximity: Proximity, options: ControlOptions) -> NDArray
 
     With the signed distance d and its rows ∂d/∂q it reads 2 η (d - d_B) ∂d/∂q. As printed, with
     the length of the connecting vector, the direction turns round once the bodies overlap and
-    pulls them deeper. Where many pairs push at a time, their gains add up; the sum is held below
-    what overshoots in one control period (:func:`stable_eta`, the lever bounded by the Frobenius
-    norm of the pushing rows).
+    pulls them deeper.
     """
     depth = np.maximum(options.influence - proximity.distance, 0.0)
-    gradient = -2.0 * options.eta * (depth @ proximity.rows)
-    pushing = proximity.rows[depth > 0.0]
+    return -2.0 * options.eta * (depth @ proximity.rows)
+
+
+def tempered_gradient(proximity: Proximity, options: ControlOptions) -> NDArray[np.float64]:
+    """Gradient (n,) of :func:`repulsion_gradient`, held below what overshoots in one period.
+
+    Where many pairs push at a time their gains add up (:func:`stable_eta`, the lever bounded by
+    the Frobenius norm of the pushing rows); a gain above 1 is divided out.
+    """
+    gradient = repulsion_gradient(proximity, options)
+    pushing = proximity.rows[proximity.distance < options.influence]
     gain = 2.0 * options.eta * options.dt * float(np.vdot(pushing, pushing))
     return gradient / gain if gain > 1.0 else gradient
 
