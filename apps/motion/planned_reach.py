@@ -10,6 +10,7 @@ import numpy as np
 from eyehand.control.approach import ApproachController
 from eyehand.control.planner import plan
 from eyehand.control.safety import safe_motion
+from eyehand.control.task import DEFAULT_LINEAR_SPEED
 
 from .controlled_reach import said
 
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from eyehand.control.options import ControlOptions
     from eyehand.control.planner import Way
     from eyehand.control.planner_options import PlannerOptions
+    from eyehand.control.robot_model import RobotModel
     from eyehand.control.task import Aim
 
 PATIENCE_S = 0.9
@@ -29,6 +31,10 @@ MOST_SEARCHES = 3
 """A way may be left where the safety level bends it; then another is looked for, no more often."""
 NEAR_RAD = 0.02
 """The arm is where the way wants it when no joint is farther off."""
+SPEED_SHARE = 0.5
+"""Share of the joint speed limits that a way is gone with."""
+ROUNDING = 1e-9
+"""A way so many cycles longer than a whole number of them is not."""
 HELD_UP_S = 0.5
 """The way is given up when the arm has not come where it wants it for so long."""
 
@@ -86,7 +92,7 @@ class PlannedReach:
         if not way:
             self.reason = way.reason
             return cycle.velocity, "stuck"
-        self._track, self._at = densified(way.postures, way.dt, self._options.dt), 1
+        self._track, self._at = retimed(way.postures, self._world.robot, self._options.dt), 1
         self._controller.restart()
         return np.zeros_like(q), ""
 
@@ -106,9 +112,30 @@ class PlannedReach:
         return motion.velocity
 
 
-def densified(postures: NDArray[np.float64], dt: float, cycle: float) -> NDArray[np.float64]:
-    """Interpolate postures (N, n), dt apart, linearly to one a cycle, first and last included."""
-    times = dt * np.arange(len(postures))
-    count = int(np.ceil(times[-1] / cycle - 1e-9)) + 1
+def retimed(postures: NDArray[np.float64], robot: RobotModel, cycle: float) -> NDArray[np.float64]:
+    """Go a way anew, as fast as it may be gone: one posture a cycle, first and last included.
+
+    Every roll-out of a search slows down towards its end, and a way has several.
+
+    Parameters
+    ----------
+    postures
+        Joint angles along the way (N, n), rad.
+    robot
+        The arm.
+    cycle
+        Length of a cycle, s.
+
+    Returns
+    -------
+    ndarray
+        (M, n), linear between the given ones: no step moves the frame faster than an aim by
+        default does, or a joint faster than a share of its limit.
+    """
+    tool = np.array([robot.at(q).position for q in postures])
+    by_tool = np.linalg.norm(np.diff(tool, axis=0), axis=1) / DEFAULT_LINEAR_SPEED
+    by_joint = np.max(np.abs(np.diff(postures, axis=0)) / (SPEED_SHARE * robot.speed), axis=1)
+    times = np.concatenate([[0.0], np.cumsum(np.maximum(by_tool, by_joint))])
+    count = int(np.ceil(times[-1] / cycle - ROUNDING)) + 1
     wanted = np.minimum(cycle * np.arange(count), times[-1])
     return np.column_stack([np.interp(wanted, times, column) for column in postures.T])

@@ -10,7 +10,7 @@ from eyehand.apps.main import main
 from eyehand.apps.motion import planned_reach
 from eyehand.apps.motion.controlled_reach import ControlledReach
 from eyehand.apps.motion.cycle_contest import cycle_rows
-from eyehand.apps.motion.planned_reach import PlannedReach, densified
+from eyehand.apps.motion.planned_reach import PlannedReach, retimed
 from eyehand.apps.motion.reach_methods import METHODS, own_method, reaching_world
 from eyehand.apps.motion.reach_outcome import ReachOptions, ReachOutcome, run_reach
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
@@ -157,12 +157,18 @@ def test_wilson_intervals_are_those_of_the_books(wins, tries, low, high):
     assert wilson_interval(wins, tries) == pytest.approx((low, high), abs=1e-4)
 
 
-def test_a_way_is_given_out_cycle_by_cycle():
-    postures = np.array([[0.0, 1.0], [1.0, 1.0], [1.0, 0.0]])
-    track = densified(postures, 0.02, 0.005)
-    assert track.shape == (9, 2)
-    np.testing.assert_allclose(track[[0, 2, 4, 8]], [[0, 1], [0.5, 1], [1, 1], [1, 0]])
-    np.testing.assert_allclose(densified(postures[:1], 0.02, 0.005), postures[:1])
+def test_a_way_is_gone_cycle_by_cycle_and_never_too_fast():
+    robot = reaching_world(()).robot
+    corners = np.array([robot.home, robot.home + 0.3, robot.home + np.eye(7)[6]])
+    track = retimed(corners, robot, 0.005)
+    np.testing.assert_allclose(track[[0, -1]], corners[[0, -1]])
+    # The way is not cut: some posture lies within half a step of the corner.
+    assert np.abs(track - corners[1]).max(axis=1).min() < 0.01
+    speed = np.abs(np.diff(track, axis=0)) / 0.005
+    assert np.all(speed <= 0.5 * robot.speed + 1e-9)
+    tool = np.array([robot.at(q).position for q in track])
+    assert np.linalg.norm(np.diff(tool, axis=0), axis=1).max() < 1.1 * 0.25 * 0.005
+    np.testing.assert_allclose(retimed(corners[:1], robot, 0.005), corners[:1])
 
 
 def test_a_way_found_is_followed_to_the_goal(monkeypatch):
