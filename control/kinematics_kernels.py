@@ -43,7 +43,6 @@ def frame_state(
     point (3,), rotation (3, 3), jacobian (6, n) of the point, rows [v; ω], world axes; copies.
     """
     posture(model, data, q, qpos, places)
-    n = len(places)
     point = np.empty(3)
     rotation = np.empty((3, 3))
     for row in range(3):
@@ -51,8 +50,16 @@ def frame_state(
         for column in range(3):
             rotation[row, column] = matrix[3 * row + column]
             point[row] += matrix[3 * row + column] * offset[column]
-    jacobian = np.zeros((6, n))
-    for column in range(n):
+    jacobian = np.empty((6, len(places)))
+    point_jacobian(point, joints, hinge, moves, anchors, axes, jacobian)
+    return point, rotation, jacobian
+
+
+@njit(cache=True)
+def point_jacobian(point, joints, hinge, moves, anchors, axes, jacobian):
+    """Fill the Jacobian (6, n) of a point (3,), for the poses in the data; see `frame_state`."""
+    jacobian[:] = 0.0
+    for column in range(len(joints)):
         if not moves[column]:
             continue
         joint = joints[column]
@@ -71,4 +78,3 @@ def frame_state(
             jacobian[0, column] = ax
             jacobian[1, column] = ay
             jacobian[2, column] = az
-    return point, rotation, jacobian

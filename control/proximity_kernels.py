@@ -15,6 +15,9 @@ from .distance_kernels import gap, measure
 from .kinematics_kernels import posture
 from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_PLACE
 
+NEAR_COLUMNS = 14
+"""Columns of what `measure_near` fills."""
+
 
 @njit(cache=True)
 def near_pairs(
@@ -53,8 +56,53 @@ def near_pairs(
     drift (P,): as in :class:`Proximity`, ``index`` telling the pair.
     """
     posture(model, data, q, qpos, joints[:, 0])
+    near = np.empty((len(pairs), NEAR_COLUMNS))
+    count = measure_near(
+        near,
+        model,
+        data,
+        body_positions,
+        body_axes,
+        positions,
+        matrices,
+        sizes,
+        shapes,
+        pairs,
+        held,
+        balls,
+        covers,
+        probe,
+        sharpness,
+        cut_off,
+    )
+    return _results(near[:count], pairs, anchors, axes, joints, moves, motion)
+
+
+@njit(cache=True)
+def measure_near(
+    near,
+    model,
+    data,
+    body_positions,
+    body_axes,
+    positions,
+    matrices,
+    sizes,
+    shapes,
+    pairs,
+    held,
+    balls,
+    covers,
+    probe,
+    sharpness,
+    cut_off,
+):
+    """Fill the rows of ``near`` (pairs, 14) for the poses in the data, and count them.
+
+    A row holds the pair, its distance, the wrench on the robot's part (force, moment about the
+    world's origin), the closest points on the robot's and on the other part.
+    """
     _carry(held, body_positions, body_axes, positions, matrices)
-    near = np.empty((len(pairs), 14))
     one = np.empty(9)
     count = 0
     for pair in range(len(pairs)):
@@ -91,7 +139,39 @@ def near_pairs(
         if distance < cut_off:
             near[count, 0] = pair
             count += 1
-    return _results(near[:count], pairs, anchors, axes, joints, moves, motion)
+    return count
+
+
+@njit(cache=True)
+def distance_row(one, pair, anchors, axes, joints, moves, motion, row):
+    """Fill the change of a distance by joint motion (n,) from its row of `measure_near`.
+
+    Returns its change by the obstacle's own motion, m/s.
+    """
+    fx, fy, fz = one[2], one[3], one[4]
+    mx, my, mz = one[5], one[6], one[7]
+    a, b = pair[0], pair[1]
+    for column in range(len(joints)):
+        # A joint that moves both parts leaves their distance alone.
+        if moves[a, column] == moves[b, column]:
+            row[column] = 0.0
+            continue
+        joint = joints[column, 1]
+        ax, ay, az = axes[joint, 0], axes[joint, 1], axes[joint, 2]
+        if joints[column, 2] == 1:
+            x, y, z = anchors[joint, 0], anchors[joint, 1], anchors[joint, 2]
+            work = ax * (mx - y * fz + z * fy)
+            work += ay * (my - z * fx + x * fz)
+            work += az * (mz - x * fy + y * fx)
+        else:
+            work = ax * fx + ay * fy + az * fz
+        row[column] = work if moves[a, column] else -work
+    x, y, z = motion[b, 0], motion[b, 1], motion[b, 2]
+    approach = motion[b, 3] * fx + motion[b, 4] * fy + motion[b, 5] * fz
+    approach += motion[b, 6] * (mx - y * fz + z * fy)
+    approach += motion[b, 7] * (my - z * fx + x * fz)
+    approach += motion[b, 8] * (mz - x * fy + y * fx)
+    return -approach
 
 
 @njit(cache=True)
@@ -178,17 +258,16 @@ def _carry(held, body_positions, body_axes, positions, matrices):
 
 @njit(cache=True)
 def _results(near, pairs, anchors, axes, joints, moves, motion):
-    count, n = len(near), len(joints)
+    count = len(near)
     index = np.empty(count, np.int64)
     distance, drift = np.empty(count), np.empty(count)
     normal, on_robot, on_other = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
-    rows = np.zeros((count, n))
+    rows = np.empty((count, len(joints)))
     for place in range(count):
         pair = int(near[place, 0])
         index[place] = pair
         distance[place] = near[place, 1]
         fx, fy, fz = near[place, 2], near[place, 3], near[place, 4]
-        mx, my, mz = near[place, 5], near[place, 6], near[place, 7]
         length = np.sqrt(fx * fx + fy * fy + fz * fz)
         if length > 0.0:
             normal[place, 0], normal[place, 1] = fx / length, fy / length
@@ -199,25 +278,7 @@ def _results(near, pairs, anchors, axes, joints, moves, motion):
         for axis in range(3):
             on_robot[place, axis] = near[place, 8 + axis]
             on_other[place, axis] = near[place, 11 + axis]
-        a, b = pairs[pair, 0], pairs[pair, 1]
-        for column in range(n):
-            # A joint that moves both parts leaves their distance alone.
-            if moves[a, column] == moves[b, column]:
-                continue
-            joint = joints[column, 1]
-            ax, ay, az = axes[joint, 0], axes[joint, 1], axes[joint, 2]
-            if joints[column, 2] == 1:
-                x, y, z = anchors[joint, 0], anchors[joint, 1], anchors[joint, 2]
-                work = ax * (mx - y * fz + z * fy)
-                work += ay * (my - z * fx + x * fz)
-                work += az * (mz - x * fy + y * fx)
-            else:
-                work = ax * fx + ay * fy + az * fz
-            rows[place, column] = work if moves[a, column] else -work
-        x, y, z = motion[b, 0], motion[b, 1], motion[b, 2]
-        approach = motion[b, 3] * fx + motion[b, 4] * fy + motion[b, 5] * fz
-        approach += motion[b, 6] * (mx - y * fz + z * fy)
-        approach += motion[b, 7] * (my - z * fx + x * fz)
-        approach += motion[b, 8] * (mz - x * fy + y * fx)
-        drift[place] = -approach
+        drift[place] = distance_row(
+            near[place], pairs[pair], anchors, axes, joints, moves, motion, rows[place]
+        )
     return index, distance, normal, on_robot, on_other, rows, drift
