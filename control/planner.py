@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import ApproachController
+from .approach import ApproachController, refuge_postures
 from .planner_options import PlannerOptions
 from .point_aims import Position
+from .posture_aims import Posture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -93,7 +94,7 @@ def plan(
     search = _Search(world, tuple(aims), options, planner)
     search.add(-1, np.zeros((0, len(q))), np.asarray(q, dtype=np.float64))
     low, high = search.bounds()
-    found = search.try_goal(0)
+    found = search.try_goal(0) or search.try_refuges()
     while not found and time.perf_counter() - began < planner.seconds:
         if rng.random() < planner.goal_share:
             found = search.try_goal(search.most_promising())
@@ -181,6 +182,15 @@ class _Search:
         end = self._keep(index, result)
         if end >= 0:
             self.failures[end] += 1
+        return False
+
+    def try_refuges(self) -> bool:
+        """Go back to each posture of refuge and head for the aims from there."""
+        for refuge in refuge_postures(self.world.robot):
+            aim = Posture(refuge, speed=self.options.retreat_speed)
+            new = self._keep(0, self.roll_out(self.places[0].q, (aim,)))
+            if new >= 0 and self.try_goal(new):
+                return True
         return False
 
     def extend(self, target: NDArray[np.float64]) -> int:

@@ -19,11 +19,11 @@ class PlannerOptions:
 
     seconds: float = 2.0
     """Time to search, s of wall clock: more finds ways through narrower gaps."""
-    dt: float = 0.02
+    dt: float = 0.05
     """Period of a roll-out, s: longer is faster to search with, and follows obstacles less well."""
-    longest: float = 3.0
+    longest: float = 5.0
     """Longest roll-out, s of motion."""
-    patience: float = 0.2
+    patience: float = 0.4
     """A roll-out ends when it has got no nearer for so long, s of motion: shorter wastes less on
     dead ends, and gives up where the way bends."""
     goal_share: float = 0.3
