@@ -5,7 +5,7 @@ from __future__ import annotations
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from rich import box
@@ -22,6 +22,7 @@ from ..evaluation.machine import core_count, machine_line
 from .bench_chart import bench_chart
 from .cycle_contest import PAIRS, cycle_rows
 from .reach_methods import METHODS, PEER, PLANNED
+from .reach_outcome import ReachOptions
 from .reach_run import ReachRecord, run_scene
 from .reach_summary import summary_row
 
@@ -43,11 +44,19 @@ QUICK_POSTURES = 2
 """At which a single cycle is timed."""
 
 
+class _Job(NamedTuple):
+    method: str
+    seed: int
+    boxes: int
+    reach: ReachOptions
+
+
 def control_bench(
     *,
     scenes: int = 200,
     seed: int = 0,
     boxes: int = 5,
+    longest: float = ReachOptions.longest,
     only: list[str] | None = None,
     peer: bool = True,
     quick: bool = False,
@@ -68,6 +77,8 @@ def control_bench(
         First seed.
     boxes
         Boxes in each, 0 to 12.
+    longest
+        Simulated time after which a reach is given up, s.
     only
         Run this method alone; can be given several times.
     peer
@@ -85,12 +96,16 @@ def control_bench(
         raise InputError(f"--seed must be >= 0, got {seed}")
     if not 0 <= boxes <= MOST_BOXES:
         raise InputError(f"--boxes must be from 0 to {MOST_BOXES}, got {boxes}")
+    reach = ReachOptions(longest=longest)
     methods = _chosen(only, peer=peer)
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
     make_folder(out)
     seeds = range(seed, seed + scenes)
-    records = _run(methods, seeds, boxes, processes=1 if quick else MOST_PROCESSES)
-    cycles_us = _timed(methods, seeds, boxes, takes=1 if quick else TAKES)
+    jobs = [_Job(method, one, boxes, reach) for method in methods for one in seeds]
+    records = _run(jobs, processes=1 if quick else MOST_PROCESSES)
+    cycles_us = _timed(
+        [job for job in jobs if job.seed in seeds[:TIMED_SCENES]], takes=1 if quick else TAKES
+    )
     rows = [
         summary_row(
             method,
@@ -108,7 +123,7 @@ def control_bench(
     write_csv(out / "scenes.csv", [record.row() for record in records])
     made = Provenance(f"7-joint arm among {boxes} boxes, 5 ms cycles", seed, scenes, "scene")
     write_chart(bench_chart(rows, made), out / "bench.png", [*rows, *cycles])
-    show(_table(rows, seeds, boxes), json_wanted=json)
+    show(_table(rows, seeds, boxes, longest), json_wanted=json)
     show(_cycle_table(cycles), json_wanted=json)
     say(f"every scene: {out / 'scenes.csv'}; chart: {out / 'bench.png'}")
     if json:
@@ -118,6 +133,7 @@ def control_bench(
             [*rows, *cycles],
             scenes=scenes,
             boxes=boxes,
+            longest_s=longest,
             machine=machine_line(),
             out=str(out),
         )
@@ -134,15 +150,15 @@ def _chosen(only: list[str] | None, *, peer: bool) -> list[str]:
     return chosen
 
 
-def _run(methods: Sequence[str], seeds: range, boxes: int, *, processes: int) -> list[ReachRecord]:
+def _run(jobs: Sequence[_Job], *, processes: int) -> list[ReachRecord]:
     """Run all scenes: side by side, but for searches, whose limit is time: these run alone."""
-    jobs = [(method, seed, boxes) for method in methods if method != PLANNED for seed in seeds]
-    alone = [(method, seed, boxes) for method in methods if method == PLANNED for seed in seeds]
-    records = list(tracked(_records(jobs, processes), "reaching", len(jobs)))
+    plain = [job for job in jobs if job.method != PLANNED]
+    alone = [job for job in jobs if job.method == PLANNED]
+    records = list(tracked(_records(plain, processes), "reaching", len(plain)))
     return records + list(tracked(_records(alone, 1), "reaching with searches", len(alone)))
 
 
-def _records(jobs: Sequence[tuple[str, int, int]], processes: int) -> Iterator[ReachRecord]:
+def _records(jobs: Sequence[_Job], processes: int) -> Iterator[ReachRecord]:
     processes = min(processes, core_count())
     if processes < 2 or len(jobs) < 2 * BATCH:
         yield from map(_record, jobs)
@@ -152,21 +168,19 @@ def _records(jobs: Sequence[tuple[str, int, int]], processes: int) -> Iterator[R
         yield from pool.map(_record, jobs, chunksize=BATCH)
 
 
-def _record(job: tuple[str, int, int]) -> ReachRecord:
-    return run_scene(*job)
+def _record(job: _Job) -> ReachRecord:
+    return run_scene(job.method, job.seed, job.boxes, job.reach)
 
 
-def _timed(
-    methods: Sequence[str], seeds: range, boxes: int, *, takes: int
-) -> dict[str, NDArray[np.float64]]:
+def _timed(jobs: Sequence[_Job], *, takes: int) -> dict[str, NDArray[np.float64]]:
     """Run a few scenes again, one method after the other; times of all cycles by method, µs."""
-    turns = [(method, seed, boxes) for seed in seeds[:TIMED_SCENES] for method in methods]
-    times: dict[str, list[NDArray[np.float64]]] = {method: [] for method in methods}
-    for turn in tracked(turns, "timing cycles", len(turns)):
-        runs = [_record(turn).cycle_times_us for _ in range(takes)]
+    times: dict[str, list[NDArray[np.float64]]] = {job.method: [] for job in jobs}
+    turns = sorted(jobs, key=lambda job: job.seed)
+    for job in tracked(turns, "timing cycles", len(turns)):
+        runs = [_record(job).cycle_times_us for _ in range(takes)]
         # A search that runs out of time may find another way, of another length.
         shared = min(map(len, runs))
-        times[turn[0]].append(np.min([run[:shared] for run in runs], axis=0))
+        times[job.method].append(np.min([run[:shared] for run in runs], axis=0))
     return {method: np.concatenate(taken) for method, taken in times.items()}
 
 
@@ -185,7 +199,7 @@ _COLUMNS = {
 """Heading and decimals of every figure."""
 
 
-def _table(rows: list[dict[str, Any]], seeds: range, boxes: int) -> Table:
+def _table(rows: list[dict[str, Any]], seeds: range, boxes: int, longest: float) -> Table:
     scenes = f"{len(seeds)} scene{'s' if len(seeds) > 1 else ''}"
     table = Table(
         title=f"reaching among {boxes} boxes: {scenes}, seed {seeds[0]}"
@@ -194,9 +208,10 @@ def _table(rows: list[dict[str, Any]], seeds: range, boxes: int) -> Table:
         box=box.SIMPLE_HEAD,
         pad_edge=False,
         caption="success: goal reached to 1 mm, nothing touched, %, with its 95 % interval; "
-        "contacts: scenes in which something was touched; stuck: stood still or gave up, %; late: "
-        "20 s were up, %; clear: least distance of all cycles; cycle: wall time of a control "
-        "cycle, median and 99th percentile; plan: wall time of a search, median and 90th",
+        "contacts: scenes in which something was touched; stuck: stood still or gave up, %; "
+        f"late: {longest:g} s were up, %; clear: least distance of all cycles; cycle: wall time "
+        "of a control cycle, median and 99th percentile; plan: wall time of a search, median and "
+        "90th percentile",
         caption_justify="left",
     )
     table.add_column("method", no_wrap=True)

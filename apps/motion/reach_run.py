@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from eyehand.control.planner import Way
     from eyehand.data_synth.reaching import ReachingScene
 
-    from .reach_outcome import ReachOutcome
+    from .reach_outcome import ReachOptions, ReachOutcome
 
 
 @dataclass(frozen=True)
@@ -70,21 +70,21 @@ class ReachRecord:
         }
 
 
-def run_scene(method: str, seed: int, boxes: int) -> ReachRecord:
-    """Draw the scene of a seed and run a method in it; the same three, the same motion.
+def run_scene(method: str, seed: int, boxes: int, reach: ReachOptions | None = None) -> ReachRecord:
+    """Draw the scene of a seed and run a method in it; given the same, the same motion.
 
     Searches for a way have a limit in time: a slow machine may miss one that a fast one finds.
     """
     scene = make_reaching_scene(seed, boxes=boxes)
-    return run_method(method, scene)
+    return run_method(method, scene, reach)
 
 
-def run_method(method: str, scene: ReachingScene) -> ReachRecord:
+def run_method(method: str, scene: ReachingScene, reach: ReachOptions | None = None) -> ReachRecord:
     """Run a method in a scene."""
     blocked = straight_path_is_blocked(scene)
     if method == PEER:
-        return ReachRecord(method, scene.seed, blocked, run_mink(scene), "")
+        return ReachRecord(method, scene.seed, blocked, run_mink(scene, None, reach), "")
     own = own_method(method, scene)
-    outcome = run_reach(scene, own)
+    outcome = run_reach(scene, own, reach)
     ways = tuple(own.ways) if isinstance(own, PlannedReach) else ()
     return ReachRecord(method, scene.seed, blocked, outcome, own.reason, ways)

@@ -92,6 +92,7 @@ def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, caps
     [
         (("--scenes", 0), "--scenes must be >= 1, got 0"),
         (("--seed", -1), "--seed must be >= 0, got -1"),
+        (("--longest", 0), "dt must be > 0 s and at most longest, got dt 0.005, longest 0.0"),
         (("--boxes", 13), "--boxes must be from 0 to 12, got 13"),
         (("--only", "magic"), "unknown method 'magic'; choose from: null space only,"),
         (("--only", "mink", "--no-peer"), "--no-peer leaves nothing of mink"),
