@@ -34,6 +34,8 @@ Phase = Literal["approach", "retreat"]
 
 AT_REFUGE = 0.1
 """Norm of the joint differences at which a retreat has arrived, rad: it is but a new start."""
+PROGRESS_SHARE = 0.1
+"""... or this share of the least so far, near the goal."""
 RETREAT_PATIENCE = 0.3
 """A retreat that gets no nearer for so long, s, has come as far as it can."""
 
@@ -185,7 +187,9 @@ class ApproachController:
 
     def _stalled_for(self, left: float) -> float:
         """Time without progress, s, this cycle's errors being `left` in all."""
-        if left < self._best - self.options.progress:
+        if self._best == float("inf") or left < self._best - min(
+            self.options.progress, PROGRESS_SHARE * self._best
+        ):
             self._best, self._stalled = left, 0.0
         else:
             self._stalled += self.options.dt

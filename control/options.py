@@ -35,7 +35,7 @@ class ControlOptions:
     """Damping of a direction whose singular value is zero."""
     beta: Relaxation = "dynamic"
     """Weight of avoidance in task space: 0 keeps the straight line, large ones miss the goal."""
-    epsilon: float = 0.01
+    epsilon: float = 0.05
     """By how much the way to the goal outruns avoidance with a dynamic β (eq. 10), m/s or rad/s."""
     influence: float = 0.08
     """Distance d_B below which obstacles repel (eq. 6), m: larger swerves earlier."""
@@ -62,17 +62,18 @@ class ControlOptions:
     0 bends all joints alike."""
     tolerance: float = 5e-4
     """Largest error of a task that counts as reached, m or rad."""
-    patience: float = 1.5
+    patience: float = 0.9
     """How long the errors may stay without progress before the motion counts as stuck, s."""
     retreats: int = 2
     """How often a stuck motion goes back to a posture of refuge and tries again from there; the
     home posture and its mirror image take turns. 0 stays stuck."""
-    retreat_speed: float = 1.5
+    retreat_speed: float = 2.5
     """Largest norm of the joint velocities on the way back, rad/s."""
     retreat_seconds: float = 6.0
     """Longest way back, s; where it ends, the motion tries again."""
-    progress: float = 1e-3
-    """Decrease of the summed errors that counts as progress, m or rad."""
+    progress: float = 0.01
+    """Decrease of the summed errors that counts as progress, m or rad (near the goal a tenth of
+    what is left does): larger gives up creeping sooner."""
 
     def __post_init__(self) -> None:
         if self.mode not in get_args(Mode):
