@@ -31,7 +31,7 @@ ROOM = 1.9
 """Factor of free time beside the fastest and slowest row, for names."""
 FREE_BELOW, FREE_ABOVE = 12.0, 8.0
 """Points of per cent below the worst interval and above the best, for names."""
-STEPS_US = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000, 2000, 5000)
+STEPS_US = (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 150, 200, 300, 500, 700, 1000, 2000, 5000)
 """Where the time axis has labels."""
 
 
@@ -101,9 +101,9 @@ def _draw(axes: Axes, row: Mapping[str, Any]) -> PointName:
 
 
 def _words(row: Mapping[str, Any]) -> str:
-    contacts = row["contacts"]
-    touched = f"{contacts} contacts" if contacts != 1 else "1 contact"
-    words = f"{row['name']}: {row['success_pct']:.1f} %, {touched if contacts else 'no contact'}"
+    count = row["contacts"]
+    touched = f"touched in {count} scene{'' if count == 1 else 's'}" if count else "never touched"
+    words = f"{row['name']}: {row['success_pct']:.1f} %, {touched}"
     if "plan_p50_ms" in row:
         words += f"\nplanning {row['plan_p50_ms']:.0f} ms, 90 % within {row['plan_p90_ms']:.0f} ms"
     return words
