@@ -1,27 +1,62 @@
 """The control basis: tasks by priority, mapped to joint velocities."""
 
+from .approach import ApproachController, Cycle, refuge_postures
+from .collision_options import CollisionOptions, CoverOptions
+from .collision_world import CollisionWorld
 from .interval import Interval
+from .options import ControlOptions
+from .planned_approach import PlannedApproach
+from .planner import Way, plan
+from .planner_options import PlannerOptions
 from .point_aims import DistanceToAxis, DistanceToPoint, PointOnPlane, Position
-from .posture_aims import JointCentring, Manipulability
+from .posture_aims import JointCentring, Manipulability, Posture
+from .proximity import Proximity
+from .robot_model import RobotModel
 from .robot_state import RobotState
-from .stack import solve_stack
+from .safety import SafeMotion, safe_motion
+from .shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Obstacle, Sphere
+from .stack import StackSolution, solve_stack
 from .task import Aim, Task
 from .turn_aims import AxisAlignment, LookAt, Orientation, Pose
 
 __all__ = [
     "Aim",
+    "ApproachController",
     "AxisAlignment",
+    "Box",
+    "Capsule",
+    "CollisionOptions",
+    "CollisionWorld",
+    "ControlOptions",
+    "ConvexMesh",
+    "CoverOptions",
+    "Cycle",
+    "Cylinder",
     "DistanceToAxis",
     "DistanceToPoint",
+    "Ellipsoid",
     "Interval",
     "JointCentring",
     "LookAt",
     "Manipulability",
+    "Obstacle",
     "Orientation",
+    "PlannedApproach",
+    "PlannerOptions",
     "PointOnPlane",
     "Pose",
     "Position",
+    "Posture",
+    "Proximity",
+    "RobotModel",
     "RobotState",
+    "SafeMotion",
+    "Sphere",
+    "StackSolution",
     "Task",
+    "Way",
+    "plan",
+    "refuge_postures",
+    "safe_motion",
     "solve_stack",
 ]

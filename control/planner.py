@@ -89,19 +89,17 @@ def plan(
         If q has another shape, or is not finite.
     """
     planner = planner or PlannerOptions()
-    began = time.perf_counter()
     rng = np.random.default_rng(planner.seed)
     search = _Search(world, tuple(aims), options, planner)
     search.add(-1, np.zeros((0, len(q))), np.asarray(q, dtype=np.float64))
     low, high = search.bounds()
     found = search.try_goal(0) or search.try_refuges()
-    while not found and time.perf_counter() - began < planner.seconds:
+    while not found and search.has_time():
         if rng.random() < planner.goal_share:
             found = search.try_goal(search.most_promising())
             continue
         new = search.extend(rng.uniform(low, high))
         found = new >= 0 and search.try_goal(new)
-    seconds = time.perf_counter() - began
     return Way(
         found,
         search.way(len(search.places) - 1 if found else search.nearest_to_goal()),
@@ -109,7 +107,7 @@ def plan(
         "" if found else search.reason,
         search.rollouts,
         len(search.places),
-        seconds,
+        time.perf_counter() - search.began,
     )
 
 
@@ -135,6 +133,12 @@ class _Search:
         self.failures: list[int] = []
         self.rollouts = 0
         self.reason = "no time to search"
+        self.began = time.perf_counter()
+
+    def has_time(self) -> bool:
+        """Whether the search may go on."""
+        spent = time.perf_counter() - self.began
+        return spent < self.planner.seconds and self.rollouts < self.planner.rollouts
 
     def add(self, parent: int, postures: NDArray[np.float64], q: NDArray[np.float64]) -> int:
         state = self.world.robot.at(q)

@@ -19,6 +19,9 @@ class PlannerOptions:
 
     seconds: float = 2.0
     """Time to search, s of wall clock: more finds ways through narrower gaps."""
+    rollouts: int = 400
+    """Most roll-outs: a search that ends by them rather than by the clock is the same on any
+    machine."""
     dt: float = 0.05
     """Period of a roll-out, s: longer is faster to search with, and follows obstacles less well."""
     longest: float = 5.0
@@ -52,6 +55,7 @@ class PlannerOptions:
 
 _RANGES: dict[str, tuple[float, float]] = {
     "seconds": (0.0, 3600.0),
+    "rollouts": (1, 10**6),
     "dt": (1e-4, 0.1),
     "longest": (1e-3, 100.0),
     "patience": (1e-3, 100.0),

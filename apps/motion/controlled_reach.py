@@ -1,38 +1,30 @@
-"""Reach with the approach controller alone."""
+"""Reach with a controller of the control basis, alone or with a search behind it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eyehand.control.approach import ApproachController
-
 if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from eyehand.control.approach import Cycle
-    from eyehand.control.collision_world import CollisionWorld
-    from eyehand.control.options import ControlOptions
-    from eyehand.control.task import Aim
+    from eyehand.control.approach import ApproachController, Cycle
+    from eyehand.control.planned_approach import PlannedApproach
+    from eyehand.control.planner import Way
 
 
 class ControlledReach:
-    """The approach controller in a reaching scene, until it says that it is stuck.
+    """A controller in a reaching scene, until it says that it is stuck."""
 
-    Parameters
-    ----------
-    world
-        Arm and obstacles.
-    aim
-        What to reach.
-    options
-        Of the controller.
-    """
-
-    def __init__(self, world: CollisionWorld, aim: Aim, options: ControlOptions) -> None:
-        self._controller = ApproachController(world, (aim,), options)
+    def __init__(self, controller: ApproachController | PlannedApproach) -> None:
+        self._controller = controller
         self.reason = ""
         """Why the last cycle's motion did not go on, or what held it back; empty when neither."""
+
+    @property
+    def ways(self) -> tuple[Way, ...]:
+        """What its searches gave."""
+        return tuple(getattr(self._controller, "ways", ()))
 
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
         """Give the joint speeds (7,), rad/s, of a cycle; see `ReachMethod`."""

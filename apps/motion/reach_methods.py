@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eyehand.control.approach import ApproachController
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.options import ControlOptions
+from eyehand.control.planned_approach import PlannedApproach
 from eyehand.control.planner_options import PlannerOptions
 from eyehand.control.point_aims import Position
 from eyehand.control.robot_model import RobotModel
@@ -17,7 +19,6 @@ from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
 from .controlled_reach import ControlledReach
-from .planned_reach import PlannedReach
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -68,7 +69,7 @@ METHODS: tuple[str, ...] = (*OWN_METHODS, PEER)
 """All rows."""
 
 
-def own_method(name: str, scene: ReachingScene) -> ControlledReach | PlannedReach:
+def own_method(name: str, scene: ReachingScene) -> ControlledReach:
     """Make one of the control basis' rows ready for a scene.
 
     Raises
@@ -81,8 +82,8 @@ def own_method(name: str, scene: ReachingScene) -> ControlledReach | PlannedReac
     settings = OWN_METHODS[name]
     world, aim = reaching_world(scene.obstacles), Position(scene.goal)
     if settings.planner is None:
-        return ControlledReach(world, aim, settings.options)
-    return PlannedReach(world, aim, settings.options, settings.planner)
+        return ControlledReach(ApproachController(world, (aim,), settings.options))
+    return ControlledReach(PlannedApproach(world, (aim,), settings.options, settings.planner))
 
 
 def reaching_world(

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 REACHED_M = 1e-3
 """The goal is reached when the tool is this near: what a hand's fingers make up for."""
-STANDSTILL_S = 1.0
+STANDSTILL_S = 2.0
 """An arm that has hardly moved for so long will not go on by itself."""
 STANDSTILL_RAD = 1e-4
 """Hardly: no joint has left a range of this width."""
@@ -31,7 +31,7 @@ class ReachOptions:
 
     dt: float = 0.005
     """Length of a cycle, s: between two commands the joints keep their speed."""
-    longest: float = 20.0
+    longest: float = 60.0
     """Simulated time after which a reach is given up, s."""
 
     def __post_init__(self) -> None:

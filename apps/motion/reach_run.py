@@ -10,7 +10,6 @@ import numpy as np
 from eyehand.data_synth.reaching import make_reaching_scene, straight_path_is_blocked
 
 from .peer_mink import run_mink
-from .planned_reach import PlannedReach
 from .reach_methods import PEER, own_method
 from .reach_outcome import run_reach
 
@@ -86,5 +85,4 @@ def run_method(method: str, scene: ReachingScene, reach: ReachOptions | None = N
         return ReachRecord(method, scene.seed, blocked, run_mink(scene, None, reach), "")
     own = own_method(method, scene)
     outcome = run_reach(scene, own, reach)
-    ways = tuple(own.ways) if isinstance(own, PlannedReach) else ()
-    return ReachRecord(method, scene.seed, blocked, outcome, own.reason, ways)
+    return ReachRecord(method, scene.seed, blocked, outcome, own.reason, own.ways)

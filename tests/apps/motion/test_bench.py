@@ -7,19 +7,12 @@ import numpy as np
 import pytest
 
 from eyehand.apps.main import main
-from eyehand.apps.motion import planned_reach
-from eyehand.apps.motion.controlled_reach import ControlledReach
 from eyehand.apps.motion.cycle_contest import cycle_rows
-from eyehand.apps.motion.planned_reach import PlannedReach, retimed
-from eyehand.apps.motion.reach_methods import METHODS, own_method, reaching_world
-from eyehand.apps.motion.reach_outcome import ReachOptions, ReachOutcome, run_reach
+from eyehand.apps.motion.reach_methods import own_method
+from eyehand.apps.motion.reach_outcome import ReachOutcome
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
 from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
-from eyehand.control.approach import Cycle
-from eyehand.control.options import ControlOptions
 from eyehand.control.planner import Way
-from eyehand.control.planner_options import PlannerOptions
-from eyehand.control.point_aims import Position
 from eyehand.data_synth.reaching import make_reaching_scene
 from eyehand.errors import InputError
 
@@ -30,19 +23,6 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
         main(["control", "bench", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
-
-
-class _Helpless:
-    """A controller that is stuck from the start."""
-
-    def __init__(self, world, aims, options):
-        self.still = Cycle(np.zeros(7), "stuck", "helpless", "approach", (1.0,), 1.0, (0.0,), ())
-
-    def step(self, q) -> Cycle:
-        return self.still
-
-    def restart(self) -> None:
-        pass
 
 
 def outcome(**changed) -> ReachOutcome:
@@ -117,13 +97,6 @@ def test_unknown_methods_are_refused_by_name():
         own_method("mink", make_reaching_scene(0, boxes=0))
 
 
-def test_only_the_rows_with_a_safety_level_have_one():
-    scene = make_reaching_scene(0, boxes=0)
-    kinds = {name: type(own_method(name, scene)) for name in METHODS if name != "mink"}
-    assert kinds.pop("default + planner") is PlannedReach
-    assert set(kinds.values()) == {ControlledReach}
-
-
 def test_searches_do_not_count_as_cycles():
     way = Way(True, np.zeros((1, 7)), 0.02, "", 3, 2, 0.4)
     times = np.full(100, 150.0)
@@ -156,46 +129,6 @@ def test_figures_are_counted_by_scene():
 )
 def test_wilson_intervals_are_those_of_the_books(wins, tries, low, high):
     assert wilson_interval(wins, tries) == pytest.approx((low, high), abs=1e-4)
-
-
-def test_a_way_is_gone_cycle_by_cycle_and_never_too_fast():
-    robot = reaching_world(()).robot
-    corners = np.array([robot.home, robot.home + 0.3, robot.home + np.eye(7)[6]])
-    track = retimed(corners, robot, 0.005)
-    np.testing.assert_allclose(track[[0, -1]], corners[[0, -1]])
-    # The way is not cut: some posture lies within half a step of the corner.
-    assert np.abs(track - corners[1]).max(axis=1).min() < 0.01
-    speed = np.abs(np.diff(track, axis=0)) / 0.005
-    assert np.all(speed <= 0.5 * robot.speed + 1e-9)
-    tool = np.array([robot.at(q).position for q in track])
-    assert np.linalg.norm(np.diff(tool, axis=0), axis=1).max() < 1.1 * 0.25 * 0.005
-    np.testing.assert_allclose(retimed(corners[:1], robot, 0.005), corners[:1])
-
-
-def test_a_way_found_is_followed_to_the_goal(monkeypatch):
-    scene = make_reaching_scene(9, boxes=0)
-    world = reaching_world(scene.obstacles)
-    steps = int(np.ceil(np.abs(scene.witness - scene.start).max() / 0.01))
-    shares = np.linspace(0.0, 1.0, steps)[:, None]
-    postures = scene.start + shares * (scene.witness - scene.start)
-    way = Way(True, postures, 0.02, "", 1, 2, 0.0)
-    monkeypatch.setattr(planned_reach, "plan", lambda *_: way)
-    monkeypatch.setattr(planned_reach, "ApproachController", _Helpless)
-    method = PlannedReach(world, Position(scene.goal), ControlOptions(), PlannerOptions())
-    result = run_reach(scene, method, ReachOptions(longest=60.0))
-    assert result.status == "reached"
-    assert method.ways == [way]
-
-
-def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
-    scene = make_reaching_scene(9, boxes=0)
-    monkeypatch.setattr(planned_reach, "ApproachController", _Helpless)
-    none = Way(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
-    monkeypatch.setattr(planned_reach, "plan", lambda *_: none)
-    world, aim = reaching_world(scene.obstacles), Position(scene.goal)
-    method = PlannedReach(world, aim, ControlOptions(), PlannerOptions())
-    result = run_reach(scene, method)
-    assert (result.status, method.reason) == ("stuck", "walled off")
 
 
 def test_the_cycle_contest_has_the_same_pairs_for_all():

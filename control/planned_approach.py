@@ -1,0 +1,170 @@
+"""The approach with a search behind it: local as long as that works, else along a found way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .approach import ApproachController, Cycle
+from .options import ControlOptions
+from .planner import plan
+from .planner_options import PlannerOptions
+from .safety import safe_motion
+from .task import DEFAULT_LINEAR_SPEED
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .collision_world import CollisionWorld
+    from .planner import Way
+    from .robot_model import RobotModel
+    from .task import Aim
+
+NEAR_WAY = 0.02
+"""The robot is where the way wants it when no joint is farther off, rad or m."""
+SPEED_SHARE = 0.5
+"""Share of the joint speed limits that a way is gone with: the rest is for catching up."""
+HELD_UP_SECONDS = 0.5
+"""A way is given up when the robot has not come where it wants it for so long, s."""
+ROUNDING = 1e-9
+"""A way so many cycles longer than a whole number of them is not."""
+
+
+class PlannedApproach:
+    """An :class:`ApproachController` that searches for a way where it is stuck, and follows it.
+
+    The safety level stands above the way too: what the search overlooked at its longer steps, or
+    what moved since, stops the robot.
+
+    Parameters
+    ----------
+    world
+        The robot and what it must not touch.
+    aims
+        Highest priority first.
+    options
+        Of the controller; its retreats are left to the search.
+    planner
+        Of the search.
+    searches
+        Most searches before the motion counts as stuck: a way may be left where safety bends it.
+
+    Raises
+    ------
+    InputError
+        As :class:`ApproachController`.
+    """
+
+    def __init__(
+        self,
+        world: CollisionWorld,
+        aims: Sequence[Aim],
+        options: ControlOptions | None = None,
+        planner: PlannerOptions | None = None,
+        *,
+        searches: int = 3,
+    ) -> None:
+        self.options = replace(options or ControlOptions(), retreats=0)
+        self.planner = planner or PlannerOptions()
+        self.searches = searches
+        self.controller = ApproachController(world, aims, self.options)
+        self.restart()
+
+    def restart(self) -> None:
+        """Forget ways and how the motion went."""
+        self.ways: list[Way] = []
+        """What the searches of this motion gave."""
+        self._leave_way()
+
+    def step(self, q: NDArray[np.float64]) -> Cycle:
+        """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
+
+        The cycle in which the motion is stuck takes as long as the search, standing still.
+
+        Raises
+        ------
+        InputError
+            If q has another shape, or is not finite.
+        """
+        if self._at < len(self._track):
+            return self._follow(q)
+        cycle = self.controller.step(q)
+        if cycle.status != "stuck" or len(self.ways) >= self.searches:
+            return cycle
+        controller = self.controller
+        planner = replace(self.planner, seed=self.planner.seed + len(self.ways))
+        way = plan(controller.world, controller.aims, q, self.options, planner)
+        self.ways.append(way)
+        if not way:
+            return replace(cycle, reason=f"{cycle.reason}; no way found: {way.reason}")
+        self._track = retimed(way.postures, controller.robot, self.options.dt)
+        self._at = min(1, len(self._track) - 1)
+        return replace(cycle, status="moving", reason="", velocity=np.zeros_like(cycle.velocity))
+
+    def _follow(self, q: NDArray[np.float64]) -> Cycle:
+        controller, options = self.controller, self.options
+        state = controller.robot.at(q)
+        proximity = controller.world.proximity(state.q)
+        target = self._track[self._at]
+        wish = (target - state.q) / options.dt
+        wish = wish / max(float(np.max(np.abs(wish) / state.speed)), 1.0)
+        safe = safe_motion(
+            wish, state.jacobian, state, proximity, options, controller.robot.joint_names
+        )
+        after = state.q + options.dt * safe.velocity
+        if np.max(np.abs(target - after)) <= NEAR_WAY:
+            self._at, self._held_up = self._at + 1, 0.0
+        else:
+            self._held_up += options.dt
+        if self._at >= len(self._track) or self._held_up > HELD_UP_SECONDS:
+            self._leave_way()
+        errors = tuple(aim.at(state).unmet for aim in controller.aims)
+        return Cycle(
+            velocity=safe.velocity,
+            status="moving" if safe.feasible else "infeasible",
+            reason="" if safe.feasible else f"cannot keep the margin: {', '.join(safe.blocking)}",
+            phase="way",
+            errors=errors,
+            clearance=float(proximity.distance.min(initial=float("inf"))),
+            beta=(0.0,) * len(errors),
+            blocking=safe.blocking,
+        )
+
+    def _leave_way(self) -> None:
+        self._track = np.zeros((0, self.controller.robot.n))
+        self._at = 0
+        self._held_up = 0.0
+        self.controller.restart()
+
+
+def retimed(postures: NDArray[np.float64], robot: RobotModel, dt: float) -> NDArray[np.float64]:
+    """Go a way at one speed, one posture a cycle; first and last included.
+
+    Every roll-out of a search slows down towards its end, and a way has several.
+
+    Parameters
+    ----------
+    postures
+        Joint positions along the way (N, n), rad or m.
+    robot
+        Whose joint speeds hold.
+    dt
+        Control period, s.
+
+    Returns
+    -------
+    ndarray
+        (M, n), linear between the given ones: no step moves the frame faster than an aim by
+        default does, nor a joint faster than a share of its limit.
+    """
+    places = np.array([robot.at(q).position for q in postures])
+    by_frame = np.linalg.norm(np.diff(places, axis=0), axis=1) / DEFAULT_LINEAR_SPEED
+    by_joint = np.max(np.abs(np.diff(postures, axis=0)) / (SPEED_SHARE * robot.speed), axis=1)
+    times = np.concatenate([[0.0], np.cumsum(np.maximum(by_frame, by_joint))])
+    count = int(np.ceil(times[-1] / dt - ROUNDING)) + 1
+    wanted = np.minimum(dt * np.arange(count), times[-1])
+    return np.column_stack([np.interp(wanted, times, column) for column in postures.T])

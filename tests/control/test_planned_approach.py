@@ -1,0 +1,99 @@
+"""The planned approach: ways found are followed at one speed, and none found is said so."""
+
+import numpy as np
+
+from eyehand.apps.motion.controlled_reach import ControlledReach
+from eyehand.apps.motion.reach_methods import reaching_world
+from eyehand.apps.motion.reach_outcome import ReachOptions, run_reach
+from eyehand.control import PlannedApproach, PlannerOptions, Position, Way, plan, planned_approach
+from eyehand.control.approach import Cycle
+from eyehand.control.options import ControlOptions
+from eyehand.control.planned_approach import retimed
+from eyehand.data_synth.reaching import make_reaching_scene
+
+
+class _Helpless:
+    """A controller that is stuck from the start."""
+
+    def __init__(self, world, aims, options):
+        self.world, self.robot, self.aims = world, world.robot, aims
+        self.still = Cycle(np.zeros(7), "stuck", "helpless", "approach", (1.0,), 1.0, (0.0,), ())
+
+    def step(self, q) -> Cycle:
+        return self.still
+
+    def restart(self) -> None:
+        pass
+
+
+def test_a_way_is_gone_cycle_by_cycle_and_never_too_fast():
+    robot = reaching_world(()).robot
+    corners = np.array([robot.home, robot.home + 0.3, robot.home + np.eye(7)[6]])
+    track = retimed(corners, robot, 0.005)
+    np.testing.assert_allclose(track[[0, -1]], corners[[0, -1]])
+    # The way is not cut: some posture lies within half a step of the corner.
+    assert np.abs(track - corners[1]).max(axis=1).min() < 0.01
+    speed = np.abs(np.diff(track, axis=0)) / 0.005
+    assert np.all(speed <= 0.5 * robot.speed + 1e-9)
+    tool = np.array([robot.at(q).position for q in track])
+    assert np.linalg.norm(np.diff(tool, axis=0), axis=1).max() < 1.1 * 0.25 * 0.005
+    np.testing.assert_allclose(retimed(corners[:1], robot, 0.005), corners[:1])
+
+
+def test_a_way_found_is_followed_to_the_goal(monkeypatch):
+    scene = make_reaching_scene(9, boxes=0)
+    world = reaching_world(scene.obstacles)
+    steps = int(np.ceil(np.abs(scene.witness - scene.start).max() / 0.01))
+    shares = np.linspace(0.0, 1.0, steps)[:, None]
+    postures = scene.start + shares * (scene.witness - scene.start)
+    way = Way(True, postures, 0.02, "", 1, 2, 0.0)
+    monkeypatch.setattr(planned_approach, "plan", lambda *_: way)
+    monkeypatch.setattr(planned_approach, "ApproachController", _Helpless)
+    controller = PlannedApproach(world, (Position(scene.goal),))
+    method = ControlledReach(controller)
+    result = run_reach(scene, method, ReachOptions(longest=60.0))
+    assert result.status == "reached"
+    assert method.ways == (way,)
+
+
+def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
+    scene = make_reaching_scene(9, boxes=0)
+    monkeypatch.setattr(planned_approach, "ApproachController", _Helpless)
+    none = Way(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
+    monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
+    world, aim = reaching_world(scene.obstacles), Position(scene.goal)
+    method = ControlledReach(PlannedApproach(world, (aim,)))
+    result = run_reach(scene, method)
+    assert result.status == "stuck"
+    assert "walled off" in method.reason
+
+
+def test_a_search_stuck_behind_a_box_finds_a_way_that_is_clear_and_ends_at_the_goal():
+    scene = make_reaching_scene(16)
+    world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
+    way = plan(world, aims, scene.start, ControlOptions(), PlannerOptions(seconds=20.0))
+    assert way
+    np.testing.assert_array_equal(way.postures[0], scene.start)
+    assert aims[0].at(world.robot.at(way.postures[-1])).unmet < 1e-3
+    clear = [world.proximity(q).distance.min(initial=1.0) for q in way.postures]
+    assert min(clear) > 0.008
+
+
+def test_the_same_seed_finds_the_same_way_when_roll_outs_are_the_limit():
+    scene = make_reaching_scene(13)
+    world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
+    options = PlannerOptions(seconds=60.0, rollouts=12, seed=3)
+    first, second = (plan(world, aims, scene.start, ControlOptions(), options) for _ in range(2))
+    # A try for the goal may follow the last roll-out counted.
+    assert first.rollouts == second.rollouts <= 13
+    np.testing.assert_array_equal(first.postures, second.postures)
+
+
+def test_a_goal_inside_an_obstacle_has_no_way_and_the_reason_names_what_blocks():
+    scene = make_reaching_scene(3)
+    world = reaching_world(scene.obstacles)
+    goal = scene.obstacles[0].T_world_shape.translation
+    way = plan(world, (Position(goal),), scene.start, ControlOptions(), PlannerOptions(rollouts=8))
+    assert not way
+    assert way.reason
+    assert np.all(np.isfinite(way.postures))
