@@ -43,6 +43,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.motion.bench:control_bench",
         "run cluttered reaching scenes and print who reaches, touches, gets stuck",
     ),
+    "control stress": (
+        "eyehand.apps.motion.stress_control:control_stress",
+        "make an arm's motions harder until its control breaks, and chart where",
+    ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",
         "make clouds harder until the fit breaks, and chart where",
