@@ -9,6 +9,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .compiled_cycle import CompiledCycle, Motion
 from .options import ControlOptions
 from .posture_aims import Posture, centring_cost
 from .relaxation import relaxed_rate
@@ -29,8 +30,9 @@ if TYPE_CHECKING:
 
 Status = Literal["moving", "reached", "stuck", "infeasible"]
 """``stuck``: safe and no longer getting nearer; ``infeasible``: what must be kept cannot be."""
-Phase = Literal["approach", "retreat"]
-"""A motion that is stuck goes back to a posture of refuge before it tries again."""
+Phase = Literal["approach", "retreat", "way"]
+"""A motion that is stuck goes back to a posture of refuge before it tries again, or follows a way
+that a search found."""
 
 AT_REFUGE = 0.1
 """Norm of the joint differences at which a retreat has arrived, rad: it is but a new start."""
@@ -65,7 +67,7 @@ class Cycle:
     reason: str
     """Why it is stuck or infeasible, by name; empty otherwise."""
     phase: Phase
-    """Whether it heads for the aims or for a refuge."""
+    """Whether it heads for the aims or for a refuge, or follows a way."""
     errors: tuple[float, ...]
     """By task: norm of what is left, m or rad."""
     clearance: float
@@ -107,6 +109,7 @@ class ApproachController:
         if not self.aims:
             raise InputError("the controller needs at least one aim")
         require_stable(self.options, _lever(self.robot.at(self.robot.home)))
+        self._cycles: dict[int, CompiledCycle] = {}
         self.restart()
 
     def restart(self) -> None:
@@ -123,49 +126,43 @@ class ApproachController:
         InputError
             If q has another shape, or is not finite.
         """
-        state = self.robot.at(q)
-        proximity = self.world.proximity(state.q)
-        wish = task_motion(state, self._aims(), proximity, self.options)
-        velocity, blocking, feasible = wish.velocity, (), True
-        if self.options.safety:
-            rows = np.concatenate([task.jacobian for task in wish.tasks])
-            safe = safe_motion(
-                velocity, rows, state, proximity, self.options, self.robot.joint_names
-            )
-            velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
-        else:
-            velocity = np.clip(velocity, -state.speed, state.speed)
-        phase = self._phase
-        left = tuple(task.unmet for task in wish.tasks)
+        motion = self._motion(q)
+        phase, errors, blocking = self._phase, motion.errors, motion.blocking
         if phase == "retreat":
-            errors = tuple(aim.at(state).unmet for aim in self.aims)
-            self._judge_retreat(left[0], feasible)
-        else:
-            errors = left
+            left, *rest = errors
+            errors = tuple(rest)
+            self._judge_retreat(left, motion.feasible)
         status, reason = "moving", ""
-        if not feasible:
+        if not motion.feasible:
             status = "infeasible"
             reason = f"cannot keep the margin: {', '.join(blocking[:3]) or 'no reason'}"
         elif phase == "approach":
-            status, reason = self._judge(errors, wish, blocking)
-        clearance = float(proximity.distance.min(initial=float("inf")))
-        return Cycle(velocity, status, reason, phase, errors, clearance, wish.beta, blocking)
+            status, reason = self._judge(errors, motion)
+        return Cycle(
+            motion.velocity, status, reason, phase, errors, motion.clearance, motion.beta, blocking
+        )
 
     def _begin(self) -> None:
         self._best = float("inf")
         self._stalled = 0.0
         self._clock = 0.0
 
-    def _aims(self) -> tuple[Aim, ...]:
-        if self._phase == "approach":
-            return self.aims
-        refuges = refuge_postures(self.robot)
-        refuge = refuges[(self._retreats - 1) % len(refuges)]
-        return (Posture(refuge, speed=self.options.retreat_speed),)
+    def _motion(self, q: NDArray[np.float64]) -> Motion:
+        """Motion towards the aims, or towards a refuge with the aims watched."""
+        place = self._retreats if self._phase == "retreat" else 0
+        cycle = self._cycles.get(place)
+        if cycle is None:
+            aims, watched = self.aims, ()
+            if place:
+                refuges = refuge_postures(self.robot)
+                refuge = refuges[(place - 1) % len(refuges)]
+                aims, watched = (Posture(refuge, speed=self.options.retreat_speed),), self.aims
+            cycle = CompiledCycle(self.world, aims, self.options, watched)
+            self._cycles[place] = cycle
+        motion = cycle.at(q)
+        return plain_motion(cycle, q) if motion is None else motion
 
-    def _judge(
-        self, errors: tuple[float, ...], wish: Wish, blocking: tuple[str, ...]
-    ) -> tuple[Status, str]:
+    def _judge(self, errors: tuple[float, ...], motion: Motion) -> tuple[Status, str]:
         if max(errors) <= self.options.tolerance:
             self.restart()
             return "reached", ""
@@ -176,7 +173,7 @@ class ApproachController:
             self._retreats += 1
             self._begin()
             return "moving", ""
-        return "stuck", _what_blocks(errors, wish, blocking, self.options)
+        return "stuck", _what_blocks(self.aims, motion, self.options)
 
     def _judge_retreat(self, left: float, feasible: bool) -> None:
         self._clock += self.options.dt
@@ -205,6 +202,31 @@ def refuge_postures(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
     span = robot.lower + robot.upper
     mirrored = np.where(np.isfinite(span), span, 0.0) - robot.home
     return robot.home, mirrored
+
+
+def plain_motion(cycle: CompiledCycle, q: NDArray[np.float64]) -> Motion:
+    """The motion of a cycle at joint angles q (n,), step by step in NumPy, for aims of any kind.
+
+    Raises
+    ------
+    InputError
+        If q has another shape, or is not finite.
+    """
+    world, options = cycle.world, cycle.options
+    state = world.robot.at(q)
+    proximity = world.proximity(state.q)
+    wish = task_motion(state, cycle.aims, proximity, options)
+    velocity, blocking, feasible = wish.velocity, (), True
+    if options.safety:
+        rows = np.concatenate([task.jacobian for task in wish.tasks])
+        safe = safe_motion(velocity, rows, state, proximity, options, world.robot.joint_names)
+        velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
+    else:
+        velocity = np.clip(velocity, -state.speed, state.speed)
+    watched = [aim.at(state).unmet for aim in cycle.watched]
+    errors = (*(task.unmet for task in wish.tasks), *watched)
+    clearance = float(proximity.distance.min(initial=float("inf")))
+    return Motion(velocity, errors, wish.beta, clearance, blocking, feasible)
 
 
 def task_motion(
@@ -243,18 +265,17 @@ def _lever(state: RobotState) -> float:
     return float(np.linalg.norm(state.jacobian[:3], 2))
 
 
-def _what_blocks(
-    errors: tuple[float, ...], wish: Wish, blocking: tuple[str, ...], options: ControlOptions
-) -> str:
+def _what_blocks(aims: tuple[Aim, ...], motion: Motion, options: ControlOptions) -> str:
+    errors, blocking = motion.errors, motion.blocking
     unmet = [
-        f"{task.name} {error:.3g} off"
-        for task, error in zip(wish.tasks, errors, strict=True)
+        f"{aim.name} {error:.3g} off"
+        for aim, error in zip(aims, errors, strict=True)
         if error > options.tolerance
     ]
     if blocking:
         return f"{', '.join(unmet)}: held by {', '.join(blocking[:3])}"
-    if len(wish.tasks) > 1 and errors[0] <= options.tolerance:
+    if len(aims) > 1 and errors[0] <= options.tolerance:
         return f"{', '.join(unmet)}: the tasks above leave no way"
-    if any(beta > 0.0 for beta in wish.beta):
+    if any(beta > 0.0 for beta in motion.beta):
         return f"{', '.join(unmet)}: repulsion and goal are in balance"
     return f"{', '.join(unmet)}: out of reach from here"

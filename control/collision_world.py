@@ -60,7 +60,7 @@ class CollisionWorld:
     ) -> None:
         self.robot = robot
         self.options = options or CollisionOptions()
-        self._compiled = self.options.compiled and compiled_calls()
+        self.compiled = self.options.compiled and compiled_calls()
         self._parts = parts_of(robot)
         self._obstacles: dict[str, Obstacle] = {}
         self._held: dict[str, HeldObject] = {}
@@ -74,6 +74,10 @@ class CollisionWorld:
         self._own_pairs, self.ignored = self._sort_own_pairs()
         self._list_pairs()
 
+    compiled: bool
+    """Whether distances are measured by the compiled kernel."""
+    tables: ProximityTables
+    """What it reads; other tables after something was added, attached or removed."""
     ignored: tuple[tuple[str, str], ...]
     """Names of pairs of the robot's file that are never measured, because at home they overlap, or
     are two parts of the robot nearer than ``self_margin``."""
@@ -91,7 +95,7 @@ class CollisionWorld:
     @property
     def pair_names(self) -> tuple[tuple[str, str], ...]:
         """Names of all pairs that are measured when near."""
-        return self._tables.names
+        return self.tables.names
 
     def add(self, obstacle: Obstacle) -> None:
         """Add an obstacle; a mesh, or more obstacles than slots, compiles the world anew.
@@ -193,11 +197,8 @@ class CollisionWorld:
             If q is not n finite numbers.
         """
         q = self.robot.checked(q)
-        tables = self._tables
-        if self._compiled:
-            found = near_pairs(q, *self._arguments)
-        else:
-            found = proximity_reference(tables, q)
+        tables, given = self.tables, self._arguments
+        found = near_pairs(q, *given) if self.compiled else proximity_reference(tables, q)
         index, distance, normal, on_robot, on_other, rows, drift = found
         # The frozen constructor would take as long as several distances.
         proximity = object.__new__(Proximity)
@@ -268,11 +269,11 @@ class CollisionWorld:
         candidates = candidate_pairs(self.robot, self._parts)
         self._own_pairs = []
         self._list_pairs()
-        proximity_reference(self._tables, self.robot.home)
+        proximity_reference(self.tables, self.robot.home)
         measured, ignored = [], []
         for a, b in candidates:
             margin = self.options.self_margin if b in self._parts.robot else 0.0
-            distance = measure_plain(self._tables, a, b, 2.0 * self.options.self_margin + 1.0)[0]
+            distance = measure_plain(self.tables, a, b, 2.0 * self.options.self_margin + 1.0)[0]
             if distance < margin:
                 ignored.append((self._parts.names[a], self._parts.names[b]))
             else:
@@ -300,7 +301,7 @@ class CollisionWorld:
         # A cover is that of the first of two parts.
         pairs = [(b, a) if self._covers[b, 1] > self._covers[a, 1] else (a, b) for a, b in pairs]
         cover = self.options.cover
-        self._tables = ProximityTables(
+        self.tables = ProximityTables(
             model=model,
             data=self._world.data,
             joints=self._joints,
@@ -318,7 +319,7 @@ class CollisionWorld:
             sharpness=cover.sharpness if cover else 1.0,
             cut_off=self.options.cut_off,
         )
-        self._arguments = kernel_arguments(self._tables) if self._compiled else ()
+        self._arguments = kernel_arguments(self.tables) if self.compiled else ()
 
     def _check_free(self, name: str) -> None:
         taken = {**self._obstacles, **self._held}

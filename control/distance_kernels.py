@@ -21,19 +21,21 @@ BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 
 
 @njit(cache=True)
-def measure(model, data, a, b, cut_off, positions, matrices, shapes, one):
+def measure(model, data, a, b, apart, cut_off, positions, matrices, shapes, one):
     """Signed distance of geoms a and b, m; the cut-off if they are farther apart.
 
-    ``one`` (9,) is filled with the normal from b to a and the closest points on a and on b.
+    ``apart`` is their `gap`; ``one`` (9,) is filled with the normal from b to a and the closest
+    points on a and on b.
     """
-    if shapes[a, KIND] == CAPSULE and shapes[b, KIND] == BOX:
-        distance = _capsule_in_box(a, b, 1.0, positions, matrices, shapes, one)
-        if distance < np.inf:
-            return distance
-    elif shapes[a, KIND] == BOX and shapes[b, KIND] == CAPSULE:
-        distance = _capsule_in_box(b, a, -1.0, positions, matrices, shapes, one)
-        if distance < np.inf:
-            return distance
+    if apart <= 0.0:
+        if shapes[a, KIND] == CAPSULE and shapes[b, KIND] == BOX:
+            distance = _capsule_in_box(a, b, 1.0, positions, matrices, shapes, one)
+            if distance < np.inf:
+                return distance
+        elif shapes[a, KIND] == BOX and shapes[b, KIND] == CAPSULE:
+            distance = _capsule_in_box(b, a, -1.0, positions, matrices, shapes, one)
+            if distance < np.inf:
+                return distance
     distance = _measure_plainly(model, data, a, b, cut_off, one)
     if abs(distance) < TOUCHING_M:
         _part(model, data, a, b, positions, one)

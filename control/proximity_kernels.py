@@ -107,10 +107,11 @@ def measure_near(
     count = 0
     for pair in range(len(pairs)):
         a, b = pairs[pair, 0], pairs[pair, 1]
-        if gap(a, b, positions, matrices, shapes) >= cut_off:
+        apart = gap(a, b, positions, matrices, shapes)
+        if apart >= cut_off:
             continue
         if covers[a, 1] == 0:
-            distance = measure(model, data, a, b, cut_off, positions, matrices, shapes, one)
+            distance = measure(model, data, a, b, apart, cut_off, positions, matrices, shapes, one)
             near[count, 1] = distance
             for axis in range(3):
                 j, k = (axis + 1) % 3, (axis + 2) % 3
@@ -209,10 +210,11 @@ def _soft_distance(
         # Balls this much farther than the nearest weigh less than rounding does.
         reach = min(cut_off, least + 40.0 / sharpness)
         # Inside, the bound says no more than that the distance is below zero.
-        if gap(probe, b, positions, matrices, shapes) >= max(reach, 0.0):
+        apart = gap(probe, b, positions, matrices, shapes)
+        if apart >= max(reach, 0.0):
             continue
         sizes[probe, 0] = cover[ball, 3]
-        distance = measure(model, data, probe, b, cut_off, positions, matrices, shapes, one)
+        distance = measure(model, data, probe, b, apart, cut_off, positions, matrices, shapes, one)
         if distance >= reach:
             continue
         if distance < least:

@@ -123,6 +123,17 @@ def safe_motion(
     return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), feasible)
 
 
+def near_pair(names: tuple[str, str]) -> str:
+    """What blocks, by name: two parts that are near each other."""
+    return f"{names[0]} near {names[1]}"
+
+
+def held_joint(name: str, q: float, lower: float, upper: float) -> str:
+    """What blocks, by name: a joint."""
+    near = min(q - lower, upper - q) < NEAR_LIMIT
+    return f"joint {name} at its {'limit' if near else 'full speed'}"
+
+
 def _without_recovery(
     wish: NDArray[np.float64], hessian: NDArray[np.float64], still: SafetyRows, rows: SafetyRows
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
@@ -238,14 +249,13 @@ def _blocking(
 ) -> tuple[str, ...]:
     joints = len(state.q)
     names = []
-    for index in np.argsort(-strength):
+    for index in np.argsort(-strength).tolist():
         if strength[index] < ACTIVE:
             break
         if index >= joints:
-            first, second = proximity.names[index - joints]
-            names.append(f"{first} near {second}")
+            names.append(near_pair(proximity.names[index - joints]))
         else:
-            name = joint_names[index] if joint_names else str(index + 1)
-            room = min(state.q[index] - state.lower[index], state.upper[index] - state.q[index])
-            names.append(f"joint {name} at its {'limit' if room < NEAR_LIMIT else 'full speed'}")
+            name = str(joint_names[index]) if joint_names else str(index + 1)
+            place = [float(of[index]) for of in (state.q, state.lower, state.upper)]
+            names.append(held_joint(name, *place))
     return tuple(names)
