@@ -7,6 +7,7 @@ it cannot be compiled.
 from __future__ import annotations
 
 import math
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -54,8 +55,10 @@ def proximity_reference(tables: ProximityTables, q: NDArray[np.float64]) -> tupl
     data.qpos[tables.joints[:, 0]] = q
     mujoco.mj_kinematics(tables.model, data)
     _carry(tables)
-    found = []
-    for pair in np.flatnonzero(_gaps(tables) < tables.cut_off).tolist():
+    near = np.flatnonzero(_gaps(tables) < tables.cut_off)
+    plain = (tables.covers[tables.pairs[near, 0], 1] == 0) & ~_may_cross(tables, near)
+    found = _measured_at_once(tables, near[plain])
+    for pair in near[~plain].tolist():
         a, b = tables.pairs[pair].tolist()
         first, number = tables.covers[a]
         if number:
@@ -66,7 +69,46 @@ def proximity_reference(tables: ProximityTables, q: NDArray[np.float64]) -> tupl
             measured = distance, force, None, on_robot, on_other
         if measured[0] < tables.cut_off:
             found.append((pair, *measured))
-    return _results(tables, found)
+    return _results(tables, sorted(found, key=itemgetter(0)))
+
+
+def _measured_at_once(tables: ProximityTables, pairs: NDArray[np.int64]) -> list:
+    """Pairs that MuJoCo measures right, with the vector work of all in one go."""
+    segments = np.zeros((len(pairs), 6))
+    model, data, cut_off = tables.model, tables.data, tables.cut_off
+    both = tables.pairs[pairs].tolist()
+    distance = np.array(
+        [
+            mujoco.mj_geomDistance(model, data, a, b, cut_off, segment)
+            for (a, b), segment in zip(both, segments, strict=True)
+        ]
+    )
+    ways = segments[:, :3] - segments[:, 3:]
+    lengths = np.sqrt(np.einsum("pk,pk->p", ways, ways))
+    signed = np.where(distance > 0.0, lengths, -lengths)
+    ways = ways / np.where(lengths > 0.0, signed, 1.0)[:, None]
+    found = []
+    for place in np.flatnonzero(distance < cut_off).tolist():
+        one = distance[place], ways[place], segments[place, :3], segments[place, 3:]
+        if abs(one[0]) < TOUCHING_M:
+            one = _part(tables, both[place][0], both[place][1], one)
+        found.append((int(pairs[place]), one[0], one[1], None, one[2], one[3]))
+    return found
+
+
+def _may_cross(tables: ProximityTables, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Which pairs are a capsule and a box that its axis may reach: bounds along the box's axes."""
+    a, b = tables.pairs[pairs].T
+    kinds = tables.shapes[:, KIND]
+    turned = (kinds[a] == _BOX) & (kinds[b] == _CAPSULE)
+    capsule, box = np.where(turned, b, a), np.where(turned, a, b)
+    data, shapes = tables.data, tables.shapes
+    frames = data.geom_xmat[box].reshape(-1, 3, 3)
+    away = data.geom_xpos[capsule] - data.geom_xpos[box]
+    half_axis = shapes[capsule, SIZE + 1, None] * data.geom_xmat[capsule, 2::3]
+    centre, reach = (np.abs(np.einsum("prc,pr->pc", frames, v)) for v in (away, half_axis))
+    meets = np.all(centre <= reach + shapes[box, SIZE : SIZE + 3], axis=1)
+    return (kinds[capsule] == _CAPSULE) & (kinds[box] == _BOX) & meets
 
 
 def measure_plain(tables: ProximityTables, a: int, b: int, cut_off: float) -> Measured:

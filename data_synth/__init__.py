@@ -1,8 +1,10 @@
 """The simulated world: tabletop scenes with ground truth, and the depth camera that sees them."""
 
+from .arms import LBR_ARM, PLANAR_ARM
 from .dataset import SCHEMA, read_ground_truth, read_labels, write_scene
 from .depth_noise import DepthNoise, add_depth_noise
 from .depth_renderer import Backend, open_renderer, render_scene
+from .reaching import ReachingScene, make_reaching_scene
 from .rendered_view import DepthRenderer, RenderedView
 from .synthetic_camera import SyntheticCamera, render_frame
 from .tabletop import make_scene
@@ -11,11 +13,14 @@ from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
 from .viewpoint import look_at
 
 __all__ = [
+    "LBR_ARM",
+    "PLANAR_ARM",
     "SCHEMA",
     "Backend",
     "DepthNoise",
     "DepthRenderer",
     "Family",
+    "ReachingScene",
     "RenderedView",
     "SyntheticCamera",
     "Table",
@@ -25,6 +30,7 @@ __all__ = [
     "ViewOptions",
     "add_depth_noise",
     "look_at",
+    "make_reaching_scene",
     "make_scene",
     "open_renderer",
     "read_ground_truth",

@@ -61,8 +61,17 @@ def test_each_command_of_the_readme_runs(command, folder, capsys):
     assert leaving.value.code == expected, capsys.readouterr().err
 
 
-def test_the_python_example_runs(folder, capsys):
-    (example,) = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+@pytest.mark.parametrize(
+    ("begins", "prints"),
+    [("from eyehand.grasping", "1 Superquadric"), ("from eyehand.control", "reached")],
+)
+def test_the_python_examples_run(begins, prints, folder, capsys):
+    examples = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
+    (example,) = [one for one in examples if one.startswith(begins)]
     (folder / "example.py").write_text(example)
     runpy.run_path(str(folder / "example.py"))
-    assert "1 Superquadric" in capsys.readouterr().out
+    assert prints in capsys.readouterr().out
+
+
+def test_the_readme_has_no_other_python_examples():
+    assert len(re.findall(r"```python", README)) == 2
