@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .distance_kernels import gap, measure
+from .distance_kernels import TOUCHING_M, gap, measure, measure_apart
 from .kinematics_kernels import posture
 from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_PLACE
 
@@ -111,12 +111,16 @@ def measure_near(
         if apart >= cut_off:
             continue
         if covers[a, 1] == 0:
-            distance = measure(model, data, a, b, apart, cut_off, positions, matrices, shapes, one)
+            if apart > TOUCHING_M:
+                distance = measure_apart(model, data, a, b, cut_off, one)
+            else:
+                distance = measure(model, data, a, b, cut_off, positions, matrices, shapes, one)
+            x, y, z = one[0], one[1], one[2]
             near[count, 1] = distance
-            for axis in range(3):
-                j, k = (axis + 1) % 3, (axis + 2) % 3
-                near[count, 2 + axis] = one[axis]
-                near[count, 5 + axis] = one[3 + j] * one[k] - one[3 + k] * one[j]
+            near[count, 2], near[count, 3], near[count, 4] = x, y, z
+            near[count, 5] = one[4] * z - one[5] * y
+            near[count, 6] = one[5] * x - one[3] * z
+            near[count, 7] = one[3] * y - one[4] * x
             for column in range(6):
                 near[count, 8 + column] = one[3 + column]
         else:
@@ -214,7 +218,10 @@ def _soft_distance(
         if apart >= max(reach, 0.0):
             continue
         sizes[probe, 0] = cover[ball, 3]
-        distance = measure(model, data, probe, b, apart, cut_off, positions, matrices, shapes, one)
+        if apart > TOUCHING_M:
+            distance = measure_apart(model, data, probe, b, cut_off, one)
+        else:
+            distance = measure(model, data, probe, b, cut_off, positions, matrices, shapes, one)
         if distance >= reach:
             continue
         if distance < least:
