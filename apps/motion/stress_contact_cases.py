@@ -21,8 +21,6 @@ from .stress_motion import SLACK_M, Method, MotionFigures, judged, lbr_world, si
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.control.approach import ApproachController
-
 JUMP_PCT = 1.0
 """Largest change of the gradient, of its length, that counts as smooth."""
 FACES_M = 0.04
@@ -146,7 +144,7 @@ def _flying_ball(speed: float, seed: int, options: Method) -> Trial:
     start = hand + COME_FROM * outward
     velocity = -speed * outward
 
-    def fly(number: int, controller: ApproachController) -> None:
+    def fly(number: int) -> None:
         middle = start + number * options.dt * velocity
         world.move("ball", _at(middle), np.concatenate([velocity, np.zeros(3)]))
 

@@ -112,7 +112,8 @@ def simulate(
     start: NDArray[np.float64] | None = None,
     stop_when_reached: bool = True,
     stop_when_stuck: bool = False,
-    before: Callable[[int, ApproachController], None] | None = None,
+    before: Callable[[int], None] | None = None,
+    in_turns: tuple[ControlOptions, int] | None = None,
 ) -> Motion:
     """Run a controller on an arm that does exactly as it is told.
 
@@ -133,16 +134,21 @@ def simulate(
     stop_when_stuck
         Whether it ends when it has been stuck for longer than its tail.
     before
-        Called before each cycle with its number: moves obstacles, changes options.
+        Called before each cycle with its number: moves obstacles.
+    in_turns
+        Options of a second controller, and for how many cycles each of the two has its turn.
     """
-    controller = ApproachController(world, aims, options)
+    controllers = [ApproachController(world, aims, options)]
+    other, turn = in_turns or (None, 1)
+    if other is not None:
+        controllers.append(ApproachController(world, aims, other))
     q = world.robot.home.copy() if start is None else np.array(start, dtype=np.float64)
     postures, velocities, clearance, cycles = [q], [], [], []
     stuck = 0
     for number in range(round(seconds / options.dt)):
         if before is not None:
-            before(number, controller)
-        cycle = controller.step(q)
+            before(number)
+        cycle = controllers[number // turn % len(controllers)].step(q)
         q = q + options.dt * cycle.velocity
         postures.append(q)
         velocities.append(cycle.velocity)

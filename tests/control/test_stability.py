@@ -72,6 +72,17 @@ def test_penetration_ends_outside_and_never_deeper(depth_mm):
     assert trial.picture.closest_mm == pytest.approx(-depth_mm, abs=0.5)
 
 
+def test_weights_in_turns_are_felt_and_bounded():
+    peaks = []
+    for cycles in (200.0, 1.0):
+        trial = SWEEPS["switching"].attempt(cycles, SEED, ControlOptions())
+        assert trial.passed, trial.note
+        assert isinstance(trial.picture, MotionFigures)
+        peaks.append(trial.picture.peak_acceleration)
+    # A single weight alone needs some 2 rad/s².
+    assert peaks[0] > peaks[1] + 20 > 40
+
+
 def test_cover_makes_the_gradient_smooth():
     jumps = {}
     for name in ("parallel-cover", "parallel-plain"):
