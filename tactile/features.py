@@ -2,19 +2,61 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
-from scipy.sparse import csr_matrix
-from scipy.sparse.csgraph import connected_components
 
 from eyehand.errors import InputError
+
+from .feature_kernels import TRUSTED, VALUES, describe, pack_geometry
+from .hough import HoughOptions, hough_axis
+from .region import pack_links
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .image import TactileImage
+
+BORDER_SHARE = 0.02
+"""Share of force on border tactels from which a contact counts as cut off: the centre of pressure
+of a round contact is then about 0.1 mm off."""
+
+
+@dataclass(frozen=True)
+class FeatureOptions:
+    """How a contact is found and described.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+
+    sigmas: float = 4.0
+    """Threshold over the reading at rest, times each tactel's noise, > 0: lower feels lighter
+    touches and the rim of imprints, and takes more noise for touch."""
+    fewest: int = 2
+    """Tactels that make a contact, >= 1: noise seldom lifts two neighbours at once, so 2 lets the
+    threshold be low; 1 is for arrays whose tactels are far apart."""
+    hysteresis: float = 0.2
+    """Share of tactels by which another region must be larger before it is taken instead of the
+    nearest to the contact before, 0..1: 0 follows the largest one at once, however it jumps."""
+    orientation: Literal["moments", "hough"] = "moments"
+    """How the long axis is found: by second moments, better and faster, or by the paper's Hough
+    transform, for arrays with an even grid."""
+    hough: HoughOptions = field(default_factory=HoughOptions)
+    """Settings of the Hough transform."""
+
+    def __post_init__(self) -> None:
+        if not 0 < self.sigmas < np.inf:
+            raise InputError(f"sigmas must be finite and > 0, got {self.sigmas}")
+        if self.fewest < 1:
+            raise InputError(f"fewest must be >= 1 tactel, got {self.fewest}")
+        if not 0 <= self.hysteresis <= 1:
+            raise InputError(f"hysteresis must be in 0..1, got {self.hysteresis}")
+        if self.orientation not in ("moments", "hough"):
+            raise InputError(f"orientation must be 'moments' or 'hough', got {self.orientation!r}")
 
 
 @dataclass(frozen=True)
@@ -24,29 +66,60 @@ class ContactFeatures:
     force: float
     """Sum of the region's tactel forces f, N (eq. 11)."""
     centre: NDArray[np.float64]
-    """Centre of pressure in the sensor's frame, (3,), m (eq. 11)."""
+    """Centre of pressure in the sensor's frame, (3,), m (eq. 11); under a curved surface."""
     pressure: float
     """Mean pressure over the contact region, Pa (eq. 12 with the region's area)."""
     area: float
     """Area of the contact region, m²."""
     orientation: float
-    """Direction of the region's long axis in the sensor's xy-plane, rad, in (-π/2, π/2]."""
+    """Direction of the region's long axis in the sensor's xy-plane, rad, in (-π/2, π/2]; on a
+    curved array in the plane of `normal`, whose axes are those of `image.tangents`."""
     confidence: float
     """(λ1-λ2)/(λ1+λ2) of the region's second moments: 0 round, 1 a line."""
+    normal: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
+    """Outward unit normal of the contact, (3,): mean of the tactels', weighted by force."""
+    tactels: int = 0
+    """How many tactels the region has, |R|."""
+    border_share: float = 0.0
+    """Share of the force on tactels at the array's border, 0..1: beyond it, contact is not felt,
+    so the centre of pressure is too far inside."""
+    saturated: int = 0
+    """Tactels of the region that feel more than they can tell: force and pressure are too low."""
+    interpolated: int = 0
+    """Tactels of the region that are dead: their pressure is their neighbours'."""
 
     def __bool__(self) -> bool:
         return self.force > 0.0
 
+    @property
+    def at_border(self) -> bool:
+        """Whether the contact reaches over the array's border so far that its centre is biased."""
+        return self.border_share > BORDER_SHARE
 
-def contact_features(image: TactileImage, threshold: float) -> ContactFeatures:
+
+def contact_features(
+    image: TactileImage,
+    threshold: float | NDArray[np.float64],
+    *,
+    previous: ContactFeatures | None = None,
+    options: FeatureOptions | None = None,
+) -> ContactFeatures:
     """Find the largest connected contact region and describe it.
+
+    For one image; a servo that reads many takes a `FeatureReader`.
 
     Parameters
     ----------
     image
         Calibrated tactile image.
     threshold
-        Pressure above which a tactel counts as touched, Pa, >= 0, just above the noise.
+        Pressure above which a tactel counts as touched, Pa, >= 0, just above the noise: one, or
+        one per tactel (N,).
+    previous
+        Features of the contact a moment before: of regions of similar size, the one nearest to
+        it is described.
+    options
+        Of these, `sigmas` is of no concern here; left out, a single tactel is a contact.
 
     Returns
     -------
@@ -56,32 +129,63 @@ def contact_features(image: TactileImage, threshold: float) -> ContactFeatures:
     Raises
     ------
     InputError
-        If the threshold is negative or not finite.
+        If a threshold is negative or not finite, or Hough is asked of an array without a grid.
     """
-    if not 0.0 <= threshold < float("inf"):
+    options = options or FeatureOptions(fewest=1)
+    array, count = image.array, len(image.pressures)
+    thresholds = np.asarray(threshold, dtype=np.float64)
+    if not (np.all(thresholds >= 0.0) and np.all(np.isfinite(thresholds))):
         raise InputError(f"threshold must be finite and >= 0 Pa, got {threshold}")
-    touched = np.flatnonzero(image.pressures > threshold)
-    if touched.size == 0:
+    if thresholds.shape not in ((), (count,)):
+        raise InputError(f"threshold must be one number or {count}, got {thresholds.shape}")
+    centre = previous.centre if previous else np.full(3, np.nan)
+    states = np.full(count, TRUSTED, np.uint8)
+    members, values = np.empty(count, np.int32), np.empty(VALUES)
+    size = describe(
+        np.ascontiguousarray(image.pressures, dtype=np.float64),
+        states,
+        np.full(count, thresholds) if thresholds.ndim == 0 else thresholds,
+        pack_links(array),
+        pack_geometry(array),
+        np.ascontiguousarray(centre),
+        options.hysteresis,
+        options.fewest,
+        members,
+        values,
+    )
+    found = unpack(values)
+    if found and options.orientation == "hough":
+        found = with_hough(found, image, members[:size], options.hough)
+    return found
+
+
+def unpack(values: NDArray[np.float64]) -> ContactFeatures:
+    """Give the numbers of `feature_kernels.describe` their names."""
+    v = values.tolist()
+    if v[14] == 0.0:
         return ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
-    links = csr_matrix(image.array.neighbours[np.ix_(touched, touched)])
-    _, regions = connected_components(links, directed=False)
-    region = touched[regions == int(np.argmax(np.bincount(regions)))]
-    forces = image.pressures[region] * image.array.area
-    force = float(forces.sum())
-    positions = image.array.positions[region]
-    centre = forces @ positions / force
-    orientation, confidence = _long_axis(positions[:, :2] - centre[:2], forces / force)
-    area = image.array.area * region.size
-    return ContactFeatures(force, centre, force / area, area, orientation, confidence)
+    return ContactFeatures(
+        v[0],
+        values[1:4].copy(),
+        v[0] / v[4],
+        v[4],
+        v[5],
+        v[6],
+        values[7:10].copy(),
+        int(v[10]),
+        v[11],
+        int(v[12]),
+        int(v[13]),
+    )
 
 
-def _long_axis(offsets: NDArray[np.float64], weights: NDArray[np.float64]) -> tuple[float, float]:
-    """Angle and confidence from second moments; the angle is halved from the doubled angle."""
-    x, y = offsets.T
-    xx, yy, xy = weights @ (x * x), weights @ (y * y), weights @ (x * y)
-    spread = float(xx + yy)
-    split = float(np.hypot(xx - yy, 2.0 * xy))
-    if spread <= 0.0:
-        return 0.0, 0.0
-    angle = 0.5 * float(np.arctan2(2.0 * xy, xx - yy))
-    return (np.pi / 2 if angle <= -np.pi / 2 else angle), split / spread
+def with_hough(
+    found: ContactFeatures,
+    image: TactileImage,
+    region: NDArray[np.int32],
+    options: HoughOptions,
+) -> ContactFeatures:
+    """Give the features with the orientation by the Hough transform of their region."""
+    mask = np.zeros(len(image.pressures), np.bool_)
+    mask[region] = True
+    return replace(found, orientation=hough_axis(image, mask, options))

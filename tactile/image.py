@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -12,6 +13,19 @@ from eyehand.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+FINGER_RADIUS = 0.008
+"""Of the fingertip's cylinder and of the ball at its end, m: a human fingertip."""
+FINGER_PITCH = 0.005
+"""Between rows of the fingertip, m."""
+FINGER_SPREAD = np.radians(50.0)
+"""Between columns of the fingertip, around its axis, and from its last straight row to the row on
+the ball, rad."""
+OPEN_GAP = np.radians(150.0)
+"""A tactel lies on the border where its neighbours leave a gap this wide around it, rad: inside
+a grid the gap is at most 90°, along an edge 180°."""
+UNIT_TOLERANCE = 1e-6
+"""Largest error of a unit normal's length: what files with few digits lose."""
+
 
 @dataclass(frozen=True)
 class TactileArray:
@@ -20,7 +34,8 @@ class TactileArray:
     Raises
     ------
     InputError
-        If shapes disagree or the area is not positive.
+        If shapes disagree, something is not finite, normals are not unit vectors, areas are not
+        positive, or a tactel's neighbour is not its neighbour in turn.
     """
 
     positions: NDArray[np.float64]
@@ -28,12 +43,18 @@ class TactileArray:
     normals: NDArray[np.float64]
     """Unit outward normals, (N, 3)."""
     area: float
-    """Sensitive area of one tactel, m²."""
+    """Sensitive area of one tactel, m²; the mean where they differ."""
     neighbours: NDArray[np.bool_]
     """Which tactels touch one another, (N, N)."""
+    areas: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
+    """Sensitive area of each tactel, (N,), m²; left out, all have `area`."""
+    grid: tuple[int, int] | None = None
+    """Rows and columns where the tactels form an even grid, row by row: rows along y."""
 
     def __post_init__(self) -> None:
         count = len(self.positions)
+        if self.areas.size == 0:
+            object.__setattr__(self, "areas", np.full(count, float(self.area)))
         if self.positions.shape != (count, 3) or self.normals.shape != (count, 3):
             raise InputError(
                 f"positions and normals must be (N, 3), got {self.positions.shape} and "
@@ -41,23 +62,84 @@ class TactileArray:
             )
         if self.neighbours.shape != (count, count):
             raise InputError(f"neighbours must be ({count}, {count}), got {self.neighbours.shape}")
-        if not self.area > 0:
+        if not np.array_equal(self.neighbours, self.neighbours.T):
+            raise InputError("neighbours must be mutual: got a matrix that is not symmetric")
+        if self.areas.shape != (count,):
+            raise InputError(f"areas must be ({count},), got {self.areas.shape}")
+        if not (0 < self.area < np.inf and self.areas.min(initial=np.inf) > 0):
             raise InputError(f"tactel area must be > 0 m², got {self.area}")
+        if not np.isclose(self.areas.mean(), self.area):
+            raise InputError(f"area must be the mean {self.areas.mean()} of areas, got {self.area}")
+        lengths = np.linalg.norm(self.normals, axis=1)
+        if not (np.isfinite(self.positions).all() and (abs(lengths - 1) < UNIT_TOLERANCE).all()):
+            raise InputError("positions must be finite and normals unit vectors")
+        if self.grid is not None and self.grid[0] * self.grid[1] != count:
+            raise InputError(f"a grid of {count} tactels cannot have {self.grid} rows and columns")
 
     @classmethod
     def flat(cls, rows: int = 16, columns: int = 16, pitch: float = 0.005) -> TactileArray:
         """Give a flat pad centred on the sensor's origin, tactels row by row; pitch in m."""
-        if rows < 1 or columns < 1 or not pitch > 0:
+        u, v = _even_grid(rows, columns, pitch)
+        positions = np.column_stack([u, v, np.zeros(len(u))])
+        normals = np.tile([0.0, 0.0, 1.0], (len(u), 1))
+        links = _grid_neighbours(rows, columns)
+        return cls(positions, normals, pitch**2, links, grid=(rows, columns))
+
+    @classmethod
+    def curved(
+        cls, rows: int = 16, columns: int = 16, pitch: float = 0.005, radius: float = 0.05
+    ) -> TactileArray:
+        """Give a patch of a cylinder along x, its top in the sensor's origin; lengths in m.
+
+        Rows follow one another around the cylinder, `pitch` apart along the arc.
+        """
+        if not (0 < radius < np.inf and rows * pitch <= np.pi * radius):
             raise InputError(
-                f"a pad needs rows, columns, pitch > 0, got {rows}, {columns}, {pitch}"
+                f"a curved pad must cover at most half a cylinder, got radius {radius} m for "
+                f"{rows} rows, {pitch} m apart"
             )
-        v, u = np.mgrid[0:rows, 0:columns]
-        x = (u.ravel() - 0.5 * (columns - 1)) * pitch
-        y = (v.ravel() - 0.5 * (rows - 1)) * pitch
-        positions = np.column_stack([x, y, np.zeros(rows * columns)])
-        normals = np.tile([0.0, 0.0, 1.0], (rows * columns, 1))
-        gaps = np.linalg.norm(positions[:, None] - positions[None], axis=-1)
-        return cls(positions, normals, pitch**2, (gaps > 0) & (gaps < 1.5 * pitch))
+        u, v = _even_grid(rows, columns, pitch)
+        around = v / radius
+        normals = np.column_stack([np.zeros(len(u)), np.sin(around), np.cos(around)])
+        positions = np.column_stack([u, radius * normals[:, 1], radius * (normals[:, 2] - 1.0)])
+        links = _grid_neighbours(rows, columns)
+        return cls(positions, normals, pitch**2, links, grid=(rows, columns))
+
+    @classmethod
+    def fingertip(cls) -> TactileArray:
+        """Give 12 tactels on a fingertip: three straight rows of three, the last bent over its end.
+
+        The finger lies along y, its end at +y; the sensor's origin is the middle of the straight
+        part, on the surface.
+        """
+        row, column = (index.ravel() for index in np.mgrid[0:4, 0:3])
+        around, over = (column - 1) * FINGER_SPREAD, (row == 3) * FINGER_SPREAD
+        along = (np.minimum(row, 2) - 1) * FINGER_PITCH
+        normals = np.column_stack(
+            [np.cos(over) * np.sin(around), np.sin(over), np.cos(over) * np.cos(around)]
+        )
+        positions = FINGER_RADIUS * normals
+        positions += np.column_stack([0 * along, along, np.full(12, -FINGER_RADIUS)])
+        straight = FINGER_RADIUS * FINGER_SPREAD * FINGER_PITCH
+        # Zone of a ball between two latitudes, half a step below and above the row's.
+        zone = np.sin(1.5 * FINGER_SPREAD) - np.sin(0.5 * FINGER_SPREAD)
+        areas = np.where(row == 3, FINGER_RADIUS**2 * FINGER_SPREAD * zone, straight)
+        return cls(positions, normals, float(areas.mean()), _grid_neighbours(4, 3), areas)
+
+    @cached_property
+    def border(self) -> NDArray[np.bool_]:
+        """Tactels on the border, (N,): beyond them, contact is not felt."""
+        return np.array([self._is_open(tactel) for tactel in range(len(self.positions))])
+
+    def _is_open(self, tactel: int) -> bool:
+        """Whether the neighbours leave a wide gap, seen from above the tactel."""
+        offsets = self.positions[self.neighbours[tactel]] - self.positions[tactel]
+        if len(offsets) < 2:
+            return True
+        x, y = tangents(self.normals[tactel]) @ offsets.T
+        angles = np.sort(np.arctan2(y, x))
+        gaps = np.diff(angles, append=angles[0] + 2 * np.pi)
+        return bool(gaps.max() >= OPEN_GAP)
 
 
 @dataclass(frozen=True)
@@ -79,3 +161,36 @@ class TactileImage:
         count = len(self.array.positions)
         if self.pressures.shape != (count,) or not np.all(np.isfinite(self.pressures)):
             raise InputError(f"pressures must be {count} finite values, got {self.pressures.shape}")
+
+
+def tangents(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give the tangent plane's axes (2, 3): x and y, turned the shortest way with z onto `normal`.
+
+    On a flat pad these are x and y themselves. A normal of -z, where there is no shortest way,
+    keeps x and turns y around.
+    """
+    a, b, c = normal
+    if c <= -1.0 + 1e-12:
+        return np.array([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
+    d = 1.0 / (1.0 + c)
+    return np.array([[1.0 - a * a * d, -a * b * d, -a], [-a * b * d, 1.0 - b * b * d, -b]])
+
+
+def _even_grid(
+    rows: int, columns: int, pitch: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Coordinates along columns and rows, (N,) each, around 0."""
+    if rows < 1 or columns < 1 or not 0 < pitch < np.inf:
+        raise InputError(f"a pad needs rows, columns, pitch > 0, got {rows}, {columns}, {pitch}")
+    v, u = np.mgrid[0:rows, 0:columns]
+    return (
+        (u.ravel() - 0.5 * (columns - 1)) * pitch,
+        (v.ravel() - 0.5 * (rows - 1)) * pitch,
+    )
+
+
+def _grid_neighbours(rows: int, columns: int) -> NDArray[np.bool_]:
+    """Tactels that meet at a side or a corner, (N, N)."""
+    v, u = (index.ravel() for index in np.mgrid[0:rows, 0:columns])
+    apart = np.maximum(abs(v[:, None] - v), abs(u[:, None] - u))
+    return apart == 1
