@@ -1,0 +1,1 @@
+"""Touch put to work: features charted, and the servo on an arm."""
