@@ -105,12 +105,17 @@ class ApproachController:
         self.world = world
         self.robot = world.robot
         self.aims = tuple(aims)
-        self.options = options or ControlOptions()
+        self._options = options or ControlOptions()
         if not self.aims:
             raise InputError("the controller needs at least one aim")
         require_stable(self.options, _lever(self.robot.at(self.robot.home)))
         self._cycles: dict[int, CompiledCycle] = {}
         self.restart()
+
+    @property
+    def options(self) -> ControlOptions:
+        """Its options; for others make another controller."""
+        return self._options
 
     def restart(self) -> None:
         """Forget how the motion went: after a jump of the robot, new obstacles, new patience."""
@@ -168,7 +173,9 @@ class ApproachController:
             return "reached", ""
         if self._stalled_for(sum(errors)) < self.options.patience:
             return "moving", ""
-        if self._retreats < self.options.retreats:
+        # With the first task met and nothing in the way, it is tasks that conflict: stay with it.
+        torn = errors[0] <= self.options.tolerance and not motion.blocking
+        if self._retreats < self.options.retreats and not torn:
             self._phase = "retreat"
             self._retreats += 1
             self._begin()
@@ -276,6 +283,6 @@ def _what_blocks(aims: tuple[Aim, ...], motion: Motion, options: ControlOptions)
         return f"{', '.join(unmet)}: held by {', '.join(blocking[:3])}"
     if len(aims) > 1 and errors[0] <= options.tolerance:
         return f"{', '.join(unmet)}: the tasks above leave no way"
-    if any(beta > 0.0 for beta in motion.beta):
+    if motion.clearance < options.influence:
         return f"{', '.join(unmet)}: repulsion and goal are in balance"
     return f"{', '.join(unmet)}: out of reach from here"

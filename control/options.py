@@ -67,7 +67,7 @@ class ControlOptions:
     retreats: int = 2
     """How often a stuck motion goes back to a posture of refuge and tries again from there; the
     home posture and its mirror image take turns. 0 stays stuck."""
-    retreat_speed: float = 2.5
+    retreat_speed: float = 1.5
     """Largest norm of the joint velocities on the way back, rad/s."""
     retreat_seconds: float = 6.0
     """Longest way back, s; where it ends, the motion tries again."""
