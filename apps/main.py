@@ -47,6 +47,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.motion.stress_control:control_stress",
         "make an arm's motions harder until its control breaks, and chart where",
     ),
+    "touch features": (
+        "eyehand.apps.touch.chart_features:touch_features",
+        "chart ways to a contact's direction and place, accuracy against time",
+    ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",
         "make clouds harder until the fit breaks, and chart where",
@@ -62,6 +66,7 @@ GROUPS: dict[str, str] = {
     "evaluate": "measure how good a stage is, on data with known truth",
     "chart": "chart a stage's speed against its accuracy, dial by dial",
     "control": "move an arm among obstacles: the paper's figure, reaching, stress",
+    "touch": "feel: the features of a contact, and servoing by them",
     "stress": "make a stage's task harder until it breaks, and chart where",
 }
 """First words of commands that have two."""

@@ -100,7 +100,7 @@ def _probe(
 
 def _even(length: float) -> NDArray[np.float64]:
     count = max(int(np.ceil(length / POINT_PITCH)), 2)
-    return (np.arange(count) - 0.5 * (count - 1)) * (length / count)
+    return (np.arange(count, dtype=np.float64) - 0.5 * (count - 1)) * (length / count)
 
 
 def _spread(array: TactileArray, points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,144 @@
+"""The chart of the features: direction by time, and place by threshold, against accuracy."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from ..evaluation.chart_labels import PointName, name_points
+from ..evaluation.chart_style import (
+    BLUE,
+    COLOURS,
+    GREEN,
+    INK,
+    LINE,
+    ORANGE,
+    VERMILION,
+    Provenance,
+    draw_curve,
+    name_axes,
+    name_curves,
+    new_chart,
+    sign,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+HEIGHT = 5.4
+"""Of the figure, inches."""
+TIMES_US = (0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000)
+ANGLES_DEG = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 45)
+GAPS_MM = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)
+"""Where the axes have labels."""
+ROOM = 1.7
+"""Factor of free space around the points on logarithmic axes."""
+
+
+def feature_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
+    """Draw the direction's error against time, and the centre's against the threshold."""
+    figure, (left, right) = new_chart(
+        "Direction by moments, place by weights: better and faster",
+        "dots: median error over the imprints; upright lines reach to the 95th percentile; "
+        "Hough: 36 to 720 angles",
+        columns=2,
+        height=HEIGHT,
+    )
+    _directions(left, [row for row in rows if row["feature"] == "orientation"])
+    _centres(right, [row for row in rows if row["feature"] == "centre"])
+    sign(figure, made)
+    return figure
+
+
+def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    times = [row["time_p50_us"] for row in rows]
+    errors = [row["error_p50_deg"] for row in rows] + [row["error_p95_deg"] for row in rows]
+    _log_x(axes, min(times) / ROOM, max(times) * ROOM, TIMES_US)
+    _log_y(axes, min(errors) / ROOM, max(errors) * ROOM, ANGLES_DEG)
+    name_axes(axes, "time from the region on [µs]", "error of a line's direction [°]", panel="Line")
+    hough = list(dict.fromkeys(row["method"] for row in rows if row["angles"]))
+    names, lines = [], []
+    for number, method in enumerate(hough):
+        own = [row for row in rows if row["method"] == method]
+        colour = (ORANGE, GREEN, BLUE)[number % 3]
+        words = method.replace("hough above 0 %", "Hough, all tactels").replace("hough", "Hough")
+        x, y = [r["time_p50_us"] for r in own], [r["error_p50_deg"] for r in own]
+        draw_curve(axes, x, y, words, COLOURS.index(colour))
+        for row in own:
+            _upright(axes, row["time_p50_us"], row, "deg", colour)
+        lines.append(list(zip(x, y, strict=True)))
+    for row in rows:
+        if row["angles"]:
+            continue
+        default = row["method"] == "moments"
+        x, y = row["time_p50_us"], row["error_p50_deg"]
+        colour = VERMILION if default else INK
+        _upright(axes, x, row, "deg", colour)
+        axes.plot(
+            x,
+            y,
+            "*" if default else "o",
+            color=colour,
+            markersize=17 if default else 6.5,
+            markeredgecolor="white",
+            markeredgewidth=1.0,
+            zorder=5,
+        )
+        words = f"{row['method']}\n{y:.2g}°, {x:.2g} µs"
+        names.append(PointName(x, y, words, "right", colour=colour, bold=default))
+        lines.append([(x, y), (x, row["error_p95_deg"])])
+    name_points(axes, names, lines)
+    name_curves(axes, where="lower right")
+
+
+def _centres(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+    errors = [row["error_p50_mm"] for row in rows] + [row["error_p95_mm"] for row in rows]
+    axes.set_xlim(-2, max(row["threshold_pct"] for row in rows) + 2)
+    _log_y(axes, min(errors) / ROOM, max(errors) * ROOM, GAPS_MM)
+    name_axes(
+        axes,
+        "threshold [% of the peak; 0: the noise]",
+        "error of a probe's place [mm]",
+        panel="Probe",
+    )
+    for number, (method, colour) in enumerate((("weighted", VERMILION), ("binarised", INK))):
+        own = [row for row in rows if row["method"] == method]
+        x = [row["threshold_pct"] + (0.4 if number else -0.4) for row in own]
+        words = {"weighted": "weighted by pressure (default)", "binarised": "every tactel alike"}
+        axes.plot(
+            x,
+            [row["error_p50_mm"] for row in own],
+            "o-",
+            color=colour,
+            linewidth=LINE,
+            markersize=5,
+            markeredgecolor="white",
+            label=words[method],
+            zorder=3,
+        )
+        for place, row in zip(x, own, strict=True):
+            _upright(axes, place, row, "mm", colour)
+    name_curves(axes, where="lower right")
+
+
+def _upright(axes: Axes, x: float, row: Mapping[str, Any], unit: str, colour: str) -> None:
+    ends = [row[f"error_p50_{unit}"], row[f"error_p95_{unit}"]]
+    axes.plot([x, x], ends, color=colour, linewidth=1.4, alpha=0.35, zorder=2)
+
+
+def _log_x(axes: Axes, low: float, high: float, steps: Sequence[float]) -> None:
+    axes.set_xscale("log")
+    axes.set_xlim(low, high)
+    ticks = [step for step in steps if low <= step <= high]
+    axes.set_xticks(ticks, [f"{step:g}" for step in ticks])
+    axes.set_xticks([], minor=True)
+
+
+def _log_y(axes: Axes, low: float, high: float, steps: Sequence[float]) -> None:
+    axes.set_yscale("log")
+    axes.set_ylim(low, high)
+    ticks = [step for step in steps if low <= step <= high]
+    axes.set_yticks(ticks, [f"{step:g}" for step in ticks])
+    axes.set_yticks([], minor=True)

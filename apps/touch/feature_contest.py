@@ -1,0 +1,218 @@
+"""Ways to the direction and the place of a contact, measured on imprints whose truth is known."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.tactile import (
+    Calibration,
+    FeatureOptions,
+    FeatureReader,
+    HoughOptions,
+    TactileArray,
+    TactileImage,
+    contact_features,
+    hough_axis,
+)
+from eyehand.tactile.feature_kernels import pack_geometry
+from eyehand.tactile.moments import long_axis
+from eyehand.tactile.region import find_region, pack_links
+
+from .imprints import NOISE, THRESHOLD, imprints
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .imprints import Imprint
+
+HOUGH_ANGLES, HOUGH_SHARES = (36, 90, 180, 360, 720), (0.0, 0.25, 0.5)
+"""Directions voted for, and shares of the peak above which tactels vote: 0 is the paper's, all of
+the region."""
+SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
+"""Thresholds of the centre of pressure, shares of the peak; 0 is just above the noise."""
+BURST, TAKES = 5, 3
+"""Calls in a row that are timed as one, and times that this is done; the fastest counts."""
+COUNTS_PER_PA = 0.39
+"""Of the straight characteristic that the whole reading is timed with: 10 kPa on 12 bits."""
+REST = 100.0
+"""Its reading at rest, counts."""
+
+_Step = Callable[[], float]
+
+
+@dataclass(frozen=True)
+class _Way:
+    name: str
+    method: str
+    angles: int | None
+    share: float
+    step: Callable[[Imprint], _Step]
+    """Prepares what is not timed, and gives what is: from a known region to its direction."""
+
+
+def orientation_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str, Any]]:
+    """Measure every way to a line's direction: error, and time from a known region on.
+
+    Returns
+    -------
+    list of dict
+        A row for each way, the default first: median, 95th percentile and rms of the error, and
+        the median time over the imprints.
+    """
+    ways = _ways(array, _regions(array, lines))
+    for way in ways:
+        way.step(lines[0])()
+    errors: dict[str, list[float]] = {way.name: [] for way in ways}
+    times: dict[str, list[float]] = {way.name: [] for way in ways}
+    for line in lines:
+        for way in ways:
+            step = way.step(line)
+            gap = (step() - line.angle + np.pi / 2) % np.pi - np.pi / 2
+            errors[way.name].append(abs(float(np.degrees(gap))))
+            times[way.name].append(_fastest_us(step))
+    return [
+        {
+            "name": way.name,
+            "feature": "orientation",
+            "method": way.method,
+            "angles": way.angles,
+            "threshold_pct": 100 * way.share,
+            "time_p50_us": round(float(np.median(times[way.name])), 2),
+            **_spread("deg", errors[way.name]),
+        }
+        for way in ways
+    ]
+
+
+def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
+    """Measure the centre of pressure against the centre of the region's tactels, by threshold."""
+    rows = []
+    for share in SHARES:
+        for method in ("weighted", "binarised"):
+            errors = []
+            for probe in probes:
+                pressures = probe.image.pressures
+                threshold = max(THRESHOLD, share * float(pressures.max()))
+                image = probe.image
+                if method == "binarised":
+                    felt = np.where(pressures > threshold, 2 * threshold, 0.0)
+                    image = TactileImage(felt, image.array)
+                centre = contact_features(image, threshold).centre[:2]
+                errors.append(1e3 * float(np.linalg.norm(centre - probe.centre)))
+            rows.append(
+                {
+                    "name": f"centre {method} {100 * share:g} %",
+                    "feature": "centre",
+                    "method": method,
+                    "threshold_pct": 100 * share,
+                    **_spread("mm", errors),
+                }
+            )
+    return rows
+
+
+def reading_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str, Any]]:
+    """Time a whole reading, from raw counts to features, with both ways to the direction."""
+    calibration = _straight(len(array.positions))
+    counts = [REST + COUNTS_PER_PA * np.maximum(line.image.pressures, 0.0) for line in lines]
+    raws = [np.clip(np.rint(count), 0, 4095).astype(np.uint16) for count in counts]
+    rows = []
+    for method in ("moments", "hough"):
+        reader = FeatureReader(calibration, array, FeatureOptions(orientation=method))
+        reader.read(raws[0])
+        times = [_fastest_us(lambda raw=raw, reader=reader: reader.read(raw).force) for raw in raws]
+        rows.append(
+            {
+                "name": f"reading {method}",
+                "feature": "all",
+                "method": method,
+                "time_p50_us": round(float(np.median(times)), 2),
+                "time_p99_us": round(float(np.percentile(times, 99)), 2),
+            }
+        )
+    return rows
+
+
+def lines_and_probes(
+    array: TactileArray, count: int, seed: int
+) -> tuple[list[Imprint], list[Imprint]]:
+    """Make `count` lines, half of them crossing the pad, and as many probes."""
+    short = imprints(array, "short line", count - count // 2, seed)
+    crossing = imprints(array, "crossing line", count // 2, seed)
+    return [*short, *crossing], list(imprints(array, "probe", count, seed))
+
+
+def _ways(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list[_Way]:
+    def moments(weighted: bool) -> Callable[[Imprint], _Step]:
+        def prepare(line: Imprint) -> _Step:
+            region = regions[id(line)]
+            x, y = np.ascontiguousarray(array.positions[region, :2].T)
+            weights = line.image.pressures[region] if weighted else np.ones(len(x))
+            return lambda: long_axis(x, y, weights, len(x))[0]
+
+        return prepare
+
+    def hough(options: HoughOptions) -> Callable[[Imprint], _Step]:
+        return lambda line: lambda: hough_axis(line.image, regions[id(line)], options)
+
+    return [
+        _Way("moments", "moments", None, 0.0, moments(True)),
+        _Way("moments binarised", "moments binarised", None, 0.0, moments(False)),
+        *(
+            _Way(
+                f"hough {angles} angles, above {100 * share:g} %",
+                f"hough above {100 * share:g} %",
+                angles,
+                share,
+                hough(HoughOptions(angles, share)),
+            )
+            for share in HOUGH_SHARES
+            for angles in HOUGH_ANGLES
+        ),
+    ]
+
+
+def _regions(array: TactileArray, lines: Sequence[Imprint]) -> dict[int, NDArray[np.bool_]]:
+    """Tactels of each line's region, (N,), by the identity of the line."""
+    links, geometry = pack_links(array), pack_geometry(array)
+    thresholds = np.full(len(array.positions), THRESHOLD)
+    members = np.empty(len(array.positions), np.int32)
+    nowhere = np.full(3, np.nan)
+    regions = {}
+    for line in lines:
+        felt = line.image.pressures
+        size = find_region(felt, thresholds, links, geometry, nowhere, 0.0, members)
+        regions[id(line)] = np.isin(np.arange(len(felt)), members[:size])
+    return regions
+
+
+def _straight(count: int) -> Calibration:
+    pressures = np.tile([0.0, (4095 - REST) / COUNTS_PER_PA], (count, 1))
+    raws = np.tile([REST, 4095.0], (count, 1))
+    rest, noise = np.full(count, REST), np.full(count, NOISE * COUNTS_PER_PA)
+    return Calibration(raws, pressures, rest, noise, np.full(count, 4095.0), np.zeros(count, bool))
+
+
+def _fastest_us(step: Callable[[], float]) -> float:
+    takes = []
+    for _ in range(TAKES):
+        start = time.perf_counter_ns()
+        for _ in range(BURST):
+            step()
+        takes.append((time.perf_counter_ns() - start) / BURST)
+    return 1e-3 * min(takes)
+
+
+def _spread(unit: str, errors: Sequence[float]) -> dict[str, float]:
+    return {
+        f"error_p50_{unit}": round(float(np.median(errors)), 4),
+        f"error_p95_{unit}": round(float(np.percentile(errors, 95)), 4),
+        f"error_rms_{unit}": round(float(np.sqrt(np.mean(np.square(errors)))), 4),
+    }
