@@ -1,0 +1,328 @@
+"""The servo: eq. 13 and 15 against their matrices, and the traps of a closed loop."""
+
+from dataclasses import astuple, replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from eyehand.errors import InputError
+from eyehand.tactile import ContactFeatures
+from eyehand.tactile.options import ServoOptions
+from eyehand.tactile.servo import ServoGoal, TactileServo
+from eyehand.tactile.switches import EDGE, EXPLORE, PRESETS, PRESS, ROLL, TRACK, Switches
+
+from .closed_loop import DT, OBJECTS, World, ball, box, rod
+
+NOTHING = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+DOWN = np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
+
+
+def touch(x=0.0, y=0.0, pressure=1000.0, orientation=np.pi / 2, confidence=0.9, area=1e-3):
+    return ContactFeatures(
+        pressure * area, np.array([x, y, 0.0]), pressure, area, orientation, confidence
+    )
+
+
+def run(world: World, servo: TactileServo, seconds: float, down=DOWN, external=None):
+    """Descend until something touches, then do as the servo says; rows of what happened."""
+    rows, touched = [], False
+    for _ in range(round(seconds / DT)):
+        features = world.features()
+        twist = servo.step(features, DT, external).twist
+        if not features and not touched:
+            twist = down
+            servo.carried_out(down)
+        touched = touched or bool(features)
+        world.step(twist)
+        if touched:
+            x, y = features.centre[:2]
+            rows.append(
+                (features.pressure, x, y, world.tilt(), twist[5], world.force(), bool(features))
+            )
+    return np.array(rows).T
+
+
+# Eq. 13 and 15 ------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("switches", [*PRESETS.values(), Switches(roll_x=True), Switches()])
+def test_one_cycle_is_the_chapters_matrices(switches):
+    """P J^-1 K Δf, with row 4 negative, then rotation about the centre of pressure."""
+    options = ServoOptions(adapt=False, first_stiffness=2e6, slide_while_rolling=1.0)
+    servo = TactileServo(ServoGoal(0.001, -0.002, 800.0, orientation=0.3), switches, options)
+    features = touch(0.004, 0.003, 700.0, 0.4, 0.95)
+    stiff = options.first_stiffness
+    ratio = min(options.roll_ratio, options.roll_loop_gain() * 700.0 / (1e-3 / 12.0 * stiff))
+    J_inverse = np.zeros((6, 4))
+    J_inverse[[0, 1, 2, 3, 4, 5], [0, 1, 2, 1, 0, 3]] = [1, 1, 1, -1, 1, 1]
+    slide = options.slide_loop_gain()
+    gains = np.array([slide, slide, options.press_loop_gain() / stiff, options.turn_loop_gain()])
+    error = np.array([0.003, 0.005, 100.0, 0.1])
+    twist = J_inverse @ (gains * error)
+    twist[3:5] *= ratio / slide
+    twist = switches.projector() @ twist
+    twist[:3] -= np.cross(twist[3:], features.centre)
+    assert np.allclose(servo.step(features, DT).twist, twist, atol=1e-12)
+
+
+def test_integral_and_lead_act_as_in_equation_13():
+    options = ServoOptions(
+        adapt=False, first_stiffness=2e6, anti_windup=False, press_derivative_time=0.01, window=1
+    )
+    servo = TactileServo(ServoGoal(pressure=1000.0), PRESS, options)
+    gain, total, last = options.press_loop_gain() / 2e6, 0.0, None
+    for pressure in (900.0, 950.0, 930.0, 1010.0, 1000.0):
+        error = 1000.0 - pressure
+        slope = 0.0 if last is None else (error - last) / DT
+        wish = gain * (error + 0.01 * slope) + total
+        assert servo.step(touch(pressure=pressure), DT).twist[2] == pytest.approx(wish, rel=1e-12)
+        total, last = total + gain / options.press_integral_time * error * DT, error
+
+
+def test_outer_motion_is_added_as_it_is_with_and_without_contact():
+    outer = np.array([0.01, 0.02, -0.03, 0.1, -0.2, 0.3])
+    servo, twin = TactileServo(switches=EXPLORE), TactileServo(switches=EXPLORE)
+    features = touch(0.002, -0.003)
+    assert np.allclose(servo.step(features, DT, outer).twist, twin.step(features, DT).twist + outer)
+    step = servo.step(NOTHING, DT, outer)
+    assert not step.touching
+    assert np.array_equal(step.twist, outer)
+
+
+def test_a_goal_of_force_presses_by_force():
+    servo = TactileServo(ServoGoal(force=2.0), PRESS)
+    assert servo.step(touch(pressure=1000.0, area=1e-3), DT).twist[2] > 0
+    servo.reset()
+    assert servo.step(touch(pressure=1000.0, area=4e-3), DT).twist[2] < 0
+
+
+@given(
+    x=st.floats(-0.04, 0.04), y=st.floats(-0.04, 0.04), pressure=st.floats(1.0, 1e4),
+    orientation=st.floats(-1.57, 1.57), confidence=st.floats(0.0, 1.0),
+    area=st.floats(2.5e-5, 7e-3),
+)  # fmt: skip
+def test_every_twist_is_within_the_speed_limits(x, y, pressure, orientation, confidence, area):
+    options = ServoOptions()
+    servo = TactileServo(switches=EXPLORE, options=options)
+    features = touch(x, y, pressure, orientation, confidence, area)
+    for _ in range(5):
+        twist = servo.step(features, DT).twist
+        w = twist[3:]
+        v = twist[:3] + np.cross(w, features.centre)
+        assert np.all(np.abs(v[:2]) <= options.slide_speed + 1e-12)
+        assert -options.retreat_speed - 1e-12 <= v[2] <= options.press_speed + 1e-12
+        assert np.all(np.abs(w[:2]) <= options.roll_speed)
+        assert abs(w[2]) <= options.turn_speed
+
+
+def test_what_is_not_finite_is_refused_and_changes_nothing():
+    servo = TactileServo()
+    for bad in (replace(touch(), pressure=np.nan), replace(touch(), centre=np.full(3, np.nan))):
+        with pytest.raises(InputError, match="finite"):
+            servo.step(bad, DT)
+    with pytest.raises(InputError, match="dt"):
+        servo.step(touch(), 0.0)
+    assert np.allclose(servo.step(touch(), DT).twist, TactileServo().step(touch(), DT).twist)
+    with pytest.raises(InputError, match="pressure"):
+        ServoGoal(pressure=0.0)
+    with pytest.raises(InputError, match="confidence_low"):
+        ServoOptions(confidence_low=0.7)
+
+
+# Rolling ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("stiffness", [1e12, 5e6, 2e5])
+def test_a_pad_that_lands_tilted_rolls_flat_without_losing_contact(axis, stiffness):
+    world = World(box(), stiffness, noise=3.0, threshold=15.0)
+    world.rotation = Rotation.from_rotvec(np.radians(6.0) * np.eye(3)[axis])
+    world.place = np.array([0.0, 0.0, -0.0375 * np.sin(np.radians(6.0)) - 0.001])
+    rows = run(world, TactileServo(switches=ROLL), 1.0)
+    tilt, touching = rows[3], rows[6]
+    assert tilt[0] > 5.5
+    assert np.all(tilt[75:] < 1.0), "within 0.3 s"
+    assert tilt[-1] < 0.1
+    assert np.all(touching)
+    assert rows[0].max() < 1500.0
+
+
+@pytest.mark.parametrize("half", [0.06, 0.02])
+def test_with_the_printed_signs_the_tilt_grows_while_the_centre_of_pressure_falls(half):
+    world = World(box(half, half), 5e6)
+    world.rotation = Rotation.from_rotvec([np.radians(6.0), 0.0, 0.0])
+    world.place = np.array([0.0, 0.0, -half * np.sin(np.radians(6.0)) - 0.001])
+    options = ServoOptions(printed_signs=True, slide_while_rolling=1.0)
+    rows = run(world, TactileServo(switches=ROLL, options=options), 1.0)
+    offset, tilt = np.abs(rows[2]), rows[3]
+    assert tilt[-1] > 1.3 * tilt[0], "only the tilt tells"
+    assert offset[-1] < 0.5 * offset[0]
+
+
+@given(x=st.floats(-0.03, 0.03), y=st.floats(-0.03, 0.03))
+def test_the_pads_point_at_the_centre_of_pressure_stays_while_the_pad_rolls_and_turns(x, y):
+    servo = TactileServo(switches=Switches(roll_x=True, roll_y=True, turn=True))
+    twist = servo.step(touch(x, y, orientation=0.4), DT).twist
+    assert np.allclose(twist[:3] + np.cross(twist[3:], [x, y, 0.0]), 0.0, atol=1e-15)
+    assert twist[5] != 0.0
+
+
+# Turning ------------------------------------------------------------------------------------
+
+
+def test_a_round_contact_does_not_turn_the_pad_at_all():
+    world = World(ball(0.03), 5e6, place=np.array([0.0031, -0.0017, -0.001]), noise=5.0)
+    world.threshold = 20.0
+    rows = run(world, TactileServo(switches=EXPLORE), 2.0)
+    assert rows.shape[1] > 300
+    assert np.all(rows[4] == 0.0)
+
+
+def test_a_rod_is_turned_along_the_y_axis():
+    world = World(rod(0.005, np.radians(60.0)), 1e12, place=np.array([0.0, 0.0, -0.001]), noise=3.0)
+    world.threshold = 15.0
+    run(world, TactileServo(switches=replace(EDGE, slide_x=True)), 2.0)
+    yaw = world.rotation.as_rotvec()[2]
+    assert np.degrees(yaw) == pytest.approx(-30.0, abs=0.3)
+
+
+@given(goal=st.floats(-10.0, 10.0), orientation=st.floats(-1.57, 1.57))
+def test_angles_count_modulo_half_a_turn_and_the_short_way(goal, orientation):
+    twists = [
+        TactileServo(ServoGoal(orientation=goal + n * np.pi), EDGE)
+        .step(touch(orientation=orientation), DT).twist[5]
+        for n in (0, 1)
+    ]  # fmt: skip
+    gap = (orientation - goal + np.pi / 2) % np.pi - np.pi / 2
+    if abs(abs(gap) - np.pi / 2) > 1e-6:
+        assert twists[0] == pytest.approx(twists[1], abs=1e-6)
+        assert np.sign(twists[0]) == np.sign(gap) or abs(gap) < 1e-9
+
+
+def test_noise_about_ninety_degrees_off_does_not_flip_the_turning():
+    rng = np.random.default_rng(0)
+    servo = TactileServo(switches=EDGE, options=ServoOptions(orientation_window=1))
+    spins = []
+    for noise in np.radians(rng.normal(0.0, 4.0, 200)):
+        angle = (noise + np.pi / 2) % np.pi - np.pi / 2
+        spins.append(servo.step(touch(orientation=angle), DT).twist[5])
+    assert abs(np.sum(np.sign(spins))) == 200
+
+
+def test_a_speck_has_no_direction():
+    servo = TactileServo(switches=EDGE)
+    for _ in range(50):
+        assert servo.step(touch(orientation=0.3, confidence=1.0, area=5e-5), DT).twist[5] == 0.0
+
+
+def test_turning_has_no_integral():
+    servo = TactileServo(switches=EDGE)
+    spins = [servo.step(touch(orientation=1.5), DT).twist[5] for _ in range(500)]
+    assert spins[-1] == pytest.approx(spins[0], rel=1e-9)
+
+
+# Pressing -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+@pytest.mark.parametrize("window", [6, 10])
+def test_one_setting_serves_pen_box_and_ball(name, window):
+    height, stiffness = OBJECTS[name]
+    world = World(height, stiffness, noise=3.0, threshold=15.0)
+    world.place = np.array([-0.008, -0.006, -0.003])
+    rows = run(world, TactileServo(switches=TRACK, options=ServoOptions(window=window)), 3.0)
+    error = rows[0] / 1000.0 - 1.0
+    pixel = rows[1:3, 250:] / 0.005
+    assert np.all(np.abs(error[150:]) < 0.06), "landed and settled after 0.6 s"
+    assert abs(error[-250:].mean()) < 3e-4
+    assert error[-250:].std() < 0.02
+    assert error.max() < 0.3
+    assert np.all(np.abs(pixel.mean(axis=1)) < 1e-3)
+    assert np.all(pixel.std(axis=1) < 3e-3)
+
+
+def test_stiff_and_soft_get_the_same_loop_gain():
+    estimates = {}
+    for name, (height, stiffness) in OBJECTS.items():
+        servo = TactileServo(switches=PRESS)
+        world = World(height, stiffness, noise=3.0, threshold=15.0)
+        world.place = np.array([0.0, 0.0, -0.001])
+        run(world, servo, 1.5)
+        before = world.features().pressure
+        world.place = world.place + np.array([0.0, 0.0, 1e-4])
+        estimates[name] = servo.stiffness / ((world.features().pressure - before) / 1e-4)
+    assert all(0.6 < ratio < 1.6 for ratio in estimates.values()), estimates
+
+
+def test_an_object_that_moves_is_followed_without_a_lasting_error():
+    height, stiffness = OBJECTS["box"]
+    world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
+    servo = TactileServo(switches=PRESS)
+    run(world, servo, 1.0)
+    for _ in range(500):
+        world.step(servo.step(world.features(), DT).twist)
+        world.place = world.place - [0.0, 0.0, 0.001 * DT]
+    assert world.features().pressure == pytest.approx(1000.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("name", OBJECTS)
+def test_landing_is_softer_with_anti_windup(name):
+    height, stiffness = OBJECTS[name]
+    peaks = []
+    for tame in (True, False):
+        world = World(height, stiffness, place=np.array([0.0, 0.0, -0.004]))
+        servo = TactileServo(switches=PRESS, options=ServoOptions(anti_windup=tame))
+        peaks.append(run(world, servo, 1.5)[5].max() / world.force())
+    assert peaks[0] < 1.25
+    assert peaks[0] < peaks[1] - 0.05
+
+
+def test_what_the_integral_held_is_gone_when_contact_is_lost():
+    servo = TactileServo(switches=TRACK)
+    for _ in range(200):
+        servo.step(touch(0.001, 0.001, 900.0), DT)
+    for _ in range(60):
+        assert np.array_equal(servo.step(NOTHING, DT).twist, np.zeros(6))
+    fresh = TactileServo(switches=TRACK)
+    features = touch(-0.001, 0.0, 1100.0)
+    assert np.allclose(servo.step(features, DT).twist, fresh.step(features, DT).twist)
+    assert servo.stiffness == fresh.stiffness
+
+
+def test_beyond_the_limit_it_swings_below_it_does_not():
+    height, stiffness = OBJECTS["box"]
+    swings = {}
+    for share in (0.5, 1.6):
+        world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
+        options = ServoOptions(
+            stability_share=share, press_gain=1e3, press_integral_time=float("inf")
+        )
+        swings[share] = run(world, TactileServo(switches=PRESS, options=options), 2.0)[0][25:]
+    assert np.ptp(swings[0.5]) < 300.0
+    assert np.ptp(swings[1.6]) > 1000.0
+
+
+def test_switching_off_forgets_the_integral_of_what_is_off():
+    servo = TactileServo(switches=TRACK)
+    for _ in range(100):
+        servo.step(touch(0.001), DT)
+    servo.switches = PRESS
+    assert servo.step(touch(0.001), DT).twist[0] == 0.0
+    servo.switches = TRACK
+    assert servo.step(touch(0.0), DT).twist[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_projectors_are_the_chapters():
+    want = {"track_position": "110000", "track": "111000", "roll": "111110", "edge": "001001",
+            "cable": "111001", "explore": "111111"}  # fmt: skip
+    for name, diagonal in want.items():
+        assert "".join(str(int(on)) for on in astuple(PRESETS[name])) == diagonal
+        assert np.array_equal(np.diag(PRESETS[name].projector()), [float(on) for on in diagonal])
+
+
+def test_speed(benchmark):
+    servo, features = TactileServo(switches=EXPLORE), touch(0.001, 0.002, 900.0)
+    benchmark(servo.step, features, DT)
