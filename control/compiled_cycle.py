@@ -86,6 +86,8 @@ class CompiledCycle:
         self._count, self._driven = len(rows), len(aims)
         limits = np.column_stack([robot.lower, robot.upper, robot.speed])
         self._report = np.zeros(1 + 2 * len(rows) + 2 * robot.n)
+        spans = robot.lower.tolist(), robot.upper.tolist()
+        self._joints = list(zip(robot.joint_names, *spans, strict=True))
         self._own = (self._report, rows, len(aims), pack_options(options), limits)
         self._bind(world.tables)
 
@@ -125,16 +127,17 @@ class CompiledCycle:
         self._arguments = (*self._own, *frame, moves, *kernel_arguments(tables))
 
     def _names(self, q: NDArray[np.float64], told: list[float], active: int) -> tuple[str, ...]:
-        robot, n = self._robot, len(q)
-        strengths = told[n : n + active]
+        n = len(q)
+        held = [(told[n + k], int(told[k])) for k in range(active)]
+        if active > 1:
+            held.sort(reverse=True)
         names = []
-        for k in sorted(range(active), key=lambda k: -strengths[k]):
-            if strengths[k] < ACTIVE:
+        for strength, which in held:
+            if strength < ACTIVE:
                 break
-            which = int(told[k])
             if which >= n:
                 names.append(near_pair(self._tables.names[which - n]))
             else:
-                span = float(robot.lower[which]), float(robot.upper[which])
-                names.append(held_joint(robot.joint_names[which], float(q[which]), *span))
+                name, lower, upper = self._joints[which]
+                names.append(held_joint(name, float(q[which]), lower, upper))
         return tuple(names)

@@ -99,7 +99,10 @@ def control_cycle(
     """
     n, count = len(q), len(aims)
     posture(model, data, q, qpos, joints[:, 0])
-    jacobian, work = np.empty((6, n)), np.empty((6, n))
+    # One block for many vectors: asking for memory takes longer than most of what follows.
+    block = np.zeros((18, n))
+    jacobian, work, gradient, free_motion = block[:6], block[6:12], block[12], block[13]
+    wish, low, high, strength = block[14], block[15], block[16], block[17]
     point_jacobian(origin, joints[:, 1], joints[:, 2], frame_moves, anchors, axes, jacobian)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     measured = measure_near(
@@ -125,7 +128,6 @@ def control_cycle(
         pair = pairs[int(near[row, 0])]
         drift = distance_row(near[row], pair, anchors, axes, joints, moves, motion, rows[row])
         least[row] = least_change(near[row, 1], drift, options)
-    gradient = np.zeros(n)
     report[0] = _repel(near[:measured, 1], rows, options, gradient)
 
     most = max(6, n)
@@ -150,11 +152,9 @@ def control_cycle(
         if aim < driven:
             heights[aim], sides[aim] = m, side
             report[1 + count + aim] = _relax(rates[aim, :m], tasks[aim], gradient, options)
-    free_motion = -gradient
     for joint in range(n):
         slope = centring_slope(q[joint], limits[joint], options[CENTRING_POWER], np.nan)
-        free_motion[joint] -= options[CENTRING] * slope
-    wish = np.empty(n)
+        free_motion[joint] = -options[CENTRING] * slope - gradient[joint]
     solve_levels(
         heights[:driven],
         sides[:driven],
@@ -172,12 +172,11 @@ def control_cycle(
         for joint in range(n):
             velocity[joint] = min(max(wish[joint], -limits[joint, 2]), limits[joint, 2])
         return 0
-    low, high = np.empty(n), np.empty(n)
     joint_bounds(q, limits, options, low, high)
     if allowed(wish, low, high, rows, least):
         velocity[:] = wish
         return 0
-    held_by, strength = np.zeros(n, np.int64), np.zeros(n)
+    held_by = np.empty(n, np.int64)
     cost = bending_cost(heights[:driven], tasks[:driven], options)
     active = nearest(wish, cost, low, high, rows, least, velocity, held_by, strength)
     if active < 0 or not allowed(velocity, low, high, rows, least):

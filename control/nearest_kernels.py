@@ -42,11 +42,11 @@ def nearest(wish, hessian, low, high, rows, least, velocity, held, strength):
     """
     n = len(wish)
     _factorise(hessian)
-    away, normals = np.zeros(n), np.empty((n, n))
-    basis, triangle = np.empty((n, n)), np.zeros((n, n))
-    normal, along, pull = np.empty(n), np.empty(n), np.empty(n)
+    block = np.zeros((3 * n + 5, n))
+    normals, basis, triangle = block[:n], block[n : 2 * n], block[2 * n : 3 * n]
+    away, normal, along = block[3 * n], block[3 * n + 1], block[3 * n + 2]
+    pull, needed = block[3 * n + 3], block[3 * n + 4]
     active = np.empty(n, np.int64)
-    needed = np.empty(n)
     lengths = np.empty(len(rows))
     for row in range(len(rows)):
         lengths[row] = math.sqrt(_dot(rows[row], rows[row], n))

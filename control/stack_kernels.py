@@ -44,9 +44,9 @@ def solve_levels(sizes, sides, rates, rows, free_motion, speed, near_singular, d
     dropped = np.empty(tasks, np.bool_)
     for task in range(tasks):
         dropped[task] = sides[task] != 0 and sizes[task] == 1
-    used = np.empty((joints, joints))
-    level = np.empty((most, joints + 1))
-    step = np.empty(joints)
+    block = np.empty((most + joints + 1, joints + 1))
+    level, used = block[:most], block[most : most + joints, :joints]
+    step = block[most + joints, :joints]
     while True:
         velocity[:] = 0.0
         count = 0
