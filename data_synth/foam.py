@@ -1,0 +1,148 @@
+"""The law of a foam: how hard it pushes back when it is squeezed, and how it gives with others."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+HARD_SHARE = 0.94
+"""Share of the densification strain up to which the law is followed; its own pole is never met,
+for from there on the pressure grows along the tangent."""
+TABLE_SIZE = 2048
+"""Entries of a table of pressures: steps of 1.6 µm on a rigid object, exact to 1 Pa at 10 kPa."""
+_INVERSION_POINTS = 20000
+_LEAST_TABLE_PRESSURE = 1e-3
+
+
+@dataclass(frozen=True)
+class Foam:
+    """A layer of open-cell foam: linear when squeezed a little, then stiffer as its cells close.
+
+    The pressure at strain e is `modulus * e / (1 - (e / densification)^2)`: the slope is the
+    modulus at first, 1.6 times that at half the thickness, and grows without bound towards
+    densification, where cell walls touch (after the densification term of Gibson and Ashby,
+    Cellular Solids, 1997, chapter 5; their plateau belongs to stiffer foams whose walls buckle).
+
+    The defaults are a soft conductive foam. Half its thickness is 9.2 kPa, so the sensor's range
+    (0.1-10 kPa) takes 2 of its 4 mm and the linear range (0.1-1 kPa) 0.03-0.33 mm; a rigid face
+    feels 3.3 kPa at 1 mm. Stiffer would leave less travel than an arm can be controlled in, and
+    softer would bottom out before the range is used.
+
+    Raises
+    ------
+    InputError
+        If a length or modulus is not positive, or the strain not within (0, 1].
+    """
+
+    thickness: float = 0.004
+    """Height of the unloaded layer, m: more travel, and more blur on a real pad."""
+    modulus: float = 12e3
+    """Slope of pressure over strain when unloaded, Pa."""
+    densification: float = 0.85
+    """Strain at which the cells are closed, in (0, 1]: 1 less the foam's relative density,
+    roughly."""
+
+    def __post_init__(self) -> None:
+        if not (0 < self.thickness < np.inf and 0 < self.modulus < np.inf):
+            raise InputError(
+                f"a foam's thickness and modulus must be > 0, got {self.thickness} m and "
+                f"{self.modulus} Pa"
+            )
+        if not 0 < self.densification <= 1:
+            raise InputError(f"densification must be in (0, 1], got {self.densification}")
+
+    @property
+    def hard_depth(self) -> float:
+        """Compression past which the layer counts as solid, m."""
+        return HARD_SHARE * self.densification * self.thickness
+
+    @property
+    def hard_pressure(self) -> float:
+        """Pressure at `hard_depth`, Pa."""
+        return self.modulus * HARD_SHARE * self.densification / (1 - HARD_SHARE**2)
+
+    def pressure(self, compression: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give the pressure at a compression.
+
+        Parameters
+        ----------
+        compression
+            (...), m; below 0 there is a gap and no pressure.
+
+        Returns
+        -------
+        NDArray
+            (...), Pa, >= 0.
+        """
+        squeezed = np.clip(compression, 0.0, self.hard_depth)
+        strain = squeezed / self.thickness
+        soft = self.modulus * strain / (1 - (strain / self.densification) ** 2)
+        return soft + self._hard_slope * np.maximum(compression - self.hard_depth, 0.0)
+
+    def compression(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give the compression at a pressure: the inverse of :meth:`pressure`.
+
+        Parameters
+        ----------
+        pressure
+            (...), Pa, >= 0.
+
+        Returns
+        -------
+        NDArray
+            (...), m.
+        """
+        soft = np.clip(pressure, 0.0, self.hard_pressure)
+        # The positive root of (p / d²) e² + E e - p = 0, in the form without cancellation.
+        root = np.sqrt(self.modulus**2 + (2 * soft / self.densification) ** 2)
+        strain = 2 * soft / (self.modulus + root)
+        hard = np.maximum(pressure - self.hard_pressure, 0.0) / self._hard_slope
+        return self.thickness * strain + hard
+
+    @property
+    def _hard_slope(self) -> float:
+        square = HARD_SHARE**2
+        return self.modulus * (1 + square) / (1 - square) ** 2 / self.thickness
+
+
+@dataclass(frozen=True)
+class PressureTable:
+    """Pressure over depth in even steps, for kernels; past its end it goes on straight."""
+
+    step: float
+    """Depth between two entries, m."""
+    pressures: NDArray[np.float64]
+    """(TABLE_SIZE,), Pa, the first at depth 0."""
+
+
+def pressure_table(pad: Foam, touched: Foam | None = None) -> PressureTable:
+    """Tabulate the pressure over how deep an object's surface lies inside the pad's.
+
+    Parameters
+    ----------
+    pad
+        The pad's foam.
+    touched
+        What the object is made of, as a layer of foam; rigid when not given. Both layers bear
+        the same pressure, and their compressions add up to the depth.
+
+    Returns
+    -------
+    PressureTable
+        From depth 0 to where the pad's foam is solid.
+    """
+    if touched is None:
+        depths = np.linspace(0.0, pad.hard_depth, TABLE_SIZE)
+        return PressureTable(depths[1], pad.pressure(depths))
+    rising = np.geomspace(_LEAST_TABLE_PRESSURE, pad.hard_pressure, _INVERSION_POINTS)
+    pressures = np.concatenate([[0.0], rising])
+    reached = pad.compression(pressures) + touched.compression(pressures)
+    depths = np.linspace(0.0, reached[-1], TABLE_SIZE)
+    return PressureTable(depths[1], np.interp(depths, reached, pressures))

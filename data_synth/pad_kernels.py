@@ -1,0 +1,314 @@
+"""The foam bed as a contact: how deep solids sink into it, and what it does to them, compiled.
+
+The bed is a field of columns along the pad's normal (Winkler): each is squeezed by the deepest
+solid over it and pushes back for itself. Samples are laid over each solid's window (see
+:mod:`pad_windows`) in rows. Under a solid with edges the two ends of the contact are found in each
+row by bisection and the samples spread evenly between them, so that areas are exact for straight
+borders and change smoothly as it moves.
+"""
+
+from __future__ import annotations
+
+from math import sqrt
+
+import numpy as np
+from numba import njit
+
+from .foam_column import FRICTION, HALF_X, HALF_Y, SLIP_SPEED, THICKNESS, column_force, deposit
+from .pad_columns import BOX, CYLINDER
+from .pad_windows import (
+    AXIS_X,
+    AXIS_Y,
+    HIGH_U,
+    HIGH_V,
+    LOW_U,
+    LOW_V,
+    WINDOW_FIELDS,
+    sunken_window,
+)
+from .sunken_depth import SOLID_FIELDS, WINDOW, depth_in_column, pack_solid, shared_column, solid_of
+
+POSE_FIELDS = 13
+"""Fields of a remembered pose: rotation row by row (9), place (3), 1.0 if it is remembered."""
+
+_BISECTIONS = 6
+_INSET = 1e-7
+_GRIP_MARGIN = 4.0
+
+
+@njit(cache=True, error_model="numpy")
+def press_bed(
+    pad_place,
+    pad_rotation,
+    places,
+    rotations,
+    kinds,
+    sizes,
+    radii,
+    laws,
+    samples,
+    masses,
+    tables,
+    steps,
+    bed,
+    dt,
+    before,
+    wrenches,
+    stiffness,
+    fine,
+):
+    """Press K simple solids into the bed.
+
+    Parameters
+    ----------
+    pad_place, pad_rotation
+        (3,) float64, m, and (9,) float64 row by row: the pad's frame in the world's.
+    places, rotations
+        (K, 3) and (K, 9) float64, the solids' frames in the world's.
+    kinds, sizes, radii
+        (K,) int32, (K, 3) and (K,) float64: kind of geom, its sizes, and its bounding radius, m.
+    laws
+        (K,) int32, row of `tables` that holds for each solid.
+    samples
+        (K,) int32, rows of samples laid over each solid, and samples in a row.
+    masses
+        (K,) float64, mass of the body that each belongs to, kg; inf if it cannot be moved.
+    tables, steps
+        (L, T) and (L,) float64, pressure over depth, Pa, and the depth between entries, m.
+    bed
+        (BED_FIELDS,) float64.
+    dt
+        Time since the last call, s; 0 if there was none.
+    before
+        (K, POSE_FIELDS) float64, poses of the last call in the pad's frame; overwritten.
+    wrenches
+        (K, 6) float64, overwritten by force (N) and torque about the pad's origin (N m) on each
+        solid, in the pad's frame; what the last call left is used for the friction's slope.
+    stiffness
+        (K,) float64, overwritten by the bed's normal stiffness under each solid, N/m.
+    fine
+        (3, FINE * rows, FINE * columns) float64, overwritten by the force on each cell of the
+        pad: normal, along x, along y, N.
+
+    Returns
+    -------
+    int
+        How many solids touch.
+    """
+    count = len(kinds)
+    fine[:] = 0.0
+    near = np.empty(count, np.int64)
+    found = 0
+    turned = np.empty((count, 3, 3))
+    moved = np.empty((count, 3))
+    windows = np.empty((count, WINDOW_FIELDS))
+    solids = np.empty((count, SOLID_FIELDS))
+    for k in range(count):
+        _into_pad(pad_place, pad_rotation, places[k], rotations[k], turned[k], moved[k])
+        x, y, z, reach = moved[k, 0], moved[k, 1], moved[k, 2], radii[k]
+        beside = abs(x) > bed[HALF_X] + reach or abs(y) > bed[HALF_Y] + reach
+        if beside or z > reach or z < -reach - bed[THICKNESS]:
+            continue
+        if sunken_window(
+            kinds[k], sizes[k], turned[k], moved[k], bed[HALF_X], bed[HALF_Y], windows[k]
+        ):
+            pack_solid(kinds[k], sizes[k], turned[k], moved[k], windows[k], solids[k])
+            near[found] = k
+            found += 1
+    touching = 0
+    others = np.empty(found, np.int64)
+    twist = np.empty(6)
+    for i in range(found):
+        k = near[i]
+        rivals = 0
+        for j in range(found):
+            if j != i and _overlap(windows[k], windows[near[j]]):
+                others[rivals] = near[j]
+                rivals += 1
+        _twist(turned[k], moved[k], before[k], dt, twist)
+        held = sqrt(wrenches[k, 0] ** 2 + wrenches[k, 1] ** 2 + wrenches[k, 2] ** 2)
+        # Friction that could turn a light body's motion round within a step is made softer.
+        slip = max(bed[SLIP_SPEED], _GRIP_MARGIN * dt * bed[FRICTION] * held / masses[k])
+        touching += _press_one(
+            k,
+            others[:rivals],
+            solids,
+            samples[k],
+            tables[laws[k]],
+            steps[laws[k]],
+            bed,
+            slip,
+            twist,
+            wrenches[k],
+            stiffness,
+            fine,
+        )
+    _forget_and_remember(near[:found], turned, moved, before, wrenches, stiffness)
+    return touching
+
+
+@njit(cache=True, error_model="numpy")
+def _into_pad(pad_place, pad_rotation, place, rotation, turned, moved):
+    for i in range(3):
+        total = 0.0
+        for m in range(3):
+            total += pad_rotation[3 * m + i] * (place[m] - pad_place[m])
+        moved[i] = total
+        for j in range(3):
+            total = 0.0
+            for m in range(3):
+                total += pad_rotation[3 * m + i] * rotation[3 * m + j]
+            turned[i, j] = total
+
+
+@njit(cache=True, error_model="numpy")
+def _twist(turned, moved, before, dt, twist):
+    """Velocity at the pad's origin and angular velocity from the pose before, in the pad's frame.
+
+    A difference of poses holds for driven, placed and free bodies alike, and equals the velocity
+    that a semi-implicit step has used.
+    """
+    twist[:] = 0.0
+    if dt <= 0.0 or before[12] == 0.0:
+        return
+    change = np.empty((3, 3))
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for m in range(3):
+                total += turned[i, m] * before[3 * j + m]
+            change[i, j] = total
+    for i in range(3):
+        carried = 0.0
+        for m in range(3):
+            carried += change[i, m] * before[9 + m]
+        twist[i] = (moved[i] - carried) / dt
+    twist[3] = 0.5 * (change[2, 1] - change[1, 2]) / dt
+    twist[4] = 0.5 * (change[0, 2] - change[2, 0]) / dt
+    twist[5] = 0.5 * (change[1, 0] - change[0, 1]) / dt
+
+
+@njit(cache=True, error_model="numpy")
+def _forget_and_remember(near, turned, moved, before, wrenches, stiffness):
+    for k in range(len(before)):
+        before[k, 12] = 0.0
+    for k in near:
+        before[k, 12] = 1.0
+        before[k, 9:12] = moved[k]
+        for i in range(3):
+            for j in range(3):
+                before[k, 3 * i + j] = turned[k, i, j]
+    for k in range(len(before)):
+        if before[k, 12] == 0.0:
+            wrenches[k] = 0.0
+            stiffness[k] = 0.0
+
+
+@njit(cache=True, error_model="numpy")
+def _overlap(a, b):
+    """Tell whether the upright rectangles around two windows meet."""
+    ax, ay, aw, ah = _upright(a)
+    bx, by, bw, bh = _upright(b)
+    return abs(ax - bx) < aw + bw and abs(ay - by) < ah + bh
+
+
+@njit(cache=True, error_model="numpy")
+def _upright(window):
+    ux, uy = window[AXIS_X], window[AXIS_Y]
+    u, v = 0.5 * (window[LOW_U] + window[HIGH_U]), 0.5 * (window[LOW_V] + window[HIGH_V])
+    a, b = 0.5 * (window[HIGH_U] - window[LOW_U]), 0.5 * (window[HIGH_V] - window[LOW_V])
+    wide, high = a * abs(ux) + b * abs(uy), a * abs(uy) + b * abs(ux)
+    return ux * u - uy * v, uy * u + ux * v, wide, high
+
+
+@njit(cache=True, error_model="numpy")
+def _row_end(solid, half_x, half_y, thickness, ux, uy, v, start, step, count):
+    """March along a row to the first sample in contact and bisect back to where contact begins.
+
+    Returns the place and whether there is any contact.
+    """
+    x0, y0 = -uy * v, ux * v
+    inset = start + _INSET * step
+    if depth_in_column(solid, half_x, half_y, thickness, x0 + ux * inset, y0 + uy * inset) > 0.0:
+        return start, True
+    outside = start
+    for k in range(count):
+        inside = start + (k + 0.5) * step
+        if (
+            depth_in_column(solid, half_x, half_y, thickness, x0 + ux * inside, y0 + uy * inside)
+            > 0.0
+        ):
+            for _ in range(_BISECTIONS):
+                middle = 0.5 * (outside + inside)
+                x, y = x0 + ux * middle, y0 + uy * middle
+                if depth_in_column(solid, half_x, half_y, thickness, x, y) > 0.0:
+                    inside = middle
+                else:
+                    outside = middle
+            return 0.5 * (outside + inside), True
+        outside = inside
+    return start, False
+
+
+@njit(cache=True, error_model="numpy")
+def _press_one(
+    k,
+    rivals,
+    solids,
+    count,
+    table,
+    step,
+    bed,
+    slip,
+    twist,
+    wrench,
+    stiffness,
+    fine,
+):
+    solid = solid_of(solids, k)
+    half_x, half_y, thickness = bed[HALF_X], bed[HALF_Y], bed[THICKNESS]
+    wrench[:] = 0.0
+    stiff = 0.0
+    window = solids[k, WINDOW:]
+    ux, uy = window[AXIS_X], window[AXIS_Y]
+    width = (window[HIGH_U] - window[LOW_U]) / count
+    height = (window[HIGH_V] - window[LOW_V]) / count
+    # Round solids come out of the foam gradually: their contact's border needs no search.
+    edged = solid[0] == BOX or solid[0] == CYLINDER
+    for row in range(count):
+        v = window[LOW_V] + (row + 0.5) * height
+        first, last = window[LOW_U], window[HIGH_U]
+        if edged:
+            first, found = _row_end(
+                solid, half_x, half_y, thickness, ux, uy, v, first, width, count
+            )
+            if not found:
+                continue
+            last, found = _row_end(solid, half_x, half_y, thickness, ux, uy, v, last, -width, count)
+        cell = (last - first) / count
+        area = cell * height
+        for column in range(count):
+            u = first + (column + 0.5) * cell
+            x, y = ux * u - uy * v, uy * u + ux * v
+            depth = depth_in_column(solid, half_x, half_y, thickness, x, y)
+            if depth <= 0.0:
+                continue
+            share = 1.0
+            if len(rivals):
+                depth, share = shared_column(depth, rivals, solids, half_x, half_y, thickness, x, y)
+            sinking = -(twist[2] + twist[3] * y - twist[4] * x)
+            slide_x = twist[0] - twist[4] * depth - twist[5] * y
+            slide_y = twist[1] + twist[3] * depth + twist[5] * x
+            fz, fx, fy, slope = column_force(
+                depth, sinking, slide_x, slide_y, share * area, table, step, bed, slip
+            )
+            wrench[0] += fx
+            wrench[1] += fy
+            wrench[2] += fz
+            wrench[3] += y * fz + depth * fy
+            wrench[4] -= depth * fx + x * fz
+            wrench[5] += x * fy - y * fx
+            stiff += slope
+            deposit(fine, bed, x, y, fz, -fx, -fy)
+    stiffness[k] = stiff
+    return 1 if wrench[2] > 0.0 else 0
