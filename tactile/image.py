@@ -20,9 +20,10 @@ FINGER_PITCH = 0.005
 FINGER_SPREAD = np.radians(50.0)
 """Between columns of the fingertip, around its axis, and from its last straight row to the row on
 the ball, rad."""
-OPEN_GAP = np.radians(150.0)
+OPEN_GAP = np.radians(120.0)
 """A tactel lies on the border where its neighbours leave a gap this wide around it, rad: inside
-a grid the gap is at most 90°, along an edge 180°."""
+a grid the gap is at most 90°, along a straight edge 180°,
+along a round end somewhat less."""
 UNIT_TOLERANCE = 1e-6
 """Largest error of a unit normal's length: what files with few digits lose."""
 

@@ -1,0 +1,54 @@
+"""Contact features in plain NumPy and SciPy: the reference that the compiled ones are held to."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.sparse import csr_matrix
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial.transform import Rotation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.tactile import TactileArray
+
+
+def plain_features(
+    pressures: NDArray[np.float64], thresholds: NDArray[np.float64], array: TactileArray
+) -> dict:
+    """Give the largest region, of equal ones the one with more force, and its features."""
+    touched = np.flatnonzero(pressures > thresholds)
+    links = csr_matrix(array.neighbours[np.ix_(touched, touched)])
+    count, labels = connected_components(links, directed=False)
+    regions = [touched[labels == k] for k in range(count)]
+    forces = pressures * array.areas
+    region = max(regions, key=lambda tactels: (len(tactels), forces[tactels].sum()))
+    weights = forces[region]
+    normal = weights @ array.normals[region]
+    normal /= np.linalg.norm(normal)
+    centre = weights @ array.positions[region] / weights.sum()
+    flat = (array.positions[region] - centre) @ upright(normal)
+    moments = np.cov(flat[:, :2].T, aweights=weights, bias=True)
+    values, vectors = np.linalg.eigh(moments)
+    x, y = vectors[:, 1]
+    return {
+        "region": region,
+        "force": weights.sum(),
+        "centre": centre,
+        "normal": normal,
+        "area": array.areas[region].sum(),
+        "angle": np.arctan2(y, x),
+        "confidence": (values[1] - values[0]) / max(values.sum(), 1e-300),
+        "border_share": weights[array.border[region]].sum() / weights.sum(),
+    }
+
+
+def upright(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Rotation (3, 3) by the shortest way from z to the normal."""
+    axis = np.cross([0.0, 0.0, 1.0], normal)
+    length = np.linalg.norm(axis)
+    if length == 0.0:
+        return np.eye(3)
+    return Rotation.from_rotvec(axis / length * np.arctan2(length, normal[2])).as_matrix()

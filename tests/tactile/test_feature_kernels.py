@@ -1,0 +1,135 @@
+"""The compiled features against plain NumPy, and against what was made up, on any array."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from eyehand.tactile import TactileArray, TactileImage, contact_features
+from eyehand.tactile.feature_kernels import DEAD, SATURATED, pack_geometry, read_pressures
+from eyehand.tactile.region import pack_links
+
+from .plain_features import plain_features
+
+ARRAYS = {
+    "flat": TactileArray.flat(),
+    "curved": TactileArray.curved(radius=0.03),
+    "fingertip": TactileArray.fingertip(),
+}
+
+
+@settings(deadline=None)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    share=st.floats(0.05, 0.95),
+    name=st.sampled_from(sorted(ARRAYS)),
+)
+def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name):
+    array = ARRAYS[name]
+    rng = np.random.default_rng(seed)
+    count = len(array.positions)
+    pressures = rng.uniform(10.0, 1000.0, count) * (rng.random(count) < share)
+    thresholds = rng.uniform(0.0, 300.0, count)
+    found = contact_features(TactileImage(pressures, array), thresholds)
+    if not (pressures > thresholds).any():
+        assert not found
+        return
+    plain = plain_features(pressures, thresholds, array)
+    assert found.tactels == len(plain["region"])
+    assert found.force == pytest.approx(plain["force"])
+    assert found.area == pytest.approx(plain["area"])
+    assert found.pressure == pytest.approx(plain["force"] / plain["area"])
+    assert np.allclose(found.centre, plain["centre"])
+    assert np.allclose(found.normal, plain["normal"])
+    assert found.border_share == pytest.approx(plain["border_share"])
+    if found.tactels > 1:
+        assert found.confidence == pytest.approx(plain["confidence"], abs=1e-9)
+    if found.confidence > 1e-3:
+        gap = (found.orientation - plain["angle"] + np.pi / 2) % np.pi - np.pi / 2
+        assert gap == pytest.approx(0.0, abs=1e-6)
+
+
+def band(array: TactileArray, angle: float) -> np.ndarray:
+    """A band through the origin along a direction of the unrolled surface."""
+    radius = 0.03
+    v = radius * np.arctan2(array.positions[:, 1], array.positions[:, 2] + radius)
+    across = -np.sin(angle) * array.positions[:, 0] + np.cos(angle) * v
+    along = np.cos(angle) * array.positions[:, 0] + np.sin(angle) * v
+    return 1000.0 * np.exp(-0.5 * ((across / 0.004) ** 2 + (along / 0.009) ** 2))
+
+
+@given(st.floats(-1.5, 1.5))
+def test_a_band_on_a_curved_patch_tells_its_direction_in_the_tangent_plane(angle):
+    array = ARRAYS["curved"]
+    found = contact_features(TactileImage(band(array, angle), array), 1.0)
+    gap = (found.orientation - angle + np.pi / 2) % np.pi - np.pi / 2
+    assert abs(gap) < np.radians(5.0)
+    assert np.allclose(found.normal, [0.0, 0.0, 1.0], atol=1e-6)
+
+
+def test_the_normal_of_a_contact_on_a_fingertips_side_points_sideways():
+    array = ARRAYS["fingertip"]
+    pressures = np.zeros(12)
+    pressures[[2, 5, 8]] = 800.0
+    found = contact_features(TactileImage(pressures, array), 10.0)
+    assert np.allclose(found.normal, array.normals[5])
+    assert abs(found.orientation) == pytest.approx(np.pi / 2)
+    assert found.orientation > 0
+    assert found.confidence == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(
+    ("columns", "rows", "angle"),
+    [
+        ([7] * 5, [4, 5, 6, 7, 8], np.pi / 2),
+        ([4, 5, 6, 7, 8], [7] * 5, 0.0),
+        ([4, 5, 6], [4, 5, 6], np.pi / 4),
+        ([4, 5, 6], [6, 5, 4], -np.pi / 4),
+    ],
+)
+def test_exact_directions_are_exact_and_a_right_angle_is_plus_90(columns, rows, angle):
+    pressures = np.zeros((16, 16))
+    pressures[rows, columns] = 300.0
+    found = contact_features(TactileImage(pressures.ravel(), ARRAYS["flat"]), 1.0)
+    assert found.orientation == pytest.approx(angle, abs=1e-12)
+    assert found.confidence == pytest.approx(1.0)
+
+
+@given(st.floats(5e-324, 1e-300))
+def test_pressures_next_to_nothing_are_no_contact_or_a_finite_one(tiny):
+    pressures = np.zeros(256)
+    pressures[[40, 41, 200]] = tiny
+    found = contact_features(TactileImage(pressures, ARRAYS["flat"]), 0.0)
+    assert np.isfinite([found.force, found.pressure, found.orientation, *found.centre]).all()
+
+
+def test_a_contact_at_the_border_says_so():
+    def probe(x: float) -> np.ndarray:
+        gaps = ARRAYS["flat"].positions[:, :2] - [x, 0.001]
+        return 2000.0 * np.exp(-0.5 * (gaps**2).sum(axis=1) / 0.003**2)
+
+    inside = contact_features(TactileImage(probe(0.02), ARRAYS["flat"]), 20.0)
+    outside = contact_features(TactileImage(probe(0.038), ARRAYS["flat"]), 20.0)
+    assert not inside.at_border
+    assert inside.border_share == 0.0
+    assert outside.at_border
+    assert outside.centre[0] < 0.0375
+
+
+def test_dead_tactels_take_their_live_neighbours_mean_by_distance():
+    array = ARRAYS["flat"]
+    plain = np.tile(np.arange(4096, dtype=np.float32), (256, 1))
+    limits = np.tile(np.array([0, 4000], np.int32), (256, 1))
+    limits[[100, 117, 0, 1, 16, 17], 0] = 4096
+    raw = np.arange(256, dtype=np.uint16)
+    raw[50] = 4050
+    pressures, states = np.empty(256), np.empty(256, np.uint8)
+    links, geometry = pack_links(array), pack_geometry(array)
+    read_pressures(raw, plain, limits, links, geometry, pressures, states)
+    sides, corners = [99, 101, 84, 116], [83, 85, 115]
+    mean = (sum(sides) + 0.5 * sum(corners)) / (4 + 1.5)
+    assert pressures[100] == pytest.approx(mean)
+    assert pressures[0] == 0.0
+    assert pressures[50] == 4050.0
+    assert states[50] == SATURATED
+    assert np.flatnonzero(states == DEAD).tolist() == [0, 1, 16, 17, 100, 117]
