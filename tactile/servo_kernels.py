@@ -145,8 +145,8 @@ def _slide_and_roll(settings, stiffness, memory, switches, goal, centre, area, d
             out[axis] = _pid(
                 memory, SUM_X + axis, LAST_X + axis, error, gain,
                 settings[SLIDE_INTEGRAL], settings[SLIDE_BAND], settings[SLIDE_LEAD],
-                -settings[SLIDE_SPEED], settings[SLIDE_SPEED], settings[INTEGRAL_SHARE], settings[ANTI_WINDUP], dt,
-                memory[HAS_LAST],
+                -settings[SLIDE_SPEED], settings[SLIDE_SPEED], settings[INTEGRAL_SHARE],
+                settings[ANTI_WINDUP], dt, memory[HAS_LAST],
             )  # fmt: skip
         if switches[roll] > 0.0:
             sign = settings[ROW_4] if roll == 3 else 1.0
@@ -161,8 +161,8 @@ def _press(settings, stiffness, memory, switches, goal, pressure, dt, out):
         out[2] = _pid(
             memory, SUM_P, LAST_P, goal[2] - pressure, settings[PRESS_GAIN] / stiffness[STIFFNESS],
             settings[PRESS_INTEGRAL], settings[PRESS_BAND] * goal[2], settings[PRESS_LEAD],
-            -settings[RETREAT_SPEED], settings[PRESS_SPEED], settings[INTEGRAL_SHARE], settings[ANTI_WINDUP], dt,
-            memory[HAS_LAST],
+            -settings[RETREAT_SPEED], settings[PRESS_SPEED], settings[INTEGRAL_SHARE],
+            settings[ANTI_WINDUP], dt, memory[HAS_LAST],
         )  # fmt: skip
     memory[HAS_LAST] = 1.0
 
