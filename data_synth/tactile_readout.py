@@ -84,7 +84,7 @@ class TactileReadout:
     noise: float
     """Standard deviation of a reading, counts."""
     dead: tuple[int, ...] = ()
-    """Tactels that read their offset whatever presses: a broken wire."""
+    """Tactels that read nothing but noise whatever presses: a broken wire."""
     saturated: tuple[int, ...] = ()
     """Tactels that read full scale whatever presses: a short circuit."""
     _gains: NDArray[np.float64] = field(init=False, repr=False)
@@ -103,6 +103,7 @@ class TactileReadout:
         gains, floors = self.spans.copy(), self.offsets.copy()
         gains[list(self.dead)] = 0.0
         gains[list(self.saturated)] = 0.0
+        floors[list(self.dead)] = 0.0
         floors[list(self.saturated)] = np.inf
         object.__setattr__(self, "_gains", gains)
         object.__setattr__(self, "_floors", floors)
