@@ -15,6 +15,7 @@ from ..console import print_json, say, show
 from ..description_files import make_folder
 from ..evaluation.chart_style import Provenance, write_chart
 from ..evaluation.machine import machine_line
+from .calibration_contest import calibration_rows
 from .feature_chart import feature_chart
 from .feature_contest import centre_rows, lines_and_probes, orientation_rows, reading_rows
 
@@ -37,7 +38,8 @@ def touch_features(
 
     Lines (short ones, and ones that cross the pad) and probes of 2 mm are pressed at random places
     into a simulated pad with noise. Directions by second moments and by the Hough transform,
-    places by centres of pressure and of touched tactels. Writes features.png and features.csv.
+    places by centres of pressure and of touched tactels, and through the simulated read-out,
+    calibrated by the full curve and by the linear range. Writes features.png and features.csv.
 
     Parameters
     ----------
@@ -63,6 +65,7 @@ def touch_features(
     rows = [
         *orientation_rows(array, lines),
         *centre_rows(probes),
+        *calibration_rows(array, count, seed),
         *reading_rows(array, lines),
     ]
     made = Provenance(
@@ -86,12 +89,13 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
     table = Table(
         box=box.SIMPLE,
         caption="errors: median, 95th percentile, root mean square; time: median of a call from "
-        "Python, from the region on; a reading goes from raw counts to all features",
+        "Python, from the region on; a reading goes from raw counts to all features; "
+        "calibrations: a probe's place through squashed characteristics, noise and 12 bits",
     )
     for heading in ("", "time", "median", "p95", "rms"):
         table.add_column(heading, justify="left" if not heading else "right")
     for row in rows:
-        unit = {"orientation": "deg", "centre": "mm"}.get(row["feature"])
+        unit = {"orientation": "deg", "centre": "mm", "calibration": "mm"}.get(row["feature"])
         sign = {"deg": "°", "mm": " mm"}.get(unit or "", "")
         errors = [
             f"{row[f'error_{what}_{unit}']:.3f}{sign}" if unit else ""

@@ -85,7 +85,7 @@ def orientation_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict
             "angles": way.angles,
             "threshold_pct": 100 * way.share,
             "time_p50_us": round(float(np.median(times[way.name])), 2),
-            **_spread("deg", errors[way.name]),
+            **error_spread("deg", errors[way.name]),
         }
         for way in ways
     ]
@@ -112,7 +112,7 @@ def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
                     "feature": "centre",
                     "method": method,
                     "threshold_pct": 100 * share,
-                    **_spread("mm", errors),
+                    **error_spread("mm", errors),
                 }
             )
     return rows
@@ -147,6 +147,15 @@ def lines_and_probes(
     short = imprints(array, "short line", count - count // 2, seed)
     crossing = imprints(array, "crossing line", count // 2, seed)
     return [*short, *crossing], list(imprints(array, "probe", count, seed))
+
+
+def error_spread(unit: str, errors: Sequence[float]) -> dict[str, float]:
+    """Give median, 95th percentile and root mean square of errors, named with their unit."""
+    return {
+        f"error_p50_{unit}": round(float(np.median(errors)), 4),
+        f"error_p95_{unit}": round(float(np.percentile(errors, 95)), 4),
+        f"error_rms_{unit}": round(float(np.sqrt(np.mean(np.square(errors)))), 4),
+    }
 
 
 def _ways(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list[_Way]:
@@ -208,11 +217,3 @@ def _fastest_us(step: Callable[[], float]) -> float:
             step()
         takes.append((time.perf_counter_ns() - start) / BURST)
     return 1e-3 * min(takes)
-
-
-def _spread(unit: str, errors: Sequence[float]) -> dict[str, float]:
-    return {
-        f"error_p50_{unit}": round(float(np.median(errors)), 4),
-        f"error_p95_{unit}": round(float(np.percentile(errors, 95)), 4),
-        f"error_rms_{unit}": round(float(np.sqrt(np.mean(np.square(errors)))), 4),
-    }

@@ -53,13 +53,17 @@ class Imprint:
     """Of a line, rad; 0 for a probe, which has none."""
 
 
-def imprints(array: TactileArray, kind: Kind, count: int, seed: int) -> Iterator[Imprint]:
+def imprints(
+    array: TactileArray, kind: Kind, count: int, seed: int, noise: float = NOISE
+) -> Iterator[Imprint]:
     """Make imprints with random place, direction and strength; number k follows from seed + k.
 
     Parameters
     ----------
     array
         A flat pad.
+    noise
+        Standard deviation of each tactel's pressure, Pa; 0 where a read-out brings its own.
 
     Raises
     ------
@@ -73,7 +77,7 @@ def imprints(array: TactileArray, kind: Kind, count: int, seed: int) -> Iterator
         points, centre, angle = _probe(rng) if kind == "probe" else _line(rng, kind)
         pressures = _spread(array, points)
         pressures *= np.exp(rng.uniform(*np.log(PEAKS))) / pressures.max()
-        pressures += rng.normal(0.0, NOISE, len(pressures))
+        pressures += rng.normal(0.0, noise, len(pressures))
         yield Imprint(TactileImage(pressures, array), centre, angle)
 
 

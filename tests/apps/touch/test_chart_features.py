@@ -33,6 +33,8 @@ def test_moments_and_weights_win_and_the_files_are_written(tmp_path, capsys):
     assert all(rows["moments"]["time_p50_us"] < row["time_p50_us"] / 3 for row in hough)
     weighted, alike = rows["centre weighted 0 %"], rows["centre binarised 0 %"]
     assert weighted["error_rms_mm"] < 0.2 * alike["error_rms_mm"]
+    full, linear = rows["calibration full curve"], rows["calibration linear range"]
+    assert full["error_rms_mm"] < 0.6 * linear["error_rms_mm"]
     assert (tmp_path / "features.png").stat().st_size > 20_000
     with (tmp_path / "features.csv").open() as file:
         assert len(list(csv.DictReader(file))) == len(rows)
