@@ -12,6 +12,9 @@ from numba import njit
 
 PARALLEL = 1e-9
 """Sine below which the axis counts as parallel to a face or an edge."""
+ROUNDING_M = 1e-12
+"""An edge separates better than a face only by more than this: of an axis parallel to that face the
+edge's direction is the face's own, and the edge tells no place on the axis."""
 
 
 @njit(cache=True)
@@ -53,7 +56,7 @@ def axis_in_box(centre, half_axis, half_extents):
         separation = abs(along) - reach / size
         if separation > 0.0:
             return separation, 0.0, (0.0, 0.0, 0.0)
-        if separation > best:
+        if separation > best + ROUNDING_M:
             best, chosen, sign, across = separation, 3 + i, 1.0 if along >= 0.0 else -1.0, size
     i = chosen % 3
     j, k = (i + 1) % 3, (i + 2) % 3

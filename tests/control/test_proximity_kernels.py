@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
@@ -242,6 +242,7 @@ sizes = st.tuples(*[st.floats(0.01, 1.0)] * 3)
 
 @settings(max_examples=200, deadline=None)
 @given(vectors, vectors, sizes, st.floats(-1.0, 1.0))
+@example((0.67244, 0.0, 0.0), (0.0, 0.1640625, 1.0), (0.67244, 1.0, 0.5), 0.0)
 def test_axis_through_a_box_finds_the_least_way_out(
     inside: tuple, half_axis: tuple, half_extents: tuple, place: float
 ) -> None:
