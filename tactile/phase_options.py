@@ -42,8 +42,11 @@ class PhaseOptions:
     """Pressure that ends the task, Pa: below what the tactels saturate at."""
     force_limit: float = 30.0
     """Force that ends it, N."""
+    saturated_share: float = 0.25
+    """Share of the contact's tactels that may feel more than they can tell: beyond it force and
+    pressure are told too low to be guarded by."""
     overload_cycles: int = 2
-    """Cycles in a row that either must be exceeded."""
+    """Cycles in a row that one of the three must be exceeded."""
     back_off_speed: float = 0.05
     """Speed away from the object, m/s."""
     back_off_distance: float = 0.01

@@ -29,10 +29,10 @@ Outcome = Literal[
 ]  # fmt: skip
 """done: time is up or the caller finished; unreachable: the work area was not reached in time;
 no_contact: nothing touched within time and way; contact_lost: lost too often or not found again;
-overload: pressure or force above the limit; oscillation: the pressure swings and does not calm;
-unsteady_contact: the centre of pressure jumps between places; at_border: the contact stays at the
-pad's border; no_resistance: pressing on does not raise the pressure; sensor_fault: too few trusted
-tactels, or features that are not finite."""
+overload: pressure or force above the limit, or too many tactels at theirs; oscillation: the
+pressure swings and does not calm; unsteady_contact: the centre of pressure jumps between places;
+at_border: the contact stays at the pad's border; no_resistance: pressing on does not raise the
+pressure; sensor_fault: too few trusted tactels, or features that are not finite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -191,7 +191,11 @@ class TouchPhases:
     def _guard(self, features) -> None:
         """What must end everything, in any phase."""
         o = self.options
-        over = features.pressure > o.pressure_limit or features.force > o.force_limit
+        over = (
+            features.pressure > o.pressure_limit
+            or features.force > o.force_limit
+            or features.saturated > o.saturated_share * max(features.tactels, 1)
+        )
         self._overloads = self._overloads + 1 if over else 0
         if self._overloads >= o.overload_cycles:
             self._end("overload")

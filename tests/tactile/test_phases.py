@@ -133,6 +133,14 @@ def test_an_object_that_comes_too_fast_is_fled():
     assert world.force() == 0.0
 
 
+def test_tactels_that_cannot_tell_more_count_as_overload():
+    machine = TouchPhases(TactileServo(), OPTIONS)
+    features = ContactFeatures(1.0, np.zeros(3), 900.0, 1e-3, 0.0, 0.0, tactels=40, saturated=12)
+    steps = [machine.step(features, DT) for _ in range(3)]
+    assert steps[-1].outcome == "overload"
+    assert steps[-1].twist[2] < 0
+
+
 @pytest.mark.parametrize(("name", "share"), [("box", 1.5), ("box", 2.0), ("pen", 2.0)])
 def test_a_gain_beyond_the_limit_ends_with_the_pad_backed_off(name, share):
     options = ServoOptions(stability_share=share, press_gain=1e3)

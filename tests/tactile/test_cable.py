@@ -1,0 +1,137 @@
+"""Following a line: the fit against NumPy, and paths that bend in a closed loop."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import KDTree
+
+from eyehand.errors import InputError
+from eyehand.tactile import TactileArray, TactileImage, contact_features
+from eyehand.tactile.cable import CableFollower, CableOptions, course
+from eyehand.tactile.servo import TactileServo
+from eyehand.tactile.switches import CABLE, PRESS
+
+from .closed_loop import DT, World
+
+PAD = TactileArray.flat()
+
+
+def imprint(angle: float, offset: float, slope: float, bend: float) -> TactileImage:
+    x, y = PAD.positions[:, 0], PAD.positions[:, 1]
+    u, w = np.cos(angle) * x + np.sin(angle) * y, -np.sin(angle) * x + np.cos(angle) * y
+    gap = w - (offset + slope * u + bend * u * u)
+    return TactileImage(800.0 * np.exp(-0.5 * (gap / 0.004) ** 2), PAD)
+
+
+@given(
+    angle=st.floats(0.0, 3.14), offset=st.floats(-0.008, 0.008), slope=st.floats(-0.3, 0.3),
+    bend=st.floats(-6.0, 6.0),
+)  # fmt: skip
+def test_the_fit_finds_the_parabola_that_was_pressed(angle, offset, slope, bend):
+    found = course(imprint(angle, offset, slope, bend), angle, 0.5)
+    assert found
+    assert found.offset == pytest.approx(offset, abs=4e-4)
+    assert found.slope == pytest.approx(slope, abs=0.04)
+    assert found.bend == pytest.approx(bend, abs=2.0)
+    assert found.ahead > 0.03
+
+
+def test_the_fit_is_weighted_least_squares():
+    rng = np.random.default_rng(0)
+    image = TactileImage(np.maximum(rng.normal(0.0, 300.0, 256), 0.0), PAD)
+    found = course(image, 0.7, 50.0, reach=0.03)
+    x, y = PAD.positions[:, 0], PAD.positions[:, 1]
+    u, w = np.cos(0.7) * x + np.sin(0.7) * y, -np.sin(0.7) * x + np.cos(0.7) * y
+    weight = np.maximum(image.pressures - 50.0, 0.0) * np.maximum(1.0 - (u / 0.03) ** 2, 0.0) ** 2
+    bend, slope, offset = np.polyfit(u, w, 2, w=np.sqrt(weight))
+    assert [found.offset, found.slope, found.bend] == pytest.approx([offset, slope, bend], rel=1e-6)
+
+
+def test_the_bend_bias_of_the_whole_imprint_is_not_in_the_offset():
+    image = imprint(np.pi / 2, 0.0, 0.0, 8.0)
+    assert abs(contact_features(image, 1.0).centre[0]) > 0.002
+    assert abs(course(image, np.pi / 2, 1.0).offset) < 0.0003
+
+
+def test_too_little_is_no_line():
+    assert not course(TactileImage(np.zeros(256), PAD), 0.0, 10.0)
+    few = np.zeros(256)
+    few[120:123] = 500.0
+    assert not course(TactileImage(few, PAD), 0.0, 10.0)
+    one_row = np.zeros(256)
+    one_row[::16] = 500.0
+    across = course(TactileImage(one_row, PAD), 0.0, 10.0)
+    assert not across, "seen across, all in one place along u"
+    follower = CableFollower()
+    assert not follower.step(TactileImage(np.zeros(256), PAD), 0.3).any()
+    assert follower.at_end
+
+
+def test_a_line_that_ends_is_told():
+    y = PAD.positions[:, 1]
+    image = imprint(np.pi / 2, 0.0, 0.0, 0.0)
+    follower = CableFollower()
+    follower.step(image, np.pi / 2)
+    assert not follower.at_end
+    follower.step(TactileImage(np.where(y < 0.002, image.pressures, 0.0), PAD), np.pi / 2)
+    assert follower.at_end
+
+
+def test_a_line_across_is_turned_to_before_the_pad_goes_on():
+    follower = CableFollower()
+    twist = follower.step(imprint(0.2, 0.0, 0.0, 0.0), 0.2)
+    assert twist[5] < -0.5
+    assert np.hypot(*twist[:2]) < 1e-3
+
+
+def wave(y):
+    ramp = np.clip((y + 0.02) / 0.1, 0.0, 1.0)
+    return 0.03 * np.sin(2 * np.pi * y / 0.25) * ramp**2 * (3.0 - 2.0 * ramp)
+
+
+@pytest.mark.parametrize(("speed", "rms"), [(0.05, 0.0005), (0.1, 0.0006), (0.2, 0.0008)])
+def test_a_bent_cable_is_followed(speed, rms):
+    """Sine of 30 mm over 250 mm: radius 53 mm at the crests; known before: 0.36-1.23 mm rms."""
+    errors, _ = follow(speed, CableFollower(CableOptions(speed=speed)))
+    assert np.sqrt(np.mean(errors**2)) < rms
+
+
+def test_the_servos_own_features_are_biased_by_the_bend():
+    errors, _ = follow(0.05, None)
+    assert np.sqrt(np.mean(errors**2)) > 0.0015
+
+
+def test_impossible_options_are_refused():
+    with pytest.raises(InputError, match="fewest"):
+        CableOptions(fewest=2)
+    with pytest.raises(InputError, match="speed"):
+        CableOptions(speed=float("inf"))
+
+
+def follow(speed, follower):
+    """Distances of the pad's middle from the path, m; the chapter's way without a follower."""
+    y = np.linspace(-0.3, 0.6, 20001)
+    tree, radius = KDTree(np.column_stack([wave(y), y])), 0.003
+
+    def cable(x, y):
+        gap = np.minimum(
+            tree.query(np.column_stack([x, y]), distance_upper_bound=radius)[0], radius
+        )
+        return np.where(gap < radius, radius - np.sqrt(radius**2 - gap**2), np.inf)
+
+    world = World(cable, place=np.array([0.003, -0.05, -0.001]), noise=3.0, threshold=15.0)
+    servo = TactileServo(switches=PRESS if follower else CABLE)
+    errors, landed = [], False
+    for _ in range(round(0.32 / speed / DT)):
+        image = world.image()
+        features = contact_features(image, world.threshold)
+        landed = landed or bool(features)
+        outer = np.array([0.0, speed, 0.0, 0.0, 0.0, 0.0])
+        if follower and features:
+            outer = follower.step(image, features.orientation)
+        twist = servo.step(features, DT, outer if landed else np.eye(6)[2] * 0.01).twist
+        world.step(twist)
+        if errors or world.place[1] > -0.03:
+            errors.append(tree.query(world.place[:2])[0])
+    return np.array(errors), world
