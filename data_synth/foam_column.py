@@ -16,7 +16,7 @@ FINE = 2
 
 
 @njit(cache=True, error_model="numpy")
-def column_force(depth, sinking, slide_x, slide_y, area, table, step, bed, slip):
+def column_force(depth, sinking, slide_x, slide_y, area, table, step, bed, loss_time, slip):
     """Push of one column on the solid in it.
 
     Parameters
@@ -31,6 +31,8 @@ def column_force(depth, sinking, slide_x, slide_y, area, table, step, bed, slip)
         The law (see :func:`table_pressure`).
     bed
         (BED_FIELDS,) float64.
+    loss_time
+        Damping over stiffness, s.
     slip
         Speed at which friction is full, m/s.
 
@@ -42,7 +44,7 @@ def column_force(depth, sinking, slide_x, slide_y, area, table, step, bed, slip)
         Coulomb's, smoothed to f = mu p v / sqrt(v² + slip²).
     """
     pressure, slope = table_pressure(table, step, depth)
-    pressure = max(pressure + bed[LOSS_TIME] * slope * sinking, 0.0)
+    pressure = max(pressure + loss_time * slope * sinking, 0.0)
     push = pressure * area
     grip = -bed[FRICTION] * push / sqrt(slide_x * slide_x + slide_y * slide_y + slip * slip)
     return push, grip * slide_x, grip * slide_y, slope * area

@@ -14,7 +14,16 @@ from math import sqrt
 import numpy as np
 from numba import njit
 
-from .foam_column import FRICTION, HALF_X, HALF_Y, SLIP_SPEED, THICKNESS, column_force, deposit
+from .foam_column import (
+    FRICTION,
+    HALF_X,
+    HALF_Y,
+    LOSS_TIME,
+    SLIP_SPEED,
+    THICKNESS,
+    column_force,
+    deposit,
+)
 from .pad_columns import BOX, CYLINDER
 from .pad_windows import (
     AXIS_X,
@@ -34,6 +43,7 @@ POSE_FIELDS = 13
 _BISECTIONS = 6
 _INSET = 1e-7
 _GRIP_MARGIN = 4.0
+_MOST_DAMPING = 0.6
 
 
 @njit(cache=True, error_model="numpy")
@@ -83,9 +93,10 @@ def press_bed(
         (K, POSE_FIELDS) float64, poses of the last call in the pad's frame; overwritten.
     wrenches
         (K, 6) float64, overwritten by force (N) and torque about the pad's origin (N m) on each
-        solid, in the pad's frame; what the last call left is used for the friction's slope.
+        solid, in the pad's frame; what the last call left tells how strong friction may be.
     stiffness
-        (K,) float64, overwritten by the bed's normal stiffness under each solid, N/m.
+        (K,) float64, overwritten by the bed's normal stiffness under each solid, N/m; what the
+        last call left tells how strong the damping may be.
     fine
         (3, FINE * rows, FINE * columns) float64, overwritten by the force on each cell of the
         pad: normal, along x, along y, N.
@@ -129,6 +140,11 @@ def press_bed(
         held = sqrt(wrenches[k, 0] ** 2 + wrenches[k, 1] ** 2 + wrenches[k, 2] ** 2)
         # Friction that could turn a light body's motion round within a step is made softer.
         slip = max(bed[SLIP_SPEED], _GRIP_MARGIN * dt * bed[FRICTION] * held / masses[k])
+        # Nor may the foam's loss: a damper that stops a body within a step makes it chatter.
+        quickness = dt * stiffness[k] / masses[k]
+        loss_time = bed[LOSS_TIME]
+        if quickness * loss_time > _MOST_DAMPING:
+            loss_time = _MOST_DAMPING / quickness
         touching += _press_one(
             k,
             others[:rivals],
@@ -137,6 +153,7 @@ def press_bed(
             tables[laws[k]],
             steps[laws[k]],
             bed,
+            loss_time,
             slip,
             twist,
             wrenches[k],
@@ -259,6 +276,7 @@ def _press_one(
     table,
     step,
     bed,
+    loss_time,
     slip,
     twist,
     wrench,
@@ -300,7 +318,7 @@ def _press_one(
             slide_x = twist[0] - twist[4] * depth - twist[5] * y
             slide_y = twist[1] + twist[3] * depth + twist[5] * x
             fz, fx, fy, slope = column_force(
-                depth, sinking, slide_x, slide_y, share * area, table, step, bed, slip
+                depth, sinking, slide_x, slide_y, share * area, table, step, bed, loss_time, slip
             )
             wrench[0] += fx
             wrench[1] += fy

@@ -180,6 +180,11 @@ class TactilePad:
         y = (np.arange(image.shape[0]) + 0.5) * (2 * by / image.shape[0]) - by
         return np.array([image.sum(axis=0) @ x, image.sum(axis=1) @ y, 0.0]) / fz
 
+    @property
+    def pose(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Place (3,), m, and rotation (3, 3) of the pad's frame in the world's, as of now."""
+        return self._place.copy(), self._rotation.reshape(3, 3).copy()
+
     def contact(self) -> int:
         """Press what is near into the foam, and let the foam push back on the bodies.
 

@@ -1,0 +1,211 @@
+"""Objects to touch: simple solids put together, rigid or of foam.
+
+Each stands in its own frame with z up; the origin is where a pad that comes down from above
+touches first, unless the object says otherwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from eyehand.errors import InputError
+
+from .foam import Foam
+
+if TYPE_CHECKING:
+    from typing import Literal
+
+    from numpy.typing import ArrayLike
+
+    Kind = Literal["sphere", "capsule", "ellipsoid", "cylinder", "box"]
+
+STIFF_FOAM = Foam(thickness=0.03, modulus=150e3, densification=0.7)
+"""What toy boxes are cut from, as a packing foam: 5 MPa/m, which the pad's own 3 MPa/m is in
+series with."""
+BALL_FOAM = Foam(thickness=0.035, modulus=12e3, densification=0.8)
+"""A soft ball, one radius deep: 0.34 MPa/m, ten times as soft as the pad."""
+PEN_RADIUS = 0.004
+"""Rounded end of a pen, m."""
+PROBE_RADIUS = 0.001
+"""The chapter's probe tip is 2 mm in diameter (its Fig. 5)."""
+CABLE_RADIUS = 0.003
+"""Half the thickness of a mains cable, m."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One solid of an object.
+
+    Raises
+    ------
+    InputError
+        If a size is not positive.
+    """
+
+    kind: Kind
+    """As MuJoCo names its geoms."""
+    size: tuple[float, ...]
+    """m, as MuJoCo has it: radius; radius and half length along z; semi-axes; half edges."""
+    place: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    """Its centre in the object's frame, m."""
+    quat_wxyz: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
+    """Turns its axes to the object's."""
+
+    def __post_init__(self) -> None:
+        if not all(0 < value < np.inf for value in self.size):
+            raise InputError(f"sizes of a {self.kind} must be > 0 m, got {self.size}")
+
+
+@dataclass(frozen=True)
+class TouchObject:
+    """An object to touch."""
+
+    name: str
+    """What it is called; geoms are named by it and their number."""
+    parts: tuple[Part, ...]
+    """Its solids."""
+    foam: Foam | None = None
+    """What it is made of, as a layer of foam; rigid when none."""
+
+
+def pen() -> TouchObject:
+    """Give the rounded end of a rigid pen that stands upright."""
+    half = 0.06
+    return TouchObject(
+        "pen", (Part("capsule", (PEN_RADIUS, half), (0.0, 0.0, -half - PEN_RADIUS)),)
+    )
+
+
+def toy_box() -> TouchObject:
+    """Give a toy box of stiff foam, 40 x 30 x 40 mm, with its flat top up."""
+    return TouchObject(
+        "toy_box", (Part("box", (0.02, 0.015, 0.02), (0.0, 0.0, -0.02)),), STIFF_FOAM
+    )
+
+
+def soft_ball() -> TouchObject:
+    """Give a soft ball, 70 mm in diameter."""
+    radius = BALL_FOAM.thickness
+    return TouchObject("soft_ball", (Part("sphere", (radius,), (0.0, 0.0, -radius)),), BALL_FOAM)
+
+
+def probe() -> TouchObject:
+    """Give a flat-ended rigid pin, 2 mm in diameter, that stands upright."""
+    half = 0.02
+    return TouchObject("probe", (Part("cylinder", (PROBE_RADIUS, half), (0.0, 0.0, -half)),))
+
+
+def box_edge(length: float = 0.16, side: float = 0.04) -> TouchObject:
+    """Give a rigid box with an edge up, along x.
+
+    Parameters
+    ----------
+    length
+        Of the edge, m.
+    side
+        Of the square across it, m.
+    """
+    low = side / np.sqrt(2)
+    size = (0.5 * length, 0.5 * side, 0.5 * side)
+    return TouchObject(
+        "box_edge", (Part("box", size, (0.0, 0.0, -low), _quat([np.pi / 4, 0.0, 0.0])),)
+    )
+
+
+def tilted_face(tilt: float, direction: float = 0.0, side: float = 0.06) -> TouchObject:
+    """Give a flat rigid face that leans, for a pad to roll onto.
+
+    Parameters
+    ----------
+    tilt
+        Angle between the face's normal and z, rad.
+    direction
+        Which way the normal leans, about z from x, rad.
+    side
+        Of the square face, m. The origin is its middle.
+    """
+    axis = np.array([-np.sin(direction), np.cos(direction), 0.0])
+    turn = Rotation.from_rotvec(tilt * axis)
+    half = 0.5 * side
+    low = turn.apply([0.0, 0.0, -half])
+    part = Part("box", (half, half, half), _tuple(low), _quat(tilt * axis))
+    return TouchObject("tilted_face", (part,))
+
+
+def cable(centre_line: ArrayLike, radius: float = CABLE_RADIUS) -> TouchObject:
+    """Give a cable as a chain of capsules.
+
+    Parameters
+    ----------
+    centre_line
+        Points (M, 3) of its middle in the object's frame, m, M >= 2; they should be closer than
+        the cable is thick where it bends.
+    radius
+        Of the cable, m.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two points, two that follow are the same, or one is not finite.
+    """
+    points = np.asarray(centre_line, float)
+    if points.ndim != 2 or points.shape[1] != 3 or len(points) < 2:
+        raise InputError(f"a centre line must be (M, 3) with M >= 2, got {points.shape}")
+    steps = np.diff(points, axis=0)
+    lengths = np.linalg.norm(steps, axis=1)
+    if not (np.isfinite(points).all() and (lengths > 0).all()):
+        raise InputError("points of a centre line must be finite and differ from the next")
+    parts = [
+        Part(
+            "capsule",
+            (radius, 0.5 * float(length)),
+            _tuple(middle),
+            _quat_from_z(step / length),
+        )
+        for middle, step, length in zip(
+            0.5 * (points[1:] + points[:-1]), steps, lengths, strict=True
+        )
+    ]
+    return TouchObject("cable", tuple(parts))
+
+
+def unknown_object() -> TouchObject:
+    """Give a rigid object of unknown shape to explore, some 200 x 140 mm.
+
+    A flat dome that carries a ridge and a block with edges and corners. The origin is the dome's
+    top; the ridge stands 3 mm out of the dome and the block 5 mm.
+    """
+    return TouchObject(
+        "unknown",
+        (
+            Part("ellipsoid", (0.1, 0.07, 0.03), (0.0, 0.0, -0.03)),
+            Part("capsule", (0.012, 0.035), (-0.04, 0.01, -0.0118), _quat_from_z([0.8, 0.6, 0.0])),
+            Part("box", (0.022, 0.018, 0.014), (0.045, -0.012, -0.0127), _quat([0.0, 0.0, 0.5])),
+        ),
+    )
+
+
+def _tuple(place: ArrayLike) -> tuple[float, float, float]:
+    x, y, z = np.asarray(place, float).tolist()
+    return x, y, z
+
+
+def _quat(rotation_vector: ArrayLike) -> tuple[float, float, float, float]:
+    w, x, y, z = Rotation.from_rotvec(rotation_vector).as_quat(scalar_first=True).tolist()
+    return w, x, y, z
+
+
+def _quat_from_z(direction: ArrayLike) -> tuple[float, float, float, float]:
+    """Turn z to a direction, any length."""
+    d = np.asarray(direction, float)
+    x, y, z = d / np.linalg.norm(d)
+    angle = np.arctan2(np.hypot(x, y), z)
+    across = np.array([-y, x, 0.0])
+    norm = np.linalg.norm(across)
+    # Straight up or down, any axis across will do.
+    axis = across / norm if norm > 0 else np.array([1.0, 0.0, 0.0])
+    return _quat(angle * axis)
