@@ -12,9 +12,6 @@ from numba import njit
 
 PARALLEL = 1e-9
 """Sine below which the axis counts as parallel to a face or an edge."""
-ROUNDING_M = 1e-12
-"""An edge separates better than a face only by more than this: of an axis parallel to that face the
-edge's direction is the face's own, and the edge tells no place on the axis."""
 
 
 @njit(cache=True)
@@ -56,7 +53,7 @@ def axis_in_box(centre, half_axis, half_extents):
         separation = abs(along) - reach / size
         if separation > 0.0:
             return separation, 0.0, (0.0, 0.0, 0.0)
-        if separation > best + ROUNDING_M:
+        if separation > best:
             best, chosen, sign, across = separation, 3 + i, 1.0 if along >= 0.0 else -1.0, size
     i = chosen % 3
     j, k = (i + 1) % 3, (i + 2) % 3
@@ -74,22 +71,25 @@ def axis_in_box(centre, half_axis, half_extents):
 
 @njit(cache=True)
 def _place(chosen, separation, centre, half_axis, half_extents, normal, length):
+    # What of the segment lies over the face, or beside the edge: the deepest point is there,
+    # whatever rounding says where an edge leads out as a face does.
     i = chosen % 3
+    low, high = -1.0, 1.0
+    for axis in range(3):
+        if (axis == i) == (chosen < 3) or abs(half_axis[axis]) <= PARALLEL * length:
+            continue
+        one = (half_extents[axis] - centre[axis]) / half_axis[axis]
+        other = (-half_extents[axis] - centre[axis]) / half_axis[axis]
+        low, high = max(low, min(one, other)), min(high, max(one, other))
+    middle = 0.5 * (low + high)
+    low, high = min(low, middle), max(high, middle)
     if chosen < 3:
         slope = normal[i] * half_axis[i]
-        if abs(slope) > PARALLEL * length:
-            return -1.0 if slope > 0.0 else 1.0
-        # Parallel to the face: the middle of what lies over it.
-        low, high = -1.0, 1.0
-        for axis in range(3):
-            if axis == i or half_axis[axis] == 0.0:
-                continue
-            one = (half_extents[axis] - centre[axis]) / half_axis[axis]
-            other = (-half_extents[axis] - centre[axis]) / half_axis[axis]
-            low, high = max(low, min(one, other)), min(high, max(one, other))
-        return min(max(0.5 * (low + high), -1.0), 1.0)
+        if abs(slope) <= PARALLEL * length:
+            return middle
+        return low if slope > 0.0 else high
     j, k = (i + 1) % 3, (i + 2) % 3
     axis = j if abs(half_axis[j]) > abs(half_axis[k]) else k
     edge = half_extents[axis] if normal[axis] > 0.0 else -half_extents[axis]
     place = (edge + separation * normal[axis] - centre[axis]) / half_axis[axis]
-    return min(max(place, -1.0), 1.0)
+    return min(max(place, low), high)
