@@ -4,7 +4,7 @@ The bed is a field of columns along the pad's normal (Winkler): each is squeezed
 solid over it and pushes back for itself. Samples are laid over each solid's window (see
 :mod:`pad_windows`) in rows. Under a solid with edges the two ends of the contact are found in each
 row by bisection and the samples spread evenly between them, so that areas are exact for straight
-borders and change smoothly as it moves.
+borders and change smoothly as it moves. Rows end at the pad's border.
 """
 
 from __future__ import annotations
@@ -40,8 +40,9 @@ from .sunken_depth import SOLID_FIELDS, WINDOW, depth_in_column, pack_solid, sha
 POSE_FIELDS = 13
 """Fields of a remembered pose: rotation row by row (9), place (3), 1.0 if it is remembered."""
 
-_BISECTIONS = 6
+_BISECTIONS = 9
 _INSET = 1e-7
+_ALONG = 1e-12
 _GRIP_MARGIN = 4.0
 _MOST_DAMPING = 0.6
 
@@ -230,6 +231,20 @@ def _overlap(a, b):
 
 
 @njit(cache=True, error_model="numpy")
+def _row_on_pad(window, v, half_x, half_y):
+    """Ends of what of a window's row lies on the pad; the first is beyond the second if nothing."""
+    ux, uy = window[AXIS_X], window[AXIS_Y]
+    first, last = window[LOW_U], window[HIGH_U]
+    for slope, start, half in ((ux, -uy * v, half_x), (uy, ux * v, half_y)):
+        if abs(slope) > _ALONG:
+            one, other = (-half - start) / slope, (half - start) / slope
+            first, last = max(first, min(one, other)), min(last, max(one, other))
+        elif abs(start) > half:
+            return 1.0, -1.0
+    return first, last
+
+
+@njit(cache=True, error_model="numpy")
 def _upright(window):
     ux, uy = window[AXIS_X], window[AXIS_Y]
     u, v = 0.5 * (window[LOW_U] + window[HIGH_U]), 0.5 * (window[LOW_V] + window[HIGH_V])
@@ -239,26 +254,23 @@ def _upright(window):
 
 
 @njit(cache=True, error_model="numpy")
-def _row_end(solid, half_x, half_y, thickness, ux, uy, v, start, step, count):
+def _row_end(solid, thickness, ux, uy, v, start, step, count):
     """March along a row to the first sample in contact and bisect back to where contact begins.
 
     Returns the place and whether there is any contact.
     """
     x0, y0 = -uy * v, ux * v
     inset = start + _INSET * step
-    if depth_in_column(solid, half_x, half_y, thickness, x0 + ux * inset, y0 + uy * inset) > 0.0:
+    if depth_in_column(solid, thickness, x0 + ux * inset, y0 + uy * inset) > 0.0:
         return start, True
     outside = start
     for k in range(count):
         inside = start + (k + 0.5) * step
-        if (
-            depth_in_column(solid, half_x, half_y, thickness, x0 + ux * inside, y0 + uy * inside)
-            > 0.0
-        ):
+        if depth_in_column(solid, thickness, x0 + ux * inside, y0 + uy * inside) > 0.0:
             for _ in range(_BISECTIONS):
                 middle = 0.5 * (outside + inside)
                 x, y = x0 + ux * middle, y0 + uy * middle
-                if depth_in_column(solid, half_x, half_y, thickness, x, y) > 0.0:
+                if depth_in_column(solid, thickness, x, y) > 0.0:
                     inside = middle
                 else:
                     outside = middle
@@ -289,31 +301,31 @@ def _press_one(
     stiff = 0.0
     window = solids[k, WINDOW:]
     ux, uy = window[AXIS_X], window[AXIS_Y]
-    width = (window[HIGH_U] - window[LOW_U]) / count
     height = (window[HIGH_V] - window[LOW_V]) / count
     # Round solids come out of the foam gradually: their contact's border needs no search.
     edged = solid[0] == BOX or solid[0] == CYLINDER
     for row in range(count):
         v = window[LOW_V] + (row + 0.5) * height
-        first, last = window[LOW_U], window[HIGH_U]
+        first, last = _row_on_pad(window, v, half_x, half_y)
+        if first >= last:
+            continue
         if edged:
-            first, found = _row_end(
-                solid, half_x, half_y, thickness, ux, uy, v, first, width, count
-            )
+            step_u = (last - first) / count
+            first, found = _row_end(solid, thickness, ux, uy, v, first, step_u, count)
             if not found:
                 continue
-            last, found = _row_end(solid, half_x, half_y, thickness, ux, uy, v, last, -width, count)
+            last, found = _row_end(solid, thickness, ux, uy, v, last, -step_u, count)
         cell = (last - first) / count
         area = cell * height
         for column in range(count):
             u = first + (column + 0.5) * cell
             x, y = ux * u - uy * v, uy * u + ux * v
-            depth = depth_in_column(solid, half_x, half_y, thickness, x, y)
+            depth = depth_in_column(solid, thickness, x, y)
             if depth <= 0.0:
                 continue
             share = 1.0
             if len(rivals):
-                depth, share = shared_column(depth, rivals, solids, half_x, half_y, thickness, x, y)
+                depth, share = shared_column(depth, rivals, solids, thickness, x, y)
             sinking = -(twist[2] + twist[3] * y - twist[4] * x)
             slide_x = twist[0] - twist[4] * depth - twist[5] * y
             slide_y = twist[1] + twist[3] * depth + twist[5] * x

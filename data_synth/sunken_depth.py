@@ -22,14 +22,12 @@ _SHARING_SCALE = 1e6
 
 
 @njit(cache=True, error_model="numpy")
-def depth_in_column(solid, half_x, half_y, thickness, x, y):
+def depth_in_column(solid, thickness, x, y):
     """How deep a solid (see :func:`solid_of`) reaches into the column at (x, y), m.
 
-    :data:`NO_DEPTH` beside the pad, where the solid is not over the column, and where it lies
-    wholly behind the foam; below 0 over a gap.
+    :data:`NO_DEPTH` where the solid is not over the column and where it lies wholly behind the
+    foam; below 0 over a gap.
     """
-    if abs(x) > half_x or abs(y) > half_y:
-        return NO_DEPTH
     kind, a, b, c, xx, xy, xz, yx, yy, yz, zx, zy, zz, tx, ty, tz = solid
     px, py = x - tx, y - ty
     ox = xx * px + yx * py - zx * tz
@@ -46,7 +44,7 @@ def depth_in_column(solid, half_x, half_y, thickness, x, y):
 
 
 @njit(cache=True, error_model="numpy")
-def shared_column(depth, rivals, solids, half_x, half_y, thickness, x, y):
+def shared_column(depth, rivals, solids, thickness, x, y):
     """Give the depth of the deepest solid in a column, and this one's share of bearing it.
 
     Shares add up to 1, so that solids which overlap, as the links of a cable do, are borne only
@@ -62,7 +60,7 @@ def shared_column(depth, rivals, solids, half_x, half_y, thickness, x, y):
             continue
         if v < solids[j, _LOW_V] or v > solids[j, _HIGH_V]:
             continue
-        rival = depth_in_column(solid_of(solids, j), half_x, half_y, thickness, x, y)
+        rival = depth_in_column(solid_of(solids, j), thickness, x, y)
         if rival > 0.0:
             deepest = max(deepest, rival)
             total += _weight(rival)
