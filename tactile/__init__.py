@@ -1,30 +1,60 @@
-"""Touch: tactile images and the features of a contact."""
+"""Touch: tactile images, the features of a contact, and the servo that acts on them."""
 
+from .adjoint import adjoint, world_twist
+from .cable import CableFollower, CableOptions, Course, course
 from .calibration import Calibration, calibrate, calibrate_linear
 from .calibration_curves import BenchRun
 from .calibration_file import load_calibration, save_calibration
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features
 from .filters import FeatureFilter, MovingAngle, MovingAverage
+from .guidance import Guidance, GuideOptions, Spot, TouchGuide
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
+from .options import ServoOptions
+from .phase_options import PhaseOptions
+from .phases import Outcome, PhaseStep, TouchPhases
+from .servo import SensorTwist, ServoGoal, TactileServo
+from .stiffness import StiffnessEstimate
+from .switches import PRESETS, Switches
 
 __all__ = [
+    "PRESETS",
     "BenchRun",
+    "CableFollower",
+    "CableOptions",
     "Calibration",
     "ContactFeatures",
+    "Course",
     "FeatureFilter",
     "FeatureOptions",
     "FeatureReader",
+    "Guidance",
+    "GuideOptions",
     "HoughOptions",
     "MovingAngle",
     "MovingAverage",
+    "Outcome",
+    "PhaseOptions",
+    "PhaseStep",
+    "SensorTwist",
+    "ServoGoal",
+    "ServoOptions",
+    "Spot",
+    "StiffnessEstimate",
+    "Switches",
     "TactileArray",
     "TactileImage",
+    "TactileServo",
+    "TouchGuide",
+    "TouchPhases",
+    "adjoint",
     "calibrate",
     "calibrate_linear",
     "contact_features",
+    "course",
     "hough_axis",
     "load_calibration",
     "save_calibration",
+    "world_twist",
 ]

@@ -1,0 +1,126 @@
+"""Seeking by touch: down the imprint's area, along edges, to corners, and to a stop."""
+
+import numpy as np
+import pytest
+
+from eyehand.errors import InputError
+from eyehand.tactile import ContactFeatures
+from eyehand.tactile.area_slope import AreaSlope
+from eyehand.tactile.guidance import GuideOptions, TouchGuide
+from eyehand.tactile.servo import TactileServo
+from eyehand.tactile.switches import PRESS
+
+from .closed_loop import DT, World, box, rod
+
+NOTHING = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+
+
+def explore(height, options, stiffness=5e6, seconds=60.0):
+    """Spots in the world, (kind, (2,) m), how the guide ended, and the largest pressure."""
+    world = World(height, stiffness, place=np.array([0, 0, -0.001]), noise=3.0, threshold=15.0)
+    servo, guide = TactileServo(switches=PRESS), TouchGuide(options)
+    spots, peak, landed = [], 0.0, False
+    for _ in range(round(seconds / DT)):
+        features = world.features()
+        landed = landed or bool(features)
+        outer = np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
+        if landed:
+            found = guide.step(features, DT)
+            outer = found.twist
+            if found.spot:
+                place = world.place + world.rotation.apply(found.spot.place)
+                spots.append((found.spot.kind, place[:2]))
+            if found.state == "ended":
+                return spots, guide, peak
+        world.step(servo.step(features, DT, outer).twist)
+        peak = max(peak, features.pressure)
+    raise AssertionError("never ended")
+
+
+@pytest.mark.parametrize("heading", [0.3, 2.2])
+def test_the_rim_of_a_box_is_found_and_followed_from_corner_to_corner(heading):
+    options = GuideOptions(heading=heading, spots=5, speed=0.05)
+    spots, guide, peak = explore(box(0.08, 0.06), options)
+    assert guide.outcome == "done"
+    assert [kind for kind, _ in spots] == ["edge", *["corner"] * 4]
+    corners = {tuple(np.sign(place)) for _, place in spots[1:]}
+    assert len(corners) == 4
+    for _, place in spots[1:]:
+        assert np.allclose(np.abs(place), [0.08, 0.06], atol=0.004)
+    assert peak < 2000.0
+
+
+def test_a_ridge_is_followed_to_both_its_ends():
+    whole = rod(0.005, 0.5)
+
+    def piece(x, y):
+        along = np.cos(0.5) * x + np.sin(0.5) * y
+        return np.where(np.abs(along) < 0.07, whole(x, y), np.inf)
+
+    spots, guide, _ = explore(piece, GuideOptions(), 1e12)
+    assert guide.outcome == "done"
+    assert [kind for kind, _ in spots] == ["ridge", "end", "end"]
+    ends = 0.07 * np.array([np.cos(0.5), np.sin(0.5)])
+    assert np.allclose(spots[1][1], ends, atol=0.004)
+    assert np.allclose(spots[2][1], -ends, atol=0.004)
+
+
+def test_on_an_endless_face_the_search_is_bounded():
+    options = GuideOptions(travel=0.1, speed=0.1)
+    spots, guide, _ = explore(box(2.0, 2.0), options)
+    assert guide.outcome == "nothing_found"
+    assert not spots
+
+
+def test_without_contact_it_rests_and_gives_up():
+    guide = TouchGuide(GuideOptions(lost_seconds=0.5))
+    steps = [guide.step(NOTHING, DT) for _ in range(200)]
+    assert not any(step.twist.any() for step in steps)
+    assert steps[-1].outcome == "lost"
+
+
+def test_time_is_bounded_too():
+    guide = TouchGuide(GuideOptions(seconds=0.5, travel=10.0))
+    round_contact = ContactFeatures(1.0, np.zeros(3), 1000.0, 1e-3, 0.0, 0.1)
+    steps = [guide.step(round_contact, DT) for _ in range(200)]
+    assert steps[-1].outcome == "out_of_time"
+    assert not steps[-1].twist.any()
+
+
+@pytest.mark.parametrize("downhill", [0.5, 2.5, -2.0])
+def test_seeking_turns_to_where_the_imprint_shrinks(downhill):
+    rng = np.random.default_rng(0)
+    guide, place = TouchGuide(GuideOptions(heading=0.0)), np.zeros(2)
+    way = np.array([np.cos(downhill), np.sin(downhill)])
+    start = np.zeros(2)
+    for cycle in range(round(12.0 / DT)):
+        area = 2e-3 - 5e-3 * float(place @ way) + rng.normal(0.0, 2.5e-5)
+        twist = guide.step(ContactFeatures(1.0, np.zeros(3), 1000.0, area, 0.0, 0.1), DT).twist
+        place = place + twist[:2] * DT
+        if cycle == round(6.0 / DT):
+            start = place
+    gone = place - start
+    assert float(gone @ way) > 0.85 * np.linalg.norm(gone)
+
+
+def test_the_slope_of_a_plane_is_found_and_a_straight_way_has_none():
+    rng, slope = np.random.default_rng(0), AreaSlope(0.03)
+    straight, found, place = AreaSlope(0.03), None, np.zeros(2)
+    for _ in range(200):
+        way = rng.normal(0.0, 0.003, 2)
+        place = place + way
+        slope.move(way)
+        found = slope.update(1e-3 + 0.02 * place[0] - 0.01 * place[1])
+        straight.move(np.array([0.001, 0.0005]))
+        assert straight.update(rng.uniform(0, 1e-3)) is None
+    assert found is not None
+    assert found == pytest.approx([0.02, -0.01], rel=1e-3)
+
+
+def test_impossible_options_are_refused():
+    with pytest.raises(InputError, match="line_confidence"):
+        GuideOptions(line_confidence=0.0)
+    with pytest.raises(InputError, match="travel"):
+        GuideOptions(travel=float("inf"))
+    with pytest.raises(InputError, match="spots"):
+        GuideOptions(spots=0)
