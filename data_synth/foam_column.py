@@ -87,3 +87,14 @@ def table_pressure(table, step, depth):
         cell = last
     slope = (table[cell + 1] - table[cell]) / step
     return table[cell] + slope * (depth - cell * step), slope
+
+
+@njit(cache=True, error_model="numpy")
+def add_force(wrench, x, y, depth, fx, fy, fz):
+    """Add a force at (x, y, -depth) to a wrench (6,) about the origin."""
+    wrench[0] += fx
+    wrench[1] += fy
+    wrench[2] += fz
+    wrench[3] += y * fz + depth * fy
+    wrench[4] -= depth * fx + x * fz
+    wrench[5] += x * fy - y * fx

@@ -9,22 +9,12 @@ borders and change smoothly as it moves. Rows end at the pad's border.
 
 from __future__ import annotations
 
-from math import sqrt
-
 import numpy as np
 from numba import njit
 
-from .foam_column import (
-    FRICTION,
-    HALF_X,
-    HALF_Y,
-    LOSS_TIME,
-    SLIP_SPEED,
-    THICKNESS,
-    column_force,
-    deposit,
-)
+from .foam_column import HALF_X, HALF_Y, THICKNESS, add_force, column_force, deposit
 from .pad_columns import BOX, CYLINDER
+from .pad_motion import calm_limits, into_pad, remember, twist_since
 from .pad_windows import (
     AXIS_X,
     AXIS_Y,
@@ -37,14 +27,9 @@ from .pad_windows import (
 )
 from .sunken_depth import SOLID_FIELDS, WINDOW, depth_in_column, pack_solid, shared_column, solid_of
 
-POSE_FIELDS = 13
-"""Fields of a remembered pose: rotation row by row (9), place (3), 1.0 if it is remembered."""
-
 _BISECTIONS = 9
 _INSET = 1e-7
 _ALONG = 1e-12
-_GRIP_MARGIN = 4.0
-_MOST_DAMPING = 0.6
 
 
 @njit(cache=True, error_model="numpy")
@@ -116,7 +101,7 @@ def press_bed(
     windows = np.empty((count, WINDOW_FIELDS))
     solids = np.empty((count, SOLID_FIELDS))
     for k in range(count):
-        _into_pad(pad_place, pad_rotation, places[k], rotations[k], turned[k], moved[k])
+        into_pad(pad_place, pad_rotation, places[k], rotations[k], turned[k], moved[k])
         x, y, z, reach = moved[k, 0], moved[k, 1], moved[k, 2], radii[k]
         beside = abs(x) > bed[HALF_X] + reach or abs(y) > bed[HALF_Y] + reach
         if beside or z > reach or z < -reach - bed[THICKNESS]:
@@ -137,15 +122,8 @@ def press_bed(
             if j != i and _overlap(windows[k], windows[near[j]]):
                 others[rivals] = near[j]
                 rivals += 1
-        _twist(turned[k], moved[k], before[k], dt, twist)
-        held = sqrt(wrenches[k, 0] ** 2 + wrenches[k, 1] ** 2 + wrenches[k, 2] ** 2)
-        # Friction that could turn a light body's motion round within a step is made softer.
-        slip = max(bed[SLIP_SPEED], _GRIP_MARGIN * dt * bed[FRICTION] * held / masses[k])
-        # Nor may the foam's loss: a damper that stops a body within a step makes it chatter.
-        quickness = dt * stiffness[k] / masses[k]
-        loss_time = bed[LOSS_TIME]
-        if quickness * loss_time > _MOST_DAMPING:
-            loss_time = _MOST_DAMPING / quickness
+        twist_since(turned[k], moved[k], before[k], dt, twist)
+        loss_time, slip = calm_limits(bed, dt, wrenches[k], stiffness[k], masses[k])
         touching += _press_one(
             k,
             others[:rivals],
@@ -166,56 +144,11 @@ def press_bed(
 
 
 @njit(cache=True, error_model="numpy")
-def _into_pad(pad_place, pad_rotation, place, rotation, turned, moved):
-    for i in range(3):
-        total = 0.0
-        for m in range(3):
-            total += pad_rotation[3 * m + i] * (place[m] - pad_place[m])
-        moved[i] = total
-        for j in range(3):
-            total = 0.0
-            for m in range(3):
-                total += pad_rotation[3 * m + i] * rotation[3 * m + j]
-            turned[i, j] = total
-
-
-@njit(cache=True, error_model="numpy")
-def _twist(turned, moved, before, dt, twist):
-    """Velocity at the pad's origin and angular velocity from the pose before, in the pad's frame.
-
-    A difference of poses holds for driven, placed and free bodies alike, and equals the velocity
-    that a semi-implicit step has used.
-    """
-    twist[:] = 0.0
-    if dt <= 0.0 or before[12] == 0.0:
-        return
-    change = np.empty((3, 3))
-    for i in range(3):
-        for j in range(3):
-            total = 0.0
-            for m in range(3):
-                total += turned[i, m] * before[3 * j + m]
-            change[i, j] = total
-    for i in range(3):
-        carried = 0.0
-        for m in range(3):
-            carried += change[i, m] * before[9 + m]
-        twist[i] = (moved[i] - carried) / dt
-    twist[3] = 0.5 * (change[2, 1] - change[1, 2]) / dt
-    twist[4] = 0.5 * (change[0, 2] - change[2, 0]) / dt
-    twist[5] = 0.5 * (change[1, 0] - change[0, 1]) / dt
-
-
-@njit(cache=True, error_model="numpy")
 def _forget_and_remember(near, turned, moved, before, wrenches, stiffness):
     for k in range(len(before)):
         before[k, 12] = 0.0
     for k in near:
-        before[k, 12] = 1.0
-        before[k, 9:12] = moved[k]
-        for i in range(3):
-            for j in range(3):
-                before[k, 3 * i + j] = turned[k, i, j]
+        remember(turned[k], moved[k], before[k])
     for k in range(len(before)):
         if before[k, 12] == 0.0:
             wrenches[k] = 0.0
@@ -332,12 +265,7 @@ def _press_one(
             fz, fx, fy, slope = column_force(
                 depth, sinking, slide_x, slide_y, share * area, table, step, bed, loss_time, slip
             )
-            wrench[0] += fx
-            wrench[1] += fy
-            wrench[2] += fz
-            wrench[3] += y * fz + depth * fy
-            wrench[4] -= depth * fx + x * fz
-            wrench[5] += x * fy - y * fx
+            add_force(wrench, x, y, depth, fx, fy, fz)
             stiff += slope
             deposit(fine, bed, x, y, fz, -fx, -fy)
     stiffness[k] = stiff

@@ -13,7 +13,9 @@ from eyehand.tactile import TactileArray
 from .foam import Foam, pressure_table
 from .foam_column import FINE
 from .pad_columns import BOX, CAPSULE, CYLINDER, ELLIPSOID, SPHERE
-from .pad_kernels import POSE_FIELDS, press_bed
+from .pad_kernels import press_bed
+from .pad_meshes import press_mesh
+from .pad_motion import POSE_FIELDS
 from .pad_reaction import push_bodies
 from .pad_spread import spread_to_tactels, spread_weights
 from .tactile_readout import TactileReadout
@@ -28,6 +30,11 @@ IMAGE_RATE = 1900.0
 PAD_SITE = "pad"
 """Name of the site in the middle of the foam's surface; its z-axis points towards the object."""
 
+MESH_SAMPLES = 32
+"""Columns each way that a mesh's sunken part is drawn on: its border is known to one of them, as
+its rows are not searched."""
+
+_MESH = 7
 _KINDS = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX)
 
 
@@ -89,9 +96,10 @@ class PadOptions:
 class TactilePad:
     """A foam pad at a site of a MuJoCo model.
 
-    Every geom that collides, is a sphere, capsule, ellipsoid, cylinder or box, and is not part of
-    the pad's own mechanism is felt. The bed is the contact: the model itself should let the pad
-    collide only where its foam is solid (see :mod:`pad_scene`).
+    Every geom is felt that collides, is a sphere, capsule, ellipsoid, cylinder, box or mesh, and is
+    not part of the pad's own mechanism. Planes and height fields are not. The bed is the contact:
+    the model itself should let the pad collide only where its foam is solid (see
+    :mod:`pad_scene`).
 
     Parameters
     ----------
@@ -152,6 +160,7 @@ class TactilePad:
         self._wrenches = np.zeros((solids, 6))
         self._stiffness = np.zeros(solids)
         self._fine = np.zeros((3, FINE * o.rows, FINE * o.columns))
+        self._depths = np.zeros((MESH_SAMPLES, MESH_SAMPLES))
         self._pushed = np.zeros((model.nbody, 6))
         self.true_pressures: NDArray[np.float64] = np.zeros(count)
         """(N,), Pa: what each tactel bears, before the electronics. The next contact overwrites
@@ -169,7 +178,10 @@ class TactilePad:
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """True centre of pressure in the pad's frame, (3,), m; NaN when nothing touches."""
+        """True centre of pressure in the pad's frame, (3,), m; NaN when nothing touches.
+
+        What presses within a fine cell of the border counts as pressing in its middle, at most.
+        """
         fz = self.wrench[2]
         if not fz > 0.0:
             return np.full(3, np.nan)
@@ -204,26 +216,50 @@ class TactilePad:
         if dt == 0.0:
             self._before[:, -1] = 0.0
         self._last_time = data.time
+        places, rotations = self._places[self._geoms], self._rotations[self._geoms]
+        simple = self._simple
         touching = press_bed(
             self._place,
             self._rotation,
-            self._places[self._geoms],
-            self._rotations[self._geoms],
-            self._kinds,
-            self._sizes,
-            self._radii,
-            self._laws,
-            self._samples,
-            self._masses,
+            places[:simple],
+            rotations[:simple],
+            self._kinds[:simple],
+            self._sizes[:simple],
+            self._radii[:simple],
+            self._laws[:simple],
+            self._samples[:simple],
+            self._masses[:simple],
             self._tables,
             self._steps,
             self._bed,
             dt,
-            self._before,
-            self._wrenches,
-            self._stiffness,
+            self._before[:simple],
+            self._wrenches[:simple],
+            self._stiffness[:simple],
             self._fine,
         )
+        for k, (vertices, faces, room) in enumerate(self._meshes, start=simple):
+            law = self._laws[k]
+            touching += press_mesh(
+                self._place,
+                self._rotation,
+                places[k],
+                rotations[k],
+                self._radii[k],
+                vertices,
+                faces,
+                self._masses[k],
+                self._tables[law],
+                self._steps[law],
+                self._bed,
+                dt,
+                self._before[k],
+                self._wrenches[k],
+                self._stiffness[k : k + 1],
+                room,
+                self._depths,
+                self._fine,
+            )
         push_bodies(
             self._place,
             self._rotation,
@@ -273,8 +309,12 @@ class TactilePad:
         root = model.body_rootid[body]
         geom_body = model.geom_bodyid
         own = model.body_rootid[geom_body] == root if root else geom_body == body
-        solid = (model.geom_contype | model.geom_conaffinity) != 0
-        self._geoms = np.flatnonzero(solid & ~own & np.isin(model.geom_type, _KINDS))
+        solid = ~own & ((model.geom_contype | model.geom_conaffinity) != 0)
+        simple = np.flatnonzero(solid & np.isin(model.geom_type, _KINDS))
+        meshes = np.flatnonzero(solid & (model.geom_type == _MESH))
+        self._geoms = np.concatenate([simple, meshes])
+        self._simple = len(simple)
+        self._meshes = [_mesh(model, int(geom)) for geom in meshes]
         self._kinds = model.geom_type[self._geoms].astype(np.int32)
         self._sizes = model.geom_size[self._geoms].copy()
         self._radii = model.geom_rbound[self._geoms].copy()
@@ -295,6 +335,15 @@ class TactilePad:
         for name, foam in softness.items():
             law[_named(model.ngeom, model.geom, name, "geom")] = kinds.index(foam)
         self._laws = law[self._geoms]
+
+
+def _mesh(model: Any, geom: int) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.float64]]:
+    """Vertices, faces, and room for the vertices in the pad's frame."""
+    mesh = model.geom_dataid[geom]
+    first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
+    face, faces = model.mesh_faceadr[mesh], model.mesh_facenum[mesh]
+    vertices = model.mesh_vert[first : first + count].astype(float)
+    return vertices, model.mesh_face[face : face + faces].astype(np.int32), np.empty((count, 3))
 
 
 def _named(count: int, look_up: Any, name: str, what: str) -> int:

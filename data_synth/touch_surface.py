@@ -102,19 +102,20 @@ def _ellipsoid_distance(
 ) -> NDArray[np.float64]:
     """Find the foot by bisection (Eberly, Distance from a Point to an Ellipsoid, 2013).
 
-    The foot is (a² p / (t + a²)) for the largest root t of sum (a p / (t + a²))² = 1.
+    The foot is (a² p / (t + a²)) for the largest root t of sum (a p / (t + a²))² = 1. What is
+    searched is t + c², c the smallest semi-axis: it keeps its digits where t is near to -c².
     """
     # On a plane of symmetry the foot may lie off it; a hair to its side, it is found.
     away = np.maximum(np.abs(points), _OFF_PLANE)
     squares = axes**2
+    gaps = squares - squares.min()
     # At the lower end one term alone is 1 or more; at the upper, all together are at most 1.
-    low = (axes * away - squares).max(axis=1)
-    high = np.linalg.norm(axes * away, axis=1) - squares.min()
+    low = (axes * away - gaps).max(axis=1)
+    high = np.linalg.norm(axes * away, axis=1)
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
-        scaled = axes * away / np.maximum(middle[:, None] + squares, np.finfo(float).tiny)
-        beyond = (scaled**2).sum(axis=1) > 1.0
+        beyond = ((axes * away / (middle[:, None] + gaps)) ** 2).sum(axis=1) > 1.0
         low, high = np.where(beyond, middle, low), np.where(beyond, high, middle)
-    feet = squares * away / np.maximum(high[:, None] + squares, np.finfo(float).tiny)
+    feet = squares * away / (high[:, None] + gaps)
     inside = ((away / axes) ** 2).sum(axis=1) < 1.0
     return np.where(inside, -1.0, 1.0) * np.linalg.norm(away - feet, axis=1)

@@ -184,6 +184,50 @@ def test_turning_objects_turn_the_pad() -> None:
     assert pad.wrench[5] == pytest.approx(-2 / 3 * 0.6 * pad.force * 0.01, rel=0.01)
 
 
+@pytest.mark.parametrize("lift", [0.0285, 0.0295])
+def test_a_mesh_is_felt_as_rays_find_it(lift: float) -> None:
+    vertices = np.random.default_rng(0).standard_normal((800, 3))
+    vertices *= [0.05, 0.04, 0.03] / np.linalg.norm(vertices, axis=1, keepdims=True)
+    text = " ".join(f"{value:.6f}" for value in vertices.ravel())
+    model = mujoco.MjModel.from_xml_string(
+        f'<mujoco><asset><mesh name="egg" vertex="{text}"/></asset><worldbody><body name="pad">'
+        '<site name="pad"/></body><body><geom type="mesh" mesh="egg" euler="5 3 20" '
+        f'pos=".004 -.003 {lift}"/></body></worldbody></mujoco>'
+    )
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    pad = TactilePad(model, data)
+    assert pad.contact() == 1
+    force, torque = reference(model, data, 160)
+    assert pad.force == pytest.approx(force, rel=0.01)
+    assert pad.wrench[3:5] / pad.force == pytest.approx(torque[:2] / force, abs=1e-4)
+    assert pad.true_pressures.sum() * pad.array.area == pytest.approx(pad.force, rel=1e-12)
+    assert data.xfrc_applied[2, 2] == pytest.approx(pad.force)
+    # A mesh that moves away is forgotten.
+    data.geom_xpos[0, 2] += 0.1
+    assert pad.contact() == 0
+    assert pad.force == 0.0
+    assert np.abs(data.xfrc_applied).max() == 0.0
+
+
+@pytest.mark.parametrize("shape", ["chain", "turned box", "rod", "sphere", "box edge"])
+@pytest.mark.parametrize("border", [False, True])
+def test_force_and_torque_change_smoothly(shape: str, border: bool) -> None:
+    _, data, pad = build(SHAPES[shape])
+    start = data.geom_xpos.copy()
+    pad.contact()
+    whole = pad.force
+    felt = []
+    # In steps of 20 µm: within the pad while it is pressed 0.1 mm deeper, or out over its border.
+    for k in range(50):
+        along = np.array([0.02, 0.002, -0.002]) if not border else np.array([0.02, 0.01, 0.0])
+        data.geom_xpos[:] = start + 1e-3 * k * along + (0.035 * border, 0.0, 0.0)
+        pad.contact()
+        felt.append([pad.force, *(pad.wrench[3:5] / 0.04)])
+    jumps = np.abs(np.diff(felt, n=2, axis=0)).max()
+    assert jumps < 1e-3 * whole
+
+
 def test_what_lies_behind_the_pad_is_not_felt() -> None:
     _, _, pad = build('<geom type="sphere" size=".01" pos="0 0 -.03"/>')
     assert pad.contact() == 0
