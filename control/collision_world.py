@@ -17,7 +17,8 @@ from .proximity import Proximity
 from .proximity_kernels import near_pairs
 from .proximity_reference import measure_plain, proximity_reference
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
-from .shapes import ConvexMesh, check_pose
+from .robot_model import RobotModel
+from .shapes import ConvexMesh, check_pose, checked_obstacles
 from .sphere_cover import cover_parts
 from .world_spec import build_world, fill_slot
 
@@ -27,7 +28,6 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from scipy.spatial.transform import RigidTransform
 
-    from .robot_model import RobotModel
     from .shapes import Obstacle, Shape
 
 
@@ -58,6 +58,8 @@ class CollisionWorld:
         *,
         options: CollisionOptions | None = None,
     ) -> None:
+        if not isinstance(robot, RobotModel):
+            raise InputError(f"the world needs a robot from RobotModel.load, got {robot!r}")
         self.robot = robot
         self.options = options or CollisionOptions()
         self.compiled = self.options.compiled and compiled_calls()
@@ -67,7 +69,7 @@ class CollisionWorld:
         self._velocities: dict[str, NDArray[np.float64]] = {}
         self._geoms: dict[str, int] = {}
         self._slots = self.options.slots
-        for obstacle in obstacles:
+        for obstacle in checked_obstacles(obstacles):
             self._check_free(obstacle.name)
             self._obstacles[obstacle.name] = obstacle
         self._build()
@@ -103,8 +105,9 @@ class CollisionWorld:
         Raises
         ------
         InputError
-            If its name is taken.
+            If it is no obstacle, or its name is taken.
         """
+        checked_obstacles([obstacle])
         self._check_free(obstacle.name)
         self._obstacles[obstacle.name] = obstacle
         self._place_new(obstacle.name, obstacle.shape)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -191,6 +192,17 @@ def check_pose(pose: RigidTransform, name: str) -> None:
         raise InputError(f"{name}: the pose must be finite, got {pose.as_matrix().tolist()}")
 
 
+def checked_obstacles(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
+    """Obstacles as a tuple, or an :class:`InputError` if one is something else."""
+    given = tuple(obstacles) if isinstance(obstacles, Iterable) else (obstacles,)
+    for one in given:
+        if not isinstance(one, Obstacle) or not isinstance(obstacles, Iterable):
+            raise InputError(
+                f"obstacles must be a list of Obstacle (name, shape, pose), got {one!r}"
+            )
+    return given
+
+
 def _sizes(values: ArrayLike, what: str) -> NDArray[np.float64]:
     sizes = _numbers(values, what)
     if sizes.shape != (3,):
@@ -202,7 +214,7 @@ def _sizes(values: ArrayLike, what: str) -> NDArray[np.float64]:
 
 def _check_size(value: float, what: str) -> None:
     try:
-        fits = SMALLEST_SIZE_M <= float(value) < float("inf")
+        fits = not isinstance(value, str) and SMALLEST_SIZE_M <= float(value) < float("inf")
     except (TypeError, ValueError):
         fits = False
     if not fits:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -26,6 +27,24 @@ FAR_AWAY_M = 1e3
 """Where empty slots wait: they are in no pair, this is for whoever draws the model."""
 
 _PREFIX = "eyehand_slot_"
+_NO_TURN = [1.0, 0.0, 0.0, 0.0]
+_OWN_GEOM: dict[str, Any] = {
+    "pos": [0.0] * 3,
+    "quat": _NO_TURN,
+    "fromto": [math.nan] * 6,
+    "contype": 1,
+    "conaffinity": 1,
+    "typeinertia": mujoco.mjtGeomInertia.mjINERTIA_VOLUME,
+}
+"""What a ``<default>`` of the robot's file must not decide: an obstacle would stand elsewhere, or
+be discarded as a mere picture. No number in ``fromto`` says that it is not given."""
+_OWN_MESH: dict[str, Any] = {
+    "scale": [1.0] * 3,
+    "refpos": [0.0] * 3,
+    "refquat": _NO_TURN,
+    "maxhullvert": -1,
+}
+"""Of a mesh: files whose meshes are in mm scale all of them by a ``<default>``."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +69,14 @@ def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldMo
     spec.option.ccd_tolerance = CCD_TOLERANCE
     spec.option.ccd_iterations = CCD_ITERATIONS
     for number in range(slots + 1):
-        _add_body(spec, f"{_PREFIX}{number}").add_geom(
-            name=f"{_PREFIX}{number}", type=mujoco.mjtGeom.mjGEOM_SPHERE, size=[1.0, 0.0, 0.0]
-        )
+        name = f"{_PREFIX}{number}"
+        sphere = mujoco.mjtGeom.mjGEOM_SPHERE
+        _add_body(spec, name).add_geom(name=name, type=sphere, size=[1.0, 0.0, 0.0], **_OWN_GEOM)
     for number, mesh in enumerate(meshes):
         name = f"{_PREFIX}mesh_{number}"
-        spec.add_mesh(name=name, uservert=mesh.vertices.ravel())
-        _add_body(spec, name).add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_MESH, meshname=name)
+        spec.add_mesh(name=name, uservert=mesh.vertices.ravel(), **_OWN_MESH)
+        kind = mujoco.mjtGeom.mjGEOM_MESH
+        _add_body(spec, name).add_geom(name=name, type=kind, meshname=name, **_OWN_GEOM)
     model = compile_spec(spec)
     ids = [model.geom(f"{_PREFIX}{number}").id for number in range(slots + 1)]
     return WorldModel(

@@ -308,3 +308,46 @@ def test_height_fields_are_refused() -> None:
     )
     with pytest.raises(InputError, match="hills is a height field"):
         CollisionWorld(RobotModel.load(text, "tool"))
+
+
+@pytest.mark.parametrize(
+    "default",
+    [
+        '<mesh scale="0.001 0.001 0.001"/>',
+        '<mesh maxhullvert="4"/>',
+        '<geom pos="0 0 0.5" quat="0.3 0.4 0.5 0.6"/>',
+        '<geom contype="0" conaffinity="0"/>',
+        '<geom shellinertia="true"/>',
+    ],
+)
+def test_defaults_of_the_robots_file_leave_obstacles_alone(default: str) -> None:
+    arm = f"""<mujoco><compiler discardvisual="true"/><default>{default}</default><worldbody>
+    <body><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint axis="0 0 1" name="turn"/>
+    <geom type="capsule" size="0.05 0.2" pos="0 0 0" quat="1 0 0 0" contype="1" conaffinity="1"/>
+    <site name="tip"/></body></worldbody></mujoco>"""
+    corners = 0.1 * np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    world = CollisionWorld(
+        RobotModel.load(arm, "tip"),
+        [
+            Obstacle("mesh", ConvexMesh(corners), AT([0.2, 0.0, 0.0])),
+            Obstacle("box", Box(np.full(3, 0.1)), AT([-0.2, 0.0, 0.0])),
+        ],
+    )
+    near = world.proximity(world.robot.home)
+    np.testing.assert_allclose(near.distance, 0.05, atol=1e-9)
+
+
+@pytest.mark.parametrize("wrong", [Sphere(0.1), [Sphere(0.1)], "box"])
+def test_what_is_no_obstacle_is_refused(robot: RobotModel, wrong: Any) -> None:
+    with pytest.raises(InputError, match="Obstacle"):
+        CollisionWorld(robot, wrong)
+    with pytest.raises(InputError, match="Obstacle"):
+        CollisionWorld(robot).add(wrong)
+
+
+def test_a_bare_obstacle_is_no_list(robot: RobotModel) -> None:
+    ball: Any = Obstacle("ball", Sphere(0.1), RigidTransform.identity())
+    with pytest.raises(InputError, match="list of Obstacle"):
+        CollisionWorld(robot, ball)
+    with pytest.raises(InputError, match=r"RobotModel\.load"):
+        CollisionWorld(ball)

@@ -46,6 +46,7 @@ def _any(value: object) -> Any:
         (lambda: Ellipsoid(_any((-0.1, 0.1, 0.1))), "ellipsoid: semi_axes"),
         (lambda: Cylinder(0.1, 0.0), "cylinder: half_length"),
         (lambda: Capsule(float("inf"), 0.1), "capsule: radius"),
+        (lambda: Sphere(_any("0.1")), "radius must be finite"),
         (lambda: ConvexMesh(np.zeros((3, 3))), r"\(V, 3\) with V >= 4"),
         (lambda: ConvexMesh(np.zeros((8, 3))), "lie within"),
         (lambda: ConvexMesh(np.eye(4)[:, :3] * [1, 1, 0]), "lie in one plane"),
