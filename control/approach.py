@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
@@ -38,6 +39,9 @@ AT_REFUGE = 0.1
 """Norm of the joint differences at which a retreat has arrived, rad: it is but a new start."""
 PROGRESS_SHARE = 0.1
 """... or this share of the least so far, near the goal."""
+HELD_SHARE = 0.5
+"""A task that misses less than this share of its rate can go on: then it is repulsion that stops
+it, not a lack of joints."""
 RETREAT_PATIENCE = 0.3
 """A retreat that gets no nearer for so long, s, has come as far as it can."""
 
@@ -96,7 +100,7 @@ class ApproachController:
     Raises
     ------
     InputError
-        If there is no aim, or the repulsion would oscillate at this control period.
+        If there is no aim, one is none, or the repulsion would oscillate at this control period.
     """
 
     def __init__(
@@ -104,13 +108,17 @@ class ApproachController:
     ) -> None:
         self.world = world
         self.robot = world.robot
-        self.aims = tuple(aims)
+        self._aims = _checked(aims)
+        self._counted = counted(self._aims)
         self._options = options or ControlOptions()
-        if not self.aims:
-            raise InputError("the controller needs at least one aim")
         require_stable(self.options, _lever(self.robot.at(self.robot.home)))
         self._cycles: dict[int, CompiledCycle] = {}
         self.restart()
+
+    @property
+    def aims(self) -> tuple[Aim, ...]:
+        """Its aims, highest priority first; for others make another controller (some 50 µs)."""
+        return self._aims
 
     @property
     def options(self) -> ControlOptions:
@@ -142,13 +150,13 @@ class ApproachController:
             status = "infeasible"
             reason = f"cannot keep the margin: {', '.join(blocking[:3]) or 'no reason'}"
         elif phase == "approach":
-            status, reason = self._judge(errors, motion)
+            status, reason = self._judge(q, motion)
         return Cycle(
             motion.velocity, status, reason, phase, errors, motion.clearance, motion.beta, blocking
         )
 
     def _begin(self) -> None:
-        self._best = float("inf")
+        self._best: tuple[float, ...] = ()
         self._stalled = 0.0
         self._clock = 0.0
 
@@ -167,11 +175,12 @@ class ApproachController:
         motion = cycle.at(q)
         return plain_motion(cycle, q) if motion is None else motion
 
-    def _judge(self, errors: tuple[float, ...], motion: Motion) -> tuple[Status, str]:
+    def _judge(self, q: NDArray[np.float64], motion: Motion) -> tuple[Status, str]:
+        errors = tuple([motion.errors[place] for place in self._counted])
         if max(errors) <= self.options.tolerance:
             self.restart()
             return "reached", ""
-        if self._stalled_for(sum(errors)) < self.options.patience:
+        if self._stalled_for(errors) < self.options.patience:
             return "moving", ""
         # With the first task met and nothing in the way, it is tasks that conflict: stay with it.
         torn = errors[0] <= self.options.tolerance and not motion.blocking
@@ -180,24 +189,59 @@ class ApproachController:
             self._retreats += 1
             self._begin()
             return "moving", ""
-        return "stuck", _what_blocks(self.aims, motion, self.options)
+        return "stuck", self._what_blocks(q, errors, motion)
 
     def _judge_retreat(self, left: float, feasible: bool) -> None:
         self._clock += self.options.dt
-        arrived = left < AT_REFUGE or self._stalled_for(left) > RETREAT_PATIENCE
+        arrived = left < AT_REFUGE or self._stalled_for((left,)) > RETREAT_PATIENCE
         if arrived or self._clock > self.options.retreat_seconds or not feasible:
             self._phase = "approach"
             self._begin()
 
-    def _stalled_for(self, left: float) -> float:
-        """Time without progress, s, this cycle's errors being `left` in all."""
-        if self._best == float("inf") or left < self._best - min(
-            self.options.progress, PROGRESS_SHARE * self._best
-        ):
-            self._best, self._stalled = left, 0.0
-        else:
-            self._stalled += self.options.dt
+    def _stalled_for(self, errors: tuple[float, ...]) -> float:
+        """Time without progress, s: no error fell below its least so far by what counts.
+
+        One that falls starts those below it anew, which may grow for it. As each falls only so
+        often before it is met, no motion goes on for ever.
+        """
+        options = self.options
+        if not self._best:
+            self._best, self._stalled = errors, 0.0
+            return 0.0
+        for place, (error, best) in enumerate(zip(errors, self._best, strict=True)):
+            enough = min(options.progress, PROGRESS_SHARE * best)
+            if best > options.tolerance and error < best - enough:
+                self._best = (*self._best[:place], *errors[place:])
+                self._stalled = 0.0
+                return 0.0
+        self._stalled += options.dt
         return self._stalled
+
+    def _what_blocks(
+        self, q: NDArray[np.float64], errors: tuple[float, ...], motion: Motion
+    ) -> str:
+        options = self.options
+        unmet = [
+            f"{self.aims[place].name} {error:.3g} off"
+            for place, error in zip(self._counted, errors, strict=True)
+            if error > options.tolerance
+        ]
+        if motion.blocking:
+            return f"{', '.join(unmet)}: held by {', '.join(motion.blocking[:3])}"
+        if len(self.aims) > 1 and errors[0] <= options.tolerance:
+            return f"{', '.join(unmet)}: the tasks above leave no way"
+        if motion.clearance < options.influence and _could_go(self.robot.at(q), self.aims, options):
+            return f"{', '.join(unmet)}: repulsion and goal are in balance"
+        return f"{', '.join(unmet)}: out of reach from here"
+
+
+def counted(aims: Sequence[Aim]) -> tuple[int, ...]:
+    """Places of the aims by which a motion is reached or stuck: not those that only draw.
+
+    An aim says so by an attribute ``endless``; where all are, all count.
+    """
+    ending = [place for place, aim in enumerate(aims) if not getattr(aim, "endless", False)]
+    return tuple(ending or range(len(aims)))
 
 
 def refuge_postures(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
@@ -206,8 +250,9 @@ def refuge_postures(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
     The image bends elbow and wrist the other way, which is what a way round often needs. A joint
     without a range is mirrored about zero.
     """
-    span = robot.lower + robot.upper
-    mirrored = np.where(np.isfinite(span), span, 0.0) - robot.home
+    ranged = np.isfinite(robot.lower) & np.isfinite(robot.upper)
+    span = np.add(robot.lower, robot.upper, out=np.zeros(robot.n), where=ranged)
+    mirrored = span - robot.home
     return robot.home, mirrored
 
 
@@ -263,7 +308,7 @@ def _centring_gradient(state: RobotState, power: int) -> NDArray[np.float64]:
     span = state.upper - state.lower
     ranged = np.isfinite(span) & (span > 0.0)
     weights = np.divide(1.0, span, out=np.zeros_like(span), where=ranged)
-    middle = np.where(ranged, 0.5 * (state.lower + state.upper), state.q)
+    middle = np.add(state.lower, state.upper, out=2.0 * state.q, where=ranged) / 2.0
     return centring_cost(state.q, middle, weights, power)[1]
 
 
@@ -272,17 +317,23 @@ def _lever(state: RobotState) -> float:
     return float(np.linalg.norm(state.jacobian[:3], 2))
 
 
-def _what_blocks(aims: tuple[Aim, ...], motion: Motion, options: ControlOptions) -> str:
-    errors, blocking = motion.errors, motion.blocking
-    unmet = [
-        f"{aim.name} {error:.3g} off"
-        for aim, error in zip(aims, errors, strict=True)
-        if error > options.tolerance
-    ]
-    if blocking:
-        return f"{', '.join(unmet)}: held by {', '.join(blocking[:3])}"
-    if len(aims) > 1 and errors[0] <= options.tolerance:
-        return f"{', '.join(unmet)}: the tasks above leave no way"
-    if motion.clearance < options.influence:
-        return f"{', '.join(unmet)}: repulsion and goal are in balance"
-    return f"{', '.join(unmet)}: out of reach from here"
+def _could_go(state: RobotState, aims: tuple[Aim, ...], options: ControlOptions) -> bool:
+    """Whether the first task that is not met would move, were nothing near."""
+    tasks = [aim.at(state) for aim in aims]
+    missing = solve_stack(tasks, speed=state.speed, options=options).missing
+    for task, rest in zip(tasks, missing, strict=True):
+        if task.unmet > options.tolerance:
+            return rest < HELD_SHARE * float(np.linalg.norm(task.rate))
+    return False
+
+
+def _checked(aims: Sequence[Aim]) -> tuple[Aim, ...]:
+    if not isinstance(aims, Iterable):
+        raise InputError(f"the controller needs a list of aims, got {aims!r}")
+    given = tuple(aims)
+    for aim in given:
+        if not callable(getattr(aim, "at", None)):
+            raise InputError(f"an aim must have a method `at`, as Position has; got {aim!r}")
+    if not given:
+        raise InputError("the controller needs at least one aim")
+    return given

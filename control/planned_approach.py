@@ -83,7 +83,7 @@ class PlannedApproach:
     def step(self, q: NDArray[np.float64]) -> Cycle:
         """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
 
-        The cycle in which the motion is stuck takes as long as the search, standing still.
+        A motion that is stuck stops for a cycle; the one after it takes as long as the search.
 
         Raises
         ------
@@ -92,10 +92,19 @@ class PlannedApproach:
         """
         if self._at < len(self._track):
             return self._follow(q)
+        if self._stuck is not None:
+            return self._search(q, self._stuck)
         cycle = self.controller.step(q)
         if cycle.status != "stuck" or len(self.ways) >= self.searches:
             return cycle
+        # While the search takes its time, a robot keeps to the velocity that it was last told.
+        self._stuck = replace(cycle, velocity=np.zeros_like(cycle.velocity))
+        return replace(self._stuck, status="moving", reason="")
+
+    def _search(self, q: NDArray[np.float64], cycle: Cycle) -> Cycle:
+        """Search for a way from where a cycle was stuck."""
         controller = self.controller
+        self._stuck = None
         planner = replace(self.planner, seed=self.planner.seed + len(self.ways))
         way = plan(controller.world, controller.aims, q, self.options, planner)
         self.ways.append(way)
@@ -103,7 +112,7 @@ class PlannedApproach:
             return replace(cycle, reason=f"{cycle.reason}; no way found: {way.reason}")
         self._track = retimed(way.postures, controller.robot, self.options.dt)
         self._at = min(1, len(self._track) - 1)
-        return replace(cycle, status="moving", reason="", velocity=np.zeros_like(cycle.velocity))
+        return replace(cycle, status="moving", reason="")
 
     def _follow(self, q: NDArray[np.float64]) -> Cycle:
         controller, options = self.controller, self.options
@@ -138,6 +147,7 @@ class PlannedApproach:
         self._track = np.zeros((0, self.controller.robot.n))
         self._at = 0
         self._held_up = 0.0
+        self._stuck: Cycle | None = None
         self.controller.restart()
 
 

@@ -7,13 +7,14 @@ the controller itself, so that a way found is a way already gone.
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import ApproachController, refuge_postures
+from .approach import ApproachController, counted, refuge_postures
 from .planner_options import PlannerOptions
 from .point_aims import Position
 from .posture_aims import Posture
@@ -26,6 +27,11 @@ if TYPE_CHECKING:
     from .collision_world import CollisionWorld
     from .options import ControlOptions
     from .task import Aim
+
+
+FARTHEST_STEP = math.pi
+"""Longest step of all joints by which it is guessed where the aims lead, rad or m: beyond half a
+turn a straight guess says nothing."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +62,7 @@ class _Place:
     position: NDArray[np.float64]
     q: NDArray[np.float64]
     left: float
-    """Summed errors of the aims."""
+    """Summed errors of the aims that count."""
     parent: int
     postures: NDArray[np.float64]
     """(N, n) from the parent's posture, that one not included."""
@@ -121,6 +127,7 @@ class _Search:
     ) -> None:
         self.world = world
         self.aims = aims
+        self.counted = [aims[place] for place in counted(aims)]
         self.options = replace(
             options,
             dt=planner.dt,
@@ -142,7 +149,7 @@ class _Search:
 
     def add(self, parent: int, postures: NDArray[np.float64], q: NDArray[np.float64]) -> int:
         state = self.world.robot.at(q)
-        left = sum(aim.at(state).unmet for aim in self.aims)
+        left = sum(aim.at(state).unmet for aim in self.counted)
         self.places.append(_Place(state.position, state.q, left, parent, postures))
         self.failures.append(0)
         return len(self.places) - 1
@@ -156,6 +163,8 @@ class _Search:
             task = aim.at(state)
             # Where the frame would be if the error were taken away at once, in a straight line.
             step = np.linalg.pinv(task.jacobian) @ task.error
+            # Near a singular posture that step would leave the world.
+            step *= FARTHEST_STEP / max(float(np.linalg.norm(step)), FARTHEST_STEP)
             ends.append(start.position + state.jacobian[:3] @ step)
         corners = np.array(ends)
         beyond = self.planner.reach_beyond

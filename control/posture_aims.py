@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
@@ -77,7 +77,12 @@ class Manipulability:
             )
         _, linear = state.point(self.point)
         jacobian = np.concatenate([linear, state.jacobian[3:]])
-        measure, gradient = manipulability(jacobian, self.rows)
+        order = state.from_base
+        if order is None:
+            measure, gradient = manipulability(jacobian, self.rows)
+        else:
+            gradient = np.empty(len(order))
+            measure, gradient[order] = manipulability(jacobian[:, order], self.rows)
         return bounded(
             self.name,
             measure / self.goal,
@@ -96,7 +101,8 @@ class JointCentring:
     H = Σ wᵢ (qᵢ - refᵢ)^p with wᵢ = 1 / range; the value is the posture itself and the error
     -∇H, so that the commanded motion is -gain ∇H in whatever the tasks above leave free. As one
     row on H it would ask for ever more speed where those tasks keep H from falling. It uses all
-    that is left: put it last. Joints without a range are left alone.
+    that is left: put it last. It only draws: a motion is reached without it, unless there is
+    nothing else. Joints without a range are left alone.
 
     Raises
     ------
@@ -115,6 +121,8 @@ class JointCentring:
     """Largest norm of the joint velocities, rad/s."""
     name: str = "joint centring"
     """Name for reports."""
+    endless: ClassVar[bool] = True
+    """It never ends a motion, see :class:`Aim`."""
 
     def __post_init__(self) -> None:
         rates(self.name, self.gain, self.speed)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -104,6 +104,9 @@ class RobotModel:
         self.data = data = mujoco.MjData(model)
         self.joints = _joint_ids(model, joints)
         self.n = len(self.joints)
+        # MuJoCo numbers joints from base to tip.
+        in_order = bool(np.all(np.diff(self.joints) > 0))
+        self._from_base = None if in_order else _fixed(np.argsort(self.joints))
         self.joint_names = tuple(model.joint(int(joint)).name for joint in self.joints)
         self.places = model.jnt_qposadr[self.joints].astype(np.int64)
         self.hinge = model.jnt_type[self.joints] == mujoco.mjtJoint.mjJNT_HINGE
@@ -149,6 +152,7 @@ class RobotModel:
             upper=self.upper,
             home=self.home,
             speed=self.speed,
+            from_base=self._from_base,
         )
         return state
 
@@ -294,6 +298,6 @@ def _moves(model: Model, joints: NDArray[np.int64]) -> NDArray[np.bool_]:
     return moves
 
 
-def _fixed(array: NDArray[np.float64]) -> NDArray[np.float64]:
+def _fixed(array: NDArray[Any]) -> NDArray[Any]:
     array.setflags(write=False)
     return array

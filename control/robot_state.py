@@ -25,7 +25,7 @@ class RobotState:
     """
 
     q: NDArray[np.float64]
-    """Joint positions (n,), rad (m, of a sliding joint), ordered from base to tip."""
+    """Joint positions (n,), rad (m, of a sliding joint)."""
     position: NDArray[np.float64]
     """Origin of the controlled frame (3,), m, world."""
     rotation: NDArray[np.float64]
@@ -40,6 +40,8 @@ class RobotState:
     """Home posture (n,)."""
     speed: NDArray[np.float64]
     """Joint speed limits (n,), rad/s or m/s."""
+    from_base: NDArray[np.int64] | None = None
+    """Places (n,) of the joints from base to tip; None where they are in that order."""
 
     def __post_init__(self) -> None:
         n = len(self.q) if self.q.ndim == 1 else -1

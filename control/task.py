@@ -97,7 +97,8 @@ class Task:
 class Aim(Protocol):
     """What to reach, for any posture: `at` gives the task in the current one.
 
-    Aims check what they are given when they are made, so that `at` is fast.
+    Aims check what they are given when they are made, so that `at` is fast. One with a true
+    attribute `endless` only draws: a motion counts as reached without it.
     """
 
     @property

@@ -1,14 +1,27 @@
 """The planned approach: ways found are followed at one speed, and none found is said so."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from eyehand.apps.motion.controlled_reach import ControlledReach
 from eyehand.apps.motion.reach_methods import reaching_world
 from eyehand.apps.motion.reach_outcome import ReachOptions, run_reach
-from eyehand.control import PlannedApproach, PlannerOptions, Position, Way, plan, planned_approach
+from eyehand.control import (
+    CollisionWorld,
+    PlannedApproach,
+    PlannerOptions,
+    PointOnPlane,
+    Position,
+    RobotModel,
+    Way,
+    plan,
+    planned_approach,
+)
 from eyehand.control.approach import Cycle
 from eyehand.control.options import ControlOptions
 from eyehand.control.planned_approach import retimed
+from eyehand.control.planner import _Search
 from eyehand.data_synth.reaching import make_reaching_scene
 
 
@@ -24,6 +37,13 @@ class _Helpless:
 
     def restart(self) -> None:
         pass
+
+
+class _Drifting(_Helpless):
+    """One that is stuck and moves all the same."""
+
+    def step(self, q) -> Cycle:
+        return replace(self.still, velocity=np.full(7, 0.1))
 
 
 def test_a_way_is_gone_cycle_by_cycle_and_never_too_fast():
@@ -97,3 +117,35 @@ def test_a_goal_inside_an_obstacle_has_no_way_and_the_reason_names_what_blocks()
     assert not way
     assert way.reason
     assert np.all(np.isfinite(way.postures))
+
+
+def test_the_robot_is_told_to_stop_before_a_search_takes_its_time(monkeypatch):
+    searched = []
+
+    def search(world, aims, q, options, planner):
+        searched.append(planner.seed)
+        return Way(False, q[None], 0.02, "walled off", 1, 1, 0.0)
+
+    monkeypatch.setattr(planned_approach, "plan", search)
+    monkeypatch.setattr(planned_approach, "ApproachController", _Drifting)
+    scene = make_reaching_scene(9, boxes=0)
+    controller = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=2)
+    told = [controller.step(scene.start) for _ in range(5)]
+    assert [cycle.status for cycle in told] == ["moving", "stuck", "moving", "stuck", "stuck"]
+    assert searched == [0, 1]
+    # Up to the last search it stands; without one left, it is the controller's own cycle.
+    assert [bool(np.any(cycle.velocity)) for cycle in told] == [False] * 4 + [True]
+
+
+def test_places_to_search_stay_near_in_a_singular_posture():
+    arm = """<mujoco><worldbody>
+    <body><joint axis="0 0 1" name="a" range="-170 170"/><geom size=".05" pos="0 0 .1"/>
+    <body pos="0 0 .3"><joint axis="0 1 0" name="b" range="-170 170"/><geom size=".05"/>
+    <body pos="0 0 .4"><joint axis="0 1 0" name="c" range="-170 170"/><geom size=".03"/>
+    <site name="tip" pos="0 0 .3"/></body></body></body></worldbody></mujoco>"""
+    world = CollisionWorld(RobotModel.load(arm, "tip"))
+    aims = (PointOnPlane(np.array([0.0, 0.0, 1.0]), 0.5),)
+    search = _Search(world, aims, ControlOptions(), PlannerOptions())
+    search.add(-1, np.zeros((0, 3)), np.array([0.0, 1e-7, 0.0]))
+    low, high = search.bounds()
+    assert np.all(high - low < 8.0)

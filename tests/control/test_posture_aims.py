@@ -9,6 +9,8 @@ from eyehand.control.posture_aims import (
     centring_cost,
     manipulability,
 )
+from eyehand.control.robot_model import RobotModel
+from eyehand.data_synth import LBR_ARM
 from eyehand.errors import InputError
 
 POINT = np.array([0.03, -0.05, 0.1])
@@ -22,6 +24,17 @@ def test_rows_are_the_derivatives_of_the_measure(arm_state, check_jacobian, seed
     q = np.random.default_rng(seed).uniform(-2.0, 2.0, 7)
     if rows == (3, 4, 5) or manipulability(arm_state(q).jacobian, rows)[0] > 1e-3:
         check_jacobian(Manipulability(5.0, rows, POINT), q)
+
+
+def test_rows_hold_for_joints_in_any_order():
+    names = ["joint5", "joint1", "joint7", "joint3", "joint2", "joint6", "joint4"]
+    robot, shuffled = (RobotModel.load(LBR_ARM, "tool", joints=of) for of in (None, names))
+    places = [robot.joint_names.index(name) for name in names]
+    q = np.random.default_rng(5).uniform(-1.5, 1.5, 7)
+    aim = Manipulability(5.0, (0, 1, 2), POINT)
+    plain, other = aim.at(robot.at(q)), aim.at(shuffled.at(q[places]))
+    np.testing.assert_allclose(other.jacobian[0], plain.jacobian[0, places], atol=1e-12)
+    np.testing.assert_allclose(other.value, plain.value, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(10))
