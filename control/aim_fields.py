@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
@@ -76,6 +76,26 @@ def rotation(aim: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.fl
     return matrix
 
 
+def transform(aim: str, field: str, value: RigidTransform | ArrayLike) -> NDArray[np.float64]:
+    """A transform, or its matrix, as a matrix (4, 4) whose parts are still to be checked.
+
+    Raises
+    ------
+    InputError
+        If it is not one matrix of numbers.
+    """
+    given = value.as_matrix() if isinstance(value, RigidTransform) else value
+    try:
+        matrix = np.array(given, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"{aim}: {field} must be numbers, got {value!r}") from error
+    if matrix.shape != (4, 4):
+        raise InputError(
+            f"{aim}: {field} must be one transform or a matrix (4, 4), got {matrix.shape}"
+        )
+    return matrix
+
+
 def number(
     aim: str, field: str, value: float, *, low: float = -math.inf, high: float = math.inf
 ) -> float:
@@ -86,9 +106,10 @@ def number(
     InputError
         With the field, its value and the range.
     """
-    if not low <= _number(aim, field, value) <= high or math.isinf(value):
+    given = _number(aim, field, value)
+    if not low <= given <= high or math.isinf(given):
         raise InputError(f"{aim}: {field} must be finite and in [{low:g}, {high:g}], got {value}")
-    return float(value)
+    return given
 
 
 def rates(aim: str, gain: float, speed: float) -> None:
@@ -133,6 +154,8 @@ def _numbers(
 
 
 def _number(aim: str, field: str, value: float) -> float:
+    if isinstance(value, str):
+        raise InputError(f"{aim}: {field} must be a number, got {value!r}")
     try:
         return float(value)
     except (TypeError, ValueError) as error:

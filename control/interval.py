@@ -46,6 +46,8 @@ class Interval:
     """Name for reports; that of the aim when empty."""
 
     def __post_init__(self) -> None:
+        if not callable(getattr(self.aim, "at", None)):
+            raise InputError(f"interval: an aim must have a method `at`, got {self.aim!r}")
         name = self.name or self.aim.name
         object.__setattr__(self, "name", name)
         try:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from numbers import Real
 from typing import Literal, get_args
 
 from eyehand.errors import InputError
@@ -84,18 +85,19 @@ class ControlOptions:
         if isinstance(self.beta, str):
             if self.beta != "dynamic":
                 raise InputError(f'beta must be "dynamic" or a number >= 0, got {self.beta!r}')
-        elif not 0.0 <= self.beta < float("inf"):
-            raise InputError(f'beta must be "dynamic" or a number >= 0, got {self.beta}')
-        if self.centring_power < 2 or self.centring_power % 2:
+        elif not isinstance(self.beta, Real) or not 0.0 <= float(self.beta) < float("inf"):
+            raise InputError(f'beta must be "dynamic" or a number >= 0, got {self.beta!r}')
+        power = self.centring_power
+        if not isinstance(power, Real) or power < 2 or power % 2:
             raise InputError(
                 "centring_power must be an even whole number >= 2 (eq. 5 has no minimum with an "
                 f"odd one), got {self.centring_power}"
             )
         for name, (low, high) in _RANGES.items():
             value = getattr(self, name)
-            if not low <= value <= high:
+            if not isinstance(value, Real) or not low <= float(value) <= high:
                 raise InputError(
-                    f"control option {name} must lie in [{low:g}, {high:g}], got {value}"
+                    f"control option {name} must lie in [{low:g}, {high:g}], got {value!r}"
                 )
 
 
@@ -107,6 +109,8 @@ _RANGES: dict[str, tuple[float, float]] = {
     "influence": (1e-4, 1.0),
     "eta": (0.0, 1e6),
     "centring": (0.0, 1e3),
+    # Higher ones overflow some radians off the middle.
+    "centring_power": (2, 50),
     "margin": (0.0, 0.5),
     "damper": (1e-3, 1.0),
     "recovery_speed": (0.0, 1.0),

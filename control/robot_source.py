@@ -42,9 +42,11 @@ def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"robot: cannot read {path}: {_one_line(error)}") from None
+        hint = "" if path.suffix in (".xml", ".urdf") else "; its name must end in .xml or .urdf"
+        raise InputError(f"robot: cannot read {path}: {_one_line(error)}{hint}") from None
     # The other formats that MuJoCo reads are not XML and hold no such limits.
-    text = path.read_text() if path.suffix.lower() in (".xml", ".urdf") else ""
+    # As bytes: the file itself names its encoding.
+    text = path.read_bytes() if path.suffix.lower() in (".xml", ".urdf") else b""
     return _own(spec), _urdf_speed(text)
 
 
@@ -69,9 +71,7 @@ def _parsed(text: str) -> Spec:
         raise InputError(f"robot: cannot read the XML text: {_one_line(error)}") from None
 
 
-def _urdf_speed(text: str) -> dict[str, float]:
-    if "<robot" not in text:
-        return {}
+def _urdf_speed(text: str | bytes) -> dict[str, float]:
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError:

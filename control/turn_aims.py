@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.errors import InputError
-
-from .aim_fields import across, number, rates, rotation, store, unit, vector
+from .aim_fields import across, number, rates, rotation, store, transform, unit, vector
 from .interval import bounded, released
 from .robot_state import skew
 from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED, DEFAULT_TURN_SPEED, Task
@@ -109,12 +107,7 @@ class Pose:
     def __post_init__(self) -> None:
         rates(self.name, self.gain, self.speed)
         rates(self.name, self.gain, self.turn_speed)
-        goal = self.goal
-        matrix = np.asarray(goal.as_matrix() if isinstance(goal, RigidTransform) else goal)
-        if matrix.shape != (4, 4):
-            raise InputError(
-                f"{self.name}: goal must be one transform or a matrix (4, 4), got {matrix.shape}"
-            )
+        matrix = transform(self.name, "goal", self.goal)
         store(
             self,
             point=vector(self.name, "point", self.point),

@@ -24,6 +24,13 @@ def test_no_number_may_be_nan_infinite_or_negative(name, value):
         dataclasses.replace(ControlOptions(), **{name: value})
 
 
+@pytest.mark.parametrize("name", NUMBERS)
+@pytest.mark.parametrize("value", [None, "fast", (1.0,)])
+def test_what_is_no_number_is_refused(name, value):
+    with pytest.raises(InputError, match=name):
+        dataclasses.replace(ControlOptions(), **{name: value})
+
+
 @pytest.mark.parametrize("name", sorted(_RANGES))
 def test_ranges_hold_their_ends_and_the_message_names_them(name):
     low, high = _RANGES[name]

@@ -76,6 +76,8 @@ def test_on_the_centre_and_on_the_axis_the_row_still_moves_the_point(arm_state):
         (lambda: Position(np.zeros(3), point=np.zeros((3, 1))), "point must have shape"),
         (lambda: Position(np.zeros(3), gain=-1.0), "gain"),
         (lambda: Position(np.zeros(3), speed=0.0), "speed"),
+        (lambda: Position(np.zeros(3), gain="3"), "gain must be a number"),  # pyright: ignore[reportArgumentType] - the case
+        (lambda: DistanceToPoint(np.zeros(3), "1"), "distance must be a number"),  # pyright: ignore[reportArgumentType] - the case
         (lambda: DistanceToPoint(np.zeros(3), -0.1), r"distance must be finite and in \[0, inf\]"),
         (lambda: DistanceToPoint(np.zeros(3), np.inf), "distance"),
         (lambda: DistanceToAxis(np.zeros(3), np.zeros(3), 0.1), "direction must be a direction"),

@@ -208,6 +208,21 @@ def test_unreadable_robots_are_told(source: str, message: str) -> None:
     assert "\n" not in str(caught.value)
 
 
+def test_a_urdf_may_name_its_encoding(tmp_path: Path) -> None:
+    path = tmp_path / "arm.urdf"
+    head = '<?xml version="1.0" encoding="iso-8859-1"?><!-- Straße -->'
+    text = head + URDF.replace('<mesh filename="meshes/wedge.obj"/>', '<sphere radius=".1"/>')
+    path.write_bytes(text.encode("iso-8859-1"))
+    np.testing.assert_array_equal(RobotModel.load(path, "tool").speed, [2.5, 1.5])
+
+
+@pytest.mark.parametrize("name", ["arm.mjcf", "arm.URDF"])
+def test_a_name_that_mujoco_does_not_know_is_told(tmp_path: Path, name: str) -> None:
+    (tmp_path / name).write_text(ARM)
+    with pytest.raises(InputError, match=r"must end in \.xml or \.urdf"):
+        RobotModel.load(tmp_path / name, "tool")
+
+
 @pytest.mark.parametrize("q", [[0.0], [0.0, 0.0, 0.0, float("nan")], "abcd", np.zeros((1, 4))])
 def test_wrong_joint_positions_are_refused(robot: RobotModel, q: ArrayLike) -> None:
     with pytest.raises(InputError, match="q must"):
