@@ -1,0 +1,76 @@
+"""The rig moves the pad as it is told, late as the options say, and keeps joint limits."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.apps.touch.arm_rig import CYCLE, ArmRig, RigOptions, home_pose
+from eyehand.data_synth.pad_scene import Arm, PlacedObject, pad_scene
+from eyehand.data_synth.touch_objects import pen
+from eyehand.errors import InputError
+
+AT_ONCE = RigOptions(lag=0.0, latency=0)
+
+
+def test_a_twist_in_the_pads_frame_moves_the_pad_so():
+    rig = ArmRig(pad_scene(), options=AT_ONCE)
+    before = rig.hand.pose
+    twist = np.array([0.02, -0.01, 0.03, 0.0, 0.0, 0.2])
+    for _ in range(25):
+        rig.step(twist)
+    moved = before.inv() * rig.hand.pose
+    assert moved.rotation.as_rotvec() == pytest.approx([0.0, 0.0, 0.02], abs=1e-5)
+    assert moved.translation == pytest.approx([0.002, -0.001, 0.003], abs=3e-5)
+    assert rig.hand.twist == pytest.approx(twist, abs=1e-4)
+    assert rig.hand.pose.translation == pytest.approx(rig.simulation.pad_pose().translation)
+
+
+def test_the_arm_follows_with_wait_and_lag():
+    rig = ArmRig(pad_scene(), options=RigOptions(lag=0.02, latency=2))
+    speeds = []
+    for _ in range(10):
+        rig.step(np.array([0.01, 0, 0, 0, 0, 0]))
+        speeds.append(rig.hand.twist[0])
+    lagged = 0.01 * (1 - np.exp(-CYCLE * np.arange(1, 9) / 0.02))
+    assert speeds[:2] == pytest.approx([0.0, 0.0])
+    assert speeds[2:] == pytest.approx(lagged, rel=1e-2)
+
+
+def test_the_pad_feels_what_is_there_through_its_calibration():
+    place = np.add(home_pose().translation, [0.006, -0.004, 0.001])
+    thing = PlacedObject(pen(), RigidTransform.from_translation(place))
+    rig = ArmRig(pad_scene((thing,)), seed=3)
+    moment = rig.step(np.zeros(6))[-1][0]
+    assert rig.hand.features.force == pytest.approx(moment.force, rel=0.2)
+    # The pad looks down, so that its x is the world's -x.
+    assert rig.hand.features.centre[:2] == pytest.approx([-0.006, -0.004], abs=2e-4)
+
+
+def test_joint_limits_are_kept_and_named():
+    rig = ArmRig(pad_scene(), options=AT_ONCE)
+    for _ in range(500):
+        rig.step(np.array([0, 0, -0.5, 0, 0, 0]))
+    robot = rig.hand.robot
+    q = rig.simulation.joints
+    assert ((q > robot.lower) & (q < robot.upper)).all()
+    assert rig.hand.held_back
+
+
+def test_two_arms_move_for_themselves():
+    arms = (
+        Arm(prefix="left_"),
+        Arm(RigidTransform.from_translation([0.0, 1.0, 0.0]), "right_"),
+    )
+    rig = ArmRig(pad_scene((), arms), arms, options=AT_ONCE)
+    before = [hand.pose.translation for hand in rig.hands]
+    rig.step(np.zeros(6), np.array([0, 0, 0.05, 0, 0, 0]))
+    after = [hand.pose.translation for hand in rig.hands]
+    assert after[0] == pytest.approx(before[0])
+    assert after[1] - before[1] == pytest.approx([0, 0, -0.05 * CYCLE], abs=1e-7)
+    assert after[1][1] - after[0][1] == pytest.approx(1.0, abs=1e-6)
+
+
+@pytest.mark.parametrize("wrong", [{"lag": -1.0}, {"latency": -1}, {"lag": float("nan")}])
+def test_impossible_options_are_refused(wrong):
+    with pytest.raises(InputError):
+        RigOptions(**wrong)
