@@ -51,6 +51,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.touch.chart_features:touch_features",
         "chart ways to a contact's direction and place, accuracy against time",
     ),
+    "touch edge": (
+        "eyehand.apps.touch.touch_edge:touch_edge",
+        "turn the pad with an object's edge, simulated on an arm",
+    ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",
         "make clouds harder until the fit breaks, and chart where",

@@ -1,0 +1,68 @@
+"""The picture of the pad that turns with an edge."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..evaluation.chart_style import (
+    BLUE,
+    INK,
+    LINE,
+    PEER,
+    VERMILION,
+    Provenance,
+    name_axes,
+    name_curves,
+    new_chart,
+    sign,
+)
+from .edge_run import ALIGN_SECONDS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from .edge_run import EdgeRun
+
+HEIGHT = 5.0
+"""Of the figure, inches."""
+
+
+def edge_picture(runs: Sequence[EdgeRun], seed: int) -> Figure:
+    """Draw how the pads come into line with the edge, and how one follows it when it turns."""
+    figure, (left, right) = new_chart(
+        "The pad turns with an object's edge",
+        "only pressing and turning are on, P = diag(0, 0, 1, 0, 0, 1); angles are true ones",
+        columns=2,
+        height=HEIGHT,
+    )
+    for number, run in enumerate(runs):
+        early = (run.times >= run.landing) & (run.times < ALIGN_SECONDS)
+        left.plot(
+            run.times[early] - run.landing,
+            run.errors_deg[early],
+            color=BLUE,
+            linewidth=1.4,
+            alpha=0.8,
+            label=None if number else "each trial",
+        )
+    left.axhline(0.0, color=PEER, linewidth=1.0, zorder=1)
+    name_axes(left, "time since touch [s]", "pad against edge [°]", panel="Coming into line")
+    name_curves(left, where="lower right")
+    run = runs[0]
+    late = run.times >= ALIGN_SECONDS
+    times = run.times[late] - ALIGN_SECONDS
+    edge = run.edge_deg[late] - run.edge_deg[late][0]
+    right.plot(times, edge, color=INK, linewidth=1.2, linestyle=(0, (4, 3)), label="edge", zorder=4)
+    right.plot(times, edge + run.errors_deg[late], color=VERMILION, linewidth=LINE, label="pad")
+    name_axes(right, "time [s]", "direction [°]", panel="The edge is turned")
+    right.set_ylim(top=1.35 * float(np.abs(edge).max()))
+    name_curves(right, where="upper right")
+    sign(
+        figure,
+        Provenance("box edge on the simulated 16 × 16 pad and arm", seed, len(runs), "trial"),
+    )
+    return figure

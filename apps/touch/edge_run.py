@@ -1,0 +1,134 @@
+"""An edge under the pad of an arm, and what the pad's turning makes of it (section 4.3)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
+from eyehand.data_synth.touch_objects import box_edge
+from eyehand.tactile.phases import TouchPhases
+from eyehand.tactile.servo import ServoGoal, TactileServo
+from eyehand.tactile.switches import EDGE
+
+from .arm_rig import CYCLE, ArmRig, home_pose
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+FORCE = 3.0
+"""With which the edge is touched, N: some 2 kPa on its narrow imprint."""
+GAP = 0.002
+"""From the pad to the edge at the start, m."""
+LARGEST_START_DEG, LEAST_START_DEG = 60.0, 15.0
+"""The edge lies this far off the pad's y-axis at the start, to either side, degrees."""
+ALIGN_SECONDS = 4.0
+"""Time for landing and coming into line, s; then the edge is turned."""
+REST_SECONDS = 1.0
+"""At the end of that, what is left of the error is measured, s."""
+SWING_DEG, SWING_PERIOD = 40.0, 8.0
+"""The edge is turned to and fro by this, degrees, once in this time, s: at most 31°/s."""
+RESPONSE_SHARE = 0.1
+"""Share of the first error that is left when the pad counts as having responded."""
+
+
+@dataclass(frozen=True)
+class EdgeRun:
+    """One trial; M cycles."""
+
+    start_deg: float
+    """The edge's direction from the pad's y-axis at the start, degrees."""
+    landing: float
+    """When the pad first touched, s."""
+    times: NDArray[np.float64]
+    """(M,), s."""
+    edge_deg: NDArray[np.float64]
+    """(M,), the edge's true direction in the world, degrees."""
+    errors_deg: NDArray[np.float64]
+    """(M,), true direction of the pad's y-axis less the edge's, degrees."""
+    forces: NDArray[np.float64]
+    """(M,), true force, N."""
+    outcome: str
+    """How it ended: "done", or the name of what went wrong."""
+
+
+def run_edge(seed: int) -> EdgeRun:
+    """Land a pad on an edge that lies askew, and turn the edge once the pad is in line."""
+    rng = np.random.default_rng(seed)
+    start = rng.uniform(LEAST_START_DEG, LARGEST_START_DEG) * rng.choice([-1.0, 1.0])
+    home = home_pose()
+    y = home.rotation.as_matrix()[:, 1]
+    first = np.degrees(np.arctan2(y[1], y[0])) + start
+    place = home.translation - [0.0, 0.0, GAP]
+    pose = RigidTransform.from_components(place, Rotation.from_euler("z", first, degrees=True))
+    scene = pad_scene((PlacedObject(box_edge(), pose, "mocap"),))
+    rig = ArmRig(scene, seed=seed)
+    quats = rig.simulation.data.mocap_quat
+
+    def direction(time: float) -> float:
+        since = max(time - ALIGN_SECONDS, 0.0)
+        # It grows over a second: nobody turns a thing at full speed at once.
+        return first + SWING_DEG * np.sin(2 * np.pi * since / SWING_PERIOD) * min(since, 1.0)
+
+    def turn(time: float) -> None:
+        turned = Rotation.from_euler("z", direction(time), degrees=True)
+        quats[0] = turned.as_quat(scalar_first=True)
+
+    servo = TactileServo(ServoGoal(force=FORCE), EDGE)
+    phases = TouchPhases(servo)
+    phases.phase = "hold"
+    log: list[tuple[float, float, float, float]] = []
+    landing = np.inf
+    while rig.time < ALIGN_SECONDS + SWING_PERIOD and phases.phase != "ended":
+        step = phases.step(rig.hand.features, CYCLE, measured=rig.hand.twist)
+        moment = rig.step(step.twist, move=turn)[-1][0]
+        if moment.force > 0.0:
+            landing = min(landing, rig.time)
+        y = rig.hand.pose.rotation.as_matrix()[:, 1]
+        edge = direction(rig.time)
+        gap = np.degrees(np.arctan2(y[1], y[0])) - edge
+        log.append((rig.time, edge, (gap + 90.0) % 180.0 - 90.0, moment.force))
+    times, edges, errors, forces = np.array(log).T
+    outcome = phases.outcome or "done"
+    return EdgeRun(start, landing, times, edges, errors, forces, outcome)
+
+
+def edge_row(run: EdgeRun) -> dict[str, Any]:
+    """Give a trial's figures; times without an answer are None."""
+    early = (run.times > run.landing) & (run.times < ALIGN_SECONDS)
+    wrong = np.abs(run.errors_deg[early]) > RESPONSE_SHARE * abs(run.start_deg)
+    last = run.times[early][wrong][-1] if wrong.any() else run.landing
+    rest = (run.times > ALIGN_SECONDS - REST_SECONDS) & (run.times < ALIGN_SECONDS)
+    late = run.times >= ALIGN_SECONDS
+    turning = run.errors_deg[late]
+    rates = np.gradient(run.edge_deg[late], run.times[late])
+    # A pad that is late by T is behind by rate times T: least squares gives T.
+    delay = -float(rates @ turning) / float(rates @ rates)
+    return {
+        "name": f"edge {run.start_deg:+.0f}°",
+        "start_deg": run.start_deg,
+        "response_time_s": float(last - run.landing),
+        "steady_state_error_deg": float(np.mean(run.errors_deg[rest])),
+        "standard_deviation_deg": float(np.std(run.errors_deg[rest])),
+        "turning_rms_deg": float(np.sqrt(np.mean(turning**2))),
+        "delay_ms": 1e3 * delay,
+        "force_mean_n": float(run.forces[late].mean()),
+        "force_std_n": float(run.forces[late].std()),
+        "outcome": run.outcome,
+    }
+
+
+def mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    """Give the mean over trials; of errors and starts that of their sizes."""
+    mean: dict[str, Any] = {"name": "mean of sizes"}
+    for key in rows[0]:
+        if key not in ("name", "outcome"):
+            mean[key] = float(np.mean([abs(row[key]) for row in rows]))
+    done = sum(row["outcome"] == "done" for row in rows)
+    mean["outcome"] = f"{done} of {len(rows)} done"
+    return mean
