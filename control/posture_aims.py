@@ -141,7 +141,8 @@ class JointCentring:
         ranged = np.isfinite(span) & (span > 0.0)
         weights = np.divide(1.0, span, out=np.zeros_like(span), where=ranged)
         if self.reference is None:
-            reference = np.where(ranged, 0.5 * (state.upper + state.lower), state.q)
+            ends = np.add(state.lower, state.upper, out=2.0 * state.q, where=ranged)
+            reference = 0.5 * ends
         elif self.reference.shape != state.q.shape:
             raise InputError(
                 f"{self.name}: reference must have one number per joint, {len(state.q)}, got "

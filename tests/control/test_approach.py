@@ -119,3 +119,4 @@ def test_joints_without_limits_have_a_refuge_and_a_plain_cycle() -> None:
         warnings.simplefilter("error")
         np.testing.assert_allclose(refuge_postures(robot)[1], [-0.4, -0.5])
         assert np.all(np.isfinite(controller.step(robot.home).velocity))
+        assert JointCentring().at(robot.at(robot.home)).error[0] == 0.0
