@@ -55,6 +55,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.touch.touch_edge:touch_edge",
         "turn the pad with an object's edge, simulated on an arm",
     ),
+    "touch cable": (
+        "eyehand.apps.touch.touch_cable:touch_cable",
+        "follow cables of unknown shape along a table, slowly and fast",
+    ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",
         "make clouds harder until the fit breaks, and chart where",

@@ -1,0 +1,136 @@
+"""The picture of a followed cable: the true one with the path on it, and the error along it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.data_synth.touch_objects import CABLE_RADIUS
+
+from ..evaluation.chart_style import (
+    BLUE,
+    FAINT,
+    LINE,
+    PEER,
+    TEXT,
+    VERMILION,
+    Provenance,
+    name_axes,
+    name_curves,
+    new_chart,
+    sign,
+)
+from .cable_run import SETTLING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from .cable_run import CableRun
+
+HEIGHT = 6.2
+"""Of the figure, inches."""
+SHEATH, SHINE = "#3A3F47", "#6B727D"
+"""Colours of the cable and of the light on its back."""
+TABLE = "#F4EFE6"
+"""Colour of the table."""
+SPEED_COLOURS = (BLUE, VERMILION)
+"""The slow run is the chapter's blue line."""
+
+
+def cable_picture(runs: Sequence[CableRun], seed: int, cables: int) -> Figure:
+    """Draw the runs over one cable, one per speed.
+
+    Parameters
+    ----------
+    runs
+        All over the same cable.
+    seed, cables
+        For the footer: of the whole experiment.
+    """
+    figure, (above, below) = new_chart(
+        "A cable of unknown shape, followed by touch",
+        "the true cable, the pad's path by the arm's forward kinematics, and path against cable",
+        rows=2,
+        height=HEIGHT,
+    )
+    _map(above, runs)
+    for number, run in enumerate(runs):
+        below.plot(
+            1e3 * run.way,
+            1e3 * run.errors,
+            color=SPEED_COLOURS[number % 2],
+            linewidth=1.6,
+            label=f"{1e3 * run.speed:.0f} mm/s: {1e3 * run.rms:.2f} mm rms",
+            zorder=4 - number,
+        )
+    below.axhline(0.0, color=PEER, linewidth=1.0, zorder=1)
+    reach = max(0.5, 1.5e3 * max(float(np.abs(run.errors).max()) for run in runs))
+    below.set_ylim(-reach, reach)
+    below.set_xlim(left=0.0)
+    name_axes(below, "way along the cable [mm]", "error across [mm]", panel="Error")
+    name_curves(below, where="lower right")
+    sign(
+        figure,
+        Provenance("cables of 6 mm, simulated 16 × 16 pad and arm", seed, cables, "cable"),
+    )
+    return figure
+
+
+def _map(axes: Axes, runs: Sequence[CableRun]) -> None:
+    shape = runs[0].shape
+    axes.set_facecolor(TABLE)
+    axes.grid(False)
+    for radius, colour in ((CABLE_RADIUS, SHEATH), (0.25 * CABLE_RADIUS, SHINE)):
+        outline = _outline(shape.line, radius)
+        axes.fill(*_seen(outline), color=colour, linewidth=0, zorder=2)
+    for number, run in enumerate(runs):
+        x, y = _seen(run.path)
+        colour = SPEED_COLOURS[number % 2]
+        slow = number == 0
+        axes.plot(
+            x,
+            y,
+            color=colour,
+            linewidth=LINE if slow else 1.2,
+            linestyle="-" if slow else (0, (4, 4)),
+            solid_capstyle="round",
+            zorder=3 + number,
+        )
+        if slow:
+            axes.plot(
+                x[0], y[0], "o", color=colour, markersize=7, markeredgecolor="white", zorder=6
+            )
+            axes.annotate(
+                f"{SETTLING:g} s after touch",
+                (x[0], y[0]),
+                xytext=(0, 12),
+                textcoords="offset points",
+                ha="center",
+                size=TEXT,
+                color=FAINT,
+                zorder=6,
+            )
+    axes.set_aspect("equal", adjustable="datalim")
+    low, high = _seen(shape.line)[0].min(), _seen(shape.line)[0].max()
+    axes.set_xlim(low - 15.0, high + 15.0)
+    name_axes(axes, "along the table [mm]", "across [mm]", panel="Path")
+
+
+def _seen(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Millimetres to the right and up, with the cable lying from left to right."""
+    return 1e3 * points[:, 1], -1e3 * points[:, 0]
+
+
+def _outline(line: NDArray[np.float64], radius: float) -> NDArray[np.float64]:
+    steps = np.gradient(line, axis=0)
+    along = steps / np.linalg.norm(steps, axis=1)[:, None]
+    across = radius * np.column_stack([-along[:, 1], along[:, 0]])
+    turn = np.linspace(np.pi / 2, -np.pi / 2, 13)[1:-1, None]
+    cap = line[-1] + radius * (np.cos(turn) * along[-1] + np.sin(turn) * across[-1] / radius)
+    butt = line[0] - radius * (np.cos(turn) * along[0] + np.sin(turn) * across[0] / radius)
+    return np.concatenate([line + across, cap, (line - across)[::-1], butt])
