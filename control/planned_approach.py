@@ -52,6 +52,7 @@ class PlannedApproach:
         Of the search.
     searches
         Most searches before the motion counts as stuck: a way may be left where safety bends it.
+        A goal that is reached, and then moves off, has as many anew.
 
     Raises
     ------
@@ -77,7 +78,8 @@ class PlannedApproach:
     def restart(self) -> None:
         """Forget ways and how the motion went."""
         self.ways: list[Way] = []
-        """What the searches of this motion gave."""
+        """What the searches gave since the start, or since the last restart."""
+        self._searched = 0
         self._leave_way()
 
     def step(self, q: NDArray[np.float64]) -> Cycle:
@@ -95,7 +97,9 @@ class PlannedApproach:
         if self._stuck is not None:
             return self._search(q, self._stuck)
         cycle = self.controller.step(q)
-        if cycle.status != "stuck" or len(self.ways) >= self.searches:
+        if cycle.status == "reached":
+            self._searched = 0
+        if cycle.status != "stuck" or self._searched >= self.searches:
             return cycle
         # While the search takes its time, a robot keeps to the velocity that it was last told.
         self._stuck = replace(cycle, velocity=np.zeros_like(cycle.velocity))
@@ -105,6 +109,7 @@ class PlannedApproach:
         """Search for a way from where a cycle was stuck."""
         controller = self.controller
         self._stuck = None
+        self._searched += 1
         planner = replace(self.planner, seed=self.planner.seed + len(self.ways))
         way = plan(controller.world, controller.aims, q, self.options, planner)
         self.ways.append(way)

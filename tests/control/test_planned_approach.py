@@ -1,6 +1,7 @@
 """The planned approach: ways found are followed at one speed, and none found is said so."""
 
 from dataclasses import replace
+from typing import cast
 
 import numpy as np
 
@@ -135,6 +136,25 @@ def test_the_robot_is_told_to_stop_before_a_search_takes_its_time(monkeypatch):
     assert searched == [0, 1]
     # Up to the last search it stands; without one left, it is the controller's own cycle.
     assert [bool(np.any(cycle.velocity)) for cycle in told] == [False] * 4 + [True]
+
+
+def test_a_goal_reached_brings_new_searches(monkeypatch):
+    monkeypatch.setattr(planned_approach, "ApproachController", _Drifting)
+    scene = make_reaching_scene(9, boxes=0)
+    none = Way(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
+    monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
+    approach = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=1)
+    for _ in range(3):
+        approach.step(scene.start)
+    assert len(approach.ways) == 1
+    controller = cast(_Drifting, approach.controller)
+    stuck = controller.still
+    controller.still = replace(stuck, status="reached")
+    assert approach.step(scene.start).status == "reached"
+    controller.still = stuck
+    for _ in range(3):
+        approach.step(scene.start)
+    assert len(approach.ways) == 2
 
 
 def test_places_to_search_stay_near_in_a_singular_posture():
