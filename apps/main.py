@@ -51,6 +51,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.touch.chart_features:touch_features",
         "chart ways to a contact's direction and place, accuracy against time",
     ),
+    "touch cop": (
+        "eyehand.apps.touch.touch_cop:touch_cop",
+        "lead a thin probe between tactels: felt place against real",
+    ),
     "touch edge": (
         "eyehand.apps.touch.touch_edge:touch_edge",
         "turn the pad with an object's edge, simulated on an arm",
