@@ -140,10 +140,12 @@ class ApproachController:
             If q has another shape, or is not finite.
         """
         motion = self._motion(q)
+        velocity = motion.velocity
         phase, errors, blocking = self._phase, motion.errors, motion.blocking
         if phase == "retreat":
             left, *rest = errors
             errors = tuple(rest)
+            velocity = self._unhurried(q, motion)
             self._judge_retreat(left, motion.feasible)
         status, reason = "moving", ""
         if not motion.feasible:
@@ -152,7 +154,7 @@ class ApproachController:
         elif phase == "approach":
             status, reason = self._judge(q, motion)
         return Cycle(
-            motion.velocity, status, reason, phase, errors, motion.clearance, motion.beta, blocking
+            velocity, status, reason, phase, errors, motion.clearance, motion.beta, blocking
         )
 
     def _begin(self) -> None:
@@ -174,6 +176,17 @@ class ApproachController:
             self._cycles[place] = cycle
         motion = cycle.at(q)
         return plain_motion(cycle, q) if motion is None else motion
+
+    def _unhurried(self, q: NDArray[np.float64], motion: Motion) -> NDArray[np.float64]:
+        """The way back (n,), rad/s, with the frame no faster than on the way there.
+
+        Bounds that standing still keeps, a slower motion keeps too; inside the margin, where
+        standing still does not, nothing slows it down.
+        """
+        hand = float(np.linalg.norm(self.robot.at(q).jacobian[:3] @ motion.velocity))
+        if motion.clearance < self.options.margin or hand <= self.options.retreat_hand_speed:
+            return motion.velocity
+        return motion.velocity * (self.options.retreat_hand_speed / hand)
 
     def _judge(self, q: NDArray[np.float64], motion: Motion) -> tuple[Status, str]:
         errors = tuple([motion.errors[place] for place in self._counted])

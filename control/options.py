@@ -70,7 +70,10 @@ class ControlOptions:
     home posture and its mirror image take turns. 0 stays stuck."""
     retreat_speed: float = 1.5
     """Largest norm of the joint velocities on the way back, rad/s."""
-    retreat_seconds: float = 6.0
+    retreat_hand_speed: float = 0.25
+    """Largest speed of the controlled frame on the way back, m/s: what an aim has by default, the
+    reduced speed of ISO 10218-1 beside people."""
+    retreat_seconds: float = 20.0
     """Longest way back, s; where it ends, the motion tries again."""
     compiled: bool = True
     """Whether to use the compiled cycle where all aims are built in; same figures, some ten times
@@ -121,5 +124,6 @@ _RANGES: dict[str, tuple[float, float]] = {
     "progress": (0.0, 1.0),
     "retreats": (0, 100),
     "retreat_speed": (1e-3, 100.0),
+    "retreat_hand_speed": (1e-3, 100.0),
     "retreat_seconds": (1e-3, 1e3),
 }
