@@ -63,6 +63,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.touch.touch_cable:touch_cable",
         "follow cables of unknown shape along a table, slowly and fast",
     ),
+    "touch stress": (
+        "eyehand.apps.touch.stress_touch:touch_stress",
+        "make touching harder until the servo breaks, and chart where",
+    ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",
         "make clouds harder until the fit breaks, and chart where",
