@@ -55,6 +55,14 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.touch.touch_cop:touch_cop",
         "lead a thin probe between tactels: felt place against real",
     ),
+    "touch track": (
+        "eyehand.apps.touch.touch_track:touch_track",
+        "hold a contact's place and pressure on hard and soft objects: the paper's Table 1",
+    ),
+    "touch roll": (
+        "eyehand.apps.touch.touch_roll:touch_roll",
+        "roll a tilted pad flat onto a face, and after the face when it turns",
+    ),
     "touch edge": (
         "eyehand.apps.touch.touch_edge:touch_edge",
         "turn the pad with an object's edge, simulated on an arm",
@@ -66,6 +74,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "touch stress": (
         "eyehand.apps.touch.stress_touch:touch_stress",
         "make touching harder until the servo breaks, and chart where",
+    ),
+    "touch explore": (
+        "eyehand.apps.touch.touch_explore:touch_explore",
+        "scan an unknown object with two pads on two arms, and write its felt cloud",
     ),
     "stress fit": (
         "eyehand.apps.evaluation.stress_fit:stress_fit",

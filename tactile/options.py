@@ -36,7 +36,7 @@ class ServoOptions:
     the verge, more is for seeing what happens."""
     press_gain: float = 14.0
     """Largest loop gain Kp dp/dz of the pressure, 1/s: higher answers faster and rings more."""
-    slide_gain: float = 16.0
+    slide_gain: float = 24.0
     """Largest loop gain of the centre of pressure by sliding, 1/s."""
     roll_gain: float = 16.0
     """Largest loop gain of the centre of pressure by rolling, 1/s."""
@@ -44,7 +44,7 @@ class ServoOptions:
     """Largest angular velocity per offset of the centre of pressure, rad/(m s)."""
     turn_gain: float = 8.0
     """Largest loop gain of the orientation, 1/s."""
-    slide_while_rolling: float = 0.03
+    slide_while_rolling: float = 0.02
     """Share of the sliding gain that is left along an axis where rolling is on: sliding to an
     edge's imprint takes away the offset that rolling needs."""
     press_integral_time: float = 0.3

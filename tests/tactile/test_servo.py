@@ -51,7 +51,9 @@ def run(world: World, servo: TactileServo, seconds: float, down=DOWN, external=N
 @pytest.mark.parametrize("switches", [*PRESETS.values(), Switches(roll_x=True), Switches()])
 def test_one_cycle_is_the_chapters_matrices(switches):
     """P J^-1 K Δf, with row 4 negative, then rotation about the centre of pressure."""
-    options = ServoOptions(adapt=False, first_stiffness=2e6, slide_while_rolling=1.0)
+    options = ServoOptions(
+        adapt=False, first_stiffness=2e6, slide_while_rolling=1.0, slide_speed=1.0
+    )
     servo = TactileServo(ServoGoal(0.001, -0.002, 800.0, orientation=0.3), switches, options)
     features = touch(0.004, 0.003, 700.0, 0.4, 0.95)
     stiff = options.first_stiffness

@@ -1,0 +1,62 @@
+"""How long a servo cycle and an image take."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
+from eyehand.data_synth.touch_objects import toy_box
+from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
+
+from .arm_rig import CYCLE, ArmRig, home_pose
+from .servo_run import run_servo
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+CYCLES = 2000
+"""Timed one by one; the median counts."""
+SETTLE = 0.5
+"""Of serving before, s, so that all is compiled and there is a contact."""
+
+
+def cycle_times(seed: int) -> dict[str, float]:
+    """Time what is done in a cycle, on a toy box.
+
+    Returns
+    -------
+    dict
+        `servo_cycle_us`: calibration, features and servo; `image_us`: the simulated image and its
+        electronics. Medians, as called from Python.
+    """
+    place = home_pose().apply([0.002, 0.001, 0.001])
+    thing = PlacedObject(toy_box(), RigidTransform.from_translation(place))
+    rig = ArmRig(pad_scene((thing,)), seed=seed)
+    servo = TactileServo(ServoGoal(pressure=1000.0))
+    run_servo(rig, TouchPhases(servo), SETTLE)
+    pad, reader, twist = rig.simulation.pads[0], rig.hand.reader, rig.hand.twist
+    rng = np.random.default_rng(seed)
+    raws = [pad.read(rng) for _ in range(32)]
+    turn = iter(range(CYCLES + 1))
+
+    def cycle() -> None:
+        servo.step(reader.read(raws[next(turn) % len(raws)]), CYCLE, None, twist)
+
+    def image() -> None:
+        pad.contact()
+        pad.read(rng)
+
+    return {"servo_cycle_us": _median_us(cycle), "image_us": _median_us(image)}
+
+
+def _median_us(call: Callable[[], None]) -> float:
+    times = np.empty(CYCLES)
+    for k in range(CYCLES):
+        start = time.perf_counter_ns()
+        call()
+        times[k] = time.perf_counter_ns() - start
+    return round(1e-3 * float(np.median(times)), 2)

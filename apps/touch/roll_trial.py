@@ -1,0 +1,127 @@
+"""Roll a pad flat onto a leaning face with an arm, and after the face when it turns."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
+from eyehand.data_synth.touch_objects import tilted_face
+from eyehand.errors import DeviceError
+from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
+
+from .arm_rig import ArmRig, home_pose
+from .servo_run import ServoRun, run_servo
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+TILT = np.radians(6.0)
+"""Between pad and face at the landing, rad."""
+FLAT = np.radians(1.0)
+"""Below this the pad counts as flat, rad."""
+DISPLACED, DISPLACING = 1.2, 0.4
+"""When the face begins to turn, and how long that takes, s since the landing."""
+SECONDS = 2.6
+"""Of a trial, s since the landing."""
+GAP = 0.004
+"""Between the pad and the face's middle at the start, m: its high edge is nearer by 3 mm."""
+PRESSURE = 1000.0
+"""That the servo keeps, Pa."""
+
+
+@dataclass(frozen=True)
+class RollTrial:
+    """One landing, rolling, and rolling back."""
+
+    run: ServoRun
+    """From the landing on."""
+    tilt: NDArray[np.float64]
+    """(M,), true angle between the pad and the face, rad, signed along the first lean."""
+    across: NDArray[np.float64]
+    """(M,), centre of pressure along the face's lean, m."""
+
+
+def roll_once(seed: int) -> RollTrial:
+    """Land on a face that leans by 6° and roll flat; then it turns to lean 6° the other way.
+
+    Parameters
+    ----------
+    seed
+        Of electronics, noise, and the way that the face leans, >= 0.
+
+    Raises
+    ------
+    DeviceError
+        If the servo ended before its time, which it should not.
+    """
+    direction = float(np.random.default_rng(seed).uniform(-np.pi, np.pi))
+    lean = np.array([np.cos(direction), np.sin(direction), 0.0])
+    axis = np.array([-lean[1], lean[0], 0.0])
+    place = home_pose().translation - [0.0, 0.0, GAP]
+    face = PlacedObject(
+        tilted_face(TILT, direction), RigidTransform.from_translation(place), "mocap"
+    )
+    rig = ArmRig(pad_scene((face,)), seed=seed)
+
+    def turned(time: float) -> float:
+        return -2 * TILT * float(np.clip((time - DISPLACED) / DISPLACING, 0.0, 1.0))
+
+    def move(time: float) -> None:
+        turn = Rotation.from_rotvec(turned(time) * axis)
+        rig.simulation.data.mocap_quat[0] = turn.as_quat(scalar_first=True)
+
+    servo = TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["roll"])
+    run = run_servo(rig, TouchPhases(servo), SECONDS, move=move)
+    if run.outcome is not None or not len(run.time):
+        raise DeviceError(f"rolling ended before its time (seed {seed}): {run.outcome}")
+    # The pad's z points against the face's normal when it lies flat.
+    leaning = TILT + np.array([turned(float(time)) for time in run.time])
+    normal = np.cos(leaning)[:, None] * [0.0, 0.0, 1.0] + np.sin(leaning)[:, None] * lean
+    size = np.arctan2(
+        np.linalg.norm(np.cross(normal, -run.normal), axis=1), -(normal * run.normal).sum(axis=1)
+    )
+    sign = np.sign(np.cross(-run.normal, normal) @ axis)
+    # The pad looks down: its x is the world's -x at home.
+    across = run.centre @ (home_pose().rotation.inv().apply(lean))[:2]
+    return RollTrial(run, size * sign, across)
+
+
+def roll_row(trials: Sequence[RollTrial]) -> dict[str, Any]:
+    """Sum up: times until the tilt stays below 1°, what is left of it, and contacts lost."""
+    first = [_flat_after(trial, 0.0, DISPLACED) for trial in trials]
+    again = [_flat_after(trial, DISPLACED + DISPLACING, SECONDS) for trial in trials]
+    left = [np.abs(trial.tilt[trial.run.time > SECONDS - 0.2]).max() for trial in trials]
+    rest = [trial.run.time < DISPLACED for trial in trials]
+    settled = [
+        np.abs(trial.tilt[early & (trial.run.time > DISPLACED - 0.2)]).max()
+        for trial, early in zip(trials, rest, strict=True)
+    ]
+    return {
+        "name": "roll",
+        "time_to_flat_s": float(np.mean(first)),
+        "slowest_to_flat_s": float(max(first)),
+        "time_to_flat_again_s": float(np.mean(again)),
+        "slowest_to_flat_again_s": float(max(again)),
+        "settled_tilt_deg": float(np.degrees(max(settled))),
+        "settled_tilt_again_deg": float(np.degrees(max(left))),
+        "least_force_n": float(min(trial.run.force.min() for trial in trials)),
+        "contact_losses": int(sum((trial.run.area <= 0).any() for trial in trials)),
+        "paper_time_to_flat_s": 4.0,
+        "trials": len(trials),
+    }
+
+
+def _flat_after(trial: RollTrial, start: float, end: float) -> float:
+    """Time from a start until the tilt stays below 1° up to an end, s; inf if it does not."""
+    chosen = (trial.run.time >= start) & (trial.run.time < end)
+    time, tilt = trial.run.time[chosen], np.abs(trial.tilt[chosen])
+    steep = np.flatnonzero(tilt >= FLAT)
+    if not len(steep):
+        return 0.0
+    return float(time[steep[-1] + 1] - start) if steep[-1] + 1 < len(time) else float("inf")

@@ -1,0 +1,117 @@
+"""The picture of tracking, after the chapter's Fig. 8: place above, pressure below."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..evaluation.chart_style import (
+    BLUE,
+    GREEN,
+    INK,
+    PEER,
+    RULE,
+    VERMILION,
+    Provenance,
+    name_axes,
+    name_curves,
+    new_chart,
+    sign,
+)
+from .track_trial import OBJECTS, PIXEL, PRESSURE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.figure import Figure
+
+    from .track_trial import TrackTrial
+
+SHOWN = 1.2
+"""s from the landing on; what follows is a straight line."""
+HEIGHT = 6.6
+"""Inches."""
+POINTS = 4
+"""Cycles between two rows of the table."""
+COLOURS = {"Rigid pen": VERMILION, "Toy box": BLUE, "Soft ball": GREEN}
+
+
+def track_picture(
+    trials: Sequence[TrackTrial], rows: Sequence[dict[str, Any]], made: Provenance
+) -> Figure:
+    """Draw the first trial of each object over time.
+
+    Parameters
+    ----------
+    trials
+        Of all objects.
+    rows
+        Of Table 1, for the response times.
+    made
+        Where it comes from.
+    """
+    figure, (above, below) = new_chart(
+        "Place and pressure found in a third of a second, on hard and soft",
+        "one servo setting; arm and pad simulated; grey: within 5 % of the goal; dots: response "
+        "time, mean",
+        rows=2,
+        height=HEIGHT,
+    )
+    for trial in first_trials(trials):
+        run, colour = trial.run, COLOURS[trial.name]
+        shown = run.time <= SHOWN
+        for axis, style in ((0, "-"), (1, (0, (4, 1.6)))):
+            above.plot(
+                run.time[shown],
+                run.centre[shown, axis] / PIXEL,
+                color=colour,
+                linestyle=style,
+                linewidth=1.8,
+                label=f"{trial.name}, {'xy'[axis]}",
+            )
+        below.plot(run.time[shown], run.pressure[shown] / PRESSURE, color=colour, alpha=0.25, lw=1)
+        below.plot(
+            run.time[shown], run.averaged[shown] / PRESSURE, color=colour, lw=2, label=trial.name
+        )
+        response = next(row["response_time_s"] for row in rows if row["name"] == trial.name)
+        value = float(np.interp(response, run.time, run.averaged)) / PRESSURE
+        below.plot(response, value, "o", color=colour, markersize=7, markeredgecolor="white")
+    above.axhline(0.0, color=PEER, linewidth=1.0, zorder=1)
+    below.axhspan(0.95, 1.05, color=RULE, zorder=0)
+    below.axhline(1.0, color=PEER, linewidth=1.0, zorder=1)
+    for axes in (above, below):
+        axes.set_xlim(0.0, SHOWN)
+    name_axes(above, "time since the landing [s]", "offset [pixel]", panel="Place of the contact")
+    name_axes(below, "time since the landing [s]", "pressure [kPa]", panel="Pressure")
+    above.legend(
+        loc="lower right", ncols=3, fontsize=9, labelcolor=INK, framealpha=0.9, edgecolor="none"
+    )
+    name_curves(below, where="lower right")
+    sign(figure, made)
+    return figure
+
+
+def first_trials(trials: Sequence[TrackTrial]) -> list[TrackTrial]:
+    """Give the first trial of each object."""
+    return [next(t for t in trials if t.name == name) for name in OBJECTS]
+
+
+def track_points(trials: Sequence[TrackTrial]) -> list[dict[str, Any]]:
+    """Give what the picture shows, as a table."""
+    points = []
+    for trial in first_trials(trials):
+        run = trial.run
+        for k in range(0, int(np.sum(run.time <= SHOWN)), POINTS):
+            points.append(
+                {
+                    "name": trial.name,
+                    "time_s": round(float(run.time[k]), 4),
+                    "x_px": round(float(run.centre[k, 0]) / PIXEL, 5),
+                    "y_px": round(float(run.centre[k, 1]) / PIXEL, 5),
+                    "pressure_kpa": round(1e-3 * float(run.pressure[k]), 5),
+                    "averaged_kpa": round(1e-3 * float(run.averaged[k]), 5),
+                    "force_n": round(float(run.force[k]), 5),
+                }
+            )
+    return points

@@ -1,0 +1,184 @@
+"""Track a contact's place and pressure on an arm, and sum up how well, as the chapter's Table 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
+from eyehand.data_synth.tactile_pad import IMAGE_RATE
+from eyehand.data_synth.touch_objects import pen, soft_ball, toy_box
+from eyehand.errors import DeviceError
+from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
+
+from .arm_rig import ArmRig, RigOptions, home_pose
+from .servo_run import ServoRun, run_servo
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+OBJECTS = {"Rigid pen": pen, "Toy box": toy_box, "Soft ball": soft_ball}
+"""By the names that the chapter's Table 1 has."""
+PAPER = {
+    "Rigid pen": (0.0032, 0.039, 2.5),
+    "Toy box": (0.0026, 0.039, 2.0),
+    "Soft ball": (0.0010, 0.043, 2.0),
+    "X": (0.0041, 0.1146, 1.8),
+    "Y": (0.0082, 0.1158, 1.8),
+}
+"""Table 1: steady-state error, standard deviation, response time (s); X and Y in pixels."""
+TARGETS = {"force": (0.0003, 0.02, 0.5), "position": (0.001, 0.003, 0.4)}
+"""What is to be reached, in the same order."""
+PRESSURE = 1000.0
+"""The goal p = 1, Pa."""
+PIXEL = 0.005
+"""Between tactels, m."""
+OFFSET = 0.008
+"""Largest offset of the object along x and y at the start, m."""
+GAPS = (0.001, 0.003)
+"""Least and most free way at the start, m."""
+PRESSURE_BAND, POSITION_BAND = 0.05, 0.01
+"""Errors within which a feature has converged: a share of the goal, and pixels. The chapter does
+not tell its own; its standard deviations are nearly as wide as the first, and ten times as wide
+as the second."""
+HOLD = 0.25
+"""How long it must stay within, s."""
+
+
+@dataclass(frozen=True)
+class TrackTrial:
+    """One landing on one object, and what follows."""
+
+    name: str
+    """Of the object."""
+    run: ServoRun
+    """From the landing on."""
+
+
+def track_once(name: str, seed: int, seconds: float) -> TrackTrial:
+    """Land beside the pad's middle, and bring place and pressure to their goals.
+
+    Parameters
+    ----------
+    name
+        One of :data:`OBJECTS`.
+    seed
+        Of electronics, noise and the object's place, >= 0.
+    seconds
+        From the landing on, s.
+
+    Raises
+    ------
+    DeviceError
+        If the servo ended before its time, which it should not.
+    """
+    rng = np.random.default_rng(seed)
+    offset = rng.uniform(0.5 * OFFSET, OFFSET, 2) * rng.choice([-1, 1], 2)
+    place = home_pose().apply([*offset, rng.uniform(*GAPS)])
+    thing = PlacedObject(OBJECTS[name](), RigidTransform.from_translation(place))
+    rig = ArmRig(pad_scene((thing,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
+    phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE)))
+    run = run_servo(rig, phases, seconds)
+    if run.outcome is not None or not len(run.time):
+        raise DeviceError(f"tracking ended before its time on {name}, seed {seed}: {run.outcome}")
+    return TrackTrial(name, run)
+
+
+def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, Any]]:
+    """Make the rows of Table 1: objects, then X and Y over all objects.
+
+    Parameters
+    ----------
+    trials
+        Of all objects.
+    seconds
+        Of the time series that is judged, from each trial's convergence on, s.
+
+    Returns
+    -------
+    list of dict
+        Steady-state error is the mean over trials of the size of a trial's mean error, so that
+        trials cannot cancel. Deviations are those of the averaged pressure, as the chapter
+        averages it, and of single readings beside it.
+    """
+    rows = []
+    for name in OBJECTS:
+        runs = [trial.run for trial in trials if trial.name == name]
+        if not runs:
+            continue
+        single = [run.pressure / PRESSURE - 1 for run in runs]
+        averaged = [run.averaged / PRESSURE - 1 for run in runs]
+        row = _row(name, runs, averaged, PRESSURE_BAND, seconds, "force")
+        raw = [
+            _late(run, values, converged(run.time, mean, PRESSURE_BAND), seconds).std()
+            for run, values, mean in zip(runs, single, averaged, strict=True)
+        ]
+        row["single_reading_deviation"] = float(np.mean(raw))
+        row["overshoot"] = float(max(mean.max() for mean in averaged))
+        rows.append(row)
+    runs = [trial.run for trial in trials]
+    for axis, name in enumerate(("X", "Y")):
+        errors = [run.centre[:, axis] / PIXEL for run in runs]
+        row = _row(name, runs, errors, POSITION_BAND, seconds, "position")
+        true = [
+            abs(
+                _late(run, run.true_centre[:, axis] / PIXEL, row["response_time_s"], seconds).mean()
+            )
+            for run in runs
+        ]
+        row["true_error"] = float(np.mean(true))
+        rows.append(row)
+    return rows
+
+
+def converged(time: NDArray[np.float64], error: NDArray[np.float64], band: float) -> float:
+    """Give the time from which an error stays within a band for :data:`HOLD`; nan if never."""
+    outside = np.flatnonzero(np.abs(error) > band)
+    starts = np.concatenate([[0], outside + 1])
+    ends = np.concatenate([outside, [len(error)]])
+    for start, end in zip(starts, ends, strict=True):
+        if end > start and time[end - 1] - time[start] >= HOLD:
+            return float(time[start])
+    return float("nan")
+
+
+def _late(
+    run: ServoRun, values: NDArray[np.float64], start: float, seconds: float
+) -> NDArray[np.float64]:
+    return values[(run.time >= start) & (run.time <= start + seconds)]
+
+
+def _row(
+    name: str,
+    runs: Sequence[ServoRun],
+    errors: Sequence[NDArray[np.float64]],
+    band: float,
+    seconds: float,
+    kind: str,
+) -> dict[str, Any]:
+    times = [converged(run.time, error, band) for run, error in zip(runs, errors, strict=True)]
+    late = [
+        _late(run, error, time, seconds)
+        for run, error, time in zip(runs, errors, times, strict=True)
+        if np.isfinite(time)
+    ]
+    if len(late) < len(runs):
+        raise DeviceError(f"{name}: {len(runs) - len(late)} of {len(runs)} runs did not converge")
+    paper = PAPER[name]
+    return {
+        "name": name,
+        "unit": "goal" if kind == "force" else "px",
+        "steady_state_error": float(np.mean([abs(values.mean()) for values in late])),
+        "standard_deviation": float(np.mean([values.std() for values in late])),
+        "response_time_s": float(np.mean(times)),
+        "slowest_response_s": float(max(times)),
+        "paper_steady_state_error": paper[0],
+        "paper_standard_deviation": paper[1],
+        "paper_response_time_s": paper[2],
+        "trials": len(runs),
+    }
