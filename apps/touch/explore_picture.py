@@ -1,0 +1,110 @@
+"""The picture of an explored object: what was felt over what is there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.data_synth.touch_surface import surface_distance
+
+from ..evaluation.chart_style import (
+    BLUE,
+    INK,
+    TEXT,
+    VERMILION,
+    Provenance,
+    name_axes,
+    new_chart,
+    sign,
+)
+from .explore_truth import height_map
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from .explore_run import ExploreRun
+
+HEIGHT = 5.0
+"""Of the figure, inches."""
+LARGEST_MM = 0.6
+"""Errors at the ends of the colour scale, mm."""
+KEY = 0.55
+"""Room for the key of points and colours, inches."""
+MOST_POINTS = 6000
+"""Points that are drawn of each cloud: more hide what is under them."""
+
+
+def explore_picture(run: ExploreRun, seed: int) -> Figure:
+    """Draw the two pads' ways over the object, and the cloud coloured by its error."""
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    figure, (left, right) = new_chart(
+        "An unknown object, explored by touch",
+        "the true surface seen from above, shaded, with what two pads on two arms felt of it",
+        columns=2,
+        height=HEIGHT,
+        below=KEY,
+    )
+    rng = np.random.default_rng(seed)
+    count = min(MOST_POINTS, len(run.points))
+    shown = np.sort(rng.choice(len(run.points), count, replace=False))
+    points, pads = 1e3 * run.points[shown], run.pad[shown]
+    _surface(left, run)
+    for pad, (name, colour) in enumerate((("left pad", BLUE), ("right pad", VERMILION))):
+        own = points[pads == pad]
+        left.scatter(own[:, 0], own[:, 1], s=2.5, color=colour, alpha=0.5, linewidths=0)
+        if len(run.paths[pad]):
+            x, y = 1e3 * run.paths[pad][:, 0], 1e3 * run.paths[pad][:, 1]
+            left.plot(x, y, color=INK, linewidth=0.9, zorder=4)
+        left.plot([], [], "o", color=colour, markersize=6, label=name)
+    left.plot([], [], color=INK, linewidth=0.9, label="way of a pad")
+    name_axes(left, "x [mm]", "y [mm]", panel="Scanned both ways")
+    left.legend(
+        loc="upper center",
+        bbox_to_anchor=(0.5, -0.24),
+        ncols=3,
+        fontsize=TEXT - 1,
+        labelcolor=INK,
+        frameon=False,
+        handlelength=1.0,
+        columnspacing=1.2,
+    )
+    _surface(right, run)
+    errors = 1e3 * surface_distance(run.thing, run.points)
+    scale = Normalize(-LARGEST_MM, LARGEST_MM)
+    right.scatter(
+        points[:, 0], points[:, 1], s=5, c=errors[shown], cmap="RdBu", norm=scale, linewidths=0
+    )
+    place = right.get_position()
+    strip = figure.add_axes((place.x0, 0.95 / HEIGHT, place.width, 0.1 / HEIGHT))
+    bar = figure.colorbar(ScalarMappable(scale, "RdBu"), cax=strip, orientation="horizontal")
+    bar.set_label("off the surface, inside it negative [mm]", size=TEXT - 1, color=INK)
+    bar.ax.tick_params(labelsize=TEXT - 1, length=0)
+    bar.outline.set_visible(False)
+    rms = float(np.sqrt(np.mean(errors**2)))
+    name_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms:.2f} mm rms")
+    made = Provenance("two simulated 16 × 16 pads on arms", seed, len(run.points), "felt point")
+    sign(figure, made)
+    return figure
+
+
+def _surface(axes: Axes, run: ExploreRun) -> None:
+    from matplotlib.colors import LightSource
+
+    x, y, heights = height_map(run.thing)
+    step = float(x[1] - x[0])
+    low = np.nanmin(heights)
+    light = LightSource(azdeg=315, altdeg=55)
+    shade = light.hillshade(np.nan_to_num(heights, nan=low), vert_exag=1.5, dx=step, dy=step)
+    picture = np.ones((*heights.shape, 4))
+    picture[..., :3] = (0.45 + 0.5 * shade)[..., None]
+    picture[..., 3] = np.isfinite(heights)
+    half = 0.5 * step
+    extent = 1e3 * np.array([x[0] - half, x[-1] + half, y[0] - half, y[-1] + half])
+    axes.grid(False)
+    left, right, bottom, top = extent.tolist()
+    axes.imshow(picture, extent=(left, right, bottom, top), origin="lower", zorder=1)
+    axes.set_aspect("equal", adjustable="box")

@@ -1,0 +1,81 @@
+"""A felt cloud held to the true surface: how far off, and how much of what could be reached."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial import ConvexHull, KDTree
+
+from eyehand.data_synth.touch_surface import surface_distance, top_surface
+
+from .explore_run import MOST_TILT_DEG
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.data_synth.touch_objects import TouchObject
+
+    from .explore_run import ExploreRun
+
+GRID = 0.002
+"""Between points of the true surface seen from above, m."""
+HALF_PLAN = (0.104, 0.074)
+"""Half the plan that is looked at, m: a little more than the object."""
+HOLLOW = 0.0003
+"""Below the convex hull a large flat pad reaches no deeper than this, m: its foam's give."""
+SHADOW = 0.05
+"""How far below the top what closes its hull lies, m."""
+NEAR = 0.005
+"""A surface point with a felt point as near as this is covered, m: the pad's pitch."""
+
+
+def height_map(thing: TouchObject) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
+    """Give x (C,), y (R,) and the height (R, C) of an object's top, m; NaN beside it."""
+    x = np.arange(-HALF_PLAN[0], HALF_PLAN[0] + GRID / 2, GRID)
+    y = np.arange(-HALF_PLAN[1], HALF_PLAN[1] + GRID / 2, GRID)
+    across, up = np.meshgrid(x, y)
+    return x, y, top_surface(thing, across.ravel(), up.ravel()).reshape(across.shape)
+
+
+def reachable_surface(thing: TouchObject) -> NDArray[np.float64]:
+    """Give points (M, 3) of the top that a flat pad tilted no further than allowed can touch."""
+    x, y, heights = height_map(thing)
+    across, up = np.meshgrid(x, y)
+    top = np.column_stack([across.ravel(), up.ravel(), heights.ravel()])
+    top = top[np.isfinite(top[:, 2])]
+    # With its shadow below it, a flat top has a hull, too.
+    planes = ConvexHull(np.concatenate([top, top - [0.0, 0.0, SHADOW]])).equations
+    planes = planes[planes[:, 2] > 1e-6]
+    over = -(planes[:, :2] @ top[:, :2].T + planes[:, 3:]) / planes[:, 2:3]
+    facet = over.argmin(axis=0)
+    hull = over.min(axis=0)
+    steep = planes[facet, 2] < np.cos(np.radians(MOST_TILT_DEG))
+    return top[(hull - top[:, 2] < HOLLOW) & ~steep]
+
+
+def explore_rows(run: ExploreRun) -> list[dict[str, Any]]:
+    """Give the figures of each pad's cloud and of both."""
+    rows = []
+    surface = reachable_surface(run.thing)
+    for name, chosen in (
+        ("left pad", run.pad == 0),
+        ("right pad", run.pad == 1),
+        ("both", run.pad >= 0),
+    ):
+        points = run.points[chosen]
+        if not len(points):
+            continue
+        errors = 1e3 * surface_distance(run.thing, points)
+        near = KDTree(points).query(surface)[0] < NEAR
+        rows.append(
+            {
+                "name": name,
+                "points": len(points),
+                "surface_rms_mm": float(np.sqrt(np.mean(errors**2))),
+                "surface_median_mm": float(np.median(errors)),
+                "surface_p95_mm": float(np.percentile(np.abs(errors), 95)),
+                "covered_pct": 100 * float(np.mean(near)),
+            }
+        )
+    return rows
