@@ -24,7 +24,7 @@ LAST_SECONDS = 0.5
 """At the end of a trial, whose figures tell where it came to, s."""
 NEAR = 0.1
 """Error of the mean pressure that counts as reached, as a share of the goal."""
-CALM = 0.2
+CALM = 0.08
 """Standard deviation of the pressure that counts as calm, likewise."""
 MOST_FORCE = 60.0
 """Force that must never be met, N: twice what ends a task, for the way the carrier still goes."""

@@ -45,7 +45,7 @@ def gain_sweeps() -> tuple[Sweep[None], ...]:
             axis=f"speed of landing, {'with' if guarded else 'without'} anti-windup",
             unit="mm/s",
             values=(10.0, 20.0, 50.0, 100.0, 200.0),
-            holds_to=10.0,
+            holds_to=50.0,
             attempt=_landing(thing, guarded),
             right="pressure reached and calm",
         )
