@@ -17,8 +17,8 @@ SEED = 100
 
 @pytest.fixture(autouse=True)
 def shorter(monkeypatch):
-    """The command simulates 60 s before an obstacle; 25 s are two retreats and some standing."""
-    monkeypatch.setattr(stress_goal_cases, "LONG_S", 25.0)
+    """The command simulates 60 s before an obstacle; 45 s are two retreats and some standing."""
+    monkeypatch.setattr(stress_goal_cases, "LONG_S", 45.0)
     monkeypatch.setattr(stress_gain_cases, "STEPS", 500)
 
 
