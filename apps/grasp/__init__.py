@@ -1,0 +1,1 @@
+"""Unknown objects grasped by the simulated robot: trials, their dials, the demo."""
