@@ -92,13 +92,15 @@ def servo_cycle(
 @njit(cache=True)
 def _move(settings, memory, rings, measured, centre, dt):
     """Follow the contact point along z: as measured, else as the arm should have followed."""
-    if np.isnan(measured[2]):
+    along = measured[2] + measured[3] * centre[1] - measured[4] * centre[0]
+    # One that is not finite would stay in the depth for ever.
+    if np.isfinite(along):
+        memory[ARM_Z] = along
+    else:
         cycle = int(memory[CYCLE]) - 1 - int(settings[LATENCY])
         command = rings[COMMANDS, cycle % rings.shape[1]] if cycle >= 0 else 0.0
         lag = settings[ARM_LAG]
         memory[ARM_Z] += (command - memory[ARM_Z]) * (1.0 - np.exp(-dt / lag) if lag > 0 else 1.0)
-    else:
-        memory[ARM_Z] = measured[2] + measured[3] * centre[1] - measured[4] * centre[0]
     memory[DEPTH] += memory[ARM_Z] * dt
 
 
@@ -148,6 +150,9 @@ def _slide_and_roll(settings, stiffness, memory, switches, goal, centre, area, d
                 -settings[SLIDE_SPEED], settings[SLIDE_SPEED], settings[INTEGRAL_SHARE],
                 settings[ANTI_WINDUP], dt, memory[HAS_LAST],
             )  # fmt: skip
+        else:
+            # What is switched on later must not take the way until then for a jump.
+            memory[LAST_X + axis] = error
         if switches[roll] > 0.0:
             sign = settings[ROW_4] if roll == 3 else 1.0
             speed = sign * ratio * error
@@ -164,6 +169,8 @@ def _press(settings, stiffness, memory, switches, goal, pressure, dt, out):
             -settings[RETREAT_SPEED], settings[PRESS_SPEED], settings[INTEGRAL_SHARE],
             settings[ANTI_WINDUP], dt, memory[HAS_LAST],
         )  # fmt: skip
+    else:
+        memory[LAST_P] = goal[2] - pressure
     memory[HAS_LAST] = 1.0
 
 
@@ -173,17 +180,21 @@ def _pid(
 ):
     """Eq. 13 of one feature; gain in (m/s) per unit of the error; limits in m/s.
 
-    Tamed, the integral grows only near the goal and within the speed limit.
+    Tamed, the integral grows only near the goal and within the speed limit; far from it, an error
+    that opposes it wears it down to zero.
     """
     slope = (error - memory[last]) / dt if known > 0.0 else 0.0
     memory[last] = error
     wish = gain * (error + lead * slope) + memory[total]
     growth = gain / integral_time * error * dt
     if tame > 0.0:
-        if abs(error) <= band and not (
-            (wish > high and growth > 0.0) or (wish < low and growth < 0.0)
-        ):
-            memory[total] = min(max(memory[total] + growth, share * low), share * high)
+        before = memory[total]
+        if abs(error) <= band:
+            if not ((wish > high and growth > 0.0) or (wish < low and growth < 0.0)):
+                memory[total] = min(max(before + growth, share * low), share * high)
+        elif before * growth < 0.0:
+            # Kept, it would hold a steady error that the proportional part just balances.
+            memory[total] = before + growth if abs(growth) < abs(before) else 0.0
     else:
         memory[total] += growth
     return min(max(wish, low), high)
@@ -193,6 +204,7 @@ def _pid(
 def _turn(settings, memory, switches, goal, dt, out):
     """Row 6 of eq. 15: proportional only, modulo π, and weighted by the confidence."""
     if switches[5] == 0.0:
+        memory[HAS_ANGLE] = 0.0
         return
     trust = (memory[CONFIDENCE] - settings[LOW]) / (settings[HIGH] - settings[LOW])
     trust = min(max(trust, 0.0), 1.0)

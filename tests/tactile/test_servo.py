@@ -256,7 +256,9 @@ def test_stiff_and_soft_get_the_same_loop_gain():
         before = world.features().pressure
         world.place = world.place + np.array([0.0, 0.0, 1e-4])
         estimates[name] = servo.stiffness / ((world.features().pressure - before) / 1e-4)
-    assert all(0.6 < ratio < 1.6 for ratio in estimates.values()), estimates
+    # A pen's imprint grows as it is pressed, so its pressure rises less and less: what the landing
+    # showed is up to twice as stiff, which errs to the calm side.
+    assert all(0.6 < ratio < 2.0 for ratio in estimates.values()), estimates
 
 
 def test_an_object_that_moves_is_followed_without_a_lasting_error():
@@ -268,6 +270,63 @@ def test_an_object_that_moves_is_followed_without_a_lasting_error():
         world.step(servo.step(world.features(), DT).twist)
         world.place = world.place - [0.0, 0.0, 0.001 * DT]
     assert world.features().pressure == pytest.approx(1000.0, rel=1e-3)
+
+
+def test_an_object_that_stops_while_the_pad_follows_it_is_not_pressed_too_hard_for_ever():
+    """What the integral followed with is then an error beyond its band that it balances itself."""
+    height, stiffness = OBJECTS["box"]
+    world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
+    options = ServoOptions(adapt=False, first_stiffness=1.4e6, press_gain=8.0)
+    servo, worst = TactileServo(switches=PRESS, options=options), 0.0
+    run(world, servo, 1.0)
+    for cycle in range(1500):
+        features = world.features()
+        worst = max(worst, features.pressure)
+        world.step(servo.step(features, DT).twist)
+        speed = 0.009 * min(cycle / 1000, 1.0) if cycle < 1100 else 0.0
+        world.place = world.place - [0.0, 0.0, speed * DT]
+    assert worst > 1250.0, "beyond the band"
+    assert world.features().pressure == pytest.approx(1000.0, rel=1e-3)
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+def test_an_object_that_stops_sliding_comes_back_to_its_place_on_the_pad(axis):
+    height, stiffness = OBJECTS["ball"]
+    world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
+    options = ServoOptions(slide_gain=5.0)
+    servo, worst = TactileServo(switches=TRACK, options=options), 0.0
+    run(world, servo, 1.0)
+    for cycle in range(1500):
+        features = world.features()
+        worst = max(worst, -features.centre[axis])
+        world.step(servo.step(features, DT).twist)
+        speed = 0.022 * min(cycle / 1000, 1.0) if cycle < 1100 else 0.0
+        world.place[axis] -= speed * DT
+    assert worst > 0.0022, "beyond the band"
+    assert abs(world.features().centre[axis]) < 1e-4
+
+
+@given(
+    errors=st.lists(st.floats(-900.0, 2000.0), min_size=1, max_size=30),
+)
+def test_far_from_the_goal_the_integral_only_ever_shrinks(errors):
+    """With a band of nothing it never grows; from whatever it was, it never changes its sign."""
+    servo = TactileServo(switches=PRESS, options=ServoOptions(adapt=False, window=1))
+    for _ in range(50):
+        servo.step(touch(pressure=900.0), DT)
+    held = servo.step(touch(pressure=1000.0), DT).twist[2]
+    assert held > 0.0
+    for error in errors:
+        if abs(error) <= 200.0:
+            continue
+        gain = servo.options.press_loop_gain() / servo.options.first_stiffness
+        wish = servo.step(touch(pressure=1000.0 + error), DT).twist[2]
+        now = servo.step(touch(pressure=1000.0), DT).twist[2]
+        assert 0.0 <= now <= held + 1e-15
+        assert now < held or error < 0.0 or held == 0.0
+        if abs(gain * error) < 0.03:
+            assert wish == pytest.approx(held - gain * error)
+        held = now
 
 
 @pytest.mark.parametrize("name", OBJECTS)
@@ -315,6 +374,33 @@ def test_switching_off_forgets_the_integral_of_what_is_off():
     assert servo.step(touch(0.001), DT).twist[0] == 0.0
     servo.switches = TRACK
     assert servo.step(touch(0.0), DT).twist[0] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_what_is_switched_on_later_starts_from_what_is_now():
+    options = ServoOptions(slide_derivative_time=0.02, press_derivative_time=0.02)
+    on = Switches(slide_x=True, press=True, turn=True)
+    servo = TactileServo(switches=Switches(roll_x=True), options=options)
+    fresh = TactileServo(switches=on, options=options)
+    for _ in range(200):
+        servo.step(touch(0.005, 0.0, 500.0, orientation=0.2), DT)
+    last = touch(0.0, 0.0, 1000.0, orientation=-1.4)
+    for _ in range(50):
+        servo.step(last, DT)
+    servo.switches = on
+    assert np.allclose(servo.step(last, DT).twist, fresh.step(last, DT).twist, atol=1e-9)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("place", [2, 3, 4])
+def test_a_measured_twist_that_is_not_finite_is_none(bad, place):
+    servo, twin = TactileServo(switches=TRACK), TactileServo(switches=TRACK)
+    measured = np.zeros(6)
+    measured[place] = bad
+    for pressure in (100.0, 300.0, 700.0, 900.0):
+        features = touch(0.003, 0.004, pressure)
+        wish = servo.step(features, DT, measured=measured).twist
+        assert np.allclose(wish, twin.step(features, DT).twist)
+    assert np.isfinite(servo.stiffness)
 
 
 def test_projectors_are_the_chapters():
