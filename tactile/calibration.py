@@ -23,7 +23,7 @@ REST_SHARE = 0.1
 LEAST_NOISE = 12**-0.5
 """Counts: a reading that never moves is still rounded to whole counts."""
 LEAST_SPAN = 0.1
-"""A tactel whose readings span less than this share of the median tactel's is dead."""
+"""A tactel whose readings span less than this share of the median of those that rise is dead."""
 BROKEN_SHARE = 0.5
 """A reading below this share of that at rest comes from a broken tactel: foam cannot pull."""
 SURE_SIGMAS = 10.0
@@ -70,6 +70,11 @@ class Calibration:
                 raise InputError(f"{name} must be finite")
         if (np.diff(self.raws) < 0).any() or (np.diff(self.pressures) < 0).any():
             raise InputError("readings and pressures must not fall along a curve")
+
+    @property
+    def working(self) -> int:
+        """How many tactels are not dead."""
+        return int(np.count_nonzero(~self.dead))
 
     @cached_property
     def table(self) -> NDArray[np.float32]:
@@ -152,10 +157,13 @@ class Calibration:
 def calibrate(run: BenchRun) -> Calibration:
     """Follow each tactel's whole characteristic and invert it: the default.
 
+    Tactels that do not answer are marked as dead, and the others calibrated, however few they are:
+    ask `Calibration.working` whether they are enough.
+
     Raises
     ------
     InputError
-        If all tactels are dead.
+        If no tactel works.
     """
     return _calibration(run, *full_knots(run))
 
@@ -168,7 +176,7 @@ def calibrate_linear(run: BenchRun) -> Calibration:
     Raises
     ------
     InputError
-        If all tactels are dead, or fewer than 3 loads are within the linear range.
+        If no tactel works, or fewer than 3 loads are within the linear range.
     """
     return _calibration(run, *linear_knots(run))
 
@@ -184,9 +192,15 @@ def _calibration(
     )
     noise = np.maximum((run.raw[lowest] - expected).std(axis=0, ddof=1), LEAST_NOISE)
     span = top - rest
-    dead = span < np.maximum(LEAST_SPAN * np.median(span), SURE_SIGMAS * noise)
+    dead = span < SURE_SIGMAS * noise
     # A line that does not rise gives every reading no pressure.
     dead |= pressures[:, -1] <= pressures[:, 0]
     if dead.all():
-        raise InputError("the bench run shows no tactel whose reading rises with the pressure")
+        raise InputError(
+            f"0 of {len(dead)} tactels work: no reading rises with the pressure, from "
+            f"{run.pressures.min():g} to {run.pressures.max():g} Pa by the gauge; look at the "
+            "pad's supply and cable, and whether the bench did press"
+        )
+    # Judged by the living alone: the median of a pad that is mostly dead says nothing.
+    dead |= span < LEAST_SPAN * np.median(span[~dead])
     return Calibration(raws, pressures, rest, noise, top - noise, dead)

@@ -95,8 +95,8 @@ class CarriedPad:
             model, data, (pad,), image_rate=CONTROL_RATE, seed=electronics.seed
         )
         self._reader = FeatureReader(calibration, pad.array, features)
-        self.trusted = 1.0 - (len(readout.dead) + len(readout.saturated)) / TACTELS
-        """Share of tactels without fault."""
+        self.trusted = calibration.working / TACTELS
+        """Share of tactels that the calibration found to work."""
         self._velocity = np.zeros(6)
         self._waiting = np.zeros(6)
         self.force = 0.0

@@ -83,6 +83,43 @@ def test_dead_and_stuck_tactels_are_marked_and_read_as_nothing():
     assert np.allclose(image.pressures, 3000.0, rtol=0.02)
 
 
+@pytest.mark.parametrize("make", [calibrate, calibrate_linear])
+@pytest.mark.parametrize("alive", [1, 3, 100, 200])
+def test_what_works_is_calibrated_however_little_it_is(make, alive):
+    run, rng = PAD.bench(), np.random.default_rng(alive)
+    broken = rng.permutation(256)[alive:]
+    raw = run.raw.copy()
+    raw[:, broken[::2]] = rng.integers(0, 4, (len(raw), len(broken[::2])))
+    raw[:, broken[1::2]] = 4095
+    found, whole = make(BenchRun(run.pressures, raw)), make(run)
+    assert np.array_equal(np.flatnonzero(found.dead), np.sort(broken))
+    assert found.working == alive
+    assert np.array_equal(found.table[~found.dead], whole.table[~found.dead])
+    # Nothing is felt where nothing works, whatever the broken ones read.
+    readings = PAD.raw(np.full(256, 3000.0), rng)
+    readings[broken] = rng.choice([0, 4095], len(broken))
+    assert not found.to_pressure(readings)[broken].any()
+    features = FeatureReader(found, TactileArray.flat()).read(readings)
+    assert features.force <= 3500.0 * TactileArray.flat().area * 9 * alive
+
+
+def test_a_half_broken_tactel_is_dead_even_where_most_others_are():
+    run = PAD.bench()
+    raw = run.raw.copy()
+    raw[:, :200] = 4095
+    raw[:, 220] = (100 + 0.05 * (raw[:, 220].astype(float) - raw[0, 220])).astype(np.uint16)
+    found = calibrate(BenchRun(run.pressures, raw))
+    assert np.flatnonzero(found.dead).tolist() == [*range(200), 220]
+
+
+def test_a_pad_without_a_living_tactel_is_refused_with_the_count():
+    run = PAD.bench()
+    flat = BenchRun(run.pressures, np.full_like(run.raw, 100))
+    for make in (calibrate, calibrate_linear):
+        with pytest.raises(InputError, match="0 of 256 tactels work"):
+            make(flat)
+
+
 def test_a_wire_that_breaks_later_is_seen_in_its_reading():
     readings = PAD.raw(np.full(256, 1000.0))
     readings[33] = 0
@@ -158,8 +195,6 @@ def test_impossible_bench_runs_are_refused():
         BenchRun(run.pressures, run.raw + np.uint16(5000))
     with pytest.raises(InputError, match="whole numbers"):
         BenchRun(run.pressures, run.raw.astype(float))
-    with pytest.raises(InputError, match="no tactel"):
-        calibrate(BenchRun(run.pressures, np.full_like(run.raw, 100)))
     with pytest.raises(InputError, match="linear calibration"):
         calibrate_linear(BenchRun(np.linspace(2e3, 1e4, 20), run.raw[:20]))
 
