@@ -73,8 +73,9 @@ def read_pressures(raw, table, limits, links, geometry, pressures, states):
 
 @njit(cache=True)
 def describe(
-    pressures, states, thresholds, links, geometry, previous, hysteresis, fewest, members, values
-):
+    pressures, states, thresholds, links, geometry, previous, hysteresis, fewest, rim, members,
+    values,
+):  # fmt: skip
     """Fill the features of the contact region into `values` (VALUES,), and count its tactels.
 
     Parameters
@@ -85,12 +86,18 @@ def describe(
         As in `find_region`.
     fewest
         Regions with fewer tactels are no contact: the count is then 0, and so is every value.
+    rim
+        A tactel counts fully in the area from (1 + `rim`) times its threshold on, and less and
+        less down to none at the threshold; the region's highest always counts fully.
     """
     values[:] = 0.0
     values[9] = 1.0
     size = find_region(pressures, thresholds, links, geometry, previous, hysteresis, members)
     if size < fewest:
         return 0
+    highest = 0.0
+    for k in range(size):
+        highest = max(highest, pressures[members[k]] - thresholds[members[k]])
     force, area, border = 0.0, 0.0, 0.0
     weights = np.empty(size)
     for k in range(size):
@@ -98,7 +105,9 @@ def describe(
         share = pressures[tactel] * geometry[tactel, 6]
         weights[k] = share
         force += share
-        area += geometry[tactel, 6]
+        over = pressures[tactel] - thresholds[tactel]
+        full = min(rim * thresholds[tactel], highest)
+        area += geometry[tactel, 6] * (over / full if over < full else 1.0)
         border += share * geometry[tactel, 7]
         for axis in range(3):
             values[1 + axis] += share * geometry[tactel, axis]
@@ -116,9 +125,11 @@ def describe(
         # Normals all around a ball cancel: there is no tangent plane then but the sensor's.
         values[7 + axis] = values[7 + axis] / length if length > 0.0 else axis // 2
     values[0], values[4] = force, area
-    x, y = np.empty(size), np.empty(size)
-    _project(geometry, members, size, values[7:10], x, y)
-    values[5], values[6] = long_axis(x, y, weights, size)
+    # A single tactel has no direction, but rounding gives it second moments, and those a sure one.
+    if size > 1:
+        x, y = np.empty(size), np.empty(size)
+        _project(geometry, members, size, values[7:10], x, y)
+        values[5], values[6] = long_axis(x, y, weights, size)
     values[10], values[11], values[14] = size, border / force, 1.0
     return size
 
@@ -134,6 +145,7 @@ def read_features(
     previous,
     hysteresis,
     fewest,
+    rim,
     pressures,
     states,
     members,
@@ -150,6 +162,7 @@ def read_features(
         previous,
         hysteresis,
         fewest,
+        rim,
         members,
         values,
     )

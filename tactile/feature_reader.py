@@ -70,6 +70,7 @@ class FeatureReader:
             self._previous,
             self._options.hysteresis,
             self._options.fewest,
+            self._options.rim,
             self._pressures,
             np.zeros(count, np.uint8),
             self._members,

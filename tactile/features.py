@@ -40,6 +40,12 @@ class FeatureOptions:
     fewest: int = 2
     """Tactels that make a contact, >= 1: noise seldom lifts two neighbours at once, so 2 lets the
     threshold be low; 1 is for arrays whose tactels are far apart."""
+    rim: float = 5.0
+    """Band above the threshold, times it, over which a tactel comes to count fully in the area,
+    >= 0. 0 counts it at once, as eq. 12 does: then f/|R| jumps whenever noise lifts a tactel at the
+    imprint's rim over the threshold. Wider is calmer, and leaves out more of a soft rim: on a pen's
+    end the deviation is 5.3, 1.0, 0.4 and 0.3 % at 0, 2, 5 and 10, and the force that makes the
+    same pressure 100, 92, 90 and 69 %."""
     hysteresis: float = 0.2
     """Share of tactels by which another region must be larger before it is taken instead of the
     nearest to the contact before, 0..1: 0 follows the largest one at once, however it jumps."""
@@ -54,6 +60,8 @@ class FeatureOptions:
             raise InputError(f"sigmas must be finite and > 0, got {self.sigmas}")
         if self.fewest < 1:
             raise InputError(f"fewest must be >= 1 tactel, got {self.fewest}")
+        if not 0 <= self.rim < np.inf:
+            raise InputError(f"rim must be finite and >= 0, got {self.rim}")
         if not 0 <= self.hysteresis <= 1:
             raise InputError(f"hysteresis must be in 0..1, got {self.hysteresis}")
         if self.orientation not in ("moments", "hough"):
@@ -71,7 +79,7 @@ class ContactFeatures:
     pressure: float
     """Mean pressure over the contact region, Pa (eq. 12 with the region's area)."""
     area: float
-    """Area of the contact region, m²."""
+    """Area of the contact region, m², its faintest tactels in part: see `FeatureOptions.rim`."""
     orientation: float
     """Direction of the region's long axis in the sensor's xy-plane, rad, in (-π/2, π/2]; on a
     curved array in the plane of `normal`, whose axes are those of `image.tangents`."""
@@ -151,6 +159,7 @@ def contact_features(
         np.ascontiguousarray(centre),
         options.hysteresis,
         options.fewest,
+        options.rim,
         members,
         values,
     )

@@ -16,7 +16,10 @@ if TYPE_CHECKING:
 
 
 def plain_features(
-    pressures: NDArray[np.float64], thresholds: NDArray[np.float64], array: TactileArray
+    pressures: NDArray[np.float64],
+    thresholds: NDArray[np.float64],
+    array: TactileArray,
+    rim: float = 0.0,
 ) -> dict:
     """Give the largest region, of equal ones the one with more force, and its features."""
     touched = np.flatnonzero(pressures > thresholds)
@@ -33,12 +36,15 @@ def plain_features(
     moments = np.cov(flat[:, :2].T, aweights=weights, bias=True)
     values, vectors = np.linalg.eigh(moments)
     x, y = vectors[:, 1]
+    over = pressures[region] - thresholds[region]
+    full = np.minimum(rim * thresholds[region], over.max())
+    counts = np.where(over < full, over / np.where(full > 0.0, full, 1.0), 1.0)
     return {
         "region": region,
         "force": weights.sum(),
         "centre": centre,
         "normal": normal,
-        "area": array.areas[region].sum(),
+        "area": counts @ array.areas[region],
         "angle": np.arctan2(y, x),
         "confidence": (values[1] - values[0]) / max(values.sum(), 1e-300),
         "border_share": weights[array.border[region]].sum() / weights.sum(),

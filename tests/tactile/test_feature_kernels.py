@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eyehand.tactile import TactileArray, TactileImage, contact_features
+from eyehand.tactile import FeatureOptions, TactileArray, TactileImage, contact_features
 from eyehand.tactile.feature_kernels import DEAD, SATURATED, pack_geometry, read_pressures
 from eyehand.tactile.region import pack_links
 
@@ -23,18 +23,20 @@ ARRAYS = {
     seed=st.integers(0, 2**32 - 1),
     share=st.floats(0.05, 0.95),
     name=st.sampled_from(sorted(ARRAYS)),
+    rim=st.sampled_from([0.0, 0.5, 5.0, 1e3]),
 )
-def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name):
+def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name, rim):
     array = ARRAYS[name]
     rng = np.random.default_rng(seed)
     count = len(array.positions)
     pressures = rng.uniform(10.0, 1000.0, count) * (rng.random(count) < share)
     thresholds = rng.uniform(0.0, 300.0, count)
-    found = contact_features(TactileImage(pressures, array), thresholds)
+    image, options = TactileImage(pressures, array), FeatureOptions(fewest=1, rim=rim)
+    found = contact_features(image, thresholds, options=options)
     if not (pressures > thresholds).any():
         assert not found
         return
-    plain = plain_features(pressures, thresholds, array)
+    plain = plain_features(pressures, thresholds, array, rim)
     assert found.tactels == len(plain["region"])
     assert found.force == pytest.approx(plain["force"])
     assert found.area == pytest.approx(plain["area"])
@@ -47,6 +49,40 @@ def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name):
     if found.confidence > 1e-3:
         gap = (found.orientation - plain["angle"] + np.pi / 2) % np.pi - np.pi / 2
         assert gap == pytest.approx(0.0, abs=1e-6)
+
+
+def test_area_and_pressure_change_little_when_a_tactel_of_the_rim_crosses_its_threshold():
+    pressures = np.zeros(256)
+    pressures[[100, 101, 116]] = 1000.0
+    for rim, most in ((5.0, 1e-2), (0.0, 0.5)):
+        options, found = FeatureOptions(fewest=1, rim=rim), []
+        for least in (9.99, 10.01):
+            pressures[117] = least
+            image = TactileImage(pressures.copy(), ARRAYS["flat"])
+            found.append(contact_features(image, 10.0, options=options))
+        assert [features.tactels for features in found] == [3, 4]
+        for name in ("area", "pressure"):
+            before, after = (getattr(features, name) for features in found)
+            assert abs(after / before - 1.0) < most
+            assert rim > 0.0 or abs(after / before - 1.0) > 0.2
+
+
+@pytest.mark.parametrize("name", ARRAYS)
+def test_a_single_tactel_has_no_direction(name):
+    array, rng = ARRAYS[name], np.random.default_rng(0)
+    for tactel in range(len(array.positions)):
+        pressures = np.zeros(len(array.positions))
+        pressures[tactel] = rng.uniform(10.0, 1000.0)
+        found = contact_features(TactileImage(pressures, array), 1.0)
+        assert (found.orientation, found.confidence) == (0.0, 0.0)
+
+
+def test_a_touch_however_faint_has_the_area_of_its_highest_tactel():
+    pressures = np.zeros(256)
+    pressures[[100, 101]] = 10.002, 10.001
+    found = contact_features(TactileImage(pressures, ARRAYS["flat"]), 10.0)
+    assert found.area == pytest.approx(1.5 * ARRAYS["flat"].area)
+    assert found.pressure < 20.0
 
 
 def band(array: TactileArray, angle: float) -> np.ndarray:

@@ -141,7 +141,7 @@ def test_tactels_that_cannot_tell_more_count_as_overload():
     assert steps[-1].twist[2] < 0
 
 
-@pytest.mark.parametrize(("name", "share"), [("box", 1.5), ("box", 2.0), ("pen", 2.0)])
+@pytest.mark.parametrize(("name", "share"), [("box", 1.5), ("box", 2.0), ("pen", 4.0)])
 def test_a_gain_beyond_the_limit_ends_with_the_pad_backed_off(name, share):
     options = ServoOptions(stability_share=share, press_gain=1e3)
     world, machine = world_of(name), TouchPhases(TactileServo(None, PRESS, options), OPTIONS)
