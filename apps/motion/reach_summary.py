@@ -6,15 +6,14 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from ..evaluation.wilson import wilson_interval
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
     from .reach_run import ReachRecord
-
-NORMAL_95 = 1.96
-"""Standard deviations of a normal distribution on either side that hold 95 % of it."""
 
 
 def summary_row(
@@ -64,26 +63,6 @@ def summary_row(
         row["plan_p50_ms"] = round(float(np.percentile(times, 50)), 1)
         row["plan_p90_ms"] = round(float(np.percentile(times, 90)), 1)
     return row
-
-
-def wilson_interval(wins: int, tries: int) -> tuple[float, float]:
-    """Give the interval that holds a true share with 95 % confidence (Wilson 1927).
-
-    Parameters
-    ----------
-    wins, tries
-        So many of so many, tries >= 1.
-
-    Returns
-    -------
-    low, high
-        From 0 to 1.
-    """
-    share, z2 = wins / tries, NORMAL_95**2
-    middle = (share + z2 / (2 * tries)) / (1 + z2 / tries)
-    half = np.sqrt(share * (1 - share) / tries + z2 / (4 * tries**2)) * NORMAL_95
-    half /= 1 + z2 / tries
-    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
 
 
 def _share(count: int, total: int) -> float:
