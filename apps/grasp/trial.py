@@ -1,0 +1,272 @@
+"""One trial: a simulated table is cleared, and the simulation's truth says how well."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.data_synth import DepthNoise
+from eyehand.data_synth.grasp_robot import GraspRobot
+from eyehand.data_synth.grasp_world import GraspWorld
+from eyehand.data_synth.robot import SimRobot
+from eyehand.grasping import GraspTask, SelectOptions
+from eyehand.grasping.cell import Cell, Moment
+from eyehand.grasping.clear_table import ClearOptions, clear_table
+from eyehand.grasping.tray import Tray
+from eyehand.perception import perceive
+
+from .dials import DEFAULT, control_dial, perception_dial
+from .known_scene import known_scene
+from .scenes import GraspFamily, grasp_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from eyehand.data_synth.tabletop_scene import TabletopObject
+    from eyehand.grasping.job import Choice
+    from eyehand.grasping.report import ClearReport, PickReport
+    from eyehand.perception import DepthFrame, Scene
+
+SETTLE_SECONDS = 0.3
+"""Robot time before the first look: what was dropped comes to rest on this world's table."""
+BEFORE_GRASP = ("look", "choose", "pre-grasp", "approach", "contact")
+"""Phases in which the robot is to touch nothing but the object."""
+
+
+@dataclass(frozen=True)
+class GraspTrial:
+    """What is tried."""
+
+    family: GraspFamily = "packed"
+    """How the objects stand."""
+    seed: int = 0
+    """Of the scene and of the camera's noise."""
+    objects: int = 5
+    """How many, but for single ones."""
+    friction: float = 1.0
+    """Sliding friction of the hand's pads."""
+    shake: float = 0.0
+    """How long each object is shaken after the lift, s."""
+    known: bool = False
+    """Whether the true solids are known, in place of the camera's view."""
+    task: GraspTask = "lift"
+    """What the grasps are for."""
+    perception: str = DEFAULT
+    """Setting of perception by name."""
+    control: str = DEFAULT
+    """Setting of the pick by name."""
+    objects_dir: str = ""
+    """Folder of meshes or URDFs to draw objects from; empty draws solids."""
+    robot: str = ""
+    """MJCF file of another robot; empty takes the one that comes with eyehand."""
+    hand_frame: str = ""
+    """Name of its hand's frame."""
+
+
+@dataclass(frozen=True)
+class PickRow:
+    """One pick, told in plain values."""
+
+    pick: int
+    """Its number, from 0."""
+    object: str
+    """True name of the object."""
+    kind: str
+    """Solid that it was taken for."""
+    prototype: str
+    """How the hand closed."""
+    approach: str
+    """Where the palm came from."""
+    rows: int
+    """Degrees of freedom that the approach took."""
+    outcome: str
+    """As the robot tells it."""
+    reason: str
+    """Why, where it failed."""
+    success: bool
+    """Whether the object lies in the tray, by the simulation's truth."""
+    perceive_ms: float
+    """Time of seeing, ms."""
+    plan_ms: float
+    """Time of choosing, ms."""
+    seconds: float
+    """Simulated time of the pick, s."""
+    wall_seconds: float
+    """Computing time of the pick, s."""
+    touched_before: int
+    """Other things than the object that the robot touched before the grasp."""
+    pads: int
+    """Pads in contact while held."""
+    curl: float
+    """How far the fingers bent around it, rad."""
+
+
+@dataclass(frozen=True)
+class TrialResult:
+    """How a trial went."""
+
+    trial: GraspTrial
+    """What was tried."""
+    picks: tuple[PickRow, ...]
+    """Every pick."""
+    placed: int
+    """Objects in the tray at the end."""
+    total: int
+    """Objects at the start."""
+    left: int
+    """Objects elsewhere at the end."""
+    stopped: str
+    """Why it ended."""
+    cpu_seconds: float
+    """Processor time of this process, s."""
+
+
+def run_trial(trial: GraspTrial, watch: Callable[[Moment], None] | None = None) -> TrialResult:
+    """Clear a table, and tell how it went.
+
+    Raises
+    ------
+    InputError
+        If the trial asks for what there is not.
+    """
+    began = time.process_time()
+    cell, robot = make_cell(trial, watch)
+    scorer = Scorer(cell, robot)
+    report = clear_table(cell, SelectOptions(task=trial.task), ClearOptions(), scorer.told)
+    return scorer.result(trial, report, time.process_time() - began)
+
+
+def make_cell(
+    trial: GraspTrial, watch: Callable[[Moment], None] | None = None
+) -> tuple[Cell, SimRobot]:
+    """Build the simulated cell of a trial, its objects at rest.
+
+    Raises
+    ------
+    InputError
+        If the trial asks for what there is not.
+    """
+    scene = grasp_scene(trial.family, trial.seed, trial.objects)
+    return cell_of(scene.objects, trial, watch)
+
+
+def cell_of(
+    objects: tuple[TabletopObject, ...],
+    trial: GraspTrial,
+    watch: Callable[[Moment], None] | None = None,
+) -> tuple[Cell, SimRobot]:
+    """Build a cell around given objects; of the trial, the scene is not looked at."""
+    kind = None
+    if trial.robot:
+        kind = GraspRobot(Path(trial.robot), hand=None, frame=trial.hand_frame, rest=None)
+    world = GraspWorld.build(objects, robot=kind, friction=trial.friction)
+    robot = SimRobot(world, noise=DepthNoise.realistic(), seed=trial.seed)
+    perception = perception_dial(trial.perception)
+
+    def see(frame: DepthFrame) -> Scene:
+        return _true_scene(robot, frame) if trial.known else perceive(frame, perception)
+
+    places = world.cell
+    tray = Tray(np.array(places.tray_centre), places.tray_size, places.tray_height)
+    options = replace(control_dial(trial.control), shake_seconds=trial.shake)
+    cell = Cell(robot, see, tray, options)
+    cell.rest(SETTLE_SECONDS)
+    cell.watch = watch
+    return cell, robot
+
+
+class Scorer:
+    """Holds what the robot says of its picks against the simulation's truth.
+
+    Parameters
+    ----------
+    cell, robot
+        As made for the trial; the cell's onlooker is told on.
+    """
+
+    def __init__(self, cell: Cell, robot: SimRobot) -> None:
+        self._robot = robot
+        self._watch = cell.watch
+        cell.watch = self._moment
+        self._rows: list[PickRow] = []
+        self._target = ""
+        self._began = 0.0
+        self._touched: set[str] = set()
+        self._grasping = False
+
+    def told(self, choice: Choice, report: PickReport | None) -> None:
+        """Take note of a pick: before it, with None, and after it."""
+        if report is None:
+            self._target = self._nearest(choice.target.points.mean(axis=0))
+            self._began = time.perf_counter()
+            self._robot.robot_contacts()
+            self._touched, self._grasping = set(), False
+            return
+        plan = report.plan
+        self._rows.append(
+            PickRow(
+                pick=len(self._rows),
+                object=self._target,
+                kind=report.kind,
+                prototype=str(plan.prototype),
+                approach=str(plan.approach),
+                rows=plan.rows,
+                outcome=report.outcome,
+                reason=report.reason,
+                success=self._robot.in_tray(self._target),
+                perceive_ms=report.perceive_ms,
+                plan_ms=report.plan_ms,
+                seconds=report.seconds,
+                wall_seconds=time.perf_counter() - self._began,
+                touched_before=len(self._touched - {self._target}),
+                pads=report.wrapped[0],
+                curl=report.wrapped[1],
+            )
+        )
+
+    def result(self, trial: GraspTrial, report: ClearReport, cpu_seconds: float) -> TrialResult:
+        """Sum up."""
+        names = self._robot.object_names
+        placed = sum(self._robot.in_tray(name) for name in names)
+        return TrialResult(
+            trial=trial,
+            picks=tuple(self._rows),
+            placed=placed,
+            total=len(names),
+            left=len(names) - placed,
+            stopped=report.stopped,
+            cpu_seconds=cpu_seconds,
+        )
+
+    def _moment(self, moment: Moment) -> None:
+        if not self._grasping:
+            self._touched |= self._robot.robot_contacts()
+            self._grasping = moment.phase not in BEFORE_GRASP
+        if self._watch is not None:
+            self._watch(moment)
+
+    def _nearest(self, point: np.ndarray) -> str:
+        """Name of the object whose surface is nearest to a point (3,)."""
+        apart = {
+            item.name: abs(float(item.at(self._robot.object_pose(item.name)).shape.distance(point)))
+            for item in self._robot.world.objects
+            if not self._robot.in_tray(item.name)
+        }
+        return min(apart, key=apart.__getitem__) if apart else ""
+
+
+def _true_scene(robot: SimRobot, frame: DepthFrame) -> Scene:
+    world = robot.world
+    there = [
+        item.at(robot.object_pose(item.name))
+        for item in world.objects
+        if not robot.in_tray(item.name)
+    ]
+    assert frame.T_world_camera is not None
+    return known_scene(
+        there, frame.T_world_camera.translation, table_height=world.cell.table.height
+    )

@@ -1,0 +1,88 @@
+"""From an object held to an object put away: lift, check, place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.control import AxisAlignment, Orientation, Position
+
+from .closing import held
+from .grasp_phases import hold
+from .job import Ended, Job
+from .motion import go
+from .shaking import shake
+
+if TYPE_CHECKING:
+    from .cell import Cell
+    from .robot import HandCommand, RobotReading
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def lift(cell: Cell, job: Job) -> Ended | None:
+    """Raise the object straight up, the hand's orientation kept."""
+    options = cell.options
+    palm = cell.palm()
+    goal = palm.translation + options.lift_height * UP
+    aims = (Position(goal), Orientation(palm.rotation))
+    controller = job.off(cell, aims, options.lift_speed)
+    arrival = go(
+        cell,
+        controller,
+        options.lift_seconds,
+        command=lambda reading: _grip(job, cell, reading),
+        stop=lambda reading: _gone(cell, reading),
+    )
+    if arrival:
+        return None
+    if arrival.end == "stopped":
+        return Ended("slipped", f"{arrival.reason} while lifting")
+    return Ended("stuck", f"lifting: {arrival.reason}")
+
+
+def check(cell: Cell, job: Job) -> Ended | None:
+    """Watch whether the object stays in the lifted hand."""
+    hold(cell, job, cell.options.check_seconds)
+    if cell.options.shake_seconds > 0.0:
+        shake(cell, job, cell.options.shake_seconds)
+    why = _gone(cell, cell.reading)
+    return Ended("slipped", f"{why} after the lift") if why else None
+
+
+def place(cell: Cell, job: Job) -> Ended | None:
+    """Carry the object over its place in the tray, as upright as it was, and let it go."""
+    options, tray = cell.options, cell.tray
+    palm = cell.palm()
+    goal = tray.place(job.slot)
+    solid = job.choice.target.fit.superquadric
+    grasped = job.T_palm_grasped.inv()
+    below = 0.0
+    if solid is not None:
+        below = float(grasped.translation @ UP) + float(solid.support(-UP))
+    over = np.array([goal[0], goal[1], goal[2] + below + options.drop_height])
+    # Which way is up must stay so; the turn about it is free.
+    upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
+    controller = job.far(cell, (Position(over), upright), "held")
+    arrival = go(
+        cell,
+        controller,
+        options.place_seconds,
+        command=lambda reading: _grip(job, cell, reading),
+        stop=lambda reading: _gone(cell, reading),
+    )
+    if arrival.end == "stopped":
+        return Ended("lost", f"{arrival.reason} on the way to the tray")
+    if not arrival:
+        return Ended("place_failed", f"on the way to the tray: {arrival.reason}")
+    job.let_go(cell)
+    return None
+
+
+def _grip(job: Job, cell: Cell, reading: RobotReading) -> HandCommand | None:
+    return job.closing.step(reading.hand, cell.robot.period) if job.closing else None
+
+
+def _gone(cell: Cell, reading: RobotReading) -> str:
+    return "" if held(reading.hand, cell.robot.hand) else "the object left the hand"

@@ -1,0 +1,123 @@
+"""Which object next, and how: the best grasp of those that the arm can get to."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+import numpy as np
+
+from .approach_aims import approach_aims
+from .job import Choice, Job
+from .motion import paced
+from .reachable import way_there
+from .select import grasp_plans
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception import Scene, SceneObject
+
+    from .cell import Cell
+    from .plan import GraspPlan
+    from .select import SelectOptions
+
+UNDER_ANOTHER = 0.3
+"""Share of its score that an object keeps while another rests on it: what lies on top goes first,
+but a pile of two that hold each other must begin somewhere."""
+
+
+class Tried(Protocol):
+    """What was tried before."""
+
+    def tried(self, place: NDArray[np.float64]) -> set[str]:
+        """Ways tried on what stands at a place (3,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Chosen:
+    """What to do next, or why nothing."""
+
+    choice: Choice | None
+    """The pick to make."""
+    left: tuple[str, ...]
+    """Objects passed over, each with the reason."""
+
+
+def choose(
+    cell: Cell,
+    scene: Scene,
+    memory: Tried,
+    select: SelectOptions | None = None,
+    perceive_ms: float = 0.0,
+) -> Chosen:
+    """Choose an object and a grasp that the arm can get to, best score first.
+
+    Parameters
+    ----------
+    cell
+        The robot at rest.
+    scene
+        What is seen.
+    memory
+        Ways that failed are not tried again; an object is left alone after ``options.tries``.
+    select
+        How grasps are scored.
+    perceive_ms
+        Time that seeing took, to be told on.
+    """
+    began = time.perf_counter()
+    cell.enter("choose")
+    loaded = {one.rests_on for one in scene.objects}
+    left: dict[int, str] = {}
+    offers: list[tuple[float, SceneObject, GraspPlan]] = []
+    for one in scene.objects:
+        tried = memory.tried(one.points.mean(axis=0))
+        if len(tried) >= cell.options.tries:
+            left[one.label] = f"left alone after {len(tried)} tries"
+            continue
+        others = [other for other in scene.objects if other is not one]
+        plans = grasp_plans(
+            one, scene.support, neighbours=others, hand=cell.robot.hand, options=select
+        )
+        share = UNDER_ANOTHER if one.label in loaded else 1.0
+        for plan in plans:
+            if not plan:
+                left[one.label] = plan.reason
+            elif way_of(plan) not in tried:
+                offers.append((share * plan.score.total, one, plan))
+    offers.sort(key=lambda offer: -offer[0])
+    for _, one, plan in offers:
+        choice = Choice(scene, one, plan, perceive_ms)
+        why = blocked(cell, Job(choice, 0))
+        if not why:
+            plan_ms = 1e3 * (time.perf_counter() - began)
+            choice = Choice(scene, one, plan, perceive_ms, plan_ms)
+            return Chosen(choice, _told(left))
+        left[one.label] = why
+    return Chosen(None, _told(left))
+
+
+def blocked(cell: Cell, job: Job) -> str:
+    """Tell why the arm would not get to a grasp; empty when a look ahead gets there."""
+    hand, q = cell.robot.hand, cell.reading.q
+    before = approach_aims(job.plan, hand, cell.options.back)
+    aims = paced(before, cell.options.transit_speed, cell.options.transit_turn_speed)
+    ahead = way_there(job.world(cell, "there"), [aims], q, job.far_options(cell))
+    if not ahead:
+        return f"no way to before a {job.plan.name}: {ahead.reason}"
+    at = approach_aims(job.plan, hand, 0.0)
+    ahead = way_there(job.world(cell, "ignored"), [at], ahead.q, job.near_options(cell))
+    return "" if ahead else f"no way to a {job.plan.name}: {ahead.reason}"
+
+
+def way_of(plan: GraspPlan) -> str:
+    """Name a way to grasp: the same for the hand turned by half, as that is no other way."""
+    closing = plan.closing * np.sign(plan.closing[np.argmax(np.abs(plan.closing))] or 1.0)
+    return f"{plan.name} facing {plan.palm.round(1)}, closing {closing.round(1)}"
+
+
+def _told(left: dict[int, str]) -> tuple[str, ...]:
+    return tuple(f"object {label}: {why}" for label, why in left.items())

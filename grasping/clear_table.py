@@ -1,0 +1,180 @@
+"""Clear a table: look, choose, pick, look again, until nothing is left that can be had."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.control import CollisionWorld, PlannedApproach, Posture
+
+from .choose import Chosen, choose, way_of
+from .closing import open_command
+from .motion import go
+from .pick import pick
+from .report import ClearReport, PickReport
+from .surroundings import surroundings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import Scene
+
+    from .cell import Cell
+    from .job import Choice
+    from .select import SelectOptions
+
+SAME_PLACE = 0.03
+"""An object seen so near the place of an earlier one is that one, m: they do not move by
+themselves, and centres of fits of one object differ by less."""
+HOME_SPEED = 2.0
+"""Largest norm of the joint velocities on the way to the rest posture, rad/s."""
+HOME_SECONDS = 6.0
+"""Longest such way, s."""
+
+
+@dataclass(frozen=True)
+class ClearOptions:
+    """When clearing ends."""
+
+    failures: int = 2
+    """Failed picks in a row after which it ends: the rule of the clutter-removal benchmarks."""
+    picks: int = 40
+    """Most picks."""
+
+
+@dataclass
+class Memory:
+    """What was tried before, by place."""
+
+    places: list[NDArray[np.float64]] = field(default_factory=list)
+    """Where objects were that a pick failed on, each (3,), m."""
+    ways: list[set[str]] = field(default_factory=list)
+    """Ways tried there, by name."""
+    reasons: list[str] = field(default_factory=list)
+    """Why the last one failed."""
+
+    def tried(self, place: NDArray[np.float64]) -> set[str]:
+        """Ways tried on what stands at a place (3,)."""
+        number = self._find(place)
+        return self.ways[number] if number is not None else set()
+
+    def note(self, place: NDArray[np.float64], way: str, reason: str) -> None:
+        """Remember that a way failed there."""
+        number = self._find(place)
+        if number is None:
+            self.places.append(place)
+            self.ways.append({way})
+            self.reasons.append(reason)
+        else:
+            self.places[number] = place
+            self.ways[number].add(way)
+            self.reasons[number] = reason
+
+    def _find(self, place: NDArray[np.float64]) -> int | None:
+        apart = [float(np.linalg.norm(place - other)) for other in self.places]
+        return int(np.argmin(apart)) if apart and min(apart) < SAME_PLACE else None
+
+
+def clear_table(
+    cell: Cell,
+    select: SelectOptions | None = None,
+    options: ClearOptions | None = None,
+    told: Callable[[Choice, PickReport | None], None] | None = None,
+) -> ClearReport:
+    """Put everything on the table that can be grasped into the tray.
+
+    Parameters
+    ----------
+    cell
+        The robot at rest.
+    select
+        How grasps are chosen.
+    options
+        When to end.
+    told
+        Told of every pick before it, with None, and after it, with its report.
+    """
+    options = options or ClearOptions()
+    picks: list[PickReport] = []
+    memory = Memory()
+    looks = failures = 0
+    while True:
+        scene, perceive_ms = look(cell)
+        looks += 1
+        if picks and not picks[-1]:
+            picks[-1] = _moved(picks[-1], scene, memory)
+        stopped = ""
+        if cell.reading.fault:
+            stopped = cell.reading.fault
+        elif not scene.objects:
+            stopped = "clear"
+        elif failures >= options.failures:
+            stopped = f"{failures} picks failed in a row"
+        elif len(picks) >= options.picks:
+            stopped = f"{options.picks} picks made"
+        chosen = (
+            choose(cell, scene, memory, select, perceive_ms) if not stopped else Chosen(None, ())
+        )
+        if not stopped and chosen.choice is None:
+            stopped = "nothing left that can be grasped"
+        if stopped or chosen.choice is None:
+            left = chosen.left or tuple(f"object {one.label}: not tried" for one in scene.objects)
+            return ClearReport(tuple(picks), looks, left, stopped)
+        if told is not None:
+            told(chosen.choice, None)
+        report = pick(cell, chosen.choice, sum(map(bool, picks)))
+        picks.append(report)
+        failures = 0 if report else failures + 1
+        if not report:
+            place = chosen.choice.target.points.mean(axis=0)
+            memory.note(place, way_of(chosen.choice.plan), f"{report.outcome}: {report.reason}")
+        if report.outcome != "fault":
+            go_home(cell, scene)
+        if told is not None:
+            told(chosen.choice, report)
+
+
+def look(cell: Cell) -> tuple[Scene, float]:
+    """Take a depth image and see what is there; gives the scene and the ms that seeing took."""
+    cell.enter("look")
+    frame = cell.robot.look()
+    began = time.perf_counter()
+    scene = cell.see(frame)
+    objects = tuple(one for one in scene.objects if not cell.tray.holds(one.points.mean(axis=0)))
+    cell.scene = replace(scene, objects=objects)
+    return cell.scene, 1e3 * (time.perf_counter() - began)
+
+
+def go_home(cell: Cell, scene: Scene) -> bool:
+    """Bring the arm to its rest posture, the hand open; tells whether it got there."""
+    options = cell.options
+    hand = cell.robot.hand
+    world = CollisionWorld(
+        cell.model(hand.pulled(hand.widest)),
+        (*surroundings(scene, None), *cell.tray.obstacles()),
+    )
+    control = replace(options.control, dt=cell.robot.period, tolerance=0.02)
+    controller = PlannedApproach(
+        world, (Posture(cell.home, speed=HOME_SPEED),), control, options.planner
+    )
+    command = open_command(hand)
+    arrival = go(cell, controller, HOME_SECONDS, command=lambda _: command)
+    cell.step(np.zeros(len(cell.robot.joints)))
+    return bool(arrival)
+
+
+def _moved(report: PickReport, scene: Scene, memory: Memory) -> PickReport:
+    """Tell a failed pick whose object is no longer where it was seen as that."""
+    if report.outcome not in ("empty_close", "no_contact") or not memory.places:
+        return report
+    place = memory.places[-1]
+    apart = [float(np.linalg.norm(one.points.mean(axis=0) - place)) for one in scene.objects]
+    if apart and min(apart) < SAME_PLACE:
+        return report
+    reason = f"{report.reason}; it is no longer where it was seen"
+    return replace(report, outcome="moved_away", reason=reason)

@@ -1,0 +1,122 @@
+"""From the rest posture to an object held: pre-grasp, approach, contact, close, grip."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.control import Position
+
+from .approach_aims import approach_aims
+from .closing import Closing, preshape_command
+from .job import Ended, Job
+from .motion import go
+
+if TYPE_CHECKING:
+    from .cell import Cell
+    from .robot import HandReading, RobotReading
+
+NEARLY_THERE = 0.012
+"""A touch so near the goal is the grasp's own contact, m: the fingers close from there."""
+
+
+def pre_grasp(cell: Cell, job: Job) -> Ended | None:
+    """Bring the open hand before the object, with as few rows as its symmetry allows."""
+    hand, options = cell.robot.hand, cell.options
+    aims = approach_aims(job.plan, hand, options.back)
+    shape = preshape_command(hand, job.plan.opening, job.prototype)
+    arrival = go(
+        cell,
+        job.far(cell, aims, "there"),
+        options.pre_grasp_seconds,
+        command=lambda _: shape,
+    )
+    return None if arrival else Ended("stuck", f"before the grasp: {arrival.reason}")
+
+
+def approach(cell: Cell, job: Job) -> Ended | None:
+    """Go straight to the grasp; where a finger meets the object too early, come again beside it."""
+    hand, options = cell.robot.hand, cell.options
+    for tried in range(options.contact_retries + 1):
+        controller = job.near(cell, approach_aims(job.plan, hand, 0.0), options.approach_speed)
+        arrival = go(cell, controller, options.approach_seconds, stop=lambda r: _touch(cell, r))
+        left = max(controller.step(cell.reading.q).errors, default=0.0)
+        if arrival or (arrival.end == "stopped" and left < NEARLY_THERE):
+            return None
+        if arrival.end != "stopped":
+            return Ended("stuck", f"at the grasp: {arrival.reason}")
+        side = _side(cell, cell.reading.hand)
+        if tried == options.contact_retries:
+            return Ended("no_contact", f"{arrival.reason} was touched {left * 1e3:.0f} mm early")
+        job.offset = job.offset + options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
+        back = job.near(cell, approach_aims(job.plan, hand, options.back), options.approach_speed)
+        if not go(cell, back, options.approach_seconds):
+            return Ended("stuck", f"backing off after {arrival.reason} was touched")
+    return None
+
+
+def contact(cell: Cell, job: Job) -> Ended | None:
+    """Go on until the palm feels the object, where the whole hand is to hold it."""
+    grip = replace(cell.options.grip, load=job.plan.mass[-1])
+    job.closing = Closing(cell.robot.hand, job.prototype, job.plan.opening, grip)
+    if job.prototype != "power":
+        return None
+    options = cell.options
+    palm = cell.palm()
+    ahead = palm.translation + options.palm_search * palm.rotation.as_matrix()[:, 2]
+    controller = job.near(cell, (Position(ahead),), options.palm_speed)
+    go(cell, controller, 1.0, stop=lambda r: _touch(cell, r))
+    return None
+
+
+def close(cell: Cell, job: Job) -> Ended | None:
+    """Close the hand until it holds, or has closed on nothing."""
+    closing = job.closing
+    if closing is None:
+        return Ended("no_contact", "nothing to close on")
+    end = cell.reading.time + cell.options.close_seconds
+    still = np.zeros(len(cell.robot.joints))
+    touched = False
+    while cell.reading.time < end and not cell.reading.fault:
+        cell.step(still, closing.step(cell.reading.hand, cell.robot.period))
+        touched = touched or closing.touched
+        if closing.state in ("holding", "empty"):
+            break
+    if closing.state == "holding":
+        return None
+    if touched:
+        return Ended("empty_close", "the object left the closing hand")
+    return Ended("empty_close", "the hand closed on nothing")
+
+
+def grip(cell: Cell, job: Job) -> Ended | None:
+    """Let the grip settle."""
+    hold(cell, job, cell.options.grip_seconds)
+    job.T_palm_grasped = cell.palm().inv()
+    return None
+
+
+def hold(cell: Cell, job: Job, seconds: float) -> None:
+    """Stand still with the fingers at work."""
+    end = cell.reading.time + seconds
+    still = np.zeros(len(cell.robot.joints))
+    while cell.reading.time < end and not cell.reading.fault:
+        closing = job.closing
+        command = closing.step(cell.reading.hand, cell.robot.period) if closing else None
+        cell.step(still, command)
+
+
+def _touch(cell: Cell, reading: RobotReading) -> str:
+    """Name the pads that feel something; empty when none does."""
+    felt = reading.hand.forces > cell.options.touch_force
+    return ", ".join(np.array(cell.robot.hand.pads)[felt].tolist())
+
+
+def _side(cell: Cell, reading: HandReading) -> float:
+    """Tell which way along the closing axis to go: 1 where the thumb met it, -1 for fingers."""
+    thumb = cell.robot.hand.fingers[-1]
+    felt = np.array(cell.robot.hand.pads)[reading.forces > cell.options.touch_force]
+    on_thumb = [pad.startswith(thumb) for pad in felt]
+    return float(any(on_thumb)) - float(not all(on_thumb))

@@ -1,0 +1,162 @@
+"""One pick under way: what was chosen, and what its phases hand on to one another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.control import ApproachController, CollisionWorld, PlannedApproach, Position
+
+from .closing import Closing, open_command
+from .motion import go, paced
+from .surroundings import enclosing, surroundings
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.control import Aim, ControlOptions, RobotModel
+    from eyehand.perception import Scene, SceneObject
+
+    from .cell import Cell
+    from .plan import GraspPlan
+    from .prototypes import Prototype
+    from .report import PickOutcome
+
+TARGET = "target"
+"""Name of the object under way among obstacles."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What to pick, and how."""
+
+    scene: Scene
+    """What was seen."""
+    target: SceneObject
+    """One of its objects."""
+    plan: GraspPlan
+    """How to grasp it."""
+    perceive_ms: float = 0.0
+    """Time that seeing took."""
+    plan_ms: float = 0.0
+    """Time that choosing took."""
+
+
+@dataclass(frozen=True)
+class Ended:
+    """Why a pick ended early."""
+
+    outcome: PickOutcome
+    """Which outcome it has."""
+    reason: str
+    """Why, for people."""
+
+
+@dataclass
+class Job:
+    """What the phases of one pick share and hand on."""
+
+    choice: Choice
+    """What to pick and how."""
+    slot: int
+    """Number of its place in the tray."""
+    offset: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
+    """How far the object turned out to be from where it was seen, by touch, (3,), m."""
+    closing: Closing | None = None
+    """The hand's fingers at work, once they close."""
+    T_palm_grasped: RigidTransform = field(default_factory=RigidTransform.identity)
+    """From the world to the palm at the moment when the object was held: what the hand carries
+    moves with it from there."""
+
+    @property
+    def plan(self) -> GraspPlan:
+        """The grasp, moved to where touch found the object."""
+        plan = self.choice.plan
+        if not self.offset.any():
+            return plan
+        tasks = tuple(replace(task, point=task.point + self.offset) for task in plan.tasks)
+        return replace(plan, tasks=tasks)
+
+    @property
+    def prototype(self) -> Prototype:
+        """How the hand closes."""
+        assert self.choice.plan.prototype is not None, "a refusal is not picked"
+        return self.choice.plan.prototype
+
+    def model(self, cell: Cell) -> RobotModel:
+        """Arm and hand as opened for this grasp."""
+        return cell.model(cell.robot.hand.pulled(self.plan.opening))
+
+    def world(self, cell: Cell, target: Literal["there", "held", "ignored"]) -> CollisionWorld:
+        """Give the arm and all that was seen.
+
+        Parameters
+        ----------
+        cell
+            The robot.
+        target
+            Whether the object to grasp is an obstacle, a part of the robot, or neither.
+        """
+        choice = self.choice
+        around = (*surroundings(choice.scene, choice.target), *cell.tray.obstacles())
+        world = CollisionWorld(self.model(cell), around)
+        solid = choice.target.fit.superquadric
+        if target == "ignored" or solid is None:
+            return world
+        itself = enclosing(solid, choice.target.points, 0.0, TARGET)
+        if target == "there":
+            world.add(itself)
+        else:
+            world.attach(TARGET, itself.shape, self.T_palm_grasped * itself.pose)
+        return world
+
+    def far(
+        self, cell: Cell, aims: Sequence[Aim], target: Literal["there", "held"]
+    ) -> PlannedApproach:
+        """Control a long way, among all that was seen."""
+        options = cell.options
+        wanted = paced(aims, options.transit_speed, options.transit_turn_speed)
+        world = self.world(cell, target)
+        return PlannedApproach(world, wanted, self.far_options(cell), options.planner)
+
+    def near(self, cell: Cell, aims: Sequence[Aim], speed: float) -> ApproachController:
+        """Control a short way beside table and neighbours, the object itself not in the way."""
+        wanted = paced(aims, speed, cell.options.transit_turn_speed)
+        return ApproachController(self.world(cell, "ignored"), wanted, self.near_options(cell))
+
+    def off(self, cell: Cell, aims: Sequence[Aim], speed: float) -> ApproachController:
+        """Control a way off what the hand touches, with nothing in the way."""
+        wanted = paced(aims, speed, cell.options.transit_turn_speed)
+        world = CollisionWorld(self.model(cell), ())
+        return ApproachController(world, wanted, self.near_options(cell))
+
+    def far_options(self, cell: Cell) -> ControlOptions:
+        """Control options of long ways."""
+        options = cell.options
+        return replace(options.control, dt=cell.robot.period, tolerance=options.reached)
+
+    def near_options(self, cell: Cell) -> ControlOptions:
+        """Control options beside the object."""
+        options = cell.options
+        return replace(
+            options.control,
+            dt=cell.robot.period,
+            tolerance=options.reached,
+            margin=options.near_margin,
+            influence=options.near_influence,
+            retreats=0,
+        )
+
+    def let_go(self, cell: Cell) -> None:
+        """Open the hand and rise off whatever is there."""
+        command = open_command(cell.robot.hand)
+        cell.rest(cell.options.open_seconds, command)
+        palm = cell.palm()
+        above = palm.translation + np.array([0.0, 0.0, cell.options.back])
+        aims = (Position(above),)
+        go(cell, self.off(cell, aims, cell.options.lift_speed), 2.0)

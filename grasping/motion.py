@@ -1,0 +1,110 @@
+"""One motion of the arm, until it is there, is stuck, or something stops it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+
+from eyehand.control import AxisAlignment, Interval, LookAt, Orientation, Pose
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from numpy.typing import NDArray
+
+    from eyehand.control import Aim, Cycle
+
+    from .cell import Cell
+    from .robot import HandCommand, RobotReading
+
+MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
+"""stuck: no way on; late: out of time; stopped: by what was watched for; fault: of the robot."""
+
+TURN_AIMS = (AxisAlignment, LookAt, Orientation)
+INFEASIBLE_SECONDS = 0.3
+"""A motion that cannot keep its margins for so long has no way on: shorter is a passing squeeze."""
+
+
+class Controller(Protocol):
+    """What gives joint velocities: an approach controller, with or without a search."""
+
+    def step(self, q: NDArray[np.float64]) -> Cycle:
+        """Give the cycle for joint angles q, (n,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Arrival:
+    """How a motion ended; true in a condition when it is there."""
+
+    end: MotionEnd
+    """How."""
+    reason: str
+    """Why, where it is not there."""
+
+    def __bool__(self) -> bool:
+        return self.end == "reached"
+
+
+def go(
+    cell: Cell,
+    controller: Controller,
+    seconds: float,
+    *,
+    command: Callable[[RobotReading], HandCommand | None] | None = None,
+    stop: Callable[[RobotReading], str] | None = None,
+) -> Arrival:
+    """Move until the controller has reached its aims.
+
+    Parameters
+    ----------
+    cell
+        The robot.
+    controller
+        Its period is the robot's.
+    seconds
+        Longest time, s of the robot's clock.
+    command
+        What the hand does meanwhile.
+    stop
+        Why to stop now; empty to go on.
+    """
+    end = cell.reading.time + seconds
+    infeasible = 0.0
+    still = np.zeros(len(cell.robot.joints))
+    while True:
+        reading = cell.reading
+        if reading.fault:
+            return Arrival("fault", reading.fault)
+        why = stop(reading) if stop else ""
+        if why:
+            cell.step(still)
+            return Arrival("stopped", why)
+        cycle = controller.step(reading.q)
+        infeasible = infeasible + cell.robot.period if cycle.status == "infeasible" else 0.0
+        if cycle.status == "reached":
+            return Arrival("reached", "")
+        if cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
+            cell.step(still)
+            return Arrival("stuck", cycle.reason)
+        if reading.time >= end:
+            cell.step(still)
+            left = ", ".join(f"{error:.3g}" for error in cycle.errors)
+            return Arrival("late", f"not there after {seconds:g} s: {left} m or rad left")
+        cell.step(cycle.velocity, command(reading) if command else None)
+
+
+def paced(aims: Iterable[Aim], speed: float, turn_speed: float) -> tuple[Aim, ...]:
+    """Give the aims with other speeds, m/s and rad/s."""
+    return tuple(_paced(aim, speed, turn_speed) for aim in aims)
+
+
+def _paced(aim: Aim, speed: float, turn_speed: float) -> Aim:
+    if isinstance(aim, Interval):
+        return replace(aim, aim=_paced(aim.aim, speed, turn_speed))
+    if isinstance(aim, Pose):
+        return replace(aim, speed=speed, turn_speed=turn_speed)
+    faster = turn_speed if isinstance(aim, TURN_AIMS) else speed
+    return replace(aim, speed=faster)  # pyright: ignore[reportArgumentType] - all aims are dataclasses with a speed

@@ -1,0 +1,90 @@
+"""Every choice of the pick, with its unit and what it trades."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+from eyehand.control import ControlOptions, PlannerOptions
+from eyehand.errors import InputError
+
+from .closing import GripOptions
+
+
+@dataclass(frozen=True)
+class PickOptions:
+    """Speeds, distances and time-outs of a pick, phase by phase.
+
+    Raises
+    ------
+    InputError
+        If a value is out of range.
+    """
+
+    control: ControlOptions = field(default_factory=lambda: ControlOptions(dt=0.004))
+    """Of the arm's ways far from the object; its period is the robot's."""
+    planner: PlannerOptions = field(default_factory=lambda: PlannerOptions(seconds=0.5))
+    """Of the search where such a way is stuck."""
+    grip: GripOptions = field(default_factory=GripOptions)
+    """Of the closing hand."""
+    near_margin: float = 0.003
+    """Distance kept from table and neighbours around the grasp, m: less reaches what lies lower and
+    closer, and forgives less of what was seen wrong."""
+    near_influence: float = 0.015
+    """Distance below which they repel there, m."""
+    transit_speed: float = 0.6
+    """Of the hand far from objects, m/s: faster saves time, and hits harder what was not seen."""
+    transit_turn_speed: float = 2.0
+    """Of its turning there, rad/s."""
+    back: float = 0.08
+    """How far before the grasp the last straight way begins, m: longer comes in straighter."""
+    approach_speed: float = 0.15
+    """Of that last way, m/s."""
+    reached: float = 0.003
+    """Error at which a place counts as reached, m or rad: the hand's compliance takes up the
+    rest."""
+    touch_force: float = 0.6
+    """Force on any pad that counts as touch, N."""
+    shift: float = 0.008
+    """How far the next try goes sideways from where a finger met the object too early, m."""
+    contact_retries: int = 2
+    """How often the hand backs off and comes again after such a touch."""
+    palm_search: float = 0.012
+    """How far a power grasp goes on past its goal to feel the object with the palm, m."""
+    palm_speed: float = 0.03
+    """Of the hand meanwhile, m/s."""
+    lift_height: float = 0.12
+    """m."""
+    lift_speed: float = 0.25
+    """m/s."""
+    drop_height: float = 0.012
+    """How far the object's lowest point is over the tray's floor when the hand opens, m."""
+    pre_grasp_seconds: float = 8.0
+    """Longest way to the pre-grasp, robot time, s."""
+    approach_seconds: float = 3.0
+    """Longest last way, s."""
+    close_seconds: float = 3.0
+    """Longest closing of the hand, s."""
+    grip_seconds: float = 0.15
+    """How long the grip settles before the lift, s."""
+    lift_seconds: float = 2.5
+    """Longest lift, s."""
+    check_seconds: float = 0.2
+    """How long the object is watched in the lifted hand, s."""
+    shake_seconds: float = 0.0
+    """How long the lifted object is shaken to try the grip, s; 0 does not."""
+    place_seconds: float = 8.0
+    """Longest way to the tray, s."""
+    open_seconds: float = 0.35
+    """How long the hand takes to open, s."""
+    tries: int = 2
+    """Ways to grasp one object before it is left alone."""
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if isinstance(value, float) and not 0.0 <= value < 1e3:
+                raise InputError(f"pick option {name} must lie in [0, 1000), got {value}")
+        if self.tries < 1 or self.contact_retries < 0:
+            raise InputError(
+                f"need tries >= 1 and contact_retries >= 0, got {self.tries}, "
+                f"{self.contact_retries}"
+            )
