@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .grip import Grip
     from .prototypes import Approach, Prototype
 
 Row = Literal[
@@ -37,9 +38,22 @@ class ApproachTask:
     """Unit direction, (3,): the axis itself, the plane's normal, the hand's goal axis, or the
     palm's preferred direction for `look_at`."""
     target: float
-    """Target value: a distance in m or an angle in rad."""
+    """Target value: a distance in m or an angle in rad; of an interval its lower bound."""
     says: str
     """What the task asks, for people."""
+    high: float | None = None
+    """Upper bound of an interval, inf for none; None for a plain target. An interval takes a row
+    only at a bound, and counts as 0 rows."""
+    recedes: float = 0.0
+    """By how much the target (and an interval's upper bound) grows per m that the hand stands
+    back."""
+    ahead: float | None = None
+    """Distance before the palm of the hand's point that is meant, m, which then recedes in place of
+    the target; None: the palm itself."""
+    hand_axis: Literal["x", "y", "z"] = "z"
+    """Axis of the hand that an alignment turns onto ``axis``."""
+    palm: NDArray[np.float64] | None = None
+    """Of an orientation: where the palm faces, (3,); ``axis`` is where the thumb is."""
 
 
 @dataclass(frozen=True)
@@ -77,9 +91,25 @@ class GraspPlan:
     """Least, likely and largest mass, kg."""
     reason: str
     """Why this prototype, or why none."""
+    grip: Grip | None = None
+    """Where and how the hand takes hold, as far as the object alone tells; None when refused."""
+    standoff: float = 0.0
+    """Distance of the palm from the object's centre at the grasp, along ``palm``, m."""
+    depth: float = 0.0
+    """Distance of the palm from the object's near face at the grasp, m."""
 
     def __bool__(self) -> bool:
         return self.prototype is not None
+
+    @property
+    def name(self) -> str:
+        """Approach and prototype, for people: ``top precision``; ``no grasp`` when refused."""
+        return f"{self.approach} {self.prototype}" if self.prototype else "no grasp"
+
+    @property
+    def kind(self) -> str:
+        """Solid that the object was taken for; ``unknown`` when there is none."""
+        return self.grip.kind if self.grip else "unknown"
 
     @property
     def rows(self) -> int:

@@ -47,8 +47,49 @@ class PrototypeLimits:
     """Opening beyond the object's width in the pre-shape."""
     opening: float = 0.135
     """Widest opening of the hand."""
+    least_clearance: float = 0.008
+    """Least opening beyond the width, half of it on either side: less touches on the way."""
     fingertip_height: float = 0.008
     """Least height for fingertips to get a hold above the support."""
+    fingertip_hold: float = 0.004
+    """Least overlap of tips and object along the palm's direction."""
+    finger_gap: float = 0.003
+    """Least free space between a neighbour and where a finger will be."""
+    easy_gap: float = 0.025
+    """Free space beside the fingers from which on neighbours are of no concern."""
+
+
+TASK_PREFERENCE: dict[GraspTask, dict[Prototype, float]] = {
+    "lift": {"power": 1.0, "precision": 0.9, "pincer": 0.9},
+    "move": {"power": 1.0, "precision": 0.85, "pincer": 0.8},
+    "hand-over": {"power": 0.7, "precision": 1.0, "pincer": 0.9},
+    "use": {"power": 1.0, "precision": 0.8, "pincer": 0.6},
+}
+"""How well each prototype serves what follows: carrying wants the whole hand, handing over wants
+a part of the object left free."""
+PRECISION_FALLBACK = 0.7
+"""Precision holds almost everything, but less surely than what suits the size."""
+SIDE_PRECISION = 0.8
+"""From the side fingertips carry the weight across their pads: above is better where it is free."""
+LONG_SIDE = 0.9
+"""Closing along the longer side holds with less to spare, and turns less easily into line."""
+SLENDER = (3.0, 6.0)
+"""Height over width from which an object topples when touched, and where it surely does."""
+TOPPLES = 0.7
+"""Worth of a grasp of what surely topples when touched."""
+PALM_AWAY = (0.010, 0.040)
+"""Distances of the palm from the object, m: up to the first a power grasp wraps, from the second
+on it is a squeeze of the fingers."""
+SQUEEZED = 0.85
+"""Worth of a power grasp without the palm."""
+EASY_HOLD = 0.015
+"""Overlap of tips and object from which on more does not matter, m."""
+SHALLOW = 0.6
+"""Worth of a hold by the very ends of the tips."""
+DOUBTED = 0.7
+"""Worth of a grasp across sides that nobody saw, at the largest doubt that counts."""
+CROWDED = 0.5
+"""Worth of a grasp whose fingers just pass the neighbours."""
 
 
 @dataclass(frozen=True)

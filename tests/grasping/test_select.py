@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping import SelectOptions, select_prototype
+from eyehand.grasping import SelectOptions, grasp_plans, select_prototype
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 
 TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
@@ -34,13 +34,13 @@ def ball(radius, **more):
 @pytest.mark.parametrize(
     ("item", "prototype", "approach", "rows"),
     [
-        (ball(0.012), "pincer", "top", 3),
-        (brick(0.02, 0.05, 0.02), "pincer", "top", 6),
+        (ball(0.012), "pincer", "top", 5),
+        (brick(0.02, 0.05, 0.02), "pincer", "top", 5),
         (can(0.03, 0.16), "power", "side", 4),
-        (brick(0.06, 0.09, 0.20), "power", "side", 6),
+        (brick(0.06, 0.09, 0.20), "power", "side", 5),
         (ball(0.0375), "power", "top", 3),
         (can(0.0375, 0.08), "power", "top", 5),
-        (brick(0.045, 0.10, 0.03), "precision", "top", 6),
+        (brick(0.045, 0.10, 0.03), "precision", "top", 5),
         (can(0.05, 0.03), "precision", "top", 5),
     ],
 )
@@ -50,7 +50,7 @@ def test_size_chooses_the_prototype_and_symmetry_the_rows(item, prototype, appro
     assert (plan.prototype, plan.approach, plan.rows) == (prototype, approach, rows)
     assert 0 < plan.score.total <= 1
     assert plan.score.total == pytest.approx(np.prod(list(plan.score.terms.values())))
-    assert len(plan.rejected) == 3
+    assert len(plan.rejected) == 4
     assert all(plan.rejected.values())
 
 
@@ -73,7 +73,7 @@ def test_what_the_hand_cannot_hold_is_refused_with_a_reason_each(item, says):
     plan = select_prototype(item, TABLE)
     assert not plan
     assert plan.rows == 0
-    assert len(plan.rejected) == 4
+    assert len(plan.rejected) == 5
     assert any(says in reason for reason in plan.rejected.values())
     assert says in plan.reason
 
@@ -91,19 +91,47 @@ def test_a_failed_fit_is_refused_with_the_fits_reason():
     assert "12 points are too few" in plan.reason
 
 
-def test_a_near_neighbour_rules_out_the_side():
-    alone, other = can(0.03, 0.16), can(0.03, 0.16, at=(0.07, 0.0), label=2)
+def ring(radius: float, count: int) -> list[SceneObject]:
+    """Cans all around the origin."""
+    angles = np.arange(count) * 2 * np.pi / count
+    places = radius * np.column_stack([np.cos(angles), np.sin(angles)])
+    return [can(0.02, 0.16, at=tuple(p), label=2 + k) for k, p in enumerate(places)]
+
+
+def test_neighbours_all_around_rule_out_the_side():
+    alone = can(0.03, 0.16)
     assert select_prototype(alone, TABLE, neighbours=[alone]).approach == "side"
-    crowded = select_prototype(alone, TABLE, neighbours=[alone, other])
+    crowded = select_prototype(alone, TABLE, neighbours=[alone, *ring(0.11, 9)])
     assert crowded.approach == "top"
-    assert "object 2" in crowded.rejected["side power"]
+    assert "stands where the hand goes" in crowded.rejected["side power"]
+
+
+def test_one_neighbour_leaves_the_sides_away_from_it():
+    beside = can(0.03, 0.16, at=(0.08, 0.0), label=2)
+    plans = grasp_plans(can(0.03, 0.16), TABLE, neighbours=[beside])
+    plan = next(plan for plan in plans if plan.name == "side power")
+    assert plan.grip is not None
+    assert plan.grip.cone < np.pi / 2
+    # The palm does not come through the neighbour.
+    assert plan.palm @ [1.0, 0.0, 0.0] > -0.5
+    assert any("off the side it comes from" in task.says for task in plan.tasks)
+
+
+def test_fingers_from_above_close_where_no_neighbour_stands():
+    wall = thing("box", [0.01, 0.1, 0.05], (0.1, 0.1), at=(0.060, 0.0), label=2)
+    plan = select_prototype(can(0.0375, 0.08), TABLE, neighbours=[wall])
+    assert plan.name == "top power"
+    assert abs(plan.closing @ [0.0, 1.0, 0.0]) > 0.8
+    assert plan.tasks[-1].name == "orientation"
+    assert plan.score.terms["room"] < 1.0
 
 
 def test_a_neighbour_without_a_solid_counts_by_its_points_and_one_below_does_not():
     alone = can(0.03, 0.16)
-    points = np.array([[0.04, 0.0, 0.1], [0.06, 0.0, 0.1], [0.05, 0.01, 0.05]])
-    unfitted = SceneObject(2, points, 3, SuperquadricFit.none("too few"), 0.0, 0)
-    assert select_prototype(alone, TABLE, neighbours=[unfitted]).approach == "top"
+    angles = np.arange(24) * 2 * np.pi / 24
+    points = np.column_stack([0.05 * np.cos(angles), 0.05 * np.sin(angles), np.full(24, 0.08)])
+    unfitted = SceneObject(2, points, 24, SuperquadricFit.none("too few"), 0.0, 0)
+    assert not select_prototype(alone, TABLE, neighbours=[unfitted])
     below = thing("box", [0.1, 0.1, 0.01], (0.1, 0.1), label=3)
     assert select_prototype(alone, TABLE, neighbours=[below]).approach == "side"
 

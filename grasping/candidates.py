@@ -1,0 +1,152 @@
+"""All grasps of an object that a hand could try, each judged."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .depths import GraspDepths, Stance, stance
+from .finger_room import finger_room
+from .grip import Grip, turned
+from .suitability import Judgement, judge, room_term
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from .finger_room import Neighbours
+    from .hand_model import HandModel
+    from .prototypes import Approach, GraspTask, Prototype, PrototypeLimits
+
+KINDS_OF_GRASP: tuple[tuple[Prototype, Approach], ...] = (
+    ("pincer", "top"),
+    ("power", "side"),
+    ("power", "top"),
+    ("precision", "top"),
+    ("precision", "side"),
+)
+"""Prototypes with where the palm comes from."""
+TURNS = 12
+"""Directions about up that are tried where symmetry leaves them free and neighbours do not."""
+NARROWEST_CONE = 0.14
+"""Half the angle left to the hand where only one direction is free of neighbours, rad."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """One grasp, judged."""
+
+    prototype: Prototype
+    """How the hand closes."""
+    grip: Grip
+    """Where it takes hold."""
+    opening: float
+    """Free width of the open hand, m."""
+    stance: Stance
+    """Where the palm is."""
+    judgement: Judgement
+    """Refusal or score."""
+
+    @property
+    def name(self) -> str:
+        """Approach and prototype."""
+        return f"{self.grip.approach} {self.prototype}"
+
+
+@dataclass(frozen=True)
+class Circumstances:
+    """What is the same for all grasps of one object."""
+
+    hand: HandModel
+    """The hand."""
+    near: Neighbours
+    """Its neighbours."""
+    mass: float
+    """Likely mass, kg."""
+    visible: float
+    """Visible share of the outline, 0-1."""
+    narrowest: float
+    """Smallest horizontal width, m."""
+    task: GraspTask
+    """What follows."""
+    limits: PrototypeLimits
+    """Sizes that the prototypes suit."""
+    depths: GraspDepths
+    """Where the object is to be in the hand."""
+
+
+def candidates(ways: Sequence[Grip], given: Circumstances) -> Iterator[Candidate]:
+    """Give every prototype in every grip, refused ones with the reason."""
+    for prototype, approach in KINDS_OF_GRASP:
+        for grip in ways:
+            if grip.approach == approach:
+                yield from _between_neighbours(_candidate(prototype, grip, given), given)
+
+
+def _candidate(prototype: Prototype, grip: Grip, given: Circumstances) -> Candidate:
+    limits, hand = given.limits, given.hand
+    wanted = grip.width + limits.clearance + 2.0 * grip.doubt
+    opening = float(min(wanted, limits.opening, hand.widest))
+    place = stance(grip, prototype, opening, hand, given.depths)
+    judgement = judge(
+        prototype,
+        grip,
+        place,
+        hand,
+        mass=given.mass,
+        visible=given.visible,
+        narrowest=given.narrowest,
+        task=given.task,
+        limits=limits,
+    )
+    return Candidate(prototype, grip, opening, place, judgement)
+
+
+def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Candidate]:
+    """Judge the room for the fingers; where neighbours take some, hold what symmetry left free."""
+    if found.judgement.refusal or not len(given.near.points):
+        yield found
+        return
+    grip = found.grip
+    if grip.freedom == "none":
+        yield _with_room(found, grip, given)
+        return
+    tries = [_with_room(found, turn, given) for turn in turned(grip, TURNS)]
+    clear = [not one.judgement.refusal for one in tries]
+    if all(clear) or not any(clear):
+        yield min(tries, key=lambda one: one.judgement.total) if all(clear) else tries[0]
+    elif grip.freedom == "around":
+        first, count = _longest_run(clear)
+        middle = tries[(first + count // 2) % TURNS]
+        cone = max((count - 1) * np.pi / TURNS, NARROWEST_CONE)
+        if count % 2 == 0:
+            cone -= np.pi / TURNS
+        yield replace(middle, grip=replace(middle.grip, cone=max(cone, NARROWEST_CONE)))
+    else:
+        fixed = sorted(tries, key=lambda one: -one.judgement.total)[:2]
+        for one in fixed:
+            held = _candidate(found.prototype, replace(one.grip, freedom="none"), given)
+            yield _with_room(held, held.grip, given)
+
+
+def _with_room(found: Candidate, grip: Grip, given: Circumstances) -> Candidate:
+    gap, label = finger_room(grip, found.stance, found.opening, given.hand, given.near)
+    refusal = found.judgement.refusal
+    if gap < given.limits.finger_gap:
+        refusal = refusal or f"object {label} stands where the hand goes"
+    terms = {**found.judgement.terms, "room": room_term(gap, given.limits)}
+    return replace(found, grip=grip, judgement=Judgement(refusal, terms))
+
+
+def _longest_run(clear: list[bool]) -> tuple[int, int]:
+    """First place and length of the longest run of true values around a circle that has both."""
+    count = len(clear)
+    best = (0, 0)
+    for first in range(count):
+        length = 0
+        while length < count and clear[(first + length) % count]:
+            length += 1
+        if length > best[1]:
+            best = (first, length)
+    return best

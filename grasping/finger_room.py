@@ -1,0 +1,91 @@
+"""Free space for the hand between neighbours, at the places where its fingers will be."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import SceneObject
+
+    from .depths import Stance
+    from .grip import Grip
+    from .hand_model import HandModel
+
+POINTS = 220
+"""Points on a neighbour's surface: some 7 mm apart on a thing of the size of a fist."""
+WAY_BACK = 0.06
+"""How far back along its way the hand must be free too, m."""
+
+
+class Neighbours(NamedTuple):
+    """Surface points of all objects but one."""
+
+    points: NDArray[np.float64]
+    """(M, 3), m."""
+    labels: NDArray[np.int64]
+    """Label of the object of each, (M,)."""
+
+
+def neighbour_points(item: SceneObject, others: Sequence[SceneObject]) -> Neighbours:
+    """Sample the other objects: their solids, or what was seen of them where none fits."""
+    clouds, labels = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)]
+    for other in others:
+        if other.label == item.label:
+            continue
+        solid = other.fit.superquadric
+        if solid is not None and other.fit:
+            cloud = solid.project_radially(solid.centre + _SPHERE * solid.semi_axes.max())
+        else:
+            cloud = other.points[:: max(len(other.points) // POINTS, 1)]
+        clouds.append(cloud)
+        labels.append(np.full(len(cloud), other.label, dtype=np.int64))
+    return Neighbours(np.concatenate(clouds), np.concatenate(labels))
+
+
+def finger_room(
+    grip: Grip, stance: Stance, opening: float, hand: HandModel, near: Neighbours
+) -> tuple[float, int]:
+    """Distance from the open hand to the nearest neighbour, m, and that one's label.
+
+    The hand is three boxes: fingers, thumb, and the palm with what is behind it. Its palm may
+    stand anywhere in its interval: the middle counts. Infinite, and 0, without neighbours.
+    """
+    if not len(near.points):
+        return float("inf"), 0
+    along = grip.axis if grip.approach == "top" else grip.up
+    palm = grip.centre - stance.standoff * grip.palm + 0.5 * (stance.low + stance.high) * along
+    local = (near.points - palm) @ np.array([grip.closing, grip.axis, grip.palm]).T
+    outer = 0.5 * hand.spread(opening)
+    reach = float(hand.reach(opening))
+    inner = min(0.5 * opening, outer)
+    closed = 0.5 * float(hand.spreads[0])
+    row = 0.5 * hand.row
+    low = np.array(
+        [
+            [-outer, -row, -WAY_BACK],
+            [inner, -row, -WAY_BACK],
+            [-closed, -row, -hand.palm_depth - WAY_BACK],
+        ]
+    )
+    high = np.array([[-inner, row, reach], [outer, row, reach], [closed, row, 0.0]])
+    outside = np.maximum(np.maximum(low[:, None] - local, local - high[:, None]), 0.0)
+    distance = np.sqrt((outside**2).sum(axis=2)).min(axis=0)
+    nearest = int(np.argmin(distance))
+    return float(distance[nearest]), int(near.labels[nearest])
+
+
+def _evenly_on_sphere(count: int) -> NDArray[np.float64]:
+    """Points spread over the unit sphere along a spiral of the golden angle, (count, 3)."""
+    turn = np.pi * (3.0 - np.sqrt(5.0)) * np.arange(count)
+    z = 1.0 - 2.0 * (np.arange(count) + 0.5) / count
+    around = np.sqrt(1.0 - z**2)
+    return np.column_stack([around * np.cos(turn), around * np.sin(turn), z])
+
+
+_SPHERE = _evenly_on_sphere(POINTS)

@@ -1,0 +1,145 @@
+"""Obstacles enclose what they stand for, and leave the object that is to be grasped."""
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Sphere
+from eyehand.grasping import SurroundingsOptions, surroundings
+from eyehand.perception import (
+    Scene,
+    SceneObject,
+    Segmentation,
+    Superquadric,
+    SuperquadricFit,
+    SupportPlane,
+)
+from eyehand.perception.superquadric import sample_surface
+
+EYE = np.array([0.9, 0.0, 0.8])
+KINDS = {
+    "sphere": (1.0, 1.0),
+    "ellipsoid": (1.0, 1.0),
+    "cylinder": (0.1, 1.0),
+    "box": (0.1, 0.1),
+    "superquadric": (0.5, 0.7),
+}
+
+
+def item(label, kind, at, rng, size=0.03) -> SceneObject:
+    axes = np.sort(rng.uniform(0.6, 1.4, 3) * size)[::-1]
+    if kind == "sphere":
+        axes = np.full(3, axes[0])
+    if kind == "cylinder":
+        axes[1] = axes[0]
+    pose = RigidTransform.from_components(at, Rotation.random(rng=rng))
+    solid = Superquadric(axes, KINDS[kind], pose, kind)
+    fit = SuperquadricFit(solid, True, "", np.zeros(9), (), 0.0)
+    return SceneObject(label, sample_surface(solid, 100, rng), 900, fit, 1.0, 0)
+
+
+def scene(*objects: SceneObject) -> Scene:
+    segmentation = Segmentation(np.zeros((2, 2), np.int32), None, 0.001, {})
+    support = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
+    return Scene("world", support, objects, EYE, segmentation, {})
+
+
+def inside(obstacle, points) -> np.ndarray:
+    """How far points are inside an obstacle's surface, m (or a share of its size), (N,)."""
+    local = obstacle.pose.inv().apply(points)
+    match obstacle.shape:
+        case Sphere(radius=r):
+            return r - np.linalg.norm(local, axis=1)
+        case Box(half_extents=half):
+            return (half - np.abs(local)).min(axis=1)
+        case Ellipsoid(semi_axes=a):
+            return 1.0 - np.linalg.norm(local / a, axis=1)
+        case Cylinder(radius=r, half_length=half):
+            return np.minimum(r - np.hypot(*local.T[:2]), half - np.abs(local[:, 2]))
+        case ConvexMesh(vertices=v):
+            planes = ConvexHull(v).equations
+            return -(local @ planes[:, :3].T + planes[:, 3]).max(axis=1)
+    raise AssertionError(obstacle.shape)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_an_obstacle_encloses_its_solid(kind):
+    rng = np.random.default_rng(3)
+    one = item(1, kind, [0.0, 0.1, 0.1], rng)
+    found = {obstacle.name: obstacle for obstacle in surroundings(scene(one))}
+    assert set(found) == {"table", "object 1", "behind 1"}
+    # A mesh has corners on the surface, and its faces are chords of it.
+    assert inside(found["object 1"], one.points).min() > (
+        -2e-3 if kind == "superquadric" else -1e-9
+    )
+    assert inside(found["behind 1"], one.points).min() > -2.5e-3
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10_000), kind=st.sampled_from(sorted(KINDS)))
+def test_unseen_space_is_behind_the_object_above_the_table_and_off_the_target(seed, kind):
+    rng = np.random.default_rng(seed)
+    place = np.append(rng.uniform(-0.05, 0.05, 2), 0.06)
+    aside = rng.normal(size=2)
+    apart = np.append(0.13 * aside / np.linalg.norm(aside), 0.0)
+    one, target = item(1, kind, place, rng), item(2, "box", place + apart, rng)
+    found = surroundings(scene(one, target), target)
+    assert {obstacle.name for obstacle in found} == {"table", "object 1", "behind 1"}
+    (behind,) = (obstacle for obstacle in found if obstacle.name == "behind 1")
+    assert isinstance(behind.shape, ConvexMesh)
+    vertices = behind.pose.apply(behind.shape.vertices)
+    assert vertices[:, 2].min() > -1e-9
+    assert np.linalg.norm(vertices - place, axis=1).max() < 0.12 + 0.08
+    for obstacle in found:
+        assert inside(obstacle, target.points).max() < 1e-9
+
+
+def test_a_point_behind_is_occupied_and_one_before_is_not():
+    rng = np.random.default_rng(0)
+    one = item(1, "sphere", [0.0, 0.0, 0.08], rng)
+    (behind,) = (found for found in surroundings(scene(one)) if found.name == "behind 1")
+    centre = np.array([0.0, 0.0, 0.08])
+    ray = (centre - EYE) / np.linalg.norm(centre - EYE)
+    assert inside(behind, (centre + 0.06 * ray)[None])[0] > 0.0
+    assert inside(behind, (centre - 0.06 * ray)[None])[0] < 0.0
+    none = surroundings(scene(one), options=SurroundingsOptions(unseen=False))
+    assert {found.name for found in none} == {"table", "object 1"}
+
+
+def test_the_table_is_below_its_plane_and_wider_than_the_objects():
+    rng = np.random.default_rng(0)
+    one = item(1, "box", [0.2, -0.1, 0.08], rng)
+    table = surroundings(scene(one))[0]
+    above, below = np.array([[0.2, -0.1, 0.001]]), np.array([[0.55, -0.1, -0.05]])
+    assert inside(table, above)[0] < 0.0
+    assert inside(table, below)[0] > 0.0
+
+
+def test_what_has_no_solid_is_the_hull_of_its_points():
+    rng = np.random.default_rng(0)
+    none = SuperquadricFit.none("too few")
+    cloud = rng.uniform([-0.03, -0.03, 0.03], [0.03, 0.03, 0.09], (60, 3))
+    lump = SceneObject(1, cloud, 60, none, 0.0, 0)
+    flat = SceneObject(2, cloud * [1.0, 1.0, 0.0] + [0.2, 0.0, 0.01], 60, none, 0.0, 0)
+    nothing = SceneObject(3, np.zeros((0, 3)), 0, none, 0.0, None)
+    found = {one.name: one for one in surroundings(scene(lump, flat, nothing))}
+    assert inside(found["object 1"], cloud).min() > -1e-9
+    assert isinstance(found["object 2"].shape, Box)
+    assert "object 3" not in found
+
+
+def test_five_objects_take_little_time():
+    rng = np.random.default_rng(0)
+    five = [item(k, "box", [0.12 * k, 0.0, 0.05], rng) for k in range(1, 6)]
+    surroundings(scene(*five), five[0])
+    best = float("inf")
+    for _ in range(5):
+        began = time.perf_counter()
+        surroundings(scene(*five), five[0])
+        best = min(best, time.perf_counter() - began)
+    assert best < 0.02
