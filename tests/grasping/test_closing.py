@@ -1,0 +1,128 @@
+"""Closing waits where it touches, grips when both sides do, and says when nothing is there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eyehand.errors import InputError
+from eyehand.grasping.closing import Closing, GripOptions, curl, held, preshape_command, width
+from eyehand.grasping.hand_model import HandModel
+from eyehand.grasping.robot import HandReading
+
+DT = 0.004
+FINGERS = ("index", "middle", "ring", "thumb")
+
+
+@pytest.fixture
+def hand():
+    openings = np.linspace(0.0, 0.12, 13)
+    pull = (0.12 - openings) * 0.08
+    excursions = np.column_stack([2 * pull, pull, pull, 0 * pull, 0 * pull])
+    joints = tuple(f"{f}_{k}" for f in FINGERS for k in (1, 2))
+    return HandModel(
+        drives=("outer", "middle", "thumb", "wrap", "thumb_wrap"),
+        joints=joints,
+        pads=(*(f"{f}_distal" for f in FINGERS), "palm_pad"),
+        fingers=FINGERS,
+        openings=openings,
+        reaches=np.full(13, 0.1),
+        excursions=excursions,
+        spreads=openings + 0.03,
+        row=0.09,
+        middle_row=0.03,
+        thickness=0.012,
+        palm_depth=0.06,
+    )
+
+
+def reading(hand, excursions, forces, angles=None):
+    return HandReading(
+        excursions=np.asarray(excursions, dtype=float),
+        tensions=np.full(5, 8.0),
+        angles=np.zeros(8) if angles is None else angles,
+        forces=np.asarray(forces, dtype=float),
+        tips=(),
+    )
+
+
+def test_the_side_that_touches_first_waits(hand):
+    closing = Closing(hand, "precision", 0.08)
+    start = hand.pulled(0.08)
+    command = closing.step(reading(hand, start, [0, 0, 0, 2, 0]), DT)
+
+    assert command.modes[2] == "hold"
+    assert command.modes[0] == command.modes[1] == "place"
+    assert command.values[1] > start[1]
+    assert not closing.touched
+
+
+def test_both_sides_touched_the_force_rises_to_the_prototypes(hand):
+    closing = Closing(hand, "precision", 0.08)
+    felt = reading(hand, hand.pulled(0.06), [1, 1, 1, 3, 0])
+    command = closing.step(felt, DT)
+    assert closing.touched
+    levels = []
+    for _ in range(250):
+        command = closing.step(felt, DT)
+        levels.append(command.values[1])
+
+    assert closing.state == "holding"
+    assert (np.diff(levels) >= 0).all()
+    assert levels[-1] == pytest.approx(70.0)
+    assert command.modes[2] == "hold"
+    assert command.values[2] >= 3 * 70.0
+
+
+def test_nothing_between_ends_empty(hand):
+    closing = Closing(hand, "pincer", 0.04)
+    closed = hand.excursions[0] * 1.02
+    closing.step(reading(hand, closed, [0, 3, 0, 3, 0]), DT)
+
+    assert closing.state == "empty"
+
+
+def test_what_slips_out_is_noticed(hand):
+    closing = Closing(hand, "precision", 0.08)
+    felt = reading(hand, hand.pulled(0.06), [1, 1, 1, 3, 0])
+    for _ in range(250):
+        closing.step(felt, DT)
+    for _ in range(60):
+        closing.step(reading(hand, hand.pulled(0.0), [0, 0, 0, 0, 0]), DT)
+
+    assert closing.state == "empty"
+
+
+def test_a_pincer_leaves_the_outer_fingers_open(hand):
+    command = preshape_command(hand, 0.04, "pincer")
+    assert command.values[0] == 0.0
+    closing = Closing(hand, "pincer", 0.04)
+    for _ in range(20):
+        command = closing.step(reading(hand, hand.pulled(0.04), [0, 0, 0, 0, 0]), DT)
+
+    assert command.values[0] == 0.0
+    assert command.values[1] > hand.pulled(0.04)[1]
+
+
+def test_width_and_curl_read_the_hand(hand):
+    felt = reading(hand, hand.pulled(0.05), [1, 1, 1, 3, 0], np.tile([0.2, 0.4], 4))
+
+    assert width(felt, hand) == pytest.approx(0.05, abs=1e-6)
+    assert curl(felt, hand) == pytest.approx(0.4)
+    assert held(felt, hand)
+
+
+def test_light_loads_get_less_force_and_none_more_than_the_prototypes():
+    full = GripOptions().grip("precision", 3)
+    light = GripOptions(load=0.05).grip("precision", 3)
+
+    assert light < full
+    assert GripOptions(load=5.0).grip("precision", 3) == full
+    assert light >= GripOptions().least_share * full
+
+
+def test_bad_options_are_refused():
+    with pytest.raises(InputError, match="ramp"):
+        GripOptions(ramp=0.0)
+    with pytest.raises(InputError, match="prototype"):
+        Closing(None, "fist", 0.05)  # pyright: ignore[reportArgumentType]
