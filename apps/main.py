@@ -71,6 +71,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.touch.touch_cable:touch_cable",
         "follow cables of unknown shape along a table, slowly and fast",
     ),
+    "touch seek": (
+        "eyehand.apps.touch.touch_seek:touch_seek",
+        "find ridges, edges and corners of unknown objects, and go round them",
+    ),
     "touch stress": (
         "eyehand.apps.touch.stress_touch:touch_stress",
         "make touching harder until the servo breaks, and chart where",

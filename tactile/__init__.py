@@ -8,7 +8,8 @@ from .calibration_file import load_calibration, save_calibration
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features
 from .filters import FeatureFilter, MovingAngle, MovingAverage
-from .guidance import Guidance, GuideOptions, Spot, TouchGuide
+from .guidance import Guidance, Spot, TouchGuide
+from .guide_options import GuideOptions
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
 from .options import ServoOptions

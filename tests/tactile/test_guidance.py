@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.tactile import ContactFeatures
+from eyehand.tactile import ContactFeatures, TactileImage, contact_features
 from eyehand.tactile.area_slope import AreaSlope
-from eyehand.tactile.guidance import GuideOptions, TouchGuide
+from eyehand.tactile.guidance import TouchGuide
+from eyehand.tactile.guide_options import GuideOptions
 from eyehand.tactile.servo import TactileServo
 from eyehand.tactile.switches import PRESS
 
-from .closed_loop import DT, World, box, rod
+from .closed_loop import DT, PAD, World, box, rod
 
 NOTHING = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+EVEN = TactileImage(np.full(256, 1000.0), PAD)
+"""A face that goes on beyond the pad everywhere."""
 
 
 def explore(height, options, stiffness=5e6, seconds=60.0):
@@ -21,11 +24,12 @@ def explore(height, options, stiffness=5e6, seconds=60.0):
     servo, guide = TactileServo(switches=PRESS), TouchGuide(options)
     spots, peak, landed = [], 0.0, False
     for _ in range(round(seconds / DT)):
-        features = world.features()
+        image = world.image()
+        features = contact_features(image, world.threshold)
         landed = landed or bool(features)
         outer = np.array([0.0, 0.0, 0.01, 0.0, 0.0, 0.0])
         if landed:
-            found = guide.step(features, DT)
+            found = guide.step(features, image, DT)
             outer = found.twist
             if found.spot:
                 place = world.place + world.rotation.apply(found.spot.place)
@@ -37,17 +41,62 @@ def explore(height, options, stiffness=5e6, seconds=60.0):
     raise AssertionError("never ended")
 
 
-@pytest.mark.parametrize("heading", [0.3, 2.2])
-def test_the_rim_of_a_box_is_found_and_followed_from_corner_to_corner(heading):
-    options = GuideOptions(heading=heading, spots=5, speed=0.05)
-    spots, guide, peak = explore(box(0.08, 0.06), options)
-    assert guide.outcome == "done"
+def turned(height, angle):
+    """The same object, turned about the world's z."""
+    c, s = np.cos(angle), np.sin(angle)
+    return lambda x, y: height(c * x + s * y, -s * x + c * y)
+
+
+def turn_back(place, angle):
+    """A place in the frame of an object that is turned so."""
+    return np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]]) @ place
+
+
+@pytest.mark.parametrize(("heading", "angle"), [(0.3, 0.0), (2.2, 0.6)])
+def test_the_rim_of_a_box_is_found_and_followed_all_round(heading, angle):
+    options = GuideOptions(heading=heading, speed=0.08)
+    spots, guide, peak = explore(turned(box(0.08, 0.06), angle), options)
+    assert guide.outcome == "round"
     assert [kind for kind, _ in spots] == ["edge", *["corner"] * 4]
-    corners = {tuple(np.sign(place)) for _, place in spots[1:]}
-    assert len(corners) == 4
-    for _, place in spots[1:]:
-        assert np.allclose(np.abs(place), [0.08, 0.06], atol=0.004)
+    places = [turn_back(place, angle) for _, place in spots[1:]]
+    assert len({tuple(np.sign(place)) for place in places}) == 4
+    for place in places:
+        assert np.allclose(np.abs(place), [0.08, 0.06], atol=0.0015)
     assert peak < 2000.0
+
+
+def test_an_edge_that_turns_outwards_has_an_inner_corner():
+    arm, other = box(0.09, 0.04), box(0.04, 0.09)
+
+    def cross(x, y):
+        return np.minimum(arm(x, y), other(x, y))
+
+    spots, guide, _ = explore(turned(cross, 0.3), GuideOptions(speed=0.08, spots=7))
+    assert guide.outcome == "done"
+    kinds = [kind for kind, _ in spots[1:]]
+    inner = [number for number, kind in enumerate(kinds) if kind == "inner_corner"]
+    assert len(inner) == 2
+    assert inner[1] - inner[0] == 3, "two corners of an arm between them"
+    for kind, place in spots[1:]:
+        size = np.sort(np.abs(turn_back(place, 0.3)))
+        assert np.allclose(size, [0.04, 0.04 if kind == "inner_corner" else 0.09], atol=0.002)
+
+
+def test_a_round_face_has_no_corner():
+    def disc(x, y):
+        return np.where(np.hypot(x, y) < 0.065, 0.0, np.inf)
+
+    spots, guide, _ = explore(disc, GuideOptions(speed=0.08))
+    assert guide.outcome == "round"
+    assert [kind for kind, _ in spots] == ["edge"]
+
+
+def test_a_pad_that_does_not_move_as_asked_is_told():
+    guide = TouchGuide()
+    contact = ContactFeatures(1.0, np.zeros(3), 1000.0, 6e-3, 0.0, 0.1)
+    steps = [guide.step(contact, EVEN, DT, np.zeros(6)) for _ in range(300)]
+    assert steps[-1].outcome == "blocked"
+    assert not steps[-1].twist.any()
 
 
 def test_a_ridge_is_followed_to_both_its_ends():
@@ -61,8 +110,8 @@ def test_a_ridge_is_followed_to_both_its_ends():
     assert guide.outcome == "done"
     assert [kind for kind, _ in spots] == ["ridge", "end", "end"]
     ends = 0.07 * np.array([np.cos(0.5), np.sin(0.5)])
-    assert np.allclose(spots[1][1], ends, atol=0.004)
-    assert np.allclose(spots[2][1], -ends, atol=0.004)
+    assert np.allclose(spots[1][1], ends, atol=0.0015)
+    assert np.allclose(spots[2][1], -ends, atol=0.0015)
 
 
 def test_on_an_endless_face_the_search_is_bounded():
@@ -74,7 +123,7 @@ def test_on_an_endless_face_the_search_is_bounded():
 
 def test_without_contact_it_rests_and_gives_up():
     guide = TouchGuide(GuideOptions(lost_seconds=0.5))
-    steps = [guide.step(NOTHING, DT) for _ in range(200)]
+    steps = [guide.step(NOTHING, EVEN, DT) for _ in range(200)]
     assert not any(step.twist.any() for step in steps)
     assert steps[-1].outcome == "lost"
 
@@ -82,7 +131,7 @@ def test_without_contact_it_rests_and_gives_up():
 def test_time_is_bounded_too():
     guide = TouchGuide(GuideOptions(seconds=0.5, travel=10.0))
     round_contact = ContactFeatures(1.0, np.zeros(3), 1000.0, 1e-3, 0.0, 0.1)
-    steps = [guide.step(round_contact, DT) for _ in range(200)]
+    steps = [guide.step(round_contact, EVEN, DT) for _ in range(200)]
     assert steps[-1].outcome == "out_of_time"
     assert not steps[-1].twist.any()
 
@@ -95,7 +144,8 @@ def test_seeking_turns_to_where_the_imprint_shrinks(downhill):
     start = np.zeros(2)
     for cycle in range(round(12.0 / DT)):
         area = 2e-3 - 5e-3 * float(place @ way) + rng.normal(0.0, 2.5e-5)
-        twist = guide.step(ContactFeatures(1.0, np.zeros(3), 1000.0, area, 0.0, 0.1), DT).twist
+        contact = ContactFeatures(1.0, np.zeros(3), 1000.0, area, 0.0, 0.1)
+        twist = guide.step(contact, EVEN, DT).twist
         place = place + twist[:2] * DT
         if cycle == round(6.0 / DT):
             start = place

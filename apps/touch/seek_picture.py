@@ -1,0 +1,219 @@
+"""The picture of what was sought by touch: objects from above, ways, spots, and a few imprints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..evaluation.chart_style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    LABEL,
+    MARGIN,
+    PEER,
+    TEXT,
+    VERMILION,
+    WIDTH,
+    Provenance,
+    new_chart,
+    sign,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+    from numpy.typing import NDArray
+
+    from .seek_run import SeekRun
+
+COLUMNS = 3
+SIDE, BETWEEN, NAME = 2.44, 0.12, 0.34
+"""Of a panel, between panels, and for a panel's name, inches."""
+TOP, FOOT = 0.78, 0.94
+"""Height of the title, and of footer and key, inches."""
+FACE, RIM = "#E9E2D5", "#8C8271"
+"""Colours of an object and of its rim."""
+HALF_VIEW = 100.0
+"""Of each object's panel, mm: the same scale for all."""
+SHOWN_KINDS = ("edge", "corner", "inner_corner", "end")
+"""Whose imprints are shown."""
+HALF_PAD = 40.0
+"""mm."""
+PATH_WIDTH = 1.4
+"""Points."""
+SPOT_SIZE, TRUE_SIZE = 5.5, 10.5
+"""Of the marks, points: the found one lies within the ring of the true one."""
+KIND_NAMES = {
+    "ridge": "ridge",
+    "edge": "edge",
+    "corner": "corner",
+    "inner_corner": "inner corner",
+    "end": "end of a ridge",
+}
+
+
+def seek_picture(runs: Sequence[SeekRun], seed: int) -> Figure:
+    """Draw each object from above as it lay, the pad's way over it, and what was found.
+
+    Parameters
+    ----------
+    runs
+        One panel each.
+    seed
+        For the footer.
+    """
+    cells = len(runs) + 1
+    rows = -(-cells // COLUMNS)
+    height = TOP + rows * (SIDE + NAME) + FOOT
+    figure, panels = new_chart(
+        "Ridges, edges and corners, found by touch alone",
+        "objects from above as they lay; nothing is known of them but what the pad feels",
+        rows=rows,
+        columns=COLUMNS,
+        height=height,
+    )
+    for number, panel in enumerate(panels):
+        row, column = divmod(number, COLUMNS)
+        left = MARGIN + column * (SIDE + BETWEEN)
+        low = height - TOP - (row + 1) * (SIDE + NAME)
+        panel.set_position((left / WIDTH, low / height, SIDE / WIDTH, SIDE / height))
+    for panel, run in zip(panels, runs, strict=False):
+        _map(panel, run)
+    for panel in panels[len(runs) :]:
+        panel.set_axis_off()
+    _imprints(figure, panels[len(runs)], runs)
+    _key(figure)
+    spots = sum(len(run.spots) for run in runs)
+    sign(figure, Provenance("simulated 16 × 16 pad on an arm", seed, spots, "spot"))
+    return figure
+
+
+def _map(axes: Axes, run: SeekRun) -> None:
+    turn = np.array([[np.cos(run.turn), -np.sin(run.turn)], [np.sin(run.turn), np.cos(run.turn)]])
+    whole = run.shape.outline
+    around = whole @ turn.T
+    middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
+
+    def seen(points: NDArray[np.float64]) -> NDArray[np.float64]:
+        return 1e3 * (np.atleast_2d(points) @ turn.T - middle).T
+
+    if len(whole) > 2:
+        axes.fill(*seen(whole), facecolor=FACE, edgecolor=RIM, linewidth=1.2, zorder=1)
+    else:
+        axes.plot(*seen(whole), color=FACE, linewidth=9.0, solid_capstyle="butt", zorder=1)
+        axes.plot(*seen(whole), color=RIM, linewidth=1.2, zorder=1)
+    if len(run.path):
+        axes.plot(*seen(run.path), color=BLUE, linewidth=PATH_WIDTH, zorder=3)
+        axes.plot(*seen(run.path[0]), "o", color=BLUE, markersize=5, zorder=4)
+    if len(run.shape.corners):
+        axes.plot(
+            *seen(run.shape.corners),
+            "o",
+            markersize=TRUE_SIZE,
+            markerfacecolor="none",
+            markeredgecolor=INK,
+            markeredgewidth=1.1,
+            zorder=5,
+        )
+    for spot in run.spots:
+        sharp = spot.kind not in ("ridge", "edge")
+        axes.plot(
+            *seen(spot.place),
+            "o" if sharp else "D",
+            color=VERMILION if sharp else GREEN,
+            markersize=SPOT_SIZE,
+            markeredgewidth=0,
+            zorder=6,
+        )
+    axes.set_xlim(-HALF_VIEW, HALF_VIEW)
+    axes.set_ylim(-HALF_VIEW, HALF_VIEW)
+    axes.set_aspect("equal", adjustable="box")
+    axes.set_xticks([])
+    axes.set_yticks([])
+    axes.spines["bottom"].set_visible(False)
+    axes.set_title(
+        run.shape.name.capitalize(), size=LABEL, color=INK, weight="bold", loc="left", pad=6
+    )
+    axes.set_title(_said(run), size=TEXT - 0.5, color=FAINT, loc="right", pad=6)
+    axes.plot([HALF_VIEW - 50.0, HALF_VIEW], [-HALF_VIEW] * 2, color=PEER, linewidth=2.0)
+    axes.annotate(
+        "50 mm",
+        (HALF_VIEW - 25.0, -HALF_VIEW),
+        xytext=(0, 3),
+        textcoords="offset points",
+        ha="center",
+        size=TEXT - 1.5,
+        color=FAINT,
+    )
+
+
+def _said(run: SeekRun) -> str:
+    errors = [1e3 * s.error for s in run.spots if s.kind not in ("ridge", "edge")]
+    ended = "" if run.outcome in ("round", "done") else f"{run.outcome.replace('_', ' ')}, "
+    return f"{ended}off by up to {max(errors):.1f} mm" if errors else ended.strip(", ")
+
+
+def _imprints(figure: Figure, panel: Axes, runs: Sequence[SeekRun]) -> None:
+    """Draw what was felt at the first spot of each kind, turned as the maps are."""
+    from matplotlib.colors import LinearSegmentedColormap
+
+    shades = LinearSegmentedColormap.from_list("touch", ["#FFFFFF", BLUE])
+    panel.set_title("Felt there", size=LABEL, color=INK, weight="bold", loc="left", pad=6)
+    place = panel.get_position()
+    wide, high = 0.43 * place.width, 0.43 * place.height
+    shown = [
+        next(((run, s) for run in runs for s in run.spots if s.kind == kind), None)
+        for kind in SHOWN_KINDS
+    ]
+    for number, (run, spot) in enumerate(one for one in shown if one):
+        left = place.x0 + (0.02 + (number % 2) * 0.52) * place.width
+        low = place.y1 - (0.43 + (number // 2) * 0.54) * place.height
+        cell = figure.add_axes((left, low, wide, high))
+        middles = [np.linspace(-1.0, 1.0, 2 * n + 1)[1::2] * HALF_PAD for n in spot.image.shape]
+        x, y = np.einsum("ij,jrc->irc", run.pad_axes, np.meshgrid(middles[1], middles[0]))
+        cell.pcolormesh(x, y, spot.image, cmap=shades, vmin=0.0, shading="nearest")
+        cell.set_aspect("equal")
+        cell.set_xticks([])
+        cell.set_yticks([])
+        for edge in cell.spines.values():
+            edge.set_color(PEER)
+        cell.set_xlabel(KIND_NAMES[spot.kind], size=TEXT - 0.5, color=INK, labelpad=3)
+
+
+def _key(figure: Figure) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D(
+            [], [], color=BLUE, linewidth=PATH_WIDTH, marker="o", markersize=5, markevery=(0, 9)
+        ),
+        Line2D([], [], color=GREEN, marker="D", linestyle="none", markersize=SPOT_SIZE),
+        Line2D([], [], color=VERMILION, markersize=SPOT_SIZE, marker="o", linestyle="none"),
+        Line2D(
+            [],
+            [],
+            markersize=TRUE_SIZE,
+            markerfacecolor="none",
+            markeredgecolor=INK,
+            marker="o",
+            linestyle="none",
+        ),
+    ]
+    names = ["way of the pad's middle", "line noticed", "corner or end found", "true one"]
+    figure.legend(
+        handles,
+        names,
+        loc="lower center",
+        bbox_to_anchor=(0.5, 0.44 / figure.get_size_inches()[1]),
+        ncols=4,
+        fontsize=TEXT - 0.5,
+        labelcolor=INK,
+        frameon=False,
+        handlelength=1.8,
+        columnspacing=1.6,
+    )

@@ -1,0 +1,87 @@
+"""The rim of an imprint: where a face ends, its straight edges, their corners, a line's tip."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.special import ndtr
+
+from eyehand.errors import InputError
+from eyehand.tactile import TactileArray, TactileImage
+from eyehand.tactile.rim import corner_of, find_rim, fit_edge, line_tip, longest_edge
+
+PAD = TactileArray.flat()
+SPREAD = 0.003
+"""With which foam and tactels blur an end, m."""
+
+
+def half_plane(angle, offset):
+    """A face that ends at a line, spread by the foam: shares of the pressure."""
+    out = np.array([np.cos(angle), np.sin(angle)])
+    return ndtr((offset - PAD.positions[:, :2] @ out) / SPREAD)
+
+
+@given(st.floats(-np.pi, np.pi), st.floats(-0.02, 0.02), st.integers(0, 99))
+def test_an_edge_is_found_to_a_tenth_of_a_tactel(angle, offset, seed):
+    noise = np.random.default_rng(seed).normal(0.0, 8.0, 256)
+    image = TactileImage(1000.0 * half_plane(angle, offset) + noise, PAD)
+    edge = longest_edge(find_rim(image))
+    assert edge is not None
+    assert edge.offset == pytest.approx(offset, abs=0.0005)
+    assert edge.outward @ [np.cos(angle), np.sin(angle)] > np.cos(np.radians(1.5))
+    assert edge.rms < 0.0005
+    assert edge.span > 0.04
+
+
+def test_a_tilted_pad_feels_the_edge_where_it_is():
+    tilted = 1.0 + 7.0 * PAD.positions[:, 1]
+    edge = longest_edge(find_rim(TactileImage(1000.0 * tilted * half_plane(0.3, 0.01), PAD)))
+    assert edge is not None
+    assert edge.offset == pytest.approx(0.01, abs=0.0005)
+
+
+@given(st.floats(-np.pi, np.pi), st.sampled_from([60.0, 72.0, 90.0]))
+def test_two_edges_meet_in_the_corner(angle, turn):
+    other = angle + np.radians(turn)
+    face = half_plane(angle, 0.008) * half_plane(other, 0.006)
+    rim = find_rim(TactileImage(1000.0 * face, PAD))
+    edges = [fit_edge(rim, np.array([np.cos(a), np.sin(a)])) for a in (angle, other)]
+    one, two = edges
+    assert one is not None
+    assert two is not None
+    true = np.linalg.solve(
+        [[np.cos(angle), np.sin(angle)], [np.cos(other), np.sin(other)]], [0.008, 0.006]
+    )
+    assert corner_of(one, two) == pytest.approx(true, abs=0.0015)
+    for edge in edges:
+        assert edge is not None
+        assert np.linalg.norm(edge.nearest) >= abs(edge.offset) - 1e-9
+
+
+def test_the_nearest_point_of_an_edge_is_one_that_is_felt():
+    face = half_plane(0.0, -0.01) + half_plane(np.pi / 2, -0.02)
+    edge = fit_edge(find_rim(TactileImage(500.0 * np.minimum(face, 1.0), PAD)), np.array([1.0, 0]))
+    assert edge is not None
+    assert edge.nearest[0] == pytest.approx(-0.01, abs=0.001)
+    assert edge.nearest[1] > -0.021, "below that the face goes on"
+
+
+@given(st.floats(-np.pi, np.pi), st.floats(0.004, 0.02))
+def test_the_tip_of_a_line(angle, tip):
+    along = np.array([np.cos(angle), np.sin(angle)])
+    u, w = PAD.positions[:, :2] @ along, PAD.positions[:, :2] @ [-along[1], along[0]]
+    pressures = 2000.0 * np.exp(-0.5 * (w / SPREAD) ** 2) * ndtr((tip - u) / SPREAD)
+    assert line_tip(TactileImage(pressures, PAD), along) == pytest.approx(tip, abs=0.001)
+
+
+def test_nothing_felt_or_no_end_in_view_has_no_rim():
+    for pressures in (np.zeros(256), np.full(256, 1000.0), np.full(256, 20.0)):
+        rim = find_rim(TactileImage(pressures, PAD))
+        assert not len(rim.points)
+        assert longest_edge(rim) is None
+
+
+def test_a_pad_without_a_flat_grid_is_refused():
+    fingertip = TactileArray.fingertip()
+    with pytest.raises(InputError, match="flat"):
+        find_rim(TactileImage(np.zeros(len(fingertip.positions)), fingertip))
