@@ -9,9 +9,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from eyehand.errors import InputError
-
-from ..console import print_json, say, show, tracked
+from ..console import tracked
 from ..description_files import make_folder
 from ..evaluation.chart_style import (
     BLUE,
@@ -24,9 +22,9 @@ from ..evaluation.chart_style import (
     name_curves,
     new_chart,
     sign,
-    write_chart,
 )
 from .probe_path import ProbePath, follow_probe
+from .trials import tell_trials, trial_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -65,23 +63,24 @@ def touch_cop(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if trials is not None and trials < 1:
-        raise InputError(f"--trials must be >= 1, got {trials}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    count = trials or (QUICK_TRIALS if quick else TRIALS)
+    count = trial_count(trials, QUICK_TRIALS if quick else TRIALS, seed)
     make_folder(out)
     paths = [follow_probe(seed + k) for k in tracked(range(count), "ways", count)]
     row = probe_row(paths)
-    path = out / "cop.png"
     made = Provenance(
         "2 mm probe at 1 kPa, 16 × 16 tactels of 5 mm, simulated arm and pad", seed, count, "way"
     )
-    write_chart(_picture(paths, made), path, _points(paths))
-    show(_table(row), json_wanted=json)
-    say(f"wrote {path} and {path.with_suffix('.csv')}")
-    if json:
-        print_json("touch_cop", seed, [row], trials=count, out=str(out))
+    tell_trials(
+        "touch cop",
+        [row],
+        _table(row),
+        _picture(paths, made),
+        _points(paths),
+        seed=seed,
+        trials=count,
+        out=out,
+        json=json,
+    )
     return 0
 
 

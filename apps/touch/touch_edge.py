@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 from rich import box
 from rich.table import Table
 
-from eyehand.errors import InputError
-
-from ..console import print_json, say, show, tracked
+from ..console import tracked
 from ..description_files import make_folder
-from ..evaluation.chart_style import write_chart
 from .edge_picture import edge_picture
 from .edge_run import edge_row, mean_row, run_edge
+from .trials import tell_trials, trial_count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -50,21 +48,21 @@ def touch_edge(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if trials is not None and trials < 1:
-        raise InputError(f"--trials must be >= 1, got {trials}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    count = trials or (QUICK_TRIALS if quick else TRIALS)
+    count = trial_count(trials, QUICK_TRIALS if quick else TRIALS, seed)
     make_folder(out)
     runs = [run_edge(seed + k) for k in tracked(range(count), "edges", count)]
     rows = [edge_row(run) for run in runs]
     rows.append(mean_row(rows))
-    path = out / "edge.png"
-    write_chart(edge_picture(runs, seed), path, rows)
-    show(_table(rows), json_wanted=json)
-    say(f"wrote {path} and {path.with_suffix('.csv')}")
-    if json:
-        print_json("touch_edge", seed, rows, trials=count, out=str(out))
+    tell_trials(
+        "touch edge",
+        rows,
+        _table(rows),
+        edge_picture(runs, seed),
+        seed=seed,
+        trials=count,
+        out=out,
+        json=json,
+    )
     return 0
 
 

@@ -9,9 +9,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from eyehand.errors import InputError
-
-from ..console import print_json, say, show, tracked
+from ..console import tracked
 from ..description_files import make_folder
 from ..evaluation.chart_style import (
     BLUE,
@@ -23,9 +21,9 @@ from ..evaluation.chart_style import (
     name_axes,
     new_chart,
     sign,
-    write_chart,
 )
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
+from .trials import tell_trials, trial_count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -62,21 +60,22 @@ def touch_roll(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if trials is not None and trials < 1:
-        raise InputError(f"--trials must be >= 1, got {trials}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    count = trials or (QUICK_TRIALS if quick else TRIALS)
+    count = trial_count(trials, QUICK_TRIALS if quick else TRIALS, seed)
     make_folder(out)
     done = [roll_once(seed + k) for k in tracked(range(count), "landings", count)]
     row = roll_row(done)
-    path = out / "roll.png"
     made = Provenance("rigid face 60 × 60 mm, simulated arm and pad", seed, count, "landing")
-    write_chart(_picture(done, row, made), path, _points(done[0]))
-    show(_table(row), json_wanted=json)
-    say(f"wrote {path} and {path.with_suffix('.csv')}")
-    if json:
-        print_json("touch_roll", seed, [row], trials=count, out=str(out))
+    tell_trials(
+        "touch roll",
+        [row],
+        _table(row),
+        _picture(done, row, made),
+        _points(done[0]),
+        seed=seed,
+        trials=count,
+        out=out,
+        json=json,
+    )
     return 0
 
 
