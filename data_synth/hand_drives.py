@@ -181,7 +181,7 @@ class HandDrives:
     def _pad_forces(self) -> NDArray[np.float64]:
         data = self._data
         forces = np.zeros(len(self.pads) + 1)
-        if data.ncon:
+        if data.nefc:
             rows = data.contact.efc_address
             # In an elliptic cone the first row of a contact is its normal force.
             normal = np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0)

@@ -48,7 +48,9 @@ _KEY_LIGHT = (-0.4, 0.55, 1.85)
 """Place of the shadow-casting light from the table's centre, m."""
 
 
-def tabletop_spec(objects: Sequence[TabletopObject], table: Table, *, free: bool) -> Any:
+def tabletop_spec(
+    objects: Sequence[TabletopObject], table: Table, *, free: bool, look: bool | None = None
+) -> Any:
     """Describe a table, its floor, lights, and one body per object.
 
     Body and geom of object k carry its name; the geom `table` is what objects rest on.
@@ -61,6 +63,8 @@ def tabletop_spec(objects: Sequence[TabletopObject], table: Table, *, free: bool
         The table.
     free
         Give the objects a free joint (physics) or fix them (pictures).
+    look
+        Add what is only seen: table top, floor, lamp, materials; None where objects are fixed.
 
     Returns
     -------
@@ -73,8 +77,9 @@ def tabletop_spec(objects: Sequence[TabletopObject], table: Table, *, free: bool
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = _IMPRATIO
-    _add_table(mujoco, spec, table, with_look=not free)
-    if not free:
+    look = not free if look is None else look
+    _add_table(mujoco, spec, table, with_look=look)
+    if look:
         _add_look(mujoco, spec, table)
     for item in objects:
         body = spec.worldbody.add_body(name=item.name)
@@ -86,7 +91,7 @@ def tabletop_spec(objects: Sequence[TabletopObject], table: Table, *, free: bool
         geom.rgba = [*item.colour, 1.0]
         _set_solid(mujoco, spec, geom, item.name, item.shape)
         _set_contact(geom)
-        if not free:
+        if look:
             geom.material = "object"
     return spec
 

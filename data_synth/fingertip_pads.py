@@ -1,0 +1,141 @@
+"""Tactile fingertips: what contacts press on the distal pads, spread as a foam spreads it."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numba import njit
+from scipy.spatial.transform import Rotation
+
+from eyehand.tactile import TactileArray, TactileImage
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+ROWS, COLUMNS = 4, 3
+"""Tactels along the finger and across it."""
+PITCH_M = 0.005
+"""Between their centres."""
+SPREAD_M = 0.0025
+"""Standard deviation of a point force's imprint through the pad's foam."""
+
+
+class FingertipPads:
+    """Read the fingertips of a MuJoCo model.
+
+    An array lies on each pad's inner face, its middle at the tip's site: rows run along the
+    finger, its sensor frame has x across the finger, y towards the tip and z out of the pad.
+
+    Parameters
+    ----------
+    model
+        `mujoco.MjModel`.
+    pads
+        Numbers of the geoms that carry an array.
+    sites
+        Numbers of their sites in the inner face, in the same order.
+    """
+
+    def __init__(self, model: Any, pads: Sequence[int], sites: Sequence[int]) -> None:
+        self.array = tip_array()
+        self._sites = np.asarray(sites, dtype=np.int64)
+        self._tip_of_geom = np.full(model.ngeom, -1, dtype=np.int64)
+        self._tip_of_geom[list(pads)] = np.arange(len(pads))
+        self._turns = np.array([_face(model, *pair) for pair in zip(pads, sites, strict=True)])
+        self._forces = np.zeros((len(pads), ROWS * COLUMNS))
+
+    def read(self, data: Any) -> tuple[TactileImage, ...]:
+        """Give an image for each fingertip, from the contacts of the last physics step.
+
+        Each contact's force along the pad's inward normal is spread over the tactels; the sum of
+        an image's forces is the sum of these.
+        """
+        contact = data.contact
+        self._forces[:] = 0.0
+        if data.nefc:
+            _press(
+                contact.geom,
+                contact.pos,
+                contact.frame.reshape(-1, 9),
+                contact.efc_address,
+                data.efc_force,
+                self._tip_of_geom,
+                data.site_xpos[self._sites],
+                data.site_xmat[self._sites].reshape(-1, 3, 3),
+                self._turns,
+                self._forces,
+            )
+        pressures = self._forces / self.array.area
+        return tuple(TactileImage(row, self.array) for row in pressures)
+
+
+@functools.cache
+def tip_array() -> TactileArray:
+    """Give the array of a fingertip: 4 rows along the finger, 3 columns."""
+    return TactileArray.flat(ROWS, COLUMNS, PITCH_M)
+
+
+def _face(model: Any, pad: int, site: int) -> NDArray[np.float64]:
+    """Sensor axes in the site's frame, columns x, y, z (3, 3)."""
+    turn = Rotation.from_quat(model.site_quat[site], scalar_first=True).as_matrix()
+    pad_axes = Rotation.from_quat(model.geom_quat[pad], scalar_first=True).as_matrix()
+    along = turn.T @ pad_axes[:, 2]
+    out = turn.T @ (model.site_pos[site] - model.geom_pos[pad])
+    out = out - along * np.vdot(along, out)
+    out = out / np.linalg.norm(out)
+    return np.column_stack([np.cross(along, out), along, out])
+
+
+@njit(cache=True)
+def _press(geoms, points, frames, rows, solved, tip_of_geom, places, axes, turns, forces):
+    """Add each contact's normal force to the tactels of the tip it presses on."""
+    across, along = np.empty(COLUMNS), np.empty(ROWS)
+    for k in range(len(geoms)):
+        # In an elliptic cone the first row of a contact is its normal force.
+        if rows[k] < 0 or solved[rows[k]] <= 0.0:
+            continue
+        for side in range(2):
+            tip = tip_of_geom[geoms[k, side]]
+            if tip < 0:
+                continue
+            turn = axes[tip] @ turns[tip]
+            # The normal points from the first geom to the second: into the pad, if it is that.
+            inward = 0.0
+            x, y = 0.0, 0.0
+            for i in range(3):
+                sign = 1.0 if side == 1 else -1.0
+                inward -= sign * frames[k, i] * turn[i, 2]
+                x += turn[i, 0] * (points[k, i] - places[tip, i])
+                y += turn[i, 1] * (points[k, i] - places[tip, i])
+            if inward <= 0.0:
+                continue
+            _imprint(x, across)
+            _imprint(y, along)
+            force = inward * solved[rows[k]]
+            for r in range(ROWS):
+                for c in range(COLUMNS):
+                    forces[tip, r * COLUMNS + c] += force * along[r] * across[c]
+
+
+@njit(cache=True)
+def _imprint(offset, shares):
+    """Shares of a point force that the tactels of a row bear; they add up to 1."""
+    count = len(shares)
+    half = 0.5 * count * PITCH_M
+    # What presses beside the array is felt at its border.
+    offset = min(max(offset, -half), half)
+    total = 0.0
+    scale = 1.0 / (math.sqrt(2.0) * SPREAD_M)
+    last = math.erf((-half - offset) * scale)
+    for k in range(count):
+        here = math.erf(((k + 1) * PITCH_M - half - offset) * scale)
+        shares[k] = here - last
+        total += shares[k]
+        last = here
+    for k in range(count):
+        shares[k] /= total

@@ -1,0 +1,193 @@
+"""The places of a grasping cell: robot, work area, tray and camera, and the furniture they need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.perception.frame import CameraIntrinsics
+
+from .mujoco_import import import_mujoco
+from .tabletop_options import TabletopOptions
+from .tabletop_scene import Table
+from .tabletop_spec import SLIDING_FRICTION
+from .viewpoint import look_at
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .tabletop_scene import Family, TabletopObject
+
+WORK_AREA_M = (0.44, 0.40)
+"""Objects lie inside this rectangle in the middle of the table: everywhere in it the hand points
+straight down, and sideways from some direction."""
+PILE_SPREAD = 0.5
+"""See `TabletopOptions.pile_spread`."""
+_LOOSE_M = (0.50, 0.46)
+"""What falls may roll this far from the middle of the table, full extents: still within reach."""
+
+_FOCAL_PX = 525.0
+_IMAGE_PX = (640, 480)
+_SIGHT = (0.85, np.radians(45.0), np.radians(190.0))
+"""Distance to the point it looks at, m; elevation; azimuth: as near as sees the whole work area up
+to 0.25 m, from the side of the table where the arm does not stand."""
+_LOOKED_AT = (0.0, 0.0, 0.07)
+
+_STEEL = (0.30, 0.32, 0.35, 1.0)
+_TRAY_COLOUR = (0.26, 0.36, 0.44, 1.0)
+_PEDESTAL_M = 0.105
+_PLATE_M = (0.17, 0.012)
+_MAST_M = 0.014
+_CAMERA_HALF_M = (0.045, 0.0125, 0.0125)
+_MAST_BEHIND_M = 0.12
+"""How far behind the camera its mast stands, so that it is not seen."""
+
+
+def _sight() -> RigidTransform:
+    distance, elevation, azimuth = _SIGHT
+    level = np.cos(elevation)
+    away = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
+    return look_at(np.add(_LOOKED_AT, distance * np.array(away)), _LOOKED_AT)
+
+
+def _base() -> RigidTransform:
+    return RigidTransform.from_components(
+        [0.0, -0.58, 0.09], Rotation.from_rotvec([0, 0, np.pi / 2])
+    )
+
+
+def _intrinsics() -> CameraIntrinsics:
+    wide, high = _IMAGE_PX
+    return CameraIntrinsics(_FOCAL_PX, _FOCAL_PX, (wide - 1) / 2, (high - 1) / 2, wide, high)
+
+
+@dataclass(frozen=True)
+class GraspCell:
+    """Where everything stands; world z up, the table's top at z = 0, its middle at the origin."""
+
+    T_world_base: RigidTransform = field(default_factory=_base)
+    """The robot's base, on a pedestal beside the table; its x-axis points over the table."""
+    table: Table = field(default_factory=Table)
+    """The table; its top is at z = 0."""
+    tray_centre: tuple[float, float, float] = (0.43, -0.19, 0.006)
+    """Middle of the upper face of the tray's floor, world, m."""
+    tray_size: tuple[float, float] = (0.25, 0.36)
+    """Inner extent along x and y, m."""
+    tray_height: float = 0.07
+    """Height of the walls over the tray's floor, m."""
+    tray_wall: float = 0.006
+    """Thickness of its walls and floor, m."""
+    T_world_camera: RigidTransform = field(default_factory=_sight)
+    """The depth camera (x right, y down, z forward)."""
+    intrinsics: CameraIntrinsics = field(default_factory=_intrinsics)
+    """Of the depth camera."""
+
+    def tray_holds(self, points: NDArray[np.float64]) -> Any:
+        """Tell which points (…, 3), world, lie over the tray, its walls included; (…,) bool."""
+        half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
+        return np.all(np.abs(points[..., :2] - self.tray_centre[:2]) <= half, axis=-1)
+
+    def check_clear(self, objects: Sequence[TabletopObject]) -> None:
+        """Raise an `InputError` if an object stands in the tray's place."""
+        half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
+        for item in objects:
+            apart = np.abs(item.shape.centre[:2] - self.tray_centre[:2]) - half
+            if (apart < np.linalg.norm(item.shape.semi_axes)).all():
+                raise InputError(
+                    f"object {item.name} at {np.round(item.shape.centre, 3).tolist()} m is where "
+                    f"the tray stands, {self.tray_centre}: keep objects in the work area"
+                )
+
+    def add_furniture(self, spec: Any) -> None:
+        """Add pedestal, tray and the camera's mast to a scene's `MjSpec`."""
+        mujoco = import_mujoco()
+        spec.add_material(name="steel", rgba=_STEEL, specular=0.5, shininess=0.6)
+        spec.add_material(name="tray", rgba=_TRAY_COLOUR, specular=0.2, shininess=0.4)
+        add_pedestal(spec, self, material="steel")
+        self._add_tray(mujoco, spec)
+        self._add_camera(mujoco, spec)
+
+    def _add_tray(self, mujoco: Any, spec: Any) -> None:
+        (x, y), t, h = 0.5 * np.asarray(self.tray_size), self.tray_wall, self.tray_height
+        body = spec.worldbody.add_body(name="tray", pos=self.tray_centre)
+        parts = (
+            ("tray_floor", (0, 0, -t / 2), (x + t, y + t, t / 2)),
+            ("tray_left", (-x - t / 2, 0, h / 2), (t / 2, y + t, h / 2)),
+            ("tray_right", (x + t / 2, 0, h / 2), (t / 2, y + t, h / 2)),
+            ("tray_front", (0, -y - t / 2, h / 2), (x, t / 2, h / 2)),
+            ("tray_back", (0, y + t / 2, h / 2), (x, t / 2, h / 2)),
+        )
+        for name, place, half in parts:
+            geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=place, size=half)
+            geom.material, geom.condim = "tray", 4
+            geom.friction = [SLIDING_FRICTION, 0.005, 0.002]
+
+    def _add_camera(self, mujoco: Any, spec: Any) -> None:
+        """A slim mast beside the table: seen, never felt."""
+        eye, turn = self.T_world_camera.translation, self.T_world_camera.rotation
+        back = -turn.as_matrix()[:, 2] * [1, 1, 0]
+        foot = eye + _MAST_BEHIND_M * back / np.linalg.norm(back)
+        foot[0] = min(foot[0], -0.5 * self.table.size[0] - 3 * _MAST_M)
+        types = mujoco.mjtGeom
+        unfelt = {"contype": 0, "conaffinity": 0, "material": "steel"}
+        world = spec.worldbody
+        top = eye[2] + 0.02
+        behind = eye + _CAMERA_HALF_M[2] * back
+        world.add_geom(
+            type=types.mjGEOM_CAPSULE, fromto=[*foot[:2], -self.table.floor_drop, *foot[:2], top],
+            size=[_MAST_M, 0, 0], **unfelt,
+        )  # fmt: skip
+        world.add_geom(
+            type=types.mjGEOM_CAPSULE, fromto=[*foot[:2], top, *behind],
+            size=[0.6 * _MAST_M, 0, 0], **unfelt,
+        )  # fmt: skip
+        world.add_geom(
+            type=types.mjGEOM_BOX, size=_CAMERA_HALF_M, pos=eye - 0.03 * turn.as_matrix()[:, 2],
+            quat=turn.as_quat(scalar_first=True), **unfelt,
+        )  # fmt: skip
+
+
+def add_pedestal(spec: Any, cell: GraspCell, material: str = "") -> None:
+    """Add the column under the robot's base to a spec."""
+    mujoco = import_mujoco()
+    place = cell.T_world_base.translation
+    floor = cell.table.height - cell.table.floor_drop
+    radius, thick = _PLATE_M
+    parts = (
+        ("pedestal", _PEDESTAL_M, floor, place[2] - thick),
+        ("pedestal_top", radius - 0.05, place[2] - thick, place[2]),
+        ("pedestal_foot", radius, floor, floor + thick),
+    )
+    for name, size, low, high in parts:
+        geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER)
+        geom.size = [size, 0.5 * (high - low), 0]
+        geom.pos = [place[0], place[1], 0.5 * (low + high)]
+        if material:
+            geom.material = material
+
+
+def scene_options(
+    family: Family = "separate", count_range: tuple[int, int] = (5, 5), **changes: Any
+) -> TabletopOptions:
+    """Give what scenes for the cell are drawn from: `make_scene(seed, scene_options(...))`.
+
+    Parameters
+    ----------
+    family, count_range
+        As in `TabletopOptions`.
+    **changes
+        Any other field of `TabletopOptions`.
+    """
+    fields: dict[str, Any] = {
+        "work_area": WORK_AREA_M,
+        # Nothing comes to rest out of reach or in the tray's place.
+        "table_size": _LOOSE_M,
+        "pile_spread": PILE_SPREAD,
+    }
+    return TabletopOptions(family=family, count_range=count_range, **(fields | changes))

@@ -1,0 +1,268 @@
+"""The robot of a grasping cell as a MuJoCo description: an arm, and the hand on its flange."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .arms import HOME_KEY, LBR_ARM, TOOL_SITE
+from .mujoco_import import import_mujoco
+from .tendon_posture import tendon_posture
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+HAND = Path(__file__).parent / "assets" / "hand.xml"
+"""The underactuated hand that comes with eyehand: three fingers against a thumb."""
+HAND_PREFIX = "hand_"
+"""What stands before the names of a hand that is put on an arm."""
+PALM_SITE = "hand_palm"
+"""Its frame: origin in the middle of the palm's face, z out of it."""
+PALM_BEFORE_FLANGE_M = 0.06
+"""From the arm's flange to the palm's face: the palm's shell is so deep."""
+REST_POSTURE = (-0.42, -0.04, 0.0, -1.87, 0.0, 1.31, -1.99)
+"""Joint angles of the LBR at rest in the cell, rad: beside the work area, out of the picture."""
+
+_VISUAL = ("headlight", "map", "quality", "rgba", "scale")
+_PROBE_RAD = 1e-4
+"""Step of joint angles by which the tendons' moment arms are measured."""
+
+
+@dataclass(frozen=True)
+class GraspRobot:
+    """An arm with a hand, in one MJCF file or two.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or it lacks the flange or the hand's frame.
+    """
+
+    arm: Path = LBR_ARM
+    """MJCF file of the arm, or of the whole robot."""
+    hand: Path | None = HAND
+    """MJCF file of the hand, its root body's frame the hand's; None when the arm's file has it."""
+    frame: str = PALM_SITE
+    """Site or body that is the hand's frame: origin in the palm's face, z out of it, x from the
+    fingers to the thumb."""
+    flange: str = TOOL_SITE
+    """Site of the arm that carries the hand, its z-axis out of the flange."""
+    rest: tuple[float, ...] | None = REST_POSTURE
+    """Arm joint angles at rest, rad; None takes those of the keyframe ``home``."""
+
+    @functools.cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the hinges between the world and the hand's frame, from base to tip."""
+        model = self._model
+        body = _frame_body(model, self.frame)
+        names = []
+        while body > 0:
+            first = model.body_jntadr[body]
+            names += [model.joint(first + k).name for k in range(model.body_jntnum[body])][::-1]
+            body = model.body_parentid[body]
+        if self.hand is not None:
+            names = [name for name in names if not name.startswith(HAND_PREFIX)]
+        return tuple(names[::-1])
+
+    @functools.cached_property
+    def hand_joints(self) -> tuple[str, ...]:
+        """Names of the joints that are the hand's, in the order of its file."""
+        model, arm = self._model, set(self.joints)
+        return tuple(n for n in (model.joint(j).name for j in range(model.njnt)) if n not in arm)
+
+    @functools.cached_property
+    def drives(self) -> tuple[str, ...]:
+        """Names of the tendons, in the order of the file."""
+        model = self._model
+        return tuple(model.tendon(tendon).name for tendon in range(model.ntendon))
+
+    @functools.cached_property
+    def home(self) -> NDArray[np.float64]:
+        """Arm joint angles at rest, (n,), rad."""
+        model = self._model
+        places = [int(model.joint(name).qposadr[0]) for name in self.joints]
+        if self.rest is not None and self.arm == LBR_ARM:
+            return np.array(self.rest)
+        for key in range(model.nkey):
+            if model.key(key).name == HOME_KEY:
+                return model.key_qpos[key][places].copy()
+        return model.qpos0[places].copy()
+
+    @property
+    def hand_prefix(self) -> str:
+        """What stands before the hand's names in :meth:`spec`; nothing where it is one file."""
+        return "" if self.hand is None else HAND_PREFIX
+
+    def hand_spec(self) -> Any:
+        """Describe the hand alone (`MjSpec`); the whole robot where it is one file."""
+        return _read(self.hand or self.arm)
+
+    def spec(self, friction: float | None = None) -> Any:
+        """Describe arm and hand as an `MjSpec`, base at the world's origin, without keyframes.
+
+        Parameters
+        ----------
+        friction
+            Sliding friction of the whole hand; None leaves what its file says.
+        """
+        spec = _read(self.arm)
+        if self.hand is not None:
+            flange = next((site for site in spec.sites if site.name == self.flange), None)
+            if flange is None:
+                raise InputError(f"{self.arm} has no site {self.flange!r} to carry the hand")
+            hand = _read(self.hand)
+            for root in hand.worldbody.bodies:
+                root.pos = np.add(root.pos, [0.0, 0.0, PALM_BEFORE_FLANGE_M])
+            match_options(spec, hand)
+            spec.attach(hand, prefix=HAND_PREFIX, site=flange)
+        for key in list(spec.keys):
+            spec.delete(key)
+        if friction is not None:
+            for geom in spec.geoms:
+                if geom.priority > 0 or geom.name.startswith(HAND_PREFIX):
+                    geom.friction = [friction, *geom.friction[1:]]
+        return spec
+
+    def posture(self, excursions: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give the hand's joint angles (J,), rad, with the tendons pulled in so far, (D,), m."""
+        excursions = np.asarray(excursions, dtype=np.float64)
+        if excursions.shape != (len(self.drives),) or not np.isfinite(excursions).all():
+            raise InputError(
+                f"excursions must be {len(self.drives)} finite lengths in m, one for each of "
+                f"{', '.join(self.drives)}; got {excursions.tolist()}"
+            )
+        return tendon_posture(self._moments, excursions, *self._springs)
+
+    def description(
+        self, q: NDArray[np.float64], excursions: NDArray[np.float64], place: Any
+    ) -> Any:
+        """Describe the robot for control: an `MjSpec` with the keyframe ``home``.
+
+        Parameters
+        ----------
+        q
+            The arm's joint angles at home, (n,), rad.
+        excursions
+            How far the hand's tendons are pulled in, (D,), m.
+        place
+            T_world_base, RigidTransform.
+        """
+        spec = self._control_spec.copy()
+        put_base(spec, place)
+        posture = self._model.qpos0.copy()
+        posture[self._arm_places] = q
+        posture[self._hand_places] = self.posture(excursions)
+        spec.add_key(name=HOME_KEY, qpos=posture)
+        return spec
+
+    @functools.cached_property
+    def _model(self) -> Any:
+        spec = _read(self.arm) if self.hand is None else self.spec()
+        try:
+            return spec.compile()
+        except ValueError as error:
+            told = " ".join(str(error).split())
+            raise InputError(f"MuJoCo cannot compile {self.arm} with {self.hand}: {told}") from None
+
+    @functools.cached_property
+    def _control_spec(self) -> Any:
+        """The robot without what is only seen: it compiles faster."""
+        spec = self.spec()
+        for geom in list(spec.geoms):
+            if geom.contype == 0 and geom.conaffinity == 0:
+                spec.delete(geom)
+        return spec
+
+    @functools.cached_property
+    def _arm_places(self) -> NDArray[np.intp]:
+        return np.array([self._model.joint(name).qposadr[0] for name in self.joints])
+
+    @functools.cached_property
+    def _hand_places(self) -> NDArray[np.intp]:
+        return np.array([self._model.joint(n).qposadr[0] for n in self.hand_joints], dtype=np.intp)
+
+    @functools.cached_property
+    def _springs(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Stiffness, rest angles and limits of the hand's joints."""
+        model = self._model
+        numbers = [model.joint(name).id for name in self.hand_joints]
+        limits = np.where(
+            model.jnt_limited[numbers, None].astype(bool), model.jnt_range[numbers], [-np.pi, np.pi]
+        )
+        rest = model.qpos_spring[self._hand_places]
+        return model.jnt_stiffness[numbers].copy(), rest.copy(), limits
+
+    @functools.cached_property
+    def _moments(self) -> NDArray[np.float64]:
+        """By how much each joint of the hand shortens each tendon, (D, J), m/rad."""
+        mujoco, model = import_mujoco(), self._model
+        data = mujoco.MjData(model)
+        _, rest, limits = self._springs
+        tendons = [model.tendon(name).id for name in self.drives]
+        data.qpos[self._hand_places] = np.clip(rest, *limits.T)
+
+        def lengths() -> NDArray[np.float64]:
+            mujoco.mj_fwdPosition(model, data)
+            return data.ten_length[tendons].copy()
+
+        start, moments = lengths(), np.zeros((len(tendons), len(rest)))
+        for column, place in enumerate(self._hand_places):
+            data.qpos[place] += _PROBE_RAD
+            moments[:, column] = (start - lengths()) / _PROBE_RAD
+            data.qpos[place] -= _PROBE_RAD
+        return moments
+
+
+def match_options(parent: Any, child: Any) -> None:
+    """Give a spec the physics and drawing options of the one that it is to be attached to.
+
+    Else MuJoCo warns of each that differs, on standard error.
+    """
+    parts = [(parent.option, child.option)]
+    for name in _VISUAL:
+        parts.append((getattr(parent.visual, name), getattr(child.visual, name)))
+    for ours, theirs in parts:
+        for name in dir(ours):
+            if not name.startswith("_"):
+                setattr(theirs, name, getattr(ours, name))
+
+
+def put_base(spec: Any, place: Any) -> None:
+    """Move a robot's root bodies so that what was the world's origin is at `place`."""
+    for root in spec.worldbody.bodies:
+        own = type(place).from_components(root.pos, _rotation(place, root.quat))
+        moved = place * own
+        root.pos = moved.translation
+        root.quat = moved.rotation.as_quat(scalar_first=True)
+
+
+def _rotation(place: Any, quat: Any) -> Any:
+    return type(place.rotation).from_quat(np.asarray(quat), scalar_first=True)
+
+
+def _read(path: Path) -> Any:
+    mujoco = import_mujoco()
+    if not Path(path).is_file():
+        raise InputError(f"robot: no such file: {path}; give the path of an MJCF file")
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except (ValueError, mujoco.FatalError) as error:
+        raise InputError(f"robot: cannot read {path}: {' '.join(str(error).split())}") from None
+
+
+def _frame_body(model: Any, frame: str) -> int:
+    for site in range(model.nsite):
+        if model.site(site).name == frame:
+            return int(model.site_bodyid[site])
+    for body in range(1, model.nbody):
+        if model.body(body).name == frame:
+            return body
+    raise InputError(f"the robot has no site or body {frame!r} to be the hand's frame")
