@@ -61,21 +61,25 @@ def place(cell: Cell, job: Job) -> Ended | None:
     below = 0.0
     if solid is not None:
         below = float(grasped.translation @ UP) + float(solid.support(-UP))
-    over = np.array([goal[0], goal[1], goal[2] + below + options.drop_height])
+    low = np.array([goal[0], goal[1], goal[2] + below + options.drop_height])
+    high = low + max(tray.wall_height + options.over_tray - options.drop_height, 0.0) * UP
     # Which way is up must stay so; the turn about it is free.
     upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
-    controller = job.far(cell, (Position(over), upright), "held")
-    arrival = go(
-        cell,
-        controller,
-        options.place_seconds,
-        command=lambda reading: _grip(job, cell, reading),
-        stop=lambda reading: _gone(cell, reading),
-    )
-    if arrival.end == "stopped":
-        return Ended("lost", f"{arrival.reason} on the way to the tray")
-    if not arrival:
-        return Ended("place_failed", f"on the way to the tray: {arrival.reason}")
+    for leg in ("over", "down"):
+        aims = (Position(high if leg == "over" else low), upright)
+        arrival = go(
+            cell,
+            job.far(cell, aims, "held")
+            if leg == "over"
+            else job.near(cell, aims, options.lift_speed, "held"),
+            options.place_seconds,
+            command=lambda reading: _grip(job, cell, reading),
+            stop=lambda reading: _gone(cell, reading),
+        )
+        if arrival.end == "stopped":
+            return Ended("lost", f"{arrival.reason} on the way to the tray")
+        if not arrival and leg == "over":
+            return Ended("place_failed", f"on the way to the tray: {arrival.reason}")
     job.let_go(cell)
     return None
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Protocol
 import numpy as np
 
 from .approach_aims import approach_aims
-from .job import Choice, Job
+from .job import TARGET, Choice, Job
 from .motion import paced
 from .reachable import way_there
 from .select import grasp_plans
@@ -104,12 +104,16 @@ def blocked(cell: Cell, job: Job) -> str:
     """Tell why the arm would not get to a grasp; empty when a look ahead gets there."""
     hand, q = cell.robot.hand, cell.reading.q
     before = approach_aims(job.plan, hand, cell.options.back)
-    aims = paced(before, cell.options.transit_speed, cell.options.transit_turn_speed)
-    ahead = way_there(job.world(cell, "there"), [aims], q, job.far_options(cell))
+    options = cell.options
+    aims = paced(before, options.transit_speed, options.transit_turn_speed, options.gain)
+    world = job.world(cell, "there")
+    ahead = way_there(world, [aims], q, job.far_options(cell))
     if not ahead:
         return f"no way to before a {job.plan.name}: {ahead.reason}"
     at = approach_aims(job.plan, hand, 0.0)
-    ahead = way_there(job.world(cell, "ignored"), [at], ahead.q, job.near_options(cell))
+    if any(one.name == TARGET for one in world.obstacles):
+        world.remove(TARGET)
+    ahead = way_there(world, [at], ahead.q, job.near_options(cell))
     return "" if ahead else f"no way to a {job.plan.name}: {ahead.reason}"
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Literal
 
 import numpy as np
@@ -19,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import Aim, ControlOptions, RobotModel
+    from eyehand.control import Aim, ControlOptions, Obstacle, RobotModel
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
@@ -102,36 +103,44 @@ class Job:
         target
             Whether the object to grasp is an obstacle, a part of the robot, or neither.
         """
-        choice = self.choice
-        around = (*surroundings(choice.scene, choice.target), *cell.tray.obstacles())
-        world = CollisionWorld(self.model(cell), around)
-        solid = choice.target.fit.superquadric
+        around = (*self._seen, *cell.tray.obstacles())
+        solid = self.choice.target.fit.superquadric
         if target == "ignored" or solid is None:
-            return world
-        itself = enclosing(solid, choice.target.points, 0.0, TARGET)
+            return CollisionWorld(self.model(cell), around)
+        itself = enclosing(solid, 0.0, TARGET)
         if target == "there":
-            world.add(itself)
-        else:
-            world.attach(TARGET, itself.shape, self.T_palm_grasped * itself.pose)
+            return CollisionWorld(self.model(cell), (*around, itself))
+        world = CollisionWorld(self.model(cell), around)
+        world.attach(TARGET, itself.shape, self.T_palm_grasped * itself.pose)
         return world
+
+    @cached_property
+    def _seen(self) -> tuple[Obstacle, ...]:
+        return surroundings(self.choice.scene, self.choice.target)
 
     def far(
         self, cell: Cell, aims: Sequence[Aim], target: Literal["there", "held"]
     ) -> PlannedApproach:
         """Control a long way, among all that was seen."""
         options = cell.options
-        wanted = paced(aims, options.transit_speed, options.transit_turn_speed)
+        wanted = paced(aims, options.transit_speed, options.transit_turn_speed, options.gain)
         world = self.world(cell, target)
         return PlannedApproach(world, wanted, self.far_options(cell), options.planner)
 
-    def near(self, cell: Cell, aims: Sequence[Aim], speed: float) -> ApproachController:
-        """Control a short way beside table and neighbours, the object itself not in the way."""
-        wanted = paced(aims, speed, cell.options.transit_turn_speed)
-        return ApproachController(self.world(cell, "ignored"), wanted, self.near_options(cell))
+    def near(
+        self,
+        cell: Cell,
+        aims: Sequence[Aim],
+        speed: float,
+        target: Literal["held", "ignored"] = "ignored",
+    ) -> ApproachController:
+        """Control a short way close to table, neighbours or tray."""
+        wanted = paced(aims, speed, cell.options.transit_turn_speed, cell.options.gain)
+        return ApproachController(self.world(cell, target), wanted, self.near_options(cell))
 
     def off(self, cell: Cell, aims: Sequence[Aim], speed: float) -> ApproachController:
         """Control a way off what the hand touches, with nothing in the way."""
-        wanted = paced(aims, speed, cell.options.transit_turn_speed)
+        wanted = paced(aims, speed, cell.options.transit_turn_speed, cell.options.gain)
         world = CollisionWorld(self.model(cell), ())
         return ApproachController(world, wanted, self.near_options(cell))
 

@@ -71,7 +71,8 @@ def go(
     stop
         Why to stop now; empty to go on.
     """
-    end = cell.reading.time + seconds
+    start = cell.reading.time
+    end = start + seconds
     infeasible = 0.0
     still = np.zeros(len(cell.robot.joints))
     while True:
@@ -93,18 +94,20 @@ def go(
             cell.step(still)
             left = ", ".join(f"{error:.3g}" for error in cycle.errors)
             return Arrival("late", f"not there after {seconds:g} s: {left} m or rad left")
-        cell.step(cycle.velocity, command(reading) if command else None)
+        # Standing still is safe, and so is all between it and a safe velocity.
+        begun = (reading.time - start + cell.robot.period) / cell.options.ramp_seconds
+        cell.step(min(begun, 1.0) * cycle.velocity, command(reading) if command else None)
 
 
-def paced(aims: Iterable[Aim], speed: float, turn_speed: float) -> tuple[Aim, ...]:
-    """Give the aims with other speeds, m/s and rad/s."""
-    return tuple(_paced(aim, speed, turn_speed) for aim in aims)
+def paced(aims: Iterable[Aim], speed: float, turn_speed: float, gain: float) -> tuple[Aim, ...]:
+    """Give the aims with other speeds, m/s and rad/s, and another gain, 1/s."""
+    return tuple(_paced(aim, speed, turn_speed, gain) for aim in aims)
 
 
-def _paced(aim: Aim, speed: float, turn_speed: float) -> Aim:
+def _paced(aim: Aim, speed: float, turn_speed: float, gain: float) -> Aim:
     if isinstance(aim, Interval):
-        return replace(aim, aim=_paced(aim.aim, speed, turn_speed))
+        return replace(aim, aim=_paced(aim.aim, speed, turn_speed, gain))
     if isinstance(aim, Pose):
-        return replace(aim, speed=speed, turn_speed=turn_speed)
+        return replace(aim, speed=speed, turn_speed=turn_speed, gain=gain)
     faster = turn_speed if isinstance(aim, TURN_AIMS) else speed
-    return replace(aim, speed=faster)  # pyright: ignore[reportArgumentType] - all aims are dataclasses with a speed
+    return replace(aim, speed=faster, gain=gain)  # pyright: ignore[reportArgumentType] - all aims are dataclasses with a speed

@@ -35,6 +35,11 @@ class PickOptions:
     """Of the hand far from objects, m/s: faster saves time, and hits harder what was not seen."""
     transit_turn_speed: float = 2.0
     """Of its turning there, rad/s."""
+    gain: float = 8.0
+    """How fast the last of an error is taken away, 1/s: higher settles sooner, and asks more of the
+    arm's servos."""
+    ramp_seconds: float = 0.15
+    """How long a motion takes to come up to its speed, s: longer jerks less at what is held."""
     back: float = 0.08
     """How far before the grasp the last straight way begins, m: longer comes in straighter."""
     approach_speed: float = 0.15
@@ -56,6 +61,8 @@ class PickOptions:
     """m."""
     lift_speed: float = 0.25
     """m/s."""
+    over_tray: float = 0.03
+    """How far the object passes over the tray's walls, m."""
     drop_height: float = 0.012
     """How far the object's lowest point is over the tray's floor when the hand opens, m."""
     pre_grasp_seconds: float = 8.0
