@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -62,8 +63,12 @@ def approach_aims(
         raise InputError(f"a refused grasp has no approach: {plan.reason}")
     if not 0.0 <= back < np.inf:
         raise InputError(f"back must be a finite distance >= 0 m, got {back}")
-    place = stance(plan.grip, plan.prototype, plan.opening, hand, depths)
-    return tuple(aim(task, back) for task in approach_tasks(plan.grip, place))
+    # Touch may have moved the plan's tasks to where the object turned out to be.
+    centre = plan.tasks[0].point if plan.tasks else plan.grip.centre
+    rise = plan.grip.rise + float((centre - plan.grip.centre) @ plan.grip.up)
+    grip = replace(plan.grip, centre=centre, rise=rise)
+    place = stance(grip, plan.prototype, plan.opening, hand, depths)
+    return tuple(aim(task, back) for task in approach_tasks(grip, place))
 
 
 def aim(task: ApproachTask, back: float = 0.0) -> Aim:

@@ -30,7 +30,9 @@ def doubt_along(fit: SuperquadricFit, direction: NDArray[np.float64]) -> float:
         return 0.0
     shares = np.abs(direction @ solid.rotation)
     variance = 4.0 * float(shares @ doubt.covariance[:3, :3] @ shares)
-    least = UNSEEN_DOUBT if _unseen(fit, direction) else 0.0
+    # One of the two sides across the direction, of those that nobody saw.
+    facing = "xyz"[int(np.argmax(shares))]
+    least = UNSEEN_DOUBT if any(side[1] == facing for side in doubt.unobserved) else 0.0
     return float(np.clip(np.sqrt(max(variance, 0.0)), least, MOST_DOUBT))
 
 
@@ -39,23 +41,9 @@ def side_doubt(fit: SuperquadricFit) -> float:
     solid, doubt = fit.superquadric, fit.uncertainty
     if solid is None or doubt is None:
         return 0.0
-    return max(_side(fit, sign * axis) for axis in solid.rotation.T for sign in (1.0, -1.0))
-
-
-def _side(fit: SuperquadricFit, direction: NDArray[np.float64]) -> float:
-    solid, doubt = fit.superquadric, fit.uncertainty
-    assert solid is not None
-    assert doubt is not None
-    slope = np.zeros(len(doubt.covariance))
-    slope[:3] = np.abs(direction @ solid.rotation)
-    slope[_CENTRE] = direction
-    return float(min(np.sqrt(max(slope @ doubt.covariance @ slope, 0.0)), MOST_DOUBT))
-
-
-def _unseen(fit: SuperquadricFit, direction: NDArray[np.float64]) -> bool:
-    """Whether one of the two sides across a direction is among those that nobody saw."""
-    solid, doubt = fit.superquadric, fit.uncertainty
-    assert solid is not None
-    assert doubt is not None
-    facing = int(np.argmax(np.abs(direction @ solid.rotation)))
-    return any(side[1] == "xyz"[facing] for side in doubt.unobserved)
+    slopes = np.zeros((6, len(doubt.covariance)))
+    slopes[:, :3] = np.vstack([np.eye(3), np.eye(3)])
+    slopes[:3, _CENTRE] = solid.rotation.T
+    slopes[3:, _CENTRE] = -solid.rotation.T
+    variance = np.einsum("si,ij,sj->s", slopes, doubt.covariance, slopes).max()
+    return float(min(np.sqrt(max(float(variance), 0.0)), MOST_DOUBT))

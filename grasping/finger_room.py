@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -11,7 +12,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.perception import SceneObject
+    from eyehand.perception import SceneObject, SuperquadricFit
 
     from .depths import Stance
     from .grip import Grip
@@ -32,17 +33,23 @@ class Neighbours(NamedTuple):
     """Label of the object of each, (M,)."""
 
 
-def neighbour_points(item: SceneObject, others: Sequence[SceneObject]) -> Neighbours:
-    """Sample the other objects: their solids, or what was seen of them where none fits."""
+def neighbour_points(
+    item: SceneObject, others: Sequence[SceneObject], hand: HandModel
+) -> Neighbours:
+    """Sample the other objects near a hand at this one: solids, or what was seen without one."""
     clouds, labels = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)]
+    solid = item.fit.superquadric
+    assert solid is not None
+    # No part of a hand that holds it is farther from its centre.
+    farthest = 2.0 * float(solid.semi_axes.max()) + hand.spread(hand.widest) + hand.palm_depth
+    farthest += float(hand.reaches.max())
     for other in others:
         if other.label == item.label:
             continue
-        solid = other.fit.superquadric
-        if solid is not None and other.fit:
-            cloud = solid.project_radially(solid.centre + _SPHERE * solid.semi_axes.max())
-        else:
-            cloud = other.points[:: max(len(other.points) // POINTS, 1)]
+        fitted = other.fit.superquadric is not None and other.fit
+        step = max(len(other.points) // POINTS, 1)
+        cloud = _surface(other.fit) if fitted else other.points[::step]
+        cloud = cloud[np.linalg.norm(cloud - solid.centre, axis=1) < farthest]
         clouds.append(cloud)
         labels.append(np.full(len(cloud), other.label, dtype=np.int64))
     return Neighbours(np.concatenate(clouds), np.concatenate(labels))
@@ -75,9 +82,16 @@ def finger_room(
     )
     high = np.array([[-inner, row, reach], [outer, row, reach], [closed, row, 0.0]])
     outside = np.maximum(np.maximum(low[:, None] - local, local - high[:, None]), 0.0)
-    distance = np.sqrt((outside**2).sum(axis=2)).min(axis=0)
-    nearest = int(np.argmin(distance))
-    return float(distance[nearest]), int(near.labels[nearest])
+    square = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
+    nearest = int(np.argmin(square))
+    return float(np.sqrt(square[nearest])), int(near.labels[nearest])
+
+
+@lru_cache(maxsize=64)
+def _surface(fit: SuperquadricFit) -> NDArray[np.float64]:
+    solid = fit.superquadric
+    assert solid is not None
+    return solid.project_radially(solid.centre + _SPHERE * solid.semi_axes.max())
 
 
 def _evenly_on_sphere(count: int) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ from .doubt import doubt_along
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception import SceneObject, Superquadric, SupportPlane
+    from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 
     from .measure import Extents
     from .prototypes import Approach
@@ -95,7 +95,8 @@ def grips(
                 ways.append(("top", "none", thumb, -up))
                 ways.append(("side", "none", thumb, along))
                 ways.append(("side", "none", thumb, -along))
-    return tuple(_grip(item, solid, ground, up, *way) for way in ways)
+    measured = _Measured(item.fit, solid, np.array([narrow, across, up]))
+    return tuple(_grip(measured, ground, *way) for way in ways)
 
 
 def turned(grip: Grip, count: int) -> tuple[Grip, ...]:
@@ -121,24 +122,38 @@ def _flat(grip: Grip) -> NDArray[np.float64]:
     return grip.closing if grip.approach == "top" else grip.palm
 
 
+class _Measured:
+    """A solid's ends and doubts along three axes at right angles, asked for once."""
+
+    def __init__(
+        self, fit: SuperquadricFit, solid: Superquadric, axes: NDArray[np.float64]
+    ) -> None:
+        ends = solid.support(np.vstack([axes, -axes]))
+        self.kind, self.own = solid.kind, solid.rotation[:, 2]
+        self.axes, self.up = axes, axes[2]
+        self.spans = ends[:3] + ends[3:]
+        self.middle = 0.5 * (ends[:3] - ends[3:]) @ axes
+        self.doubts = [doubt_along(fit, axis) for axis in axes]
+
+    def which(self, direction: NDArray[np.float64]) -> int:
+        """Number of the axis that a direction is along."""
+        return int(np.argmax(np.abs(self.axes @ direction)))
+
+
 def _grip(
-    item: SceneObject,
-    solid: Superquadric,
+    solid: _Measured,
     ground: float,
-    up: NDArray[np.float64],
     approach: Approach,
     freedom: Freedom,
     closing: NDArray[np.float64],
     palm: NDArray[np.float64],
 ) -> Grip:
     axis = np.cross(palm, closing)
-    frame = np.array([closing, axis, palm])
-    far, near = solid.support(frame), solid.support(-frame)
-    middle = 0.5 * (far - near) @ frame
-    above, below = float(solid.support(up)), float(solid.support(-up))
-    own = solid.rotation[:, 2]
-    if freedom == "around" and solid.kind != "sphere" and abs(own @ up) > UPRIGHT_COSINE:
-        axis = own * np.sign(own @ axis)
+    along = solid.which(axis)
+    if freedom == "around" and solid.kind != "sphere":
+        upright = float(solid.own @ axis)
+        if abs(upright) > UPRIGHT_COSINE:
+            axis = solid.own * np.sign(upright)
     return Grip(
         kind=solid.kind,
         approach=approach,
@@ -146,14 +161,14 @@ def _grip(
         closing=closing,
         palm=palm,
         axis=axis,
-        up=up,
-        centre=middle,
-        width=float(far[0] + near[0]),
-        length=float(far[1] + near[1]),
-        height=above + below,
-        half_depth=0.5 * float(far[2] + near[2]),
-        rise=float(middle @ up) - ground,
-        doubt=doubt_along(item.fit, closing),
+        up=solid.up,
+        centre=solid.middle,
+        width=float(solid.spans[solid.which(closing)]),
+        length=float(solid.spans[along]),
+        height=float(solid.spans[2]),
+        half_depth=0.5 * float(solid.spans[solid.which(palm)]),
+        rise=float(solid.middle @ solid.up) - ground,
+        doubt=solid.doubts[solid.which(closing)],
     )
 
 

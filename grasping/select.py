@@ -103,11 +103,12 @@ def grasp_plans(
     up = np.array([0.0, 0.0, 1.0]) if up is None else np.asarray(up, dtype=np.float64)
     if up.shape != (3,) or not np.isfinite(up).all() or not np.linalg.norm(up) > 0:
         raise InputError(f"up must be 3 finite numbers, not all 0, got {up.tolist()}")
+    hand = hand or nominal_hand()
     extents = measure(solid, up)
     mass = options.weight.mass(solid.volume)
     given = Circumstances(
-        hand=hand or nominal_hand(),
-        near=neighbour_points(scene_object, neighbours),
+        hand=hand,
+        near=neighbour_points(scene_object, neighbours, hand),
         mass=mass[1],
         visible=scene_object.visible_share,
         narrowest=extents.width,

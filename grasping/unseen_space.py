@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -9,11 +10,12 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception import SceneObject, SupportPlane
+    from eyehand.perception import SceneObject, SuperquadricFit, SupportPlane
 
 POINTS = 60
-"""Points on the surface of a solid that stand for it: some 25° apart on a ball, and those
-of corners and rims besides."""
+"""Points on a round solid that stand for it: some 25° apart."""
+RIM_POINTS = 16
+"""Points on either rim of a cylinder."""
 MOST_POINTS = 150
 """Most points of an object without a solid."""
 DIRECTIONS = 96
@@ -35,11 +37,25 @@ class Gap(NamedTuple):
 
 def outline(item: SceneObject) -> NDArray[np.float64]:
     """Points (N, 3), m, whose hull is about the object: of its solid, else of what was seen."""
-    solid = item.fit.superquadric
-    if solid is None or not item.fit:
+    if item.fit.superquadric is None or not item.fit:
         return item.points[:: max(len(item.points) // MOST_POINTS, 1)]
-    local = _SPHERE * solid.semi_axes
-    return solid.project_radially(local @ solid.rotation.T + solid.centre)
+    return _outline(item.fit)
+
+
+@lru_cache(maxsize=64)
+def _outline(fit: SuperquadricFit) -> NDArray[np.float64]:
+    """Corners of a box, rims of a cylinder, else points all over the surface, (N, 3)."""
+    solid = fit.superquadric
+    assert solid is not None
+    match solid.kind:
+        case "box":
+            return solid.to_parent(_CORNERS * solid.semi_axes)
+        case "cylinder":
+            return solid.to_parent(_RIMS * solid.semi_axes)
+        case "sphere" | "ellipsoid":
+            return solid.to_parent(_SPHERE * solid.semi_axes)
+    directions = np.vstack([_SPHERE, _EDGES, _RIMS]) * solid.semi_axes
+    return solid.project_radially(solid.to_parent(directions))
 
 
 def gap_between(one: NDArray[np.float64], other: NDArray[np.float64]) -> Gap:
@@ -113,9 +129,10 @@ def _evenly_on_sphere(count: int) -> NDArray[np.float64]:
     return np.column_stack([around * np.cos(turn), around * np.sin(turn), z])
 
 
-# A box needs its corners and edges, a cylinder its rims.
-_CORNERS = np.array([c for c in np.ndindex(3, 3, 3) if c != (1, 1, 1)], dtype=np.float64) - 1.0
-_TURNS = np.arange(12) * np.pi / 6.0
-_RIM = np.column_stack([np.cos(_TURNS), np.sin(_TURNS), np.ones(12)])
-_SPHERE = np.vstack([_evenly_on_sphere(POINTS), _CORNERS, _RIM, _RIM * [1.0, 1.0, -1.0]])
+_SPHERE = _evenly_on_sphere(POINTS)
+_EDGES = np.array([c for c in np.ndindex(3, 3, 3) if c != (1, 1, 1)], dtype=np.float64) - 1.0
+_CORNERS = np.array(list(np.ndindex(2, 2, 2)), dtype=np.float64) * 2.0 - 1.0
+_TURNS = np.arange(RIM_POINTS) * 2.0 * np.pi / RIM_POINTS
+_RIM = np.column_stack([np.cos(_TURNS), np.sin(_TURNS), np.ones(RIM_POINTS)])
+_RIMS = np.vstack([_RIM, _RIM * [1.0, 1.0, -1.0]])
 _NORMALS = _evenly_on_sphere(DIRECTIONS)

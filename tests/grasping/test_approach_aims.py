@@ -1,10 +1,18 @@
 """An arm that follows a plan's aims ends with its palm where the grasp needs it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import ApproachController, CollisionWorld, ControlOptions, RobotModel
+from eyehand.control import (
+    ApproachController,
+    CollisionWorld,
+    ControlOptions,
+    PointOnPlane,
+    RobotModel,
+)
 from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping import approach_aims, grasp_plans
@@ -145,6 +153,16 @@ def test_the_rows_stay_the_same_all_the_way():
             ]
             assert kinds[0] == kinds[1]
             assert len(kinds[0]) == len(plan.tasks)
+
+
+def test_aims_follow_tasks_that_touch_has_moved():
+    plan = some(CARTON, "side power")
+    off = np.array([0.004, -0.003, 0.0])
+    moved = replace(plan, tasks=tuple(replace(t, point=t.point + off) for t in plan.tasks))
+    for aim, there in zip(approach_aims(plan, HAND), approach_aims(moved, HAND), strict=True):
+        if isinstance(aim, PointOnPlane):
+            assert isinstance(there, PointOnPlane)
+            assert there.offset - aim.offset == pytest.approx(aim.normal @ off)
 
 
 def test_a_refusal_has_no_approach():
