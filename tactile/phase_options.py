@@ -73,6 +73,17 @@ class PhaseOptions:
     """Swings in a row without shrinking that end the task."""
     swing_seconds: float = 0.5
     """Longest time of one such swing, s."""
+    miss: float = 0.1
+    """Mean error of the averaged pressure over a span that counts as a miss, as a share of the
+    goal; without outer motion only. inf never does."""
+    calm: float = 0.08
+    """Its standard deviation over a span up to which it is calm, likewise: a swing too small for
+    `swing` must not last either. Pens, boxes and balls within the limits stay below 0.01."""
+    miss_seconds: float = 0.5
+    """Length of a span, s: a landing's must not fill one."""
+    miss_spans: int = 3
+    """Spans in a row, none better than the one before, that end the task: an object that is turned
+    by hand is off for two, and then better."""
     jump: float = 0.012
     """Way of the centre of pressure in one cycle that is another contact, m."""
     jumps: int = 4
@@ -100,6 +111,11 @@ class PhaseOptions:
         for name in ("back_off_speed", "back_off_distance", "back_off_travel", "search_speed"):
             if not 0 < getattr(self, name) < float("inf"):
                 raise InputError(f"{name} must be finite and > 0, got {getattr(self, name)}")
+        if not 0 < self.miss_seconds < float("inf") or self.miss_spans < 1:
+            raise InputError(
+                "miss_seconds must be finite and > 0 and miss_spans >= 1, got "
+                f"{self.miss_seconds} and {self.miss_spans}"
+            )
         if self.back_off_travel < self.back_off_distance:
             raise InputError(
                 f"back_off_travel must be >= back_off_distance, got {self.back_off_travel}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from .miss_guard import MissGuard
 from .phase_options import PhaseOptions
 from .search import Search
 from .swing_guard import SwingGuard
@@ -25,14 +26,15 @@ task: the servo acts; search: lift, shift, descend; back_off: away from the obje
 
 Outcome = Literal[
     "done", "unreachable", "no_contact", "contact_lost", "overload", "oscillation",
-    "unsteady_contact", "at_border", "no_resistance", "sensor_fault",
+    "steady_miss", "unsteady_contact", "at_border", "no_resistance", "sensor_fault",
 ]  # fmt: skip
 """done: time is up or the caller finished; unreachable: the work area was not reached in time;
 no_contact: nothing touched within time and way; contact_lost: lost too often or not found again;
 overload: pressure or force above the limit, or too many tactels at theirs; oscillation: the
-pressure swings and does not calm; unsteady_contact: the centre of pressure jumps between places;
-at_border: the contact stays at the pad's border; no_resistance: pressing on does not raise the
-pressure; sensor_fault: too few trusted tactels, or features that are not finite."""
+pressure swings and does not calm; steady_miss: it stays off the goal; unsteady_contact: the centre
+of pressure jumps between places; at_border: the contact stays at the pad's border; no_resistance:
+pressing on does not raise the pressure; sensor_fault: too few trusted tactels, or features that
+are not finite."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +66,8 @@ class TouchPhases:
         self.servo = servo
         self.options = options or PhaseOptions()
         o = self.options
-        least = o.swing * _goal_pressure(servo)
-        self._swings = SwingGuard(least, o.swings, o.swing_seconds)
+        self._swings = SwingGuard(o.swing, o.swings, o.swing_seconds)
+        self._misses = MissGuard(o.miss, o.calm, o.miss_seconds, o.miss_spans)
         self._start()
 
     def _start(self) -> None:
@@ -146,6 +148,7 @@ class TouchPhases:
         twist = wish.twist
         if self.phase == "task":
             self._watch_the_task(features, twist, dt)
+            self._watch_the_goal(features, external, dt)
         if self.phase != "task":
             twist = self._own_twist(touching, dt)
             self.servo.carried_out(twist)
@@ -166,6 +169,7 @@ class TouchPhases:
         if self.phase in ("move", "hold", "search") and touched:
             self._enter("task")
             self._swings.reset()
+            self._misses.reset()
             self._lost_for = self._pushed = self._border_time = 0.0
             self._centre = None
         elif self.phase == "move":
@@ -203,9 +207,7 @@ class TouchPhases:
     def _watch_the_task(self, features, twist, dt) -> None:
         o = self.options
         self._task_time += dt
-        if self._swings.update(features.pressure, dt):
-            self._end("oscillation")
-        elif self._task_time > o.task_seconds:
+        if self._task_time > o.task_seconds:
             self._end("done")
         elif not features:
             self._lost_for += dt
@@ -215,15 +217,31 @@ class TouchPhases:
             self._lost_for = 0.0
             self._watch_the_contact(features, twist, dt)
 
+    def _watch_the_goal(self, features, external, dt) -> None:
+        """What the pressure makes of its goal, as shares of it."""
+        if self.phase != "task":
+            return
+        goal = _goal_pressure(self.servo)
+        if self._swings.update(_felt_pressure(self.servo, features) / goal, dt):
+            self._end("oscillation")
+        elif not self.servo.switches.press or (external is not None and external.any()):
+            # Over a surface that rises and falls the pressure is off as long as the outer motion
+            # goes on.
+            self._misses.reset()
+        else:
+            # The servo's own average: single readings swing with noise, not with the pad.
+            outcome = self._misses.update(self.servo.filtered[0] / goal - 1.0, dt)
+            if outcome is not None:
+                self._end(outcome)
+
     def _watch_the_contact(self, features, twist, dt) -> None:
         o = self.options
         x, y = float(features.centre[0]), float(features.centre[1])
         if self._centre and math.hypot(x - self._centre[0], y - self._centre[1]) > o.jump:
             self._jumps.append(self._clock)
         self._centre = (x, y)
-        near = features.pressure >= o.near_goal * self.servo.goal.pressure
-        if self.servo.goal.force is not None:
-            near = features.force >= o.near_goal * self.servo.goal.force
+        felt = _felt_pressure(self.servo, features)
+        near = felt >= o.near_goal * _goal_pressure(self.servo)
         self._pushed = 0.0 if near else max(0.0, self._pushed + twist[2] * dt)
         half_x, half_y = o.pad_half_size
         outside = abs(x) > half_x - o.border or abs(y) > half_y - o.border
@@ -274,6 +292,13 @@ class TouchPhases:
         self.outcome = outcome
         # On the way to the work area nothing was touched: there is nothing to back off from.
         self._enter("ended" if self.phase == "move" and outcome != "overload" else "back_off")
+
+
+def _felt_pressure(servo: TactileServo, features: ContactFeatures) -> float:
+    """What is to come to :func:`_goal_pressure`, Pa."""
+    if servo.goal.force is None:
+        return features.pressure
+    return features.force / servo.options.reference_area
 
 
 def _goal_pressure(servo: TactileServo) -> float:

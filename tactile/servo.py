@@ -15,6 +15,7 @@ from .servo_kernels import (
     CONFIDENCE,
     COUNT,
     CYCLE,
+    MEMORY,
     ORIENTATION,
     PRESSURE,
     SUM_P,
@@ -189,7 +190,7 @@ class TactileServo:
 
     def reset(self) -> None:
         """Forget all contacts, as at the start."""
-        self._memory = np.zeros(17)
+        self._memory = np.zeros(MEMORY)
         self._rings = np.zeros((5, MOST_SAMPLES))
         self._stiffness = new_stiffness(self._stiffness_settings)
 

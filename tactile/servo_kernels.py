@@ -6,10 +6,15 @@ import numpy as np
 from numba import njit
 
 from .stiffness import (
+    CLEAR,
     EVENTS,
     EVIDENCE,
     FIRST,
+    NOISE,
+    REF_DEPTH,
+    REF_PRESSURE,
     STARTED,
+    STEP,
     STIFFNESS,
     TRAVEL,
     update_stiffness,
@@ -25,11 +30,14 @@ from .stiffness import (
 
 (
     SUM_X, SUM_Y, SUM_P, LAST_X, LAST_Y, LAST_P, HAS_LAST, LAST_ANGLE, HAS_ANGLE, COUNT, CYCLE,
-    DEPTH, ARM_Z, LOST_FOR, PRESSURE, ORIENTATION, CONFIDENCE,
-) = range(17)  # fmt: skip
+    DEPTH, ARM_Z, LOST_FOR, PRESSURE, ORIENTATION, CONFIDENCE, LANDED,
+) = range(18)  # fmt: skip
 """Places in the memory: integrals (m/s), last errors, the angle's last error, samples in the
 averages, cycles so far, way along z (m), modelled arm velocity along z (m/s), time without contact
-(s), and the filtered features."""
+(s), the filtered features, and whether the pressure has been near its goal since the touch."""
+
+MEMORY = 18
+"""How many there are."""
 
 PRESSURES, DEPTHS, COSINES, SINES, COMMANDS = range(5)
 """Rows of the rings."""
@@ -39,6 +47,8 @@ FORGET_AFTER = 0.2
 another object; a flicker shorter than this is the same."""
 BRANCH_MARGIN = np.radians(10.0)
 """How far beyond 90° an angle's error keeps its sign: noise at 90° must not flip the turning."""
+OWN_MOTION = 0.3
+"""Share of the expected answer of the pressure below which the object has moved by itself."""
 STRIP = 1.0 / 12.0
 """Second moment of a square over its area squared: the centre of pressure of a flat contact moves
 by area/12 (dp/dz)/p per tilt."""
@@ -162,6 +172,8 @@ def _slide_and_roll(settings, stiffness, memory, switches, goal, centre, area, d
 @njit(cache=True)
 def _press(settings, stiffness, memory, switches, goal, pressure, dt, out):
     """Row 3 of eq. 15: along z, towards the object, while the pressure is too low."""
+    if abs(goal[2] - pressure) <= settings[PRESS_BAND] * goal[2]:
+        memory[LANDED] = 1.0
     if switches[2] > 0.0:
         out[2] = _pid(
             memory, SUM_P, LAST_P, goal[2] - pressure, settings[PRESS_GAIN] / stiffness[STIFFNESS],
@@ -230,6 +242,16 @@ def _estimate(stiffness_settings, stiffness, memory, rings, settings, out, area,
     """Stiffness from the averages of pressure and depth, which lag alike."""
     rolled = 0.5 * np.sqrt(area) * np.sqrt(out[3] * out[3] + out[4] * out[4]) * dt
     depth = _average(rings, DEPTHS, memory[COUNT], settings[WINDOW])
+    travel = depth - stiffness[REF_DEPTH]
+    expected = stiffness[STIFFNESS] * abs(travel)
+    answer = (memory[PRESSURE] - stiffness[REF_PRESSURE]) * np.sign(travel)
+    clear = (
+        abs(travel) >= stiffness_settings[STEP] and expected >= CLEAR * stiffness_settings[NOISE]
+    )
+    if clear and memory[LANDED] > 0.0 and answer < OWN_MOTION * expected:
+        # The object comes or goes by itself: taken for softness, that would raise the gain. Like
+        # rolling it is no evidence.
+        rolled = np.inf
     update_stiffness(stiffness, stiffness_settings, memory[PRESSURE], depth, rolled)
 
 
@@ -239,6 +261,7 @@ def _lose(settings, stiffness_settings, stiffness, memory, dt):
     memory[LOST_FOR] += dt
     memory[COUNT] = 0.0
     memory[HAS_ANGLE] = 0.0
+    memory[LANDED] = 0.0
     memory[PRESSURE] = 0.0
     memory[CONFIDENCE] = 0.0
     stiffness[STARTED] = 0.0

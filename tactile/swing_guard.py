@@ -12,7 +12,7 @@ class SwingGuard:
     Parameters
     ----------
     least
-        Smallest swing, turning point to turning point, that counts, Pa.
+        Smallest swing, turning point to turning point, that counts, in the unit of the readings.
     swings
         How many swings in a row must not shrink.
     longest
@@ -37,7 +37,7 @@ class SwingGuard:
         self._turn = 0.0
 
     def update(self, pressure: float, dt: float) -> bool:
-        """Take one reading (Pa, after ``dt`` s) and tell whether it swings on."""
+        """Take one reading, after ``dt`` s, and tell whether it swings on."""
         self._age += dt
         if not self._started:
             self._extreme = self._turn = pressure
@@ -45,6 +45,8 @@ class SwingGuard:
             return False
         if self._age > self._longest:
             self._in_a_row, self._last_swing, self._age = 0, 0.0, 0.0
+            # The next swing counts from here: the way since the last turn was no swing.
+            self._turn = self._extreme = pressure
         further = pressure > self._extreme if self._rising else pressure < self._extreme
         if further:
             self._extreme = pressure

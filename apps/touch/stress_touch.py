@@ -49,11 +49,11 @@ def touch_stress(
     """Make touching harder step by step until the tactile servo breaks, and chart where.
 
     Gains past the limit, fast landings with and without anti-windup, contacts lost while rolling,
-    round ones with yaw on, rods exactly across, contacts at the border, blobs that swap, light
-    objects, thresholds in the noise, dead and saturated tactels. Past its limit each should end in
-    a named outcome with the pad backed off; force that grows, or a pad that still presses after
-    that, breaks it. Ends with exit code 1 when a bound is broken, and says which. Writes
-    stress.png with stress.csv.
+    round ones with yaw on, rods exactly across, contacts at the border, blobs that swap, objects
+    that come at the pad, light ones, thresholds in the noise, dead and saturated tactels. Past its
+    limit each should end in a named outcome with the pad backed off; force that grows, or a pad
+    that still presses after that, breaks it. Ends with exit code 1 when a bound is broken, and says
+    which. Writes stress.png with stress.csv.
 
     Parameters
     ----------

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.apps.evaluation.stress_sweep import Sweep, Trial
-from eyehand.data_synth.touch_objects import Part, TouchObject, pen, tilted_face
+from eyehand.data_synth.touch_objects import Part, TouchObject, pen, tilted_face, toy_box
 from eyehand.tactile import TactileServo, TouchPhases
 from eyehand.tactile.switches import CABLE, EDGE, PRESS, ROLL, TRACK
 
@@ -38,6 +38,8 @@ APART = 0.04
 """Between two blobs, m."""
 SWAP_HERTZ = 4.0
 """How often two blobs swap which presses more, 1/s."""
+COMING_FROM = 1.0
+"""When an object begins to come, s: the pad has settled on it."""
 ROD_RADIUS, ROD_HALF, BALL_RADIUS = 0.003, 0.05, 0.02
 """Of a rod and of a round contact, m."""
 PLATE_HALF = (0.02, 0.02, 0.005)
@@ -90,6 +92,16 @@ def contact_sweeps() -> tuple[Sweep[None], ...]:
             values=(0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0),
             holds_to=None,
             attempt=_blobs,
+            right="pressure reached and calm",
+        ),
+        Sweep(
+            name="coming",
+            axis="box that comes at the pad and does not stop: speed",
+            unit="mm/s",
+            # The pad retreats at no more than 50 mm/s: what is faster, no servo flees.
+            values=(2.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 40.0),
+            holds_to=8.0,
+            attempt=_coming,
             right="pressure reached and calm",
         ),
         Sweep(
@@ -163,6 +175,17 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
         for name, x in (("left", -0.5 * APART), ("right", 0.5 * APART))
     )
     return _pressed(CarriedPad(blobs, Electronics(seed)), PRESS, lifts)
+
+
+def _coming(speed: float, seed: int, method: None) -> Trial:
+    def lifts(time: float) -> tuple[float]:
+        # From rest within a second, as an arm or a belt would.
+        since = max(time - COMING_FROM, 0.0)
+        return (1e-3 * speed * (0.5 * since * since if since < 1.0 else since - 0.5),)
+
+    pad = CarriedPad((toy_box(),), Electronics(seed))
+    servo = TactileServo(switches=PRESS)
+    return judged(lead(pad, TouchPhases(servo), 5.0, lifts), servo.goal.pressure)
 
 
 def _light(mass: float, seed: int, method: None) -> Trial:

@@ -1,5 +1,6 @@
 """The phase machine: to the contact, through the task, and off again whatever happens."""
 
+import math
 from dataclasses import replace
 from typing import get_args
 
@@ -10,10 +11,11 @@ from hypothesis import strategies as st
 
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures
+from eyehand.tactile.miss_guard import MissGuard
 from eyehand.tactile.options import ServoOptions
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import Outcome, TouchPhases
-from eyehand.tactile.servo import TactileServo
+from eyehand.tactile.servo import ServoGoal, TactileServo
 from eyehand.tactile.swing_guard import SwingGuard
 from eyehand.tactile.switches import PRESS, TRACK
 
@@ -165,6 +167,90 @@ def test_an_object_that_gives_way_is_not_pushed_for_ever():
     assert world.force() == 0.0
 
 
+@pytest.mark.parametrize(("speed", "sign"), [(0.016, 1.0), (-0.013, -1.0)])
+def test_a_pressure_that_stays_off_its_goal_is_left(speed, sign):
+    """An object that comes or goes faster than the integral may make up for."""
+    world, felt = world_of("box"), []
+    options = ServoOptions(adapt=False, first_stiffness=1e6)
+    machine = TouchPhases(TactileServo(None, PRESS, options), PhaseOptions(near_goal=0.0))
+
+    def come(cycle, world, machine):
+        if machine.phase == "task":
+            felt.append(machine.servo.filtered[0])
+            share = min(len(felt) / 250, 1.0)
+            world.place = world.place + np.array([0.0, 0.0, share * speed * DT])
+
+    play(world, machine, come)
+    assert machine.outcome == "steady_miss"
+    assert world.force() == 0.0
+    # It had settled there: neither a landing nor a run-away.
+    late = np.array(felt[-125:]) / 1000.0 - 1.0
+    assert np.all(sign * late > 0.1)
+    assert late.std() < 0.05
+
+
+def test_a_swing_below_half_of_the_goal_that_lasts_is_an_oscillation():
+    for swing, outcome in ((0.3, "oscillation"), (0.03, "done")):
+        machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
+        twist = np.zeros(6)
+        for cycle in range(2000):
+            pressure = 1000.0 + 500.0 * swing * math.sin(2 * math.pi * 6 * cycle * DT)
+            features = ContactFeatures(1e-3 * pressure, np.zeros(3), pressure, 1e-3, 0.0, 0.0)
+            twist = machine.step(features, DT).twist
+            if machine.outcome:
+                break
+        assert machine.outcome == outcome
+        assert twist[2] < 0
+
+
+def test_what_the_outer_motion_does_to_the_pressure_is_no_steady_miss():
+    for outer, outcome in ((0.0, "steady_miss"), (0.02, "done")):
+        machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
+        features = ContactFeatures(1.3, np.zeros(3), 1300.0, 1e-3, 0.0, 0.0)
+        while machine.outcome is None:
+            machine.step(features, DT, external=np.array([outer, 0, 0, 0, 0, 0]))
+        assert machine.outcome == outcome
+
+
+def test_a_goal_of_force_is_guarded_by_the_force():
+    """A narrow imprint's pressure is far above the force over the reference area."""
+    servo = TactileServo(ServoGoal(force=1.0), PRESS)
+    machine = TouchPhases(servo, OPTIONS)
+    for cycle in range(1000):
+        swing = 0.02 * math.sin(2 * math.pi * 6 * cycle * DT)
+        area = 3.3e-4 * (1.0 + 10.0 * swing)
+        force = 1.0 + swing
+        machine.step(ContactFeatures(force, np.zeros(3), force / area, area, 0.0, 0.0), DT)
+        if machine.outcome:
+            break
+    assert machine.outcome == "done"
+
+
+def test_only_what_gets_no_better_counts():
+    def told(errors):
+        guard = MissGuard(0.1, 0.08, 0.5, 3)
+        for error in errors:
+            outcome = guard.update(error, 0.1)
+            if outcome:
+                return outcome
+        return None
+
+    def spans(*means):
+        return np.repeat(means, 5)
+
+    wave = np.tile([0.2, -0.2, 0.2, -0.2, 0.0], 3)
+    assert told(spans(0.2, 0.2, 0.2)) == "steady_miss"
+    assert told(spans(-0.2, -0.19, -0.3)) == "steady_miss"
+    assert told(spans(0.2, 0.2)) is None
+    assert told(spans(0.09, 0.09, 0.09, 0.09)) is None
+    assert told(spans(0.8, 0.5, 0.3, 0.2, 0.15, 0.12)) is None
+    assert told(spans(0.2, -0.2, 0.2, -0.2, 0.2)) is None
+    assert told(wave) == "oscillation"
+    assert told(wave[:10]) is None
+    assert told(np.concatenate([wave[:5], 0.8 * wave[5:10], 0.6 * wave[10:]])) is None
+    assert told(0.3 * wave) is None
+
+
 def test_a_contact_at_the_border_is_centred_or_left():
     for switches, outcome in ((TRACK, "done"), (PRESS, "at_border")):
         world = world_of("pen", x=-0.037)
@@ -279,5 +365,7 @@ def test_impossible_options_are_refused():
         PhaseOptions(searches=-1)
     with pytest.raises(InputError, match="back_off_speed"):
         PhaseOptions(back_off_speed=0.0)
+    with pytest.raises(InputError, match="miss_seconds"):
+        PhaseOptions(miss_seconds=0.0)
     with pytest.raises(InputError, match="back_off_travel"):
         PhaseOptions(back_off_travel=0.001)

@@ -272,6 +272,24 @@ def test_an_object_that_moves_is_followed_without_a_lasting_error():
     assert world.features().pressure == pytest.approx(1000.0, rel=1e-3)
 
 
+@pytest.mark.parametrize("speed", [-0.006, 0.006])
+def test_an_objects_own_motion_is_not_taken_for_softness(speed):
+    """Followed by the pad it answers nothing: the gain must not grow by that until it swings."""
+    height, stiffness = OBJECTS["box"]
+    world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]), noise=3.0, threshold=15.0)
+    servo, felt = TactileServo(switches=PRESS), []
+    run(world, servo, 1.0)
+    known = servo.stiffness
+    for cycle in range(500):
+        features = world.features()
+        felt.append(features.pressure)
+        world.step(servo.step(features, DT).twist)
+        world.place[2] += min(cycle / 250, 1.0) * speed * DT
+    assert 0.7 < servo.stiffness / known < 1.5
+    assert np.std(felt[400:]) < 20.0
+    assert np.mean(felt[400:]) == pytest.approx(1000.0, abs=60.0)
+
+
 def test_an_object_that_stops_while_the_pad_follows_it_is_not_pressed_too_hard_for_ever():
     """What the integral followed with is then an error beyond its band that it balances itself."""
     height, stiffness = OBJECTS["box"]

@@ -18,7 +18,7 @@ QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.
 @pytest.mark.parametrize(
     ("name", "value"),
     [("gain-box", 0.5), ("landing-pen", 50.0), ("round", 10.0), ("right-angle", 2.0),
-     ("light", 20.0), ("dead", 5.0)],
+     ("light", 1.0), ("dead", 5.0), ("coming", 5.0)],
 )  # fmt: skip
 def test_contacts_within_the_bounds_are_held(name, value):
     (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
@@ -28,9 +28,10 @@ def test_contacts_within_the_bounds_are_held(name, value):
 
 @pytest.mark.parametrize(
     ("name", "value", "outcome"),
-    [("gain-box", 2.0, "oscillation"), ("landing-box", 200.0, "overload"),
+    [("gain-box", 4.0, "oscillation"), ("landing-box", 200.0, "overload"),
      ("border", 42.0, "at_border"), ("blobs", 1.0, "unsteady_contact"),
-     ("saturated", 30.0, "sensor_fault")],
+     ("saturated", 30.0, "sensor_fault"), ("dead", 95.0, "sensor_fault"),
+     ("coming", 20.0, "steady_miss")],
 )  # fmt: skip
 def test_past_the_limit_the_end_has_a_name_and_the_pad_backs_off(name, value, outcome):
     (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
@@ -40,6 +41,14 @@ def test_past_the_limit_the_end_has_a_name_and_the_pad_backs_off(name, value, ou
     assert trial.picture.ended
     assert trial.picture.last_force == 0.0
     assert trial.clean
+
+
+@pytest.mark.parametrize("name", ["dead", "saturated"])
+def test_a_pad_without_a_living_tactel_is_refused_before_it_moves(name):
+    (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
+    trial = sweep.attempt(100.0, 0, None)
+    assert (trial.passed, trial.refused, trial.clean) == (False, True, True)
+    assert trial.note == "0 of 256 tactels work"
 
 
 def test_the_judge_tells_harm_from_a_miss():
