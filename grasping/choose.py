@@ -27,6 +27,10 @@ UNDER_ANOTHER = 0.3
 """Share of its score that an object keeps while another rests on it: what lies on top goes first,
 but a pile of two that hold each other must begin somewhere."""
 
+SAME_AGAIN = 0.4
+"""Share of its score that a grasp keeps after one of the same name failed on the object: another
+way to hold it goes first."""
+
 
 class Tried(Protocol):
     """What was tried before."""
@@ -83,11 +87,13 @@ def choose(
             one, scene.support, neighbours=others, hand=cell.robot.hand, options=select
         )
         share = UNDER_ANOTHER if one.label in loaded else 1.0
+        names = {way.split(" facing")[0] for way in tried}
         for plan in plans:
             if not plan:
                 left[one.label] = plan.reason
             elif way_of(plan) not in tried:
-                offers.append((share * plan.score.total, one, plan))
+                again = SAME_AGAIN if plan.name in names else 1.0
+                offers.append((again * share * plan.score.total, one, plan))
     offers.sort(key=lambda offer: -offer[0])
     for _, one, plan in offers:
         choice = Choice(scene, one, plan, perceive_ms)

@@ -20,8 +20,11 @@ class PickOptions:
         If a value is out of range.
     """
 
-    control: ControlOptions = field(default_factory=lambda: ControlOptions(dt=0.004))
-    """Of the arm's ways far from the object; its period is the robot's."""
+    control: ControlOptions = field(
+        default_factory=lambda: ControlOptions(dt=0.004, margin=0.006, influence=0.04)
+    )
+    """Of the arm's ways far from the object; its period is the robot's. On a packed table the free
+    space is centimetres: a wider influence keeps the hand out of it."""
     planner: PlannerOptions = field(default_factory=lambda: PlannerOptions(seconds=0.5))
     """Of the search where such a way is stuck."""
     grip: GripOptions = field(default_factory=GripOptions)
