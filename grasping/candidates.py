@@ -10,6 +10,7 @@ import numpy as np
 from .depths import GraspDepths, Stance, stance
 from .finger_room import finger_room
 from .grip import Grip, turned
+from .prototypes import TIGHT
 from .suitability import Judgement, judge, room_term
 
 if TYPE_CHECKING:
@@ -81,12 +82,19 @@ def candidates(ways: Sequence[Grip], given: Circumstances) -> Iterator[Candidate
     for prototype, approach in KINDS_OF_GRASP:
         for grip in ways:
             if grip.approach == approach:
-                yield from _between_neighbours(_candidate(prototype, grip, given), given)
+                yield from _between_neighbours(
+                    _candidate(prototype, grip, given, given.limits.clearance), given
+                )
+                if len(given.near.points):
+                    tight = _candidate(prototype, grip, given, given.limits.tight_clearance)
+                    yield from _between_neighbours(tight, given)
 
 
-def _candidate(prototype: Prototype, grip: Grip, given: Circumstances) -> Candidate:
+def _candidate(
+    prototype: Prototype, grip: Grip, given: Circumstances, clearance: float
+) -> Candidate:
     limits, hand = given.limits, given.hand
-    wanted = grip.width + limits.clearance + 2.0 * grip.doubt
+    wanted = grip.width + clearance + 2.0 * grip.doubt
     opening = float(min(wanted, limits.opening, hand.widest))
     place = stance(grip, prototype, opening, hand, given.depths)
     judgement = judge(
@@ -100,6 +108,8 @@ def _candidate(prototype: Prototype, grip: Grip, given: Circumstances) -> Candid
         task=given.task,
         limits=limits,
     )
+    if clearance < limits.clearance:
+        judgement.terms["opening"] = TIGHT
     return Candidate(prototype, grip, opening, place, judgement)
 
 
@@ -109,6 +119,7 @@ def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Cand
         yield found
         return
     grip = found.grip
+    clearance = found.opening - grip.width - 2.0 * grip.doubt
     if grip.freedom == "none":
         yield _with_room(found, grip, given)
         return
@@ -126,12 +137,14 @@ def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Cand
     else:
         fixed = sorted(tries, key=lambda one: -one.judgement.total)[:2]
         for one in fixed:
-            held = _candidate(found.prototype, replace(one.grip, freedom="none"), given)
+            held = _candidate(found.prototype, replace(one.grip, freedom="none"), given, clearance)
             yield _with_room(held, held.grip, given)
 
 
 def _with_room(found: Candidate, grip: Grip, given: Circumstances) -> Candidate:
-    gap, label = finger_room(grip, found.stance, found.opening, given.hand, given.near)
+    gap, label = finger_room(
+        grip, found.prototype, found.stance, found.opening, given.hand, given.near
+    )
     refusal = found.judgement.refusal
     if gap < given.limits.finger_gap:
         refusal = refusal or f"object {label} stands where the hand goes"

@@ -17,11 +17,17 @@ if TYPE_CHECKING:
     from .depths import Stance
     from .grip import Grip
     from .hand_model import HandModel
+    from .prototypes import Prototype
 
 POINTS = 220
 """Points on a neighbour's surface: some 7 mm apart on a thing of the size of a fist."""
+TIP_SHARE = 0.35
+"""Share of a finger's reach, at its end, that is no thicker than its tip."""
 WAY_BACK = 0.06
 """How far back along its way the hand must be free too, m."""
+
+
+_Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
 
 
 class Neighbours(NamedTuple):
@@ -56,35 +62,61 @@ def neighbour_points(
 
 
 def finger_room(
-    grip: Grip, stance: Stance, opening: float, hand: HandModel, near: Neighbours
+    grip: Grip,
+    prototype: Prototype,
+    stance: Stance,
+    opening: float,
+    hand: HandModel,
+    near: Neighbours,
 ) -> tuple[float, int]:
     """Distance from the open hand to the nearest neighbour, m, and that one's label.
 
-    The hand is three boxes: fingers, thumb, and the palm with what is behind it. Its palm may
-    stand anywhere in its interval: the middle counts. Infinite, and 0, without neighbours.
+    The hand is a handful of boxes; its palm may stand anywhere in its interval: the middle counts.
+    Infinite, and 0, without neighbours.
     """
     if not len(near.points):
         return float("inf"), 0
     along = grip.axis if grip.approach == "top" else grip.up
     palm = grip.centre - stance.standoff * grip.palm + 0.5 * (stance.low + stance.high) * along
     local = (near.points - palm) @ np.array([grip.closing, grip.axis, grip.palm]).T
-    outer = 0.5 * hand.spread(opening)
-    reach = float(hand.reach(opening))
-    inner = min(0.5 * opening, outer)
-    closed = 0.5 * float(hand.spreads[0])
-    row = 0.5 * hand.row
-    low = np.array(
-        [
-            [-outer, -row, -WAY_BACK],
-            [inner, -row, -WAY_BACK],
-            [-closed, -row, -hand.palm_depth - WAY_BACK],
-        ]
-    )
-    high = np.array([[-inner, row, reach], [outer, row, reach], [closed, row, 0.0]])
-    outside = np.maximum(np.maximum(low[:, None] - local, local - high[:, None]), 0.0)
+    boxes = _hand_boxes(hand, prototype, opening)
+    low, high = boxes[:, 0, None], boxes[:, 1, None]
+    outside = np.maximum(np.maximum(low - local, local - high), 0.0)
     square = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
     nearest = int(np.argmin(square))
     return float(np.sqrt(square[nearest])), int(near.labels[nearest])
+
+
+def _hand_boxes(hand: HandModel, prototype: Prototype, opening: float) -> NDArray[np.float64]:
+    """Lower and upper corners (B, 2, 3) of boxes around the open hand and its way back, m.
+
+    A finger bulges at its knuckles and is thin at its tip. The thumb is no wider than what a
+    pincer uses, and in a pincer the outer fingers stay open.
+    """
+    row, narrow = 0.5 * hand.row, 0.5 * hand.middle_row
+    fingers = narrow if prototype == "pincer" else row
+    boxes = _finger(hand, opening, fingers, -1.0) + _finger(hand, opening, narrow, 1.0)
+    if prototype == "pincer":
+        boxes += _finger(hand, hand.widest, row, -1.0)
+    base = 0.5 * float(hand.spreads[0])
+    behind = -hand.palm_depth - WAY_BACK
+    boxes.append(((-base, -row, behind), (base, row, 0.0)))
+    return np.array(boxes)
+
+
+def _finger(hand: HandModel, opening: float, half_row: float, side: float) -> list[_Corners]:
+    reach = hand.reach(opening)
+    inner, tip = 0.5 * opening, 0.5 * opening + hand.thickness
+    bulge = max(0.5 * hand.spread(opening), tip)
+    knuckles = (1.0 - TIP_SHARE) * reach
+    parts = (min(inner, bulge), bulge, -WAY_BACK, knuckles), (inner, tip, knuckles, reach)
+    return [
+        (
+            (min(side * near, side * far), -half_row, low),
+            (max(side * near, side * far), half_row, high),
+        )
+        for near, far, low, high in parts
+    ]
 
 
 @lru_cache(maxsize=64)

@@ -45,6 +45,8 @@ class PrototypeLimits:
     """Heaviest object that fingertips hold."""
     clearance: float = 0.020
     """Opening beyond the object's width in the pre-shape."""
+    tight_clearance: float = 0.010
+    """The same where neighbours leave no more: less passes them, and forgives less."""
     opening: float = 0.135
     """Widest opening of the hand."""
     least_clearance: float = 0.008
@@ -88,6 +90,8 @@ SHALLOW = 0.6
 """Worth of a hold by the very ends of the tips."""
 DOUBTED = 0.7
 """Worth of a grasp across sides that nobody saw, at the largest doubt that counts."""
+TIGHT = 0.9
+"""Worth of an opening that forgives less."""
 CROWDED = 0.5
 """Worth of a grasp whose fingers just pass the neighbours."""
 
