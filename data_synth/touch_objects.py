@@ -19,7 +19,7 @@ from .foam import Foam
 if TYPE_CHECKING:
     from typing import Literal
 
-    from numpy.typing import ArrayLike
+    from numpy.typing import ArrayLike, NDArray
 
     Kind = Literal["sphere", "capsule", "ellipsoid", "cylinder", "box"]
 
@@ -173,18 +173,85 @@ def cable(centre_line: ArrayLike, radius: float = CABLE_RADIUS) -> TouchObject:
     return TouchObject("cable", tuple(parts))
 
 
-def unknown_object() -> TouchObject:
+def unknown_object(seed: int = 0) -> TouchObject:
     """Give a rigid object of unknown shape to explore, some 200 x 140 mm.
 
-    A flat dome that carries a ridge and a block with edges and corners. The origin is the dome's
-    top; the ridge stands 3 mm out of the dome and the block 5 mm.
+    One of a family by turns: a flat dome that carries a ridge and a block with edges and corners; a
+    pebble, smooth all over, of three round bodies; a barrel that lies, with rims, a disc and a
+    ridge across. The origin is the top of the largest part; the others stand 2-5 mm out of it.
+
+    Parameters
+    ----------
+    seed
+        Chooses the kind by its remainder of 3. The first of each kind is as described; with later
+        seeds what stands out is moved, turned and resized.
+
+    Raises
+    ------
+    InputError
+        If the seed is negative.
     """
-    return TouchObject(
-        "unknown",
-        (
-            Part("ellipsoid", (0.1, 0.07, 0.03), (0.0, 0.0, -0.03)),
-            Part("capsule", (0.012, 0.035), (-0.04, 0.01, -0.0118), _quat_from_z([0.8, 0.6, 0.0])),
-            Part("box", (0.022, 0.018, 0.014), (0.045, -0.012, -0.0127), _quat([0.0, 0.0, 0.5])),
+    if seed < 0:
+        raise InputError(f"an unknown object's seed must be >= 0, got {seed}")
+    kinds = (_dome, _pebble, _barrel)
+    rng = np.random.default_rng(seed)
+    change = rng.uniform(-1.0, 1.0, 6) if seed >= len(kinds) else np.zeros(6)
+    return TouchObject("unknown", kinds[seed % len(kinds)](change))
+
+
+def _dome(change: NDArray[np.float64]) -> tuple[Part, ...]:
+    turn = np.arctan2(0.6, 0.8) + 0.4 * change[0]
+    ridge = [np.cos(turn), np.sin(turn), 0.0]
+    size = 1.0 + 0.15 * change[1]
+    return (
+        Part("ellipsoid", (0.1, 0.07, 0.03), (0.0, 0.0, -0.03)),
+        Part(
+            "capsule",
+            (0.012, 0.035),
+            (-0.04 + 0.006 * change[2], 0.01 + 0.006 * change[3], -0.0118),
+            _quat_from_z(ridge),
+        ),
+        Part(
+            "box",
+            (0.022 * size, 0.018 * size, 0.014),
+            (0.045 + 0.005 * change[4], -0.012, -0.0127),
+            _quat([0.0, 0.0, 0.5 + 0.4 * change[5]]),
+        ),
+    )
+
+
+def _pebble(change: NDArray[np.float64]) -> tuple[Part, ...]:
+    return (
+        Part("ellipsoid", (0.1, 0.07, 0.03), (0.0, 0.0, -0.03)),
+        Part(
+            "ellipsoid",
+            (0.05, 0.035 + 0.004 * change[0], 0.018),
+            (0.045 + 0.006 * change[1], 0.012 + 0.008 * change[2], -0.0165),
+            _quat([0.0, 0.0, 0.6 + 0.4 * change[3]]),
+        ),
+        Part(
+            "ellipsoid",
+            (0.04, 0.04, 0.028),
+            (-0.045 + 0.006 * change[4], -0.015 + 0.008 * change[5], -0.0275),
+        ),
+    )
+
+
+def _barrel(change: NDArray[np.float64]) -> tuple[Part, ...]:
+    lying = _quat([0.0, np.pi / 2, 0.0])
+    turn = np.pi / 2 + 0.4 * change[0]
+    return (
+        Part("cylinder", (0.09, 0.085), (0.0, 0.0, -0.09), lying),
+        Part(
+            "cylinder",
+            (0.02 + 0.003 * change[1], 0.014),
+            (0.045 + 0.006 * change[2], -0.01 + 0.006 * change[3], -0.012),
+        ),
+        Part(
+            "capsule",
+            (0.01, 0.025),
+            (-0.045 + 0.006 * change[4], 0.004 * change[5], -0.008),
+            _quat_from_z([np.cos(turn), np.sin(turn), 0.0]),
         ),
     )
 

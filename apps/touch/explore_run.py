@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.foam import Foam
 from eyehand.data_synth.pad_scene import Arm, PadScene, PlacedObject, pad_scene
 from eyehand.data_synth.touch_objects import TouchObject, unknown_object
 from eyehand.tactile import ContactFeatures
@@ -18,6 +17,7 @@ from eyehand.tactile.servo import ServoGoal, TactileServo
 from eyehand.tactile.switches import ROLL
 
 from .arm_rig import CYCLE, ArmRig, Hand, home_pose
+from .explore_lanes import lanes, length, place_on_way
 from .felt_points import felt_points
 from .start_posture import looking_down, start_posture
 
@@ -27,21 +27,21 @@ DROP = 0.03
 """The object's top is this far below the pads at home, m."""
 GAP = 0.008
 """From the object's top to the pads at the start, m: the ridge and the block stand out of it."""
-FORCE = 3.0
-"""With which each pad presses, N."""
-OUTERMOST, LANES = 0.055, 5
-"""Each pad has its half of the object: lanes from the middle out to here along x, m, and number
-of lanes in each of the two directions."""
-QUICK_LANES = 2
-"""Lanes of a first look."""
-HALF_WIDTH, HALF_DEPTH, SHARE = 0.1, 0.07, 0.6
-"""Half axes of what the pads may assume of the object's plan, m, and how far out they go: a
-guess of its size, as a camera gives it."""
+FORCE, LEAST_FORCE = 3.0, 0.6
+"""With which each pad presses, N, and how little it presses on a corner."""
+MEAN_PRESSURE, PEAK_PRESSURE = 1800.0, 6000.0
+"""Over the imprint, and of one tactel, Pa: on a ridge or a corner a pad presses less than on a
+face, as the foam would be solid there, and tactels at their end, long before its whole force."""
+EASE = 0.1
+"""Share of the way to another force that is gone in a cycle: it follows an imprint in 40 ms."""
+MOST_SATURATED, MOST_MEAN = 0.5, 8000.0
+"""Share of tactels that may be at their end, and mean pressure, Pa, before a pad gives up: an
+imprint on an edge is so small that a force of 3 N exceeds the usual bounds."""
 SPEED, QUICK_SPEED = 0.025, 0.06
 """Of the pads along their lanes, m/s."""
 GUIDE_GAIN, GUIDE_SPEED = 4.0, 0.1
 """Pull back to the lane, 1/s, and the fastest guidance, m/s."""
-MOST_TILT_DEG, TILT_GAIN = 20.0, 8.0
+MOST_TILT_DEG, TILT_GAIN = 40.0, 8.0
 """Tilt from which rolling on is held against, degrees, and how strongly, 1/s: at an edge, rolling
 would go on over it and take the pad to the side."""
 HEADING_GAIN = 3.0
@@ -52,7 +52,7 @@ JUMP = 0.12
 """Way that the centre of pressure may jump, m: over the whole pad."""
 LANDING_SECONDS = 2.0
 """Before the scan begins, s."""
-EVERY = 5
+EVERY = 10
 """Cycles from one image that gives points to the next."""
 
 
@@ -66,6 +66,8 @@ class ExploreRun:
     """(M, 3), felt points in the object's frame, m."""
     pad: NDArray[np.int64]
     """(M,), which pad felt each."""
+    blurred: NDArray[np.float64]
+    """(L, 3), points from the same images with the foam's spread left in them, m."""
     paths: tuple[NDArray[np.float64], ...]
     """Of each pad's middle, (K, 3), in the object's frame, m."""
     forces: NDArray[np.float64]
@@ -74,43 +76,56 @@ class ExploreRun:
     """Of each pad: "done", or the name of what went wrong."""
     seconds: float
     """Time of both scans."""
+    tilt_deg: float
+    """Farthest that a pad leaned over, degrees."""
+    rim_mm: float
+    """Lowest that a pad's rim came, below the top of the object's largest part, mm."""
 
 
 def run_explore(seed: int, quick: bool = False) -> ExploreRun:
     """Scan an unknown object with two pads, in lanes along both directions."""
-    thing = unknown_object()
+    thing = unknown_object(seed)
     left = Arm(prefix="left_")
     far = RigidTransform.from_components([APART, 0.0, 0.0], Rotation.from_euler("z", np.pi))
     arms = (left, replace(left, T_world_base=far, prefix="right_"))
     top = home_pose().translation[2] - DROP
     origin = np.array([0.5 * APART, 0.0, top])
     scene = pad_scene((PlacedObject(thing, RigidTransform.from_translation(origin)),), arms)
-    corners = _lanes(quick)
+    home = ArmRig(scene, arms, seed=seed)
     speed = QUICK_SPEED if quick else SPEED
-    turns = [_scan(scene, arms, number, origin, corners, speed, seed) for number in (0, 1)]
+    turns = [
+        _scan(scene, arms, home, number, origin, lanes(quick), speed, seed) for number in (0, 1)
+    ]
     return ExploreRun(
         thing,
         np.concatenate([turn.points for turn in turns]),
         np.repeat([0, 1], [len(turn.points) for turn in turns]),
+        np.concatenate([turn.blurred for turn in turns]),
         tuple(turn.path for turn in turns),
         np.concatenate([turn.forces for turn in turns]),
         tuple(turn.outcome for turn in turns),
         sum(turn.seconds for turn in turns),
+        max(turn.tilt_deg for turn in turns),
+        -1e3 * min(turn.lowest for turn in turns),
     )
 
 
 @dataclass(frozen=True)
 class _Turn:
     points: NDArray[np.float64]
+    blurred: NDArray[np.float64]
     path: NDArray[np.float64]
     forces: NDArray[np.float64]
     outcome: str
     seconds: float
+    tilt_deg: float
+    lowest: float
 
 
 def _scan(
     scene: PadScene,
     arms: tuple[Arm, ...],
+    home: ArmRig,
     number: int,
     origin: NDArray[np.float64],
     corners: NDArray[np.float64],
@@ -118,74 +133,66 @@ def _scan(
     seed: int,
 ) -> _Turn:
     """Scan one half with one arm, while the other waits at home: the pads would meet."""
-    at_home = ArmRig(scene, arms, seed=seed)
-    joints = np.split(at_home.simulation.joints, len(arms))
-    place = origin + np.array([*_target(corners[0], number), GAP])
-    joints[number] = start_posture(at_home.hands[number].robot, looking_down(place, np.pi / 2))
+    joints = np.split(home.simulation.joints, len(arms))
+    # As at home, for joint 7 to stay far from its limits.
+    heading = -0.5 * np.pi if number else 0.5 * np.pi
+    place = origin + np.array([*place_on_way(corners, 0.0, number), GAP])
+    joints[number] = start_posture(home.hands[number].robot, looking_down(place, heading))
     rig = ArmRig(scene, arms, seed=seed, joints=np.concatenate(joints))
     hand = rig.hands[number]
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
-    seconds = float(way[-1]) / speed
+    seconds = length(corners) / speed
     # Between ridge, block and dome the contact jumps: that is what an unknown object is like.
     servo = TactileServo(ServoGoal(force=FORCE), ROLL)
-    phases = TouchPhases(servo, PhaseOptions(jump=JUMP))
+    options = PhaseOptions(jump=JUMP, saturated_share=MOST_SATURATED, pressure_limit=MOST_MEAN)
+    phases = TouchPhases(servo, options)
     phases.phase = "hold"
-    foam, still = Foam(), np.zeros(6)
-    points, path, forces = [np.zeros((0, 3))], [], []
-    cycle = 0
+    foam, still, spread = scene.pad.foam, np.zeros(6), scene.pad.spread
+    points, blurred = [np.zeros((0, 3))], [np.zeros((0, 3))]
+    path, forces, tilt, lowest = [], [], 0.0, np.inf
+    cycle, force = 0, FORCE
     while rig.time < LANDING_SECONDS + seconds and phases.phase != "ended":
-        at = max(rig.time - LANDING_SECONDS, 0.0) * speed
-        middle = np.array([np.interp(at, way, corners[:, axis]) for axis in (0, 1)])
-        guide = _guide(hand, origin[:2] + _target(middle, number))
-        step = phases.step(_whole(hand), CYCLE, external=guide, measured=hand.twist)
+        gone = max(rig.time - LANDING_SECONDS, 0.0) * speed
+        guide = _guide(hand.pose, origin[:2] + place_on_way(corners, gone, number), heading)
+        felt = _whole(hand)
+        if felt:
+            force += EASE * (_fitting_force(hand, felt) - force)
+            servo.goal = ServoGoal(force=force)
+        step = phases.step(felt, CYCLE, external=guide, measured=hand.twist)
         twists = [step.twist if k == number else still for k in range(len(arms))]
         moment = rig.step(*twists)[-1][number]
         cycle += 1
-        if at > 0.0 and cycle % EVERY == 0 and phases.phase == "task":
+        if gone > 0.0 and cycle % EVERY == 0 and phases.phase == "task":
+            pose = hand.pose
             forces.append(moment.force)
-            path.append(hand.pose.translation - origin)
-            points.append(hand.pose.apply(felt_points(hand.reader.image, foam)) - origin)
+            path.append(pose.translation - origin)
+            image = hand.reader.image
+            points.append(pose.apply(felt_points(image, foam, spread)) - origin)
+            blurred.append(pose.apply(felt_points(image, foam)) - origin)
+            tilt = max(tilt, _tilt(pose.rotation.as_matrix()))
+            lowest = min(lowest, float((pose.apply(_RIM) - origin)[:, 2].min()))
     return _Turn(
-        np.concatenate(points), np.array(path), np.array(forces), phases.outcome or "done", seconds
+        np.concatenate(points),
+        np.concatenate(blurred),
+        np.array(path),
+        np.array(forces),
+        phases.outcome or "done",
+        seconds,
+        float(np.degrees(tilt)),
+        lowest,
     )
 
 
-def _lanes(quick: bool) -> NDArray[np.float64]:
-    """Corners of a pad's way over its half, (K, 2), m, outwards positive: along y, then along x."""
-    lanes = QUICK_LANES if quick else LANES
-    corners = [(0.5 * OUTERMOST, 0.0)]
-    for number, x in enumerate(np.linspace(0.0, OUTERMOST, lanes)):
-        side = 1.0 if number % 2 else -1.0
-        corners += [(x, side * HALF_DEPTH), (x, -side * HALF_DEPTH)]
-    reach = SHARE * HALF_DEPTH
-    for number, y in enumerate(np.linspace(-reach, reach, lanes)):
-        ends = (0.0, OUTERMOST) if number % 2 else (OUTERMOST, 0.0)
-        corners += [(ends[0], y), (ends[1], y)]
-    # Within the plan's ellipse already here, or the pad would wait where its lane is cut short.
-    return np.array([_inside(np.array(corner)) for corner in corners])
-
-
-def _inside(place: NDArray[np.float64]) -> NDArray[np.float64]:
-    half = SHARE * HALF_DEPTH * np.sqrt(max(1.0 - (place[0] / HALF_WIDTH) ** 2, 0.0))
-    return np.array([place[0], np.clip(place[1], -half, half)])
-
-
-def _target(middle: NDArray[np.float64], number: int) -> NDArray[np.float64]:
-    """Where the left (0) or right (1) pad shall be, (2,), m: one mirrors the other."""
-    return _inside(np.array([middle[0] if number else -middle[0], middle[1]]))
-
-
-def _guide(hand: Hand, goal: NDArray[np.float64]) -> NDArray[np.float64]:
+def _guide(pose: RigidTransform, goal: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
     """Give the outer motion (6,) towards a place of the plan, tangential to the pad."""
-    pose = hand.pose
     pull = GUIDE_GAIN * (goal - pose.translation[:2])
     pull *= min(1.0, GUIDE_SPEED / max(float(np.linalg.norm(pull)), GUIDE_SPEED))
     rotation = pose.rotation.as_matrix()
     twist = np.zeros(6)
     twist[:2] = (rotation.T @ [*pull, 0.0])[:2]
     twist[3:5] = _back_up(rotation)
-    # The y-axis is to stay above the world's y: x of the pad is then where it should be, too.
-    twist[5] = HEADING_GAIN * float(np.arctan2(rotation[0, 1], rotation[1, 1]))
+    # Seen from above, the y-axis is to stay where it was: how far it has turned from there.
+    y = rotation[0, 1] + 1j * rotation[1, 1]
+    twist[5] = HEADING_GAIN * float(np.angle(y * np.exp(-1j * heading)))
     return twist
 
 
@@ -203,11 +210,26 @@ def _whole(hand: Hand) -> ContactFeatures:
     )
 
 
+def _fitting_force(hand: Hand, felt: ContactFeatures) -> float:
+    """Give the force for a contact, N: less where the imprint is small or sharp."""
+    peak = max(float(hand.reader.image.pressures.max()), NOISE)
+    wish = min(FORCE, MEAN_PRESSURE * felt.area, felt.force * PEAK_PRESSURE / peak)
+    return max(wish, LEAST_FORCE)
+
+
 def _back_up(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give the turning (2,) about the pad's x and y that takes back what is tilted too far."""
     down = rotation.T @ [0.0, 0.0, -1.0]
-    tilt = float(np.arccos(np.clip(down[2], -1.0, 1.0)))
-    beyond = max(tilt - np.radians(MOST_TILT_DEG), 0.0)
+    beyond = max(_tilt(rotation) - np.radians(MOST_TILT_DEG), 0.0)
     # About z x down: that turns z towards where down is.
     axis = np.array([-down[1], down[0]]) / max(float(np.hypot(down[0], down[1])), 1e-9)
     return TILT_GAIN * beyond * axis
+
+
+def _tilt(rotation: NDArray[np.float64]) -> float:
+    """Give how far a pad looks away from straight down, rad."""
+    return float(np.arccos(np.clip(-rotation[2, 2], -1.0, 1.0)))
+
+
+_RIM = 0.042 * np.array([[x, y, 0.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
+"""Corners of a pad's plate, m: it stands out 2 mm all around the foam."""

@@ -26,6 +26,9 @@ HOLLOW = 0.0003
 """Below the convex hull a large flat pad reaches no deeper than this, m: its foam's give."""
 SHADOW = 0.05
 """How far below the top what closes its hull lies, m."""
+BLUR, NARROW = 0.0025, 0.0001
+"""Where a blur of the surface by this much would sink it by as much as this, m, it is a ridge, an
+edge or a corner."""
 NEAR = 0.005
 """A surface point with a felt point as near as this is covered, m: the pad's pitch."""
 
@@ -54,28 +57,50 @@ def reachable_surface(thing: TouchObject) -> NDArray[np.float64]:
     return top[(hull - top[:, 2] < HOLLOW) & ~steep]
 
 
+def on_ridges(thing: TouchObject, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Tell which points (M, 3) are nearest to a ridge, an edge or a corner of the true top."""
+    from scipy.ndimage import gaussian_filter
+
+    x, y, heights = height_map(thing)
+    known = np.isfinite(heights)
+    sigma = BLUR / GRID
+    # Weighted by what is there: beside the object there is no height to blur with.
+    share = np.maximum(gaussian_filter(known.astype(float), sigma), 1e-9)
+    smooth = gaussian_filter(np.where(known, heights, 0.0), sigma) / share
+    narrow = known & (heights - smooth > NARROW)
+    across, up = np.meshgrid(x, y)
+    top = np.column_stack([across.ravel(), up.ravel(), heights.ravel()])[known.ravel()]
+    return narrow.ravel()[known.ravel()][KDTree(top).query(points)[1]]
+
+
 def explore_rows(run: ExploreRun) -> list[dict[str, Any]]:
-    """Give the figures of each pad's cloud and of both."""
-    rows = []
+    """Give the figures of each pad's cloud, of both, and of both as the blurred images give it."""
     surface = reachable_surface(run.thing)
-    for name, chosen in (
-        ("left pad", run.pad == 0),
-        ("right pad", run.pad == 1),
-        ("both", run.pad >= 0),
-    ):
-        points = run.points[chosen]
-        if not len(points):
-            continue
-        errors = 1e3 * surface_distance(run.thing, points)
-        near = KDTree(points).query(surface)[0] < NEAR
-        rows.append(
-            {
-                "name": name,
-                "points": len(points),
-                "surface_rms_mm": float(np.sqrt(np.mean(errors**2))),
-                "surface_median_mm": float(np.median(errors)),
-                "surface_p95_mm": float(np.percentile(np.abs(errors), 95)),
-                "covered_pct": 100 * float(np.mean(near)),
-            }
-        )
-    return rows
+    clouds = {
+        "left pad": run.points[run.pad == 0],
+        "right pad": run.points[run.pad == 1],
+        "both, blurred": run.blurred,
+        "both": run.points,
+    }
+    return [
+        _row(name, run.thing, points, surface) for name, points in clouds.items() if len(points)
+    ]
+
+
+def _row(
+    name: str, thing: TouchObject, points: NDArray[np.float64], surface: NDArray[np.float64]
+) -> dict[str, Any]:
+    errors = 1e3 * surface_distance(thing, points)
+    ridges = errors[on_ridges(thing, points)]
+    return {
+        "name": name,
+        "points": len(points),
+        "surface_rms_mm": float(np.sqrt(np.mean(errors**2))),
+        "surface_median_mm": float(np.median(errors)),
+        "surface_p95_mm": float(np.percentile(np.abs(errors), 95)),
+        # A smooth object may have none.
+        "ridges_rms_mm": float(np.sqrt(np.mean(ridges**2))) if len(ridges) else 0.0,
+        "ridges_median_mm": float(np.median(ridges)) if len(ridges) else 0.0,
+        "ridges_points": len(ridges),
+        "covered_pct": 100 * float(np.mean(KDTree(points).query(surface)[0] < NEAR)),
+    }

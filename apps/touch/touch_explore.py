@@ -15,7 +15,7 @@ from ..console import print_json, say, show
 from ..description_files import make_folder
 from ..evaluation.chart_style import write_chart
 from .explore_picture import explore_picture
-from .explore_run import run_explore
+from .explore_run import MOST_TILT_DEG, run_explore
 from .explore_truth import explore_rows
 
 if TYPE_CHECKING:
@@ -36,12 +36,14 @@ def touch_explore(
 
     Each pad runs over its half in lanes, along one direction and then across, and rolls and
     presses by touch; the other arm waits meanwhile. The cloud is held to the true surface. The
-    chapter shows a picture (its Fig. 11). Writes explore.png, explore.csv and explore.ply.
+    chapter shows a picture (its Fig. 11). One row of the table is of the same images with the
+    foam's spread left in them. Writes explore.png, explore.csv and explore.ply.
 
     Parameters
     ----------
     seed
-        Of the pads' electronics and noise.
+        Of the object, the pads' electronics and noise. Objects are a dome with a ridge and a
+        block, a smooth pebble, and a barrel with rims, by turns; from 3 on, varied.
     quick
         Two lanes in each direction, faster: a first look.
     out
@@ -60,6 +62,7 @@ def touch_explore(
     show(_table(rows), json_wanted=json)
     force = f"{run.forces.mean():.2f} ± {run.forces.std():.2f} N"
     say(f"pads: {', '.join(run.outcomes)}; {run.seconds:.0f} s of scanning at {force}")
+    say(f"tilted up to {run.tilt_deg:.0f}°, rims down to {run.rim_mm:.0f} mm below the top")
     say(f"wrote {path}, {path.with_suffix('.csv')} and {path.with_suffix('.ply')}")
     if json:
         print_json(
@@ -70,6 +73,8 @@ def touch_explore(
             outcomes=list(run.outcomes),
             force_mean_n=float(run.forces.mean()),
             force_std_n=float(run.forces.std()),
+            most_tilt_deg=run.tilt_deg,
+            rim_below_top_mm=run.rim_mm,
             out=str(out),
         )
     return 0
@@ -80,10 +85,11 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
         box=box.SIMPLE,
         title=f"an object's surface felt; rms wanted: {WANTED_MM:g} mm, the chapter shows Fig. 11",
         title_justify="left",
-        caption="off the surface, inside it negative; covered: of the surface that a flat pad "
-        "reaches at up to 20° of tilt, the share with a felt point within 5 mm",
+        caption="off the surface, inside it negative; ridges: the points on ridges, edges and "
+        "corners; blurred: with the foam's spread left in; covered: of the surface that a flat pad "
+        f"reaches at up to {MOST_TILT_DEG:g}° of tilt, the share with a felt point within 5 mm",
     )
-    for heading in ("", "points", "rms", "median", "p95", "covered"):
+    for heading in ("", "points", "rms", "median", "p95", "ridges rms", "median", "covered"):
         table.add_column(heading, justify="left" if not heading else "right")
     for row in rows:
         table.add_row(
@@ -92,6 +98,8 @@ def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
             f"{row['surface_rms_mm']:.3f} mm",
             f"{row['surface_median_mm']:+.3f} mm",
             f"{row['surface_p95_mm']:.3f} mm",
+            f"{row['ridges_rms_mm']:.3f} mm",
+            f"{row['ridges_median_mm']:+.3f} mm",
             f"{row['covered_pct']:.1f} %",
         )
     return table
