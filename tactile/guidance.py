@@ -88,7 +88,8 @@ class TouchGuide:
         self._next: RimEdge | None = None
         self._slope = AreaSlope(o.weave_length)
         self._place = np.zeros(2)
-        self._began = self._began_out = np.zeros(2)
+        self._began = self._began_out = self._edge_seen = np.zeros(2)
+        self._first: NDArray[np.float64] | None = None
         self._asked = np.zeros(2)
         self._way = self._followed = self._round = 0.0
         self._time = self._lost_for = self._blocked_for = 0.0
@@ -172,15 +173,21 @@ class TouchGuide:
         edge = None if narrow else self._straight(longest_edge(rim))
         if not self._holds(narrow or edge is not None):
             return None
-        self._narrow, self._edge = narrow, edge
+        self._narrow, self._edge, self._edge_seen = narrow, edge, self._place
         if edge is None:
             axis = np.array([math.cos(features.orientation), math.sin(features.orientation)])
             self._out = np.array([-axis[1], axis[0]])
         else:
             self._out = edge.outward
             axis = np.array([-self._out[1], self._out[0]])
-        self._along = axis if float(axis @ heading) >= 0 else -axis
+        onwards = float(axis @ heading) >= 0
+        if edge is not None and not edge.ends[0] <= 0.0 <= edge.ends[1]:
+            # Only a piece to one side is felt: the other way may lead back over the face.
+            onwards = edge.ends[0] > 0.0
+        self._along = axis if onwards else -axis
         self._start_line()
+        # It may have been noticed at its very end.
+        self._followed = self.options.leave
         place = self._beside(features) * self._out if edge is None else edge.nearest
         self._round = 0.0
         return Spot("ridge" if narrow else "edge", np.append(place, 0.0), _angle(self._along))
@@ -193,9 +200,10 @@ class TouchGuide:
 
     def _follow(self, rim: Rim) -> Spot | None:
         o = self.options
-        edge = fit_edge(rim, self._out, o.reach)
+        edge = fit_edge(self._same_line(rim), self._out, o.reach)
         if edge is not None:
-            self._edge, side = edge, _cross(self._along, self._out)
+            side = _cross(self._along, self._out)
+            self._edge, self._edge_seen = edge, self._place
             self._out = edge.outward
             self._along = side * np.array([self._out[1], -self._out[0]])
             foot = self._place + edge.nearest
@@ -204,13 +212,21 @@ class TouchGuide:
             elif self._round > 4 * o.leave and self._back(foot):
                 self._end("round")
                 return None
-        self._next = self._edge_ahead(rim) if self._followed > o.leave else None
+        self._next = self._edge_ahead(rim) if self._followed >= o.leave else None
         following = self._next
         turned_in = following is not None and float(following.outward @ self._along) > 0
         there = following is not None and (
             following.offset <= o.inset if turned_in else following.offset >= o.inset
         )
         return self._turn_at(following) if self._holds(there) and following else None
+
+    def _same_line(self, rim: Rim) -> Rim:
+        """Leave out what faces the same way elsewhere, as an angle's other arm does."""
+        if self._edge is None:
+            return rim
+        out = self._edge.outward
+        offset = self._edge.offset - float((self._place - self._edge_seen) @ out)
+        return rim.some(np.abs(rim.points @ out - offset) < SAME_LINE)
 
     def _back(self, foot) -> bool:
         """Whether following began here; where two edges meet, on the same one."""
@@ -236,9 +252,15 @@ class TouchGuide:
         if edge is None:
             return None
         place, direction = corner_of(edge, following), _angle(self._along)
+        there = self._place + place
+        if self._first is None:
+            self._first = there
+        elif self._round > 4 * self.options.leave and math.dist(there, self._first) < SAME_LINE:
+            self._end("round")
+            return None
         kind = "corner" if float(following.outward @ self._along) > 0 else "inner_corner"
         side = _cross(self._along, self._out)
-        self._edge, self._out = following, following.outward
+        self._edge, self._edge_seen, self._out = following, self._place, following.outward
         self._along = side * np.array([self._out[1], -self._out[0]])
         self._start_line()
         return Spot(kind, np.append(place, 0.0), direction)
@@ -296,6 +318,9 @@ OFF_EDGE = 0.003
 LEAST_TURN = 0.2
 """How far the next edge must face along the way or against it, a cosine: the face's far side
 does not."""
+SAME_LINE = 0.008
+"""Distance from the edge within which rim is still the same edge's, and from the first corner
+within which one is the same, m: of a bend, rim within the reach is as far off."""
 LEAST_MOVED = 0.25
 """Share of the speed below which the pad counts as held."""
 

@@ -52,7 +52,7 @@ class GuideOptions:
     close: float = 0.004
     """Distance from where following began that is back there, m."""
     leave: float = 0.02
-    """Way along a new line in which no end is looked for, m."""
+    """Way along a new line, after a corner or an end, in which no other is looked for, m."""
     spots: int = 16
     """Spots after which the guide is done."""
     travel: float = 1.2

@@ -31,9 +31,8 @@ if TYPE_CHECKING:
 
     from .seek_run import SeekRun
 
-COLUMNS = 3
-SIDE, BETWEEN, NAME = 2.44, 0.12, 0.34
-"""Of a panel, between panels, and for a panel's name, inches."""
+BETWEEN, NAME = 0.12, 0.34
+"""Room between panels, and for a panel's name, inches."""
 TOP, FOOT = 0.78, 0.94
 """Height of the title, and of footer and key, inches."""
 FACE, RIM = "#E9E2D5", "#8C8271"
@@ -68,20 +67,22 @@ def seek_picture(runs: Sequence[SeekRun], seed: int) -> Figure:
         For the footer.
     """
     cells = len(runs) + 1
-    rows = -(-cells // COLUMNS)
-    height = TOP + rows * (SIDE + NAME) + FOOT
+    columns = 2 if cells in (2, 4) else 3
+    rows = -(-cells // columns)
+    side = (WIDTH - 2 * MARGIN - (columns - 1) * BETWEEN) / columns
+    height = TOP + rows * (side + NAME) + FOOT
     figure, panels = new_chart(
         "Ridges, edges and corners, found by touch alone",
         "objects from above as they lay; nothing is known of them but what the pad feels",
         rows=rows,
-        columns=COLUMNS,
+        columns=columns,
         height=height,
     )
     for number, panel in enumerate(panels):
-        row, column = divmod(number, COLUMNS)
-        left = MARGIN + column * (SIDE + BETWEEN)
-        low = height - TOP - (row + 1) * (SIDE + NAME)
-        panel.set_position((left / WIDTH, low / height, SIDE / WIDTH, SIDE / height))
+        row, column = divmod(number, columns)
+        left = MARGIN + column * (side + BETWEEN)
+        low = height - TOP - (row + 1) * (side + NAME)
+        panel.set_position((left / WIDTH, low / height, side / WIDTH, side / height))
     for panel, run in zip(panels, runs, strict=False):
         _map(panel, run)
     for panel in panels[len(runs) :]:
