@@ -45,6 +45,9 @@ class ClearOptions:
     """Failed picks in a row after which it ends: the rule of the clutter-removal benchmarks."""
     picks: int = 40
     """Most picks."""
+    look_from_tray: bool = True
+    """Whether to look while the hand is still over the tray: saves the way to the rest posture,
+    where the tray stands beside what the camera is to see."""
 
 
 @dataclass
@@ -123,6 +126,8 @@ def clear_table(
         if not stopped and chosen.choice is None:
             stopped = "nothing left that can be grasped"
         if stopped or chosen.choice is None:
+            if picks and picks[-1] and options.look_from_tray:
+                go_home(cell, scene)
             left = chosen.left or tuple(f"object {one.label}: not tried" for one in scene.objects)
             return ClearReport(tuple(picks), looks, left, stopped)
         if told is not None:
@@ -133,7 +138,7 @@ def clear_table(
         if not report:
             place = chosen.choice.target.points.mean(axis=0)
             memory.note(place, way_of(chosen.choice.plan), f"{report.outcome}: {report.reason}")
-        if report.outcome != "fault":
+        if report.outcome != "fault" and not (report and options.look_from_tray):
             go_home(cell, scene)
         if told is not None:
             told(chosen.choice, report)

@@ -123,7 +123,8 @@ class Job:
     ) -> PlannedApproach:
         """Control a long way, among all that was seen."""
         options = cell.options
-        wanted = paced(aims, options.transit_speed, options.transit_turn_speed, options.gain)
+        speed = options.carry_speed if target == "held" else options.transit_speed
+        wanted = paced(aims, speed, options.transit_turn_speed, options.gain)
         world = self.world(cell, target)
         return PlannedApproach(world, wanted, self.far_options(cell), options.planner)
 
@@ -142,7 +143,8 @@ class Job:
         """Control a way off what the hand touches, with nothing in the way."""
         wanted = paced(aims, speed, cell.options.transit_turn_speed, cell.options.gain)
         world = CollisionWorld(self.model(cell), ())
-        return ApproachController(world, wanted, self.near_options(cell))
+        control = replace(self.near_options(cell), tolerance=cell.options.off)
+        return ApproachController(world, wanted, control)
 
     def far_options(self, cell: Cell) -> ControlOptions:
         """Control options of long ways."""

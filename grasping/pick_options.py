@@ -34,22 +34,26 @@ class PickOptions:
     closer, and forgives less of what was seen wrong."""
     near_influence: float = 0.015
     """Distance below which they repel there, m."""
-    transit_speed: float = 0.6
+    transit_speed: float = 0.8
     """Of the hand far from objects, m/s: faster saves time, and hits harder what was not seen."""
-    transit_turn_speed: float = 2.0
+    carry_speed: float = 0.5
+    """The same with an object in it, m/s: faster asks more of the grip."""
+    transit_turn_speed: float = 2.5
     """Of its turning there, rad/s."""
     gain: float = 8.0
     """How fast the last of an error is taken away, 1/s: higher settles sooner, and asks more of the
     arm's servos."""
     ramp_seconds: float = 0.15
     """How long a motion takes to come up to its speed, s: longer jerks less at what is held."""
-    back: float = 0.08
+    back: float = 0.06
     """How far before the grasp the last straight way begins, m: longer comes in straighter."""
-    approach_speed: float = 0.15
+    approach_speed: float = 0.2
     """Of that last way, m/s."""
     reached: float = 0.003
     """Error at which a place counts as reached, m or rad: the hand's compliance takes up the
     rest."""
+    off: float = 0.01
+    """Error at which a motion that only leads away counts as done, m."""
     touch_force: float = 0.6
     """Force on any pad that counts as touch, N."""
     shift: float = 0.008
@@ -60,9 +64,9 @@ class PickOptions:
     """How far a power grasp goes on past its goal to feel the object with the palm, m."""
     palm_speed: float = 0.03
     """Of the hand meanwhile, m/s."""
-    lift_height: float = 0.12
+    lift_height: float = 0.1
     """m."""
-    lift_speed: float = 0.25
+    lift_speed: float = 0.35
     """m/s."""
     over_tray: float = 0.03
     """How far the object passes over the tray's walls, m."""
@@ -84,7 +88,7 @@ class PickOptions:
     """How long the lifted object is shaken to try the grip, s; 0 does not."""
     place_seconds: float = 8.0
     """Longest way to the tray, s."""
-    open_seconds: float = 0.35
+    open_seconds: float = 0.25
     """How long the hand takes to open, s."""
     tries: int = 2
     """Ways to grasp one object before it is left alone."""

@@ -88,7 +88,8 @@ class PickRow:
     reason: str
     """Why, where it failed."""
     success: bool
-    """Whether the object lies in the tray, by the simulation's truth."""
+    """Whether it was held until it was let go in the tray, and lies there by the simulation's
+    truth."""
     perceive_ms: float
     """Time of seeing, ms."""
     plan_ms: float
@@ -217,7 +218,7 @@ class Scorer:
                 rows=plan.rows,
                 outcome=report.outcome,
                 reason=report.reason,
-                success=self._robot.in_tray(self._target),
+                success=bool(report) and self._robot.in_tray(self._target),
                 perceive_ms=report.perceive_ms,
                 plan_ms=report.plan_ms,
                 seconds=report.seconds,
