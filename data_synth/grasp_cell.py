@@ -39,14 +39,12 @@ _SIGHT = (0.85, np.radians(45.0), np.radians(190.0))
 to 0.25 m, from the side of the table where the arm does not stand."""
 _LOOKED_AT = (0.0, 0.0, 0.07)
 
-_STEEL = (0.30, 0.32, 0.35, 1.0)
+STEEL = "steel"
+"""Material of pedestal, mast and legs."""
+_STEEL_COLOUR = (0.30, 0.32, 0.35, 1.0)
 _TRAY_COLOUR = (0.26, 0.36, 0.44, 1.0)
 _PEDESTAL_M = 0.105
 _PLATE_M = (0.17, 0.012)
-_MAST_M = 0.014
-_CAMERA_HALF_M = (0.045, 0.0125, 0.0125)
-_MAST_BEHIND_M = 0.12
-"""How far behind the camera its mast stands, so that it is not seen."""
 
 
 def _sight() -> RigidTransform:
@@ -105,13 +103,12 @@ class GraspCell:
                 )
 
     def add_furniture(self, spec: Any) -> None:
-        """Add pedestal, tray and the camera's mast to a scene's `MjSpec`."""
+        """Add what can be felt, pedestal and tray, to a scene's `MjSpec`."""
         mujoco = import_mujoco()
-        spec.add_material(name="steel", rgba=_STEEL, specular=0.5, shininess=0.6)
+        spec.add_material(name=STEEL, rgba=_STEEL_COLOUR, specular=0.5, shininess=0.6)
         spec.add_material(name="tray", rgba=_TRAY_COLOUR, specular=0.2, shininess=0.4)
-        add_pedestal(spec, self, material="steel")
+        add_pedestal(spec, self, material=STEEL)
         self._add_tray(mujoco, spec)
-        self._add_camera(mujoco, spec)
 
     def _add_tray(self, mujoco: Any, spec: Any) -> None:
         (x, y), t, h = 0.5 * np.asarray(self.tray_size), self.tray_wall, self.tray_height
@@ -127,30 +124,6 @@ class GraspCell:
             geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=place, size=half)
             geom.material, geom.condim = "tray", 4
             geom.friction = [SLIDING_FRICTION, 0.005, 0.002]
-
-    def _add_camera(self, mujoco: Any, spec: Any) -> None:
-        """A slim mast beside the table: seen, never felt."""
-        eye, turn = self.T_world_camera.translation, self.T_world_camera.rotation
-        back = -turn.as_matrix()[:, 2] * [1, 1, 0]
-        foot = eye + _MAST_BEHIND_M * back / np.linalg.norm(back)
-        foot[0] = min(foot[0], -0.5 * self.table.size[0] - 3 * _MAST_M)
-        types = mujoco.mjtGeom
-        unfelt = {"contype": 0, "conaffinity": 0, "material": "steel"}
-        world = spec.worldbody
-        top = eye[2] + 0.02
-        behind = eye + _CAMERA_HALF_M[2] * back
-        world.add_geom(
-            type=types.mjGEOM_CAPSULE, fromto=[*foot[:2], -self.table.floor_drop, *foot[:2], top],
-            size=[_MAST_M, 0, 0], **unfelt,
-        )  # fmt: skip
-        world.add_geom(
-            type=types.mjGEOM_CAPSULE, fromto=[*foot[:2], top, *behind],
-            size=[0.6 * _MAST_M, 0, 0], **unfelt,
-        )  # fmt: skip
-        world.add_geom(
-            type=types.mjGEOM_BOX, size=_CAMERA_HALF_M, pos=eye - 0.03 * turn.as_matrix()[:, 2],
-            quat=turn.as_quat(scalar_first=True), **unfelt,
-        )  # fmt: skip
 
 
 def add_pedestal(spec: Any, cell: GraspCell, material: str = "") -> None:

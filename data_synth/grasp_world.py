@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.errors import InputError
 
+from .cell_look import add_cell_look
 from .grasp_cell import GraspCell
 from .grasp_robot import GraspRobot, match_options, put_base
 from .mujoco_import import import_mujoco
@@ -84,6 +85,7 @@ class GraspWorld:
         mujoco = import_mujoco()
         spec = tabletop_spec(objects, cell.table, free=True, look=True)
         cell.add_furniture(spec)
+        add_cell_look(spec, cell)
         arm = robot.spec(friction)
         match_options(spec, arm)
         put_base(arm, cell.T_world_base)
@@ -99,6 +101,8 @@ class GraspWorld:
         except ValueError as error:
             told = " ".join(str(error).split())
             raise InputError(f"MuJoCo cannot compile the cell: {told}") from None
+        if robot.hand_prefix:
+            _carry_hand(model, ROBOT_PREFIX + robot.hand_prefix)
         return cls(model, objects, robot, cell, friction)
 
     @property
@@ -119,6 +123,14 @@ class GraspWorld:
         """Tell which points (…, 3), world, lie at or over the tray; (…,) bool."""
         near = replace(self.cell, tray_wall=self.cell.tray_wall + _NEAR_TRAY_M)
         return near.tray_holds(points)
+
+
+def _carry_hand(model: Any, prefix: str) -> None:
+    """Let the arm's controller carry the whole hand's weight, as it is told its tool's mass."""
+    for body in range(1, model.nbody):
+        parent = model.body(int(model.body_parentid[body])).name
+        if model.body(body).name.startswith(prefix) and not parent.startswith(prefix):
+            model.body_gravcomp[body] = model.body_subtreemass[body] / model.body_mass[body]
 
 
 def _check(objects: Sequence[TabletopObject], friction: float | None) -> None:

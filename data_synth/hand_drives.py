@@ -90,6 +90,8 @@ class HandDrives:
         self._open = -arms[:, joints] @ model.jnt_range[joints, 0]
         self._signs = np.sign(-model.actuator_gear[self._motors, 0])
         self._most = model.actuator_ctrlrange[self._motors, 1]
+        # As a number: NumPy compares an array with the enum itself a hundred times slower.
+        self._limit_kind = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
         count = len(tendons)
         self._modes: tuple[str, ...] = ("pull",) * count
         self._values = np.zeros(count)
@@ -173,7 +175,7 @@ class HandDrives:
         tensions = np.zeros(len(self._tendons))
         if "hold" not in self._modes or not data.nefc:
             return tensions
-        rows = np.flatnonzero(data.efc_type == self._mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+        rows = np.flatnonzero(data.efc_type == self._limit_kind)
         for row in rows:
             tensions[self._tendons == data.efc_id[row]] += data.efc_force[row]
         return tensions

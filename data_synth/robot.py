@@ -10,9 +10,10 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand, RobotReading
-from eyehand.perception.frame import DepthFrame
+from eyehand.perception.frame import CameraIntrinsics, DepthFrame
 
 from .arm_servos import ArmServos
+from .cell_look import SHOW_AT, SHOW_FOCAL_SHARE, SHOW_FROM
 from .depth_noise import DepthNoise, add_depth_noise
 from .depth_renderer import DEFAULT_MAX_RANGE_M, open_renderer
 from .fingertip_pads import FingertipPads
@@ -22,12 +23,12 @@ from .hand_table import hand_model
 from .mujoco_import import import_mujoco
 from .self_filter import without_places, without_robot
 from .touch_record import TouchRecord
+from .viewpoint import look_at
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.grasping.hand_model import HandModel
-    from eyehand.perception.frame import CameraIntrinsics
 
     from .grasp_world import GraspWorld
     from .rendered_view import DepthRenderer
@@ -205,11 +206,29 @@ class SimRobot:
         return replace(frame, depth=without_places(frame, self._world.tray_region))
 
     def picture(
-        self, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
+        self, size: tuple[int, int] = (1280, 720), T_world_camera: RigidTransform | None = None
     ) -> NDArray[np.uint8]:
-        """Photograph the cell as it is now, (H, W, 3) uint8 RGB."""
-        labels = np.zeros(self._model.ngeom, dtype=np.int32)
-        colour = self._render(intrinsics, T_world_camera, labels, colour=True).colour
+        """Photograph the cell as it is now, for people.
+
+        Parameters
+        ----------
+        size
+            Columns and rows, px.
+        T_world_camera
+            From where (x right, y down, z forward); before the table when None.
+
+        Returns
+        -------
+        NDArray
+            (H, W, 3) uint8 RGB.
+        """
+        wide, high = size
+        focal = SHOW_FOCAL_SHARE * wide
+        lens = CameraIntrinsics(focal, focal, (wide - 1) / 2, (high - 1) / 2, wide, high)
+        place = look_at(SHOW_FROM, SHOW_AT) if T_world_camera is None else T_world_camera
+        colour = self._render(
+            lens, place, np.zeros(self._model.ngeom, np.int32), colour=True
+        ).colour
         assert colour is not None
         return colour
 

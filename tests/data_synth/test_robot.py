@@ -8,12 +8,17 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.control import RobotModel
 from eyehand.data_synth.grasp_cell import GraspCell
+from eyehand.data_synth.grasp_robot import GraspRobot
 from eyehand.data_synth.grasp_world import GraspWorld
 from eyehand.data_synth.robot import SimRobot
 from eyehand.data_synth.tabletop_scene import TabletopObject
 from eyehand.errors import InputError
+from eyehand.grasping.closing import Closing, GripOptions
 from eyehand.grasping.robot import HandCommand, Robot
 from eyehand.perception.superquadric import Superquadric
+
+OVER_THE_BOX = (-0.274, 1.138, 0.328, -1.277, -0.42, 0.791, -1.399)
+"""The palm looks straight down from 0.130 m at x = y = 0.05 m."""
 
 
 def ball(name: str, place: tuple[float, float, float], radius: float = 0.03) -> TabletopObject:
@@ -88,6 +93,39 @@ def test_the_hand_goes_where_its_tendons_are_placed(world: GraspWorld):
     assert np.abs(reading.hand.excursions - wanted).max() < 1e-3
     posture = robot.world.robot.posture(wanted)
     assert np.abs(reading.hand.angles - posture).max() < 0.06
+
+
+def test_it_closes_lifts_and_feels_what_it_holds():
+    shape = Superquadric(
+        np.array([0.025, 0.025, 0.04]),
+        (0.1, 0.1),
+        RigidTransform.from_translation([0.05, 0.05, 0.04]),
+        "box",
+    )
+    box = TabletopObject("box_1", shape, 0.3, (0.9, 0.6, 0.2))
+    robot = SimRobot(GraspWorld.build([box], robot=GraspRobot(rest=OVER_THE_BOX)))
+    still = np.zeros(7)
+    # It starts with the hand open over the box, the tips as low as its middle.
+    closing = Closing(robot.hand, "precision", 0.09, GripOptions())
+    reading = robot.read()
+    while closing.state not in ("holding", "empty") and reading.time < 3.5:
+        reading = robot.step(still, closing.step(reading.hand, robot.period))
+    assert closing.state == "holding"
+    assert robot.robot_contacts() == {"box_1"}
+
+    model = RobotModel.load(robot.description(np.zeros(5)), robot.frame, joints=robot.joints)
+    start = model.at(reading.q).position[2]
+    up = np.array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0])
+    for _ in range(150):
+        rates = np.asarray(np.linalg.pinv(model.at(reading.q).jacobian) @ up, dtype=np.float64)
+        reading = robot.step(rates, closing.step(reading.hand, robot.period))
+    assert robot.lifted("box_1")
+    assert abs(model.at(reading.q).position[2] - start - 0.09) < 0.003
+    assert robot.object_pose("box_1").translation[2] > 0.115
+    for finger, image in zip(robot.hand.fingers, reading.hand.tips, strict=True):
+        pad = reading.hand.forces[robot.hand.pads.index(f"{finger}_distal")]
+        assert pad > 1.0
+        assert np.isclose(image.pressures.sum() * image.array.area, pad, rtol=0.1)
 
 
 def test_the_camera_sees_the_object_and_neither_robot_nor_tray(world: GraspWorld):
