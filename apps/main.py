@@ -9,7 +9,11 @@ from __future__ import annotations
 import io
 import os
 import sys
-from importlib import metadata
+from importlib import import_module, metadata
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("eyehand.apps.demo:demo", "show the whole way on a synthetic and a real frame"),
@@ -19,6 +23,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
+    "evaluate": (
+        "eyehand.apps.evaluation.evaluate_grasp:evaluate_grasp",
+        "clear simulated tables of unknown objects: success, cleared, times",
+    ),
     "evaluate fit": (
         "eyehand.apps.evaluation.evaluate_fit:evaluate_fit",
         "fit clouds with known solids and print how much of them is met",
@@ -34,6 +42,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "chart segmentation": (
         "eyehand.apps.evaluation.chart_segmentation:chart_segmentation",
         "chart the segmentation's time against its accuracy, beside other methods",
+    ),
+    "chart grasp": (
+        "eyehand.apps.evaluation.chart_grasp:chart_grasp",
+        "chart the time per pick against its success, dial by dial",
     ),
     "control fig1": (
         "eyehand.apps.motion.fig1:control_fig1",
@@ -92,10 +104,11 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "make staged scenes harder until the segmentation breaks, and chart where",
     ),
 }
-"""Command name → (where it is, what it does); the first of two words names a group."""
+"""Command name → (where it is, what it does); the first of two words names a group, and a group's
+name by itself is what runs without a second word."""
 
 GROUPS: dict[str, str] = {
-    "evaluate": "measure how good a stage is, on data with known truth",
+    "evaluate": "measure how good picking, or a stage of it, is, with known truth",
     "chart": "chart a stage's speed against its accuracy, dial by dial",
     "control": "move an arm among obstacles: the paper's figure, reaching, stress",
     "touch": "feel: the features of a contact, and servoing by them",
@@ -135,14 +148,17 @@ def _run(arguments: list[str]) -> int:
     logging.getLogger("eyehand").setLevel(logging.INFO)
     app = App(name="eyehand", help=ABOUT, help_format="plaintext", version=_version)
     groups: dict[str, App] = {}
+    for name in GROUPS:
+        groups[name] = App(name=name, help=GROUPS[name])
+        app.command(groups[name])
     for name, (where, what) in COMMANDS.items():
         *group, last = name.split()
-        parent = app
-        if group:
-            parent = groups.get(group[0])
-            if parent is None:
-                parent = groups[group[0]] = App(name=group[0], help=GROUPS[group[0]])
-                app.command(parent)
+        if name in GROUPS:
+            # A default's options are the group's own: it cannot wait until it is run.
+            if arguments[0] == name:
+                groups[name].default(_loaded(where))
+            continue
+        parent = groups[group[0]] if group else app
         parent.command(where, name=last, help=what)
     app.register_install_completion_command()
     try:
@@ -163,6 +179,11 @@ def _run(arguments: list[str]) -> int:
         print("eyehand: interrupted", file=sys.stderr)
         return 130
     return code if isinstance(code, int) else 0
+
+
+def _loaded(where: str) -> Callable[..., int]:
+    module, _, function = where.partition(":")
+    return getattr(import_module(module), function)
 
 
 def _help() -> str:

@@ -54,7 +54,8 @@ def run_on_cluster(
             "pip install 'eyehand[cluster]'"
         ) from error
     # Its loggers write tracebacks of what is told here in a line.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client", "distributed.utils", "distributed.core"):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         client = Client(address, timeout=connect, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:

@@ -39,7 +39,7 @@ class Condition:
     family: Family
     """How the objects stand."""
     friction: float = 1.0
-    """Coulomb coefficient of everything on everything."""
+    """Coulomb coefficient of the hand's pads."""
     shake: float = 0.0
     """How long the hand shakes after each lift, s."""
     known: bool = False

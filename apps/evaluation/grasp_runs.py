@@ -28,8 +28,12 @@ MOST_DEATHS = 3
 """A scene during which so many processes died is at fault itself."""
 LONGEST_SCENE_S = 900.0
 """A scene that takes longer hangs: a hundred times what one takes."""
+START_S = 120.0
+"""Longest that a process may take to start, on a machine that has much else to do."""
 GOODBYE_S = 2.0
 """How long a process may take to end before it is killed."""
+BEGAN = SceneOutcome(fault="under way")
+"""Comes before a scene's outcome, when its time begins: a process takes a while to start."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 """Set to 1 in the processes: together they fill the cores already."""
 
@@ -39,7 +43,8 @@ class _Worker:
     process: SpawnProcess
     pipe: Connection
     job: SceneJob | None = None
-    began: float = 0.0
+    deadline: float = 0.0
+    """When its scene is given up, on the monotonic clock, s."""
 
 
 def run_here(
@@ -73,18 +78,21 @@ def run_here(
                 workers.append(_start(run))
             for worker in workers:
                 if worker.job is None and waiting:
-                    _hand_over(worker, waiting.popleft())
+                    _hand_over(worker, waiting.popleft(), START_S + longest)
             busy = [worker for worker in workers if worker.job]
             # A pipe is ready when there is an outcome, and when its other end is gone.
-            first_end = min(worker.began for worker in busy) + longest
+            first = min(worker.deadline for worker in busy)
             pipes = [worker.pipe for worker in busy]
-            ready = connection.wait(pipes, max(0.0, first_end - time.monotonic()))
+            ready = connection.wait(pipes, max(0.0, first - time.monotonic()))
             for worker in busy:
                 job = worker.job
-                late = time.monotonic() - worker.began > longest
+                late = time.monotonic() > worker.deadline
                 if job is None or (worker.pipe not in ready and not late):
                     continue
                 outcome = _received(worker) if worker.pipe in ready else None
+                if outcome == BEGAN:
+                    worker.deadline = time.monotonic() + longest
+                    continue
                 worker.job = None
                 if outcome is None:
                     workers.remove(worker)
@@ -117,8 +125,8 @@ def _start(run: RunTrial) -> _Worker:
     return _Worker(process, here)
 
 
-def _hand_over(worker: _Worker, job: SceneJob) -> None:
-    worker.job, worker.began = job, time.monotonic()
+def _hand_over(worker: _Worker, job: SceneJob, seconds: float) -> None:
+    worker.job, worker.deadline = job, time.monotonic() + seconds
     # A process that is gone already shows at the next look at its pipe.
     with suppress(OSError):
         worker.pipe.send(dict(job.trial))
@@ -162,4 +170,6 @@ def _work(pipe: Connection, run: RunTrial) -> None:
     os.dup2(2, 1)
     with suppress(EOFError, OSError):
         while True:
-            pipe.send(attempt(run, pipe.recv()))
+            trial = pipe.recv()
+            pipe.send(BEGAN)
+            pipe.send(attempt(run, trial))

@@ -13,17 +13,25 @@ from typing import Any
 
 import numpy as np
 
-OUTCOMES = ("placed", "placed", "slipped", "placed", "empty_close", "placed", "placed")
+FAILURES = ("slipped", "empty_close", "refused")
 PROTOTYPES = ("power", "precision", "pincer")
+CHANCES = {"single": 0.95, "packed": 0.88, "pile": 0.75}
+"""Of a pick to succeed, by family ..."""
+BLUR = {"default": 0.0, "fast": 0.12, "fine": -0.03}
+"""... less so much for less careful perception."""
+PACE = {"default": 1.0, "slow": 1.5, "fast": 0.7, "planner": 1.1}
+"""Times that a pick takes."""
 
 
 def run_made_up(trial: dict[str, Any]) -> dict[str, Any]:
-    """Clear a scene in no time; every third pick or so fails, none where the pose is known."""
+    """Clear a scene in no time, or stop after two failures; with known poses none fails."""
     rng = np.random.default_rng(trial["seed"])
-    picks, placed = [], 0
-    while placed < trial["objects"] and len(picks) < 2 * trial["objects"]:
-        outcome = "placed" if trial["known"] else OUTCOMES[rng.integers(len(OUTCOMES))]
-        placed += outcome == "placed"
+    chance = CHANCES[trial["family"]] - BLUR[trial["perception"]] - (trial["friction"] < 1) / 8
+    look = 0.0 if trial["known"] else {"fast": 25.0, "fine": 120.0}.get(trial["perception"], 60.0)
+    picks, placed, in_a_row = [], 0, 0
+    while placed < trial["objects"] and in_a_row < 2:
+        success = trial["known"] or bool(rng.random() < chance)
+        placed, in_a_row = placed + success, 0 if success else in_a_row + 1
         picks.append(
             {
                 "pick": len(picks),
@@ -32,12 +40,12 @@ def run_made_up(trial: dict[str, Any]) -> dict[str, Any]:
                 "prototype": PROTOTYPES[rng.integers(3)],
                 "approach": "top",
                 "rows": np.int64(4),
-                "outcome": outcome,
-                "reason": "" if outcome == "placed" else "fell < 20 mm & rolled",
-                "success": outcome == "placed",
-                "perceive_ms": 0.0 if trial["known"] else rng.uniform(40, 90),
+                "outcome": "placed" if success else FAILURES[rng.integers(3)],
+                "reason": "" if success else "fell < 20 mm & rolled",
+                "success": success,
+                "perceive_ms": look * rng.uniform(0.8, 1.2),
                 "plan_ms": rng.uniform(20, 60),
-                "seconds": rng.uniform(3, 6),
+                "seconds": PACE[trial["control"]] * rng.uniform(3.5, 5),
                 "wall_seconds": rng.uniform(1, 2),
                 "touched_before": 0,
                 "pads": 4,
@@ -50,7 +58,7 @@ def run_made_up(trial: dict[str, Any]) -> dict[str, Any]:
         "placed": placed,
         "total": trial["objects"],
         "left": left,
-        "stopped": "two failures" if left else "clear",
+        "stopped": "two failures in a row" if left else "clear",
         "cpu_seconds": 1.0,
     }
 

@@ -22,7 +22,7 @@ def jobs(seeds, notes=""):
 def test_troubled_scenes_become_rows_and_stop_nothing(made_up, tmp_path):
     wanted = jobs(range(6), tmp_path)
     found = {}
-    for job, outcome in run_here(wanted, made_up.run_troubled, processes=2, longest=2.5):
+    for job, outcome in run_here(wanted, made_up.run_troubled, processes=2, longest=1.5):
         assert job.key not in found, "counted twice"
         found[job.key] = outcome
     fine, raised, killed_once, killed, hung, last = (found[job.key] for job in wanted)
@@ -30,7 +30,7 @@ def test_troubled_scenes_become_rows_and_stop_nothing(made_up, tmp_path):
     assert raised.fault.startswith("RuntimeError: the hand fell off (made_up_trials.py:")
     assert not killed_once.fault
     assert killed.fault == "its process died 3 times, exit code -9"
-    assert hung.fault == "took longer than 2.5 s"
+    assert hung.fault == "took longer than 1.5 s"
 
 
 def test_leaving_early_ends_the_processes(made_up):

@@ -1,0 +1,74 @@
+"""The table that `eyehand evaluate` prints."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+NOTHING = "-"
+"""Where there is no figure."""
+CAPTION = (
+    "success: successful picks of all tried; cleared: objects in the tray; both with 95 % Wilson "
+    "intervals. perceive, plan: medians per pick; s/pick: mean simulated time; touched: contacts "
+    "with table or neighbours before a grasp"
+)
+
+
+def grasp_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
+    """Lay out rows of :func:`summary_rows`."""
+    table = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        caption=CAPTION,
+        caption_justify="left",
+    )
+    table.add_column("condition", no_wrap=True)
+    for name in COLUMNS:
+        table.add_column(name, justify="right", no_wrap=True)
+    family = rows[0]["family"] if rows else ""
+    for row in rows:
+        if row["family"] != family:
+            table.add_section()
+            family = row["family"]
+        table.add_row(row["name"], *table_cells(row))
+    return table
+
+
+def table_cells(row: Mapping[str, Any]) -> list[str]:
+    """Texts of a row under COLUMNS."""
+    faults = f" ({row['faults']} broke)" if row["faults"] else ""
+    return [
+        f"{row['scenes']}{faults}",
+        f"{row['picks']}",
+        rate_text(row),
+        rate_text(row, "cleared_"),
+        _text(row["perceive_ms"], 0, "ms"),
+        _text(row["plan_ms"], 0, "ms"),
+        _text(row["seconds_per_pick"], 1, "s"),
+        f"{row['touched_before']}",
+    ]
+
+
+COLUMNS = ("scenes", "picks", "success", "cleared", "perceive", "plan", "s/pick", "touched")
+"""Columns after the condition's name."""
+
+
+def rate_text(row: Mapping[str, Any], prefix: str = "") -> str:
+    """A rate with its interval: ``91.7 % (84-96)``."""
+    share = row[f"{prefix}pct" if prefix else "success_pct"]
+    if share is None:
+        return NOTHING
+    low, high = row[f"{prefix}ci_low_pct"], row[f"{prefix}ci_high_pct"]
+    return f"{share:.1f} % ({low:.0f}-{high:.0f})"
+
+
+def _text(value: float | None, digits: int, unit: str) -> str:
+    return NOTHING if value is None else f"{value:.{digits}f} {unit}"

@@ -1,0 +1,115 @@
+"""Named settings of perception and control for whole picks: what a chart turns, what a trial names.
+
+A trial names its settings, so that it fits into one line of text and means the same on every
+machine; what a name stands for is told here and nowhere else.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from eyehand.errors import InputError
+from eyehand.grasping.pick_options import PickOptions
+from eyehand.perception import FitOptions, PerceiveOptions, SegmentationOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+DEFAULT = "default"
+"""Name of what users get, in both tables."""
+
+FAST_SEGMENTATION_MS, FAST_FIT_MS = 15.0, 8.0
+"""Budgets of fast perception, ms on the machine of the stored fronts: the shortest at which more
+than nine of ten objects are still told apart, and fits keep most of their overlap."""
+FINE_POINTS, FINE_STARTS, FINE_FINALISTS, FINE_RAYS = 4000, 9, 5, 64
+"""Fine perception: points of a fit, places it begins from and ends at, rays past its outline; as
+much as still changes the answer."""
+
+PERCEPTION: dict[str, str] = {
+    DEFAULT: "as users get it",
+    "fast": "every third pixel, one start per fit: a third of the time",
+    "fine": "twice the points, more starts: twice the time",
+}
+"""Perception dials by name, and what each does."""
+
+SLOW, FAST = 0.6, 1.5
+"""Factors on the speeds of the hand."""
+LONG_SEARCH_SECONDS, LONG_SEARCH_ROLLOUTS = 2.0, 1600
+"""Of the search for a way where the arm is stuck: four times what users get."""
+
+CONTROL: dict[str, str] = {
+    DEFAULT: "as users get it",
+    "slow": f"all speeds of the hand times {SLOW:g}",
+    "fast": f"all speeds of the hand times {FAST:g}",
+    "planner": f"searches for a way up to {LONG_SEARCH_SECONDS:g} s where the arm is stuck",
+}
+"""Control dials by name, and what each does."""
+
+SPEEDS = ("transit_speed", "transit_turn_speed", "approach_speed", "palm_speed", "lift_speed")
+"""Fields of the pick's options that are speeds ..."""
+TIME_OUTS = ("pre_grasp_seconds", "approach_seconds", "lift_seconds", "place_seconds")
+"""... and longest times of motions, which a slow hand needs more of."""
+
+
+def perception_dial(name: str) -> PerceiveOptions:
+    """Look up the options of perception by their name.
+
+    Raises
+    ------
+    InputError
+        If there is no such name; the message lists those there are.
+    """
+    check_dials("perception", PERCEPTION, [name])
+    if name == "fast":
+        return PerceiveOptions(
+            segmentation=SegmentationOptions.for_budget(FAST_SEGMENTATION_MS),
+            fit=FitOptions.for_budget(FAST_FIT_MS),
+        )
+    if name == "fine":
+        fit = FitOptions(
+            points=FINE_POINTS,
+            starts=FINE_STARTS,
+            finalists=FINE_FINALISTS,
+            silhouette_rays=FINE_RAYS,
+        )
+        return PerceiveOptions(fit=fit, cloud_points=FINE_POINTS)
+    return PerceiveOptions()
+
+
+def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
+    """Look up the options of a pick by the name of a control dial.
+
+    Parameters
+    ----------
+    name
+        One of CONTROL.
+    base
+        What is turned; default: what users get.
+
+    Raises
+    ------
+    InputError
+        If there is no such name; the message lists those there are.
+    """
+    check_dials("control", CONTROL, [name])
+    options = base or PickOptions()
+    if name in ("slow", "fast"):
+        factor = SLOW if name == "slow" else FAST
+        turned = {field: factor * getattr(options, field) for field in SPEEDS}
+        turned |= {field: max(1.0, 1 / factor) * getattr(options, field) for field in TIME_OUTS}
+        return replace(options, **turned)
+    if name == "planner":
+        planner = replace(
+            options.planner, seconds=LONG_SEARCH_SECONDS, rollouts=LONG_SEARCH_ROLLOUTS
+        )
+        return replace(options, planner=planner)
+    return options
+
+
+def check_dials(what: str, table: Iterable[str], names: Iterable[str]) -> None:
+    """Raise an `InputError` for a name that the table has not."""
+    known = list(table)
+    for name in names:
+        if name not in known:
+            raise InputError(f"--{what} {name}: there is none, expected {', '.join(known)}")
