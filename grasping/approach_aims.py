@@ -46,7 +46,7 @@ def approach_aims(
     back
         Distance from the grasp against the palm's direction, m, at least 0.
     depths
-        Where the object is in the hand.
+        Where the object is to be in the hand; as it was chosen for when None.
 
     Returns
     -------
@@ -67,7 +67,7 @@ def approach_aims(
     centre = plan.tasks[0].point if plan.tasks else plan.grip.centre
     rise = plan.grip.rise + float((centre - plan.grip.centre) @ plan.grip.up)
     grip = replace(plan.grip, centre=centre, rise=rise)
-    place = stance(grip, plan.prototype, plan.opening, hand, depths)
+    place = stance(grip, plan.prototype, plan.opening, hand, depths or plan.depths)
     return tuple(aim(task, back) for task in approach_tasks(grip, place))
 
 

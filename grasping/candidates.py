@@ -78,20 +78,33 @@ class Circumstances:
 
 
 def candidates(ways: Sequence[Grip], given: Circumstances) -> Iterator[Candidate]:
-    """Give every prototype in every grip, refused ones with the reason."""
+    """Give every prototype in every grip, refused ones with the reason.
+
+    Among neighbours also those that suit less and need less room: opened less, by two fingers.
+    """
+    limits = given.limits
+    crowded = len(given.near.points) > 0
     for prototype, approach in KINDS_OF_GRASP:
         for grip in ways:
-            if grip.approach == approach:
-                yield from _between_neighbours(
-                    _candidate(prototype, grip, given, given.limits.clearance), given
-                )
-                if len(given.near.points):
-                    tight = _candidate(prototype, grip, given, given.limits.tight_clearance)
-                    yield from _between_neighbours(tight, given)
+            if grip.approach != approach:
+                continue
+            usual = _candidate(prototype, grip, given, limits.clearance)
+            yield from _between_neighbours(usual, given)
+            if crowded and not usual.judgement.refusal:
+                tight = _candidate(prototype, grip, given, limits.tight_clearance)
+                yield from _between_neighbours(tight, given)
+            elif crowded and prototype == "pincer":
+                pinch = _candidate(prototype, grip, given, limits.tight_clearance, makeshift=True)
+                yield from _between_neighbours(pinch, given)
 
 
 def _candidate(
-    prototype: Prototype, grip: Grip, given: Circumstances, clearance: float
+    prototype: Prototype,
+    grip: Grip,
+    given: Circumstances,
+    clearance: float,
+    *,
+    makeshift: bool = False,
 ) -> Candidate:
     limits, hand = given.limits, given.hand
     wanted = grip.width + clearance + 2.0 * grip.doubt
@@ -107,9 +120,11 @@ def _candidate(
         narrowest=given.narrowest,
         task=given.task,
         limits=limits,
+        makeshift=makeshift,
     )
     if clearance < limits.clearance:
-        judgement.terms["opening"] = TIGHT
+        terms = {**judgement.terms, "opening": TIGHT}
+        judgement = Judgement(judgement.refusal, terms)
     return Candidate(prototype, grip, opening, place, judgement)
 
 
@@ -119,7 +134,6 @@ def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Cand
         yield found
         return
     grip = found.grip
-    clearance = found.opening - grip.width - 2.0 * grip.doubt
     if grip.freedom == "none":
         yield _with_room(found, grip, given)
         return
@@ -137,8 +151,9 @@ def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Cand
     else:
         fixed = sorted(tries, key=lambda one: -one.judgement.total)[:2]
         for one in fixed:
-            held = _candidate(found.prototype, replace(one.grip, freedom="none"), given, clearance)
-            yield _with_room(held, held.grip, given)
+            grip = replace(one.grip, freedom="none")
+            place = stance(grip, one.prototype, one.opening, given.hand, given.depths)
+            yield _with_room(replace(one, grip=grip, stance=place), grip, given)
 
 
 def _with_room(found: Candidate, grip: Grip, given: Circumstances) -> Candidate:

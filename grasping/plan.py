@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from .depths import GraspDepths
     from .grip import Grip
     from .prototypes import Approach, Prototype
 
@@ -97,6 +98,8 @@ class GraspPlan:
     """Distance of the palm from the object's centre at the grasp, along ``palm``, m."""
     depth: float = 0.0
     """Distance of the palm from the object's near face at the grasp, m."""
+    depths: GraspDepths | None = None
+    """Options by which the palm was placed; the usual ones when None."""
 
     def __bool__(self) -> bool:
         return self.prototype is not None

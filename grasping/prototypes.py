@@ -27,6 +27,9 @@ class PrototypeLimits:
     """Widest object between two fingertips."""
     pincer_length: float = 0.060
     """Longest other horizontal extent that two fingertips hold without turning."""
+    crowded_pincer: tuple[float, float] = (0.060, 0.090)
+    """Width and length up to which two fingertips must do where neighbours leave no room for the
+    whole row of fingers."""
     pincer_mass: float = 0.15
     """Heaviest object that two fingertips hold."""
     side_power_height: float = 0.085
@@ -90,6 +93,8 @@ SHALLOW = 0.6
 """Worth of a hold by the very ends of the tips."""
 DOUBTED = 0.7
 """Worth of a grasp across sides that nobody saw, at the largest doubt that counts."""
+MAKESHIFT = 0.25
+"""Worth of the width of a pinch past what suits it: any other grasp goes first."""
 TIGHT = 0.9
 """Worth of an opening that forgives less."""
 CROWDED = 0.5

@@ -24,7 +24,7 @@ class LookAheadOptions:
 
     dt: float = 0.04
     """Period of the look-ahead, s: longer is faster, and follows obstacles less well."""
-    seconds: float = 6.0
+    seconds: float = 4.0
     """Longest motion of one leg, s: longer lets slow ways count."""
     patience: float = 0.4
     """A leg ends when it has got no nearer for so long, s."""

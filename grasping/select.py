@@ -124,7 +124,7 @@ def grasp_plans(
         lost = _lost(found, "", 0.0)
         why = "; ".join(f"{name}: {refusal}" for name, refusal in lost.items())
         return (_refusal(f"no prototype suits ({why})", lost, mass),)
-    return tuple(_plan(one, found, mass) for one in suit)
+    return tuple(_plan(one, found, mass, options.depths) for one in suit)
 
 
 def select_prototype(
@@ -143,7 +143,10 @@ def select_prototype(
 
 
 def _plan(
-    one: Candidate, found: Sequence[Candidate], mass: tuple[float, float, float]
+    one: Candidate,
+    found: Sequence[Candidate],
+    mass: tuple[float, float, float],
+    depths: GraspDepths,
 ) -> GraspPlan:
     grip, place = one.grip, one.stance
     return GraspPlan(
@@ -163,6 +166,7 @@ def _plan(
         grip=grip,
         standoff=place.standoff,
         depth=place.standoff - grip.half_depth,
+        depths=depths,
     )
 
 

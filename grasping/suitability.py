@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +13,7 @@ from .prototypes import (
     DOUBTED,
     EASY_HOLD,
     LONG_SIDE,
+    MAKESHIFT,
     PALM_AWAY,
     PRECISION_FALLBACK,
     SHALLOW,
@@ -59,6 +60,7 @@ def judge(
     narrowest: float,
     task: GraspTask,
     limits: PrototypeLimits,
+    makeshift: bool = False,
 ) -> Judgement:
     """Judge a prototype by sizes, weight, table, doubt and task; neighbours are judged apart.
 
@@ -74,8 +76,11 @@ def judge(
         Its smallest horizontal width, m.
     task, limits
         What follows, and the sizes that the prototypes suit.
+    makeshift
+        Whether a pincer takes what is too wide for it, as where there is room for no more.
     """
-    rules = {"power": _power, "precision": _precision, "pincer": _pincer}
+    pincer = _makeshift_pincer if makeshift else _pincer
+    rules = {"power": _power, "precision": _precision, "pincer": pincer}
     fit = rules[prototype](grip, mass, limits)
     refusal = fit.refusal or _beyond_hand(grip, hand, limits)
     refusal = refusal or _misses(prototype, grip, stance, hand, limits)
@@ -108,13 +113,14 @@ def _pincer(grip: Grip, mass: float, limits: PrototypeLimits) -> Judgement:
         or _below("height", grip.height, limits.fingertip_height)
         or _too_heavy(mass, limits.pincer_mass)
     )
-    return Judgement(
-        refusal,
-        {
-            "width": _margin(grip.width, 0.0, limits.pincer_width),
-            "weight": _ease(mass, limits.pincer_mass),
-        },
-    )
+    width = _margin(grip.width, 0.0, limits.pincer_width)
+    return Judgement(refusal, {"width": width, "weight": _ease(mass, limits.pincer_mass)})
+
+
+def _makeshift_pincer(grip: Grip, mass: float, limits: PrototypeLimits) -> Judgement:
+    width, length = limits.crowded_pincer
+    suits = _pincer(grip, mass, replace(limits, pincer_width=width, pincer_length=length))
+    return Judgement(suits.refusal, {**suits.terms, "width": MAKESHIFT})
 
 
 def _power(grip: Grip, mass: float, limits: PrototypeLimits) -> Judgement:

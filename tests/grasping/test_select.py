@@ -1,12 +1,17 @@
 """Every prototype is chosen where it should be, and refusals say why."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping import SelectOptions, grasp_plans, select_prototype
+from eyehand.grasping.depths import closing_reach
+from eyehand.grasping.nominal_hand import nominal_hand
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
+from eyehand.perception.superquadric import Uncertainty
 
 TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
 
@@ -124,6 +129,59 @@ def test_fingers_from_above_close_where_no_neighbour_stands():
     assert abs(plan.closing @ [0.0, 1.0, 0.0]) > 0.8
     assert plan.tasks[-1].name == "orientation"
     assert plan.score.terms["room"] < 1.0
+
+
+def test_neighbours_near_leave_a_smaller_opening_or_a_pinch():
+    item = brick(0.045, 0.045, 0.04)
+    alone = select_prototype(item, TABLE)
+    wall = thing("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(0.036, 0.0), label=2)
+    other = thing("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(-0.036, 0.0), label=3)
+    near = [wall, other]
+    plans = grasp_plans(item, TABLE, neighbours=near)
+    # No room for three fingers in a row along the gap: two close along the walls.
+    assert alone.name == "top precision"
+    assert {plan.name for plan in plans} == {"top pincer"}
+    assert plans[0].opening < alone.opening
+    assert abs(plans[0].closing @ [0.0, 1.0, 0.0]) > 0.9
+    assert plans[0].score.total < alone.score.total
+
+
+@pytest.mark.parametrize("family", [can(0.03, 0.16), brick(0.05, 0.07, 0.1), ball(0.0375)])
+def test_scores_fall_and_every_plan_says_why_the_others_lost(family):
+    plans = grasp_plans(family, TABLE)
+    totals = [plan.score.total for plan in plans]
+    assert totals == sorted(totals, reverse=True)
+    for plan in plans:
+        assert plan.name not in plan.rejected
+        assert len(plan.rejected) == 4
+        assert plan.reason
+        for task in plan.tasks:
+            assert task.says
+
+
+def test_the_thumb_may_be_on_either_side_of_what_has_faces():
+    plans = [p for p in grasp_plans(brick(0.05, 0.07, 0.1), TABLE) if p.name == "top precision"]
+    closings = np.array([plan.closing for plan in plans])
+    assert len(plans) == 4
+    assert np.allclose(closings.sum(axis=0), 0.0)
+
+
+def test_a_side_that_nobody_saw_opens_the_hand_wider_and_scores_lower():
+    item = brick(0.045, 0.10, 0.03)
+    sure = select_prototype(item, TABLE)
+    unseen = Uncertainty(np.diag([0.0, 4e-6, *np.zeros(11)]), ("+y",))
+    fit = replace(item.fit, uncertainty=unseen)
+    doubtful = select_prototype(replace(item, fit=fit), TABLE)
+    assert doubtful.opening == pytest.approx(sure.opening + 2 * 0.004, abs=1e-6)
+    assert doubtful.score.total < sure.score.total
+
+
+def test_a_plate_is_taken_by_the_tips_just_above_the_table():
+    plan = select_prototype(brick(0.05, 0.09, 0.012), TABLE)
+    assert plan.name == "top precision"
+    assert plan.grip is not None
+    lowest = plan.grip.rise + plan.standoff - closing_reach(nominal_hand(), 0.05, plan.opening)
+    assert lowest == pytest.approx(0.004, abs=1e-3)
 
 
 def test_a_neighbour_without_a_solid_counts_by_its_points_and_one_below_does_not():
