@@ -32,26 +32,27 @@ def lanes(quick: bool) -> NDArray[np.float64]:
     return np.array([_inside(np.array(corner)) for corner in corners])
 
 
-def place_on_way(corners: NDArray[np.float64], gone: float, number: int) -> NDArray[np.float64]:
+def place_on_way(
+    corners: NDArray[np.float64], way: NDArray[np.float64], gone: float, number: int
+) -> NDArray[np.float64]:
     """Give where the left (0) or right (1) pad shall be, (2,), m: one mirrors the other.
 
     Parameters
     ----------
-    corners
-        Of the way (see :func:`lanes`).
+    corners, way
+        Of the way (see :func:`lanes`), and their distances along it (see :func:`distances`).
     gone
         Of its length, m.
     number
         Which pad.
     """
-    way = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
     x, y = (np.interp(gone, way, corners[:, axis]) for axis in (0, 1))
     return _inside(np.array([x if number else -x, y]))
 
 
-def length(corners: NDArray[np.float64]) -> float:
-    """Give a way's length, m."""
-    return float(np.linalg.norm(np.diff(corners, axis=0), axis=1).sum())
+def distances(corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Give how far along the way each corner (K, 2) is, (K,), m."""
+    return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
 
 
 def _inside(place: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -36,8 +36,18 @@ MOST_POINTS = 6000
 """Points that are drawn of each cloud: more hide what is under them."""
 
 
-def explore_picture(run: ExploreRun, seed: int) -> Figure:
-    """Draw the two pads' ways over the object, and the cloud coloured by its error."""
+def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
+    """Draw the two pads' ways over the object, and the cloud coloured by its error.
+
+    Parameters
+    ----------
+    run
+        What was felt.
+    rms_mm
+        Of the whole cloud's distance to the surface.
+    seed
+        That it was made with.
+    """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
@@ -73,19 +83,16 @@ def explore_picture(run: ExploreRun, seed: int) -> Figure:
         columnspacing=1.2,
     )
     _surface(right, run)
-    errors = 1e3 * surface_distance(run.thing, run.points)
+    errors = 1e3 * surface_distance(run.thing, run.points[shown])
     scale = Normalize(-LARGEST_MM, LARGEST_MM)
-    right.scatter(
-        points[:, 0], points[:, 1], s=5, c=errors[shown], cmap="RdBu", norm=scale, linewidths=0
-    )
+    right.scatter(points[:, 0], points[:, 1], s=5, c=errors, cmap="RdBu", norm=scale, linewidths=0)
     place = right.get_position()
     strip = figure.add_axes((place.x0, 0.95 / HEIGHT, place.width, 0.1 / HEIGHT))
     bar = figure.colorbar(ScalarMappable(scale, "RdBu"), cax=strip, orientation="horizontal")
     bar.set_label("off the surface, inside it negative [mm]", size=TEXT - 1, color=INK)
     bar.ax.tick_params(labelsize=TEXT - 1, length=0)
     bar.outline.set_visible(False)
-    rms = float(np.sqrt(np.mean(errors**2)))
-    name_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms:.2f} mm rms")
+    name_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms_mm:.2f} mm rms")
     made = Provenance("two simulated 16 × 16 pads on arms", seed, len(run.points), "felt point")
     sign(figure, made)
     return figure

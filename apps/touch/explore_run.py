@@ -17,7 +17,7 @@ from eyehand.tactile.servo import ServoGoal, TactileServo
 from eyehand.tactile.switches import ROLL
 
 from .arm_rig import CYCLE, ArmRig, Hand, home_pose
-from .explore_lanes import lanes, length, place_on_way
+from .explore_lanes import distances, lanes, place_on_way
 from .felt_points import felt_points
 from .start_posture import looking_down, start_posture
 
@@ -133,14 +133,15 @@ def _scan(
     seed: int,
 ) -> _Turn:
     """Scan one half with one arm, while the other waits at home: the pads would meet."""
+    way = distances(corners)
     joints = np.split(home.simulation.joints, len(arms))
     # As at home, for joint 7 to stay far from its limits.
     heading = -0.5 * np.pi if number else 0.5 * np.pi
-    place = origin + np.array([*place_on_way(corners, 0.0, number), GAP])
+    place = origin + np.array([*place_on_way(corners, way, 0.0, number), GAP])
     joints[number] = start_posture(home.hands[number].robot, looking_down(place, heading))
     rig = ArmRig(scene, arms, seed=seed, joints=np.concatenate(joints))
     hand = rig.hands[number]
-    seconds = length(corners) / speed
+    seconds = float(way[-1]) / speed
     # Between ridge, block and dome the contact jumps: that is what an unknown object is like.
     servo = TactileServo(ServoGoal(force=FORCE), ROLL)
     options = PhaseOptions(jump=JUMP, saturated_share=MOST_SATURATED, pressure_limit=MOST_MEAN)
@@ -152,7 +153,7 @@ def _scan(
     cycle, force = 0, FORCE
     while rig.time < LANDING_SECONDS + seconds and phases.phase != "ended":
         gone = max(rig.time - LANDING_SECONDS, 0.0) * speed
-        guide = _guide(hand.pose, origin[:2] + place_on_way(corners, gone, number), heading)
+        guide = _guide(hand.pose, origin[:2] + place_on_way(corners, way, gone, number), heading)
         felt = _whole(hand)
         if felt:
             force += EASE * (_fitting_force(hand, felt) - force)

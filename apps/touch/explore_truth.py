@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -33,6 +34,7 @@ NEAR = 0.005
 """A surface point with a felt point as near as this is covered, m: the pad's pitch."""
 
 
+@cache
 def height_map(thing: TouchObject) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
     """Give x (C,), y (R,) and the height (R, C) of an object's top, m; NaN beside it."""
     x = np.arange(-HALF_PLAN[0], HALF_PLAN[0] + GRID / 2, GRID)
@@ -76,22 +78,32 @@ def on_ridges(thing: TouchObject, points: NDArray[np.float64]) -> NDArray[np.boo
 def explore_rows(run: ExploreRun) -> list[dict[str, Any]]:
     """Give the figures of each pad's cloud, of both, and of both as the blurred images give it."""
     surface = reachable_surface(run.thing)
+    felt, blurred = _judged(run.thing, run.points), _judged(run.thing, run.blurred)
+    left, right = run.pad == 0, run.pad == 1
     clouds = {
-        "left pad": run.points[run.pad == 0],
-        "right pad": run.points[run.pad == 1],
-        "both, blurred": run.blurred,
-        "both": run.points,
+        "left pad": (felt[0][left], felt[1][left], felt[2][left]),
+        "right pad": (felt[0][right], felt[1][right], felt[2][right]),
+        "both, blurred": blurred,
+        "both": felt,
     }
-    return [
-        _row(name, run.thing, points, surface) for name, points in clouds.items() if len(points)
-    ]
+    return [_row(name, *cloud, surface) for name, cloud in clouds.items() if len(cloud[0])]
+
+
+def _judged(
+    thing: TouchObject, points: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+    """Give points with the distance of each to the surface, mm, and whether it is on a ridge."""
+    return points, 1e3 * surface_distance(thing, points), on_ridges(thing, points)
 
 
 def _row(
-    name: str, thing: TouchObject, points: NDArray[np.float64], surface: NDArray[np.float64]
+    name: str,
+    points: NDArray[np.float64],
+    errors: NDArray[np.float64],
+    on_ridge: NDArray[np.bool_],
+    surface: NDArray[np.float64],
 ) -> dict[str, Any]:
-    errors = 1e3 * surface_distance(thing, points)
-    ridges = errors[on_ridges(thing, points)]
+    ridges = errors[on_ridge]
     return {
         "name": name,
         "points": len(points),

@@ -57,7 +57,8 @@ def touch_explore(
     run = run_explore(seed, quick)
     rows = explore_rows(run)
     path = out / "explore.png"
-    write_chart(explore_picture(run, seed), path, rows)
+    rms = rows[-1]["surface_rms_mm"] if rows else 0.0
+    write_chart(explore_picture(run, rms, seed), path, rows)
     write_cloud(out / "explore.ply", run.points)
     show(_table(rows), json_wanted=json)
     force = f"{run.forces.mean():.2f} ± {run.forces.std():.2f} N"
