@@ -18,10 +18,10 @@ picture takes its time by their square."""
 SHADOW_PX = 3072
 """Of the shadow map: shadows at the table are sharp to some mm."""
 
-SHOW_FROM = (1.35, 1.5, 0.95)
-SHOW_AT = (0.03, -0.24, 0.26)
+SHOW_FROM = (1.35, 1.5, 1.0)
+SHOW_AT = (0.02, -0.22, 0.36)
 """Where an onlooker stands and looks, world, m: before the table, the robot on its far side."""
-SHOW_FOCAL_SHARE = 1.05
+SHOW_FOCAL_SHARE = 0.98
 """Focal length of his camera over the picture's width."""
 
 _LAMP = (0.55, 1.25, 2.9)

@@ -18,11 +18,9 @@ from .tabletop_spec import SLIDING_FRICTION
 from .viewpoint import look_at
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
-    from .tabletop_scene import Family, TabletopObject
+    from .tabletop_scene import Family
 
 WORK_AREA_M = (0.44, 0.40)
 """Objects lie inside this rectangle in the middle of the table: everywhere in it the hand points
@@ -91,16 +89,14 @@ class GraspCell:
         half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
         return np.all(np.abs(points[..., :2] - self.tray_centre[:2]) <= half, axis=-1)
 
-    def check_clear(self, objects: Sequence[TabletopObject]) -> None:
-        """Raise an `InputError` if an object stands in the tray's place."""
+    def check_clear(self, name: str, centre: NDArray[np.float64], radius: float) -> None:
+        """Raise an `InputError` if a ball about an object is in the tray's place."""
         half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
-        for item in objects:
-            apart = np.abs(item.shape.centre[:2] - self.tray_centre[:2]) - half
-            if (apart < np.linalg.norm(item.shape.semi_axes)).all():
-                raise InputError(
-                    f"object {item.name} at {np.round(item.shape.centre, 3).tolist()} m is where "
-                    f"the tray stands, {self.tray_centre}: keep objects in the work area"
-                )
+        if np.all(np.abs(centre[:2] - self.tray_centre[:2]) - half < radius):
+            raise InputError(
+                f"object {name} at {np.round(centre, 3).tolist()} m is where the tray stands, "
+                f"{self.tray_centre}: keep objects in the work area"
+            )
 
     def add_furniture(self, spec: Any) -> None:
         """Add what can be felt, pedestal and tray, to a scene's `MjSpec`."""

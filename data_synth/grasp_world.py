@@ -6,21 +6,22 @@ import copy
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from eyehand.errors import InputError
 
 from .cell_look import add_cell_look
 from .grasp_cell import GraspCell
 from .grasp_robot import GraspRobot, match_options, put_base
+from .mesh_object import MeshObject, add_mesh_object
 from .mujoco_import import import_mujoco
+from .tabletop_scene import TabletopObject
 from .tabletop_spec import tabletop_spec
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import numpy as np
     from numpy.typing import NDArray
-
-    from .tabletop_scene import TabletopObject
 
 STEP_S = 0.002
 """Physics step: holding needs it this short."""
@@ -39,7 +40,7 @@ class GraspWorld:
 
     model: Any
     """`mujoco.MjModel`; bodies of objects carry their names, the robot's begin with ``robot_``."""
-    objects: tuple[TabletopObject, ...]
+    objects: tuple[TabletopObject | MeshObject, ...]
     """What stands on the table, at the start."""
     robot: GraspRobot
     """What grasps it."""
@@ -51,7 +52,7 @@ class GraspWorld:
     @classmethod
     def build(
         cls,
-        objects: Sequence[TabletopObject],
+        objects: Sequence[TabletopObject | MeshObject],
         *,
         robot: GraspRobot | None = None,
         cell: GraspCell | None = None,
@@ -62,8 +63,8 @@ class GraspWorld:
         Parameters
         ----------
         objects
-            What stands on the table (`TabletopScene.objects`), names unlike one another; not in
-            the tray's place.
+            What stands on the table (`TabletopScene.objects`, meshes), names unlike one another;
+            not in the tray's place.
         robot
             Arm and hand; the LBR-like arm with the hand that comes with eyehand when None.
         cell
@@ -81,9 +82,14 @@ class GraspWorld:
         robot, cell = robot or GraspRobot(), cell or GraspCell()
         objects = tuple(objects)
         _check(objects, friction)
-        cell.check_clear(objects)
+        for item in objects:
+            cell.check_clear(item.name, *_ball(item))
         mujoco = import_mujoco()
-        spec = tabletop_spec(objects, cell.table, free=True, look=True)
+        simple = [item for item in objects if isinstance(item, TabletopObject)]
+        spec = tabletop_spec(simple, cell.table, free=True, look=True)
+        for item in objects:
+            if isinstance(item, MeshObject):
+                add_mesh_object(spec, item)
         cell.add_furniture(spec)
         add_cell_look(spec, cell)
         arm = robot.spec(friction)
@@ -133,7 +139,14 @@ def _carry_hand(model: Any, prefix: str) -> None:
             model.body_gravcomp[body] = model.body_subtreemass[body] / model.body_mass[body]
 
 
-def _check(objects: Sequence[TabletopObject], friction: float | None) -> None:
+def _ball(item: TabletopObject | MeshObject) -> tuple[NDArray[np.float64], float]:
+    """Centre and radius of a ball that holds an object."""
+    if isinstance(item, MeshObject):
+        return item.centre, item.radius
+    return item.shape.centre, float(np.linalg.norm(item.shape.semi_axes))
+
+
+def _check(objects: Sequence[TabletopObject | MeshObject], friction: float | None) -> None:
     if friction is not None and not 0.0 < friction < 10.0:
         raise InputError(f"friction must lie in (0, 10), got {friction}")
     names = [item.name for item in objects]

@@ -90,7 +90,7 @@ def tabletop_spec(
         geom = body.add_geom(name=item.name, mass=item.mass)
         geom.rgba = [*item.colour, 1.0]
         _set_solid(mujoco, spec, geom, item.name, item.shape)
-        _set_contact(geom)
+        set_contact(geom)
         if look:
             geom.material = "object"
     return spec
@@ -113,7 +113,8 @@ def _set_solid(mujoco: Any, spec: Any, geom: Any, name: str, shape: Superquadric
         geom.type, geom.meshname = types.mjGEOM_MESH, name
 
 
-def _set_contact(geom: Any) -> None:
+def set_contact(geom: Any) -> None:
+    """Give an object's geom of an `MjSpec` the friction and stiffness of all objects."""
     geom.condim = 6
     geom.friction = [SLIDING_FRICTION, TORSIONAL_FRICTION_M, ROLLING_FRICTION_M]
     geom.solref, geom.solimp = _SOLREF, _SOLIMP
@@ -124,7 +125,7 @@ def _add_table(mujoco: Any, spec: Any, table: Table, *, with_look: bool) -> None
     # An infinite plane carries objects more cheaply and evenly than the top of a box.
     plane = world.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, group=PHYSICS_GROUP)
     plane.size, plane.pos = [0, 0, 1], [0, 0, table.height]
-    _set_contact(plane)
+    set_contact(plane)
     if not with_look:
         return
     half = _TABLE_THICKNESS_M / 2

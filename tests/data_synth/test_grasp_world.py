@@ -6,11 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import RigidTransform
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.grasp_cell import WORK_AREA_M, GraspCell, scene_options
 from eyehand.data_synth.grasp_robot import GraspRobot
 from eyehand.data_synth.grasp_world import GraspWorld
+from eyehand.data_synth.mesh_object import MeshObject
+from eyehand.data_synth.robot import SimRobot
 from eyehand.data_synth.tabletop import make_scene
 from eyehand.errors import InputError
 
@@ -52,6 +54,23 @@ def test_a_drawn_scene_stands_in_the_cell():
     world = GraspWorld.build(scene.objects)
     assert world.object_names == tuple(item.name for item in scene.objects)
     assert world.model.opt.timestep == 0.002
+
+
+def test_a_mesh_is_an_object_like_others():
+    corners = 0.03 * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])
+    faces = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
+    tilt = Rotation.from_rotvec([0.2, 0.1, 0.0])
+    place = RigidTransform.from_components([0.0, 0.1, 0.05], tilt)
+    item = MeshObject("lump", corners, faces, 0.2, (0.5, 0.5, 0.5), place)
+    world = GraspWorld.build([item])
+    robot = SimRobot(world)
+    assert np.allclose(robot.object_pose("lump").translation, place.translation)
+    for _ in range(150):
+        robot.step(np.zeros(7))
+    # It fell onto a face: the centre of a tetrahedron is a third as high as that.
+    resting = robot.object_pose("lump").translation[2]
+    assert np.isclose(resting, 0.03 / np.sqrt(3), atol=2e-3)
+    assert np.isclose(world.model.body("lump").mass[0], 0.2)
 
 
 def test_what_cannot_stand_together_is_refused():
