@@ -12,6 +12,7 @@ import json
 import traceback
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, field, fields, is_dataclass
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -134,9 +135,18 @@ def attempt(run: RunTrial, trial: Mapping[str, Any]) -> SceneOutcome:
 def run_grasp_trial(trial: dict[str, Any]) -> dict[str, Any]:
     """Clear a scene with the simulated robot; fields of the result without those of the trial."""
     module = importlib.import_module(TRIAL_MODULE)
+    _ready()
     result = module.run_trial(module.GraspTrial(**trial))
     own = {f.name: getattr(result, f.name) for f in fields(result) if f.name != "trial"}
     return {**own, "picks": [asdict(pick) for pick in result.picks]}
+
+
+@cache
+def _ready() -> None:
+    """Load kernels before times are taken, once in a process."""
+    from eyehand.apps.description import ready_kernels
+
+    ready_kernels()
 
 
 def _told(error: Exception) -> str:

@@ -7,10 +7,12 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import fields
 
 import pytest
 
 from eyehand.apps.evaluation.grasp_jobs import Condition, attempt, scene_jobs
+from eyehand.apps.evaluation.grasp_rows import COLUMNS, TRIAL_COLUMNS, open_rows
 from eyehand.apps.evaluation.grasp_runs import run_here
 
 
@@ -101,3 +103,52 @@ def test_conditions_share_their_seeds_and_keys_tell_all_apart():
     assert {job.trial["objects"] for job in planned if job.row == "single"} == {1}
     assert len({job.key for job in planned}) == len(planned)
     assert planned == scene_jobs(rows, range(5, 8), 4, {"task": "lift"})
+
+
+def test_jobs_fit_the_trials_and_rows_the_results():
+    from eyehand.apps.grasp.trial import GraspTrial, PickRow, TrialResult
+
+    extras = {"task": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
+    (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
+    assert set(job.trial) == {field.name for field in fields(GraspTrial)} == set(TRIAL_COLUMNS)
+    assert GraspTrial(**job.trial).objects == 5
+    told = {field.name for field in (*fields(PickRow), *fields(TrialResult))}
+    assert told - {"trial", "picks"} <= set(COLUMNS), "nothing ends up in the column of the rest"
+
+
+def test_a_killed_run_goes_on_where_it_was(made_up, tmp_path):
+    script = tmp_path / "program.py"
+    script.write_text(
+        "import made_up_trials as m\n"
+        "from pathlib import Path\n"
+        "from eyehand.apps.evaluation.evaluate_grasp import Machines, run_scenes\n"
+        "from eyehand.apps.evaluation.grasp_jobs import Condition, scene_jobs\n"
+        "from eyehand.apps.evaluation.grasp_rows import open_rows\n"
+        f"folder = Path({str(tmp_path)!r})\n"
+        "if __name__ == '__main__':\n"
+        "    more = {'objects_dir': str(folder)}\n"
+        "    jobs = scene_jobs([Condition('single')], range(8), 1, more)\n"
+        "    run_scenes(jobs, open_rows(folder, {}), Machines(1), m.run_slowly)\n"
+    )
+    child = subprocess.Popen([sys.executable, script], start_new_session=True)
+    give_up = time.monotonic() + 30
+    while not list((tmp_path / "rows").glob("s*.parquet")) and time.monotonic() < give_up:
+        time.sleep(0.02)
+    os.killpg(child.pid, signal.SIGKILL)
+    child.wait()
+    store = open_rows(tmp_path, {})
+    kept = store.finished()
+    assert 1 <= len(kept) < 8
+    planned = jobs(range(8), tmp_path)
+    ran = []
+
+    def run(trial):
+        ran.append(trial["seed"])
+        return made_up.run_made_up(trial)
+
+    for job in planned:
+        if job.key not in kept:
+            store.add(job, attempt(run, job.trial))
+    assert {job.key for job in planned} == store.finished()
+    assert len(ran) == 8 - len(kept)
+    assert [r["seed"] for r in store.read(planned) if r["record"] == "scene"] == list(range(8))
