@@ -121,7 +121,12 @@ def write_report(
             "All conditions together; with known poses apart.",
             _prototypes(records),
         ),
-        _section("Worst scenes", "Each command runs its scene again.", _worst(records)),
+        _section(
+            "Worst scenes",
+            "Each command shows its scene again with a film, or runs it where conditions are not "
+            "those of the demo.",
+            _worst(records),
+        ),
         "<footer>" + "<br>".join(escape(line) for line in told) + "</footer>",
         "</main></body></html>\n",
     ]

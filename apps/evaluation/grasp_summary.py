@@ -26,9 +26,8 @@ USUAL = {
     "shake": 0.0,
     "perception": "default",
     "control": "default",
-    "task": "lift",
 }
-"""Fields of a trial that its command names where they are not these."""
+"""Conditions of a demo: a command names those of its trial that are others."""
 FILES = {"objects_dir": "objects", "robot": "robot", "hand_frame": "hand-frame"}
 """Those that are empty most often, and what the command calls them."""
 
@@ -97,21 +96,31 @@ def worst_scenes(records: Sequence[Record], most: int) -> list[dict[str, Any]]:
 
 
 def again(record: Record) -> str:
-    """Command that runs a scene again, by itself."""
+    """Command that shows a scene again, or runs it where the demo has no such conditions."""
+    if not record["known"] and not record["objects_dir"] and not _unusual(record):
+        task = "" if record["task"] in (None, "lift") else f" --task {record['task']}"
+        return (
+            f"eyehand demo --scene {record['family']} --seed {record['seed']} "
+            f"--objects {record['objects']}{task}{_files(record)} --out out/again"
+        )
     words = ["eyehand evaluate", "--scenes 1", f"--seed {record['seed']}"]
     words.append(f"--family {record['family']}")
-    words += [
-        f"--{name} {_word(record[name])}"
-        for name, usual in USUAL.items()
-        if record[name] not in (usual, None)
-    ]
+    words += [f"--{name} {_word(record[name])}" for name in _unusual(record)]
+    words += [] if record["task"] in (None, "lift") else [f"--task {record['task']}"]
     words.append("--no-camera" if record["known"] else "--no-known")
     if record["family"] != "single":
         words.append(f"--count {record['objects']}")
-    for column, option in FILES.items():
-        if record[column]:
-            words.append(f"--{option} {quote(record[column])}")
-    return " ".join([*words, "--out out/again"])
+    return f"{' '.join(words)}{_files(record)} --out out/again"
+
+
+def _unusual(record: Record) -> list[str]:
+    return [name for name, usual in USUAL.items() if record[name] not in (usual, None)]
+
+
+def _files(record: Record) -> str:
+    return "".join(
+        f" --{option} {quote(record[column])}" for column, option in FILES.items() if record[column]
+    )
 
 
 def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:

@@ -200,6 +200,11 @@ def test_known_poses_and_files_run_again_too(made_up):
     assert words[words.index("--hand-frame") + 1] == "palm"
 
 
+def test_scenes_like_those_of_the_demo_are_shown_by_it(made_up):
+    (row, *_) = records(made_up, [Condition("pile")], range(7, 8))
+    assert again(row) == "eyehand demo --scene pile --seed 7 --objects 3 --out out/again"
+
+
 def test_the_digest_follows_the_code(tmp_path, monkeypatch):
     before = source_digest()
     monkeypatch.setattr(grasp_plan, "ROOMS", ("errors",))
