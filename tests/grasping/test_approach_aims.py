@@ -15,7 +15,8 @@ from eyehand.control import (
 )
 from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
-from eyehand.grasping import approach_aims, grasp_plans
+from eyehand.grasping import grasp_plans
+from eyehand.grasping.approach_aims import approach_aims
 from eyehand.grasping.depths import GraspDepths, closing_reach
 from eyehand.grasping.nominal_hand import nominal_hand
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane

@@ -7,7 +7,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.control import Box, CollisionWorld, Obstacle, Position, RobotModel
 from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
-from eyehand.grasping import way_there
+from eyehand.grasping.reachable import way_there
 
 
 @pytest.fixture(scope="module")
