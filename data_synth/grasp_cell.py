@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from .tabletop_scene import Family
 
-WORK_AREA_M = (0.44, 0.40)
+WORK_AREA_M = (0.42, 0.37)
 """Objects lie inside this rectangle in the middle of the table: everywhere in it the hand points
 straight down, and sideways from some direction."""
 PILE_SPREAD = 0.5

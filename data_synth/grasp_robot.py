@@ -55,8 +55,9 @@ class GraspRobot:
     fingers to the thumb."""
     flange: str = TOOL_SITE
     """Site of the arm that carries the hand, its z-axis out of the flange."""
-    rest: tuple[float, ...] | None = REST_POSTURE
-    """Arm joint angles at rest, rad; None takes those of the keyframe ``home``."""
+    rest: tuple[float, ...] | None = None
+    """Arm joint angles at rest, rad; None takes `REST_POSTURE` for the LBR-like arm, and the
+    keyframe ``home`` for others."""
 
     @functools.cached_property
     def joints(self) -> tuple[str, ...]:
@@ -88,9 +89,15 @@ class GraspRobot:
     def home(self) -> NDArray[np.float64]:
         """Arm joint angles at rest, (n,), rad."""
         model = self._model
-        places = [int(model.joint(name).qposadr[0]) for name in self.joints]
-        if self.rest is not None and self.arm == LBR_ARM:
-            return np.array(self.rest)
+        places = self._arm_places
+        rest = REST_POSTURE if self.rest is None and self.arm == LBR_ARM else self.rest
+        if rest is not None:
+            if len(rest) != len(self.joints) or not np.isfinite(rest).all():
+                raise InputError(
+                    f"rest must be {len(self.joints)} finite angles in rad, one for each of "
+                    f"{', '.join(self.joints)}; got {rest}"
+                )
+            return np.array(rest, dtype=np.float64)
         for key in range(model.nkey):
             if model.key(key).name == HOME_KEY:
                 return model.key_qpos[key][places].copy()

@@ -58,6 +58,8 @@ class SimRobot:
         Source of the noise, >= 0; each look draws its own.
     renderer
         What draws; without one, `open_renderer` chooses when it is first needed.
+    hand
+        What is known of the hand; measured from its file when None.
 
     Raises
     ------
@@ -72,6 +74,7 @@ class SimRobot:
         noise: DepthNoise | None = None,
         seed: int = 0,
         renderer: DepthRenderer | None = None,
+        hand: HandModel | None = None,
     ) -> None:
         if seed < 0:
             raise InputError(f"seed must be a whole number >= 0, got {seed}")
@@ -80,18 +83,13 @@ class SimRobot:
         self._seed, self._looks = seed, 0
         self._model = model = world.own_model()
         self._data = data = mujoco.MjData(model)
-        self._hand = hand_model(world.robot.hand or world.robot.arm)
+        self._hand = hand or hand_model(world.robot.hand or world.robot.arm)
         self._steps = round(PERIOD_S / model.opt.timestep)
         joints = [ROBOT_PREFIX + name for name in world.robot.joints]
         self._servos = ArmServos(model, data, joints, world.robot.home)
         self._open_hand()
         self._drives = HandDrives(model, data, prefix=world.hand_prefix)
-        tips = [f"{world.hand_prefix}{name}" for name in self._hand.fingers]
-        self._tips = FingertipPads(
-            model,
-            [model.geom(f"{tip}_distal").id for tip in tips],
-            [model.site(f"{tip}_tip").id for tip in tips],
-        )
+        self._tips = _tips(model, world.hand_prefix, self._hand.fingers)
         self._touch = TouchRecord(model, data, world)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
         self._kept = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION))
@@ -302,3 +300,15 @@ class SimRobot:
             told = ", ".join(self.object_names) or "none"
             raise InputError(f"there is no object {name!r}; there are: {told}")
         return name
+
+
+def _tips(model: Any, prefix: str, fingers: tuple[str, ...]) -> FingertipPads:
+    """Read the fingertips that have a pad ``<finger>_distal`` and a site ``<finger>_tip``."""
+    geoms = {model.geom(g).name: g for g in range(model.ngeom)}
+    sites = {model.site(s).name: s for s in range(model.nsite)}
+    pairs = [
+        (geoms.get(f"{prefix}{finger}_distal"), sites.get(f"{prefix}{finger}_tip"))
+        for finger in fingers
+    ]
+    found = [(pad, site) for pad, site in pairs if pad is not None and site is not None]
+    return FingertipPads(model, [pad for pad, _ in found], [site for _, site in found])
