@@ -27,7 +27,7 @@ def rates_picture(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
     height = HEIGHT + LINE_HEIGHT * len(rows)
     figure, (axes,) = new_chart(
         "Unknown objects picked from one noisy depth view",
-        "rate of successful picks and share of objects in the tray, each with its 95 % interval",
+        "successful picks and objects in the tray, with 95 % intervals",
         height=height,
     )
     figure.subplots_adjust(left=NAMES_LEFT)

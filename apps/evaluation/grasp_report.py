@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.apps.description_files import write_text
 
-from .grasp_summary import outcome_counts, prototype_rows, worst_scenes
+from .grasp_summary import PLACED, outcome_counts, prototype_rows, worst_scenes
 from .grasp_table import COLUMNS, NOTHING, rate_text, table_cells
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ OUTCOME_WORDS = {
     "lost": "dropped later",
     "moved_away": "not where it was seen",
     "place_failed": "could not be put down",
+    "misplaced": "let go, and not in the tray",
     "fault": "robot or program stopped",
 }
 """Outcomes in words."""
@@ -175,8 +176,8 @@ def _bold(cell: str) -> str:
 def _outcomes(records: Sequence[Record]) -> str:
     counts = outcome_counts(records)
     together = sum(counts.values(), start=type(next(iter(counts.values())))())
-    others = [name for name, _ in together.most_common() if name not in ("placed", UNTRIED)]
-    colours = {"placed": GOOD, UNTRIED: FAIR}
+    others = [name for name, _ in together.most_common() if name not in (PLACED, UNTRIED)]
+    colours = {PLACED: GOOD, UNTRIED: FAIR}
     colours |= {name: BAD[min(place, len(BAD) - 1)] for place, name in enumerate(others)}
     shown = [name for name in colours if together[name]]
     lines = [

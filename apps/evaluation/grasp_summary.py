@@ -19,6 +19,8 @@ Record = dict[str, Any]
 
 DIGITS = 1
 """Decimals of per cent and ms: finer is noise."""
+PLACED, MISPLACED = "placed", "misplaced"
+"""Outcome of a pick that the robot takes for done, and of one where it is wrong."""
 NO_PROTOTYPE = (None, "", "None")
 """What stands for the prototype of a refusal or a fault."""
 USUAL = {
@@ -58,9 +60,14 @@ def by_row(records: Iterable[Record]) -> dict[str, list[Record]]:
 def outcome_counts(records: Sequence[Record]) -> dict[str, Counter[str]]:
     """How often each outcome came, by condition."""
     return {
-        name: Counter(record["outcome"] for record in own if record["record"] == PICK)
+        name: Counter(ended(record) for record in own if record["record"] == PICK)
         for name, own in by_row(records).items()
     }
+
+
+def ended(pick: Record) -> str:
+    """How a pick ended: in the robot's word, unless it takes for placed what is not."""
+    return MISPLACED if pick["outcome"] == PLACED and not pick["success"] else pick["outcome"]
 
 
 def prototype_rows(records: Sequence[Record]) -> list[dict[str, Any]]:
@@ -147,7 +154,7 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "seconds_per_pick": _rounded(_mean(_figures(picks, "seconds")), 2),
         "wall_seconds_per_pick": _rounded(_mean(_figures(picks, "wall_seconds")), 2),
         "touched_before": sum(pick["touched_before"] or 0 for pick in picks),
-        "outcomes": dict(Counter(pick["outcome"] for pick in picks).most_common()),
+        "outcomes": dict(Counter(ended(pick) for pick in picks).most_common()),
     }
 
 
@@ -188,7 +195,7 @@ def _told(scene: Record, failed: Sequence[Record]) -> dict[str, Any]:
     why = scene["stopped"] or ""
     if failed:
         first = failed[0]
-        why = f"{first['outcome']}: {first['reason']}" if first["reason"] else first["outcome"]
+        why = f"{ended(first)}: {first['reason']}" if first["reason"] else ended(first)
         why = f"{first['object']} {why}" if first["object"] else why
     return {
         "name": scene["row"],

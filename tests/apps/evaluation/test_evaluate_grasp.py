@@ -200,6 +200,15 @@ def test_known_poses_and_files_run_again_too(made_up):
     assert words[words.index("--hand-frame") + 1] == "palm"
 
 
+def test_what_the_robot_takes_for_placed_and_is_not_is_told_apart(made_up):
+    rows = records(made_up, [Condition("single", known=True)])
+    pick = next(row for row in rows if row["record"] == "pick")
+    pick["success"] = False
+    (row,) = summary_rows(rows)
+    assert row["outcomes"] == {"placed": 3, "misplaced": 1}
+    assert worst_scenes(rows, 1)[0]["why"] == "box_1 misplaced"
+
+
 def test_scenes_like_those_of_the_demo_are_shown_by_it(made_up):
     (row, *_) = records(made_up, [Condition("pile")], range(7, 8))
     assert again(row) == "eyehand demo --scene pile --seed 7 --objects 3 --out out/again"
