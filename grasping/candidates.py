@@ -89,7 +89,10 @@ def candidates(ways: Sequence[Grip], given: Circumstances) -> Iterator[Candidate
             if grip.approach != approach:
                 continue
             usual = _candidate(prototype, grip, given, limits.clearance)
-            yield from _between_neighbours(usual, given)
+            found = tuple(_between_neighbours(usual, given))
+            yield from found
+            if all(one.judgement.terms.get("room") == 1.0 for one in found):
+                continue
             if crowded and not usual.judgement.refusal:
                 tight = _candidate(prototype, grip, given, limits.tight_clearance)
                 yield from _between_neighbours(tight, given)
