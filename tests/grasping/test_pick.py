@@ -1,0 +1,129 @@
+"""Each phase of a pick ends in its named outcome, on a robot without physics."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.apps.grasp.known_scene import known_scene
+from eyehand.data_synth.tabletop_scene import TabletopObject
+from eyehand.grasping.cell import Cell
+from eyehand.grasping.clear_table import ClearOptions, clear_table
+from eyehand.grasping.report import PickReport
+from eyehand.grasping.tray import Tray
+from eyehand.perception import Superquadric
+
+from .made_up_robot import MadeUpRobot
+
+TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
+VIEW = np.array([0.0, 0.5, 0.9])
+
+
+def box(x=0.05, size=(0.02, 0.02, 0.03), name="box_1"):
+    pose = RigidTransform.from_translation([x, 0.0, size[2]])
+    shape = Superquadric(np.array(size), (0.1, 0.1), pose, "box")
+    return TabletopObject(name, shape, 0.1, (0.8, 0.2, 0.2))
+
+
+def run(robot, *scenes, **options):
+    """Clear a table that shows these objects, look by look; the last look again and again."""
+    shown = [list(objects) for objects in scenes]
+
+    def see(_frame):
+        objects = shown.pop(0) if len(shown) > 1 else shown[0]
+        return known_scene(objects, VIEW)
+
+    cell = Cell(robot, see, TRAY)
+    robot.palm_height = lambda q: cell.palm().translation[2]
+    return clear_table(cell, options=ClearOptions(**options)), cell
+
+
+def first(robot, *scenes) -> PickReport:
+    report, _ = run(robot, *scenes, failures=1)
+    return report.picks[0]
+
+
+def test_what_is_held_is_lifted_and_put_into_the_tray():
+    report, _ = run(MadeUpRobot(), [box()], [])
+    (pick,) = report.picks
+    assert pick.outcome == "placed"
+    assert pick
+    assert [record.phase for record in pick.phases] == [
+        "pre-grasp", "approach", "contact", "close", "grip", "lift", "check", "place",
+    ]  # fmt: skip
+    assert all(record.outcome == "done" for record in pick.phases)
+    assert report.stopped == "clear"
+    assert report.placed == 1
+    assert pick.forces.shape == (len(pick.times), 5)
+    assert np.isfinite(pick.forces).all()
+    assert pick.plan.rows < 6
+    assert 0 < pick.seconds < 10
+
+
+def test_a_hand_that_closes_on_nothing_says_so():
+    pick = first(MadeUpRobot(holds=None), [box()])
+    assert pick.outcome == "empty_close"
+    assert pick.phases[-1].phase == "close"
+
+
+def test_an_object_gone_at_the_next_look_has_moved_away():
+    pick = first(MadeUpRobot(holds=None), [box()], [box(x=-0.1)])
+    assert pick.outcome == "moved_away"
+    assert "no longer where it was seen" in pick.reason
+
+
+def test_what_slips_in_the_lift_is_told_from_what_is_lost_later():
+    good = first(MadeUpRobot(), [box()], [])
+    times = {record.phase: record for record in good.phases}
+    lifting = MadeUpRobot(drops_at=times["lift"].start + 0.1)
+    assert first(lifting, [box()], []).outcome == "slipped"
+    carrying = MadeUpRobot(drops_at=times["place"].start + 0.2)
+    assert first(carrying, [box()], []).outcome == "lost"
+
+
+def test_a_thumb_that_meets_something_too_early_moves_the_hand_beside_it():
+    assert first(MadeUpRobot(bumps=1), [box()], []).outcome == "placed"
+    stubborn = first(MadeUpRobot(bumps=99), [box()])
+    assert stubborn.outcome == "no_contact"
+    assert "thumb" in stubborn.reason
+
+
+def test_a_fault_ends_everything_and_is_told():
+    robot = MadeUpRobot(breaks_at=1.0)
+    report, _ = run(robot, [box()])
+    assert report.picks[0].outcome == "fault"
+    assert report.stopped == "the arm has lost its power"
+    assert robot.time < 1.1
+
+
+def test_a_failed_object_is_tried_another_way_then_left_alone():
+    report, cell = run(MadeUpRobot(holds=None), [box()], failures=9)
+    assert len(report.picks) == cell.options.tries
+    first_way, second_way = (pick.plan for pick in report.picks)
+    assert first_way.name != second_way.name or not np.allclose(
+        np.abs(first_way.closing @ second_way.closing), 1.0
+    )
+    assert report.stopped == "nothing left that can be grasped"
+    assert "left alone after 2 tries" in report.left[0]
+
+
+def test_two_failures_in_a_row_end_a_trial():
+    boxes = [box(), box(-0.1, name="box_2"), box(0.15, name="box_3")]
+    report, _ = run(MadeUpRobot(holds=None), boxes)
+    assert len(report.picks) == 2
+    assert report.stopped == "2 picks failed in a row"
+
+
+def test_an_empty_table_is_clear():
+    report, _ = run(MadeUpRobot(), [])
+    assert report.stopped == "clear"
+    assert report.picks == ()
+
+
+@pytest.mark.parametrize("size", [(0.08, 0.08, 0.08), (0.2, 0.2, 0.02)])
+def test_what_is_wider_than_the_hand_is_left_with_the_reason(size):
+    report, _ = run(MadeUpRobot(), [box(size=size)])
+    assert report.picks == ()
+    assert report.left
+    assert "mm" in report.left[0]
