@@ -66,6 +66,13 @@ class ChartPoint:
     """Median time, ms."""
     accuracy_pct: float
     """Per cent."""
+    told_pct: float | None = None
+    """What is written where that is not what is drawn, per cent."""
+
+    @property
+    def written_pct(self) -> float:
+        """Accuracy as text tells it, per cent."""
+        return self.accuracy_pct if self.told_pct is None else self.told_pct
 
 
 @dataclass(frozen=True)
@@ -87,6 +94,7 @@ def pareto_chart(
     made: Provenance,
     *,
     worst_shown_pct: float = WORST_SHOWN_PCT,
+    best_shown_pct: float = BEST_SHOWN_PCT,
 ) -> Figure:
     """Draw accuracy against time: own settings, their front, the default, and peers.
 
@@ -108,10 +116,12 @@ def pareto_chart(
         For the footer; the time is that of one of its cases.
     worst_shown_pct
         Peers' points that are worse are left out, for they would press all others together.
+    best_shown_pct
+        Where better points are drawn; text tells what they are.
     """
-    own = [_drawable(point) for point in own]
+    own = [_drawable(point, best_shown_pct) for point in own]
     star = own[default]
-    shown = [_shown(curve, worst_shown_pct) for curve in peers]
+    shown = [_shown(curve, worst_shown_pct, best_shown_pct) for curve in peers]
     view = _view([*own, *(p for curve in shown for p in curve.points)], worst_shown_pct)
     named = _worth_naming(own, front, star, view)
     below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
@@ -164,14 +174,20 @@ def pareto_chart(
     return figure
 
 
-def _shown(curve: PeerCurve, worst_shown_pct: float) -> PeerCurve:
-    points = [_drawable(point) for point in curve.points if point.accuracy_pct >= worst_shown_pct]
+def _shown(curve: PeerCurve, worst_shown_pct: float, best_shown_pct: float) -> PeerCurve:
+    points = [
+        _drawable(point, best_shown_pct)
+        for point in curve.points
+        if point.accuracy_pct >= worst_shown_pct
+    ]
     return PeerCurve(curve.name, tuple(points))
 
 
-def _drawable(point: ChartPoint) -> ChartPoint:
+def _drawable(point: ChartPoint, best_shown_pct: float) -> ChartPoint:
     """Move a perfect point onto the axis."""
-    return replace(point, accuracy_pct=min(point.accuracy_pct, BEST_SHOWN_PCT))
+    if point.accuracy_pct <= best_shown_pct:
+        return point
+    return replace(point, accuracy_pct=best_shown_pct, told_pct=point.accuracy_pct)
 
 
 def _steps(front: Sequence[ChartPoint], end_ms: float) -> list[tuple[float, float]]:
@@ -281,7 +297,7 @@ def _write_key(figure: Figure, named: Sequence[ChartPoint]) -> None:
     for index, point in enumerate(named):
         column, line = divmod(index, lines)
         left = MARGIN + column * (WIDTH - 2 * MARGIN) / 2
-        text = f"{point.name}: {point.accuracy_pct:.1f} %, {_short_time(point)}"
+        text = f"{point.name}: {point.written_pct:.1f} %, {_short_time(point)}"
         up = (KEY_FOOT + (lines - line) * KEY_LINE) / height
         style: dict[str, Any] = {"size": TEXT - 0.5, "va": "top", "ha": "left"}
         figure.text(left / WIDTH, up, str(index + 1), color=BLUE, weight="bold", **style)
@@ -308,7 +324,7 @@ def _name(
         PointName(
             default.time_ms,
             default.accuracy_pct,
-            f"default: {default.accuracy_pct:.1f} % in {_short_time(default)}",
+            f"default: {default.written_pct:.1f} % in {_short_time(default)}",
             colour=VERMILION,
             bold=True,
         )

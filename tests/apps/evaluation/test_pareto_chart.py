@@ -106,3 +106,9 @@ def test_hopeless_and_perfect_points_are_survived():
     own = [ChartPoint("perfect", 5.0, 100.0), ChartPoint("none", 4.0, 0.0)]
     draw(own, 0)
     draw(own[1:], 0)
+
+
+def test_a_perfect_point_is_told_as_it_is_wherever_it_is_drawn():
+    figure = draw([ChartPoint("default", 5.0, 100.0)], 0)
+    told = [text.get_text() for text in figure.axes[0].texts]
+    assert "default: 100.0 % in 5 ms" in told
