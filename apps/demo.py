@@ -1,147 +1,185 @@
-"""`eyehand demo`: the whole way from depth to described scene, on a synthetic and a real frame."""
+"""`eyehand demo`: a simulated robot clears a table of unknown objects; report and film stay."""
 
 from __future__ import annotations
 
-import os
-from dataclasses import dataclass
+from contextlib import nullcontext
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
-import cv2
-import numpy as np
+from cyclopts import Parameter
 
-from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
+from eyehand.data_synth.gl_probe import gl_fault
 from eyehand.errors import InputError
-from eyehand.grasping import GraspTask, SelectOptions
-from eyehand.perception import read_frame
+from eyehand.grasping import GraspTask
 
 from .console import print_json, say, show
-from .description import Description, describe, ready_kernels
-from .description_files import write_description, write_picture
-from .description_table import description_rows, description_table
-from .evaluation.segmentation_score import SegmentationScore, score_segmentation
-from .scene_picture import depth_picture, overlay_picture
-from .synth import MAX_OBJECTS
+from .description import ready_kernels
+from .description_files import make_folder
+from .look_demo import look_demo
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from eyehand.data_synth.robot import SimRobot
+    from eyehand.grasping.cell import Cell
 
-    from eyehand.perception import DepthFrame
+    from .grasp.demo_record import DemoRecord
+    from .grasp.film import Film
+    from .grasp.trial import GraspTrial
 
-SAMPLE = Path(__file__).parent / "sample" / "depth.png"
-"""A frame that comes with the package, made by `eyehand synth`."""
-REAL_FRAME = Path("frames/pcl/milk_cartoon_all_small_clorox.pcd")
-"""The real frame shown, inside a folder of test data."""
-PANEL_HEIGHT = 720
-GAP = 12
-
-
-@dataclass(frozen=True)
-class _Shown:
-    name: str
-    source: str
-    found: Description
-    score: SegmentationScore | None
+DEFAULT_PORT = 8080
+"""Where the live page is looked for first."""
 
 
 def demo(
     frame: Path | None = None,
     /,
     *,
+    look: bool = False,
     camera: Path | None = None,
     seed: int = 5,
     objects: int = 5,
+    scene: Annotated[str, Parameter(name=("--scene", "--family"))] = "packed",
     task: GraspTask = "lift",
+    robot: Path | None = None,
+    hand_frame: str = "",
+    video: bool = True,
+    view: bool = False,
+    port: int = DEFAULT_PORT,
     out: Path = Path("out/demo"),
     json: bool = False,
 ) -> int:
-    """Perceive a synthetic scene, whose truth is known, then a real frame; leave the pictures.
+    """Clear a table of unknown objects with a simulated robot that sees one noisy depth view.
+
+    Prints a row for every pick and writes report.html, one page that needs no network, and a
+    short film, demo.mp4. With --look, or a frame of your own, only perception is shown, on a
+    synthetic frame whose truth is known and on a real one.
 
     Parameters
     ----------
     frame
-        Your own depth frame in place of the real one shown.
+        A depth frame of your own to look at (implies --look).
+    look
+        Show only what is seen, on two single frames; nothing is grasped.
     camera
-        Camera file of that frame.
+        Camera file of your frame.
     seed
-        Seed of the synthetic scene.
+        Seed of the scene and of the camera's noise.
     objects
-        Objects in the synthetic scene, 1 to 15.
+        Objects on the table, 1 to 15.
+    scene
+        How they stand: packed, pile or single; or a ground_truth.json (or its folder) as
+        `eyehand synth` writes it.
     task
         What the grasps are for.
+    robot
+        MJCF file of another arm with its hand.
+    hand_frame
+        With --robot: its site or body whose origin is in the palm, z out of it, x from the
+        fingers to the thumb.
+    video
+        Make the film.
+    view
+        Show it live in the browser, with pause, steps and speed; ends by Ctrl-C. No film is made.
+    port
+        With --view: where the page is served; the next free port when it is taken.
     out
         Output folder.
     json
-        Print one JSON object on stdout; tables go to stderr.
+        Print one JSON object on stdout; the table goes to stderr.
     """
-    if not 1 <= objects <= MAX_OBJECTS:
-        raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
-    say("making a synthetic scene: physics, camera, depth noise ...")
-    scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
-    synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
-    real, source = _real_frame(frame, camera)
+    if seed < 0:
+        raise InputError(f"--seed must be >= 0, got {seed}")
+    if look or frame is not None:
+        return look_demo(frame, camera, seed=seed, objects=objects, task=task, out=out, json=json)
+    if camera is not None:
+        raise InputError("--camera goes with a frame: eyehand demo FRAME --camera FILE")
+    if (robot is None) != (not hand_frame):
+        raise InputError("--robot FILE and --hand-frame NAME go together")
+    from .grasp.demo_scene import demo_scene
+    from .grasp.trial import GraspTrial, cell_of
+
+    table = demo_scene(scene, seed, objects)
+    trial = GraspTrial(
+        family=table.family,
+        seed=seed,
+        objects=len(table.objects),
+        task=task,
+        robot="" if robot is None else str(robot),
+        hand_frame=hand_frame,
+    )
+    # Built before anything is written, as it finds what is wrong with scene and robot.
+    built = cell_of(table.objects, trial)
+    make_folder(out)
     ready_kernels()
-    select = SelectOptions(task=task)
-    found = describe(synthetic, select)
-    score = score_segmentation(found.scene.segmentation.labels, truth)
-    shown = [
-        _Shown("synthetic", f"synthetic scene, seed {seed}", found, score),
-        _Shown("real", source, describe(real, select), None),
-    ]
-    rows = []
-    for item in shown:
-        write_description(out / item.name, item.found, item.source)
-        show(description_table(item.found, item.source), json_wanted=json)
-        if item.score is not None:
-            say(_against_truth(item.score))
-        rows += description_rows(item.found, item.name)
-    overview = out / "overview.png"
-    write_picture(overview, _stacked([_panel(item.found) for item in shown]))
-    say(f"pictures: {overview}; overlay.png, labels.png, scene.json per frame in {out}")
-    if json:
-        print_json("demo", seed, rows, out=str(out), overlap_f_pct=round(100 * score.f, 2))
+    say(f"clearing a table: {table.source} ...")
+    if view:
+        return _live(table.source, trial, built, port, out, json)
+    from .grasp.demo_run import run_demo
+
+    film = _film(out / "demo.mp4") if video else None
+    with film or nullcontext():
+        record = run_demo(table.source, trial, built, [] if film is None else [film.join])
+    _leave(replace(record, film=None if film is None else film.path), out, json)
     return 0
 
 
-def _real_frame(path: Path | None, camera: Path | None) -> tuple[DepthFrame, str]:
-    """Read the frame asked for, else a real one beside the repository, else the package's own."""
-    if path is not None:
-        return read_frame(path, camera), str(path)
-    data = Path(os.environ.get("EYEHAND_DATA", "../shared/data"))
-    if (data / REAL_FRAME).is_file():
-        return read_frame(data / REAL_FRAME), f"real frame {REAL_FRAME.name}"
-    say(f"no real frame at {data / REAL_FRAME}: showing the package's own sample instead")
-    return read_frame(SAMPLE), "sample frame"
+def _film(path: Path) -> Film | None:
+    """Open the film where there is something to draw it with."""
+    from .grasp.film import Film
+
+    fault = gl_fault()
+    if fault:
+        say(f"no film: there is no OpenGL to draw it with ({fault})")
+        return None
+    return Film(path)
 
 
-def _against_truth(score: SegmentationScore) -> str:
-    return (
-        f"against the truth: {score.predicted_count} of {score.truth_count} objects, "
-        f"overlap F {100 * score.f:.1f} %"
-    )
+def _live(
+    source: str,
+    trial: GraspTrial,
+    built: tuple[Cell, SimRobot],
+    port: int,
+    out: Path,
+    json: bool,
+) -> int:
+    """Show it live until Ctrl-C, which is how it ends well."""
+    from .grasp.demo_run import run_demo
+    from .grasp.live_cell import LiveCell
+
+    with LiveCell(port) as live:
+        say(f"watch at {live.address}; Ctrl-C ends")
+        try:
+            _leave(run_demo(source, trial, built, [live.join]), out, json)
+            live.wait()
+        except KeyboardInterrupt:
+            say("ended")
+    return 0
 
 
-def _stacked(panels: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    """Panels one over the other, the narrower ones filled up with white."""
-    width = max(panel.shape[1] for panel in panels)
-    return np.vstack(
-        [
-            np.pad(panel, ((0, 0), (0, width - panel.shape[1]), (0, 0)), constant_values=255)
-            for panel in panels
-        ]
-    )
+def _leave(record: DemoRecord, out: Path, json: bool) -> None:
+    """Print the table and write the page."""
+    from .grasp.demo_table import demo_rows, demo_table
+    from .grasp.grasp_report import write_report
 
-
-def _panel(found: Description) -> NDArray[np.uint8]:
-    """Depth on the left, what was found on the right."""
-    pictures = [depth_picture(found.frame), overlay_picture(found.frame, found.scene, found.plans)]
-    scaled = []
-    for picture in pictures:
-        width = round(picture.shape[1] * PANEL_HEIGHT / picture.shape[0])
-        shrinks = picture.shape[0] > PANEL_HEIGHT
-        how = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
-        resized = cv2.resize(picture, (width, PANEL_HEIGHT), interpolation=how)
-        scaled.append(np.asarray(resized, dtype=np.uint8))
-    gap = np.full((PANEL_HEIGHT, GAP, 3), 255, np.uint8)
-    row = np.hstack([scaled[0], gap, scaled[1]])
-    return np.vstack([row, np.full((GAP, row.shape[1], 3), 255, np.uint8)])
+    page = out / "report.html"
+    write_report(page, record)
+    show(demo_table(record), json_wanted=json)
+    files = [str(page)] if record.film is None else [str(page), str(record.film)]
+    say(f"look at {' and '.join(files)}")
+    if json:
+        result = record.result
+        print_json(
+            "demo",
+            result.trial.seed,
+            demo_rows(record),
+            source=record.source,
+            objects=result.total,
+            placed=result.placed,
+            cleared_pct=round(100 * result.placed / max(result.total, 1), 1),
+            looks=len(record.looks),
+            left=list(record.report.left),
+            stopped=record.report.stopped,
+            cpu_s=round(result.cpu_seconds, 2),
+            report=str(page),
+            video=None if record.film is None else str(record.film),
+        )

@@ -60,12 +60,13 @@ def labels_picture(labels: NDArray[np.int32]) -> NDArray[np.uint16]:
 
 
 def overlay_picture(
-    frame: DepthFrame, scene: Scene, plans: dict[int, GraspPlan]
+    frame: DepthFrame, scene: Scene, plans: dict[int, GraspPlan], *, names: bool = True
 ) -> NDArray[np.uint8]:
     """Draw segments, projected solids and grasps over a frame, (H', W', 3) uint8 RGB.
 
     The background is the colour image where there is one, else depth in grey. Solid lines are
-    the outlines and the visible feature lines of each fitted solid, of all its parts.
+    the outlines and the visible feature lines of each fitted solid, of all its parts. Without
+    `names`, which a small picture has no room for, the plans are not needed.
     """
     height, width = frame.depth.shape
     zoom = max(min(-(-MIN_WIDTH // width), MAX_HEIGHT // height), 1)
@@ -84,7 +85,7 @@ def overlay_picture(
     for item in reversed(scene.objects):
         _draw_solid(canvas, item, frame, T_camera_scene, zoom)
     taken: list[tuple[int, int, int, int]] = []
-    for item in scene.objects:
+    for item in scene.objects if names else ():
         _write(canvas, item, plans[item.label], labels, zoom, taken)
     return canvas
 

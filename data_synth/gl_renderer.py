@@ -107,6 +107,30 @@ class GlRenderer:
             raise DeviceError(f"OpenGL failed to draw: {' '.join(str(error).split())}") from error
         return RenderedView(depth, labels, picture)
 
+    def photograph(
+        self, model: Any, data: Any, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
+    ) -> NDArray[np.uint8]:
+        """Draw colours alone, (H, W, 3) uint8 RGB: half the time of :meth:`render`.
+
+        Raises
+        ------
+        DeviceError
+            If the renderer is closed or the graphics library fails.
+        """
+        if self._context is None:
+            raise DeviceError("the OpenGL renderer is closed: open another")
+        mujoco = self._mujoco
+        try:
+            with self._context.as_current():
+                self._take_model(model, intrinsics)
+                option, camera = mujoco.MjvOption(), mujoco.MjvCamera()
+                every = mujoco.mjtCatBit.mjCAT_ALL
+                mujoco.mjv_updateScene(model, data, option, None, camera, every, self._scene)
+                _aim(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
+                return self._picture(intrinsics)
+        except mujoco.FatalError as error:
+            raise DeviceError(f"OpenGL failed to draw: {' '.join(str(error).split())}") from error
+
     def _take_model(self, model: Any, intrinsics: CameraIntrinsics) -> None:
         """Upload meshes and textures, unless the model is the one that was drawn last."""
         mujoco = self._mujoco

@@ -179,9 +179,9 @@ def test_fit_takes_many_clouds_and_says_which_failed(tmp_path, capsys):
     assert "too few" in second["reason"]
 
 
-def test_demo_shows_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, monkeypatch):
+def test_a_look_shows_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("EYEHAND_DATA", str(tmp_path / "absent"))
-    code, out, err = run("demo", "--out", tmp_path, "--json", capsys=capsys)
+    code, out, err = run("demo", "--look", "--out", tmp_path, "--json", capsys=capsys)
     assert code == 0
     assert "sample" in err
     assert json.loads(out)["overlap_f_pct"] > 85
@@ -208,7 +208,7 @@ def test_file_names_are_shown_as_they_are(tmp_path, capsys):
     assert "[bold]x.npz" in table.replace("\n", "")  # long titles wrap
 
 
-def test_demo_takes_a_frame_of_another_shape(tmp_path, capsys):
+def test_a_look_takes_a_frame_of_another_shape(tmp_path, capsys):
     frame = small_frame(tmp_path / "wide.npz", np.ones((18, 64), np.float32))
     assert run("demo", frame, "--objects", "1", "--out", tmp_path / "o", capsys=capsys)[0] == 0
     assert picture(tmp_path / "o" / "overview.png").ndim == 3
@@ -237,6 +237,13 @@ BAD = {
     "endless noise": (["fit", "a.ply", "--noise-mm", "inf"], "--noise-mm"),
     "frames of a file": (["perceive", "x.png", "--frames", "3"], "--frames"),
     "bad task": (["demo", "--task", "juggle"], "juggle"),
+    "no scene": (["demo", "--scene", "crowded"], "crowded"),
+    "crowd": (["demo", "--objects", "16"], "--objects"),
+    "negative seed": (["demo", "--seed", "-1"], "--seed"),
+    "camera alone": (["demo", "--camera", "c.json"], "--camera"),
+    "robot without hand": (["demo", "--robot", "r.xml"], "--hand-frame"),
+    "no robot": (["demo", "--robot", "r.xml", "--hand-frame", "palm"], "r.xml"),
+    "scene without truth": (["demo", "--scene", "."], "ground_truth.json"),
 }
 
 

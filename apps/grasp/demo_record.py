@@ -1,0 +1,115 @@
+"""What a demo remembers of clearing a table: every look with what was chosen and felt after it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from scipy.spatial.transform import RigidTransform
+
+    from eyehand.grasping.cell import Cell, Moment
+    from eyehand.grasping.job import Choice
+    from eyehand.grasping.report import ClearReport, PickReport
+    from eyehand.perception import DepthFrame, Scene, SceneObject
+
+    from .trial import PickRow, TrialResult
+
+
+@dataclass(frozen=True)
+class Look:
+    """One depth image, what was seen in it, and the pick that followed."""
+
+    frame: DepthFrame
+    """The depth image."""
+    scene: Scene
+    """What was seen, without what lies in the tray."""
+    pick: PickReport | None
+    """What was done then; None where nothing was."""
+    row: PickRow | None
+    """The same pick held against the simulation's truth."""
+    T_world_palm: RigidTransform | None
+    """Where the palm was when the hand began to close; None where it did not come so far."""
+
+    @property
+    def target(self) -> SceneObject | None:
+        """The object that was picked."""
+        if self.pick is None:
+            return None
+        label = self.pick.label
+        return next((one for one in self.scene.objects if one.label == label), None)
+
+
+@dataclass(frozen=True)
+class DemoRecord:
+    """A table cleared, from the first look to the last."""
+
+    source: str
+    """What was on the table, in words."""
+    looks: tuple[Look, ...]
+    """Every look, in order."""
+    report: ClearReport
+    """What was done, as the robot tells it."""
+    result: TrialResult
+    """The same by the simulation's truth."""
+    fingers: tuple[str, ...]
+    """Names of the fingers, in the order of the forces; the palm comes after them."""
+    film: Path | None = None
+    """The video, where there is one."""
+
+
+class Recorder:
+    """Remembers every look of a cell, every pick, and where the hand was when it closed.
+
+    Parameters
+    ----------
+    cell
+        The cell; what it sees by is replaced by what also remembers.
+    """
+
+    def __init__(self, cell: Cell) -> None:
+        self._cell = cell
+        self._seen: list[tuple[DepthFrame, Scene]] = []
+        self._picks: dict[int, PickReport] = {}
+        self._palms: dict[int, RigidTransform] = {}
+        see = cell.see
+
+        def remember(frame: DepthFrame) -> Scene:
+            scene = see(frame)
+            self._seen.append((frame, scene))
+            return scene
+
+        cell.see = remember
+
+    @property
+    def frame(self) -> DepthFrame | None:
+        """The last depth image."""
+        return self._seen[-1][0] if self._seen else None
+
+    def watch(self, moment: Moment) -> None:
+        """Note where the palm is when the hand begins to close; told of every control period."""
+        number = len(self._seen) - 1
+        if moment.phase == "close" and number not in self._palms:
+            self._palms[number] = self._cell.palm()
+
+    def told(self, choice: Choice, report: PickReport | None) -> None:
+        """Take note of a pick that ended."""
+        del choice
+        if report is not None:
+            self._picks[len(self._seen) - 1] = report
+
+    def looks(self, rows: tuple[PickRow, ...]) -> tuple[Look, ...]:
+        """Give all looks, each with its pick and the pick's row of truth, in order."""
+        made: list[Look] = []
+        truth = iter(rows)
+        for number, (frame, seen) in enumerate(self._seen):
+            on_table = (
+                one for one in seen.objects if not self._cell.tray.holds(one.points.mean(axis=0))
+            )
+            scene = replace(seen, objects=tuple(on_table))
+            pick = self._picks.get(number)
+            row = None if pick is None else next(truth, None)
+            made.append(Look(frame, scene, pick, row, self._palms.get(number)))
+        return tuple(made)

@@ -1,0 +1,92 @@
+"""A demo from an empty tray to a cleared table, watched and remembered."""
+
+from __future__ import annotations
+
+import time
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+from eyehand.grasping import SelectOptions
+from eyehand.grasping.clear_table import ClearOptions, clear_table
+
+from .demo_record import DemoRecord, Recorder
+from .trial import GraspTrial, Scorer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from eyehand.data_synth.robot import SimRobot
+    from eyehand.grasping.cell import Cell, Moment
+    from eyehand.grasping.job import Choice
+    from eyehand.grasping.report import PickReport
+
+
+FAILURES = 6
+"""Failed picks in a row after which a demo ends: each object has its two tries, and a robot that
+can do nothing here is not watched forever."""
+
+
+class Onlooker(Protocol):
+    """Who sees the demo while it runs: a film, a live page."""
+
+    def watch(self, moment: Moment) -> None:
+        """See the robot after a control period."""
+        ...
+
+    def told(self, choice: Choice, report: PickReport | None) -> None:
+        """Hear of a pick: before it, with None, and after it."""
+        ...
+
+
+Joins: TypeAlias = "Callable[[Cell, SimRobot, Recorder], Onlooker]"
+"""Makes an onlooker of a cell that stands."""
+
+
+def run_demo(
+    source: str,
+    trial: GraspTrial,
+    built: tuple[Cell, SimRobot],
+    onlookers: Sequence[Joins] = (),
+    options: ClearOptions | None = None,
+) -> DemoRecord:
+    """Clear the table.
+
+    Parameters
+    ----------
+    source
+        What stands on it, in words.
+    trial
+        Seed, task, friction and robot.
+    built
+        The cell and its robot, as :func:`~.trial.cell_of` makes them of the trial.
+    onlookers
+        Each joins the cell before the first look.
+    options
+        When to end.
+    """
+    began = time.process_time()
+    select = SelectOptions(task=trial.task)
+    cell, robot = built
+    recorder = Recorder(cell)
+    seeing: list[Onlooker] = [recorder, *(make(cell, robot, recorder) for make in onlookers)]
+
+    def watch(moment: Moment) -> None:
+        for one in seeing:
+            one.watch(moment)
+
+    cell.watch = watch
+    scorer = Scorer(cell, robot)
+
+    def told(choice: Choice, report: PickReport | None) -> None:
+        scorer.told(choice, report)
+        for one in seeing:
+            one.told(choice, report)
+
+    report = clear_table(cell, select, options or ClearOptions(failures=FAILURES), told)
+    result = scorer.result(trial, report, time.process_time() - began)
+    return DemoRecord(
+        source=source,
+        looks=recorder.looks(result.picks),
+        report=report,
+        result=result,
+        fingers=cell.robot.hand.fingers,
+    )

@@ -1,0 +1,122 @@
+"""A cleared table in words: one row per pick, for people and for machines."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich.markup import escape
+from rich.table import Table
+
+from ..scene_picture import colour_of
+
+if TYPE_CHECKING:
+    from .demo_record import DemoRecord, Look
+
+COLUMNS = (
+    ("pick", "right"),
+    ("object", "left"),
+    ("size mm", "left"),
+    ("grasp", "left"),
+    ("rows", "right"),
+    ("perceive ms", "right"),
+    ("plan ms", "right"),
+    ("simulated s", "right"),
+    ("outcome", "left"),
+)
+"""Heads of the table and how they are set."""
+
+
+def demo_table(record: DemoRecord) -> Table:
+    """Give a table: one row per pick, the sum below."""
+    table = Table(
+        title=escape(record.source),
+        title_justify="left",
+        caption=escape(ending(record)),
+        caption_justify="left",
+    )
+    for name, side in COLUMNS:
+        table.add_column(name, justify="right" if side == "right" else "left")
+    for number, look in enumerate(_picked(record), start=1):
+        pick = look.pick
+        assert pick is not None
+        red, green, blue = colour_of(pick.label).tolist()
+        told = pick.outcome.replace("_", " ")
+        if pick.reason:
+            told += f": {pick.reason}"
+        tasks = " + ".join(task.name.replace("_", " ") for task in pick.plan.tasks if task.rows)
+        table.add_row(
+            str(number),
+            f"[rgb({red},{green},{blue})]■[/] {pick.kind}",
+            _size(look),
+            pick.plan.name,
+            f"{pick.plan.rows}: {tasks}" if tasks else str(pick.plan.rows),
+            f"{pick.perceive_ms:.0f}",
+            f"{pick.plan_ms:.0f}",
+            f"{pick.seconds:.1f}",
+            f"[{'green' if pick else 'red'}]{escape(told)}[/]",
+        )
+    return table
+
+
+def demo_rows(record: DemoRecord) -> list[dict[str, Any]]:
+    """Rows for ``--json``: one per pick."""
+    rows = []
+    for number, look in enumerate(_picked(record), start=1):
+        pick, row = look.pick, look.row
+        assert pick is not None
+        rows.append(
+            {
+                "name": f"pick {number}",
+                "object": None if row is None else row.object,
+                "kind": pick.kind,
+                "prototype": pick.plan.prototype,
+                "approach": pick.plan.approach,
+                "task_rows": pick.plan.rows,
+                "tasks": [
+                    {"task": task.name, "rows": task.rows, "says": task.says}
+                    for task in pick.plan.tasks
+                ],
+                "perceive_ms": round(pick.perceive_ms, 2),
+                "plan_ms": round(pick.plan_ms, 2),
+                "simulated_s": round(pick.seconds, 3),
+                "outcome": pick.outcome,
+                "reason": pick.reason,
+                "in_tray": None if row is None else row.success,
+                "touched_before": None if row is None else row.touched_before,
+                "largest_force_n": round(float(pick.forces.max(initial=0.0)), 2),
+                "pads": pick.wrapped[0],
+                "curl_rad": round(pick.wrapped[1], 3),
+                "phases": [
+                    {
+                        "phase": phase.phase,
+                        "seconds": round(phase.end - phase.start, 3),
+                        "outcome": phase.outcome,
+                    }
+                    for phase in pick.phases
+                ],
+            }
+        )
+    return rows
+
+
+def ending(record: DemoRecord) -> str:
+    """Say how it ended, in one or a few lines."""
+    result, stopped = record.result, record.report.stopped
+    lines = [f"{result.placed} of {result.total} objects in the tray; {_why(stopped)}"]
+    lines += [f"left alone: {one}" for one in record.report.left]
+    lines.append(f"{result.cpu_seconds:.0f} s of processor time")
+    return "\n".join(lines)
+
+
+def _why(stopped: str) -> str:
+    return "nothing is left on the table" if stopped == "clear" else f"ended: {stopped}"
+
+
+def _picked(record: DemoRecord) -> list[Look]:
+    return [look for look in record.looks if look.pick is not None]
+
+
+def _size(look: Look) -> str:
+    item = look.target
+    solid = item.fit.superquadric if item is not None else None
+    return "-" if solid is None else " x ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)

@@ -1,0 +1,81 @@
+"""A grasp drawn into a picture: palm, fingers, thumb, and the way the hand came."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from ..scene_picture import SUBPIXEL
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.grasping import GraspPlan
+    from eyehand.perception import DepthFrame
+
+WAY = 0.06
+"""Length of the line behind the palm, m."""
+REACH = 0.075
+"""Length of the fingers drawn, m, where nothing better is known."""
+DARK, BRIGHT, THUMB = (20, 20, 20), (255, 255, 255), (255, 176, 0)
+THICK = 4
+"""Of the lines, px, in a picture 1280 px across."""
+
+
+def draw_grasp(
+    picture: NDArray[np.uint8],
+    frame: DepthFrame,
+    plan: GraspPlan,
+    T_world_palm: RigidTransform | None = None,
+) -> None:
+    """Draw a grasp into a picture of a frame, in place; the thumb has a colour of its own.
+
+    Parameters
+    ----------
+    picture
+        (H', W', 3), the frame's view enlarged or not.
+    frame
+        The depth frame, its pose known.
+    plan
+        The grasp.
+    T_world_palm
+        Where the palm was when the hand closed; without it, where the plan prefers it.
+    """
+    if not plan or plan.grip is None or frame.T_world_camera is None:
+        return
+    if T_world_palm is None:
+        T_world_palm = preferred_palm(plan)
+    half = plan.opening / 2
+    reach = max(plan.standoff, REACH)
+    strokes = (
+        ([[0, 0, -WAY], [0, 0, 0]], BRIGHT),
+        ([[half, 0, 0], [-half, 0, 0], [-half, 0, reach]], BRIGHT),
+        ([[0, 0, 0], [half, 0, 0], [half, 0, reach]], THUMB),
+    )
+    zoom = picture.shape[1] / frame.depth.shape[1]
+    T_camera_palm = frame.T_world_camera.inv() * T_world_palm
+    thick = max(round(THICK * picture.shape[1] / 1280), 1)
+    lines = []
+    for points, colour in strokes:
+        pixels = frame.intrinsics.project(T_camera_palm.apply(np.array(points, dtype=float)))
+        if not np.isfinite(pixels).all():
+            return
+        enlarged = np.clip((pixels + 0.5) * zoom - 0.5, -1e4, 1e4)
+        lines.append((np.round(enlarged * (1 << SUBPIXEL)).astype(np.int32), colour))
+    for fixed, _ in lines:
+        cv2.polylines(picture, [fixed], False, DARK, thick + 3, cv2.LINE_AA, SUBPIXEL)
+    for fixed, colour in lines:
+        cv2.polylines(picture, [fixed], False, colour, thick, cv2.LINE_AA, SUBPIXEL)
+
+
+def preferred_palm(plan: GraspPlan) -> RigidTransform:
+    """Give the palm's pose that a plan prefers: z along its palm, x from fingers to thumb."""
+    assert plan.grip is not None
+    z = plan.palm / np.linalg.norm(plan.palm)
+    x = plan.closing - (plan.closing @ z) * z
+    x /= np.linalg.norm(x)
+    turn = Rotation.from_matrix(np.column_stack([x, np.cross(z, x), z]))
+    return RigidTransform.from_components(plan.grip.centre - plan.standoff * z, turn)

@@ -1,0 +1,200 @@
+"""The live page of a cell: a browser shows the robot at work, and can slow it, halt it, step it."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..fitting.page_server import HOST, close_server, open_server
+from .force_plot import FORCE_COLOURS
+from .live_scene import EYE, LOOKED_AT, LiveScene
+
+if TYPE_CHECKING:
+    from eyehand.data_synth.robot import SimRobot
+    from eyehand.grasping.cell import Cell, Moment
+    from eyehand.grasping.job import Choice
+    from eyehand.grasping.report import PickReport
+
+    from .demo_record import Recorder
+
+TITLE = "eyehand demo"
+SHOWN_SECONDS = 0.04
+"""Between two updates of the robot on the page, wall time: as often as a film."""
+PLOTTED_SECONDS = 0.2
+"""Between two updates of the force plot, wall time, s."""
+PLOT_SPAN = 8.0
+"""Robot time that the force plot shows, s."""
+STEP_SECONDS = 0.1
+"""Robot time of one step, s."""
+SPEEDS = (0.1, 8.0)
+"""Slowest and fastest, times real time."""
+
+
+class LiveCell:
+    """A page served while a cell works; a context.
+
+    Parameters
+    ----------
+    port
+        Where to serve; the next free port when it is taken.
+
+    Raises
+    ------
+    InputError
+        If no port can be opened there.
+    """
+
+    def __init__(self, port: int) -> None:
+        self._server = server = open_server(port, TITLE)
+        server.gui.configure_theme(show_logo=False, show_share_button=False)
+        server.scene.set_up_direction("+z")
+        server.initial_camera.position = EYE
+        server.initial_camera.look_at = LOOKED_AT
+        self._scene: LiveScene | None = None
+        self._recorder: Recorder | None = None
+        self._phase = ""
+        self._target = -1
+        self._lines: list[str] = []
+        self._samples: deque[tuple[float, ...]] = deque()
+        self._shown = self._plotted = 0.0
+        self._anchor: tuple[float, float] | None = None
+        self._steps_to = -np.inf
+        self._plot: Any = None
+        gui = server.gui
+        self._says = gui.add_markdown("The cell is being built ...")
+        with gui.add_folder("Time"):
+            self.paused = gui.add_checkbox("pause", initial_value=False)
+            self.step = gui.add_button(f"step {STEP_SECONDS:g} s", hint="one step, then halt")
+            self.speed = gui.add_slider(
+                "speed ×", min=SPEEDS[0], max=SPEEDS[1], step=0.1, initial_value=1.0
+            )
+        self.step.on_click(lambda _: self._step())
+        self.speed.on_update(lambda _: self._set_anchor(None))
+        with gui.add_folder("Show"):
+            self._cloud = gui.add_checkbox("points of the depth view", initial_value=True)
+            self._solids = gui.add_checkbox("fitted solids", initial_value=True)
+        for box in (self._cloud, self._solids):
+            box.on_update(lambda _: self._show_parts())
+        self._forces = gui.add_folder("Contact forces, N")
+        self._report = gui.add_markdown("")
+
+    def __enter__(self) -> LiveCell:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        close_server(self._server)
+
+    @property
+    def address(self) -> str:
+        """Where the page is."""
+        return f"http://{HOST}:{self._server.get_port()}"
+
+    def join(self, cell: Cell, robot: SimRobot, recorder: Recorder) -> LiveCell:
+        """Draw a cell that stands."""
+        self._recorder = recorder
+        self._scene = LiveScene(self._server.scene, robot)
+        names = (*cell.robot.hand.fingers, "palm")
+        self._samples.append((cell.reading.time, *(0.0 for _ in names)))
+        self._add_plot(names)
+        self._says.content = "Looking ..."
+        return self
+
+    def told(self, choice: Choice, report: PickReport | None) -> None:
+        """Show what was chosen, and how it went."""
+        if report is not None:
+            told = f"{report.outcome.replace('_', ' ')}" + (
+                f": {report.reason}" if report.reason else ""
+            )
+            self._lines.append(f"{len(self._lines) + 1}. {report.kind}, {report.plan.name}: {told}")
+            self._report.content = "\n".join(self._lines)
+            return
+        self._target = choice.target.label
+        recorder = self._recorder
+        if self._scene is not None and recorder is not None and recorder.frame is not None:
+            with self._server.atomic():
+                self._scene.see(recorder.frame, choice.scene, choice.plan)
+        self._set_anchor(None)
+
+    def watch(self, moment: Moment) -> None:
+        """Keep the pace, halt, and show; told of every control period."""
+        self._wait_for(moment.reading.time)
+        self._samples.append((moment.reading.time, *moment.force.tolist()))
+        while self._samples[-1][0] - self._samples[0][0] > PLOT_SPAN:
+            self._samples.popleft()
+        now = time.perf_counter()
+        if now - self._shown < SHOWN_SECONDS and moment.phase == self._phase:
+            return
+        self._shown = now
+        self._draw(moment)
+        if now - self._plotted > PLOTTED_SECONDS:
+            self._plotted = now
+            self._draw_plot()
+
+    def wait(self) -> None:
+        """Serve until Ctrl-C."""
+        self._says.content += "\n\n**Done.** Ctrl-C in the terminal ends."
+        while True:
+            time.sleep(3600.0)
+
+    def _wait_for(self, now: float) -> None:
+        """Halt while the page says so, and keep to the speed it sets."""
+        while self.paused.value and now >= self._steps_to:
+            self._set_anchor(None)
+            time.sleep(SHOWN_SECONDS / 2)
+        self._now = now
+        if self._anchor is None:
+            self._set_anchor((time.perf_counter(), now))
+        assert self._anchor is not None
+        due = self._anchor[0] + (now - self._anchor[1]) / float(self.speed.value)
+        ahead = due - time.perf_counter()
+        if ahead > 0:
+            time.sleep(ahead)
+        elif ahead < -SHOWN_SECONDS:
+            # A computer too slow for this speed does not hurry after it.
+            self._set_anchor((time.perf_counter(), now))
+
+    def _step(self) -> None:
+        self.paused.value = True
+        self._steps_to = getattr(self, "_now", 0.0) + STEP_SECONDS
+
+    def _set_anchor(self, anchor: tuple[float, float] | None) -> None:
+        self._anchor = anchor
+
+    def _draw(self, moment: Moment) -> None:
+        with self._server.atomic():
+            if self._scene is not None:
+                self._scene.move()
+                if moment.phase == "lift" != self._phase:
+                    self._scene.taken(self._target)
+            if moment.phase != self._phase:
+                plan = moment.plan
+                asks = [] if plan is None else [f"- {task.says}" for task in plan.tasks]
+                name = "" if plan is None else f", {plan.name}"
+                self._says.content = "\n".join([f"### {moment.phase}{name}", "", *asks])
+        self._phase = moment.phase
+
+    def _show_parts(self) -> None:
+        if self._scene is not None:
+            self._scene.show(cloud=self._cloud.value, solids=self._solids.value)
+
+    def _add_plot(self, names: tuple[str, ...]) -> None:
+        from viser import uplot
+
+        series = [uplot.Series(label="s")]
+        for number, name in enumerate(names):
+            colour = FORCE_COLOURS[-1 if number == len(names) - 1 else number]
+            series.append(uplot.Series(label=name, stroke=colour, width=2))
+        with self._forces:
+            self._plot = self._server.gui.add_uplot(
+                self._columns(), tuple(series), scales={"x": uplot.Scale(time=False)}, aspect=1.6
+            )
+
+    def _columns(self) -> tuple[np.ndarray, ...]:
+        return tuple(np.array(self._samples, dtype=np.float64).T.copy())
+
+    def _draw_plot(self) -> None:
+        if self._plot is not None:
+            self._plot.data = self._columns()

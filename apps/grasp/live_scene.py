@@ -1,0 +1,150 @@
+"""A simulated cell in a browser's 3D scene: robot, objects, and what was seen of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.perception.superquadric import mesh
+from eyehand.perception.superquadric.wireframe import feature_curves
+
+from ..scene_json import fit_parts
+from ..scene_picture import colour_of
+from .body_meshes import body_meshes
+from .grasp_glyph import preferred_palm
+
+if TYPE_CHECKING:
+    from eyehand.data_synth.robot import SimRobot
+    from eyehand.grasping import GraspPlan
+    from eyehand.perception import DepthFrame, Scene
+
+EYE, LOOKED_AT = (0.62, 0.74, 0.62), (0.1, -0.14, 0.12)
+"""Where a person starts to look from, and to, m."""
+CLOUD_STEP = 3
+"""Every so manieth row and column of a depth image becomes a point: a page draws 30 000 well."""
+FLOOR_DROP = 0.1
+"""Points farther below the table's top than this are not shown, m."""
+POINT = 0.0022
+"""Side of a point, m."""
+UNLABELLED = (150, 155, 163)
+RESOLUTION = 40
+OPACITY = 0.45
+"""Of a fitted solid: the object shows through."""
+GRASP_AXES = 0.07
+"""Length of the axes at a chosen grasp, m."""
+
+
+class LiveScene:
+    """Draws a cell into a viser scene, and moves what moves.
+
+    Parameters
+    ----------
+    scene
+        `viser.SceneApi`; typed as Any because viser is loaded only where a page is made.
+    robot
+        The simulated robot.
+    """
+
+    def __init__(self, scene: Any, robot: SimRobot) -> None:
+        self._scene, self._data = scene, robot.data
+        self._bodies = {
+            body: scene.add_mesh_trimesh(f"/cell/{body}", shape)
+            for body, shape in body_meshes(robot.model).items()
+        }
+        self._cloud: Any = None
+        self._solids: dict[int, list[Any]] = {}
+        self._show_cloud = self._show_solids = True
+        self.move()
+
+    def move(self) -> None:
+        """Put every body where it is now."""
+        for body, handle in self._bodies.items():
+            handle.position = self._data.xpos[body].copy()
+            handle.wxyz = self._data.xquat[body].copy()
+
+    def see(self, frame: DepthFrame, scene: Scene, plan: GraspPlan) -> None:
+        """Draw a look: its points by object, the solids, and the grasp to come."""
+        self._forget()
+        labels = scene.segmentation.labels
+        grid = slice(None, None, CLOUD_STEP), slice(None, None, CLOUD_STEP)
+        valid = frame.valid[grid]
+        points = frame.points()[grid][valid].astype(np.float64)
+        if frame.T_world_camera is not None:
+            points = frame.T_world_camera.apply(points)
+        colours = np.tile(np.array(UNLABELLED, np.uint8), (len(points), 1))
+        if labels.shape == frame.depth.shape:
+            seen = labels[grid][valid]
+            for item in scene.objects:
+                colours[seen == item.label] = colour_of(item.label)
+        # The floor is far away, and says nothing.
+        near = points[:, 2] > -FLOOR_DROP
+        self._cloud = self._scene.add_point_cloud(
+            "/seen/cloud",
+            points[near].astype(np.float32),
+            colours[near],
+            point_size=POINT,
+            visible=self._show_cloud,
+        )
+        for item in scene.objects:
+            if item.fit:
+                parts = fit_parts(item.fit)
+                self._solids[item.label] = [
+                    handle
+                    for number, part in enumerate(parts)
+                    for handle in self._draw_solid(f"/seen/{item.label}/{number}", item, part)
+                ]
+        if plan.grip is not None:
+            palm = preferred_palm(plan)
+            self._scene.add_frame(
+                "/seen/grasp",
+                axes_length=GRASP_AXES,
+                axes_radius=0.03 * GRASP_AXES,
+                position=palm.translation,
+                wxyz=palm.rotation.as_quat(scalar_first=True),
+            )
+
+    def taken(self, label: int) -> None:
+        """Take a solid away: the object is in the hand."""
+        for handle in self._solids.pop(label, []):
+            handle.remove()
+
+    def show(self, *, cloud: bool, solids: bool) -> None:
+        """Show or hide the points and the fitted solids."""
+        self._show_cloud, self._show_solids = cloud, solids
+        if self._cloud is not None:
+            self._cloud.visible = cloud
+        for handles in self._solids.values():
+            for handle in handles:
+                handle.visible = solids
+
+    def _draw_solid(self, node: str, item: Any, part: Any) -> list[Any]:
+        colour = tuple(colour_of(item.label).tolist())
+        vertices, faces = mesh(part, RESOLUTION)
+        lines = np.concatenate(
+            [np.stack([curve[:-1], curve[1:]], axis=1) for curve in feature_curves(part)]
+        )
+        return [
+            self._scene.add_mesh_simple(
+                f"{node}/surface",
+                vertices.astype(np.float32),
+                faces.astype(np.uint32),
+                color=colour,
+                opacity=OPACITY,
+                cast_shadow=False,
+                receive_shadow=False,
+                visible=self._show_solids,
+            ),
+            self._scene.add_line_segments(
+                f"{node}/lines",
+                lines.astype(np.float32),
+                colour,
+                thickness=2.0,
+                thickness_units="screen",
+                visible=self._show_solids,
+            ),
+        ]
+
+    def _forget(self) -> None:
+        self._scene.remove_by_name("/seen")
+        self._cloud, self._solids = None, {}

@@ -1,0 +1,161 @@
+"""A look and its pick as a card of the demo's page: pictures, choice, phases, forces."""
+
+from __future__ import annotations
+
+import base64
+from html import escape
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from ..scene_picture import colour_of, depth_picture
+from .closeup import closeup
+from .force_plot import pick_timeline
+from .look_picture import look_picture
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.grasping.report import PickReport
+
+    from .demo_record import DemoRecord, Look
+
+PICTURE_WIDTH = 960
+"""Of the pictures in the page, px: twice what it shows them at."""
+QUALITY = 88
+"""JPEG quality: lines stay clean, and a look takes 150 kB."""
+
+
+def look_card(number: int, look: Look, record: DemoRecord) -> str:
+    """Make the card of a look that a pick followed."""
+    pick = look.pick
+    assert pick is not None
+    return (
+        f'<section class="card" id="look{number}"><div class="head"><h2>Pick {number}</h2>'
+        f"<span>{object_cell(look)}</span><span>{escape(pick.plan.name)}</span>"
+        f"{outcome_pill(pick)}{_why(pick)}</div>"
+        f"{_pictures(look)}"
+        '<div class="two"><div><h3>What the approach controls</h3>'
+        f"{_task_table(pick)}</div><div><h3>Why not otherwise</h3>{_rejected(pick)}</div></div>"
+        f"<h3>Phases and touch</h3>{pick_timeline(pick, record.fingers)}{_numbers(look)}</section>"
+    )
+
+
+def final_look_card(number: int, look: Look, record: DemoRecord) -> str:
+    """Make the card of a look after which nothing was picked."""
+    left = "".join(f"<li>{escape(one)}</li>" for one in record.report.left)
+    stopped = record.report.stopped
+    told = "nothing is left on the table" if stopped == "clear" else stopped
+    return (
+        f'<section class="card" id="look{number}"><div class="head"><h2>Last look</h2>'
+        f'<span class="faint">{escape(told)}</span></div>{_pictures(look)}'
+        f"{f'<h3>Left alone</h3><ul>{left}</ul>' if left else ''}</section>"
+    )
+
+
+def object_cell(look: Look) -> str:
+    """Name what was picked: its colour in the pictures, its solid, its size."""
+    item, pick = look.target, look.pick
+    if item is None or pick is None:
+        return "?"
+    colour = ",".join(map(str, colour_of(item.label).tolist()))
+    solid = item.fit.superquadric
+    size = "" if solid is None else " × ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
+    return (
+        f'<span class="swatch" style="background:rgb({colour})"></span>{escape(pick.kind)} '
+        f'<span class="faint">{size} mm</span>'
+    )
+
+
+def outcome_pill(pick: PickReport) -> str:
+    """Give the outcome as a coloured word."""
+    bad = "" if pick else " bad"
+    return f'<span class="pill{bad}">{escape(pick.outcome.replace("_", " "))}</span>'
+
+
+def _why(pick: PickReport) -> str:
+    return f'<span class="faint">{escape(pick.reason)}</span>' if pick.reason else ""
+
+
+def _pictures(look: Look) -> str:
+    frame, scene = closeup(look.frame, look.scene)
+    plan = None if look.pick is None else look.pick.plan
+    overlay = look_picture(frame, scene, plan, look.T_world_palm)
+    told = "segments, fitted solids and the grasp"
+    if look.pick is None:
+        told = "what was seen on the table"
+    elif look.T_world_palm is None:
+        told += " that was planned"
+    else:
+        told += " where the hand closed"
+    key = (
+        '<span class="key" style="background:#fff"></span>palm and fingers'
+        '<span class="key" style="background:#ffb000"></span>thumb'
+    )
+    return (
+        '<div class="pictures">'
+        f'<figure><img alt="depth image" src="{_embedded(depth_picture(frame))}">'
+        "<figcaption>depth, with the camera's noise: near bright, no reading black</figcaption>"
+        f'</figure><figure><img alt="{told}" src="{_embedded(overlay)}"><figcaption>{told}'
+        f"{'' if look.pick is None else ';' + key}</figcaption></figure></div>"
+    )
+
+
+def _embedded(picture: NDArray[np.uint8]) -> str:
+    """Give a picture as an address that holds it."""
+    height, width = picture.shape[:2]
+    how = cv2.INTER_AREA if width > PICTURE_WIDTH else cv2.INTER_CUBIC
+    size = (PICTURE_WIDTH, round(height * PICTURE_WIDTH / width))
+    scaled = np.ascontiguousarray(cv2.resize(picture, size, interpolation=how)[..., ::-1])
+    _, encoded = cv2.imencode(".jpg", scaled, [cv2.IMWRITE_JPEG_QUALITY, QUALITY])
+    return f"data:image/jpeg;base64,{base64.b64encode(encoded.tobytes()).decode()}"
+
+
+def _task_table(pick: PickReport) -> str:
+    rows = "".join(
+        f"<tr><td>{escape(task.name.replace('_', ' '))}</td>"
+        f'<td class="n">{task.rows or "bounds"}</td><td>{escape(task.says)}</td></tr>'
+        for task in pick.plan.tasks
+    )
+    return (
+        '<table><thead><tr><th>task</th><th class="n">rows</th><th>it asks</th></tr></thead>'
+        f"<tbody>{rows}<tr><td><b>together</b></td>"
+        f'<td class="n"><b>{pick.plan.rows}</b></td><td class="faint">of the 6 that a full pose '
+        "takes</td></tr></tbody></table>"
+    )
+
+
+def _rejected(pick: PickReport) -> str:
+    plan = pick.plan
+    terms = ", ".join(f"{name} {value:.2f}" for name, value in plan.score.terms.items())
+    chosen = f"<dt><b>{escape(plan.name)}</b></dt><dd>{escape(plan.reason)}"
+    chosen += f'<br><span class="faint">{escape(terms)}</span></dd>' if terms else "</dd>"
+    others = "".join(
+        f"<dt>{escape(name)}</dt><dd>{escape(why)}</dd>" for name, why in plan.rejected.items()
+    )
+    return f"<dl>{chosen}{others}</dl>"
+
+
+def _numbers(look: Look) -> str:
+    pick, row = look.pick, look.row
+    assert pick is not None
+    told = [
+        (f"{pick.perceive_ms:.0f} ms", "to perceive"),
+        (f"{pick.plan_ms:.0f} ms", "to choose and plan"),
+        (f"{pick.seconds:.2f} s", "simulated"),
+    ]
+    if len(pick.forces):
+        told.append((f"{pick.forces.max():.1f} N", "largest force on a finger or the palm"))
+    if pick.wrapped[0]:
+        pads, curl = pick.wrapped
+        told.append((f"{pads} pads", f"in contact when held, fingers bent {np.degrees(curl):.0f}°"))
+    if row is not None and row.touched_before:
+        told.append((str(row.touched_before), "other things touched before the grasp"))
+    if row is not None and row.success != bool(pick):
+        said = "is in the tray" if row.success else "is not in the tray"
+        told.append(("By the simulation's truth", f"the object {said}"))
+    wrong = [record for record in pick.phases if record.outcome != "done"]
+    told += [(record.phase, record.outcome) for record in wrong]
+    spans = "".join(f"<span><b>{escape(a)}</b> {escape(b)}</span>" for a, b in told)
+    return f'<div class="numbers">{spans}</div>'

@@ -1,0 +1,76 @@
+"""What was seen in one picture: segments, fitted solids, their names, and the chosen grasp."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from ..scene_picture import colour_of, overlay_picture
+from .grasp_glyph import draw_grasp
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
+
+    from eyehand.grasping import GraspPlan
+    from eyehand.perception import DepthFrame, Scene
+
+LETTERS = 0.021
+"""Height of a name's letters, as a share of the picture's width: legible at a third of it."""
+NAME_GROUND = (25, 25, 28)
+OFF = 1.4
+"""From a name's middle to the top of its object, in heights of letters."""
+
+
+def look_picture(
+    frame: DepthFrame,
+    scene: Scene,
+    plan: GraspPlan | None = None,
+    T_world_palm: RigidTransform | None = None,
+    *,
+    names: bool = True,
+) -> NDArray[np.uint8]:
+    """Draw a look, (H', W', 3) uint8 RGB, enlarged.
+
+    Parameters
+    ----------
+    frame, scene
+        What was seen; see :func:`~.closeup.closeup`.
+    plan
+        The grasp to draw.
+    T_world_palm
+        Where the palm was then; without it, where the plan prefers it.
+    names
+        Whether each object's number and solid stand at it.
+    """
+    picture = overlay_picture(frame, scene, {}, names=False)
+    if names:
+        _name_objects(picture, frame, scene)
+    if plan is not None:
+        draw_grasp(picture, frame, plan, T_world_palm)
+    return picture
+
+
+def _name_objects(picture: NDArray[np.uint8], frame: DepthFrame, scene: Scene) -> None:
+    height, width = picture.shape[:2]
+    zoom = width / frame.depth.shape[1]
+    font = cv2.FONT_HERSHEY_DUPLEX
+    scale = cv2.getFontScaleFromHeight(font, round(LETTERS * width))
+    thick = max(round(LETTERS * width / 16), 1)
+    for item in scene.objects:
+        rows, columns = np.nonzero(scene.segmentation.labels == item.label)
+        if not len(rows):
+            continue
+        solid = item.fit.superquadric if item.fit else None
+        text = f"{item.label} {solid.kind if solid else 'no solid'}"
+        (wide, high), base = cv2.getTextSize(text, font, scale, thick)
+        left = int(np.clip(np.median(columns) * zoom - wide / 2, 8, width - wide - 8))
+        foot = int(np.clip(rows.min() * zoom - OFF * high, high + 8, height - base - 8))
+        corners = (left - 8, foot - high - 8), (left + wide + 8, foot + base + 4)
+        cv2.rectangle(picture, *corners, NAME_GROUND, cv2.FILLED)
+        red, green, blue = (0.35 * 255 + 0.65 * colour_of(item.label)).astype(int).tolist()
+        cv2.putText(
+            picture, text, (left, foot), font, scale, (red, green, blue), thick, cv2.LINE_AA
+        )

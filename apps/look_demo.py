@@ -1,0 +1,147 @@
+"""`eyehand demo --look`: from depth to described scene, on a synthetic and a real frame."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import cv2
+import numpy as np
+
+from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
+from eyehand.errors import InputError
+from eyehand.grasping import GraspTask, SelectOptions
+from eyehand.perception import read_frame
+
+from .console import print_json, say, show
+from .description import Description, describe, ready_kernels
+from .description_files import write_description, write_picture
+from .description_table import description_rows, description_table
+from .evaluation.segmentation_score import SegmentationScore, score_segmentation
+from .scene_picture import depth_picture, overlay_picture
+from .synth import MAX_OBJECTS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception import DepthFrame
+
+SAMPLE = Path(__file__).parent / "sample" / "depth.png"
+"""A frame that comes with the package, made by `eyehand synth`."""
+REAL_FRAME = Path("frames/pcl/milk_cartoon_all_small_clorox.pcd")
+"""The real frame shown, inside a folder of test data."""
+PANEL_HEIGHT = 720
+GAP = 12
+
+
+@dataclass(frozen=True)
+class _Shown:
+    name: str
+    source: str
+    found: Description
+    score: SegmentationScore | None
+
+
+def look_demo(
+    frame: Path | None,
+    camera: Path | None,
+    *,
+    seed: int,
+    objects: int,
+    task: GraspTask,
+    out: Path,
+    json: bool,
+) -> int:
+    """Perceive a synthetic scene, whose truth is known, then a real frame; leave the pictures.
+
+    Parameters
+    ----------
+    frame, camera
+        Your own depth frame in place of the real one shown, and its camera file.
+    seed, objects
+        Of the synthetic scene.
+    task
+        What the grasps are for.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; tables go to stderr.
+
+    Raises
+    ------
+    InputError
+        If there are too many objects, or the frame cannot be read.
+    """
+    if not 1 <= objects <= MAX_OBJECTS:
+        raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
+    say("making a synthetic scene: physics, camera, depth noise ...")
+    scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
+    synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
+    real, source = _real_frame(frame, camera)
+    ready_kernels()
+    select = SelectOptions(task=task)
+    found = describe(synthetic, select)
+    score = score_segmentation(found.scene.segmentation.labels, truth)
+    shown = [
+        _Shown("synthetic", f"synthetic scene, seed {seed}", found, score),
+        _Shown("real", source, describe(real, select), None),
+    ]
+    rows = []
+    for item in shown:
+        write_description(out / item.name, item.found, item.source)
+        show(description_table(item.found, item.source), json_wanted=json)
+        if item.score is not None:
+            say(_against_truth(item.score))
+        rows += description_rows(item.found, item.name)
+    overview = out / "overview.png"
+    write_picture(overview, _stacked([_panel(item.found) for item in shown]))
+    say(f"pictures: {overview}; overlay.png, labels.png, scene.json per frame in {out}")
+    if json:
+        print_json("demo", seed, rows, out=str(out), overlap_f_pct=round(100 * score.f, 2))
+    return 0
+
+
+def _real_frame(path: Path | None, camera: Path | None) -> tuple[DepthFrame, str]:
+    """Read the frame asked for, else a real one beside the repository, else the package's own."""
+    if path is not None:
+        return read_frame(path, camera), str(path)
+    data = Path(os.environ.get("EYEHAND_DATA", "../shared/data"))
+    if (data / REAL_FRAME).is_file():
+        return read_frame(data / REAL_FRAME), f"real frame {REAL_FRAME.name}"
+    say(f"no real frame at {data / REAL_FRAME}: showing the package's own sample instead")
+    return read_frame(SAMPLE), "sample frame"
+
+
+def _against_truth(score: SegmentationScore) -> str:
+    return (
+        f"against the truth: {score.predicted_count} of {score.truth_count} objects, "
+        f"overlap F {100 * score.f:.1f} %"
+    )
+
+
+def _stacked(panels: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
+    """Panels one over the other, the narrower ones filled up with white."""
+    width = max(panel.shape[1] for panel in panels)
+    return np.vstack(
+        [
+            np.pad(panel, ((0, 0), (0, width - panel.shape[1]), (0, 0)), constant_values=255)
+            for panel in panels
+        ]
+    )
+
+
+def _panel(found: Description) -> NDArray[np.uint8]:
+    """Depth on the left, what was found on the right."""
+    pictures = [depth_picture(found.frame), overlay_picture(found.frame, found.scene, found.plans)]
+    scaled = []
+    for picture in pictures:
+        width = round(picture.shape[1] * PANEL_HEIGHT / picture.shape[0])
+        shrinks = picture.shape[0] > PANEL_HEIGHT
+        how = cv2.INTER_AREA if shrinks else cv2.INTER_CUBIC
+        resized = cv2.resize(picture, (width, PANEL_HEIGHT), interpolation=how)
+        scaled.append(np.asarray(resized, dtype=np.uint8))
+    gap = np.full((PANEL_HEIGHT, GAP, 3), 255, np.uint8)
+    row = np.hstack([scaled[0], gap, scaled[1]])
+    return np.vstack([row, np.full((GAP, row.shape[1], 3), 255, np.uint8)])

@@ -1,0 +1,49 @@
+"""A table with one object cleared once, for all tests of what the demo leaves."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from eyehand.apps.grasp.demo_record import DemoRecord
+from eyehand.apps.grasp.demo_run import run_demo
+from eyehand.apps.grasp.demo_scene import DemoScene, demo_scene
+from eyehand.apps.grasp.trial import GraspTrial, cell_of
+from eyehand.grasping.clear_table import ClearOptions
+
+SEED = 1
+
+
+@dataclass
+class Notes:
+    """An onlooker that counts."""
+
+    moments: int = 0
+    before: int = 0
+    after: int = 0
+
+    def watch(self, moment) -> None:
+        """Count a control period."""
+        assert np.isfinite(moment.force).all()
+        self.moments += 1
+
+    def told(self, choice, report) -> None:
+        """Count a pick, before and after."""
+        self.before += report is None
+        self.after += report is not None
+
+
+@pytest.fixture(scope="session")
+def single() -> DemoScene:
+    return demo_scene("single", SEED, 1)
+
+
+@pytest.fixture(scope="session")
+def cleared(single) -> tuple[DemoRecord, Notes]:
+    notes = Notes()
+    trial = GraspTrial(family="single", seed=SEED, objects=1)
+    built = cell_of(single.objects, trial)
+    record = run_demo(single.source, trial, built, [lambda *_: notes], ClearOptions(picks=2))
+    return record, notes

@@ -1,0 +1,173 @@
+"""A demo run remembers every look and pick, and tells them in rows, a table and a page."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from eyehand.apps.grasp.closeup import closeup
+from eyehand.apps.grasp.demo_scene import demo_scene
+from eyehand.apps.grasp.demo_table import demo_rows, demo_table
+from eyehand.apps.grasp.force_plot import pick_timeline
+from eyehand.apps.grasp.grasp_report import report_html, write_report
+from eyehand.apps.grasp.look_picture import look_picture
+from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame, write_scene
+from eyehand.errors import InputError
+from eyehand.grasping.report import PhaseRecord
+
+
+class Tags(HTMLParser):
+    """Counts elements, and notes those that are not closed in order."""
+
+    VOID = ("meta", "link", "img", "br", "rect", "line", "polyline")
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.faults: list[str] = []
+        self.addresses: list[str] = []
+        self.seen: dict[str, int] = {}
+
+    def handle_starttag(self, tag, attrs):
+        """Note an element."""
+        self.seen[tag] = self.seen.get(tag, 0) + 1
+        self.addresses += [value for name, value in attrs if name in ("src", "href") and value]
+        if tag not in self.VOID:
+            self.open.append(tag)
+
+    def handle_startendtag(self, tag, attrs):
+        """Note one that holds nothing."""
+        self.handle_starttag(tag, attrs)
+        if tag not in self.VOID:
+            self.open.pop()
+
+    def handle_endtag(self, tag):
+        """Close an element."""
+        if not self.open or self.open.pop() != tag:
+            self.faults.append(tag)
+
+
+def test_every_pick_follows_its_look_and_onlookers_hear_all(cleared):
+    record, notes = cleared
+    picks = record.report.picks
+    assert len(picks) >= 1
+    assert record.report.looks == len(record.looks)
+    assert [look.pick for look in record.looks if look.pick is not None] == list(picks)
+    assert [look.row for look in record.looks if look.row is not None] == list(record.result.picks)
+    assert notes.before == notes.after == len(picks)
+    assert notes.moments >= sum(len(pick.times) for pick in picks)
+    first = record.looks[0]
+    assert first.target is not None
+    if any(phase.phase == "close" for phase in first.pick.phases):
+        palm = first.T_world_palm.translation
+        assert np.linalg.norm(palm - first.target.points.mean(axis=0)) < 0.25
+
+
+def test_rows_are_plain_and_the_table_names_each_pick(cleared):
+    record, _ = cleared
+    rows = demo_rows(record)
+    again = json.loads(json.dumps(rows, allow_nan=False))
+    assert [row["name"] for row in again] == [f"pick {k + 1}" for k in range(len(rows))]
+    for row, pick in zip(again, record.report.picks, strict=True):
+        assert row["outcome"] == pick.outcome
+        assert row["task_rows"] == sum(task["rows"] for task in row["tasks"]) == pick.plan.rows
+    console = Console(width=140, record=True, file=None, quiet=False, stderr=True)
+    console.print(demo_table(record))
+    text = console.export_text()
+    assert record.report.picks[0].plan.name in text
+    assert f"{record.result.placed} of {record.result.total} objects in the tray" in text
+
+
+def test_the_page_is_well_formed_and_holds_all_that_it_shows(cleared, tmp_path):
+    record, _ = cleared
+    film = tmp_path / "demo.mp4"
+    film.write_bytes(b"not a film")
+    write_report(tmp_path / "report.html", replace(record, film=film))
+    text = (tmp_path / "report.html").read_text(encoding="utf-8")
+    tags = Tags()
+    tags.feed(text)
+    assert not tags.faults
+    assert not tags.open
+    assert tags.seen["img"] == 2 * len(record.looks)
+    assert tags.seen["svg"] == len(record.report.picks)
+    assert tags.seen["video"] == 1
+    assert all(one.startswith(("data:", "#")) for one in tags.addresses)
+    assert "http" not in re.sub(r"base64,[^\"]*", "", text)
+
+
+def test_what_went_wrong_is_marked_and_its_words_cannot_break_the_page(cleared):
+    record, _ = cleared
+    look = next(one for one in record.looks if one.pick is not None)
+    wrong = PhaseRecord("lift", 0.0, 1.0, "<b>dropped</b> & gone")
+    pick = replace(look.pick, outcome="slipped", reason="<i>it</i> slipped", phases=(wrong,))
+    html = report_html(replace(record, looks=(replace(look, pick=pick),)))
+    assert "<i>it" not in html
+    assert "<b>dropped" not in html
+    assert "pill bad" in html
+    assert "&lt;b&gt;dropped" in html
+
+
+def test_the_force_plot_keeps_short_knocks_and_draws_a_pick_without_forces(cleared):
+    record, _ = cleared
+    pick = next(look.pick for look in record.looks if look.pick is not None)
+    times = np.linspace(0.0, 8.0, 2001)
+    forces = np.zeros((2001, 5))
+    forces[1234, 3] = 37.0
+    phases = (PhaseRecord("close", 0.0, 8.0, "done"),)
+    knocked = replace(pick, times=times, forces=forces, phases=phases)
+    svg = pick_timeline(knocked, ("index", "middle", "ring", "thumb"))
+    curves = re.findall(r'points="([^"]+)"', svg)
+    assert len(curves) == 5
+    heights = [[float(one.split(",")[1]) for one in curve.split()] for curve in curves]
+    assert min(heights[3]) < 80 < min(heights[0])
+    none = replace(pick, times=np.zeros(0), forces=np.zeros((0, 5)), phases=())
+    assert "<polyline" not in pick_timeline(none, ("index", "middle", "ring", "thumb"))
+
+
+def test_a_closeup_shows_the_same_points_at_the_same_places(cleared):
+    record, _ = cleared
+    look = record.looks[0]
+    frame, scene = closeup(look.frame, look.scene)
+    assert frame.depth.size < look.frame.depth.size
+    item = look.target
+    whole = np.argwhere(look.scene.segmentation.labels == item.label)
+    cut = np.argwhere(scene.segmentation.labels == item.label)
+    assert len(cut) == len(whole)
+    point = item.points.mean(axis=0)
+    T_camera_world = look.frame.T_world_camera.inv()
+    before = look.frame.intrinsics.project(T_camera_world.apply(point)[None])[0]
+    after = frame.intrinsics.project(T_camera_world.apply(point)[None])[0]
+    assert before - after == pytest.approx((whole[0] - cut[0])[::-1])
+
+
+def test_the_grasp_is_drawn_where_the_hand_closed(cleared):
+    record, _ = cleared
+    look = record.looks[0]
+    frame, scene = closeup(look.frame, look.scene)
+    bare = look_picture(frame, scene)
+    drawn = look_picture(frame, scene, look.pick.plan, look.T_world_palm)
+    changed = np.argwhere((bare != drawn).any(axis=2))
+    assert len(changed) > 200
+    labels = np.argwhere(scene.segmentation.labels == look.pick.label)
+    zoom = bare.shape[1] / frame.depth.shape[1]
+    assert np.linalg.norm(changed.mean(axis=0) / zoom - labels.mean(axis=0)) < 60
+
+
+def test_a_scene_comes_from_a_family_or_a_file(tmp_path):
+    once, twice = (demo_scene("packed", 3, 2).objects for _ in range(2))
+    assert [one.name for one in once] == [one.name for one in twice]
+    assert np.array_equal(once[0].shape.centre, twice[0].shape.centre)
+    made = make_scene(2, TabletopOptions(count_range=(2, 2)))
+    write_scene(tmp_path, made, *render_frame(made, DepthNoise.none(), 2))
+    read = demo_scene(str(tmp_path / "ground_truth.json"), 0, 5)
+    assert [one.name for one in read.objects] == [one.name for one in made.objects]
+    with pytest.raises(InputError, match="no such file"):
+        demo_scene("crowded", 0, 5)
+    with pytest.raises(InputError, match="--objects"):
+        demo_scene("pile", 0, 16)

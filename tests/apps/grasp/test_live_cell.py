@@ -1,0 +1,83 @@
+"""The live page shows the robot where it is, halts, steps, and keeps its pace."""
+
+from __future__ import annotations
+
+import threading
+import time
+import urllib.request
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from eyehand.apps.fitting.page_server import ANY_PORT
+from eyehand.apps.grasp.body_meshes import body_meshes
+from eyehand.apps.grasp.demo_record import Recorder
+from eyehand.apps.grasp.live_cell import LiveCell
+from eyehand.apps.grasp.trial import GraspTrial, cell_of
+from eyehand.grasping.cell import Moment
+
+
+@pytest.fixture(scope="module")
+def stage(single):
+    return cell_of(single.objects, GraspTrial(family="single"))
+
+
+@pytest.fixture
+def page(stage):
+    cell, robot = stage
+    with LiveCell(ANY_PORT) as live:
+        live.join(cell, robot, Recorder(cell))
+        yield live
+
+
+def moment(cell, seconds: float) -> Moment:
+    reading = SimpleNamespace(time=cell.reading.time + seconds)
+    return Moment("lift", reading, None, None, np.arange(5.0))  # pyright: ignore[reportArgumentType]
+
+
+def test_the_page_answers(page):
+    with urllib.request.urlopen(page.address, timeout=5) as answer:
+        assert answer.status == 200
+
+
+def test_every_object_and_the_robot_have_a_mesh_of_their_size(stage):
+    _, robot = stage
+    meshes = body_meshes(robot.model)
+    item = robot.world.objects[0]
+    mesh = meshes[robot.model.body(item.name).id]
+    assert np.sort(mesh.extents) == pytest.approx(np.sort(2 * item.shape.semi_axes), rel=0.05)
+    colour = np.asarray(mesh.visual.vertex_colors)[0, :3] / 255
+    assert colour == pytest.approx(item.colour, abs=0.01)
+    robots = [body for body in meshes if robot.model.body(body).name.startswith("robot_")]
+    assert len(robots) > 15
+
+
+def test_a_halted_page_waits_until_it_may_step(page, stage):
+    cell, _ = stage
+    page.watch(moment(cell, 0.0))
+    page.paused.value = True
+    ended = threading.Event()
+
+    def run() -> None:
+        page.watch(moment(cell, 0.004))
+        ended.set()
+
+    waiting = threading.Thread(target=run, daemon=True)
+    waiting.start()
+    assert not ended.wait(0.15)
+    for callback in page.step._impl.update_cb:
+        callback(None)
+    assert ended.wait(2.0)
+    waiting.join()
+    page.paused.value = False
+
+
+def test_robot_time_goes_as_fast_as_the_slider_says(page, stage):
+    cell, _ = stage
+    page.speed.value = 2.0
+    page.watch(moment(cell, 0.0))
+    began = time.perf_counter()
+    for step in range(1, 51):
+        page.watch(moment(cell, 0.008 * step))
+    assert 0.17 < time.perf_counter() - began < 1.0
