@@ -17,7 +17,7 @@ PYTHON = $(shell for python in python3 python3.14 python3.13 python3.12 python3.
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-6s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
-demo: ready ## show the whole way from one depth image to a grasp
+demo: ready ## let a simulated robot clear a table; report and film go to out/demo
 	@$(BIN)/eyehand demo $(ARGS)
 
 # One thread per worker: the workers already fill the cores.

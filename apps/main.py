@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 COMMANDS: dict[str, tuple[str, str]] = {
-    "demo": ("eyehand.apps.demo:demo", "show the whole way on a synthetic and a real frame"),
+    "demo": ("eyehand.apps.demo:demo", "clear a table of unknown objects with a simulated robot"),
     "perceive": (
         "eyehand.apps.perceive:perceive_command",
         "describe a depth frame, a recording or a live camera",
