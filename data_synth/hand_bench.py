@@ -39,6 +39,13 @@ TIP_BELOW_CENTRE = 0.012
 """How far the tips reach below the middle of what precision holds, m."""
 PALM_GAP = 0.002
 """Palm to object in a power grasp, m."""
+TOUCH_GAP = 0.001
+"""m."""
+PALM_WIDTH, FLAT_GAP_SLOPE = 0.058, 0.85
+"""Free width between the roots of fingers and thumb, m; a flat face wider than that meets the
+opened fingers this much before the palm for each metre beyond."""
+ROUND_EXPONENT = 0.3
+"""Superquadric exponent below which a solid's ends are flat."""
 
 
 @dataclass(frozen=True)
@@ -47,8 +54,8 @@ class BenchOptions:
 
     friction: float = 1.0
     """Of the hand's pads on the object."""
-    clearance: float = 0.02
-    """Opening beyond the object's width, m."""
+    clearance: float = 0.03
+    """Opening beyond the object's width, m: 10 mm of error to each side, and something over."""
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """Where the object is taken to be, less where it is, m."""
     turn: float = 0.0
@@ -141,8 +148,12 @@ class HandBench:
         self.hand: HandModel = hand_model(spec)
         half = options.scale * half_extents(item)
         self._opening = min(2.0 * half[0] + options.clearance, self.hand.widest)
-        self._goal = palm_place(self.hand, prototype, approach, half, self._opening)
+        flat = item.shape.exponents[0] < ROUND_EXPONENT
+        self._goal = palm_place(self.hand, prototype, approach, half, self._opening, flat=flat)
         self._goal += options.shift
+        if approach == "side":
+            # An arm that comes too near stops where the palm touches.
+            self._goal[1] = min(self._goal[1], -half_extents(item)[1] - TOUCH_GAP)
         turn = Rotation.from_euler("z", options.turn)
         axes = {
             "top": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
@@ -299,6 +310,8 @@ def palm_place(
     approach: Approach,
     half: NDArray[np.float64],
     opening: float,
+    *,
+    flat: bool = False,
 ) -> NDArray[np.float64]:
     """Place of the palm's face for an object standing at the origin, (3,), m.
 
@@ -306,15 +319,19 @@ def palm_place(
     ----------
     half
         Half extents of the object along x, y, z, (3,), m.
+    flat
+        Whether the face before the palm is as wide as the object.
     """
     height = 2.0 * half[2]
+    beyond = max(2.0 * half[0] - PALM_WIDTH, 0.0) if flat else 0.0
+    gap = PALM_GAP + FLAT_GAP_SLOPE * beyond
     if approach == "side":
         row = hand.row / 2 + FINGERTIP_CLEARANCE
-        return np.array([0.0, -(half[1] + PALM_GAP), max(half[2], row)])
+        return np.array([0.0, -(half[1] + gap), max(half[2], row)])
     reach = max(hand.reach(w) for w in np.linspace(2.0 * half[0], opening, 7))
     floor = reach + FINGERTIP_CLEARANCE
     if prototype == "power":
-        return np.array([0.0, 0.0, max(floor, height + PALM_GAP)])
+        return np.array([0.0, 0.0, max(floor, height + gap)])
     deep = half[2] + reach - TIP_BELOW_CENTRE
     return np.array([0.0, 0.0, max(floor, height + PALM_GAP, deep)])
 

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.optimize import root_scalar
 
 from eyehand.errors import InputError
 from eyehand.grasping.hand_model import HandModel
@@ -20,6 +21,8 @@ from .hand_drives import HandDrives, tendon_arms
 from .mujoco_import import import_mujoco
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.typing import NDArray
 
 HAND = Path(__file__).parent / "assets" / "hand.xml"
@@ -27,10 +30,12 @@ HAND = Path(__file__).parent / "assets" / "hand.xml"
 PALM_SITE = "palm"
 """Site of the hand frame."""
 
-OPENINGS = np.arange(0.0, 0.1451, 0.005)
+OPENINGS = np.linspace(0.0, 0.144, 13)
 """Free widths in the table, m; those that the hand cannot make are left out."""
-_WRAP_STEPS = np.linspace(0.0, 20.0, 41)
-"""Tensions of the wrapping tendon, N, tried for pads parallel to one another."""
+THUMB = "thumb"
+_MOST_PULL, _MOST_WRAP = 60.0, 30.0
+"""Tensions, N, that close the unloaded hand and bend its outer joints all the way."""
+_TOO_BENT = 1.0
 _WRAPS = {"wrap": False, "thumb_wrap": True}
 """Tendons of the outer joints, and whether they are the thumb's."""
 
@@ -120,12 +125,12 @@ class _Unloaded:
         self.fingers = tuple(
             dict.fromkeys(name.rpartition("_")[0] for name in pads if name.endswith("_distal"))
         )
-        if "thumb" not in self.fingers or len(self.fingers) < 2:
+        if THUMB not in self.fingers or len(self.fingers) < 2:
             raise InputError(
                 "a hand needs fingers and a thumb with pads <finger>_distal, thumb_distal; "
                 f"found {', '.join(self.fingers) or 'none'}"
             )
-        self.fingers = (*(f for f in self.fingers if f != "thumb"), "thumb")
+        self.fingers = (*(f for f in self.fingers if f != THUMB), THUMB)
         self.tips = {finger: pads[f"{finger}_distal"] for finger in self.fingers}
         site = mujoco.mj_name2id(model, kinds.mjOBJ_SITE, PALM_SITE)
         if site < 0:
@@ -157,15 +162,9 @@ class _Unloaded:
             wraps = [k for k, name in enumerate(names) if _WRAPS.get(name) is thumb]
             pulls = [k for k, name in enumerate(names) if name not in _WRAPS]
             pulls = [k for k in pulls if self._moves_thumb(k) is thumb]
-            finger = "thumb" if thumb else self.fingers[0]
-            for wrap in _WRAP_STEPS:
-                tensions[wraps] = wrap
-                if not self._pull_to(opening / 2, finger, pulls, tensions):
-                    if wrap > 0:
-                        continue
-                    return None
-                if self._lean(finger) >= 0 or not wraps:
-                    break
+            finger = THUMB if thumb else self.fingers[0]
+            if not self._open_finger(opening / 2, finger, pulls, wraps, tensions):
+                return None
         angles = self.balance(tensions)
         self.pose(angles)
         tips = list(self.tips.values())
@@ -195,36 +194,55 @@ class _Unloaded:
 
     def _moves_thumb(self, drive: int) -> bool:
         joint = int(np.argmax(np.abs(self._arms[drive])))
-        return self.drives.joints[joint].startswith("thumb")
+        return self.drives.joints[joint].startswith(THUMB)
 
     def _half(self, finger: str) -> float:
         """Free width from the middle of the palm to a finger's pad."""
         low, high = self.bounds([self.tips[finger]], 0)
-        return low if finger == "thumb" else -high
+        return low if finger == THUMB else -high
 
     def _lean(self, finger: str) -> float:
         """How much a pad faces the palm, rad; negative where it faces away."""
         data = self._data
         axes = data.site_xmat[self._site].reshape(3, 3)
         turn = axes.T @ data.geom_xmat[self.tips[finger]].reshape(3, 3)
-        inward = -1.0 if finger == "thumb" else 1.0
+        inward = -1.0 if finger == THUMB else 1.0
         return float(-np.arcsin(np.clip(inward * turn[2, 0], -1.0, 1.0)))
 
-    def _pull_to(
-        self, half: float, finger: str, pulls: list[int], tensions: NDArray[np.float64]
+    def _open_finger(
+        self,
+        half: float,
+        finger: str,
+        pulls: list[int],
+        wraps: list[int],
+        tensions: NDArray[np.float64],
     ) -> bool:
-        """Find by bisection the tension that brings a finger's pad to a half width."""
-        low, high = 0.0, 60.0
-        for bound in (low, high):
-            tensions[pulls] = bound
+        """Find tensions that bring a finger's pad to a half width, bent until it faces inwards."""
+
+        def missing(tension: float) -> float:
+            tensions[pulls] = tension
             self.pose(self.balance(tensions))
-            if (self._half(finger) < half) is (bound == low):
-                return False
-        for _ in range(30):
-            tensions[pulls] = (low + high) / 2
-            self.pose(self.balance(tensions))
-            if self._half(finger) > half:
-                low = tensions[pulls[0]]
-            else:
-                high = tensions[pulls[0]]
+            return self._half(finger) - half
+
+        def leaning(tension: float) -> float:
+            tensions[wraps] = tension
+            # Bent so far that it cannot open to the width any more: less bend is asked.
+            return self._lean(finger) if _solve(missing, _MOST_PULL) else _TOO_BENT
+
+        tensions[wraps] = 0.0
+        if not _solve(missing, _MOST_PULL):
+            return False
+        if wraps and self._lean(finger) < 0 and _solve(leaning, _MOST_WRAP) is None:
+            tensions[wraps] = 0.0
+            _solve(missing, _MOST_PULL)
         return True
+
+
+def _solve(function: Callable[[float], float], most: float) -> float | None:
+    """Root between 0 and a bound, with the function called there last; None without one."""
+    low, high = function(0.0), function(most)
+    if low * high > 0:
+        return None
+    root = float(root_scalar(function, bracket=(0.0, most), xtol=1e-4).root)
+    function(root)
+    return root

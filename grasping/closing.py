@@ -31,10 +31,21 @@ ANVIL = 1.4
 """The thumb holds its place up to this share of what all fingers pull: it opposes them all."""
 TIP_LEVER = 7.5
 """Tension over force at the fingertip: 90 mm of finger on a knuckle's arm of 12 mm."""
+TIP = "distal"
+"""How the names of the tips' pads end."""
 CLOSED_WIDTH = 0.002
-CLOSED_BEND = 0.5
-"""A hand closed on itself has less width, in m, and its middle finger is straighter, rad, than one
-that holds something."""
+CLOSED_BEND = 1.0
+"""Where only tips feel force, a hand closed on itself shows by its width, m; one whose middle
+finger is bent more than this, rad, is wrapped, and closes on itself sooner."""
+LEAST_WRAPPED = 0.015
+"""Nothing that a power grasp is meant for is slimmer, m: there the tips meet before they touch."""
+FALLS_BACK = 0.024
+"""Twice as far as a round thing of 50 mm falls back between the middle of the hand and the next
+finger, m: whatever is rounder, that finger passes."""
+BEYOND = 0.03
+"""How far past the middle fingers follow an object that stands off it, m."""
+CAGE_WIDTH, CAGE_SECONDS = 0.045, 0.35
+"""Tips that met before a slim thing at the palm part so far, m, and bend for so long, s."""
 GRAVITY = 9.81
 """m/s²."""
 
@@ -57,20 +68,22 @@ class GripOptions:
     touch_hold: float = 25.0
     """Largest tension with which a finger that touches first waits for the thumb, N."""
     tension: dict[Prototype, float] = field(
-        default_factory=lambda: {"pincer": 45.0, "precision": 70.0, "power": 130.0}
+        default_factory=lambda: {"pincer": 45.0, "precision": 70.0, "power": 90.0}
     )
     """Tension of each finger's tendon in the grip, N."""
-    wrap_tension: float = 40.0
+    wrap_tension: float = 60.0
     """Tension of the tendon that bends the outer joints in a power grasp, N."""
-    thumb_wrap_tension: float = 60.0
-    """The same of the thumb's."""
-    wrap_ramp: float = 120.0
+    thumb_wrap_tension: float = 90.0
+    """The same of the thumb's, which is alone against three."""
+    wrap_ramp: float = 150.0
     """How fast the wrapping tendons' tension rises, N/s."""
     wrap_hold: float = 40.0
     """Largest tension with which a pre-bent finger keeps its bend in a precision grasp, N."""
-    wrap_share: float = 0.3
+    wrap_share: float = 0.2
     """Share of the power grip's tension from which the outer joints are bent: earlier draws the
     object to the palm with less friction, later has it held more surely meanwhile."""
+    draw_seconds: float = 0.4
+    """How long a power grasp pulls with less force than its own, to draw the object to the palm."""
     ramp: float = 200.0
     """How fast the fingers' tension rises, N/s: slower lets round things settle."""
     load: float | None = None
@@ -156,10 +169,12 @@ class Closing:
         self._modes: list[DriveMode] = list(start.modes)
         self._values = start.values.copy()
         self._begun = self._steady = self._level = self._loose = 0.0
+        self._caged = False
+        self._drawn = prototype != "power"
         self._wrap_level = np.zeros(len(names))
         self._angles: NDArray[np.float64] | None = None
         # Past the closed hand, as far as an object off the middle may stand.
-        self._ends = hand.excursions[0] + 0.4 * (hand.excursions[0] - hand.pulled(0.06))
+        self._ends = hand.excursions[0] + hand.excursions[0] - hand.pulled(2.0 * BEYOND)
 
     @property
     def grip_force(self) -> float:
@@ -201,8 +216,11 @@ class Closing:
                 self._values[k] = options.touch_hold
             elif self._modes[k] == "place":
                 self._values[k] = min(self._values[k] + options.closing_speed * dt, self._ends[k])
-        if width(reading, hand) < options.least_gap:
-            self.state = "empty"
+        slim = self._prototype == "power" and width(reading, hand) < LEAST_WRAPPED
+        if slim or width(reading, hand) < options.least_gap:
+            # Before a slim thing at the palm the tips meet too: only wrapping tells.
+            self._caged = slim
+            self.state = "gripping" if slim else "empty"
             return
         stopped = [self._modes[k] == "hold" for k in self._fingers]
         if any(stopped) and self._modes[self._thumb] == "hold":
@@ -219,7 +237,11 @@ class Closing:
     def _grip(self, reading: HandReading, dt: float) -> None:
         options, goal = self._options, self.grip_force
         self._begun += dt
-        self._level = min(self._level + options.ramp * dt, goal)
+        if self._caged and self._begun < CAGE_SECONDS:
+            self._cage(dt)
+            return
+        limit = goal if self._drawn else options.wrap_share * goal
+        self._level = min(self._level + options.ramp * dt, max(limit, self._level))
         forces = finger_forces(reading, self._hand)
         for k in self._fingers:
             if self._modes[k] == "pull" or self._joins(k, forces):
@@ -233,12 +255,27 @@ class Closing:
         if self._angles is not None:
             speed = float(np.abs(reading.angles - self._angles).max()) / dt
             self._steady = self._steady + dt if speed < options.settled_speed else 0.0
-        if self._lost(reading, dt):
+        self._drawn = self._drawn or (
+            wrapped
+            and (self._steady >= options.settle_seconds or self._begun > options.draw_seconds)
+        )
+        firm = self._level >= limit and self._begun > (CAGE_SECONDS * 3.0 if self._caged else 0.0)
+        if self._lost(reading, dt) and firm:
             self.state = "empty"
         elif self._begun > options.grip_seconds or (
             self._level >= goal and wrapped and self._steady >= options.settle_seconds
         ):
             self.state = "holding"
+
+    def _cage(self, dt: float) -> None:
+        """Part tips that met before a slim thing at the palm, and bend them around it."""
+        for k in [*self._fingers, self._thumb]:
+            self._modes[k], self._values[k] = "place", self._hand.pulled(CAGE_WIDTH)[k]
+        for k in self._wraps:
+            self._wrap_level[k] = min(
+                self._wrap_level[k] + self._options.wrap_ramp * dt, self._options.wrap_tension
+            )
+            self._modes[k], self._values[k] = "pull", self._wrap_level[k]
 
     def _joins(self, drive: int, forces: NDArray[np.float64]) -> bool:
         """Whether a drive's fingers press something: beside a narrow object they would close on."""
@@ -249,8 +286,8 @@ class Closing:
         )
 
     def _accompany(self, drive: int, reading: HandReading, dt: float) -> None:
-        """Keep fingers that touch nothing level with the others: they may touch yet."""
-        beside = self._hand.pulled(width(reading, self._hand))[drive]
+        """Keep fingers that touch nothing a little before the others: round things fall back."""
+        beside = self._hand.pulled(width(reading, self._hand) - FALLS_BACK)[drive]
         stride = self._options.closing_speed * dt
         self._values[drive] += float(np.clip(beside - self._values[drive], -stride, stride))
 
@@ -333,10 +370,13 @@ def held(reading: HandReading, hand: HandModel, least: float = 0.2) -> bool:
     A hand closed on itself feels force too; that shows in its joints.
     """
     forces = finger_forces(reading, hand)
-    against = forces[-1] + _palm_force(reading, hand)
+    against = forces[-1] + _inner_force(reading, hand, "palm")
     if forces[:-1].max() < least or against < least:
         return False
-    return _bend(reading, hand, PINCER_FINGER) > CLOSED_BEND or width(reading, hand) > CLOSED_WIDTH
+    if _inner_force(reading, hand, "") >= least:
+        return True
+    bent = _bend(reading, hand, PINCER_FINGER) > CLOSED_BEND
+    return width(reading, hand) > (LEAST_WRAPPED if bent else CLOSED_WIDTH)
 
 
 def finger_forces(reading: HandReading, hand: HandModel) -> NDArray[np.float64]:
@@ -355,14 +395,10 @@ def _bend(reading: HandReading, hand: HandModel, finger: str) -> float:
     return float(reading.angles[joints[1:]].sum())
 
 
-def _palm_force(reading: HandReading, hand: HandModel) -> float:
-    return float(
-        sum(
-            f
-            for f, pad in zip(reading.forces, hand.pads, strict=True)
-            if not pad.startswith(hand.fingers)
-        )
-    )
+def _inner_force(reading: HandReading, hand: HandModel, name: str) -> float:
+    """Force on pads that do not meet one another when the hand closes on nothing, N."""
+    pads = zip(reading.forces, hand.pads, strict=True)
+    return float(sum(f for f, pad in pads if pad.startswith(name) and not pad.endswith(TIP)))
 
 
 def _half(hand: HandModel, drive: int, excursion: float) -> float:
