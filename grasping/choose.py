@@ -17,6 +17,7 @@ from .select import grasp_plans
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from eyehand.control import CollisionWorld
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
@@ -95,9 +96,10 @@ def choose(
                 again = SAME_AGAIN if plan.name in names else 1.0
                 offers.append((again * share * plan.score.total, one, plan))
     offers.sort(key=lambda offer: -offer[0])
+    worlds: dict[tuple[int, float], CollisionWorld] = {}
     for _, one, plan in offers:
         choice = Choice(scene, one, plan, perceive_ms)
-        why = blocked(cell, Job(choice, 0))
+        why = blocked(cell, Job(choice, 0), worlds)
         if not why:
             plan_ms = 1e3 * (time.perf_counter() - began)
             choice = Choice(scene, one, plan, perceive_ms, plan_ms)
@@ -106,20 +108,29 @@ def choose(
     return Chosen(None, _told(left))
 
 
-def blocked(cell: Cell, job: Job) -> str:
-    """Tell why the arm would not get to a grasp; empty when a look ahead gets there."""
+def blocked(cell: Cell, job: Job, worlds: dict[tuple[int, float], CollisionWorld]) -> str:
+    """Tell why the arm would not get to a grasp; empty when a look ahead gets there.
+
+    Worlds are kept by object and opening: to measure them costs more than to look ahead.
+    """
     hand, q = cell.robot.hand, cell.reading.q
-    before = approach_aims(job.plan, hand, cell.options.back)
+    before = approach_aims(job.plan, hand, job.back(cell))
     options = cell.options
     aims = paced(before, options.transit_speed, options.transit_turn_speed, options.gain)
-    world = job.world(cell, "there")
+    key = (job.choice.target.label, round(job.plan.opening, 3))
+    if key not in worlds:
+        worlds[key] = job.world(cell, "there")
+    world = worlds[key]
     ahead = way_there(world, [aims], q, job.far_options(cell))
     if not ahead:
         return f"no way to before a {job.plan.name}: {ahead.reason}"
     at = approach_aims(job.plan, hand, 0.0)
-    if any(one.name == TARGET for one in world.obstacles):
+    itself = next((one for one in world.obstacles if one.name == TARGET), None)
+    if itself is not None:
         world.remove(TARGET)
     ahead = way_there(world, [at], ahead.q, job.near_options(cell))
+    if itself is not None:
+        world.add(itself)
     return "" if ahead else f"no way to a {job.plan.name}: {ahead.reason}"
 
 

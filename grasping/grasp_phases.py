@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from .cell import Cell
     from .robot import HandReading, RobotReading
 
+TIP = "distal"
+"""How the names of fingertips' pads end."""
 NEARLY_THERE = 0.012
 """A touch so near the goal is the grasp's own contact, m: the fingers close from there."""
 
@@ -25,7 +27,7 @@ NEARLY_THERE = 0.012
 def pre_grasp(cell: Cell, job: Job) -> Ended | None:
     """Bring the open hand before the object, with as few rows as its symmetry allows."""
     hand, options = cell.robot.hand, cell.options
-    aims = approach_aims(job.plan, hand, options.back)
+    aims = approach_aims(job.plan, hand, job.back(cell))
     shape = preshape_command(hand, job.plan.opening, job.prototype)
     arrival = go(
         cell,
@@ -47,11 +49,13 @@ def approach(cell: Cell, job: Job) -> Ended | None:
             return None
         if arrival.end != "stopped":
             return Ended("stuck", f"at the grasp: {arrival.reason}")
+        if not _fingertips(cell, cell.reading):
+            return None
         side = _side(cell, cell.reading.hand)
         if tried == options.contact_retries:
             return Ended("no_contact", f"{arrival.reason} was touched {left * 1e3:.0f} mm early")
         job.offset = job.offset + options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
-        back = job.near(cell, approach_aims(job.plan, hand, options.back), options.approach_speed)
+        back = job.near(cell, approach_aims(job.plan, hand, job.back(cell)), options.approach_speed)
         if not go(cell, back, options.approach_seconds):
             return Ended("stuck", f"backing off after {arrival.reason} was touched")
     return None
@@ -112,6 +116,12 @@ def _touch(cell: Cell, reading: RobotReading) -> str:
     """Name the pads that feel something; empty when none does."""
     felt = reading.hand.forces > cell.options.touch_force
     return ", ".join(np.array(cell.robot.hand.pads)[felt].tolist())
+
+
+def _fingertips(cell: Cell, reading: RobotReading) -> bool:
+    """Tell whether a fingertip is among what feels something: else it is within the hand."""
+    felt = np.array(cell.robot.hand.pads)[reading.hand.forces > cell.options.touch_force]
+    return any(pad.endswith(TIP) for pad in felt)
 
 
 def _side(cell: Cell, reading: HandReading) -> float:

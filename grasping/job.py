@@ -83,6 +83,11 @@ class Job:
         tasks = tuple(replace(task, point=task.point + self.offset) for task in plan.tasks)
         return replace(plan, tasks=tasks)
 
+    def back(self, cell: Cell) -> float:
+        """How far before the grasp the last straight way begins, m: its tips short of the object."""
+        plan = self.choice.plan
+        return max(cell.robot.hand.reach(plan.opening) - plan.depth, 0.0) + cell.options.before
+
     @property
     def prototype(self) -> Prototype:
         """How the hand closes."""
@@ -168,6 +173,6 @@ class Job:
         command = open_command(cell.robot.hand)
         cell.rest(cell.options.open_seconds, command)
         palm = cell.palm()
-        above = palm.translation + np.array([0.0, 0.0, cell.options.back])
+        above = palm.translation - self.back(cell) * palm.rotation.as_matrix()[:, 2]
         aims = (Position(above),)
         go(cell, self.off(cell, aims, cell.options.lift_speed), 2.0)

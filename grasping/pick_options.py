@@ -45,8 +45,9 @@ class PickOptions:
     arm's servos."""
     ramp_seconds: float = 0.15
     """How long a motion takes to come up to its speed, s: longer jerks less at what is held."""
-    back: float = 0.06
-    """How far before the grasp the last straight way begins, m: longer comes in straighter."""
+    before: float = 0.025
+    """Free space between the tips and the object where the last straight way begins, m: longer
+    comes in straighter, and is farther."""
     approach_speed: float = 0.2
     """Of that last way, m/s."""
     reached: float = 0.003
