@@ -84,7 +84,7 @@ class Job:
         return replace(plan, tasks=tasks)
 
     def back(self, cell: Cell) -> float:
-        """How far before the grasp the last straight way begins, m: its tips short of the object."""
+        """How far before the grasp the last way begins, m: with the tips short of the object."""
         plan = self.choice.plan
         return max(cell.robot.hand.reach(plan.opening) - plan.depth, 0.0) + cell.options.before
 
