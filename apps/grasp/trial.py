@@ -20,12 +20,15 @@ from eyehand.grasping.tray import Tray
 from eyehand.perception import perceive
 
 from .dials import DEFAULT, control_dial, perception_dial
+from .folder_scene import folder_scene
 from .known_scene import known_scene
 from .scenes import GraspFamily, grasp_scene
+from .true_solids import true_solids
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
+    from eyehand.data_synth.mesh_object import MeshObject
     from eyehand.data_synth.tabletop_scene import TabletopObject
     from eyehand.grasping.job import Choice
     from eyehand.grasping.report import ClearReport, PickReport
@@ -33,6 +36,8 @@ if TYPE_CHECKING:
 
 SETTLE_SECONDS = 0.3
 """Robot time before the first look: what was dropped comes to rest on this world's table."""
+FALL_SECONDS = 2.5
+"""The same where objects begin in the air."""
 BEFORE_GRASP = ("look", "choose", "pre-grasp", "approach", "contact")
 """Phases in which the robot is to touch nothing but the object."""
 
@@ -151,12 +156,14 @@ def make_cell(
     InputError
         If the trial asks for what there is not.
     """
-    scene = grasp_scene(trial.family, trial.seed, trial.objects)
-    return cell_of(scene.objects, trial, watch)
+    if trial.objects_dir:
+        items = folder_scene(trial.objects_dir, trial.family, trial.seed, trial.objects)
+        return cell_of(items, trial, watch)
+    return cell_of(grasp_scene(trial.family, trial.seed, trial.objects).objects, trial, watch)
 
 
 def cell_of(
-    objects: tuple[TabletopObject, ...],
+    objects: Sequence[TabletopObject | MeshObject],
     trial: GraspTrial,
     watch: Callable[[Moment], None] | None = None,
 ) -> tuple[Cell, SimRobot]:
@@ -175,7 +182,7 @@ def cell_of(
     tray = Tray(np.array(places.tray_centre), places.tray_size, places.tray_height)
     options = replace(control_dial(trial.control), shake_seconds=trial.shake)
     cell = Cell(robot, see, tray, options)
-    cell.rest(SETTLE_SECONDS)
+    cell.rest(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
     cell.watch = watch
     return cell, robot
 
@@ -253,21 +260,13 @@ class Scorer:
     def _nearest(self, point: np.ndarray) -> str:
         """Name of the object whose surface is nearest to a point (3,)."""
         apart = {
-            item.name: abs(float(item.at(self._robot.object_pose(item.name)).shape.distance(point)))
-            for item in self._robot.world.objects
-            if not self._robot.in_tray(item.name)
+            solid.name: abs(float(solid.shape.distance(point)))
+            for solid in true_solids(self._robot)
         }
         return min(apart, key=apart.__getitem__) if apart else ""
 
 
 def _true_scene(robot: SimRobot, frame: DepthFrame) -> Scene:
-    world = robot.world
-    there = [
-        item.at(robot.object_pose(item.name))
-        for item in world.objects
-        if not robot.in_tray(item.name)
-    ]
     assert frame.T_world_camera is not None
-    return known_scene(
-        there, frame.T_world_camera.translation, table_height=world.cell.table.height
-    )
+    height = robot.world.cell.table.height
+    return known_scene(true_solids(robot), frame.T_world_camera.translation, table_height=height)

@@ -1,0 +1,78 @@
+"""Whole trials in the simulated cell, with nothing known but what is seen or told."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+from eyehand.apps.grasp.folder_scene import folder_scene
+from eyehand.apps.grasp.scenes import grasp_scene
+from eyehand.apps.grasp.trial import GraspTrial, run_trial
+from eyehand.errors import InputError
+
+
+def write_box(path, half):
+    """Write a closed box as an OBJ file."""
+    corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) * half
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [f"f {a + 1} {b + 1} {c + 1}\nf {a + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
+    lines = [f"v {x:.5f} {y:.5f} {z:.5f}" for x, y, z in corners] + faces
+    path.write_text("\n".join(lines) + "\n")
+
+
+@pytest.mark.parametrize("known", [False, True])
+def test_a_single_object_is_seen_grasped_and_put_away(known):
+    result = run_trial(GraspTrial(family="single", seed=8, known=known))
+    assert result.placed == result.total == 1
+    assert result.stopped == "clear"
+    (pick,) = [row for row in result.picks if row.success]
+    assert pick.outcome == "placed"
+    assert pick.object == "box_1"
+    assert pick.touched_before == 0
+    assert pick.pads >= 2
+    assert pick.rows <= 6
+    assert pick.seconds < 12
+
+
+def test_meshes_of_a_folder_are_picked_too(tmp_path):
+    write_box(tmp_path / "carton.obj", (0.02, 0.025, 0.035))
+    trial = GraspTrial(family="packed", seed=1, objects=1, objects_dir=str(tmp_path), known=True)
+    result = run_trial(trial)
+    assert result.placed == 1
+    assert result.picks[0].object == "carton_1"
+    assert result.picks[0].kind == "box"
+
+
+def test_packed_meshes_stand_apart_and_a_pile_begins_in_the_air(tmp_path):
+    write_box(tmp_path / "a.obj", (0.02, 0.025, 0.035))
+    write_box(tmp_path / "b.obj", (0.03, 0.03, 0.03))
+    items = folder_scene(tmp_path, "packed", 3, 5)
+    assert len({item.name for item in items}) == 5
+    for one in items:
+        assert (one.pose.apply(one.vertices)[:, 2] >= 0).all()
+        for other in items:
+            if other is not one:
+                assert np.linalg.norm(one.centre[:2] - other.centre[:2]) > 0.05
+    pile = folder_scene(tmp_path, "pile", 3, 4)
+    heights = [item.pose.apply(item.vertices)[:, 2] for item in pile]
+    for below, above in itertools.pairwise(heights):
+        assert above.min() > below.max()
+
+
+def test_too_many_meshes_are_refused_with_the_number_that_fits(tmp_path):
+    write_box(tmp_path / "crate.obj", (0.15, 0.15, 0.1))
+    with pytest.raises(InputError, match="no room for"):
+        folder_scene(tmp_path, "packed", 0, 9)
+
+
+@pytest.mark.parametrize("family", ["single", "packed", "pile"])
+def test_scenes_are_the_same_for_a_seed(family):
+    first, again = grasp_scene(family, 4), grasp_scene(family, 4)
+    for one, other in zip(first.objects, again.objects, strict=True):
+        np.testing.assert_array_equal(one.shape.centre, other.shape.centre)
+    assert len(first.objects) == (1 if family == "single" else 5)
+
+
+def test_unknown_families_are_refused():
+    with pytest.raises(InputError, match="single, packed, pile"):
+        grasp_scene("heap", 0)  # pyright: ignore[reportArgumentType] - the wrong name is the test
