@@ -152,8 +152,9 @@ class HandBench:
         self._goal = palm_place(self.hand, prototype, approach, half, self._opening, flat=flat)
         self._goal += options.shift
         if approach == "side":
-            # An arm that comes too near stops where the palm touches.
-            self._goal[1] = min(self._goal[1], -half_extents(item)[1] - TOUCH_GAP)
+            # An arm that comes too near, or askew, stops where the palm touches.
+            askew = PALM_WIDTH / 2 * abs(np.sin(options.turn))
+            self._goal[1] = min(self._goal[1], -half_extents(item)[1] - TOUCH_GAP - askew)
         turn = Rotation.from_euler("z", options.turn)
         axes = {
             "top": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],

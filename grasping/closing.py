@@ -39,6 +39,9 @@ CLOSED_BEND = 1.0
 finger is bent more than this, rad, is wrapped, and closes on itself sooner."""
 LEAST_WRAPPED = 0.015
 """Nothing that a power grasp is meant for is slimmer, m: there the tips meet before they touch."""
+ASIDE = 0.06
+"""How much wider than a pincer its other fingers stand, m: out of the way of what it pinches, and
+no farther out than neighbours leave room for."""
 FALLS_BACK = 0.024
 """Twice as far as a round thing of 50 mm falls back between the middle of the hand and the next
 finger, m: whatever is rounder, that finger passes."""
@@ -332,7 +335,7 @@ def preshape_command(hand: HandModel, opening: float, prototype: Prototype) -> H
     if prototype == "pincer":
         for k, name in enumerate(hand.drives):
             if name not in (PINCER_FINGER, THUMB, *WRAPS):
-                values[k] = 0.0
+                values[k] = hand.pulled(opening + ASIDE)[k]
     return HandCommand(("place",) * len(hand.drives), values)
 
 
