@@ -36,7 +36,7 @@ def demo(
     *,
     look: bool = False,
     camera: Path | None = None,
-    seed: int = 5,
+    seed: int = 0,
     objects: int = 5,
     scene: Annotated[str, Parameter(name=("--scene", "--family"))] = "packed",
     task: GraspTask = "lift",

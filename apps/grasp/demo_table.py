@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from typing import TYPE_CHECKING, Any
 
 from rich.markup import escape
@@ -10,6 +11,8 @@ from rich.table import Table
 from ..scene_picture import colour_of
 
 if TYPE_CHECKING:
+    from eyehand.grasping import GraspPlan
+
     from .demo_record import DemoRecord, Look
 
 COLUMNS = (
@@ -43,7 +46,7 @@ def demo_table(record: DemoRecord) -> Table:
         told = pick.outcome.replace("_", " ")
         if pick.reason:
             told += f": {pick.reason}"
-        tasks = " + ".join(task.name.replace("_", " ") for task in pick.plan.tasks if task.rows)
+        tasks = task_words(pick.plan)
         table.add_row(
             str(number),
             f"[rgb({red},{green},{blue})]■[/] {pick.kind}",
@@ -97,6 +100,12 @@ def demo_rows(record: DemoRecord) -> list[dict[str, Any]]:
             }
         )
     return rows
+
+
+def task_words(plan: GraspPlan) -> str:
+    """Name the tasks that take rows, alike ones together: ``2 x point on plane + orientation``."""
+    counts = Counter(task.name.replace("_", " ") for task in plan.tasks if task.rows)
+    return " + ".join(f"{count} x {name}" if count > 1 else name for name, count in counts.items())
 
 
 def ending(record: DemoRecord) -> str:

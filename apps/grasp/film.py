@@ -111,6 +111,7 @@ class Film:
 
     def __exit__(self, *error: object) -> None:
         if error[0] is None and self._camera is not None:
+            self._told = "nothing more to do here"
             self._show(None, None, self._options.end_seconds)
         self._writer.close()
         if self._camera is not None:

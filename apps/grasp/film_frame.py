@@ -20,11 +20,11 @@ STRIP = 46
 STRIP_COLOUR, STRIP_COVER = (24, 27, 32), 0.86
 """Its colour, RGB, and how much of the picture it hides."""
 WHITE, GREY = (240, 242, 245), (165, 172, 182)
-INSET_SHARE = 0.30
+INSET_SHARE = 0.28
 """Width of the inset over the picture's."""
 INSET_GAP = 14
 """From the picture's corner to the inset, px."""
-METER_WIDTH, METER_BAR = 150, 9
+METER_WIDTH, METER_BAR = 168, 9
 """Of the force meters and of each of their bars, px."""
 METER_FULL = 15.0
 """Force at which a bar is full, N."""
@@ -71,7 +71,8 @@ def film_frame(
         frame[INSET_GAP : INSET_GAP + high, INSET_GAP : INSET_GAP + wide] = inset
     _draw_strip(frame, caption)
     if force is not None:
-        _draw_meters(frame, force)
+        below = INSET_GAP if inset is None else 2 * INSET_GAP + inset.shape[0]
+        _draw_meters(frame, force, below)
     return frame
 
 
@@ -103,18 +104,17 @@ def _draw_strip(frame: NDArray[np.uint8], caption: Caption) -> None:
     _write(frame, right, (width - 18 - _width(right, SIZE), foot), GREY, SIZE)
 
 
-def _draw_meters(frame: NDArray[np.uint8], force: NDArray[np.float64]) -> None:
-    """Draw a bar per finger and the palm into the upper right corner."""
-    width = frame.shape[1]
-    left, top = width - METER_WIDTH - 2 * INSET_GAP, INSET_GAP
+def _draw_meters(frame: NDArray[np.uint8], force: NDArray[np.float64], top: int) -> None:
+    """Draw a bar per finger and the palm at the left, from a row downwards."""
+    left, right = INSET_GAP, INSET_GAP + METER_WIDTH
     names = [f"finger {k + 1}" for k in range(len(force) - 2)] + ["thumb", "palm"]
     step = METER_BAR + 10
-    _blend(frame[top : top + 30 + step * len(force), left : width - INSET_GAP])
+    _blend(frame[top : top + 30 + step * len(force), left:right])
     _write(frame, f"force, 0 to {METER_FULL:g} N", (left + 9, top + SMALL + 4), WHITE, SMALL)
     for number, (name, value) in enumerate(zip(names, force, strict=True)):
         y = top + 30 + step * number
         _write(frame, name, (left + 9, y + METER_BAR), GREY, SMALL - 2)
-        start, end = left + 66, width - INSET_GAP - 9
+        start, end = left + 66, right - 9
         filled = start + round((end - start) * min(float(value) / METER_FULL, 1.0))
         colour = FORCE_COLOURS[number] if number < len(force) - 1 else "#E4E7EB"
         cv2.rectangle(frame, (start, y), (end, y + METER_BAR), (70, 75, 82), cv2.FILLED)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..description_files import write_text
+from .demo_table import task_words
 from .look_cards import final_look_card, look_card, object_cell, outcome_pill
 from .report_look import STYLE
 
@@ -114,7 +115,7 @@ def _summary(record: DemoRecord) -> str:
 def _row(number: int, look: Look) -> str:
     pick = look.pick
     assert pick is not None
-    tasks = ", ".join(task.name.replace("_", " ") for task in pick.plan.tasks)
+    tasks = task_words(pick.plan)
     why = f'<br><span class="faint">{escape(pick.reason)}</span>' if pick.reason else ""
     return (
         f'<tr><td><a href="#look{number}">{number}</a></td><td>{object_cell(look)}</td>'

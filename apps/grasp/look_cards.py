@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from ..scene_picture import colour_of, depth_picture
+from ..scene_picture import colour_of
 from .closeup import closeup
 from .force_plot import pick_timeline
 from .look_picture import look_picture
@@ -18,11 +18,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.grasping.report import PickReport
+    from eyehand.perception import DepthFrame
 
     from .demo_record import DemoRecord, Look
 
 PICTURE_WIDTH = 960
 """Of the pictures in the page, px: twice what it shows them at."""
+DEPTH_RANGE = (1.0, 96.0)
+"""Percentiles of depth that the colours span: what is far beyond the table would take them all."""
 QUALITY = 88
 """JPEG quality: lines stay clean, and a look takes 150 kB."""
 
@@ -95,11 +98,20 @@ def _pictures(look: Look) -> str:
     )
     return (
         '<div class="pictures">'
-        f'<figure><img alt="depth image" src="{_embedded(depth_picture(frame))}">'
-        "<figcaption>depth, with the camera's noise: near bright, no reading black</figcaption>"
+        f'<figure><img alt="depth image" src="{_embedded(_depth(frame))}">'
+        "<figcaption>depth with the camera's noise: near yellow, far blue, no reading black"
+        "</figcaption>"
         f'</figure><figure><img alt="{told}" src="{_embedded(overlay)}"><figcaption>{told}'
         f"{'' if look.pick is None else ';' + key}</figcaption></figure></div>"
     )
+
+
+def _depth(frame: DepthFrame) -> NDArray[np.uint8]:
+    """Colour depth from near (yellow) to far (blue), no reading black, (H, W, 3) uint8 RGB."""
+    near, far = np.percentile(frame.depth[frame.valid], DEPTH_RANGE)
+    shade = np.clip((far - frame.depth) / max(float(far - near), 1e-6), 0.0, 1.0)
+    coloured = cv2.applyColorMap((255 * shade).astype(np.uint8), cv2.COLORMAP_VIRIDIS)
+    return np.where(frame.valid[..., None], np.asarray(coloured)[..., ::-1], 0).astype(np.uint8)
 
 
 def _embedded(picture: NDArray[np.uint8]) -> str:

@@ -20,8 +20,9 @@ if TYPE_CHECKING:
 LETTERS = 0.021
 """Height of a name's letters, as a share of the picture's width: legible at a third of it."""
 NAME_GROUND = (25, 25, 28)
-OFF = 1.4
-"""From a name's middle to the top of its object, in heights of letters."""
+OFF = 2.2
+"""From the foot of an object to the foot of its name, in heights of letters: below it, as hands
+mostly come from above."""
 
 
 def look_picture(
@@ -46,10 +47,10 @@ def look_picture(
         Whether each object's number and solid stand at it.
     """
     picture = overlay_picture(frame, scene, {}, names=False)
-    if names:
-        _name_objects(picture, frame, scene)
     if plan is not None:
         draw_grasp(picture, frame, plan, T_world_palm)
+    if names:
+        _name_objects(picture, frame, scene)
     return picture
 
 
@@ -67,7 +68,7 @@ def _name_objects(picture: NDArray[np.uint8], frame: DepthFrame, scene: Scene) -
         text = f"{item.label} {solid.kind if solid else 'no solid'}"
         (wide, high), base = cv2.getTextSize(text, font, scale, thick)
         left = int(np.clip(np.median(columns) * zoom - wide / 2, 8, width - wide - 8))
-        foot = int(np.clip(rows.min() * zoom - OFF * high, high + 8, height - base - 8))
+        foot = int(np.clip(rows.max() * zoom + OFF * high, high + 8, height - base - 8))
         corners = (left - 8, foot - high - 8), (left + wide + 8, foot + base + 4)
         cv2.rectangle(picture, *corners, NAME_GROUND, cv2.FILLED)
         red, green, blue = (0.35 * 255 + 0.65 * colour_of(item.label)).astype(int).tolist()

@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.robot import SimRobot
 
-EYE, LOOKED_AT = (0.66, 0.92, 0.82), (0.13, -0.16, 0.11)
+EYE, LOOKED_AT = (0.66, 0.92, 0.82), (0.215, -0.13, 0.13)
 """Where it stands and looks, m: before the table, above the hand, the tray in view."""
 FOCAL_WIDTHS = 0.98
 """Focal length in widths of the picture: 54° across."""
-SLICES = 24
+SLICES = 28
 """Facets of round things; with more of them a picture takes five times as long."""
-SHADOW_PX = 1024
+SHADOW_PX = 2048
 """Side of the shadow map: less shows as specks on the arm."""
 SAMPLES = 4
 """Per pixel: edges are smooth."""

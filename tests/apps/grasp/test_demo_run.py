@@ -13,7 +13,7 @@ from rich.console import Console
 
 from eyehand.apps.grasp.closeup import closeup
 from eyehand.apps.grasp.demo_scene import demo_scene
-from eyehand.apps.grasp.demo_table import demo_rows, demo_table
+from eyehand.apps.grasp.demo_table import demo_rows, demo_table, task_words
 from eyehand.apps.grasp.force_plot import pick_timeline
 from eyehand.apps.grasp.grasp_report import report_html, write_report
 from eyehand.apps.grasp.look_picture import look_picture
@@ -77,6 +77,11 @@ def test_rows_are_plain_and_the_table_names_each_pick(cleared):
     for row, pick in zip(again, record.report.picks, strict=True):
         assert row["outcome"] == pick.outcome
         assert row["task_rows"] == sum(task["rows"] for task in row["tasks"]) == pick.plan.rows
+    first = record.report.picks[0].plan
+    told = sum(
+        int(part.split(" x ")[0]) if " x " in part else 1 for part in task_words(first).split(" + ")
+    )
+    assert told == sum(task.rows > 0 for task in first.tasks)
     console = Console(width=140, record=True, file=None, quiet=False, stderr=True)
     console.print(demo_table(record))
     text = console.export_text()

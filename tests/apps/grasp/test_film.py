@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.grasp.film import Film, FilmOptions
-from eyehand.apps.grasp.film_frame import STRIP, Caption, film_frame, inset_of
+from eyehand.apps.grasp.film_frame import INSET_SHARE, STRIP, Caption, film_frame, inset_of
 from eyehand.apps.grasp.stage_camera import StageCamera
 from eyehand.apps.grasp.trial import GraspTrial, cell_of
 from eyehand.data_synth.gl_probe import gl_fault
@@ -57,7 +57,7 @@ def test_ten_pictures_become_a_film_slower_where_fingers_move(tmp_path):
     fine, picture = read.read()
     assert fine
     assert picture.shape == (SIZE[1], SIZE[0], 3)
-    assert picture[-STRIP // 2, SIZE[0] // 2].mean() < picture[60, 20].mean() - 50
+    assert picture[-STRIP // 2, SIZE[0] // 2].mean() < picture[60, 300].mean() - 50
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -82,7 +82,8 @@ def test_force_bars_grow_with_the_force_and_the_picture_given_is_kept():
     changed = (weak != strong).any(axis=2)
     assert 300 < changed.sum() < 2000
     inset = inset_of(np.zeros((300, 400, 3), np.uint8), 960, "seen")
-    assert inset.shape == (216, 288, 3)
+    wide = round(INSET_SHARE * 960)
+    assert inset.shape == (round(0.75 * wide), wide, 3)
 
 
 @pytest.mark.parametrize("wrong", [{"fps": 0}, {"pace": -1.0}, {"size": (321, 180)}])
