@@ -88,7 +88,8 @@ def candidates(ways: Sequence[Grip], given: Circumstances) -> Iterator[Candidate
         for grip in ways:
             if grip.approach != approach:
                 continue
-            usual = _candidate(prototype, grip, given, limits.clearance)
+            clearance = limits.side_clearance if approach == "side" else limits.clearance
+            usual = _candidate(prototype, grip, given, clearance)
             found = tuple(_between_neighbours(usual, given))
             yield from found
             if all(one.judgement.terms.get("room") == 1.0 for one in found):

@@ -29,8 +29,9 @@ PINCER_FINGER = "middle"
 
 ANVIL = 1.4
 """The thumb holds its place up to this share of what all fingers pull: it opposes them all."""
-TIP_LEVER = 7.5
-"""Tension over force at the fingertip: 90 mm of finger on a knuckle's arm of 12 mm."""
+TIP_LEVER = 15.0
+"""Tension over force at the fingertip, as measured: 90 mm of finger on a knuckle's arm of 12 mm,
+less what springs and the outer joints take."""
 TIP = "distal"
 """How the names of the tips' pads end."""
 CLOSED_WIDTH = 0.002
@@ -95,7 +96,7 @@ class GripOptions:
     """Friction assumed for that load."""
     safety: float = 3.0
     """Grip force over what that load needs."""
-    least_share: float = 0.3
+    least_share: float = 0.5
     """Least share of the prototype's tension, however light the load."""
     least_gap: float = 0.003
     """Free width below which the hand is closed on nothing, m."""

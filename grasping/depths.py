@@ -19,6 +19,11 @@ class GraspDepths:
 
     palm_gap: float = 0.003
     """Distance of the palm from what it wraps: nearer wraps better, and touches sooner."""
+    roots: float = 0.058
+    """Free width between the roots of fingers and thumb: a wider flat face meets them before it
+    meets the palm."""
+    root_gap: float = 0.85
+    """Further distance of the palm per m by which such a face is wider."""
     table_gap: float = 0.004
     """Height that tips keep above what the object stands on: lower holds plates, and touches the
     table when the table is not where it was seen."""
@@ -67,6 +72,8 @@ def stance(
     """Place the palm for a grip: as near as the prototype wants, the tips clear of the table."""
     depths = depths or GraspDepths()
     near = grip.half_depth + depths.palm_gap
+    if grip.flat:
+        near += depths.root_gap * max(grip.width - depths.roots, 0.0)
     if grip.approach == "side":
         return _beside(grip, prototype, opening, hand, depths, near)
     slack = _tolerance(grip.length, depths.length_tolerance, depths)

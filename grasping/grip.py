@@ -58,6 +58,8 @@ class Grip:
     """Height of the centre above what the object stands on, m."""
     doubt: float
     """Standard deviation of the width, of unseen sides above all, m."""
+    flat: bool = False
+    """Whether the face before the palm is about as wide as the object."""
     cone: float = float(np.pi)
     """Largest angle of the hand's way from ``palm``, about what is free, rad."""
 
@@ -169,7 +171,14 @@ def _grip(
         half_depth=0.5 * float(solid.spans[solid.which(palm)]),
         rise=float(solid.middle @ solid.up) - ground,
         doubt=solid.doubts[solid.which(closing)],
+        flat=_flat_face(solid, palm),
     )
+
+
+def _flat_face(solid: _Measured, palm: NDArray[np.float64]) -> bool:
+    if solid.kind == "cylinder":
+        return abs(float(solid.own @ palm)) > UPRIGHT_COSINE
+    return solid.kind in ("box", "superquadric")
 
 
 def _ground(

@@ -46,8 +46,10 @@ class PrototypeLimits:
     """Widest object between fingertips and thumb."""
     precision_mass: float = 0.8
     """Heaviest object that fingertips hold."""
-    clearance: float = 0.020
-    """Opening beyond the object's width in the pre-shape."""
+    clearance: float = 0.030
+    """Opening beyond the object's width in the pre-shape: 10 mm, 10 % and 10° of error pass."""
+    side_clearance: float = 0.050
+    """The same from the side, where the roots of the fingers come near the object."""
     tight_clearance: float = 0.010
     """The same where neighbours leave no more: less passes them, and forgives less."""
     opening: float = 0.135

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import pytest
 
 from eyehand.apps.grasp.dials import (
@@ -15,11 +17,13 @@ from eyehand.apps.grasp.dials import (
 )
 from eyehand.errors import InputError
 from eyehand.grasping.pick_options import PickOptions
-from eyehand.perception import PerceiveOptions
+from eyehand.perception import PerceiveOptions, SegmentationOptions
 
 
 def test_default_is_what_users_get():
-    assert perception_dial(DEFAULT) == PerceiveOptions()
+    usual = perception_dial(DEFAULT)
+    assert replace(usual, segmentation=SegmentationOptions()) == PerceiveOptions()
+    assert usual.segmentation.min_object < SegmentationOptions().min_object
     assert control_dial(DEFAULT) == PickOptions()
 
 
@@ -44,10 +48,10 @@ def test_a_slow_hand_has_more_time_and_a_fast_one_no_less():
 
 
 def test_the_planner_dial_searches_longer_and_keeps_all_else():
-    base = PickOptions(back=0.05)
+    base = PickOptions(before=0.05)
     turned = control_dial("planner", base)
     assert turned.planner.seconds > base.planner.seconds
-    assert turned.back == base.back
+    assert turned.before == base.before
 
 
 @pytest.mark.parametrize("dial", [perception_dial, control_dial])
