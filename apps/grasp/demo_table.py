@@ -113,7 +113,7 @@ def ending(record: DemoRecord) -> str:
     result, stopped = record.result, record.report.stopped
     lines = [f"{result.placed} of {result.total} objects in the tray; {_why(stopped)}"]
     lines += [f"left alone: {one}" for one in record.report.left]
-    lines.append(f"{result.cpu_seconds:.0f} s of processor time")
+    lines.append(f"{result.cpu_seconds:.0f} s of processor time from the first look to the last")
     return "\n".join(lines)
 
 

@@ -78,7 +78,7 @@ def _tiles(record: DemoRecord) -> str:
             (f"{np.median([pick.plan_ms for pick in picks]):.0f} ms", "to choose and plan"),
             (f"{np.mean([pick.seconds for pick in picks]):.1f} s", "simulated time per pick"),
         ]
-    tiles.append((f"{result.cpu_seconds:.0f} s", "processor time of it all"))
+    tiles.append((f"{result.cpu_seconds:.0f} s", "processor time, first look to last"))
     made = "".join(f'<div class="tile"><b>{a}</b><span>{b}</span></div>' for a, b in tiles)
     return f'<div class="tiles">{made}</div>'
 
