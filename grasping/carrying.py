@@ -62,25 +62,36 @@ def place(cell: Cell, job: Job) -> Ended | None:
     if solid is not None:
         below = float(grasped.translation @ UP) + float(solid.support(-UP))
     low = np.array([goal[0], goal[1], goal[2] + below + options.drop_height])
-    high = low + max(tray.wall_height + options.over_tray - options.drop_height, 0.0) * UP
+    high = low + max(cell.tray_height + options.over_tray - options.drop_height, 0.0) * UP
     # Which way is up must stay so; the turn about it is free.
     upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
-    for leg in ("over", "down"):
-        aims = (Position(high if leg == "over" else low), upright)
-        arrival = go(
-            cell,
-            job.far(cell, aims, "held")
-            if leg == "over"
-            else job.near(cell, aims, options.lift_speed, "held"),
-            options.place_seconds,
-            command=lambda reading: _grip(job, cell, reading),
-            stop=lambda reading: _gone(cell, reading),
-        )
-        if arrival.end == "stopped":
-            return Ended("lost", f"{arrival.reason} on the way to the tray")
-        if not arrival and leg == "over":
-            return Ended("place_failed", f"on the way to the tray: {arrival.reason}")
-    job.let_go(cell)
+    over = go(
+        cell,
+        job.far(cell, (Position(high), upright), "held"),
+        options.place_seconds,
+        command=lambda reading: _grip(job, cell, reading),
+        stop=lambda reading: _gone(cell, reading),
+    )
+    if over.end == "stopped":
+        return Ended("lost", f"{over.reason} on the way to the tray")
+    if not over:
+        return Ended("place_failed", f"on the way to the tray: {over.reason}")
+    job.lowering = True
+    # However this ends, the object is over its place, or already down on what lies there.
+    go(
+        cell,
+        job.near(cell, (Position(low), upright), options.lift_speed, "held"),
+        options.lift_seconds,
+        command=lambda reading: _grip(job, cell, reading),
+        stop=lambda reading: _gone(cell, reading),
+    )
+    if solid is not None:
+        height = float(solid.support(UP) + solid.support(-UP))
+        cell.tray_height = max(cell.tray_height, height)
+    palm = cell.palm().translation
+    tips = cell.robot.hand.reach(job.plan.opening)
+    clear = tray.centre[2] + cell.tray_height + tips + options.over_tray
+    job.let_go(cell, np.array([palm[0], palm[1], max(clear, palm[2])]))
     return None
 
 

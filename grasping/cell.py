@@ -69,6 +69,8 @@ class Cell:
     def __post_init__(self) -> None:
         self.reading: RobotReading = self.robot.read()
         """State at the end of the last period."""
+        self.tray_height: float = self.tray.wall_height
+        """Height over the tray's floor up to which walls or objects in it stand, m."""
         self.scene: Scene | None = None
         """What was seen last."""
         self.plan: GraspPlan | None = None

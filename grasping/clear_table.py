@@ -161,7 +161,7 @@ def go_home(cell: Cell, scene: Scene) -> bool:
     hand = cell.robot.hand
     world = CollisionWorld(
         cell.model(hand.pulled(hand.widest)),
-        (*surroundings(scene, None), *cell.tray.obstacles()),
+        (*surroundings(scene, None), cell.tray.filled(cell.tray_height)),
     )
     control = replace(options.control, dt=cell.robot.period, tolerance=0.02)
     controller = PlannedApproach(

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .closing import ASIDE
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -79,7 +81,7 @@ def finger_room(
     along = grip.axis if grip.approach == "top" else grip.up
     palm = grip.centre - stance.standoff * grip.palm + 0.5 * (stance.low + stance.high) * along
     local = (near.points - palm) @ np.array([grip.closing, grip.axis, grip.palm]).T
-    boxes = _hand_boxes(hand, prototype, opening)
+    boxes = _hand_boxes(hand, prototype, opening, grip.width)
     low, high = boxes[:, 0, None], boxes[:, 1, None]
     outside = np.maximum(np.maximum(low - local, local - high), 0.0)
     square = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
@@ -87,26 +89,33 @@ def finger_room(
     return float(np.sqrt(square[nearest])), int(near.labels[nearest])
 
 
-def _hand_boxes(hand: HandModel, prototype: Prototype, opening: float) -> NDArray[np.float64]:
+def _hand_boxes(
+    hand: HandModel, prototype: Prototype, opening: float, width: float
+) -> NDArray[np.float64]:
     """Lower and upper corners (B, 2, 3) of boxes around the open hand and its way back, m.
 
+    Fingers take the space from where they are open to the object, as they close through it.
     A finger bulges at its knuckles and is thin at its tip. The thumb is no wider than what a
     pincer uses, and in a pincer the outer fingers stay open.
     """
     row, narrow = 0.5 * hand.row, 0.5 * hand.middle_row
     fingers = narrow if prototype == "pincer" else row
-    boxes = _finger(hand, opening, fingers, -1.0) + _finger(hand, opening, narrow, 1.0)
+    boxes = _finger(hand, opening, width, fingers, -1.0)
+    boxes += _finger(hand, opening, width, narrow, 1.0)
     if prototype == "pincer":
-        boxes += _finger(hand, hand.widest, row, -1.0)
+        idle = min(opening + ASIDE, hand.widest)
+        boxes += _finger(hand, idle, idle, row, -1.0)
     base = 0.5 * float(hand.spreads[0])
     behind = -hand.palm_depth - WAY_BACK
     boxes.append(((-base, -row, behind), (base, row, 0.0)))
     return np.array(boxes)
 
 
-def _finger(hand: HandModel, opening: float, half_row: float, side: float) -> list[_Corners]:
+def _finger(
+    hand: HandModel, opening: float, width: float, half_row: float, side: float
+) -> list[_Corners]:
     reach = hand.reach(opening)
-    inner, tip = 0.5 * opening, 0.5 * opening + hand.thickness
+    inner, tip = 0.5 * min(opening, width), 0.5 * opening + hand.thickness
     bulge = max(0.5 * hand.spread(opening), tip)
     knuckles = (1.0 - TIP_SHARE) * reach
     parts = (min(inner, bulge), bulge, -WAY_BACK, knuckles), (inner, tip, knuckles, reach)

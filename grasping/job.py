@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control import ApproachController, CollisionWorld, PlannedApproach, Position
+from eyehand.control import (
+    ApproachController,
+    CollisionWorld,
+    Orientation,
+    PlannedApproach,
+    Position,
+)
 
 from .closing import Closing, open_command
 from .motion import go, paced
@@ -68,6 +74,8 @@ class Job:
     """Number of its place in the tray."""
     offset: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
     """How far the object turned out to be from where it was seen, by touch, (3,), m."""
+    lowering: bool = False
+    """Whether the object is going down into the tray."""
     closing: Closing | None = None
     """The hand's fingers at work, once they close."""
     T_palm_grasped: RigidTransform = field(default_factory=RigidTransform.identity)
@@ -108,7 +116,11 @@ class Job:
         target
             Whether the object to grasp is an obstacle, a part of the robot, or neither.
         """
-        around = (*self._seen, *cell.tray.obstacles())
+        # A long way keeps off all that the tray holds; near it, only its walls are known.
+        tray = cell.tray.obstacles()
+        if target != "ignored" and not self.lowering:
+            tray = (cell.tray.filled(cell.tray_height),)
+        around = (*self._seen, *tray)
         solid = self.choice.target.fit.superquadric
         if target == "ignored" or solid is None:
             return CollisionWorld(self.model(cell), around)
@@ -168,11 +180,18 @@ class Job:
             retreats=0,
         )
 
-    def let_go(self, cell: Cell) -> None:
-        """Open the hand and rise off whatever is there."""
-        command = open_command(cell.robot.hand)
-        cell.rest(cell.options.open_seconds, command)
+    def let_go(self, cell: Cell, clear: NDArray[np.float64] | None = None) -> None:
+        """Open the hand, and go back off whatever is there.
+
+        Parameters
+        ----------
+        cell
+            The robot.
+        clear
+            Where the palm goes, (3,), world, m; back along its own way when not given.
+        """
+        cell.rest(cell.options.open_seconds, open_command(cell.robot.hand))
         palm = cell.palm()
-        above = palm.translation - self.back(cell) * palm.rotation.as_matrix()[:, 2]
-        aims = (Position(above),)
+        back = palm.translation - self.back(cell) * palm.rotation.as_matrix()[:, 2]
+        aims = (Position(back if clear is None else clear), Orientation(palm.rotation))
         go(cell, self.off(cell, aims, cell.options.lift_speed), 2.0)

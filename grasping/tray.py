@@ -55,6 +55,12 @@ class Tray:
         """Tell whether a point (3,), world, lies over the tray's floor."""
         return bool((np.abs(point[:2] - self.centre[:2]) <= 0.5 * np.asarray(self.size)).all())
 
+    def filled(self, height: float) -> Obstacle:
+        """Give the space up to a height over the floor, m, as one block, walls included."""
+        half = np.append(0.5 * np.asarray(self.size) + self.wall, 0.5 * (height + self.wall))
+        middle = self.centre + np.array([0.0, 0.0, 0.5 * (height - self.wall)])
+        return Obstacle("tray", Box(half), RigidTransform.from_translation(middle))
+
     def obstacles(self) -> tuple[Obstacle, ...]:
         """Give floor and walls for the arm to keep off."""
         (x, y), t, h = 0.5 * np.asarray(self.size), self.wall, self.wall_height

@@ -112,7 +112,7 @@ def test_neighbours_all_around_rule_out_the_side():
 
 
 def test_one_neighbour_leaves_the_sides_away_from_it():
-    beside = can(0.03, 0.16, at=(0.08, 0.0), label=2)
+    beside = can(0.03, 0.16, at=(0.095, 0.0), label=2)
     plans = grasp_plans(can(0.03, 0.16), TABLE, neighbours=[beside])
     plan = next(plan for plan in plans if plan.name == "side power")
     assert plan.grip is not None
