@@ -258,10 +258,12 @@ class Scorer:
             self._watch(moment)
 
     def _nearest(self, point: np.ndarray) -> str:
-        """Name of the object whose surface is nearest to a point (3,)."""
+        """Name of the object that holds a point (3,), or whose surface is nearest to it.
+
+        Signed: deep inside, the distance to the own surface exceeds that to a near neighbour.
+        """
         apart = {
-            solid.name: abs(float(solid.shape.distance(point)))
-            for solid in true_solids(self._robot)
+            solid.name: float(solid.shape.distance(point)) for solid in true_solids(self._robot)
         }
         return min(apart, key=apart.__getitem__) if apart else ""
 

@@ -1,14 +1,20 @@
 """Whole trials in the simulated cell, with nothing known but what is seen or told."""
 
 import itertools
+from types import SimpleNamespace
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import pytest
 
 from eyehand.apps.grasp.folder_scene import folder_scene
 from eyehand.apps.grasp.scenes import grasp_scene
-from eyehand.apps.grasp.trial import GraspTrial, run_trial
+from eyehand.apps.grasp.stress_grasp_solids import standing
+from eyehand.apps.grasp.trial import GraspTrial, Scorer, cell_of, run_trial
 from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from eyehand.grasping.job import Choice
 
 
 def write_box(path, half):
@@ -76,3 +82,16 @@ def test_scenes_are_the_same_for_a_seed(family):
 def test_unknown_families_are_refused():
     with pytest.raises(InputError, match="single, packed, pile"):
         grasp_scene("heap", 0)  # pyright: ignore[reportArgumentType] - the wrong name is the test
+
+
+def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
+    size, beside = (0.05, 0.09, 0.09), (0.045, 0.045, 0.09)
+    wall = standing("box", size, 0, name="wall", aside=(0.0675, 0.0))
+    cell, robot = cell_of([standing("box", beside, 0), wall], GraspTrial(known=True))
+    scorer = Scorer(cell, robot)
+    for name in ("box", "wall"):
+        middle = robot.object_pose(name).translation
+        scorer.told(
+            cast("Choice", SimpleNamespace(target=SimpleNamespace(points=middle[None]))), None
+        )
+        assert scorer._target == name
