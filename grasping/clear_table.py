@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.control import CollisionWorld, PlannedApproach, Posture
+from eyehand.errors import InputError
 
 from .choose import Chosen, choose, way_of
 from .closing import open_command
 from .motion import go
 from .pick import pick
 from .report import ClearReport, PickReport
+from .sight import doubts
 from .surroundings import surroundings
 
 if TYPE_CHECKING:
@@ -106,9 +108,15 @@ def clear_table(
     picks: list[PickReport] = []
     memory = Memory()
     looks = failures = 0
+    scene: Scene | None = None
     while True:
-        scene, perceive_ms = look(cell)
+        seen, perceive_ms, doubt = look(cell)
         looks += 1
+        if seen is None:
+            if scene is not None and picks and picks[-1] and options.look_from_tray:
+                go_home(cell, scene)
+            return ClearReport(tuple(picks), looks, (), cell.reading.fault or doubt)
+        scene = seen
         if picks and not picks[-1]:
             picks[-1] = _moved(picks[-1], scene, memory)
         stopped = ""
@@ -144,15 +152,23 @@ def clear_table(
             told(chosen.choice, report)
 
 
-def look(cell: Cell) -> tuple[Scene, float]:
-    """Take a depth image and see what is there; gives the scene and the ms that seeing took."""
+def look(cell: Cell) -> tuple[Scene | None, float, str]:
+    """Take a depth image and see what is there.
+
+    Gives the scene and the ms that seeing took; None where it is nothing to act on, and why.
+    """
     cell.enter("look")
     frame = cell.robot.look()
     began = time.perf_counter()
-    scene = cell.see(frame)
+    try:
+        scene = cell.see(frame)
+    except InputError as error:
+        return None, 1e3 * (time.perf_counter() - began), f"cannot see: {error}"
+    if doubt := doubts(frame, scene, cell.tray):
+        return None, 1e3 * (time.perf_counter() - began), doubt
     objects = tuple(one for one in scene.objects if not cell.tray.holds(one.points.mean(axis=0)))
     cell.scene = replace(scene, objects=objects)
-    return cell.scene, 1e3 * (time.perf_counter() - began)
+    return cell.scene, 1e3 * (time.perf_counter() - began), ""
 
 
 def go_home(cell: Cell, scene: Scene) -> bool:
