@@ -12,13 +12,21 @@ import numpy as np
 from eyehand.errors import InputError
 
 from .arms import HOME_KEY, LBR_ARM, TOOL_SITE
+from .hand_description import HandDescription, description_beside
+from .hand_drives import HandDrives
+from .hand_table import hand_model
 from .mujoco_import import import_mujoco
+from .pad_contact import grip_pads
+from .synergy_drives import SynergyDrives
+from .synergy_table import synergy_hand_model
 from .tendon_posture import tendon_posture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+
+    from eyehand.grasping.hand_model import HandModel
 
 HAND = Path(__file__).parent / "assets" / "hand.xml"
 """The underactuated hand that comes with eyehand: three fingers against a thumb."""
@@ -58,6 +66,27 @@ class GraspRobot:
     rest: tuple[float, ...] | None = None
     """Arm joint angles at rest, rad; None takes `REST_POSTURE` for the LBR-like arm, and the
     keyframe ``home`` for others."""
+    fingers: HandDescription | None = None
+    """Which joints make up which finger, where motors move them; None for a hand of tendons."""
+
+    @classmethod
+    def of_file(cls, path: Path, frame: str) -> GraspRobot:
+        """Take a whole robot from one MJCF file, its hand as the JSON beside it tells.
+
+        Parameters
+        ----------
+        path
+            MJCF file of arm and hand; ``robot.hand.json`` beside ``robot.xml`` describes a hand
+            whose motors move joints (:func:`~.hand_description.description_beside`).
+        frame
+            Site or body that is the hand's frame.
+
+        Raises
+        ------
+        InputError
+            If the description cannot be read.
+        """
+        return cls(path, hand=None, frame=frame, fingers=description_beside(path))
 
     @functools.cached_property
     def joints(self) -> tuple[str, ...]:
@@ -81,7 +110,9 @@ class GraspRobot:
 
     @functools.cached_property
     def drives(self) -> tuple[str, ...]:
-        """Names of the tendons, in the order of the file."""
+        """Names of the tendons, in the order of the file; of the fingers where it has none."""
+        if self.fingers is not None:
+            return tuple(finger.name for finger in self.fingers.fingers)
         model = self._model
         return tuple(model.tendon(tendon).name for tendon in range(model.ntendon))
 
@@ -136,6 +167,8 @@ class GraspRobot:
             for geom in spec.geoms:
                 if geom.priority > 0 or geom.name.startswith(HAND_PREFIX):
                     geom.friction = [friction, *geom.friction[1:]]
+        if self.fingers is not None:
+            grip_pads(spec, self.fingers, friction, prefix=self.hand_prefix)
         return spec
 
     def posture(self, excursions: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
@@ -146,7 +179,38 @@ class GraspRobot:
                 f"excursions must be {len(self.drives)} finite lengths in m, one for each of "
                 f"{', '.join(self.drives)}; got {excursions.tolist()}"
             )
+        if self.fingers is not None:
+            data = import_mujoco().MjData(self._model)
+            drives = SynergyDrives(self._model, data, self.fingers, prefix=self.hand_prefix)
+            drives.pose(excursions)
+            return data.qpos[self._hand_places].copy()
         return tendon_posture(self._moments, excursions, *self._springs)
+
+    def motors(self, model: Any, data: Any, prefix: str) -> HandDrives | SynergyDrives:
+        """Give what executes hand commands in a world with this robot.
+
+        Parameters
+        ----------
+        model, data
+            `MjModel` and `MjData` of the world.
+        prefix
+            What stands before the hand's names in it.
+        """
+        if self.fingers is None:
+            return HandDrives(model, data, prefix=prefix)
+        return SynergyDrives(model, data, self.fingers, prefix=prefix)
+
+    def measured_hand(self) -> HandModel:
+        """Measure how the hand opens and reaches, by its kinematics.
+
+        Raises
+        ------
+        InputError
+            If it has no fingers that close against a thumb, or nothing tells them.
+        """
+        if self.fingers is None:
+            return hand_model(self.hand or self.arm)
+        return synergy_hand_model(self._model, self.fingers, self.frame, prefix=self.hand_prefix)
 
     def description(
         self, q: NDArray[np.float64], excursions: NDArray[np.float64], place: Any

@@ -18,8 +18,6 @@ from .depth_noise import DepthNoise, add_depth_noise
 from .depth_renderer import DEFAULT_MAX_RANGE_M, open_renderer
 from .fingertip_pads import FingertipPads
 from .grasp_world import ROBOT_PREFIX
-from .hand_drives import HandDrives
-from .hand_table import hand_model
 from .mujoco_import import import_mujoco
 from .self_filter import without_places, without_robot
 from .touch_record import TouchRecord
@@ -83,12 +81,12 @@ class SimRobot:
         self._seed, self._looks = seed, 0
         self._model = model = world.own_model()
         self._data = data = mujoco.MjData(model)
-        self._hand = hand or hand_model(world.robot.hand or world.robot.arm)
+        self._hand = hand or world.robot.measured_hand()
         self._steps = round(PERIOD_S / model.opt.timestep)
         joints = [ROBOT_PREFIX + name for name in world.robot.joints]
         self._servos = ArmServos(model, data, joints, world.robot.home)
         self._open_hand()
-        self._drives = HandDrives(model, data, prefix=world.hand_prefix)
+        self._drives = world.robot.motors(model, data, world.hand_prefix)
         self._tips = _tips(model, world.hand_prefix, self._hand.fingers)
         self._touch = TouchRecord(model, data, world)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
