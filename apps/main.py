@@ -103,6 +103,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
         "make staged scenes harder until the segmentation breaks, and chart where",
     ),
+    "stress grasp": (
+        "eyehand.apps.grasp.stress_grasp:stress_grasp",
+        "make picks harder until they break, and chart where",
+    ),
 }
 """Command name → (where it is, what it does); the first of two words names a group, and a group's
 name by itself is what runs without a second word."""
