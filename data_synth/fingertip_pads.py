@@ -36,7 +36,7 @@ class FingertipPads:
     model
         `mujoco.MjModel`.
     pads
-        Numbers of the geoms that carry an array.
+        Numbers of the geoms that carry an array; none at all is a hand without tactile tips.
     sites
         Numbers of their sites in the inner face, in the same order.
     """
@@ -56,6 +56,8 @@ class FingertipPads:
         an image's forces is the sum of these.
         """
         contact = data.contact
+        if not len(self._forces):
+            return ()
         self._forces[:] = 0.0
         if data.nefc:
             _press(

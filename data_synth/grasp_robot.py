@@ -12,11 +12,12 @@ import numpy as np
 from eyehand.errors import InputError
 
 from .arms import HOME_KEY, LBR_ARM, TOOL_SITE
-from .hand_description import HandDescription, description_beside
+from .hand_description import EXAMPLE, SUFFIX, HandDescription, description_beside
 from .hand_drives import HandDrives
 from .hand_table import hand_model
 from .mujoco_import import import_mujoco
 from .pad_contact import grip_pads
+from .plain_sizes import plain_sizes
 from .synergy_drives import SynergyDrives
 from .synergy_table import synergy_hand_model
 from .tendon_posture import tendon_posture
@@ -157,12 +158,12 @@ class GraspRobot:
             if flange is None:
                 raise InputError(f"{self.arm} has no site {self.flange!r} to carry the hand")
             hand = _read(self.hand)
+            plain_sizes(hand)
             for root in hand.worldbody.bodies:
                 root.pos = np.add(root.pos, [0.0, 0.0, PALM_BEFORE_FLANGE_M])
             match_options(spec, hand)
             spec.attach(hand, prefix=HAND_PREFIX, site=flange)
-        for key in list(spec.keys):
-            spec.delete(key)
+        plain_sizes(spec)
         if friction is not None:
             for geom in spec.geoms:
                 if geom.priority > 0 or geom.name.startswith(HAND_PREFIX):
@@ -208,8 +209,13 @@ class GraspRobot:
         InputError
             If it has no fingers that close against a thumb, or nothing tells them.
         """
+        if self.fingers is None and self.hand is None:
+            raise InputError(
+                f"nothing tells the fingers of {self.arm}: describe them in "
+                f"{Path(self.arm).with_suffix(SUFFIX)}, as {EXAMPLE}"
+            )
         if self.fingers is None:
-            return hand_model(self.hand or self.arm)
+            return hand_model(self.hand)
         return synergy_hand_model(self._model, self.fingers, self.frame, prefix=self.hand_prefix)
 
     def description(

@@ -15,9 +15,10 @@ THUMB = "thumb"
 SUFFIX = ".hand.json"
 """A hand's description lies beside its MJCF: ``robot.xml``, ``robot.hand.json``."""
 
-_EXAMPLE = (
-    '{"fingers": {"middle": {"joints": {"MFJ2": [0.8, 1.5]}, "pads": ["mf_pad"]}, "thumb": {…}}}'
+EXAMPLE = (
+    '{"fingers": {"middle": {"joints": {"MFJ2": [0.8, 1.5]}, "pads": ["mf_tip"]}, "thumb": {…}}}'
 )
+"""What a description looks like, for whoever has to write one."""
 
 
 @dataclass(frozen=True)
@@ -135,7 +136,7 @@ def read_description(path: Path) -> HandDescription:
 def _description(told: Any) -> HandDescription:
     fingers = told.get("fingers") if isinstance(told, dict) else None
     if not isinstance(fingers, dict):
-        raise InputError(f"there is no object 'fingers'; expected {_EXAMPLE}")
+        raise InputError(f"there is no object 'fingers'; expected {EXAMPLE}")
     unknown = sorted(set(told) - {"fingers", "palm", "still"})
     if unknown:
         raise InputError(f"unknown {', '.join(unknown)}; known are fingers, palm, still")
@@ -153,7 +154,7 @@ def _description(told: Any) -> HandDescription:
 def _finger(name: str, told: Any) -> FingerDescription:
     joints = told.get("joints") if isinstance(told, dict) else None
     if not isinstance(joints, dict):
-        raise InputError(f"finger {name} has no object 'joints'; expected {_EXAMPLE}")
+        raise InputError(f"finger {name} has no object 'joints'; expected {EXAMPLE}")
     places = {}
     for joint, pair in joints.items():
         if not isinstance(pair, list) or len(pair) != 2:

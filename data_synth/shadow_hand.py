@@ -10,6 +10,7 @@ from eyehand.errors import InputError
 
 from .hand_description import FingerDescription, HandDescription
 from .mujoco_import import import_mujoco
+from .plain_sizes import plain_sizes
 
 PACKAGE = "gymnasium_robotics"
 """Only its files are read: the package itself is never imported."""
@@ -99,12 +100,7 @@ def shadow_hand() -> Any:
     for thing in (*spec.worldbody.bodies, *spec.worldbody.geoms, *spec.worldbody.lights):
         if thing.name != mount.name:
             spec.delete(thing)
-    # Sizes of its own would be told as conflicts wherever the hand is attached.
-    for name in ("njmax", "nconmax", "nuser_jnt", "nuser_site", "nuser_tendon", "nuser_actuator",
-                 "nuser_sensor"):  # fmt: skip
-        setattr(spec, name, -1)
-    for item in (*spec.joints, *spec.tendons, *spec.actuators):
-        item.userdata = []
+    plain_sizes(spec)
     mount.pos = [0.0, 0.0, 0.0]
     spec.body(f"{PREFIX}palm").add_site(name=PALM_SITE, pos=PALM_ORIGIN, quat=PALM_AXES, group=4)
     for motor in spec.actuators:

@@ -170,7 +170,7 @@ def cell_of(
     """Build a cell around given objects; of the trial, the scene is not looked at."""
     kind = None
     if trial.robot:
-        kind = GraspRobot(Path(trial.robot), hand=None, frame=trial.hand_frame, rest=None)
+        kind = GraspRobot.of_file(Path(trial.robot), trial.hand_frame)
     world = GraspWorld.build(objects, robot=kind, friction=trial.friction)
     robot = SimRobot(world, noise=DepthNoise.realistic(), seed=trial.seed)
     perception = perception_dial(trial.perception)

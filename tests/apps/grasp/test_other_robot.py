@@ -1,0 +1,100 @@
+"""A whole robot in one file, its hand described beside it, picks an object up."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eyehand.apps.grasp.trial import GraspTrial, make_cell, run_trial
+from eyehand.data_synth import grasp_robot
+from eyehand.data_synth.arms import LBR_ARM
+from eyehand.data_synth.grasp_robot import PALM_BEFORE_FLANGE_M, GraspRobot, match_options
+from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.errors import InputError
+
+ASSETS = Path(grasp_robot.__file__).parent / "assets"
+PREFIX = "servo_"
+
+
+@pytest.fixture(scope="module")
+def robot_file(tmp_path_factory):
+    """The LBR-like arm with a hand of position servos, written to one file."""
+    mujoco = import_mujoco()
+    path = tmp_path_factory.mktemp("robot") / "servo_robot.xml"
+    spec = mujoco.MjSpec.from_file(str(LBR_ARM))
+    hand = mujoco.MjSpec.from_file(str(ASSETS / "servo_hand.xml"))
+    for root in hand.worldbody.bodies:
+        root.pos = [0.0, 0.0, PALM_BEFORE_FLANGE_M]
+    match_options(spec, hand)
+    spec.attach(hand, prefix=PREFIX, site=next(s for s in spec.sites if s.name == "tool"))
+    spec.compile()
+    path.write_text(spec.to_xml())
+    told = json.loads((ASSETS / "servo_hand.hand.json").read_text())
+    for finger in told["fingers"].values():
+        finger["joints"] = {PREFIX + name: ends for name, ends in finger["joints"].items()}
+        finger["pads"] = [PREFIX + name for name in finger["pads"]]
+    told["palm"] = [PREFIX + name for name in told["palm"]]
+    path.with_suffix(".hand.json").write_text(json.dumps(told))
+    return path
+
+
+def trial(path, **more):
+    return GraspTrial("single", 3, known=True, robot=str(path), hand_frame=f"{PREFIX}palm", **more)
+
+
+def test_arm_and_hand_are_told_apart(robot_file):
+    robot = GraspRobot.of_file(robot_file, f"{PREFIX}palm")
+
+    assert len(robot.joints) == 7
+    assert robot.hand_joints[0] == f"{PREFIX}left_knuckle"
+    assert robot.drives == ("left", "right", "thumb")
+    hand = robot.measured_hand()
+    half = robot.posture(hand.pulled(0.05))
+    assert half.shape == (6,)
+    assert (half > robot.posture(hand.pulled(0.08))).all()
+    # Opened as wide as it goes, the posture is what the file calls open.
+    np.testing.assert_allclose(robot.posture(np.zeros(3)), [-0.55, 0.15] * 3)
+
+
+def test_it_puts_an_object_into_the_tray(robot_file):
+    result = run_trial(trial(robot_file))
+
+    assert result.placed == 1, result
+    assert result.picks[-1].outcome == "placed"
+    assert result.picks[-1].touched_before == 0
+
+
+def test_the_friction_asked_for_is_that_of_its_pads(robot_file):
+    _, robot = make_cell(trial(robot_file, friction=0.6))
+
+    pad = robot.model.geom(f"robot_{PREFIX}left_tip")
+    assert pad.friction[0] == 0.6
+    assert pad.priority == 1
+
+
+def test_a_file_without_a_description_says_where_to_write_one(robot_file, tmp_path):
+    path = tmp_path / "alone.xml"
+    path.write_text(robot_file.read_text())
+
+    with pytest.raises(InputError, match=r"alone\.hand\.json"):
+        make_cell(trial(path))
+
+
+def test_a_frame_that_is_not_there_is_named(robot_file):
+    with pytest.raises(InputError, match="no site or body 'plam'"):
+        make_cell(GraspTrial("single", 3, robot=str(robot_file), hand_frame="plam"))
+
+
+def test_a_hand_of_servos_goes_on_any_flange():
+    robot = GraspRobot(
+        hand=ASSETS / "servo_hand.xml",
+        frame="hand_palm",
+        fingers=grasp_robot.description_beside(ASSETS / "servo_hand.xml"),
+    )
+
+    assert len(robot.joints) == 7
+    assert robot.measured_hand().widest > 0.1
+    assert robot.posture(np.zeros(3)).shape == (6,)
