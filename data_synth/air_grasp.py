@@ -12,10 +12,11 @@ from eyehand.errors import InputError
 from eyehand.grasping.closing import Closing, GripOptions, finger_forces, preshape_command
 
 from .grasp_robot import match_options
+from .hand_frame import frame_of
 from .mujoco_import import import_mujoco
 from .pad_contact import grip_pads
 from .synergy_drives import SynergyDrives
-from .synergy_table import frame_of, synergy_hand_model
+from .synergy_table import synergy_hand_model
 from .tabletop_scene import Table, TabletopObject
 from .tabletop_spec import tabletop_spec
 

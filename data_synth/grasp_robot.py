@@ -14,6 +14,7 @@ from eyehand.errors import InputError
 from .arms import HOME_KEY, LBR_ARM, TOOL_SITE
 from .hand_description import EXAMPLE, SUFFIX, HandDescription, description_beside
 from .hand_drives import HandDrives
+from .hand_frame import frame_of
 from .hand_table import hand_model
 from .mujoco_import import import_mujoco
 from .pad_contact import grip_pads
@@ -93,7 +94,7 @@ class GraspRobot:
     def joints(self) -> tuple[str, ...]:
         """Names of the hinges between the world and the hand's frame, from base to tip."""
         model = self._model
-        body = _frame_body(model, self.frame)
+        body, _ = frame_of(model, self.frame)
         names = []
         while body > 0:
             first = model.body_jntadr[body]
@@ -333,13 +334,3 @@ def _read(path: Path) -> Any:
         return mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
         raise InputError(f"robot: cannot read {path}: {' '.join(str(error).split())}") from None
-
-
-def _frame_body(model: Any, frame: str) -> int:
-    for site in range(model.nsite):
-        if model.site(site).name == frame:
-            return int(model.site_bodyid[site])
-    for body in range(1, model.nbody):
-        if model.body(body).name == frame:
-            return body
-    raise InputError(f"the robot has no site or body {frame!r} to be the hand's frame")

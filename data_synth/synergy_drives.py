@@ -11,6 +11,7 @@ from eyehand.grasping.robot import HandCommand, HandReading
 
 from .hand_description import THUMB, HandDescription
 from .mujoco_import import import_mujoco
+from .near_names import near_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -301,10 +302,14 @@ def _pads(model: Any, description: HandDescription, prefix: str) -> NDArray[np.i
 
 
 def _id(model: Any, kind: Any, name: str) -> int:
-    found = import_mujoco().mj_name2id(model, kind, name)
-    if found < 0:
-        what = str(kind).rpartition("OBJ_")[2].lower()
-        raise InputError(
-            f"the hand's description names a {what} {name!r}, which its MJCF file does not have"
-        )
-    return int(found)
+    mujoco = import_mujoco()
+    found = mujoco.mj_name2id(model, kind, name)
+    if found >= 0:
+        return int(found)
+    joint = kind == mujoco.mjtObj.mjOBJ_JOINT
+    what, count = ("joint", model.njnt) if joint else ("geom", model.ngeom)
+    names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(count)]
+    raise InputError(
+        f"the hand's description names a {what} {name!r}, which its MJCF file does not have; "
+        + near_names(name, names)
+    )

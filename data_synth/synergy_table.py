@@ -12,6 +12,7 @@ from eyehand.grasping.hand_model import HandModel
 
 from .geom_extent import extent
 from .hand_description import THUMB, HandDescription
+from .hand_frame import frame_of
 from .mujoco_import import import_mujoco
 from .synergy_drives import SynergyDrives
 
@@ -137,24 +138,6 @@ class _Posed:
                 low, high = self.bounds([tip], 0)
                 row[k] = low if self.drives.drives[k] == THUMB else -high
         return halves
-
-
-def frame_of(model: Any, frame: str) -> tuple[int, int]:
-    """Numbers of the body that carries a frame, and of its site; -1 where it is the body's own.
-
-    Raises
-    ------
-    InputError
-        If there is neither a site nor a body of that name.
-    """
-    kinds = import_mujoco().mjtObj
-    site = import_mujoco().mj_name2id(model, kinds.mjOBJ_SITE, frame)
-    if site >= 0:
-        return int(model.site_bodyid[site]), int(site)
-    body = import_mujoco().mj_name2id(model, kinds.mjOBJ_BODY, frame)
-    if body > 0:
-        return int(body), -1
-    raise InputError(f"the robot has no site or body {frame!r} to be the hand's frame")
 
 
 def _below(model: Any, body: int, root: int) -> bool:
