@@ -80,7 +80,7 @@ def place(cell: Cell, job: Job) -> Ended | None:
     # However this ends, the object is over its place, or already down on what lies there.
     go(
         cell,
-        job.near(cell, (Position(low), upright), options.lift_speed, "held"),
+        job.down(cell, (Position(low), upright)),
         options.lift_seconds,
         command=lambda reading: _grip(job, cell, reading),
         stop=lambda reading: _gone(cell, reading),

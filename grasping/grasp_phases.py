@@ -71,7 +71,8 @@ def contact(cell: Cell, job: Job) -> Ended | None:
     palm = cell.palm()
     ahead = palm.translation + options.palm_search * palm.rotation.as_matrix()[:, 2]
     controller = job.near(cell, (Position(ahead),), options.palm_speed)
-    go(cell, controller, 1.0, stop=lambda r: _touch(cell, r))
+    seconds = options.palm_search / options.palm_speed + options.ramp_seconds
+    go(cell, controller, seconds, stop=lambda r: _touch(cell, r))
     return None
 
 

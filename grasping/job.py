@@ -150,11 +150,19 @@ class Job:
         cell: Cell,
         aims: Sequence[Aim],
         speed: float,
-        target: Literal["held", "ignored"] = "ignored",
     ) -> ApproachController:
         """Control a short way close to table, neighbours or tray."""
         wanted = paced(aims, speed, cell.options.transit_turn_speed, cell.options.gain)
-        return ApproachController(self.world(cell, target), wanted, self.near_options(cell))
+        return ApproachController(self.world(cell, "ignored"), wanted, self.near_options(cell))
+
+    def down(self, cell: Cell, aims: Sequence[Aim]) -> ApproachController:
+        """Control the way down into the tray: about there is there, and walls soon end it."""
+        options = cell.options
+        control = replace(
+            self.near_options(cell), tolerance=options.off, patience=options.down_patience
+        )
+        wanted = paced(aims, options.lift_speed, options.transit_turn_speed, options.gain)
+        return ApproachController(self.world(cell, "held"), wanted, control)
 
     def off(self, cell: Cell, aims: Sequence[Aim], speed: float) -> ApproachController:
         """Control a way off what the hand touches, with nothing in the way."""
@@ -194,4 +202,5 @@ class Job:
         palm = cell.palm()
         back = palm.translation - self.back(cell) * palm.rotation.as_matrix()[:, 2]
         aims = (Position(back if clear is None else clear), Orientation(palm.rotation))
-        go(cell, self.off(cell, aims, cell.options.lift_speed), 2.0)
+        speed = cell.options.lift_speed if clear is None else cell.options.transit_speed
+        go(cell, self.off(cell, aims, speed), cell.options.lift_seconds)

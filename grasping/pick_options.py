@@ -36,7 +36,7 @@ class PickOptions:
     """Distance below which they repel there, m."""
     transit_speed: float = 0.8
     """Of the hand far from objects, m/s: faster saves time, and hits harder what was not seen."""
-    carry_speed: float = 0.5
+    carry_speed: float = 0.6
     """The same with an object in it, m/s: faster asks more of the grip."""
     transit_turn_speed: float = 2.5
     """Of its turning there, rad/s."""
@@ -89,6 +89,8 @@ class PickOptions:
     """How long the lifted object is shaken to try the grip, s; 0 does not."""
     place_seconds: float = 8.0
     """Longest way to the tray, s."""
+    down_patience: float = 0.2
+    """How long the way down into the tray may go without progress before the hand opens, s."""
     open_seconds: float = 0.25
     """How long the hand takes to open, s."""
     tries: int = 2
