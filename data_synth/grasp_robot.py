@@ -210,10 +210,14 @@ class GraspRobot:
         InputError
             If it has no fingers that close against a thumb, or nothing tells them.
         """
-        if self.fingers is None and self.hand is None:
+        if self.fingers is None and self.hand is None and not self.drives:
             raise InputError(
                 f"nothing tells the fingers of {self.arm}: describe them in "
                 f"{Path(self.arm).with_suffix(SUFFIX)}, as {EXAMPLE}"
+            )
+        if self.fingers is None and self.hand is None:
+            return hand_model(
+                self._hand_alone(), frame=HAND_PREFIX + self.frame, prefix=HAND_PREFIX
             )
         if self.fingers is None:
             return hand_model(self.hand)
@@ -240,6 +244,16 @@ class GraspRobot:
         posture[self._hand_places] = self.posture(excursions)
         spec.add_key(name=HOME_KEY, qpos=posture)
         return spec
+
+    def _hand_alone(self) -> Any:
+        """Cut the hand out of a whole robot: what hangs on the frame's body, names prefixed."""
+        mujoco = import_mujoco()
+        spec, alone = self.spec(), mujoco.MjSpec()
+        match_options(alone, spec)
+        body, _ = frame_of(self._model, self.frame)
+        root = next(part for part in spec.bodies if part.name == self._model.body(body).name)
+        alone.worldbody.add_frame().attach_body(root, HAND_PREFIX, "")
+        return alone
 
     @functools.cached_property
     def _model(self) -> Any:

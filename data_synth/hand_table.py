@@ -40,7 +40,7 @@ _WRAPS = {"wrap": False, "thumb_wrap": True}
 """Tendons of the outer joints, and whether they are the thumb's."""
 
 
-def hand_model(spec: Any = HAND) -> HandModel:
+def hand_model(spec: Any = HAND, *, frame: str = PALM_SITE, prefix: str = "") -> HandModel:
     """Measure a hand by its kinematics.
 
     Fingers are found by their pads' names (``index_distal``), the thumb by the name ``thumb``.
@@ -51,24 +51,28 @@ def hand_model(spec: Any = HAND) -> HandModel:
     ----------
     spec
         An `MjSpec` of the hand alone, or the path of its MJCF file.
+    frame
+        Site that is the hand's frame, prefix included; with a path the default only.
+    prefix
+        What stands before every name of the hand; with a path nothing.
 
     Raises
     ------
     InputError
-        If the hand has no site "palm", no thumb, or a joint that no spring opens.
+        If the hand has no such site, no thumb, or a joint that no spring opens.
     """
     if isinstance(spec, (str, Path)):
         return _measure_file(str(spec))
-    return _measure(spec.compile())
+    return _measure(spec.compile(), frame, prefix)
 
 
 @functools.lru_cache(maxsize=4)
 def _measure_file(path: str) -> HandModel:
-    return _measure(import_mujoco().MjModel.from_xml_path(path))
+    return _measure(import_mujoco().MjModel.from_xml_path(path), PALM_SITE, "")
 
 
-def _measure(model: Any) -> HandModel:
-    hand = _Unloaded(model)
+def _measure(model: Any, frame: str, prefix: str) -> HandModel:
+    hand = _Unloaded(model, frame, prefix)
     rows = [row for row in map(hand.opened, OPENINGS) if row is not None]
     if len(rows) < 2:
         raise InputError("the hand's fingers and thumb do not open against one another")
@@ -109,18 +113,19 @@ class _Row:
 class _Unloaded:
     """A hand with nothing in it, posed by tensions."""
 
-    def __init__(self, model: Any) -> None:
+    def __init__(self, model: Any, frame: str, prefix: str) -> None:
         mujoco = import_mujoco()
         self._mujoco, self._model, self._data = mujoco, model, mujoco.MjData(model)
-        self.drives = HandDrives(model, self._data)
+        self.drives = HandDrives(model, self._data, prefix=prefix)
         kinds = mujoco.mjtObj
         self.names = [
-            mujoco.mj_id2name(model, kinds.mjOBJ_GEOM, g) or "" for g in range(model.ngeom)
+            (mujoco.mj_id2name(model, kinds.mjOBJ_GEOM, g) or "").removeprefix(prefix)
+            for g in range(model.ngeom)
         ]
         for g in range(model.ngeom):
             if not self.names[g]:
                 body = mujoco.mj_id2name(model, kinds.mjOBJ_BODY, model.geom_bodyid[g]) or ""
-                self.names[g] = f"{body} trim"
+                self.names[g] = f"{body.removeprefix(prefix)} trim"
         pads = {name: g for g, name in enumerate(self.names) if name in self.drives.pads}
         self.fingers = tuple(
             dict.fromkeys(name.rpartition("_")[0] for name in pads if name.endswith("_distal"))
@@ -132,9 +137,10 @@ class _Unloaded:
             )
         self.fingers = (*(f for f in self.fingers if f != THUMB), THUMB)
         self.tips = {finger: pads[f"{finger}_distal"] for finger in self.fingers}
-        site = mujoco.mj_name2id(model, kinds.mjOBJ_SITE, PALM_SITE)
+        site = mujoco.mj_name2id(model, kinds.mjOBJ_SITE, frame)
         if site < 0:
-            raise InputError(f"the hand has no site {PALM_SITE!r} for its frame")
+            told = frame.removeprefix(prefix)
+            raise InputError(f"the hand has no site {told!r} for its frame")
         self._site = site
         arms = np.array([tendon_arms(model, t) for t in range(model.ntendon)])
         self._arms = -arms

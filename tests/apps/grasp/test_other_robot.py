@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -98,3 +99,29 @@ def test_a_hand_of_servos_goes_on_any_flange():
     assert len(robot.joints) == 7
     assert robot.measured_hand().widest > 0.1
     assert robot.posture(np.zeros(3)).shape == (6,)
+
+
+def test_a_robot_with_tendons_in_one_file_is_as_one_in_two(tmp_path):
+    mujoco = import_mujoco()
+    spec = mujoco.MjSpec.from_file(str(LBR_ARM))
+    hand = mujoco.MjSpec.from_file(str(ASSETS / "hand.xml"))
+    for root in hand.worldbody.bodies:
+        root.pos = [0.0, 0.0, PALM_BEFORE_FLANGE_M]
+    match_options(spec, hand)
+    spec.attach(hand, prefix=PREFIX, site=next(s for s in spec.sites if s.name == "tool"))
+    spec.compile()
+    path = tmp_path / "tendons.xml"
+    # Names of tendons and pads mean something: they are those of the hand's own file.
+    path.write_text(re.sub(rf'(?<!class=)"{PREFIX}', '"', spec.to_xml()))
+    one, two = GraspRobot.of_file(path, "palm"), GraspRobot()
+
+    found, known = one.measured_hand(), two.measured_hand()
+
+    assert found.drives == known.drives
+    np.testing.assert_allclose(found.openings, known.openings)
+    np.testing.assert_allclose(found.reaches, known.reaches, atol=1e-5)
+    np.testing.assert_allclose(found.excursions, known.excursions, atol=1e-5)
+    pulled = known.pulled(0.06)
+    np.testing.assert_allclose(one.posture(pulled), two.posture(pulled), atol=1e-3)
+    result = run_trial(GraspTrial("single", 3, known=True, robot=str(path), hand_frame="palm"))
+    assert result.placed == 1, result
