@@ -158,9 +158,10 @@ def look(cell: Cell) -> tuple[Scene | None, float, str]:
     Gives the scene and the ms that seeing took; None where it is nothing to act on, and why.
     """
     cell.enter("look")
-    frame = cell.robot.look()
     began = time.perf_counter()
     try:
+        frame = cell.robot.look()
+        began = time.perf_counter()
         scene = cell.see(frame)
     except InputError as error:
         return None, 1e3 * (time.perf_counter() - began), f"cannot see: {error}"

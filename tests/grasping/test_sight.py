@@ -35,7 +35,7 @@ def tilted(angle_deg: float, height: float = 0.0) -> SupportPlane:
     ("share", "support", "says"),
     [
         (1.0, tilted(0.0), ""),
-        (0.3, tilted(0.0), ""),
+        (0.5, tilted(0.0), ""),
         (1.0, tilted(2.5), ""),
         (1.0, tilted(0.0, 0.2), ""),
         (0.2, tilted(0.0), "20% of the image"),
@@ -70,6 +70,13 @@ def test_a_blind_look_ends_the_clearing_and_moves_nothing(see, says):
     assert says in report.stopped
     assert (report.picks, report.looks) == ((), 1)
     np.testing.assert_array_equal(robot.read().q, start)
+
+
+def test_a_camera_that_gives_nothing_ends_the_clearing_in_words(monkeypatch):
+    robot = MadeUpRobot()
+    monkeypatch.setattr(robot, "look", lambda: refuse(None))
+    report = clear_table(Cell(robot, lambda _: known_scene([], VIEW), TRAY))
+    assert report.stopped == "cannot see: depth is 0 everywhere"
 
 
 def test_a_table_seen_empty_is_clear():
