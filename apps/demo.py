@@ -72,7 +72,8 @@ def demo(
     task
         What the grasps are for.
     robot
-        MJCF file of another arm with its hand.
+        MJCF file of another arm with its hand; robot.hand.json beside robot.xml tells the fingers
+        of a hand whose motors move joints.
     hand_frame
         With --robot: its site or body whose origin is in the palm, z out of it, x from the
         fingers to the thumb.

@@ -111,7 +111,8 @@ def evaluate_grasp(
     objects
         Folder of meshes (.obj, .stl) or URDFs to take objects from, instead of solids.
     robot
-        MJCF of another arm with a hand.
+        MJCF of another arm with a hand; robot.hand.json beside robot.xml tells the fingers of a
+        hand whose motors move joints.
     hand_frame
         Its site in the palm.
     jobs
