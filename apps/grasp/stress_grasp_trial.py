@@ -219,8 +219,7 @@ class Ended:
             return f"{touched} other things touched before a grasp; {self.says}"
         if not {row.outcome for row in self.picks} <= set(get_args(PickOutcome)) or "" in told:
             return "a pick without a named outcome"
-        lies = [row for row in self.picks if row.outcome == "placed" and not row.success]
-        if any(row.object not in bench.gone for row in lies):
+        if any(row.outcome == "placed" and not row.success for row in self.picks):
             return "says placed, but it is not in the tray"
         if self.report.stopped == "clear" and self.left:
             return f"says clear while {len(self.left)} stand on the table"

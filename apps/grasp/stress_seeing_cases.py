@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -22,7 +22,8 @@ from .stress_grasp_trial import Bench, Method, bench_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from eyehand.perception import DepthFrame, Scene
+    from eyehand.data_synth.robot import SimRobot
+    from eyehand.perception import DepthFrame
 
 SOMETHING = f"{PLACED}; where nothing can be seen, the robot says so and stays"
 """What is right where less and less is seen."""
@@ -34,6 +35,28 @@ PATCH = 8
 """Readings get lost in squares of so many pixels: single ones would be filled in."""
 
 Axis = Literal["x", "z"]
+
+
+class OddEyedRobot:
+    """A robot whose camera does not give what it should.
+
+    Parameters
+    ----------
+    robot
+        The sound one behind it.
+    change
+        What becomes of its depth images.
+    """
+
+    def __init__(self, robot: SimRobot, change: Callable[[DepthFrame], DepthFrame]) -> None:
+        self._robot, self._change = robot, change
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._robot, name)
+
+    def look(self) -> DepthFrame:
+        """Take a depth image, and change it."""
+        return self._change(self._robot.look())
 
 
 def seeing_sweeps() -> tuple[Sweep[Method], ...]:
@@ -167,12 +190,8 @@ def _says_so(bench: Bench) -> Trial:
 
 
 def _change_frames(bench: Bench, change: Callable[[DepthFrame], DepthFrame]) -> None:
-    see = bench.cell.see
-
-    def changed(frame: DepthFrame) -> Scene:
-        return see(change(frame))
-
-    bench.cell.see = changed
+    robot = bench.robot
+    bench.cell.robot = OddEyedRobot(robot, change)  # pyright: ignore[reportAttributeAccessIssue] - passes all else on
 
 
 def _turn(angle_deg: float, axis: Axis) -> RigidTransform:
