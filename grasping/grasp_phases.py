@@ -11,6 +11,7 @@ from eyehand.control import Position
 
 from .approach_aims import approach_aims
 from .closing import Closing, preshape_command
+from .fingertips import bumped_tips
 from .job import Ended, Job
 from .motion import go
 
@@ -18,8 +19,8 @@ if TYPE_CHECKING:
     from .cell import Cell
     from .robot import HandReading, RobotReading
 
-TIP = "distal"
-"""How the names of fingertips' pads end."""
+SLIPPED_OUT = "the object left the closing hand"
+"""Reason of a close that may be tried again."""
 NEARLY_THERE = 0.012
 """A touch so near the goal is the grasp's own contact, m: the fingers close from there."""
 
@@ -49,9 +50,11 @@ def approach(cell: Cell, job: Job) -> Ended | None:
             return None
         if arrival.end != "stopped":
             return Ended("stuck", f"at the grasp: {arrival.reason}")
-        if not _fingertips(cell, cell.reading):
+        reading = cell.reading.hand
+        # Felt on the fingers' inner faces, it is between them already.
+        if not bumped_tips(reading, hand, options.touch_force):
             return None
-        side = _side(cell, cell.reading.hand)
+        side = _side(cell, reading)
         if tried == options.contact_retries:
             return Ended("no_contact", f"{arrival.reason} was touched {left * 1e3:.0f} mm early")
         job.offset = job.offset + options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
@@ -77,23 +80,45 @@ def contact(cell: Cell, job: Job) -> Ended | None:
 
 
 def close(cell: Cell, job: Job) -> Ended | None:
-    """Close the hand until it holds, or has closed on nothing."""
+    """Close the hand until it holds; where it loses what it touched, back off and come again."""
+    for tried in range(cell.options.regrasps + 1):
+        ended, side = _close(cell, job)
+        if ended is None or ended.reason != SLIPPED_OUT or tried == cell.options.regrasps:
+            return ended
+        job.offset = job.offset + (
+            cell.options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
+        )
+        shape = preshape_command(cell.robot.hand, job.plan.opening, job.prototype)
+        aims = approach_aims(job.plan, cell.robot.hand, job.back(cell))
+        back = job.near(cell, aims, cell.options.approach_speed)
+        if not go(cell, back, cell.options.approach_seconds, command=lambda _, to=shape: to):
+            return ended
+        again = approach(cell, job) or contact(cell, job)
+        if again is not None:
+            return again
+    return None
+
+
+def _close(cell: Cell, job: Job) -> tuple[Ended | None, float]:
+    """Close once; gives also the side on which something was felt last, as `_side` does."""
     closing = job.closing
     if closing is None:
-        return Ended("no_contact", "nothing to close on")
+        return Ended("no_contact", "nothing to close on"), 0.0
     end = cell.reading.time + cell.options.close_seconds
     still = np.zeros(len(cell.robot.joints))
+    side = 0.0
     touched = False
     while cell.reading.time < end and not cell.reading.fault:
         cell.step(still, closing.step(cell.reading.hand, cell.robot.period))
         touched = touched or closing.touched
+        if _touch(cell, cell.reading):
+            side = _side(cell, cell.reading.hand)
         if closing.state in ("holding", "empty"):
             break
     if closing.state == "holding":
-        return None
-    if touched:
-        return Ended("empty_close", "the object left the closing hand")
-    return Ended("empty_close", "the hand closed on nothing")
+        return None, side
+    why = SLIPPED_OUT if touched else "the hand closed on nothing"
+    return Ended("empty_close", why), side
 
 
 def grip(cell: Cell, job: Job) -> Ended | None:
@@ -117,12 +142,6 @@ def _touch(cell: Cell, reading: RobotReading) -> str:
     """Name the pads that feel something; empty when none does."""
     felt = reading.hand.forces > cell.options.touch_force
     return ", ".join(np.array(cell.robot.hand.pads)[felt].tolist())
-
-
-def _fingertips(cell: Cell, reading: RobotReading) -> bool:
-    """Tell whether a fingertip is among what feels something: else it is within the hand."""
-    felt = np.array(cell.robot.hand.pads)[reading.hand.forces > cell.options.touch_force]
-    return any(pad.endswith(TIP) for pad in felt)
 
 
 def _side(cell: Cell, reading: HandReading) -> float:

@@ -8,12 +8,15 @@ import numpy as np
 
 from .carrying import check, lift, place
 from .closing import curl
+from .fingertips import fingertip_contacts
 from .grasp_phases import approach, close, contact, grip, pre_grasp
 from .job import Ended, Job
 from .report import PickReport
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+
+    from eyehand.tactile import ContactFeatures
 
     from .cell import Cell
     from .job import Choice
@@ -46,6 +49,7 @@ def pick(cell: Cell, choice: Choice, slot: int = 0) -> PickReport:
     cell.plan = choice.plan
     ended: Ended | None = None
     wrapped = (0, 0.0)
+    tips: tuple[ContactFeatures, ...] = ()
     for phase, run in PHASES:
         start = cell.enter(phase)
         ended = run(cell, job)
@@ -54,6 +58,7 @@ def pick(cell: Cell, choice: Choice, slot: int = 0) -> PickReport:
         cell.leave(start, ended.reason if ended else "done")
         if phase == "check" and ended is None:
             wrapped = _wrapped(cell)
+            tips = fingertip_contacts(cell.reading.hand)
         if ended is not None:
             break
     if ended is not None and ended.outcome != "fault":
@@ -71,6 +76,7 @@ def pick(cell: Cell, choice: Choice, slot: int = 0) -> PickReport:
         times=np.array(cell.times),
         forces=np.array(cell.forces).reshape(len(cell.times), -1),
         wrapped=wrapped,
+        tips=tips,
     )
 
 

@@ -61,6 +61,8 @@ class PickOptions:
     """How far the next try goes sideways from where a finger met the object too early, m."""
     contact_retries: int = 2
     """How often the hand backs off and comes again after such a touch."""
+    regrasps: int = 1
+    """How often the hand backs off and closes again after it lost what it had touched."""
     palm_search: float = 0.012
     """How far a power grasp goes on past its goal to feel the object with the palm, m."""
     palm_speed: float = 0.03
@@ -100,8 +102,8 @@ class PickOptions:
         for name, value in vars(self).items():
             if isinstance(value, float) and not 0.0 <= value < 1e3:
                 raise InputError(f"pick option {name} must lie in [0, 1000), got {value}")
-        if self.tries < 1 or self.contact_retries < 0:
+        if self.tries < 1 or min(self.contact_retries, self.regrasps) < 0:
             raise InputError(
-                f"need tries >= 1 and contact_retries >= 0, got {self.tries}, "
-                f"{self.contact_retries}"
+                f"need tries >= 1, contact_retries and regrasps >= 0, got {self.tries}, "
+                f"{self.contact_retries}, {self.regrasps}"
             )

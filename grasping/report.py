@@ -9,6 +9,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from eyehand.tactile import ContactFeatures
+
     from .plan import GraspPlan
 
 Phase = Literal[
@@ -76,6 +78,8 @@ class PickReport:
     """Force on each finger, the thumb last, then the palm, (T, F + 1), N."""
     wrapped: tuple[int, float]
     """Pads in contact, palm included, when held, and the mean curl of the fingers, rad."""
+    tips: tuple[ContactFeatures, ...] = ()
+    """What each fingertip felt when held, the thumb last."""
 
     def __bool__(self) -> bool:
         return self.outcome == "placed"
