@@ -20,7 +20,7 @@ def reading(finger: str, force: float, on_face: float) -> HandReading:
     for name in HAND.fingers:
         pressures = np.zeros(len(array.positions))
         if name == finger:
-            pressures[4:8] = on_face / (4 * array.area[4:8])
+            pressures[4:8] = on_face / (4 * array.area)
         images.append(TactileImage(pressures, array))
     still = np.zeros(len(HAND.drives))
     return HandReading(still, still, np.zeros(len(HAND.joints)), forces, tuple(images))
