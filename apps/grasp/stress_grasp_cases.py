@@ -45,7 +45,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "plate of 70 mm, thinner and thinner",
             "mm",
             (40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 5.0),
-            25.0,
+            15.0,
             lambda t, seed: standing("box", (0.07, 0.07, MM * t), seed),
         ),
         _shape(
@@ -53,7 +53,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "box of 35 mm, height over width",
             "",
             (2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0),
-            4.0,
+            6.0,
             lambda r, seed: standing("box", (0.035, 0.035, 0.035 * r), seed),
         ),
         _shape(
@@ -61,7 +61,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "ellipsoid of 70 mm, width over height",
             "",
             (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0),
-            2.0,
+            2.5,
             lambda r, seed: standing("ellipsoid", (0.07, 0.07, 0.07 / r), seed),
         ),
         _shape(
@@ -69,7 +69,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "lying stick of 24 mm, length over width",
             "",
             (2.0, 4.0, 6.0, 8.0, 11.0, 15.0, 19.0, 24.0),
-            6.0,
+            11.0,
             lambda r, seed: standing("box", (0.024, 0.024 * r, 0.024), seed, place=CLEAR_OF_TRAY),
         ),
         _shape(
@@ -77,7 +77,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "ball that rolls, smaller and smaller",
             "mm",
             (60.0, 45.0, 35.0, 28.0, 22.0, 16.0, 10.0),
-            35.0,
+            45.0,
             lambda d, seed: _ball(d, seed, 0.1),
             rolling=SMOOTH_ROLLING_M,
         ),
@@ -86,7 +86,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "ball that rolls, larger and larger",
             "mm",
             (60.0, 75.0, 90.0, 105.0, 115.0, 125.0, 140.0),
-            75.0,
+            90.0,
             lambda d, seed: _ball(d, seed, 0.2),
             rolling=SMOOTH_ROLLING_M,
         ),
@@ -95,7 +95,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "lying cylinder of 100 mm that rolls, thinner and thinner",
             "mm",
             (60.0, 45.0, 35.0, 28.0, 22.0, 16.0, 10.0),
-            35.0,
+            28.0,
             lambda d, seed: standing("cylinder", (MM * d, MM * d, 0.1), seed, lying=True),
             rolling=SMOOTH_ROLLING_M,
         ),
@@ -110,7 +110,7 @@ def load_sweeps() -> tuple[Sweep[Method], ...]:
             axis=f"can of 60 mm, heavier and heavier, at friction {HARD_FRICTION:g}",
             unit="kg",
             values=(0.1, 0.3, 0.6, 0.9, 1.2, 1.5, 2.5, 4.0),
-            holds_to=0.6,
+            holds_to=0.9,
             attempt=_heavy,
             right=PLACED,
         ),
@@ -119,7 +119,7 @@ def load_sweeps() -> tuple[Sweep[Method], ...]:
             axis="can of 0.3 kg, friction of the hand",
             unit="",
             values=(1.0, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02),
-            holds_to=0.5,
+            holds_to=0.3,
             attempt=_slippery,
             right=PLACED,
         ),
@@ -134,8 +134,8 @@ def load_sweeps() -> tuple[Sweep[Method], ...]:
                 right="all in the tray at the end",
             )
             for name, told, sides, holds_to in (
-                ("neighbour", "a wall beside", (1.0,), 20.0),
-                ("slot", "a wall on either side of", (1.0, -1.0), 30.0),
+                ("neighbour", "a wall beside", (1.0,), 5.0),
+                ("slot", "a wall on either side of", (1.0, -1.0), 10.0),
             )
         ),
     )
