@@ -53,8 +53,8 @@ SOON = 4
 class GraspFigures:
     """What a trial measured, for the table behind the chart."""
 
-    placed_pct: float
-    """Objects in the tray at the end, of those that are still there."""
+    placed_pct: float | None
+    """Objects in the tray at the end, of those that are still there; None when none is."""
     picks: int
     """Picks that were begun."""
     peak_speed_m_s: float
@@ -239,9 +239,9 @@ class Ended:
         """Make a trial of it; right is, where nothing else is said, that all is in the tray."""
         right = (not self.left) if passed is None else passed
         there, creep = len(self.there), self.bench.creep
-        share = 1.0 - len(self.left) / there if there else 1.0
+        share = 1.0 - len(self.left) / there if there else None
         figures = GraspFigures(
-            placed_pct=100.0 * share,
+            placed_pct=None if share is None else 100.0 * share,
             picks=len(self.picks),
             peak_speed_m_s=self.bench.peak,
             touched_before=sum(row.touched_before for row in self.picks),
