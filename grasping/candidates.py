@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .crowded import roomier
 from .depths import GraspDepths, Stance, stance
 from .finger_room import finger_room
 from .grip import Grip, turned
-from .prototypes import TIGHT
+from .prototypes import ROOMIER, TIGHT
 from .suitability import Judgement, judge, room_term
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
+
+    from eyehand.perception import Superquadric
 
     from .finger_room import Neighbours
     from .hand_model import HandModel
@@ -28,6 +31,12 @@ KINDS_OF_GRASP: tuple[tuple[Prototype, Approach], ...] = (
     ("precision", "side"),
 )
 """Prototypes with where the palm comes from."""
+CROWDED_WAYS: tuple[tuple[Prototype, float], ...] = (
+    ("precision", 0.030),
+    ("precision", 0.010),
+    ("pincer", 0.010),
+)
+"""Prototypes and openings beyond the width, m, that are tried for want of room."""
 TURNS = 12
 """Directions about up that are tried where symmetry leaves them free and neighbours do not."""
 NARROWEST_CONE = 0.14
@@ -48,6 +57,10 @@ class Candidate:
     """Where the palm is."""
     judgement: Judgement
     """Refusal or score."""
+    depths: GraspDepths
+    """By which the palm was placed."""
+    pushes: int = 0
+    """Label of the neighbour that the fingers push; 0 for none."""
 
     @property
     def name(self) -> str:
@@ -102,6 +115,32 @@ def candidates(ways: Sequence[Grip], given: Circumstances) -> Iterator[Candidate
                 yield from _between_neighbours(pinch, given)
 
 
+def crowded_candidates(
+    ways: Sequence[Grip], solid: Superquadric, given: Circumstances, *, push: bool = False
+) -> Iterator[Candidate]:
+    """Give the grasps from above that need less room, or push a neighbour; no refused ones."""
+    for grip in ways:
+        if grip.approach != "top":
+            continue
+        for place, depths, worth in roomier(grip, solid, given.narrowest, given.depths):
+            here = replace(given, depths=depths)
+            for prototype, clearance in CROWDED_WAYS:
+                if prototype == "precision" or not _wide_for_two(place, given):
+                    found = _candidate(prototype, place, here, clearance, makeshift=True)
+                    if found.judgement.refusal:
+                        continue
+                    found = _with_room(found, place, here, push=push)
+                    if found.judgement.refusal:
+                        continue
+                    terms = {**found.judgement.terms, "roomier": ROOMIER * worth}
+                    yield replace(found, judgement=Judgement("", terms))
+
+
+def _wide_for_two(grip: Grip, given: Circumstances) -> bool:
+    width, length = given.limits.crowded_pincer
+    return grip.width > width or grip.length > length
+
+
 def _candidate(
     prototype: Prototype,
     grip: Grip,
@@ -129,7 +168,7 @@ def _candidate(
     if clearance < limits.clearance:
         terms = {**judgement.terms, "opening": TIGHT}
         judgement = Judgement(judgement.refusal, terms)
-    return Candidate(prototype, grip, opening, place, judgement)
+    return Candidate(prototype, grip, opening, place, judgement, given.depths)
 
 
 def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Candidate]:
@@ -160,15 +199,18 @@ def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Cand
             yield _with_room(replace(one, grip=grip, stance=place), grip, given)
 
 
-def _with_room(found: Candidate, grip: Grip, given: Circumstances) -> Candidate:
+def _with_room(
+    found: Candidate, grip: Grip, given: Circumstances, *, push: bool = False
+) -> Candidate:
     gap, label = finger_room(
         grip, found.prototype, found.stance, found.opening, given.hand, given.near
     )
     refusal = found.judgement.refusal
-    if gap < given.limits.finger_gap:
+    if gap < (-given.limits.push_depth if push else given.limits.finger_gap):
         refusal = refusal or f"object {label} stands where the hand goes"
     terms = {**found.judgement.terms, "room": room_term(gap, given.limits)}
-    return replace(found, grip=grip, judgement=Judgement(refusal, terms))
+    pushes = label if gap < given.limits.finger_gap else 0
+    return replace(found, grip=grip, judgement=Judgement(refusal, terms), pushes=pushes)
 
 
 def _longest_run(clear: list[bool]) -> tuple[int, int]:

@@ -73,6 +73,7 @@ def finger_room(
 ) -> tuple[float, int]:
     """Distance from the open hand to the nearest neighbour, m, and that one's label.
 
+    Below 0: how far that one would have to move across the palm's direction to be out of the way.
     The hand is a handful of boxes; its palm may stand anywhere in its interval: the middle counts.
     Infinite, and 0, without neighbours.
     """
@@ -86,7 +87,15 @@ def finger_room(
     outside = np.maximum(np.maximum(low - local, local - high), 0.0)
     square = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
     nearest = int(np.argmin(square))
-    return float(np.sqrt(square[nearest])), int(near.labels[nearest])
+    if square[nearest] > 0.0:
+        return float(np.sqrt(square[nearest])), int(near.labels[nearest])
+    inside = np.minimum(local - low, high - local)
+    # Outwards alone along the closing direction: the object is on the other side.
+    outwards = np.where(high[..., 0] <= 0.0, local[:, 0] - low[..., 0], high[..., 0] - local[:, 0])
+    depth = np.where((inside > 0.0).all(axis=2), np.minimum(outwards, inside[..., 1]), 0.0)
+    depth = depth.max(axis=0)
+    nearest = int(np.argmax(depth)) if depth.max() > 0.0 else nearest
+    return -float(depth[nearest]), int(near.labels[nearest])
 
 
 def _hand_boxes(

@@ -101,6 +101,12 @@ class GraspPlan:
     depths: GraspDepths | None = None
     """Options by which the palm was placed; the usual ones when None."""
 
+    pushes: int = 0
+    """Label of the neighbour that the fingers push aside on purpose; 0 for none."""
+
+    may_push: bool = False
+    """Whether hand and arm may touch neighbours on the way, and go where nobody saw."""
+
     def __bool__(self) -> bool:
         return self.prototype is not None
 

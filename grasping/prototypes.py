@@ -62,6 +62,9 @@ class PrototypeLimits:
     """Least overlap of tips and object along the palm's direction."""
     finger_gap: float = 0.003
     """Least free space between a neighbour and where a finger will be."""
+    push_depth: float = 0.010
+    """How far fingers may reach into where a neighbour stands, when it may be pushed aside: more
+    clears denser piles, and comes down on top of what does not give way."""
     easy_gap: float = 0.025
     """Free space beside the fingers from which on neighbours are of no concern."""
 
@@ -99,6 +102,10 @@ MAKESHIFT = 0.25
 """Worth of the width of a pinch past what suits it: any other grasp goes first."""
 TIGHT = 0.9
 """Worth of an opening that forgives less."""
+PUSHED = 0.3
+"""Worth of a grasp whose fingers push a neighbour aside, as far as they may."""
+ROOMIER = 0.5
+"""Worth of a way to take hold that is only tried for want of room."""
 CROWDED = 0.5
 """Worth of a grasp whose fingers just pass the neighbours."""
 

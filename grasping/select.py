@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .candidates import Candidate, Circumstances, candidates
+from .candidates import Candidate, Circumstances, candidates, crowded_candidates
 from .depths import GraspDepths
 from .finger_room import neighbour_points
 from .grip import grips
@@ -43,6 +43,9 @@ class SelectOptions:
     """Least visible share of the outline for a fit to be trusted: lower dares more."""
     depths: GraspDepths = field(default_factory=GraspDepths)
     """Where the object is to be in the hand."""
+    push: bool = False
+    """Whether fingers may push neighbours aside: the last resort of a pile, contact is meant. Adds
+    grasps that need less room too, which are otherwise tried only where no other suits."""
 
 
 def grasp_plans(
@@ -116,15 +119,19 @@ def grasp_plans(
         limits=options.limits,
         depths=options.depths,
     )
-    found = tuple(candidates(grips(scene_object, solid, extents, support), given))
+    ways = grips(scene_object, solid, extents, support)
+    found = tuple(candidates(ways, given))
     suit = sorted(
         (one for one in found if one.judgement.total > 0.0), key=lambda one: -one.judgement.total
     )
+    if not suit or options.push:
+        more = crowded_candidates(ways, solid, given, push=options.push)
+        suit = sorted((*suit, *more), key=lambda one: -one.judgement.total)
     if not suit:
         lost = _lost(found, "", 0.0)
         why = "; ".join(f"{name}: {refusal}" for name, refusal in lost.items())
         return (_refusal(f"no prototype suits ({why})", lost, mass),)
-    return tuple(_plan(one, found, mass, options.depths) for one in suit)
+    return tuple(_plan(one, found, mass, may_push=options.push) for one in suit)
 
 
 def select_prototype(
@@ -146,7 +153,8 @@ def _plan(
     one: Candidate,
     found: Sequence[Candidate],
     mass: tuple[float, float, float],
-    depths: GraspDepths,
+    *,
+    may_push: bool,
 ) -> GraspPlan:
     grip, place = one.grip, one.stance
     return GraspPlan(
@@ -166,7 +174,9 @@ def _plan(
         grip=grip,
         standoff=place.standoff,
         depth=place.standoff - grip.half_depth,
-        depths=depths,
+        depths=one.depths,
+        pushes=one.pushes,
+        may_push=may_push,
     )
 
 

@@ -16,6 +16,7 @@ from .prototypes import (
     MAKESHIFT,
     PALM_AWAY,
     PRECISION_FALLBACK,
+    PUSHED,
     SHALLOW,
     SIDE_PRECISION,
     SLENDER,
@@ -102,7 +103,11 @@ def judge(
 
 
 def room_term(gap: float, limits: PrototypeLimits) -> float:
-    """Score term of the free space beside the fingers, m."""
+    """Score term of the free space beside the fingers, m; below 0 they push a neighbour."""
+    if gap < limits.finger_gap:
+        return _between(
+            limits.finger_gap - gap, (0.0, limits.finger_gap + limits.push_depth), PUSHED
+        )
     return _between(limits.easy_gap - gap, (0.0, limits.easy_gap - limits.finger_gap), CROWDED)
 
 

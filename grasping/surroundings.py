@@ -26,6 +26,8 @@ THINNEST = 0.002
 MESH_RESOLUTION = 24
 """Points around the mesh of a solid that is none of the plain shapes: its chords cut a millimetre
 off one of 60 mm."""
+MOST_GIVE = 0.6
+"""Share of an object's smallest half extent by which it shrinks at most: its core stays."""
 TABLE = "table"
 """Name of the table among the obstacles."""
 
@@ -46,8 +48,15 @@ class SurroundingsOptions:
     """Whether the space behind objects counts as occupied."""
     unseen_length: float = 0.12
     """How far behind an object that space goes on: more is safer, and leaves the arm less room."""
+    give: float = 0.0
+    """By how much other objects shrink, where the hand may push them aside, in place of growing:
+    more clears denser piles, and touches more."""
     finger_space: float = 0.03
     """Room about the target that unseen space of other objects does not take."""
+
+
+PUSHING = SurroundingsOptions(unseen=False, give=0.012)
+"""For a hand that may push aside what stands around its target."""
 
 
 def surroundings(
@@ -87,6 +96,9 @@ def surroundings(
         growth = min(side_doubt(item.fit), options.most_growth)
         if gap is not None:
             growth = min(growth, max(0.5 * gap.width, 0.0))
+        solid = item.fit.superquadric
+        if target is not None and options.give and solid is not None:
+            growth = -min(options.give, MOST_GIVE * float(solid.semi_axes.min()))
         found.append(_object(item, points, growth))
         if options.unseen:
             hidden = _behind(scene, item, points, gap, options)

@@ -188,10 +188,59 @@ def test_a_neighbour_without_a_solid_counts_by_its_points_and_one_below_does_not
     alone = can(0.03, 0.16)
     angles = np.arange(24) * 2 * np.pi / 24
     points = np.column_stack([0.05 * np.cos(angles), 0.05 * np.sin(angles), np.full(24, 0.08)])
-    unfitted = SceneObject(2, points, 24, SuperquadricFit.none("too few"), 0.0, 0)
+    points = np.vstack([points + np.array([0.0, 0.0, 0.01 * step]) for step in range(9)])
+    unfitted = SceneObject(2, points, len(points), SuperquadricFit.none("too few"), 0.0, 0)
     assert not select_prototype(alone, TABLE, neighbours=[unfitted])
     below = thing("box", [0.1, 0.1, 0.01], (0.1, 0.1), label=3)
     assert select_prototype(alone, TABLE, neighbours=[below]).approach == "side"
+
+
+def pen(x: float, y: float, height: float) -> list[SceneObject]:
+    """Thin walls on four sides of the origin, at x and y."""
+    sides = [
+        (x, 0.0, y, 0.5 * np.pi),
+        (-x, 0.0, y, 0.5 * np.pi),
+        (0.0, y, x, 0.0),
+        (0.0, -y, x, 0.0),
+    ]
+    return [
+        thing("box", [long, 0.003, 0.5 * height], (0.1, 0.1), at=(a, b), label=2 + n, turn=turn)
+        for n, (a, b, long, turn) in enumerate(sides)
+    ]
+
+
+def test_where_neighbours_are_lower_the_tips_stay_above_them():
+    item = brick(0.045, 0.10, 0.06)
+    walls = pen(0.063, 0.036, 0.040)
+    alone = select_prototype(item, TABLE)
+    plan = select_prototype(item, TABLE, neighbours=walls)
+    assert plan, plan.reason
+    assert "roomier" in plan.score.terms
+    assert plan.standoff > alone.standoff
+    tips = plan.grip.rise + plan.standoff - closing_reach(nominal_hand(), 0.045, plan.opening)
+    assert 0.040 < tips < 0.060
+
+
+def test_with_leave_to_push_there_are_ways_off_the_middle_that_stay_on_the_object():
+    item = brick(0.045, 0.10, 0.06)
+    usual = grasp_plans(item, TABLE)
+    more = grasp_plans(item, TABLE, options=SelectOptions(push=True))
+    assert len(more) > len(usual)
+    assert more[0].name == usual[0].name
+    off = [abs(float((p.grip.centre - usual[0].grip.centre) @ p.grip.axis)) for p in more]
+    assert 0.015 < max(off) < 0.04
+
+
+def test_only_when_asked_to_the_fingers_push_a_neighbour_and_the_plan_says_which():
+    item, near = can(0.025, 0.06), pen(0.040, 0.040, 0.06)
+    assert not select_prototype(item, TABLE, neighbours=near)
+    plan = select_prototype(item, TABLE, neighbours=near, options=SelectOptions(push=True))
+    assert plan, plan.reason
+    assert plan.may_push
+    assert plan.pushes in {one.label for one in near}
+    free = select_prototype(item, TABLE, options=SelectOptions(push=True))
+    assert free.pushes == 0
+    assert plan.score.total < free.score.total
 
 
 def test_an_up_without_a_direction_is_refused():

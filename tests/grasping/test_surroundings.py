@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Sphere
-from eyehand.grasping.surroundings import SurroundingsOptions, surroundings
+from eyehand.grasping.surroundings import PUSHING, SurroundingsOptions, surroundings
 from eyehand.perception import (
     Scene,
     SceneObject,
@@ -109,6 +109,18 @@ def test_a_point_behind_is_occupied_and_one_before_is_not():
     assert inside(behind, (centre - 0.06 * ray)[None])[0] < 0.0
     none = surroundings(scene(one), options=SurroundingsOptions(unseen=False))
     assert {found.name for found in none} == {"table", "object 1"}
+
+
+def test_what_may_be_pushed_shrinks_to_its_core_and_the_unseen_is_free():
+    rng = np.random.default_rng(0)
+    near, thin = item(1, "sphere", [0.0, 0.0, 0.08], rng), item(2, "box", [0.2, 0, 0.08], rng, 0.01)
+    target = item(3, "sphere", [0.1, 0.0, 0.08], rng)
+    found = {one.name: one for one in surroundings(scene(near, thin, target), target, PUSHING)}
+    assert set(found) == {"table", "object 1", "object 2"}
+    ball, box = near.fit.superquadric, thin.fit.superquadric
+    assert found["object 1"].shape.radius == pytest.approx(ball.semi_axes[0] - 0.012)
+    half = found["object 2"].shape.half_extents
+    assert half.min() == pytest.approx(0.4 * box.semi_axes.min())
 
 
 def test_the_table_is_below_its_plane_and_wider_than_the_objects():
