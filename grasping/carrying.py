@@ -57,17 +57,20 @@ def place(cell: Cell, job: Job) -> Ended | None:
     palm = cell.palm()
     goal = tray.place(job.slot)
     solid = job.choice.target.fit.superquadric
-    grasped = job.T_palm_grasped.inv()
-    below = 0.0
+    # The object's middle is led over its place, which from the side is far before the palm.
+    middle, above_floor, height = palm.translation, 0.0, 0.0
     if solid is not None:
-        below = float(grasped.translation @ UP) + float(solid.support(-UP))
-    low = np.array([goal[0], goal[1], goal[2] + below + options.drop_height])
+        middle = solid.centre
+        above_floor = float(middle @ UP) + float(solid.support(-UP))
+        height = float(solid.support(UP) + solid.support(-UP))
+    carried = job.T_palm_grasped.apply(middle)
+    low = goal + (above_floor + options.drop_height) * UP
     high = low + max(cell.tray_height + options.over_tray - options.drop_height, 0.0) * UP
     # Which way is up must stay so; the turn about it is free.
     upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
     over = go(
         cell,
-        job.far(cell, (Position(high), upright), "held"),
+        job.far(cell, (Position(high, carried), upright), "held"),
         options.place_seconds,
         command=lambda reading: _grip(job, cell, reading),
         stop=lambda reading: _gone(cell, reading),
@@ -80,14 +83,12 @@ def place(cell: Cell, job: Job) -> Ended | None:
     # However this ends, the object is over its place, or already down on what lies there.
     go(
         cell,
-        job.down(cell, (Position(low), upright)),
+        job.down(cell, (Position(low, carried), upright)),
         options.lift_seconds,
         command=lambda reading: _grip(job, cell, reading),
         stop=lambda reading: _gone(cell, reading),
     )
-    if solid is not None:
-        height = float(solid.support(UP) + solid.support(-UP))
-        cell.tray_height = max(cell.tray_height, height)
+    cell.tray_height = max(cell.tray_height, height)
     palm = cell.palm().translation
     tips = cell.robot.hand.reach(job.plan.opening)
     clear = tray.centre[2] + cell.tray_height + tips + options.over_tray

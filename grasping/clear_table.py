@@ -108,6 +108,7 @@ def clear_table(
     picks: list[PickReport] = []
     memory = Memory()
     looks = failures = 0
+    away = False
     scene: Scene | None = None
     while True:
         seen, perceive_ms, doubt = look(cell)
@@ -133,8 +134,13 @@ def clear_table(
         )
         if not stopped and chosen.choice is None:
             stopped = "nothing left that can be grasped"
+        if away and stopped in ("clear", "nothing left that can be grasped"):
+            # The arm over the tray may hide something, or be where no way begins.
+            away = not go_home(cell, scene)
+            if not away:
+                continue
         if stopped or chosen.choice is None:
-            if picks and picks[-1] and options.look_from_tray:
+            if away:
                 go_home(cell, scene)
             left = chosen.left or tuple(f"object {one.label}: not tried" for one in scene.objects)
             return ClearReport(tuple(picks), looks, left, stopped)
@@ -146,7 +152,8 @@ def clear_table(
         if not report:
             place = chosen.choice.target.points.mean(axis=0)
             memory.note(place, way_of(chosen.choice.plan), f"{report.outcome}: {report.reason}")
-        if report.outcome != "fault" and not (report and options.look_from_tray):
+        away = bool(report) and options.look_from_tray
+        if report.outcome != "fault" and not away:
             go_home(cell, scene)
         if told is not None:
             told(chosen.choice, report)

@@ -40,6 +40,9 @@ CLOSED_BEND = 1.0
 finger is bent more than this, rad, is wrapped, and closes on itself sooner."""
 LEAST_WRAPPED = 0.015
 """Nothing that a power grasp is meant for is slimmer, m: there the tips meet before they touch."""
+OWN_PALM_CURL = 2.4
+"""A finger curled further, rad, whose tip alone presses on the palm while the thumb feels nothing,
+has closed on nothing: 2.8 empty, 1.6 around 60 mm."""
 ASIDE = 0.06
 """How much wider than a pincer its other fingers stand, m: out of the way of what it pinches, and
 no farther out than neighbours leave room for."""
@@ -377,7 +380,10 @@ def held(reading: HandReading, hand: HandModel, least: float = 0.2) -> bool:
     against = forces[-1] + _inner_force(reading, hand, "palm")
     if forces[:-1].max() < least or against < least:
         return False
-    if _inner_force(reading, hand, "") >= least:
+    palm, inner = _inner_force(reading, hand, "palm"), _inner_force(reading, hand, "")
+    if inner - palm < least and forces[-1] < least and _curled(reading, hand) > OWN_PALM_CURL:
+        return False
+    if inner >= least:
         return True
     bent = _bend(reading, hand, PINCER_FINGER) > CLOSED_BEND
     return width(reading, hand) > (LEAST_WRAPPED if bent else CLOSED_WIDTH)
@@ -397,6 +403,12 @@ def _bend(reading: HandReading, hand: HandModel, finger: str) -> float:
     """Sum of a finger's joints past the first, rad."""
     joints = [k for k, name in enumerate(hand.joints) if name.startswith(finger)]
     return float(reading.angles[joints[1:]].sum())
+
+
+def _curled(reading: HandReading, hand: HandModel) -> float:
+    """Sum of all joints of the middle finger, rad."""
+    joints = [k for k, name in enumerate(hand.joints) if name.startswith(PINCER_FINGER)]
+    return float(reading.angles[joints].sum())
 
 
 def _inner_force(reading: HandReading, hand: HandModel, name: str) -> float:

@@ -50,7 +50,7 @@ class PickOptions:
     comes in straighter, and is farther."""
     approach_speed: float = 0.2
     """Of that last way, m/s."""
-    reached: float = 0.003
+    reached: float = 0.004
     """Error at which a place counts as reached, m or rad: the hand's compliance takes up the
     rest."""
     off: float = 0.01
