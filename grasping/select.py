@@ -124,7 +124,7 @@ def grasp_plans(
     suit = sorted(
         (one for one in found if one.judgement.total > 0.0), key=lambda one: -one.judgement.total
     )
-    if not suit or options.push:
+    if options.push or (not suit and len(given.near.points)):
         more = crowded_candidates(ways, solid, given, push=options.push)
         suit = sorted((*suit, *more), key=lambda one: -one.judgement.total)
     if not suit:

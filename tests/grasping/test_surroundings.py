@@ -117,10 +117,15 @@ def test_what_may_be_pushed_shrinks_to_its_core_and_the_unseen_is_free():
     target = item(3, "sphere", [0.1, 0.0, 0.08], rng)
     found = {one.name: one for one in surroundings(scene(near, thin, target), target, PUSHING)}
     assert set(found) == {"table", "object 1", "object 2"}
-    ball, box = near.fit.superquadric, thin.fit.superquadric
-    assert found["object 1"].shape.radius == pytest.approx(ball.semi_axes[0] - 0.012)
-    half = found["object 2"].shape.half_extents
-    assert half.min() == pytest.approx(0.4 * box.semi_axes.min())
+    solids = near.fit.superquadric, thin.fit.superquadric
+    assert solids[0] is not None
+    assert solids[1] is not None
+    ball, box = found["object 1"].shape, found["object 2"].shape
+    assert isinstance(ball, Sphere)
+    assert isinstance(box, Box)
+    assert ball.radius == pytest.approx(solids[0].semi_axes[0] - 0.012)
+    half = np.asarray(box.half_extents)
+    assert half.min() == pytest.approx(0.4 * solids[1].semi_axes.min())
 
 
 def test_the_table_is_below_its_plane_and_wider_than_the_objects():
