@@ -122,7 +122,7 @@ def blocked(cell: Cell, job: Job, worlds: dict[tuple[int, float], CollisionWorld
         worlds[key] = job.world(cell, "there")
     world = worlds[key]
     ahead = way_there(world, [aims], q, job.far_options(cell))
-    if not ahead:
+    if not ahead and not job.there(cell, aims, ahead.q):
         return f"no way to before a {job.plan.name}: {ahead.reason}"
     at = approach_aims(job.plan, hand, 0.0)
     itself = next((one for one in world.obstacles if one.name == TARGET), None)
@@ -131,7 +131,9 @@ def blocked(cell: Cell, job: Job, worlds: dict[tuple[int, float], CollisionWorld
     ahead = way_there(world, [at], ahead.q, job.near_options(cell))
     if itself is not None:
         world.add(itself)
-    return "" if ahead else f"no way to a {job.plan.name}: {ahead.reason}"
+    if ahead or job.there(cell, at, ahead.q):
+        return ""
+    return f"no way to a {job.plan.name}: {ahead.reason}"
 
 
 def way_of(plan: GraspPlan) -> str:

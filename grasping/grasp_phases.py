@@ -36,19 +36,24 @@ def pre_grasp(cell: Cell, job: Job) -> Ended | None:
         options.pre_grasp_seconds,
         command=lambda _: shape,
     )
-    return None if arrival else Ended("stuck", f"before the grasp: {arrival.reason}")
+    if arrival or job.there(cell, aims, cell.reading.q):
+        return None
+    return Ended("stuck", f"before the grasp: {arrival.reason}")
 
 
 def approach(cell: Cell, job: Job) -> Ended | None:
     """Go straight to the grasp; where a finger meets the object too early, come again beside it."""
     hand, options = cell.robot.hand, cell.options
     for tried in range(options.contact_retries + 1):
-        controller = job.near(cell, approach_aims(job.plan, hand, 0.0), options.approach_speed)
+        aims = approach_aims(job.plan, hand, 0.0)
+        controller = job.near(cell, aims, options.approach_speed)
         arrival = go(cell, controller, options.approach_seconds, stop=lambda r: _touch(cell, r))
         left = max(controller.step(cell.reading.q).errors, default=0.0)
         if arrival or (arrival.end == "stopped" and left < NEARLY_THERE):
             return None
         if arrival.end != "stopped":
+            if job.there(cell, aims, cell.reading.q):
+                return None
             return Ended("stuck", f"at the grasp: {arrival.reason}")
         reading = cell.reading.hand
         # Felt on the fingers' inner faces, it is between them already.

@@ -18,7 +18,7 @@ from eyehand.control import (
 )
 
 from .closing import Closing, open_command
-from .motion import go, paced
+from .motion import go, near_enough, paced
 from .surroundings import enclosing, surroundings
 
 if TYPE_CHECKING:
@@ -105,6 +105,11 @@ class Job:
     def model(self, cell: Cell) -> RobotModel:
         """Arm and hand as opened for this grasp."""
         return cell.model(cell.robot.hand.pulled(self.plan.opening))
+
+    def there(self, cell: Cell, aims: Sequence[Aim], q: NDArray[np.float64]) -> bool:
+        """Tell whether aims are met well enough to go on, at joint angles q (n,)."""
+        options = cell.options
+        return near_enough(self.model(cell), aims, q, options.slack, options.turn_slack)
 
     def world(self, cell: Cell, target: Literal["there", "held", "ignored"]) -> CollisionWorld:
         """Give the arm and all that was seen.

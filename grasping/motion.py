@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import Aim, Cycle
+    from eyehand.control import Aim, Cycle, RobotModel
 
     from .cell import Cell
     from .robot import HandCommand, RobotReading
@@ -102,6 +102,19 @@ def go(
 def paced(aims: Iterable[Aim], speed: float, turn_speed: float, gain: float) -> tuple[Aim, ...]:
     """Give the aims with other speeds, m/s and rad/s, and another gain, 1/s."""
     return tuple(_paced(aim, speed, turn_speed, gain) for aim in aims)
+
+
+def near_enough(
+    robot: RobotModel, aims: Iterable[Aim], q: NDArray[np.float64], slack: float, turn_slack: float
+) -> bool:
+    """Tell whether every aim is met within a distance, m, or an angle, rad, at joint angles q (n,).
+
+    At the edge of reach the hand's own compliance takes up a few degrees.
+    """
+    state = robot.at(q)
+    return all(
+        aim.at(state).unmet <= (turn_slack if isinstance(aim, TURN_AIMS) else slack) for aim in aims
+    )
 
 
 def _paced(aim: Aim, speed: float, turn_speed: float, gain: float) -> Aim:

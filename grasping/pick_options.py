@@ -55,6 +55,10 @@ class PickOptions:
     rest."""
     off: float = 0.01
     """Error at which a motion that only leads away counts as done, m."""
+    slack: float = 0.006
+    """Error with which the grasp still begins where the arm comes no nearer, m ..."""
+    turn_slack: float = 0.09
+    """... and rad, 5 degrees: at the edge of reach the hand leans a little."""
     touch_force: float = 0.6
     """Force on any pad that counts as touch, N."""
     shift: float = 0.008
@@ -75,7 +79,7 @@ class PickOptions:
     """How far the object passes over the tray's walls, m."""
     drop_height: float = 0.012
     """How far the object's lowest point is over the tray's floor when the hand opens, m."""
-    pre_grasp_seconds: float = 8.0
+    pre_grasp_seconds: float = 6.0
     """Longest way to the pre-grasp, robot time, s."""
     approach_seconds: float = 3.0
     """Longest last way, s."""
