@@ -16,6 +16,7 @@ from .closing import open_command
 from .motion import go
 from .pick import pick
 from .report import ClearReport, PickReport
+from .select import SelectOptions
 from .sight import doubts
 from .surroundings import surroundings
 
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
 
     from .cell import Cell
     from .job import Choice
-    from .select import SelectOptions
 
 SAME_PLACE = 0.03
 """An object seen so near the place of an earlier one is that one, m: they do not move by
@@ -47,6 +47,9 @@ class ClearOptions:
     """Failed picks in a row after which it ends: the rule of the clutter-removal benchmarks."""
     picks: int = 40
     """Most picks."""
+    push: bool = True
+    """Whether fingers may push neighbours aside where nothing else is left: the last objects of a
+    pile lie in each other's way, and contact is meant then."""
     look_from_tray: bool = True
     """Whether to look while the hand is still over the tray: saves the way to the rest posture,
     where the tray stands beside what the camera is to see."""
@@ -139,6 +142,10 @@ def clear_table(
             away = not go_home(cell, scene)
             if not away:
                 continue
+        if stopped == "nothing left that can be grasped" and options.push:
+            pushing = replace(select or SelectOptions(), push=True)
+            chosen = choose(cell, scene, memory, pushing, perceive_ms)
+            stopped = "" if chosen.choice is not None else stopped
         if stopped or chosen.choice is None:
             if away:
                 go_home(cell, scene)

@@ -138,7 +138,10 @@ class Job:
 
     @cached_property
     def _seen(self) -> tuple[Obstacle, ...]:
-        return surroundings(self.choice.scene, self.choice.target)
+        seen = surroundings(self.choice.scene, self.choice.target)
+        # What the fingers push aside on purpose is nothing that they keep off.
+        pushed = f" {self.choice.plan.pushes}"
+        return tuple(one for one in seen if not one.name.endswith(pushed))
 
     def far(
         self, cell: Cell, aims: Sequence[Aim], target: Literal["there", "held"]
