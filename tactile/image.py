@@ -132,6 +132,13 @@ class TactileArray:
         """Tactels on the border, (N,): beyond them, contact is not felt."""
         return np.array([self._is_open(tactel) for tactel in range(len(self.positions))])
 
+    @cached_property
+    def links(self) -> NDArray[np.int32]:
+        """Where each tactel's list of neighbours starts, where the last ends, then all lists."""
+        counts = self.neighbours.sum(axis=1)
+        starts = len(counts) + 1 + np.concatenate([[0], np.cumsum(counts)])
+        return np.concatenate([starts, np.nonzero(self.neighbours)[1]]).astype(np.int32)
+
     def _is_open(self, tactel: int) -> bool:
         """Whether the neighbours leave a wide gap, seen from above the tactel."""
         offsets = self.positions[self.neighbours[tactel]] - self.positions[tactel]

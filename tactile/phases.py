@@ -31,10 +31,14 @@ Outcome = Literal[
 """done: time is up or the caller finished; unreachable: the work area was not reached in time;
 no_contact: nothing touched within time and way; contact_lost: lost too often or not found again;
 overload: pressure or force above the limit, or too many tactels at theirs; oscillation: the
-pressure swings and does not calm; steady_miss: it stays off the goal; unsteady_contact: the centre
-of pressure jumps between places; at_border: the contact stays at the pad's border; no_resistance:
-pressing on does not raise the pressure; sensor_fault: too few trusted tactels, or features that
-are not finite."""
+pressure swings, by the loop or by the object, and does not calm; steady_miss: it stays off the
+goal; unsteady_contact: the centre of pressure jumps between places, or the pressure swings as the
+contact comes and goes faster than the pad can move; at_border: the contact stays at the pad's
+border; no_resistance: pressing on does not raise the pressure; sensor_fault: too few trusted
+tactels, or features that are not finite."""
+
+UNSTEADY_SECONDS = 1.0
+"""Time in which jumps count together, s, and for which one explains a swing."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +90,8 @@ class TouchPhases:
         self._task_time = 0.0
         self._jumps: deque[float] = deque(maxlen=max(1, self.options.jumps))
         self._centre: tuple[float, float] | None = None
+        self._near = False
+        self._jumped = -math.inf
         self._search: Search | None = None
 
     def finish(self) -> None:
@@ -171,7 +177,7 @@ class TouchPhases:
             self._swings.reset()
             self._misses.reset()
             self._lost_for = self._pushed = self._border_time = 0.0
-            self._centre = None
+            self._centre, self._near, self._jumped = None, False, -math.inf
         elif self.phase == "move":
             reached = pose_error is None or (
                 pose_error[0] <= o.pose_tolerance and pose_error[1] <= o.angle_tolerance
@@ -210,6 +216,10 @@ class TouchPhases:
         if self._task_time > o.task_seconds:
             self._end("done")
         elif not features:
+            # From near the goal to nothing within a cycle: noise took the contact, not the pad.
+            if self._near:
+                self._jumped = self._clock
+            self._near = False
             self._lost_for += dt
             if self._lost_for > o.lost_seconds:
                 self._lose()
@@ -223,7 +233,7 @@ class TouchPhases:
             return
         goal = _goal_pressure(self.servo)
         if self._swings.update(_felt_pressure(self.servo, features) / goal, dt):
-            self._end("oscillation")
+            self._end(self._swinging())
         elif not self.servo.switches.press or (external is not None and external.any()):
             # Over a surface that rises and falls the pressure is off as long as the outer motion
             # goes on.
@@ -232,21 +242,29 @@ class TouchPhases:
             # The servo's own average: single readings swing with noise, not with the pad.
             outcome = self._misses.update(self.servo.filtered[0] / goal - 1.0, dt)
             if outcome is not None:
-                self._end(outcome)
+                self._end(self._swinging() if outcome == "oscillation" else outcome)
+
+    def _swinging(self) -> Outcome:
+        """Why the pressure swings: two contacts that swap, and noise, swing it without the loop."""
+        if self._clock - self._jumped < UNSTEADY_SECONDS:
+            return "unsteady_contact"
+        return "oscillation"
 
     def _watch_the_contact(self, features, twist, dt) -> None:
         o = self.options
         x, y = float(features.centre[0]), float(features.centre[1])
         if self._centre and math.hypot(x - self._centre[0], y - self._centre[1]) > o.jump:
             self._jumps.append(self._clock)
+            # A pad that bounces jumps too, but where it presses little.
+            self._jumped = self._clock if self._near else self._jumped
         self._centre = (x, y)
         felt = _felt_pressure(self.servo, features)
-        near = felt >= o.near_goal * _goal_pressure(self.servo)
-        self._pushed = 0.0 if near else max(0.0, self._pushed + twist[2] * dt)
+        self._near = felt >= o.near_goal * _goal_pressure(self.servo)
+        self._pushed = 0.0 if self._near else max(0.0, self._pushed + twist[2] * dt)
         half_x, half_y = o.pad_half_size
         outside = abs(x) > half_x - o.border or abs(y) > half_y - o.border
         self._border_time = self._border_time + dt if outside else 0.0
-        if len(self._jumps) == o.jumps and self._clock - self._jumps[0] < 1.0:
+        if len(self._jumps) == o.jumps and self._clock - self._jumps[0] < UNSTEADY_SECONDS:
             self._end("unsteady_contact")
         elif self._pushed > o.push_travel:
             self._end("no_resistance")

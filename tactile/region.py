@@ -20,9 +20,7 @@ def pack_links(array: TactileArray) -> NDArray[np.int32]:
     -------
     (N + 1 + L,) int32: where each tactel's list starts, where the last ends, then all lists.
     """
-    counts = array.neighbours.sum(axis=1)
-    starts = len(counts) + 1 + np.concatenate([[0], np.cumsum(counts)])
-    return np.concatenate([starts, np.nonzero(array.neighbours)[1]]).astype(np.int32)
+    return array.links
 
 
 @njit(cache=True)

@@ -111,10 +111,18 @@ def roll_row(trials: Sequence[RollTrial]) -> dict[str, Any]:
         "settled_tilt_deg": float(np.degrees(max(settled))),
         "settled_tilt_again_deg": float(np.degrees(max(left))),
         "least_force_n": float(min(trial.run.force.min() for trial in trials)),
-        "contact_losses": int(sum((trial.run.area <= 0).any() for trial in trials)),
+        "contact_losses": sum(_loses_contact(trial.run) for trial in trials),
         "paper_time_to_flat_s": 4.0,
         "trials": len(trials),
     }
+
+
+def _loses_contact(run: ServoRun) -> bool:
+    """Whether pad and face came apart after the landing, or the servo ever felt nothing."""
+    apart = run.force <= 0.0
+    # A first touch of some mN is in the noise, and waited out until the servo begins.
+    unfelt = np.logical_or.accumulate(run.serving) & (run.area <= 0.0)
+    return bool((apart | unfelt).any())
 
 
 def _flat_after(trial: RollTrial, start: float, end: float) -> float:

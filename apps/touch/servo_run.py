@@ -41,6 +41,8 @@ class ServoRun:
     """(M, 3), the pad's z-axis in the world."""
     place: NDArray[np.float64]
     """(M, 3), the pad's origin in the world, m."""
+    serving: NDArray[np.bool_]
+    """(M,), whether the servo acts; before, the touch may flicker, as it is in the noise."""
     outcome: str | None
     """How the phase machine ended it; None if it did not."""
 
@@ -103,7 +105,8 @@ def run_servo(
                 moment.force,
                 pose.rotation.as_matrix()[:, 2],
                 pose.translation,
+                step.phase == "task",
             )
         )
-    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 9
+    columns = [np.array(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 10
     return ServoRun(*columns, outcome=phases.outcome)

@@ -28,6 +28,9 @@ CALM = 0.08
 """Standard deviation of the pressure that counts as calm, likewise."""
 MOST_FORCE = 60.0
 """Force that must never be met, N: twice what ends a task, for the way the carrier still goes."""
+AWAY_SECONDS = 2.0
+"""Time to back off in after the trial's, s, where an end was named late in it: the longest way away
+takes 1 s."""
 STOP_SECONDS = 0.06
 """Time in which the carrier can turn back after an end was named, s: four times its lag."""
 GROWTH = 1.0
@@ -82,13 +85,15 @@ def lead(
     phases
         With the servo.
     seconds
-        Longest time.
+        Longest time until an end is named; backing off may take it over this.
     lifts
         See :meth:`CarriedPad.step`.
     """
     forces, pressures, named = [], [], None
     turned, losses = 0.0, 0
-    for cycle in range(round(seconds / CYCLE)):
+    for cycle in range(round((seconds + AWAY_SECONDS) / CYCLE)):
+        if named is None and cycle >= round(seconds / CYCLE):
+            break
         step = phases.step(pad.features, CYCLE, trusted=pad.trusted)
         if step.outcome and named is None:
             named = cycle

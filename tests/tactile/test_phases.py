@@ -203,6 +203,28 @@ def test_a_swing_below_half_of_the_goal_that_lasts_is_an_oscillation():
         assert twist[2] < 0
 
 
+def test_a_contact_that_noise_takes_and_gives_back_is_unsteady_and_no_oscillation():
+    machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
+    felt = ContactFeatures(1e-3, np.zeros(3), 1200.0, 4e-5, 0.0, 0.0)
+    nothing = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+    for cycle in range(500):
+        machine.step(nothing if cycle % 20 > 14 else felt, DT)
+        if machine.outcome:
+            break
+    assert machine.outcome == "unsteady_contact"
+
+
+def test_a_contact_that_fades_before_it_comes_again_is_an_oscillation():
+    """As under a pad that bounces: the pressure falls from cycle to cycle."""
+    machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
+    for cycle in range(500):
+        pressure = 700.0 * max(0.0, 0.9 + math.sin(2 * math.pi * 5 * cycle * DT))
+        machine.step(ContactFeatures(1e-3 * pressure, np.zeros(3), pressure, 1e-3, 0.0, 0.0), DT)
+        if machine.outcome:
+            break
+    assert machine.outcome == "oscillation"
+
+
 def test_what_the_outer_motion_does_to_the_pressure_is_no_steady_miss():
     for outer, outcome in ((0.0, "steady_miss"), (0.02, "done")):
         machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
