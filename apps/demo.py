@@ -14,7 +14,6 @@ from eyehand.errors import InputError
 from eyehand.grasping import GraspTask
 
 from .console import print_json, say, show
-from .description import ready_kernels
 from .description_files import make_folder
 from .look_demo import look_demo
 
@@ -97,6 +96,7 @@ def demo(
     if (robot is None) != (not hand_frame):
         raise InputError("--robot FILE and --hand-frame NAME go together")
     from .grasp.demo_scene import demo_scene
+    from .grasp.ready import ready_grasping
     from .grasp.trial import GraspTrial, cell_of
 
     table = demo_scene(scene, seed, objects)
@@ -111,7 +111,7 @@ def demo(
     # Built before anything is written, as it finds what is wrong with scene and robot.
     built = cell_of(table.objects, trial)
     make_folder(out)
-    ready_kernels()
+    ready_grasping()
     say(f"clearing a table: {table.source} ...")
     if view:
         return _live(table.source, trial, built, port, out, json)

@@ -19,7 +19,7 @@ from eyehand.control import (
 
 from .closing import Closing, open_command
 from .motion import go, near_enough, paced
-from .surroundings import enclosing, surroundings
+from .surroundings import PUSHING, enclosing, surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -138,10 +138,9 @@ class Job:
 
     @cached_property
     def _seen(self) -> tuple[Obstacle, ...]:
-        seen = surroundings(self.choice.scene, self.choice.target)
-        # What the fingers push aside on purpose is nothing that they keep off.
-        pushed = f" {self.choice.plan.pushes}"
-        return tuple(one for one in seen if not one.name.endswith(pushed))
+        # What fingers may push aside is nothing that they keep far from.
+        options = PUSHING if self.choice.plan.may_push else None
+        return surroundings(self.choice.scene, self.choice.target, options)
 
     def far(
         self, cell: Cell, aims: Sequence[Aim], target: Literal["there", "held"]

@@ -144,9 +144,9 @@ def run_grasp_trial(trial: dict[str, Any]) -> dict[str, Any]:
 @cache
 def _ready() -> None:
     """Load kernels before times are taken, once in a process."""
-    from eyehand.apps.description import ready_kernels
+    from eyehand.apps.grasp.ready import ready_grasping
 
-    ready_kernels()
+    ready_grasping()
 
 
 def _told(error: Exception) -> str:

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
 from eyehand.apps.evaluation.chart_style import INK, PEER, VERMILION, draw_curve
 from eyehand.apps.evaluation.stress_chart import Telling, milliseconds, write_stress_chart
@@ -19,6 +18,7 @@ from eyehand.apps.evaluation.stress_run import (
     tell_stress,
 )
 from eyehand.apps.evaluation.stress_sweep import chosen_sweeps
+from eyehand.apps.grasp.ready import ready_grasping
 from eyehand.grasping.pick_options import PickOptions
 
 from .stress_event_cases import event_sweeps
@@ -81,7 +81,7 @@ def stress_grasp(
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
     sweeps = chosen_sweeps(grasp_sweeps(), only or (QUICK if quick else ()))
     make_folder(out)
-    ready_kernels()
+    ready_grasping()
     results = run_sweeps(sweeps, tried, PickOptions(), quick=quick)
     telling = grasp_telling()
     write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)

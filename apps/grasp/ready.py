@@ -1,0 +1,18 @@
+"""Load what picking needs before times are taken: the first call of a kernel compiles it."""
+
+from __future__ import annotations
+
+from eyehand.apps.description import ready_kernels
+from eyehand.grasping.choose import choose
+from eyehand.grasping.clear_table import Memory, look
+
+from .trial import GraspTrial, make_cell
+
+
+def ready_grasping() -> None:
+    """Load the kernels of seeing, of control and of touch: seconds, or once half a minute."""
+    ready_kernels()
+    cell, _ = make_cell(GraspTrial(family="single", seed=0, known=True))
+    scene, _, _ = look(cell)
+    if scene is not None:
+        choose(cell, scene, Memory())
