@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -146,7 +147,10 @@ def fit_edge(rim: Rim, outward: NDArray[np.float64], reach: float | None = None)
     for _ in range(ROUNDS):
         middle = weights @ points
         away = points - middle
-        normal = np.linalg.eigh((weights[:, None] * away).T @ away)[1][:, 0]
+        (xx, xy), (_, yy) = ((weights[:, None] * away).T @ away).tolist()
+        # Across the long axis of the second moments: a tenth of the time of an eigensolver.
+        axis = 0.5 * math.atan2(2.0 * xy, xx - yy)
+        normal = np.array([-math.sin(axis), math.cos(axis)])
         normal = normal if float(normal @ outward) >= 0 else -normal
         off = away @ normal
         weights = first / (1.0 + (off / OFF_LINE) ** 2) ** 2

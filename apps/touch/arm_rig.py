@@ -76,7 +76,8 @@ class Hand:
     @property
     def pose(self) -> RigidTransform:
         """T_world_pad by the arm's own joints."""
-        rotation = Rotation.from_matrix(self._state.rotation)
+        # Forward kinematics gives rotations: testing each again takes longer than to find it.
+        rotation = Rotation.from_matrix(self._state.rotation, assume_valid=True)
         return RigidTransform.from_components(self._state.position, rotation)
 
     @property
@@ -92,6 +93,10 @@ class Hand:
         level keeps joint ranges and speeds.
         """
         state = self._state
+        if not (np.any(twist) or self._speed.any()):
+            # An arm at rest that is to stay so needs no solving.
+            self.held_back = ()
+            return np.zeros(self.robot.n)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = state.rotation, state.position
         rate = world_twist(pose, twist)

@@ -89,7 +89,8 @@ class World:
         share = 1.0 - np.exp(-dt / self.lag) if self.lag > 0 else 1.0
         self.velocity = self.velocity + share * (aim - self.velocity)
         self.place = self.place + self.rotation.apply(self.velocity[:3]) * dt
-        self.rotation = self.rotation * Rotation.from_rotvec(self.velocity[3:] * dt)
+        if self.velocity[3:].any():
+            self.rotation = self.rotation * Rotation.from_rotvec(self.velocity[3:] * dt)
 
     def tilt(self) -> float:
         """Angle between the pad's normal and the world's z, degrees."""

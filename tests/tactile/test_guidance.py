@@ -55,13 +55,13 @@ def turn_back(place, angle):
 @pytest.mark.parametrize(("heading", "angle"), [(0.3, 0.0), (2.2, 0.6)])
 def test_the_rim_of_a_box_is_found_and_followed_all_round(heading, angle):
     options = GuideOptions(heading=heading, speed=0.08)
-    spots, guide, peak = explore(turned(box(0.08, 0.06), angle), options)
+    spots, guide, peak = explore(turned(box(0.065, 0.05), angle), options)
     assert guide.outcome == "round"
     assert [kind for kind, _ in spots] == ["edge", *["corner"] * 4]
     places = [turn_back(place, angle) for _, place in spots[1:]]
     assert len({tuple(np.sign(place)) for place in places}) == 4
     for place in places:
-        assert np.allclose(np.abs(place), [0.08, 0.06], atol=0.0015)
+        assert np.allclose(np.abs(place), [0.065, 0.05], atol=0.0015)
     assert peak < 2000.0
 
 
@@ -106,7 +106,7 @@ def test_a_ridge_is_followed_to_both_its_ends():
         along = np.cos(0.5) * x + np.sin(0.5) * y
         return np.where(np.abs(along) < 0.07, whole(x, y), np.inf)
 
-    spots, guide, _ = explore(piece, GuideOptions(), 1e12)
+    spots, guide, _ = explore(piece, GuideOptions(speed=0.05), 1e12)
     assert guide.outcome == "done"
     assert [kind for kind, _ in spots] == ["ridge", "end", "end"]
     ends = 0.07 * np.array([np.cos(0.5), np.sin(0.5)])
@@ -142,12 +142,12 @@ def test_seeking_turns_to_where_the_imprint_shrinks(downhill):
     guide, place = TouchGuide(GuideOptions(heading=0.0)), np.zeros(2)
     way = np.array([np.cos(downhill), np.sin(downhill)])
     start = np.zeros(2)
-    for cycle in range(round(12.0 / DT)):
+    for cycle in range(round(8.0 / DT)):
         area = 2e-3 - 5e-3 * float(place @ way) + rng.normal(0.0, 2.5e-5)
         contact = ContactFeatures(1.0, np.zeros(3), 1000.0, area, 0.0, 0.1)
         twist = guide.step(contact, EVEN, DT).twist
         place = place + twist[:2] * DT
-        if cycle == round(6.0 / DT):
+        if cycle == round(4.0 / DT):
             start = place
     gone = place - start
     assert float(gone @ way) > 0.85 * np.linalg.norm(gone)
