@@ -11,14 +11,14 @@ from eyehand.control import AxisAlignment, Orientation, Position
 from .closing import held
 from .grasp_phases import hold
 from .job import Ended, Job
-from .motion import go
+from .motion import Arrival, go
 from .shaking import shake
 
 if TYPE_CHECKING:
     from .cell import Cell
     from .robot import HandCommand, RobotReading
 
-UP = np.array([0.0, 0.0, 1.0])
+UP = Z = np.array([0.0, 0.0, 1.0])
 
 
 def lift(cell: Cell, job: Job) -> Ended | None:
@@ -66,15 +66,26 @@ def place(cell: Cell, job: Job) -> Ended | None:
     carried = job.T_palm_grasped.apply(middle)
     low = goal + (above_floor + options.drop_height) * UP
     high = low + max(cell.tray_height + options.over_tray - options.drop_height, 0.0) * UP
-    # Which way is up must stay so; the turn about it is free.
-    upright = AxisAlignment(palm.rotation.inv().apply(UP), UP)
-    over = go(
-        cell,
-        job.far(cell, (Position(high, carried), upright), "held"),
-        options.place_seconds,
-        command=lambda reading: _grip(job, cell, reading),
-        stop=lambda reading: _gone(cell, reading),
-    )
+    # Which way is up stays so, the turn about it is free. A ball has no up: the palm faces down.
+    ball = solid is not None and solid.kind == "sphere"
+    axis = -Z if ball else palm.rotation.inv().apply(UP)
+    upright = AxisAlignment(axis, UP)
+    aims = (Position(high, carried), upright)
+    # Where the arm comes no nearer, over the tray is near enough; only else a way is searched.
+    over = Arrival("stuck", "")
+    for controller in (job.straight(cell, aims), job.far(cell, aims, "held")):
+        over = go(
+            cell,
+            controller,
+            options.place_seconds,
+            command=lambda reading: _grip(job, cell, reading),
+            stop=lambda reading: _gone(cell, reading),
+        )
+        there = cell.palm().apply(carried)
+        if over.end == "stuck" and tray.holds(there):
+            over = Arrival("reached", "")
+        if over.end != "stuck":
+            break
     if over.end == "stopped":
         return Ended("lost", f"{over.reason} on the way to the tray")
     if not over:

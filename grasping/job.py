@@ -152,6 +152,13 @@ class Job:
         world = self.world(cell, target)
         return PlannedApproach(world, wanted, self.far_options(cell), options.planner)
 
+    def straight(self, cell: Cell, aims: Sequence[Aim]) -> ApproachController:
+        """Control a long way with the object in the hand, without a search where it is stuck."""
+        options = cell.options
+        control = replace(self.far_options(cell), retreats=0, patience=options.down_patience)
+        wanted = paced(aims, options.carry_speed, options.transit_turn_speed, options.gain)
+        return ApproachController(self.world(cell, "held"), wanted, control)
+
     def near(
         self,
         cell: Cell,
