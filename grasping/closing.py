@@ -38,6 +38,9 @@ CLOSED_WIDTH = 0.002
 CLOSED_BEND = 1.0
 """Where only tips feel force, a hand closed on itself shows by its width, m; one whose middle
 finger is bent more than this, rad, is wrapped, and closes on itself sooner."""
+CROSSED_WIDTH = -0.005
+"""Straight fingers past this width, m, have gone through where anything could be, and press on the
+thumb's inner phalanx."""
 LEAST_WRAPPED = 0.015
 """Nothing that a power grasp is meant for is slimmer, m: there the tips meet before they touch."""
 OWN_PALM_CURL = 2.4
@@ -233,7 +236,9 @@ class Closing:
         if any(stopped) and self._modes[self._thumb] == "hold":
             self.touched = True
             self.state = "gripping"
-            self._level = float(np.mean([reading.tensions[k] for k in self._fingers]))
+            # What a finger runs into pulls more for a moment than the thumb is set to oppose.
+            pulled = float(np.mean([reading.tensions[k] for k in self._fingers]))
+            self._level = min(pulled, self.grip_force)
             return
         moving = [k for k in [*self._fingers, self._thumb] if self._modes[k] == "place"]
         if all(self._values[k] >= self._ends[k] for k in moving):
@@ -383,9 +388,9 @@ def held(reading: HandReading, hand: HandModel, least: float = 0.2) -> bool:
     palm, inner = _inner_force(reading, hand, "palm"), _inner_force(reading, hand, "")
     if inner - palm < least and forces[-1] < least and _curled(reading, hand) > OWN_PALM_CURL:
         return False
-    if inner >= least:
-        return True
     bent = _bend(reading, hand, PINCER_FINGER) > CLOSED_BEND
+    if inner >= least:
+        return bent or width(reading, hand) > CROSSED_WIDTH
     return width(reading, hand) > (LEAST_WRAPPED if bent else CLOSED_WIDTH)
 
 

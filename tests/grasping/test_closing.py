@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -111,6 +113,29 @@ def test_width_and_curl_read_the_hand(hand):
     assert width(felt, hand) == pytest.approx(0.05, abs=1e-6)
     assert curl(felt, hand) == pytest.approx(0.4)
     assert held(felt, hand)
+
+
+def test_a_finger_that_went_past_the_thumb_holds_nothing(hand):
+    # The pad of the palm stands for every phalanx that is no tip.
+    between = reading(hand, hand.pulled(0.02), [0, 3, 0, 0, 3])
+    crossed = reading(hand, hand.excursions[0] * 1.2, [0, 3, 0, 0, 3])
+    bent = np.tile([0.2, 1.4], 4)
+    wrapped = reading(hand, hand.excursions[0] * 1.2, [0, 3, 0, 0, 3], bent)
+
+    assert held(between, hand)
+    assert width(crossed, hand) < -0.005
+    assert not held(crossed, hand)
+    assert held(wrapped, hand)
+
+
+def test_the_shock_of_touching_pulls_no_more_than_the_grip(hand):
+    closing = Closing(hand, "pincer", 0.04, GripOptions(load=0.01))
+    shocked = replace(reading(hand, hand.pulled(0.03), [0, 2, 0, 2, 0]), tensions=np.full(5, 55.0))
+    commands = [closing.step(shocked, DT) for _ in range(50)]
+
+    middle, thumb = commands[-1].values[1:3]
+    assert middle <= closing.grip_force < 55.0
+    assert thumb > middle
 
 
 def test_light_loads_get_less_force_and_none_more_than_the_prototypes():
