@@ -113,7 +113,9 @@ def write_report(
         _section(
             "Figures",
             "Success: successful picks of all tried, with the 95 % Wilson interval; cleared: "
-            "objects in the tray. A scene ends when it is clear or after two failures in a row.",
+            "objects in the tray. A scene ends when it is clear or after two failures in a row. "
+            "Touched: contacts with table or neighbours before a grasp that were not meant; "
+            "pushed: neighbours touched / grasps that may push them aside, the last resort.",
             _figures(rows),
         ),
         _section("How picks ended", "", _outcomes(records)),

@@ -58,6 +58,8 @@ PICK_COLUMNS = {
     "touched_before": _COUNT,
     "pads": _COUNT,
     "curl": _NUMBER,
+    "pushed": _FLAG,
+    "touched_pushing": _COUNT,
 }
 """Filled in a pick's rows."""
 SCENE_COLUMNS = {

@@ -44,7 +44,9 @@ def summary_rows(records: Sequence[Record]) -> list[dict[str, Any]]:
         no way, or broke; `cleared_pct`: objects in the tray of all objects; each with its 95 %
         Wilson interval; `perceive_ms` and `plan_ms`: medians over picks, with the 90th percentile;
         `seconds_per_pick`: mean simulated time; `touched_before`: contacts with table or other
-        objects before a grasp, summed over picks. None where there is nothing to tell from.
+        objects before a grasp that were not meant, summed over picks; `pushing_picks`: picks that
+        might push neighbours aside as the last resort; `touched_pushing`: neighbours that these
+        touched. None where there is nothing to tell from.
     """
     return [_summary(name, own) for name, own in by_row(records).items()]
 
@@ -154,6 +156,8 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "seconds_per_pick": _rounded(_mean(_figures(picks, "seconds")), 2),
         "wall_seconds_per_pick": _rounded(_mean(_figures(picks, "wall_seconds")), 2),
         "touched_before": sum(pick["touched_before"] or 0 for pick in picks),
+        "pushing_picks": sum(bool(pick["pushed"]) for pick in picks),
+        "touched_pushing": sum(pick["touched_pushing"] or 0 for pick in picks),
         "outcomes": dict(Counter(ended(pick) for pick in picks).most_common()),
     }
 

@@ -15,7 +15,8 @@ NOTHING = "-"
 CAPTION = (
     "success: successful picks of all tried; cleared: objects in the tray; both with 95 % Wilson "
     "intervals. perceive, plan: medians per pick; s/pick: mean simulated time; touched: contacts "
-    "with table or neighbours before a grasp"
+    "with table or neighbours before a grasp that were not meant; pushed: neighbours touched / "
+    "grasps that may push them aside, the last resort"
 )
 
 
@@ -54,10 +55,21 @@ def table_cells(row: Mapping[str, Any]) -> list[str]:
         _text(row["plan_ms"], 0, "ms"),
         _text(row["seconds_per_pick"], 1, "s"),
         f"{row['touched_before']}",
+        f"{row['touched_pushing']}/{row['pushing_picks']}" if row["pushing_picks"] else NOTHING,
     ]
 
 
-COLUMNS = ("scenes", "picks", "success", "cleared", "perceive", "plan", "s/pick", "touched")
+COLUMNS = (
+    "scenes",
+    "picks",
+    "success",
+    "cleared",
+    "perceive",
+    "plan",
+    "s/pick",
+    "touched",
+    "pushed",
+)
 """Columns after the condition's name."""
 
 

@@ -104,11 +104,16 @@ class PickRow:
     wall_seconds: float
     """Computing time of the pick, s."""
     touched_before: int
-    """Other things than the object that the robot touched before the grasp."""
+    """Other things than the object that the robot touched before the grasp without being meant to:
+    those that a grasp may push aside are counted in `touched_pushing`."""
     pads: int
     """Pads in contact while held."""
     curl: float
     """How far the fingers bent around it, rad."""
+    pushed: bool = False
+    """Whether the grasp might push neighbours aside, as nothing else was left to try."""
+    touched_pushing: int = 0
+    """Neighbours that such a grasp touched before it."""
 
 
 @dataclass(frozen=True)
@@ -215,6 +220,9 @@ class Scorer:
             self._touched, self._grasping = set(), False
             return
         plan = report.plan
+        touched = self._touched - {self._target}
+        # Neighbours may be pushed, table and tray never.
+        meant = touched.intersection(self._robot.object_names) if plan.may_push else set()
         self._rows.append(
             PickRow(
                 pick=len(self._rows),
@@ -230,9 +238,11 @@ class Scorer:
                 plan_ms=report.plan_ms,
                 seconds=report.seconds,
                 wall_seconds=time.perf_counter() - self._began,
-                touched_before=len(self._touched - {self._target}),
+                touched_before=len(touched - meant),
                 pads=report.wrapped[0],
                 curl=report.wrapped[1],
+                pushed=plan.may_push,
+                touched_pushing=len(meant),
             )
         )
 

@@ -20,6 +20,7 @@ from eyehand.apps.evaluation.grasp_summary import (
     summary_rows,
     worst_scenes,
 )
+from eyehand.apps.evaluation.grasp_table import table_cells
 from eyehand.apps.evaluation.wilson import wilson_interval
 from eyehand.apps.main import main
 from eyehand.errors import InputError
@@ -207,6 +208,17 @@ def test_what_the_robot_takes_for_placed_and_is_not_is_told_apart(made_up):
     (row,) = summary_rows(rows)
     assert row["outcomes"] == {"placed": 3, "misplaced": 1}
     assert worst_scenes(rows, 1)[0]["why"] == "box_1 misplaced"
+
+
+def test_contacts_that_were_meant_are_summed_apart(made_up):
+    rows = records(made_up, [Condition("pile"), Condition("single", known=True)])
+    first, second, *_ = (row for row in rows if row["record"] == "pick")
+    first.update(touched_before=1, pushed=False, touched_pushing=0)
+    second.update(touched_before=0, pushed=True, touched_pushing=2)
+    pile, single = summary_rows(rows)
+    assert (pile["touched_before"], pile["touched_pushing"], pile["pushing_picks"]) == (1, 2, 1)
+    assert table_cells(pile)[-2:] == ["1", "2/1"]
+    assert table_cells(single)[-2:] == ["0", "-"]
 
 
 def test_scenes_like_those_of_the_demo_are_shown_by_it(made_up):

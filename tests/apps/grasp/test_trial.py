@@ -14,7 +14,9 @@ from eyehand.apps.grasp.trial import GraspTrial, Scorer, cell_of, run_trial
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
+    from eyehand.grasping.cell import Moment
     from eyehand.grasping.job import Choice
+    from eyehand.grasping.report import PickReport
 
 
 def write_box(path, half):
@@ -95,3 +97,27 @@ def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
             cast("Choice", SimpleNamespace(target=SimpleNamespace(points=middle[None]))), None
         )
         assert scorer._target == name
+
+
+@pytest.mark.parametrize(("may_push", "counts"), [(False, (2, 0)), (True, (1, 1))])
+def test_neighbours_that_a_grasp_may_push_are_counted_apart(may_push, counts, monkeypatch):
+    pair = [
+        standing("box", (0.04, 0.04, 0.05), 0),
+        standing("box", (0.04, 0.04, 0.05), 0, name="other", aside=(0.1, 0.0)),
+    ]
+    cell, robot = cell_of(pair, GraspTrial(known=True))
+    scorer = Scorer(cell, robot)
+    target = SimpleNamespace(points=robot.object_pose("box").translation[None])
+    plan = SimpleNamespace(prototype="pincer", approach="top", rows=6, may_push=may_push)
+    report = SimpleNamespace(
+        kind="box", outcome="stuck", reason="", perceive_ms=1.0, plan_ms=1.0, seconds=1.0,
+        wrapped=(0, 0.0), plan=plan,
+    )  # fmt: skip
+    choice = cast("Choice", SimpleNamespace(target=target))
+    scorer.told(choice, None)
+    monkeypatch.setattr(robot, "robot_contacts", lambda: {"table", "box", "other"})
+    scorer._moment(cast("Moment", SimpleNamespace(phase="pre-grasp")))
+    scorer.told(choice, cast("PickReport", report))
+    (row,) = scorer._rows
+    assert row.pushed == may_push
+    assert (row.touched_before, row.touched_pushing) == counts
