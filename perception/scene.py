@@ -13,6 +13,7 @@ from scipy.spatial.transform import RigidTransform
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
 from .stacking import rests_on, surface_below
 from .superquadric import FitOptions, SuperquadricFit, fit_superquadric
+from .thread_pool import in_threads
 from .visibility import hidden_rays, visible_share
 
 if TYPE_CHECKING:
@@ -44,6 +45,8 @@ class PerceiveOptions:
     """Objects fitted, largest first: bounds the time on a cluttered frame."""
     seed: int = 0
     """Seed of the choice of points."""
+    threads: int = 2
+    """Objects fitted at a time: more shortens a look on free cores, and gives the same solids."""
 
 
 @dataclass(frozen=True)
@@ -123,12 +126,20 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     below = {
         label: surface_below(label, clouds, support, segmentation, boxes[label]) for label in clouds
     }
-    fits = {
-        label: _fit(
-            label, cloud, to_scene, support, below[label].height, frame, segmentation, options
+
+    def fitted_to(label: int) -> SuperquadricFit:
+        return _fit(
+            label,
+            clouds[label],
+            to_scene,
+            support,
+            below[label].height,
+            frame,
+            segmentation,
+            options,
         )
-        for label, cloud in clouds.items()
-    }
+
+    fits = dict(zip(clouds, in_threads(fitted_to, clouds, options.threads), strict=True))
     fitted = time.perf_counter()
     objects = tuple(
         SceneObject(

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import os
-from concurrent.futures import ThreadPoolExecutor
-from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
+
+from ..thread_pool import in_threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -51,12 +50,5 @@ def in_bands(
         results = kernel(*(image[first:last] for image in images))
         return tuple(result[edges[k] - first : edges[k + 1] - first] for result in results)
 
-    parts = list(_pool(os.getpid()).map(run, range(bands)))
+    parts = in_threads(run, range(bands), bands)
     return tuple(np.concatenate(images) for images in zip(*parts, strict=True))
-
-
-@lru_cache(maxsize=1)
-def _pool(process: int) -> ThreadPoolExecutor:
-    # A forked process has none of its parent's threads: one pool per process number.
-    del process
-    return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="eyehand-bands")

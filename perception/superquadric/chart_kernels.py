@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .block_kernels import PARAMETERS
 from .levenberg_marquardt import add_prior, moved, rotation
-from .residual_kernels import PARAMETERS, normal_equations
+from .residual_kernels import normal_equations
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def chart_value(
     y,
     unwhiten,
@@ -78,7 +79,7 @@ def chart_value(
     return total, cost, gradient, new_axes, new_eps, new_R, new_c, new_taper
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _to_chart(full, step):
     """Turn derivatives by increments at the moved guess into those by the chart's step.
 
@@ -97,7 +98,7 @@ def _to_chart(full, step):
         full[8 + i] = shifted[i]
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def right_jacobian(vector):
     """Right Jacobian (3, 3) of SO(3) at a rotation vector (3,) (Chirikjian 2012, eq 10.86)."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)

@@ -14,7 +14,7 @@ _SECTIONS = 24
 _CLOSER = 30
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def ray_row(direction, origin, axes, eps, R, c, taper, tapered, outside, row, local):
     """Depth s (1 - min G) by which a ray enters the solid, and its derivatives.
 
@@ -85,7 +85,7 @@ def ray_row(direction, origin, axes, eps, R, c, taper, tapered, outside, row, lo
     return s * (1.0 - gauge)
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def plane_row(plane, axes, eps, R, c, taper, tapered, row, local):
     """Height of the solid's lowest point over the plane, and its derivatives."""
     for k in range(3):
@@ -108,7 +108,7 @@ def plane_row(plane, axes, eps, R, c, taper, tapered, row, local):
     return height - support
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _tapered_support(x, y, z, axes, eps, taper, row):
     """Support along (x, y, z) and the point that touches; fills shape derivatives of -support.
 
@@ -142,7 +142,7 @@ def _tapered_support(x, y, z, axes, eps, taper, row):
     return support, across * u1 / x, across * u2 / y, a3 * t
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _section(t, x, y, z, axes, eps, taper):
     """Support of the section at height t a3, its part across z, shares, widths, entropy."""
     width1, width2 = 1.0 + taper[0] * t, 1.0 + taper[1] * t
@@ -156,7 +156,7 @@ def _section(t, x, y, z, axes, eps, taper):
     return across + t * z * np.exp(axes[2]), across, u1, u2, width1, width2, spread
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _gauge_on_ray(t, direction, origin, axes, eps, R, c, taper, tapered, local):
     """G and dG/dt at `origin + t direction`; leaves the point in `local`."""
     to_local(

@@ -10,10 +10,11 @@ from .gauge import TAPER_REACH
 FAST = {"contract", "reassoc", "arcp", "nsz"}
 """Liberties that change rounding alone; infinities and NaN keep their meaning."""
 
-_SMALL = 1e-7
+SMALL = 1e-7
+"""Coordinates nearer to 0 count as this: their logarithms stay finite."""
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def to_local(x, y, z, R, c, local):
     """Write a point in shape coordinates into `local` (3,)."""
     dx, dy, dz = x - c[0], y - c[1], z - c[2]
@@ -21,15 +22,15 @@ def to_local(x, y, z, R, c, local):
         local[k] = R[0, k] * dx + R[1, k] * dy + R[2, k] * dz
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def off_zero(x):
     """Keep a coordinate's logarithm finite."""
-    if abs(x) < _SMALL:
-        return _SMALL if x >= 0.0 else -_SMALL
+    if abs(x) < SMALL:
+        return SMALL if x >= 0.0 else -SMALL
     return x
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def log_sum(a, b):
     """log(exp a + exp b) and the two shares of the sum, without overflow."""
     if a > b:
@@ -41,7 +42,7 @@ def log_sum(a, b):
     return b + np.log1p(ratio), ratio * share, share
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def height_share(z, log_a3):
     """Height over a3 at which the taper is taken, and its slope by z, 0 beyond the reach."""
     a3 = np.exp(log_a3)
@@ -53,7 +54,7 @@ def height_share(z, log_a3):
     return height, 1.0 / a3
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def log_gauge(x, y, z, axes, eps):
     """Log G at a straight point, its shares p (3 values), its derivatives by ε1 and ε2.
 
@@ -71,7 +72,7 @@ def log_gauge(x, y, z, axes, eps):
     return 0.5 * e1 * log_f, w * u1, w * u2, w3, h1, h2
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def pose_part(row, v1, v2, v3, x, y, z):
     """Rotation and translation derivatives of a function with spatial gradient v at (x, y, z)."""
     row[5], row[6], row[7] = v2 * z - v3 * y, v3 * x - v1 * z, v1 * y - v2 * x

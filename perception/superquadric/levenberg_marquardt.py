@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .block_kernels import STRAIGHT
 from .problem import FitProblem, Guess
-from .residual_kernels import STRAIGHT, normal_equations
+from .residual_kernels import normal_equations
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,7 +66,7 @@ def levenberg_marquardt(
     return Guess(axes, eps, R, c, taper), float(cost), int(steps)
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def descend(
     points,
     weights,
@@ -158,7 +159,7 @@ def descend(
     return axes, eps, R, c, taper, cost, steps
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def add_prior(prior, axes, eps, taper, gradient, hessian):
     """Cost of the distance from the prior; adds its derivatives to gradient and Hessian.
 
@@ -185,7 +186,7 @@ def add_prior(prior, axes, eps, taper, gradient, hessian):
 
 
 # Products of matrices this small cost more in calls to BLAS than in arithmetic: plain loops.
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _reduced(hessian, gradient, basis):
     """Hessian (k, k) and gradient (k,) along the columns of the basis."""
     n, k = basis.shape
@@ -208,7 +209,7 @@ def _reduced(hessian, gradient, basis):
     return reduced, slope
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _damped_step(reduced, slope, basis, damping):
     """Full step (13,) of the damped normal equations, by Cholesky decomposition."""
     k = slope.size
@@ -242,7 +243,7 @@ def _damped_step(reduced, slope, basis, damping):
     return step
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def moved(axes, eps, R, c, taper, step, bounds):
     """State after a full step (13,), held inside the bounds."""
     new_axes, new_eps, new_taper = np.empty(3), np.empty(2), np.empty(2)
@@ -261,7 +262,7 @@ def moved(axes, eps, R, c, taper, step, bounds):
     return new_axes, new_eps, new_R, new_c, new_taper
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def rotation(vector):
     """Rotation matrix (3, 3) of a rotation vector (3,), Rodrigues' formula."""
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
@@ -283,7 +284,7 @@ def rotation(vector):
     return out
 
 
-@njit(cache=True, error_model="numpy")
+@njit(cache=True, nogil=True, error_model="numpy")
 def _hold(reduced, slope, basis, axes, eps, taper, bounds):
     """Leave out numbers at a bound that downhill would lead across it."""
     k = slope.size

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import nlopt
 import numpy as np
 
+from .block_kernels import STRAIGHT
 from .chart_kernels import chart_value
 from .kinds import basis
 from .levenberg_marquardt import add_prior, levenberg_marquardt
 from .problem import FitProblem, Guess
-from .residual_kernels import STRAIGHT, normal_equations
+from .residual_kernels import normal_equations
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -14,16 +14,12 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .block_kernels import LANES, MEMORY, PARAMETERS, R_ROW, STRAIGHT, add_block, distance_rows
 from .condition_kernels import plane_row, ray_row
-from .gauge_kernels import FAST, height_share, log_sum, off_zero, pose_part, to_local
-
-PARAMETERS = 13
-"""Length of the full parameter vector."""
-STRAIGHT = 11
-"""Parameters before the taper's: what solids without one can move."""
+from .gauge_kernels import FAST
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def normal_equations(
     points,
     weights,
@@ -70,11 +66,12 @@ def normal_equations(
     hessian = np.zeros((PARAMETERS, PARAMETERS))
     row = np.zeros(PARAMETERS)
     local = np.empty(3)
-    for i in range(points.shape[0]):
-        to_local(points[i, 0], points[i, 1], points[i, 2], R, c, local)
-        r = distance_row(local, axes, eps, taper, tapered, row)
-        cost += weights[i] * _cauchy(r, scale)
-        _accumulate(gradient, hessian, row, r, weights[i] / (1.0 + (r / scale) ** 2), tapered)
+    m = np.empty(MEMORY)
+    count = PARAMETERS if tapered else STRAIGHT
+    for first in range(0, points.shape[0], LANES):
+        n = min(points.shape[0] - first, LANES)
+        distance_rows(points, first, n, R, c, axes, eps, taper, tapered, m)
+        cost += add_block(weights, first, n, scale, count, m, gradient, hessian)
     if rays.shape[0] > 0 and ray_weight > 0.0:
         share = ray_weight / rays.shape[0]
         for i in range(rays.shape[0]):
@@ -99,83 +96,21 @@ def normal_equations(
     return cost, gradient, hessian
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def distances(points, axes, eps, R, c, taper):
     """First-order signed distances (N,) of points (N, 3)."""
     out = np.empty(points.shape[0])
-    row = np.empty(PARAMETERS)
-    local = np.empty(3)
-    for i in range(points.shape[0]):
-        to_local(points[i, 0], points[i, 1], points[i, 2], R, c, local)
-        out[i] = distance_row(local, axes, eps, taper, True, row)
+    m = np.empty(MEMORY)
+    tapered = taper[0] != 0.0 or taper[1] != 0.0
+    for first in range(0, points.shape[0], LANES):
+        n = min(points.shape[0] - first, LANES)
+        distance_rows(points, first, n, R, c, axes, eps, taper, tapered, m)
+        for i in range(n):
+            out[first + i] = m[R_ROW + i]
     return out
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
-def distance_row(local, axes, eps, taper, tapered, row):
-    """Residual r of a point in shape coordinates; fills `row` (13,) with its derivatives."""
-    x, y, z = off_zero(local[0]), off_zero(local[1]), off_zero(local[2])
-    width1, width2, lean1, lean2, height, rise = 1.0, 1.0, 0.0, 0.0, 0.0, 0.0
-    if tapered:
-        height, rise = height_share(z, axes[2])
-        width1, width2 = 1.0 + taper[0] * height, 1.0 + taper[1] * height
-        lean1, lean2 = taper[0] * rise / width1, taper[1] * rise / width2
-    e1, e2 = eps[0], eps[1]
-    k1, k2 = 2.0 / e1, 2.0 / e2
-    # One division each: they cost as much as a logarithm.
-    over_x, over_y, over_z = 1.0 / x, 1.0 / y, 1.0 / z
-    ax = k2 * (np.log(abs(x / width1)) - axes[0])
-    ay = k2 * (np.log(abs(y / width2)) - axes[1])
-    log_a, u1, u2 = log_sum(ax, ay)
-    t = e2 * 0.5 * k1 * log_a
-    s = k1 * (np.log(abs(z)) - axes[2])
-    log_f, w, w3 = log_sum(t, s)
-    h = 0.5 * e1 * log_f
-    p1, p2, p3 = w * u1, w * u2, w3
-    # ∇h: a step along z also moves between sections.
-    g1, g2 = p1 * over_x, p2 * over_y
-    g3 = p3 * over_z - p1 * lean1 - p2 * lean2
-    over_n = 1.0 / np.sqrt(g1 * g1 + g2 * g2 + g3 * g3)
-    falling = np.exp(-h)
-    r = (1.0 - falling) * over_n
-    along, across = falling * over_n, r * over_n
-
-    # Derivatives of the shares by the logarithms of the straight coordinates (symmetric), and
-    # m = ∂n/∂p: r moves with a share by -across m.
-    q, o = w * w3 * k1, w * k2 * u1 * u2
-    d11, d12, d13 = q * u1 * u1 + o, q * u1 * u2 - o, -q * u1
-    d22, d23, d33 = q * u2 * u2 + o, -q * u2, q
-    n1, n2, n3 = g1 * over_n, g2 * over_n, g3 * over_n
-    m1, m2, m3 = n1 * over_x - n3 * lean1, n2 * over_y - n3 * lean2, n3 * over_z
-    r1 = along * p1 - across * (m1 * d11 + m2 * d12 + m3 * d13)
-    r2 = along * p2 - across * (m1 * d12 + m2 * d22 + m3 * d23)
-    r3 = along * p3 - across * (m1 * d13 + m2 * d23 + m3 * d33)
-    row[0], row[1], row[2] = -r1, -r2, -r3
-
-    spread = log_a - u1 * ax - u2 * ay
-    dw = w * w3 * (s - t) * (0.5 * k1)
-    row[3] = along * 0.5 * (log_f - w * t - w3 * s) - across * dw * (m1 * u1 + m2 * u2 - m3)
-    dw = w * w3 * spread * (0.5 * k1)
-    du = -u1 * u2 * (ax - ay) * (0.5 * k2)
-    row[4] = along * 0.5 * w * spread - across * (
-        m1 * (dw * u1 + w * du) + m2 * (dw * u2 - w * du) - m3 * dw
-    )
-    v1 = (r1 + across * n1 * p1 * over_x) * over_x
-    v2 = (r2 + across * n2 * p2 * over_y) * over_y
-    v3 = (r3 + across * n3 * p3 * over_z) * over_z
-    if tapered:
-        bend = n3 * (p1 * lean1 * lean1 + p2 * lean2 * lean2)
-        v3 -= r1 * lean1 + r2 * lean2 + across * bend
-        if rise > 0.0:
-            lean = n3 * (p1 * lean1 + p2 * lean2)
-            row[2] += (r1 * lean1 + r2 * lean2 + across * bend) * z - across * lean
-        row[11] = -r1 * height / width1 + across * n3 * rise * p1 / (width1 * width1)
-        row[12] = -r2 * height / width2 + across * n3 * rise * p2 / (width2 * width2)
-    pose_part(row, v1, v2, v3, x, y, z)
-    return r
-
-
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _accumulate(gradient, hessian, row, r, weight, tapered):
     for j in range(STRAIGHT):
         scaled = weight * row[j]
@@ -190,6 +125,6 @@ def _accumulate(gradient, hessian, row, r, weight, tapered):
                 hessian[j, k] += scaled * row[k]
 
 
-@njit(cache=True, error_model="numpy", fastmath=FAST)
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
 def _cauchy(r, scale):
     return 0.5 * scale * scale * np.log1p((r / scale) ** 2)

@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .block_kernels import STRAIGHT
 from .kinds import basis
 from .levenberg_marquardt import add_prior
-from .residual_kernels import STRAIGHT, normal_equations
+from .residual_kernels import normal_equations
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -47,12 +47,12 @@ def test_there_are_no_more_bands_than_threads_and_none_too_thin(rows, threads, b
     calls = []
 
     def kernel(image):
-        calls.append((threading.current_thread() is threading.main_thread(), len(image)))
+        calls.append((threading.current_thread(), len(image)))
         return (image,)
 
     in_bands(kernel, (np.zeros((rows, 2)),), 1, threads)
     assert len(calls) == bands
-    assert all(in_main == (bands == 1) for in_main, _ in calls)
+    assert len({thread for thread, _ in calls} - {threading.main_thread()}) <= bands - 1
     # Each has its share and one row of overlap on every inner side.
     assert sum(length for _, length in calls) == rows + 2 * (bands - 1)
 

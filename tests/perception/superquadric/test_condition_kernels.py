@@ -8,8 +8,8 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
+from eyehand.perception.superquadric.block_kernels import PARAMETERS, STRAIGHT
 from eyehand.perception.superquadric.condition_kernels import plane_row, ray_row
-from eyehand.perception.superquadric.residual_kernels import PARAMETERS, STRAIGHT
 
 seeds = st.integers(0, 2**31 - 1)
 

@@ -7,13 +7,15 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
-from eyehand.perception.superquadric.residual_kernels import (
+from eyehand.perception.superquadric.block_kernels import (
+    LANES,
+    MEMORY,
     PARAMETERS,
+    R_ROW,
     STRAIGHT,
-    distance_row,
-    distances,
-    normal_equations,
+    distance_rows,
 )
+from eyehand.perception.superquadric.residual_kernels import distances, normal_equations
 
 seeds = st.integers(0, 2**31 - 1)
 
@@ -31,13 +33,21 @@ def moved(state, step):
     return axes + step[:3], eps + step[3:5], R @ turn, c + R @ step[8:11], taper + step[11:]
 
 
+def point_row(point, state, tapered):
+    """Residual of one point and its derivatives."""
+    axes, eps, R, c, taper = state
+    m = np.full(MEMORY, np.nan)
+    distance_rows(np.array([point]), 0, 1, R, c, axes, eps, taper, tapered, m)
+    return m[R_ROW], m[: PARAMETERS * LANES : LANES].copy()
+
+
 @given(seed=seeds, tapered=st.booleans())
 def test_distances_equal_the_numpy_reference(seed, tapered):
     rng = np.random.default_rng(seed)
     axes, eps, R, c, taper = random_state(rng, tapered=tapered)
     pose = RigidTransform.from_components(c, Rotation.from_matrix(R))
     solid = Superquadric(np.exp(axes), (eps[0], eps[1]), pose, "tapered", (taper[0], taper[1]))
-    points = c + rng.normal(size=(30, 3))
+    points = c + rng.normal(size=(rng.integers(1, 3 * LANES), 3))
     reference = solid.distance(points)
     assert np.allclose(distances(points, axes, eps, R, c, taper), reference, rtol=1e-9, atol=1e-10)
 
@@ -49,9 +59,7 @@ def test_every_derivative_of_the_point_residual_matches_finite_differences(seed,
     # Beyond 1.05 a3 the taper ends with a kink, where no surface is.
     local = rng.uniform(0.3, [1.2, 1.2, np.exp(state[0][2])]) * rng.choice([-1, 1], 3)
     point = state[3] + state[2] @ local
-    row = np.zeros(PARAMETERS)
-    distance_row(local, state[0], state[1], state[4], tapered, row)
-    exact = row.copy()
+    _, exact = point_row(point, state, tapered)
     h = 1e-5
 
     def at(step):
@@ -114,8 +122,38 @@ def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, 
 
 @pytest.mark.parametrize("e", [0.02, 0.1, 1.0, 1.9, 1.98])
 def test_residuals_stay_finite_at_the_centre_and_far_away(e):
-    axes, eps = np.zeros(3), np.array([e, e])
-    row = np.empty(PARAMETERS)
-    for local in ([0.0, 0.0, 0.0], [1e6, 1e6, 1e6], [1.0, 0.0, 0.0], [1e-12, 1.0, 1e-12]):
-        assert np.isfinite(distance_row(np.array(local), axes, eps, np.full(2, 0.9), True, row))
+    state = (np.zeros(3), np.array([e, e]), np.eye(3), np.zeros(3), np.full(2, 0.9))
+    for point in ([0.0, 0.0, 0.0], [1e6, 1e6, 1e6], [1.0, 0.0, 0.0], [1e-12, 1.0, 1e-12]):
+        distance, row = point_row(point, state, tapered=True)
+        assert np.isfinite(distance)
         assert np.all(np.isfinite(row))
+
+
+@given(seed=seeds, count=st.integers(1, 3 * LANES), tapered=st.booleans())
+def test_cost_gradient_and_hessian_equal_sums_over_points_one_by_one(seed, count, tapered):
+    rng = np.random.default_rng(seed)
+    state = random_state(rng, tapered=tapered)
+    points, weights, scale = state[3] + rng.normal(size=(count, 3)), rng.random(count), 0.1
+    cost, gradient, hessian = normal_equations(
+        points,
+        weights,
+        np.zeros((0, 3)),
+        np.array([0.0, 0.0, 1.0, 0.0]),
+        np.zeros(3),
+        *state,
+        tapered,
+        scale,
+        0.0,
+        0.0,
+        0.0,
+        1.0,
+    )
+    moving = PARAMETERS if tapered else STRAIGHT
+    rows = [point_row(point, state, tapered) for point in points]
+    r, J = np.array([row[0] for row in rows]), np.array([row[1][:moving] for row in rows])
+    slope = weights / (1.0 + (r / scale) ** 2)
+    assert cost == pytest.approx(weights @ (0.5 * scale**2 * np.log1p((r / scale) ** 2)))
+    assert np.allclose(gradient[:moving], J.T @ (slope * r), rtol=1e-9, atol=1e-12)
+    assert np.allclose(hessian[:moving, :moving], J.T @ (slope[:, None] * J), rtol=1e-9, atol=1e-12)
+    assert not gradient[moving:].any()
+    assert not hessian[moving:].any()
