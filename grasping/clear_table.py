@@ -18,6 +18,7 @@ from .pick import pick
 from .report import ClearReport, PickReport
 from .select import SelectOptions
 from .sight import doubts
+from .steady_look import steady
 from .surroundings import surroundings
 
 if TYPE_CHECKING:
@@ -25,10 +26,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.perception import Scene
+    from eyehand.perception import DepthFrame, Scene
 
     from .cell import Cell
     from .job import Choice
+    from .tray import Tray
 
 SAME_PLACE = 0.03
 """An object seen so near the place of an earlier one is that one, m: they do not move by
@@ -37,6 +39,9 @@ HOME_SPEED = 2.0
 """Largest norm of the joint velocities on the way to the rest posture, rad/s."""
 HOME_SECONDS = 6.0
 """Longest such way, s."""
+LOOKS = 5
+"""Depth images of which a look that leaves a doubt is made: what is lost in one is there in
+another, and a camera takes so many in a fifth of a second."""
 
 
 @dataclass(frozen=True)
@@ -167,23 +172,28 @@ def clear_table(
 
 
 def look(cell: Cell) -> tuple[Scene | None, float, str]:
-    """Take a depth image and see what is there.
+    """Take a depth image and see what is there; where that leaves a doubt, take more and fuse them.
 
     Gives the scene and the ms that seeing took; None where it is nothing to act on, and why.
     """
     cell.enter("look")
-    began = time.perf_counter()
-    try:
-        frame = cell.robot.look()
+    frames: list[DepthFrame] = []
+    spent, doubt = 0.0, ""
+    for more in (1, LOOKS - 1):
         began = time.perf_counter()
-        scene = cell.see(frame)
-    except InputError as error:
-        return None, 1e3 * (time.perf_counter() - began), f"cannot see: {error}"
-    if doubt := doubts(frame, scene, cell.tray):
-        return None, 1e3 * (time.perf_counter() - began), doubt
-    objects = tuple(one for one in scene.objects if not cell.tray.holds(one.points.mean(axis=0)))
-    cell.scene = replace(scene, objects=objects)
-    return cell.scene, 1e3 * (time.perf_counter() - began), ""
+        try:
+            frames += [cell.robot.look() for _ in range(more)]
+            began = time.perf_counter()
+            frame = steady(frames)
+            scene = _without_tray(cell.see(frame), cell.tray)
+            doubt = doubts(frame, scene, cell.tray)
+        except InputError as error:
+            scene, doubt = None, f"cannot see: {error}"
+        spent += 1e3 * (time.perf_counter() - began)
+        if scene is not None and not doubt:
+            cell.scene = scene
+            return scene, spent, ""
+    return None, spent, doubt
 
 
 def go_home(cell: Cell, scene: Scene) -> bool:
@@ -202,6 +212,11 @@ def go_home(cell: Cell, scene: Scene) -> bool:
     arrival = go(cell, controller, HOME_SECONDS, command=lambda _: command)
     cell.step(np.zeros(len(cell.robot.joints)))
     return bool(arrival)
+
+
+def _without_tray(scene: Scene, tray: Tray) -> Scene:
+    objects = tuple(one for one in scene.objects if not tray.holds(one.points.mean(axis=0)))
+    return replace(scene, objects=objects)
 
 
 def _moved(report: PickReport, scene: Scene, memory: Memory) -> PickReport:

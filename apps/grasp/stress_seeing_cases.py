@@ -103,7 +103,7 @@ def seeing_sweeps() -> tuple[Sweep[Method], ...]:
             axis="share of the image without a reading",
             unit="%",
             values=(0.0, 20.0, 40.0, 60.0, 80.0, 95.0, 100.0),
-            holds_to=20.0,
+            holds_to=60.0,
             attempt=_lost_depth,
             right=SOMETHING,
         ),
