@@ -44,8 +44,8 @@ thumb's inner phalanx."""
 LEAST_WRAPPED = 0.015
 """Nothing that a power grasp is meant for is slimmer, m: there the tips meet before they touch."""
 OWN_PALM_CURL = 2.4
-"""A finger curled further, rad, whose tip alone presses on the palm while the thumb feels nothing,
-has closed on nothing: 2.8 empty, 1.6 around 60 mm."""
+"""A finger curled further, rad, has its tip on the own palm: 2.8 empty, 1.6 around 60 mm. So has
+most of a hand closed on nothing, or one finger while the thumb feels nothing."""
 ASIDE = 0.06
 """How much wider than a pincer its other fingers stand, m: out of the way of what it pinches, and
 no farther out than neighbours leave room for."""
@@ -386,7 +386,11 @@ def held(reading: HandReading, hand: HandModel, least: float = 0.2) -> bool:
     if forces[:-1].max() < least or against < least:
         return False
     palm, inner = _inner_force(reading, hand, "palm"), _inner_force(reading, hand, "")
-    if inner - palm < least and forces[-1] < least and _curled(reading, hand) > OWN_PALM_CURL:
+    fingers = hand.fingers[:-1]
+    curled = {one for one in fingers if _curled(reading, hand, one) > OWN_PALM_CURL}
+    if 2 * len(curled) > len(fingers):
+        return False
+    if inner - palm < least and forces[-1] < least and PINCER_FINGER in curled:
         return False
     bent = _bend(reading, hand, PINCER_FINGER) > CLOSED_BEND
     if inner >= least:
@@ -410,9 +414,9 @@ def _bend(reading: HandReading, hand: HandModel, finger: str) -> float:
     return float(reading.angles[joints[1:]].sum())
 
 
-def _curled(reading: HandReading, hand: HandModel) -> float:
-    """Sum of all joints of the middle finger, rad."""
-    joints = [k for k, name in enumerate(hand.joints) if name.startswith(PINCER_FINGER)]
+def _curled(reading: HandReading, hand: HandModel, finger: str) -> float:
+    """Sum of all joints of a finger, rad."""
+    joints = [k for k, name in enumerate(hand.joints) if name.startswith(finger)]
     return float(reading.angles[joints].sum())
 
 

@@ -128,6 +128,19 @@ def test_a_finger_that_went_past_the_thumb_holds_nothing(hand):
     assert held(wrapped, hand)
 
 
+def test_a_fist_whose_tips_press_on_the_own_palm_holds_nothing(hand):
+    # Index and ring on the palm, the middle finger's tip on the thumb's.
+    fist = [7, 9, 7, 9, 15]
+    excursions = hand.pulled(0.02)
+    empty = reading(hand, excursions, fist, np.array([0.5, 2.2, -0.6, 2.2, 0.5, 2.2, 0.0, 1.3]))
+    around = reading(hand, excursions, fist, np.array([0.1, 1.5, 0.1, 1.5, 0.1, 1.5, 0.0, 0.7]))
+    beside = reading(hand, excursions, fist, np.array([0.5, 2.2, 0.1, 1.5, 0.1, 1.5, 0.0, 0.7]))
+
+    assert not held(empty, hand)
+    assert held(around, hand)
+    assert held(beside, hand)
+
+
 def test_the_shock_of_touching_pulls_no_more_than_the_grip(hand):
     closing = Closing(hand, "pincer", 0.04, GripOptions(load=0.01))
     shocked = replace(reading(hand, hand.pulled(0.03), [0, 2, 0, 2, 0]), tensions=np.full(5, 55.0))
