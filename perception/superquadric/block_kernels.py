@@ -4,10 +4,6 @@ The residual of a point is its first-order normal distance r = (G - 1)/‖∇G�
 G = F^(ε1/2) (Sampson 1982 on the function of Solina and Bajcsy 1990). With h = log G, shares
 p = ∂h/∂(log x, log y, log z) and n = ‖∇h‖ it reads r = (1 - e^-h)/n: all in logarithms, so that
 exponents down to 0.02 neither overflow nor lose digits.
-
-Every quantity of a block of points is a row of LANES numbers in one piece of memory, each row at
-a constant place: so the compiler sees that no row overlaps another, and computes several points
-with each instruction, in a third of the time of one point after the other.
 """
 
 from __future__ import annotations
@@ -15,49 +11,37 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .gauge import TAPER_REACH
 from .gauge_kernels import FAST, SMALL
-from .vector_kernels import exp_all, log1p_all, log_all
+from .gauge_rows import (
+    AX_ROW,
+    AY_ROW,
+    FALLING_ROW,
+    FREE_ROW,
+    HEIGHT_ROW,
+    LANES,
+    LOG_A_ROW,
+    LOG_F_ROW,
+    OVER1_ROW,
+    OVER2_ROW,
+    R_ROW,
+    RISE_ROW,
+    ROWS,
+    S_ROW,
+    SPARE_ROW,
+    T_ROW,
+    U1_ROW,
+    U2_ROW,
+    W3_ROW,
+    W_ROW,
+    X_ROW,
+    Y_ROW,
+    Z_ROW,
+    gauge_rows,
+    lanes_for,
+)
+from .vector_kernels import log1p_row
 
-PARAMETERS = 13
-"""Length of the full parameter vector."""
-STRAIGHT = 11
-"""Parameters before the taper's: what solids without one can move."""
-LANES = 64
-"""Points of a block: eight cache lines a row, so that all rows stay in the nearest cache."""
-
-R_ROW = PARAMETERS * LANES
-"""Where the residuals are; before them, row by row, their derivatives."""
-(
-    _X,
-    _Y,
-    _Z,
-    _LX,
-    _LY,
-    _LZ,
-    _HEIGHT,
-    _RISE,
-    _OVER1,
-    _OVER2,
-    _RATIO,
-    _MORE,
-    _LOG_A,
-    _U1,
-    _U2,
-    _T,
-    _LOG_F,
-    _W,
-    _W3,
-    _FALLING,
-    _SLOPE,
-    _SCALED,
-    _SPARE,
-) = range(R_ROW + LANES, R_ROW + 24 * LANES, LANES)
-# Once the logarithms are taken, they make way for what comes of them.
-_AX, _AY, _S = _LX, _LY, _LZ
-MEMORY = _SPARE + 3 * LANES
-"""Numbers of working memory for a block."""
-_LOGS = 3 * LANES
+_SQUARE, _COST, _WEIGHT, _SLOPE, _SCALED = range(FREE_ROW, FREE_ROW + 5)
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
@@ -69,89 +53,47 @@ def distance_rows(points, first, n, R, c, axes, eps, taper, tapered, m):
     points
         (N, 3) cloud.
     first, n
-        Which of them, at most LANES; the last one fills the block.
+        Which of them, at most LANES.
     R, c, axes, eps, taper, tapered
         As in :func:`~.residual_kernels.normal_equations`.
     m
-        (MEMORY,), written: row k of derivatives begins at ``k * LANES``, those of the taper only
-        where it is `tapered`; residuals begin at R_ROW.
+        (ROWS * LANES,) working memory; written: derivatives by parameter k in row k, residuals in
+        row R_ROW.
     """
-    for i in range(LANES):
+    lanes = lanes_for(n)
+    X, Y, Z = X_ROW * LANES, Y_ROW * LANES, Z_ROW * LANES
+    for i in range(lanes):
+        # The last point fills the lanes that are left. A NaN stays one, and shows in the cost.
         k = first + min(i, n - 1)
         dx, dy, dz = points[k, 0] - c[0], points[k, 1] - c[1], points[k, 2] - c[2]
-        m[_X + i] = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
-        m[_Y + i] = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
-        m[_Z + i] = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
-    for i in range(_X, _X + _LOGS):
-        if abs(m[i]) < SMALL:
-            m[i] = SMALL if m[i] >= 0.0 else -SMALL
-    if tapered:
-        over_a3 = np.exp(-axes[2])
-        for i in range(LANES):
-            t = m[_Z + i] * over_a3
-            height = min(max(t, -TAPER_REACH), TAPER_REACH)
-            m[_HEIGHT + i] = height
-            m[_RISE + i] = over_a3 if height == t else 0.0
-            m[_OVER1 + i] = 1.0 / (1.0 + taper[0] * height)
-            m[_OVER2 + i] = 1.0 / (1.0 + taper[1] * height)
-            m[_LX + i] = abs(m[_X + i] * m[_OVER1 + i])
-            m[_LY + i] = abs(m[_Y + i] * m[_OVER2 + i])
-            m[_LZ + i] = abs(m[_Z + i])
-    else:
-        for i in range(LANES):
-            m[_HEIGHT + i], m[_RISE + i] = 0.0, 0.0
-            m[_OVER1 + i], m[_OVER2 + i] = 1.0, 1.0
-        for i in range(_LOGS):
-            m[_LX + i] = abs(m[_X + i])
-    spare = m[_SPARE : _SPARE + _LOGS]
-    logs = m[_LX : _LX + _LOGS]
-    log_all(logs, logs, spare)
+        x = R[0, 0] * dx + R[1, 0] * dy + R[2, 0] * dz
+        y = R[0, 1] * dx + R[1, 1] * dy + R[2, 1] * dz
+        z = R[0, 2] * dx + R[1, 2] * dy + R[2, 2] * dz
+        m[X + i] = (SMALL if x >= 0.0 else -SMALL) if abs(x) < SMALL else x
+        m[Y + i] = (SMALL if y >= 0.0 else -SMALL) if abs(y) < SMALL else y
+        m[Z + i] = (SMALL if z >= 0.0 else -SMALL) if abs(z) < SMALL else z
+    grid = m.reshape(ROWS, LANES)
+    gauge_rows(axes, eps, taper, tapered, m, grid, grid.view(np.int64), lanes)
 
-    e1, e2 = eps[0], eps[1]
-    k1, k2 = 2.0 / e1, 2.0 / e2
-    ratio, more, rest = (
-        m[_RATIO : _RATIO + LANES],
-        m[_MORE : _MORE + LANES],
-        m[_FALLING : _FALLING + LANES],
+    RISE, OVER1, OVER2, HEIGHT = (
+        RISE_ROW * LANES,
+        OVER1_ROW * LANES,
+        OVER2_ROW * LANES,
+        HEIGHT_ROW * LANES,
     )
-    for i in range(LANES):
-        ax, ay = k2 * (m[_LX + i] - axes[0]), k2 * (m[_LY + i] - axes[1])
-        m[_AX + i], m[_AY + i] = ax, ay
-        m[_S + i] = k1 * (m[_LZ + i] - axes[2])
-        m[_RATIO + i] = -abs(ax - ay)
-    exp_all(ratio, ratio, spare)
-    log1p_all(ratio, more, spare)
-    for i in range(LANES):
-        ax, ay = m[_AX + i], m[_AY + i]
-        log_a = max(ax, ay) + m[_MORE + i]
-        large = 1.0 / (1.0 + m[_RATIO + i])
-        small = m[_RATIO + i] * large
-        t = e2 * 0.5 * k1 * log_a
-        m[_LOG_A + i], m[_T + i] = log_a, t
-        m[_U1 + i] = large if ax > ay else small
-        m[_U2 + i] = small if ax > ay else large
-        m[_RATIO + i] = -abs(t - m[_S + i])
-    exp_all(ratio, ratio, spare)
-    log1p_all(ratio, more, spare)
-    for i in range(LANES):
-        t, s = m[_T + i], m[_S + i]
-        log_f = max(t, s) + m[_MORE + i]
-        large = 1.0 / (1.0 + m[_RATIO + i])
-        small = m[_RATIO + i] * large
-        m[_LOG_F + i] = log_f
-        m[_W + i] = large if t > s else small
-        m[_W3 + i] = small if t > s else large
-        m[_FALLING + i] = -0.5 * e1 * log_f
-    exp_all(rest, rest, spare)
-
-    for i in range(LANES):
-        x, y, z = m[_X + i], m[_Y + i], m[_Z + i]
+    W, W3, U1, U2 = W_ROW * LANES, W3_ROW * LANES, U1_ROW * LANES, U2_ROW * LANES
+    AX, AY, S, T = AX_ROW * LANES, AY_ROW * LANES, S_ROW * LANES, T_ROW * LANES
+    LOG_A, LOG_F, FALLING = LOG_A_ROW * LANES, LOG_F_ROW * LANES, FALLING_ROW * LANES
+    R_AT = R_ROW * LANES
+    k1, k2 = 2.0 / eps[0], 2.0 / eps[1]
+    for i in range(lanes):
+        x, y, z = m[X + i], m[Y + i], m[Z + i]
         over_x, over_y, over_z = 1.0 / x, 1.0 / y, 1.0 / z
-        ax, ay, s, t = m[_AX + i], m[_AY + i], m[_S + i], m[_T + i]
-        log_a, log_f, falling = m[_LOG_A + i], m[_LOG_F + i], m[_FALLING + i]
-        rise, over1, over2 = m[_RISE + i], m[_OVER1 + i], m[_OVER2 + i]
+        ax, ay, s, t = m[AX + i], m[AY + i], m[S + i], m[T + i]
+        log_a, log_f, falling = m[LOG_A + i], m[LOG_F + i], m[FALLING + i]
+        rise, over1, over2 = m[RISE + i], m[OVER1 + i], m[OVER2 + i]
         lean1, lean2 = taper[0] * rise * over1, taper[1] * rise * over2
-        w, w3, u1, u2 = m[_W + i], m[_W3 + i], m[_U1 + i], m[_U2 + i]
+        w, w3, u1, u2 = m[W + i], m[W3 + i], m[U1 + i], m[U2 + i]
         p1, p2, p3 = w * u1, w * u2, w3
         # ∇h: a step along z also moves between sections.
         g1, g2 = p1 * over_x, p2 * over_y
@@ -159,7 +101,7 @@ def distance_rows(points, first, n, R, c, axes, eps, taper, tapered, m):
         over_n = 1.0 / np.sqrt(g1 * g1 + g2 * g2 + g3 * g3)
         r = (1.0 - falling) * over_n
         along, across = falling * over_n, r * over_n
-        m[R_ROW + i] = r
+        m[R_AT + i] = r
         # The shares' derivatives and m = ∂n/∂p, as in `distance_row`.
         q, o = w * w3 * k1, w * k2 * u1 * u2
         d11, d12, d13 = q * u1 * u1 + o, q * u1 * u2 - o, -q * u1
@@ -188,7 +130,7 @@ def distance_rows(points, first, n, R, c, axes, eps, taper, tapered, m):
         leaning = r1 * lean1 + r2 * lean2 + across * bend
         v3 -= leaning
         m[2 * LANES + i] = leaning * z - r3 - across * n3 * (p1 * lean1 + p2 * lean2)
-        height, pull = m[_HEIGHT + i], across * n3 * rise
+        height, pull = m[HEIGHT + i], across * n3 * rise
         m[11 * LANES + i] = over1 * (pull * p1 * over1 - r1 * height)
         m[12 * LANES + i] = over2 * (pull * p2 * over2 - r2 * height)
         m[5 * LANES + i] = v2 * z - v3 * y
@@ -217,28 +159,79 @@ def add_block(weights, first, n, scale, count, m, gradient, hessian):
     float
         The points' cost.
     """
+    lanes = lanes_for(n)
     over = 1.0 / scale
-    for i in range(LANES):
-        m[_RATIO + i] = (m[R_ROW + i] * over) ** 2
-    log1p_all(m[_RATIO : _RATIO + LANES], m[_MORE : _MORE + LANES], m[_SPARE : _SPARE + LANES])
-    for i in range(LANES):
-        m[_W + i] = weights[first + i] if i < n else 0.0
+    SQUARE, COST, WEIGHT = _SQUARE * LANES, _COST * LANES, _WEIGHT * LANES
+    SLOPE, R = _SLOPE * LANES, R_ROW * LANES
+    for i in range(lanes):
+        m[SQUARE + i] = (m[R + i] * over) ** 2
+    grid = m.reshape(ROWS, LANES)
+    log1p_row(grid, grid.view(np.int64), _SQUARE, _COST, SPARE_ROW, lanes)
+    for i in range(lanes):
+        m[WEIGHT + i] = weights[first + i] if i < n else 0.0
     cost = 0.0
-    for i in range(LANES):
-        cost += m[_W + i] * m[_MORE + i]
-        m[_SLOPE + i] = m[_W + i] / (1.0 + m[_RATIO + i])
+    for i in range(lanes):
+        cost += m[WEIGHT + i] * m[COST + i]
+        m[SLOPE + i] = m[WEIGHT + i] / (1.0 + m[SQUARE + i])
+    add_rows(count, m, grid, lanes, gradient, hessian)
+    return 0.5 * scale * scale * cost
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def add_ray_block(share, pull, scale, n, count, m, grid, bits, gradient, hessian):
+    """Add a block's rays to gradient (13,) and Hessian (13, 13).
+
+    Parameters
+    ----------
+    share
+        Weight of a ray.
+    pull
+        Weight of rays that pass outside, of that, under the Cauchy loss.
+    scale
+        Of that loss.
+    n, count, m
+        As for :func:`add_block`.
+    grid, bits
+        The same memory as `m`, see :func:`~.gauge_rows.gauge_rows`.
+
+    Returns
+    -------
+    float
+        The rays' cost.
+    """
+    lanes = lanes_for(n)
+    over = 1.0 / scale
+    for i in range(lanes):
+        grid[_SQUARE, i] = (grid[R_ROW, i] * over) ** 2
+    log1p_row(grid, bits, _SQUARE, _COST, SPARE_ROW, lanes)
+    cost = 0.0
+    for i in range(lanes):
+        depth = grid[R_ROW, i] if i < n else 0.0
+        if depth > 0.0:
+            cost += 0.5 * share * depth * depth
+            grid[_SLOPE, i] = share
+        elif depth < 0.0:
+            cost += 0.5 * share * pull * scale * scale * grid[_COST, i]
+            grid[_SLOPE, i] = share * pull / (1.0 + grid[_SQUARE, i])
+        else:
+            grid[_SLOPE, i] = 0.0
+    add_rows(count, m, grid, lanes, gradient, hessian)
+    return cost
+
+
+@njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
+def add_rows(count, m, grid, lanes, gradient, hessian):
+    """Add weighted residuals and their derivatives, as the rows of working memory hold them."""
+    SLOPE, SCALED, R = _SLOPE * LANES, _SCALED * LANES, R_ROW * LANES
     for j in range(count):
+        for i in range(lanes):
+            m[SCALED + i] = m[SLOPE + i] * grid[j, i]
         falls = 0.0
-        row = m[j * LANES : (j + 1) * LANES]
-        for i in range(LANES):
-            m[_SCALED + i] = m[_SLOPE + i] * row[i]
-        for i in range(LANES):
-            falls += m[_SCALED + i] * m[R_ROW + i]
+        for i in range(lanes):
+            falls += m[SCALED + i] * m[R + i]
         gradient[j] += falls
         for k in range(j + 1):
-            other = m[k * LANES : (k + 1) * LANES]
             product = 0.0
-            for i in range(LANES):
-                product += m[_SCALED + i] * other[i]
+            for i in range(lanes):
+                product += m[SCALED + i] * grid[k, i]
             hessian[j, k] += product
-    return 0.5 * scale * scale * cost

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .block_kernels import PARAMETERS
+from .gauge_rows import PARAMETERS
 from .levenberg_marquardt import add_prior, moved, rotation
 from .residual_kernels import normal_equations
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from .block_kernels import STRAIGHT
+from .gauge_rows import STRAIGHT
 from .problem import FitProblem, Guess
 from .residual_kernels import normal_equations
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import nlopt
 import numpy as np
 
-from .block_kernels import STRAIGHT
 from .chart_kernels import chart_value
+from .gauge_rows import STRAIGHT
 from .kinds import basis
 from .levenberg_marquardt import add_prior, levenberg_marquardt
 from .problem import FitProblem, Guess

@@ -14,9 +14,11 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .block_kernels import LANES, MEMORY, PARAMETERS, R_ROW, STRAIGHT, add_block, distance_rows
-from .condition_kernels import plane_row, ray_row
+from .block_kernels import add_block, add_ray_block, distance_rows
+from .condition_kernels import plane_row
 from .gauge_kernels import FAST
+from .gauge_rows import LANES, PARAMETERS, R_ROW, ROWS, STRAIGHT
+from .ray_kernels import ray_rows
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST)
@@ -66,7 +68,9 @@ def normal_equations(
     hessian = np.zeros((PARAMETERS, PARAMETERS))
     row = np.zeros(PARAMETERS)
     local = np.empty(3)
-    m = np.empty(MEMORY)
+    m = np.empty(ROWS * LANES)
+    grid = m.reshape(ROWS, LANES)
+    bits = grid.view(np.int64)
     count = PARAMETERS if tapered else STRAIGHT
     for first in range(0, points.shape[0], LANES):
         n = min(points.shape[0] - first, LANES)
@@ -74,17 +78,15 @@ def normal_equations(
         cost += add_block(weights, first, n, scale, count, m, gradient, hessian)
     if rays.shape[0] > 0 and ray_weight > 0.0:
         share = ray_weight / rays.shape[0]
-        for i in range(rays.shape[0]):
-            depth = ray_row(
-                rays[i], origin, axes, eps, R, c, taper, tapered, ray_pull > 0.0, row, local
+        for first in range(0, rays.shape[0], LANES):
+            n = min(rays.shape[0] - first, LANES)
+            outside = ray_pull > 0.0
+            ray_rows(
+                rays, first, n, origin, axes, eps, R, c, taper, tapered, outside, m, grid, bits
             )
-            if depth > 0.0:
-                cost += share * 0.5 * depth * depth
-                _accumulate(gradient, hessian, row, depth, share, tapered)
-            elif depth < 0.0:
-                cost += share * ray_pull * _cauchy(depth, scale)
-                weight = share * ray_pull / (1.0 + (depth / scale) ** 2)
-                _accumulate(gradient, hessian, row, depth, weight, tapered)
+            cost += add_ray_block(
+                share, ray_pull, scale, n, count, m, grid, bits, gradient, hessian
+            )
     if plane_weight > 0.0:
         gap = plane_row(plane, axes, eps, R, c, taper, tapered, row, local)
         cost += plane_weight * _cauchy(gap, plane_scale)
@@ -100,13 +102,13 @@ def normal_equations(
 def distances(points, axes, eps, R, c, taper):
     """First-order signed distances (N,) of points (N, 3)."""
     out = np.empty(points.shape[0])
-    m = np.empty(MEMORY)
+    m = np.empty(ROWS * LANES)
     tapered = taper[0] != 0.0 or taper[1] != 0.0
     for first in range(0, points.shape[0], LANES):
         n = min(points.shape[0] - first, LANES)
         distance_rows(points, first, n, R, c, axes, eps, taper, tapered, m)
         for i in range(n):
-            out[first + i] = m[R_ROW + i]
+            out[first + i] = m[R_ROW * LANES + i]
     return out
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .block_kernels import STRAIGHT
+from .gauge_rows import STRAIGHT
 from .kinds import basis
 from .levenberg_marquardt import add_prior
 from .residual_kernels import normal_equations

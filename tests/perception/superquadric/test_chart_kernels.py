@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from eyehand.perception.superquadric.block_kernels import PARAMETERS
 from eyehand.perception.superquadric.chart_kernels import chart_value, right_jacobian
+from eyehand.perception.superquadric.gauge_rows import PARAMETERS
 from eyehand.perception.superquadric.levenberg_marquardt import add_prior, moved
 from eyehand.perception.superquadric.residual_kernels import normal_equations
 

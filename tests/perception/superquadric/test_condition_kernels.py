@@ -8,8 +8,9 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
-from eyehand.perception.superquadric.block_kernels import PARAMETERS, STRAIGHT
-from eyehand.perception.superquadric.condition_kernels import plane_row, ray_row
+from eyehand.perception.superquadric.condition_kernels import plane_row
+from eyehand.perception.superquadric.gauge_rows import LANES, PARAMETERS, R_ROW, ROWS, STRAIGHT
+from eyehand.perception.superquadric.ray_kernels import ray_rows
 
 seeds = st.integers(0, 2**31 - 1)
 
@@ -38,12 +39,36 @@ def moved(state, step):
     return axes + step[:3], eps + step[3:5], R @ turn, c + R @ step[8:11], taper + step[11:]
 
 
+def rays_at(directions, origin, state, tapered, outside):
+    """Depths (K,) and derivatives (K, 13)."""
+    axes, eps, R, c, taper = state
+    m = np.full(ROWS * LANES, np.nan)
+    grid = m.reshape(ROWS, LANES)
+    n = len(directions)
+    ray_rows(
+        directions,
+        0,
+        n,
+        origin,
+        axes,
+        eps,
+        R,
+        c,
+        taper,
+        tapered,
+        outside,
+        m,
+        grid,
+        grid.view(np.int64),
+    )
+    depths = grid[R_ROW, :n].copy()
+    return depths, np.where(depths[:, None] != 0.0, grid[:PARAMETERS, :n].T, 0.0)
+
+
 def ray(direction, origin, state, tapered, outside):
     """Depth and derivatives."""
-    row = np.zeros(PARAMETERS)
-    axes, eps, R, c, taper = state
-    depth = ray_row(direction, origin, axes, eps, R, c, taper, tapered, outside, row, np.zeros(3))
-    return depth, row
+    depths, rows = rays_at(direction[None], origin, state, tapered, outside)
+    return depths[0], rows[0]
 
 
 def height(plane, state, tapered):
@@ -93,6 +118,20 @@ def test_a_rays_depth_is_that_of_its_lowest_gauge(seed, tapered, share):
     reference = np.exp(state[0].min()) * (1.0 - least_gauge(direction, origin, state))
     assert depth == pytest.approx(max(reference, 0.0), abs=1e-6)
     assert np.all(np.isfinite(row))
+
+
+@given(seed=seeds, count=st.integers(1, LANES), outside=st.booleans())
+def test_rays_do_not_know_of_one_another(seed, count, outside):
+    rng = np.random.default_rng(seed)
+    state = random_state(rng, 0.1, 1.9, tapered=False)
+    origin = state[3] + np.array([0.0, 0.0, 6.0])
+    targets = state[3] + rng.normal(size=(count, 3))
+    directions = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
+    depths, rows = rays_at(directions, origin, state, False, outside)
+    for direction, depth, row in zip(directions, depths, rows, strict=True):
+        alone = ray(direction, origin, state, False, outside)
+        assert alone[0] == pytest.approx(depth, abs=1e-12)
+        assert np.allclose(alone[1], row, atol=1e-12)
 
 
 @given(seed=seeds, share=st.floats(0.9, 1.6))

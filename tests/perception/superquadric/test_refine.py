@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import Kind, sample_surface
-from eyehand.perception.superquadric.block_kernels import STRAIGHT
+from eyehand.perception.superquadric.gauge_rows import STRAIGHT
 from eyehand.perception.superquadric.kinds import basis
 from eyehand.perception.superquadric.ladder import parameter_bounds
 from eyehand.perception.superquadric.levenberg_marquardt import add_prior, moved

@@ -7,14 +7,8 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
-from eyehand.perception.superquadric.block_kernels import (
-    LANES,
-    MEMORY,
-    PARAMETERS,
-    R_ROW,
-    STRAIGHT,
-    distance_rows,
-)
+from eyehand.perception.superquadric.block_kernels import distance_rows
+from eyehand.perception.superquadric.gauge_rows import LANES, PARAMETERS, R_ROW, ROWS, STRAIGHT
 from eyehand.perception.superquadric.residual_kernels import distances, normal_equations
 
 seeds = st.integers(0, 2**31 - 1)
@@ -36,9 +30,9 @@ def moved(state, step):
 def point_row(point, state, tapered):
     """Residual of one point and its derivatives."""
     axes, eps, R, c, taper = state
-    m = np.full(MEMORY, np.nan)
+    m = np.full(ROWS * LANES, np.nan)
     distance_rows(np.array([point]), 0, 1, R, c, axes, eps, taper, tapered, m)
-    return m[R_ROW], m[: PARAMETERS * LANES : LANES].copy()
+    return m[R_ROW * LANES], m[: PARAMETERS * LANES : LANES].copy()
 
 
 @given(seed=seeds, tapered=st.booleans())
