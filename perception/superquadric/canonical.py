@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from ..perpendicular import cross
 from .shape import Kind, Superquadric
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ def canonical_axes(
     x = _upwards(R[:, 0])
     if z @ R[:, 2] < 0:
         taper = (-taper[0], -taper[1])
-    return axes, np.column_stack([x, np.cross(z, x), z]), taper
+    return axes, np.column_stack([x, cross(z, x), z]), taper
 
 
 def _swap(axes: NDArray[np.float64]) -> list[int]:
@@ -67,8 +68,8 @@ def _upwards(axis: NDArray[np.float64]) -> NDArray[np.float64]:
 
 def _shortest_turn(axis: NDArray[np.float64]) -> NDArray[np.float64]:
     """Rotation matrix with the given z-axis and the smallest angle from the identity."""
-    cross = np.cross([0.0, 0.0, 1.0], axis)
-    sine = float(np.linalg.norm(cross))
+    turn = cross(np.array([0.0, 0.0, 1.0]), axis)
+    sine = float(np.linalg.norm(turn))
     if sine < 1e-12:
         return np.eye(3)
-    return Rotation.from_rotvec(cross / sine * np.arctan2(sine, axis[2])).as_matrix()
+    return Rotation.from_rotvec(turn / sine * np.arctan2(sine, axis[2])).as_matrix()

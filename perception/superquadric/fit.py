@@ -198,7 +198,7 @@ def _candidate(rung: Rung, problem: FitProblem) -> Candidate:
     matrix = np.eye(4)
     matrix[:3, :3] = R
     matrix[:3, 3] = c * problem.unit + problem.centre
-    pose = RigidTransform.from_matrix(matrix)
+    pose = RigidTransform(matrix, normalize=False)
     solid = Superquadric(semi_axes, exponents, pose, rung.kind, leans)
     residuals = distances(problem.points, *rung.guess) * problem.unit
     return Candidate(solid, robust_spread(residuals), rung.criterion)
