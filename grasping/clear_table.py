@@ -11,6 +11,7 @@ import numpy as np
 from eyehand.control import CollisionWorld, PlannedApproach, Posture
 from eyehand.errors import InputError
 
+from .afterwards import SAME_PLACE, seen_after
 from .choose import Chosen, choose, way_of
 from .closing import open_command
 from .motion import go
@@ -32,9 +33,6 @@ if TYPE_CHECKING:
     from .job import Choice
     from .tray import Tray
 
-SAME_PLACE = 0.03
-"""An object seen so near the place of an earlier one is that one, m: they do not move by
-themselves, and centres of fits of one object differ by less."""
 HOME_SPEED = 2.0
 """Largest norm of the joint velocities on the way to the rest posture, rad/s."""
 HOME_SECONDS = 6.0
@@ -110,24 +108,30 @@ def clear_table(
     options
         When to end.
     told
-        Told of every pick before it, with None, and after it, with its report.
+        Told of every pick before it, with None, and after it, with its report, once a look has
+        shown what became of it.
     """
     options = options or ClearOptions()
     picks: list[PickReport] = []
     memory = Memory()
-    looks = failures = 0
+    looks = 0
     away = False
     scene: Scene | None = None
+    last: Choice | None = None
     while True:
         seen, perceive_ms, doubt = look(cell)
         looks += 1
         if seen is None:
-            if scene is not None and picks and picks[-1] and options.look_from_tray:
+            if scene is not None and away:
                 go_home(cell, scene)
+            _tell(told, last, picks)
             return ClearReport(tuple(picks), looks, (), cell.reading.fault or doubt)
         scene = seen
-        if picks and not picks[-1]:
-            picks[-1] = _moved(picks[-1], scene, memory)
+        if last is not None:
+            believed, picks[-1] = picks[-1], seen_after(picks[-1], last, scene, cell.tray)
+            if believed and not picks[-1]:
+                _remember(memory, last, picks[-1])
+        failures = _failed_in_a_row(picks)
         stopped = ""
         if cell.reading.fault:
             stopped = cell.reading.fault
@@ -155,20 +159,18 @@ def clear_table(
             if away:
                 go_home(cell, scene)
             left = chosen.left or tuple(f"object {one.label}: not tried" for one in scene.objects)
+            _tell(told, last, picks)
             return ClearReport(tuple(picks), looks, left, stopped)
+        _tell(told, last, picks)
+        last = chosen.choice
         if told is not None:
-            told(chosen.choice, None)
-        report = pick(cell, chosen.choice, sum(map(bool, picks)))
-        picks.append(report)
-        failures = 0 if report else failures + 1
-        if not report:
-            place = chosen.choice.target.points.mean(axis=0)
-            memory.note(place, way_of(chosen.choice.plan), f"{report.outcome}: {report.reason}")
-        away = bool(report) and options.look_from_tray
-        if report.outcome != "fault" and not away:
+            told(last, None)
+        picks.append(pick(cell, last, sum(map(bool, picks))))
+        if not picks[-1]:
+            _remember(memory, last, picks[-1])
+        away = bool(picks[-1]) and options.look_from_tray
+        if picks[-1].outcome != "fault" and not away:
             go_home(cell, scene)
-        if told is not None:
-            told(chosen.choice, report)
 
 
 def look(cell: Cell) -> tuple[Scene | None, float, str]:
@@ -219,13 +221,19 @@ def _without_tray(scene: Scene, tray: Tray) -> Scene:
     return replace(scene, objects=objects)
 
 
-def _moved(report: PickReport, scene: Scene, memory: Memory) -> PickReport:
-    """Tell a failed pick whose object is no longer where it was seen as that."""
-    if report.outcome not in ("empty_close", "no_contact") or not memory.places:
-        return report
-    place = memory.places[-1]
-    apart = [float(np.linalg.norm(one.points.mean(axis=0) - place)) for one in scene.objects]
-    if apart and min(apart) < SAME_PLACE:
-        return report
-    reason = f"{report.reason}; it is no longer where it was seen"
-    return replace(report, outcome="moved_away", reason=reason)
+def _tell(
+    told: Callable[[Choice, PickReport | None], None] | None,
+    last: Choice | None,
+    picks: list[PickReport],
+) -> None:
+    if told is not None and last is not None:
+        told(last, picks[-1])
+
+
+def _remember(memory: Memory, choice: Choice, report: PickReport) -> None:
+    place = choice.target.points.mean(axis=0)
+    memory.note(place, way_of(choice.plan), f"{report.outcome}: {report.reason}")
+
+
+def _failed_in_a_row(picks: list[PickReport]) -> int:
+    return len(picks) - max((k for k, one in enumerate(picks, start=1) if one), default=0)

@@ -55,6 +55,11 @@ class Tray:
         """Tell whether a point (3,), world, lies over the tray's floor."""
         return bool((np.abs(point[:2] - self.centre[:2]) <= 0.5 * np.asarray(self.size)).all())
 
+    def distance(self, point: NDArray[np.float64]) -> float:
+        """Give how far a point (3,), world, lies outside the tray's floor in plan, m; 0 over it."""
+        beyond = np.abs(point[:2] - self.centre[:2]) - 0.5 * np.asarray(self.size)
+        return float(np.linalg.norm(np.maximum(beyond, 0.0)))
+
     def filled(self, height: float) -> Obstacle:
         """Give the space up to a height over the floor, m, as one block, walls included."""
         half = np.append(0.5 * np.asarray(self.size) + self.wall, 0.5 * (height + self.wall))

@@ -74,6 +74,7 @@ class Recorder:
         self._seen: list[tuple[DepthFrame, Scene]] = []
         self._picks: dict[int, PickReport] = {}
         self._palms: dict[int, RigidTransform] = {}
+        self._chosen_by = 0
         see = cell.see
 
         def remember(frame: DepthFrame) -> Scene:
@@ -95,10 +96,12 @@ class Recorder:
             self._palms[number] = self._cell.palm()
 
     def told(self, choice: Choice, report: PickReport | None) -> None:
-        """Take note of a pick that ended."""
+        """Take note of a pick that ended, with the look that it was chosen by."""
         del choice
-        if report is not None:
-            self._picks[len(self._seen) - 1] = report
+        if report is None:
+            self._chosen_by = len(self._seen) - 1
+        else:
+            self._picks[self._chosen_by] = report
 
     def looks(self, rows: tuple[PickRow, ...]) -> tuple[Look, ...]:
         """Give all looks, each with its pick and the pick's row of truth, in order."""

@@ -26,6 +26,12 @@ def test_places_differ_until_the_tray_is_full():
     np.testing.assert_allclose(TRAY.place(6), TRAY.place(0))
 
 
+def test_distance_is_from_the_floors_edge_in_plan():
+    assert TRAY.distance(np.array([0.45, -0.2, 0.5])) == 0.0
+    assert TRAY.distance(np.array([0.53, -0.1, 0.0])) == pytest.approx(0.03)
+    assert TRAY.distance(np.array([0.53, 0.09, 0.0])) == pytest.approx(0.05)
+
+
 def test_walls_stand_around_the_floor():
     parts = {part.name: part for part in TRAY.obstacles()}
     assert len(parts) == 5
