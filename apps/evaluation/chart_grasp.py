@@ -129,8 +129,8 @@ def chart_grasp(
         (),
         "successful picks",
         made,
-        # No failure in so many picks is drawn as half a one.
-        best_shown_pct=100.0 - 50.0 / picks,
+        # No failure is drawn as half a one, of the most picks: above all that had a failure.
+        best_shown_pct=100.0 - 50.0 / max(row["picks"] for row in drawn),
         worst_shown_pct=min([WORST_SHOWN_PCT, *(point.accuracy_pct for point in points)]),
     )
     flat = [{key: value for key, value in row.items() if key != "outcomes"} for row in rows]

@@ -157,11 +157,20 @@ def time_axis(axes: Axes, fastest_ms: float, slowest_ms: float) -> None:
     axes.set_xticks([], minor=True)
 
 
-def share_axis(axes: Axes, lowest: float, highest: float, *, stretched: bool = False) -> None:
+def share_axis(
+    axes: Axes,
+    lowest: float,
+    highest: float,
+    *,
+    stretched: bool = False,
+    capped: tuple[float, str] | None = None,
+) -> None:
     """Make y an axis of per cent from `lowest` to `highest`.
 
     `stretched` spaces it by the logarithm of what is missing to 100 %: from 90 to 95 is then as
-    far as from 95 to 97.5, each halves the error, and good and bad methods fit into one chart.
+    far as from 95 to 97.5, each halves the error, and good and bad methods fit into one chart. It
+    never reaches 100 %: `capped` is where all better points are drawn, per cent, and what its
+    label says; labels above it would mean nothing.
     """
     _check_span("share axis", lowest, highest)
     if not stretched:
@@ -180,8 +189,12 @@ def share_axis(axes: Axes, lowest: float, highest: float, *, stretched: bool = F
         ),
     )
     axes.set_ylim(lowest, highest)
-    ticks = _apart([s for s in SHARE_STEPS if lowest <= s <= highest], lowest, highest)
-    axes.set_yticks(ticks, [f"{step:g} %" for step in ticks])
+    top, words = capped or (highest, "")
+    labels = {s: f"{s:g} %" for s in SHARE_STEPS if lowest <= s <= min(top, highest)}
+    labels |= {top: words} if capped else {}
+    # From the top down, so that the level of the best points keeps its label.
+    ticks = _apart(list(labels), lowest, highest)
+    axes.set_yticks(ticks, [labels[step] for step in ticks])
     axes.set_yticks([], minor=True)
 
 

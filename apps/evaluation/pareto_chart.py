@@ -46,6 +46,12 @@ NUMBER_SIZE = 0.17
 """Least distance between two numbers, inches."""
 MOST_NAMES = 8
 """Of the front, so many points are named at most: those with the largest gains."""
+FEW_POINTS = 4
+"""So few settings are all named, those behind the front too: there is room, and each was asked
+for."""
+BESIDE_PT = (11.0, -10.0)
+"""A number whose point lies under another is written so far right of it and below, clear of the
+front's line, points."""
 KEY_LINE, KEY_INDENT = 0.21, 0.2
 """Height of a line of the key and width of its number, inches."""
 KEY_FOOT, KEY_GAP = 0.52, 0.12
@@ -122,12 +128,16 @@ def pareto_chart(
     own = [_drawable(point, best_shown_pct) for point in own]
     star = own[default]
     shown = [_shown(curve, worst_shown_pct, best_shown_pct) for curve in peers]
-    view = _view([*own, *(p for curve in shown for p in curve.points)], worst_shown_pct)
-    named = _worth_naming(own, front, star, view)
+    every = [*own, *(point for curve in shown for point in curve.points)]
+    view = _view(every, worst_shown_pct)
+    if len(own) <= FEW_POINTS:
+        named = [point for index, point in enumerate(own) if index != default]
+    else:
+        named = _worth_naming(own, front, star, view)
     below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
     figure, (axes,) = new_chart(title, subtitle, height=HEIGHT + below, below=below)
     time_axis(axes, *view.times_ms)
-    share_axis(axes, *view.shares_pct, stretched=True)
+    share_axis(axes, *view.shares_pct, stretched=True, capped=_capped(every, best_shown_pct))
     name_axes(
         axes,
         f"time per {made.each}, median (logarithmic)",
@@ -157,7 +167,7 @@ def pareto_chart(
         markeredgewidth=1.0,
         zorder=4,
     )
-    _number(axes, named)
+    _number(axes, named, [own[index] for index in front], star, view)
     _write_key(figure, named)
     axes.plot(
         star.time_ms,
@@ -188,6 +198,16 @@ def _drawable(point: ChartPoint, best_shown_pct: float) -> ChartPoint:
     if point.accuracy_pct <= best_shown_pct:
         return point
     return replace(point, accuracy_pct=best_shown_pct, told_pct=point.accuracy_pct)
+
+
+def _capped(points: Sequence[ChartPoint], best_shown_pct: float) -> tuple[float, str] | None:
+    """Where points were moved to, and what that level is called."""
+    moved = [point.told_pct for point in points if point.told_pct is not None]
+    if not moved:
+        return None
+    return best_shown_pct, "100 %" if min(
+        moved
+    ) == 100.0 else f"\N{GREATER-THAN OR EQUAL TO} {best_shown_pct:g} %"
 
 
 def _steps(front: Sequence[ChartPoint], end_ms: float) -> list[tuple[float, float]]:
@@ -263,31 +283,37 @@ def _worth_naming(
     return [own[index] for index in kept if index in chosen]
 
 
-def _number(axes: Axes, named: Sequence[ChartPoint]) -> None:
-    """Write the numbers of the key onto points of the front."""
+def _number(
+    axes: Axes,
+    named: Sequence[ChartPoint],
+    front: Sequence[ChartPoint],
+    default: ChartPoint,
+    view: _View,
+) -> None:
+    """Write the numbers of the key onto their points, or beside them where another covers them."""
+    taken = [default]
     for number, point in enumerate(named, start=1):
+        place = view.place(point)
+        under = sum(dist(place, view.place(other)) < NUMBER_SIZE for other in taken)
+        taken.append(point)
+        full = point in front
+        style: dict[str, Any] = {"size": 7.5, "weight": "bold", "textcoords": "offset points"}
+        spot = (point.time_ms, point.accuracy_pct)
+        if under:
+            style |= {"color": BLUE, "ha": "left", "va": "center_baseline", "zorder": 5.5}
+            axes.annotate(str(number), spot, xytext=(BESIDE_PT[0] * under, BESIDE_PT[1]), **style)
+            continue
         axes.plot(
-            point.time_ms,
-            point.accuracy_pct,
+            *spot,
             "o",
-            color=BLUE,
+            color=BLUE if full else "white",
             markersize=11.5,
-            markeredgecolor="white",
+            markeredgecolor="white" if full else BLUE,
             markeredgewidth=1.0,
             zorder=4.5,
         )
-        axes.annotate(
-            str(number),
-            (point.time_ms, point.accuracy_pct),
-            xytext=(0, -0.3),
-            textcoords="offset points",
-            size=7.5,
-            color="white",
-            weight="bold",
-            ha="center",
-            va="center_baseline",
-            zorder=4.6,
-        )
+        style |= {"color": "white" if full else BLUE, "ha": "center", "va": "center_baseline"}
+        axes.annotate(str(number), spot, xytext=(0, -0.3), zorder=4.6, **style)
 
 
 def _write_key(figure: Figure, named: Sequence[ChartPoint]) -> None:

@@ -112,3 +112,37 @@ def test_a_perfect_point_is_told_as_it_is_wherever_it_is_drawn():
     figure = draw([ChartPoint("default", 5.0, 100.0)], 0)
     told = [text.get_text() for text in figure.axes[0].texts]
     assert "default: 100.0 % in 5 ms" in told
+
+
+def ticks(figure: Figure) -> dict[str, float]:
+    """Labels of the share axis and where they are."""
+    axes = figure.axes[0]
+    words = [label.get_text() for label in axes.get_yticklabels()]
+    return dict(zip(words, axes.get_yticks(), strict=True))
+
+
+def test_perfect_points_lie_on_a_level_that_says_so():
+    own = [ChartPoint("plain", 5, 100.0), ChartPoint("poor", 9, 50.0)]
+    figure = pareto_chart("Title", "subtitle", own, [0], 0, (), "picks", MADE, best_shown_pct=75.0)
+    found = ticks(figure)
+    assert found["100 %"] == 75.0
+    assert max(found.values()) == 75.0, "nothing above it means anything"
+    assert "70 %" in found or "60 %" in found
+
+
+def test_a_level_of_points_that_are_not_perfect_does_not_claim_it():
+    found = ticks(draw([ChartPoint("plain", 5, 99.95), ChartPoint("poor", 9, 97.0)], 0))
+    assert found["\N{GREATER-THAN OR EQUAL TO} 99.9 %"] == 99.9
+    assert "100 %" not in ticks(draw([ChartPoint("plain", 5, 99.0)], 0))
+
+
+def test_few_settings_are_all_named_those_under_each_other_too():
+    own = [ChartPoint("plain", 5, 90.0), ChartPoint("same", 5, 90.0), ChartPoint("late", 9, 80.0)]
+    figure = draw(own, 0)
+    key = " ".join(text.get_text() for text in figure.texts)
+    assert "same: 90.0 %" in key
+    assert "late: 80.0 %" in key
+    texts = [text for text in figure.axes[0].texts if isinstance(text, Annotation)]
+    numbers = {text.get_text(): text for text in texts}
+    assert {"1", "2"} <= set(numbers)
+    assert numbers["1"].xyann[0] > 0, "beside the star that covers it"
