@@ -43,7 +43,7 @@ def event_sweeps() -> tuple[Sweep[Method], ...]:
             axis="object seen beside its place",
             unit="mm",
             values=(0.0, 3.0, 6.0, 10.0, 15.0, 20.0, 25.0, 30.0),
-            holds_to=10.0,
+            holds_to=15.0,
             attempt=_beside_truth,
             right=PLACED,
         ),

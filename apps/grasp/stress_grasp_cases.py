@@ -77,7 +77,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
             "ball that rolls, smaller and smaller",
             "mm",
             (60.0, 45.0, 35.0, 28.0, 22.0, 16.0, 10.0),
-            45.0,
+            35.0,
             lambda d, seed: _ball(d, seed, 0.1),
             rolling=SMOOTH_ROLLING_M,
         ),
@@ -135,7 +135,7 @@ def load_sweeps() -> tuple[Sweep[Method], ...]:
             )
             for name, told, sides, holds_to in (
                 ("neighbour", "a wall beside", (1.0,), 5.0),
-                ("slot", "a wall on either side of", (1.0, -1.0), 10.0),
+                ("slot", "a wall on either side of", (1.0, -1.0), 5.0),
             )
         ),
     )
