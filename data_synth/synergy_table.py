@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.grasping.closing import PINCER_FINGER
 from eyehand.grasping.hand_model import HandModel
+from eyehand.grasping.hand_names import PINCER_FINGER
 
 from .geom_extent import extent
 from .hand_description import THUMB, HandDescription

@@ -9,6 +9,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .hand_names import PALM, PINCER_FINGER, THUMB, TIP, WRAPS
 from .prototypes import Prototype
 from .robot import HandCommand
 
@@ -22,18 +23,11 @@ ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty"]
 """preshape: not begun; closing: until both sides touch; gripping: the force rises; holding: it is
 steady; empty: closed with nothing between."""
 
-THUMB = "thumb"
-WRAPS = ("wrap", "thumb_wrap")
-PINCER_FINGER = "middle"
-"""Names of drives with a part of their own; every other drive closes fingers."""
-
 ANVIL = 1.4
 """The thumb holds its place up to this share of what all fingers pull: it opposes them all."""
 TIP_LEVER = 15.0
 """Tension over force at the fingertip, as measured: 90 mm of finger on a knuckle's arm of 12 mm,
 less what springs and the outer joints take."""
-TIP = "distal"
-"""How the names of the tips' pads end."""
 CLOSED_WIDTH = 0.002
 CLOSED_BEND = 1.0
 """Where only tips feel force, a hand closed on itself shows by its width, m; one whose middle
@@ -174,7 +168,9 @@ class Closing:
         self._wraps = [k for k, name in enumerate(names) if name in WRAPS]
         rest = [k for k in range(len(names)) if k != self._thumb and k not in self._wraps]
         only = [k for k in rest if names[k] == PINCER_FINGER]
-        self._fingers = only if prototype == "pincer" and only else rest
+        alone = prototype == "pincer" and bool(only)
+        self._fingers = only if alone else rest
+        self._pulling = 1 if alone else len(hand.fingers) - 1
         start = preshape_command(hand, opening, prototype)
         self._modes: list[DriveMode] = list(start.modes)
         self._values = start.values.copy()
@@ -189,8 +185,7 @@ class Closing:
     @property
     def grip_force(self) -> float:
         """Tension of each finger's tendon when gripped, N."""
-        fingers = len(self._hand.fingers) - 1 if self._prototype != "pincer" else 1
-        return self._options.grip(self._prototype, fingers)
+        return self._options.grip(self._prototype, self._pulling)
 
     def step(self, reading: HandReading, dt: float) -> HandCommand:
         """Give the command for the next control period.
@@ -260,12 +255,11 @@ class Closing:
                 self._modes[k], self._values[k] = "pull", self._level
             else:
                 self._accompany(k, reading, dt)
-        pulling = len(self._hand.fingers) - 1 if self._prototype != "pincer" else 1
         self._modes[self._thumb] = "hold"
-        self._values[self._thumb] = ANVIL * pulling * goal
+        self._values[self._thumb] = ANVIL * self._pulling * goal
         wrapped = self._wrap(dt)
         if self._angles is not None:
-            speed = float(np.abs(reading.angles - self._angles).max()) / dt
+            speed = float(np.abs(reading.angles - self._angles).max(initial=0.0)) / dt
             self._steady = self._steady + dt if speed < options.settled_speed else 0.0
         self._drawn = self._drawn or (
             wrapped
@@ -341,7 +335,7 @@ class Closing:
 def preshape_command(hand: HandModel, opening: float, prototype: Prototype) -> HandCommand:
     """Open the hand to a free width, in m; a pincer's other fingers stay out of the way."""
     values = hand.pulled(opening)
-    if prototype == "pincer":
+    if prototype == "pincer" and PINCER_FINGER in hand.drives:
         for k, name in enumerate(hand.drives):
             if name not in (PINCER_FINGER, THUMB, *WRAPS):
                 values[k] = hand.pulled(opening + ASIDE)[k]
@@ -382,10 +376,10 @@ def held(reading: HandReading, hand: HandModel, least: float = 0.2) -> bool:
     A hand closed on itself feels force too; that shows in its joints.
     """
     forces = finger_forces(reading, hand)
-    against = forces[-1] + _inner_force(reading, hand, "palm")
+    against = forces[-1] + _inner_force(reading, hand, PALM)
     if forces[:-1].max() < least or against < least:
         return False
-    palm, inner = _inner_force(reading, hand, "palm"), _inner_force(reading, hand, "")
+    palm, inner = _inner_force(reading, hand, PALM), _inner_force(reading, hand, "")
     fingers = hand.fingers[:-1]
     curled = {one for one in fingers if _curled(reading, hand, one) > OWN_PALM_CURL}
     if 2 * len(curled) > len(fingers):

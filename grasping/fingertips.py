@@ -6,14 +6,14 @@ from typing import TYPE_CHECKING
 
 from eyehand.tactile import contact_features
 
+from .hand_names import TIP
+
 if TYPE_CHECKING:
     from eyehand.tactile import ContactFeatures
 
     from .hand_model import HandModel
     from .robot import HandReading
 
-TIP = "distal"
-"""How the names of fingertips' pads end."""
 THRESHOLD = 200.0
 """Pressure above which a tactel counts as touched, Pa: 5 mN on one of 5 x 5 mm."""
 FACE_SHARE = 0.5

@@ -9,6 +9,8 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .hand_names import check_names
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -20,14 +22,27 @@ class HandModel:
     The table of openings holds what the hand does when it is opened to a width with nothing in it,
     all fingers alike, their pads as far from the middle of the palm as the thumb's.
 
+    Names have a meaning. A two-jaw gripper with a motor for each jaw has the fingers ``jaw`` and
+    ``thumb``, drives of the same names and the pads ``jaw_distal`` and ``thumb_distal``:
+
+    - fingers: the last is ``thumb``; ``middle`` is the one that pinches against it (without one,
+      all do); none begins with another's name or with ``palm``;
+    - drives: ``thumb`` moves the thumb, a finger's name that finger; ``wrap`` and ``thumb_wrap``
+      bend the outer joints around an object, where the hand can; any other name moves all fingers
+      that have no drive of their own, and each must have one;
+    - pads: ``<finger>_distal`` at the tip of each finger; others begin with their finger's name or
+      with ``palm``;
+    - joints: a finger's begin with its name, from the base to the tip.
+
     Raises
     ------
     InputError
-        If the openings do not rise, or the tables do not fit one another.
+        If a name breaks these rules, the openings do not rise, or the tables do not fit one
+        another.
     """
 
     drives: tuple[str, ...]
-    """Names of the tendons that motors pull."""
+    """Names of what the motors pull: a tendon, or whatever closes fingers like one."""
     joints: tuple[str, ...]
     """Names of the joints."""
     pads: tuple[str, ...]
@@ -53,6 +68,7 @@ class HandModel:
     """How far the hand reaches behind the palm's face, m."""
 
     def __post_init__(self) -> None:
+        check_names(self.drives, self.joints, self.pads, self.fingers)
         openings = self.openings
         if openings.ndim != 1 or len(openings) < 2 or not (np.diff(openings) > 0).all():
             raise InputError(f"openings must be two or more rising widths, got {openings.tolist()}")

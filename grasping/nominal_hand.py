@@ -19,13 +19,13 @@ def nominal_hand() -> HandModel:
     """Give three fingers against a thumb, 0.1 m long, opening to 135 mm; its drives are made up."""
     openings = np.array(OPENINGS)
     return HandModel(
-        drives=("close",),
+        drives=("finger", "thumb"),
         joints=(),
-        pads=(),
+        pads=("finger_distal", "thumb_distal"),
         fingers=("finger", "thumb"),
         openings=openings,
         reaches=np.array(REACHES),
-        excursions=(openings[-1] - openings)[:, None],
+        excursions=np.tile((openings[-1] - openings)[:, None], 2),
         spreads=np.maximum(openings + 0.030, 0.088),
         row=0.068,
         middle_row=0.020,

@@ -66,7 +66,11 @@ class Robot(Protocol):
 
     @property
     def hand(self) -> HandModel:
-        """What is known of the hand before it touches anything."""
+        """What is known of the hand before it touches anything.
+
+        Its names tell closing which finger opposes (``thumb``), which pinches (``middle``) and
+        which pads are tips (``<finger>_distal``): `HandModel` has the rules.
+        """
         ...
 
     @property

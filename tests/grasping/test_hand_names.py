@@ -1,0 +1,109 @@
+"""A hand whose names closing cannot read is refused, by the rule that it breaks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from eyehand.errors import InputError
+from eyehand.grasping import HandModel
+from eyehand.grasping.closing import Closing, held, open_command, preshape_command
+from eyehand.grasping.hand_names import WRAPS
+from eyehand.grasping.nominal_hand import nominal_hand
+from eyehand.grasping.robot import HandReading
+
+
+def hand(drives=("jaw", "thumb"), fingers=("jaw", "thumb"), pads=None, joints=()) -> HandModel:
+    pads = tuple(f"{name}_distal" for name in fingers) if pads is None else pads
+    openings = np.linspace(0.0, 0.08, 5)
+    return HandModel(
+        drives=drives,
+        joints=joints,
+        pads=pads,
+        fingers=fingers,
+        openings=openings,
+        reaches=np.full(5, 0.05),
+        excursions=np.tile((0.04 - openings / 2)[:, None], len(drives)),
+        spreads=openings + 0.04,
+        row=0.02,
+        middle_row=0.02,
+        thickness=0.01,
+        palm_depth=0.1,
+    )
+
+
+@pytest.mark.parametrize(
+    ("names", "told"),
+    [
+        ({"drives": ("jaw",)}, r"one drive must be 'thumb'; got 'jaw'; valid are 'jaw', 'thumb'"),
+        ({"drives": ("thumb",)}, r"no drive moves 'jaw'; got 'thumb'; valid"),
+        ({"drives": ("jaw", "thumb", "lid")}, r"drive 'lid' moves nothing"),
+        ({"drives": ("jaw", "thumb", "jaw")}, r"drives .* unlike one another, 'jaw' is not"),
+        ({"drives": ("jaw", "thumb", "")}, r"drives .* unlike one another, '' is not"),
+        ({"fingers": ("left", "right")}, r"last 'thumb', .*; got 'left', 'right'"),
+        ({"fingers": ("thumb", "jaw")}, r"last 'thumb', .*; got 'thumb', 'jaw'"),
+        ({"fingers": ("thumb",)}, r"must be one or more, and last 'thumb'"),
+        ({"fingers": ("jaw", "jaw2", "thumb")}, r"'jaw2' must have another name: 'jaw' begins it"),
+        ({"fingers": ("palmar", "thumb")}, r"'palmar' must have another name: 'palm' begins it"),
+        ({"fingers": ("wrap", "thumb")}, r"'wrap' must have another name: .* are drives"),
+        ({"pads": ("jaw_tip", "thumb_tip")}, r"'jaw_distal', 'thumb_distal' is missing among"),
+        ({"pads": ("jaw_distal", "thumb_distal", "cover")}, r"pad 'cover' is nobody's"),
+        ({"joints": ("a", "a")}, r"joints .* unlike one another"),
+    ],
+)
+def test_each_rule_is_told_with_what_would_be_right(names, told):
+    with pytest.raises(InputError, match=told) as error:
+        hand(**names)
+    assert "\n" not in str(error.value)
+
+
+NAMES = st.sampled_from(["middle", "index", "jaw", "jaw2", "wrapper"])
+
+
+@st.composite
+def hands(draw) -> HandModel:
+    """Hands by the rules: each finger has a drive of its own, or shares one."""
+    fingers = draw(st.lists(NAMES, min_size=1, max_size=3, unique=True))
+    assume(not {"jaw", "jaw2"} <= set(fingers))
+    own = [name for name in fingers if draw(st.booleans())]
+    shared = [] if len(own) == len(fingers) else ["several"]
+    wraps = draw(st.lists(st.sampled_from(WRAPS), unique=True))
+    drives = draw(st.permutations([*own, *shared, *wraps, "thumb"]))
+    inner = draw(st.lists(st.sampled_from([*fingers, "thumb", "palm"]), unique=True))
+    fingers = (*fingers, "thumb")
+    pads = (*(f"{name}_distal" for name in fingers), *(f"{name}_inner" for name in inner))
+    return hand(tuple(drives), fingers, pads)
+
+
+@given(hands(), st.sampled_from(["pincer", "precision", "power"]))
+def test_a_hand_by_the_rules_closes_feels_and_opens(made, prototype):
+    closing = Closing(made, prototype, 0.06)
+    pulled = made.pulled(0.06)
+    for touch in (0.0, 0.0, 1.0, 1.0, 1.0):
+        felt = np.full(len(made.pads), touch)
+        reading = HandReading(pulled, np.zeros(len(made.drives)), np.zeros(0), felt, ())
+        command = closing.step(reading, 0.004)
+        assert np.isfinite(command.values).all()
+    assert closing.touched
+    assert held(reading, made)
+    assert len(open_command(made).modes) == len(preshape_command(made, 0.05, prototype).modes)
+
+
+def test_without_a_finger_of_its_own_to_pinch_with_all_pinch_and_the_thumb_bears_them_all():
+    made = hand(("left", "right", "thumb"), ("left", "right", "thumb"))
+    np.testing.assert_allclose(preshape_command(made, 0.03, "pincer").values, made.pulled(0.03))
+    closing = Closing(made, "pincer", 0.03)
+    command = preshape_command(made, 0.03, "pincer")
+    pulled = made.pulled(0.02)
+    for _ in range(200):
+        reading = HandReading(pulled, np.zeros(3), np.zeros(0), np.full(3, 2.0), ())
+        command = closing.step(reading, 0.004)
+    assert closing.state == "holding"
+    assert command.modes == ("pull", "pull", "hold")
+    assert command.values[2] > command.values[:2].sum()
+
+
+def test_the_nominal_hand_keeps_the_rules():
+    assert nominal_hand().fingers[-1] == "thumb"
