@@ -15,6 +15,8 @@ from .motion import Arrival, go
 from .shaking import shake
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from .cell import Cell
     from .robot import HandCommand, RobotReading
 
@@ -64,17 +66,20 @@ def place(cell: Cell, job: Job) -> Ended | None:
         above_floor = float(middle @ UP) + float(solid.support(-UP))
         height = float(solid.support(UP) + solid.support(-UP))
     carried = job.T_palm_grasped.apply(middle)
-    low = goal + (above_floor + options.drop_height) * UP
-    high = low + max(cell.tray_height + options.over_tray - options.drop_height, 0.0) * UP
+    layer = tray.layer(job.slot)
+    below = cell.tops[layer - 1] if 0 < layer <= len(cell.tops) else 0.0
+    low = goal + (below + above_floor + options.drop_height) * UP
+    over = max(cell.tray_height + options.over_tray - below - options.drop_height, 0.0)
+    high = low + over * UP
     # Which way is up stays so, the turn about it is free. A ball has no up: the palm faces down.
     ball = solid is not None and solid.kind == "sphere"
     axis = -Z if ball else palm.rotation.inv().apply(UP)
     upright = AxisAlignment(axis, UP)
     aims = (Position(high, carried), upright)
     # Where the arm comes no nearer, over the tray is near enough; only else a way is searched.
-    over = Arrival("stuck", "")
+    arrival = Arrival("stuck", "")
     for controller in (job.straight(cell, aims), job.far(cell, aims, "held")):
-        over = go(
+        arrival = go(
             cell,
             controller,
             options.place_seconds,
@@ -82,14 +87,15 @@ def place(cell: Cell, job: Job) -> Ended | None:
             stop=lambda reading: _gone(cell, reading),
         )
         there = cell.palm().apply(carried)
-        if over.end == "stuck" and tray.holds(there):
-            over = Arrival("reached", "")
-        if over.end != "stuck":
+        if arrival.end == "stuck" and tray.holds(there):
+            arrival = Arrival("reached", "")
+        if arrival.end != "stuck":
             break
-    if over.end == "stopped":
-        return Ended("lost", f"{over.reason} on the way to the tray")
-    if not over:
-        return Ended("place_failed", f"on the way to the tray: {over.reason}")
+    if arrival.end == "stopped":
+        return Ended("lost", f"{arrival.reason} on the way to the tray")
+    if not arrival:
+        _set_down(cell, job, carried, upright, middle)
+        return Ended("place_failed", f"on the way to the tray: {arrival.reason}")
     job.lowering = True
     # However this ends, the object is over its place, or already down on what lies there.
     go(
@@ -99,12 +105,32 @@ def place(cell: Cell, job: Job) -> Ended | None:
         command=lambda reading: _grip(job, cell, reading),
         stop=lambda reading: _gone(cell, reading),
     )
-    cell.tray_height = max(cell.tray_height, height)
+    cell.tops += [0.0] * (layer + 1 - len(cell.tops))
+    cell.tops[layer] = max(cell.tops[layer], below + height)
     palm = cell.palm().translation
     tips = cell.robot.hand.reach(job.plan.opening)
     clear = tray.centre[2] + cell.tray_height + tips + options.over_tray
     job.let_go(cell, np.array([palm[0], palm[1], max(clear, palm[2])]))
     return None
+
+
+def _set_down(
+    cell: Cell,
+    job: Job,
+    carried: NDArray[np.float64],
+    upright: AxisAlignment,
+    middle: NDArray[np.float64],
+) -> None:
+    """Lower what cannot be carried away to the height where it stood, so that it does not fall."""
+    here = cell.palm().apply(carried)
+    goal = np.array([here[0], here[1], middle[2] + cell.options.drop_height])
+    go(
+        cell,
+        job.down(cell, (Position(goal, carried), upright)),
+        cell.options.lift_seconds,
+        command=lambda reading: _grip(job, cell, reading),
+        stop=lambda reading: _gone(cell, reading),
+    )
 
 
 def _grip(job: Job, cell: Cell, reading: RobotReading) -> HandCommand | None:

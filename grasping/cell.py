@@ -69,8 +69,8 @@ class Cell:
     def __post_init__(self) -> None:
         self.reading: RobotReading = self.robot.read()
         """State at the end of the last period."""
-        self.tray_height: float = self.tray.wall_height
-        """Height over the tray's floor up to which walls or objects in it stand, m."""
+        self.tops: list[float] = []
+        """Height over the tray's floor up to which the objects of each layer stand, m."""
         self.scene: Scene | None = None
         """What was seen last."""
         self.plan: GraspPlan | None = None
@@ -105,6 +105,11 @@ class Cell:
     def home(self) -> NDArray[np.float64]:
         """The arm's rest posture, (n,), rad."""
         return self._opened().home
+
+    @property
+    def tray_height(self) -> float:
+        """Height over the tray's floor up to which walls or objects in it stand, m."""
+        return max([self.tray.wall_height, *self.tops])
 
     def begin(self) -> None:
         """Start a new record."""

@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from .plan import GraspPlan
     from .select import SelectOptions
 
+    Worlds = dict[tuple[int, float, str], CollisionWorld]
+
 UNDER_ANOTHER = 0.3
 """Share of its score that an object keeps while another rests on it: what lies on top goes first,
 but a pile of two that hold each other must begin somewhere."""
@@ -49,6 +51,8 @@ class Chosen:
     """The pick to make."""
     left: tuple[str, ...]
     """Objects passed over, each with the reason."""
+    plan_ms: float = 0.0
+    """Time that choosing took, whether it found something or not."""
 
 
 def choose(
@@ -57,6 +61,7 @@ def choose(
     memory: Tried,
     select: SelectOptions | None = None,
     perceive_ms: float = 0.0,
+    spent_ms: float = 0.0,
 ) -> Chosen:
     """Choose an object and a grasp that the arm can get to, best score first.
 
@@ -72,6 +77,8 @@ def choose(
         How grasps are scored.
     perceive_ms
         Time that seeing took, to be told on.
+    spent_ms
+        Time that was spent on choosing before, in vain; it counts.
     """
     began = time.perf_counter()
     cell.enter("choose")
@@ -96,28 +103,28 @@ def choose(
                 again = SAME_AGAIN if plan.name in names else 1.0
                 offers.append((again * share * plan.score.total, one, plan))
     offers.sort(key=lambda offer: -offer[0])
-    worlds: dict[tuple[int, float], CollisionWorld] = {}
+    worlds: Worlds = {}
     for _, one, plan in offers:
         choice = Choice(scene, one, plan, perceive_ms)
         why = blocked(cell, Job(choice, 0), worlds)
         if not why:
-            plan_ms = 1e3 * (time.perf_counter() - began)
+            plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
             choice = Choice(scene, one, plan, perceive_ms, plan_ms)
-            return Chosen(choice, _told(left))
+            return Chosen(choice, _told(left), plan_ms)
         left[one.label] = why
-    return Chosen(None, _told(left))
+    return Chosen(None, _told(left), spent_ms + 1e3 * (time.perf_counter() - began))
 
 
-def blocked(cell: Cell, job: Job, worlds: dict[tuple[int, float], CollisionWorld]) -> str:
+def blocked(cell: Cell, job: Job, worlds: Worlds) -> str:
     """Tell why the arm would not get to a grasp; empty when a look ahead gets there.
 
-    Worlds are kept by object and opening: to measure them costs more than to look ahead.
+    Worlds are kept by object and shape of the hand: to measure them costs more than to look ahead.
     """
     hand, q = cell.robot.hand, cell.reading.q
     before = approach_aims(job.plan, hand, job.back(cell))
     options = cell.options
     aims = paced(before, options.transit_speed, options.transit_turn_speed, options.gain)
-    key = (job.choice.target.label, round(job.plan.opening, 3))
+    key = (job.choice.target.label, round(job.plan.opening, 3), job.prototype)
     if key not in worlds:
         worlds[key] = job.world(cell, "there")
     world = worlds[key]

@@ -14,7 +14,7 @@ from eyehand.errors import InputError
 from .afterwards import SAME_PLACE, seen_after
 from .choose import Chosen, choose, way_of
 from .closing import open_command
-from .motion import go
+from .motion import bumped, go
 from .pick import pick
 from .report import ClearReport, PickReport
 from .select import SelectOptions
@@ -66,25 +66,21 @@ class Memory:
     """Where objects were that a pick failed on, each (3,), m."""
     ways: list[set[str]] = field(default_factory=list)
     """Ways tried there, by name."""
-    reasons: list[str] = field(default_factory=list)
-    """Why the last one failed."""
 
     def tried(self, place: NDArray[np.float64]) -> set[str]:
         """Ways tried on what stands at a place (3,)."""
         number = self._find(place)
         return self.ways[number] if number is not None else set()
 
-    def note(self, place: NDArray[np.float64], way: str, reason: str) -> None:
+    def note(self, place: NDArray[np.float64], way: str) -> None:
         """Remember that a way failed there."""
         number = self._find(place)
         if number is None:
             self.places.append(place)
             self.ways.append({way})
-            self.reasons.append(reason)
         else:
             self.places[number] = place
             self.ways[number].add(way)
-            self.reasons[number] = reason
 
     def _find(self, place: NDArray[np.float64]) -> int | None:
         apart = [float(np.linalg.norm(place - other)) for other in self.places]
@@ -118,19 +114,25 @@ def clear_table(
     away = False
     scene: Scene | None = None
     last: Choice | None = None
+    # What the next pick waits for, of all looks and searches since the one before.
+    perceive_ms = plan_ms = 0.0
     while True:
-        seen, perceive_ms, doubt = look(cell)
+        seen, seeing_ms, doubt = look(cell)
+        perceive_ms += seeing_ms
         looks += 1
         if seen is None:
-            if scene is not None and away:
+            if scene is not None and away and not cell.reading.fault:
+                # The arm over the tray may be what the doubt comes from.
                 go_home(cell, scene)
+                away = False
+                continue
             _tell(told, last, picks)
             return ClearReport(tuple(picks), looks, (), cell.reading.fault or doubt)
         scene = seen
         if last is not None:
             believed, picks[-1] = picks[-1], seen_after(picks[-1], last, scene, cell.tray)
             if believed and not picks[-1]:
-                _remember(memory, last, picks[-1])
+                _remember(memory, last)
         failures = _failed_in_a_row(picks)
         stopped = ""
         if cell.reading.fault:
@@ -142,32 +144,36 @@ def clear_table(
         elif len(picks) >= options.picks:
             stopped = f"{options.picks} picks made"
         chosen = (
-            choose(cell, scene, memory, select, perceive_ms) if not stopped else Chosen(None, ())
+            choose(cell, scene, memory, select, perceive_ms, plan_ms)
+            if not stopped
+            else Chosen(None, (), plan_ms)
         )
+        plan_ms = chosen.plan_ms
         if not stopped and chosen.choice is None:
             stopped = "nothing left that can be grasped"
         if away and stopped in ("clear", "nothing left that can be grasped"):
-            # The arm over the tray may hide something, or be where no way begins.
-            away = not go_home(cell, scene)
-            if not away:
-                continue
+            # The arm over the tray may hide something, or be where no way begins: look once more.
+            go_home(cell, scene)
+            away = False
+            continue
         if stopped == "nothing left that can be grasped" and options.push:
             pushing = replace(select or SelectOptions(), push=True)
-            chosen = choose(cell, scene, memory, pushing, perceive_ms)
+            chosen = choose(cell, scene, memory, pushing, perceive_ms, plan_ms)
             stopped = "" if chosen.choice is not None else stopped
         if stopped or chosen.choice is None:
             if away:
                 go_home(cell, scene)
             left = chosen.left or tuple(f"object {one.label}: not tried" for one in scene.objects)
             _tell(told, last, picks)
-            return ClearReport(tuple(picks), looks, left, stopped)
+            return ClearReport(tuple(picks), looks, left, cell.reading.fault or stopped)
         _tell(told, last, picks)
         last = chosen.choice
         if told is not None:
             told(last, None)
+        perceive_ms = plan_ms = 0.0
         picks.append(pick(cell, last, sum(map(bool, picks))))
         if not picks[-1]:
-            _remember(memory, last, picks[-1])
+            _remember(memory, last)
         away = bool(picks[-1]) and options.look_from_tray
         if picks[-1].outcome != "fault" and not away:
             go_home(cell, scene)
@@ -211,8 +217,9 @@ def go_home(cell: Cell, scene: Scene) -> bool:
         world, (Posture(cell.home, speed=HOME_SPEED),), control, options.planner
     )
     command = open_command(hand)
-    arrival = go(cell, controller, HOME_SECONDS, command=lambda _: command)
-    cell.step(np.zeros(len(cell.robot.joints)))
+    arrival = go(
+        cell, controller, HOME_SECONDS, command=lambda _: command, stop=lambda r: bumped(cell, r)
+    )
     return bool(arrival)
 
 
@@ -230,9 +237,9 @@ def _tell(
         told(last, picks[-1])
 
 
-def _remember(memory: Memory, choice: Choice, report: PickReport) -> None:
+def _remember(memory: Memory, choice: Choice) -> None:
     place = choice.target.points.mean(axis=0)
-    memory.note(place, way_of(choice.plan), f"{report.outcome}: {report.reason}")
+    memory.note(place, way_of(choice.plan))
 
 
 def _failed_in_a_row(picks: list[PickReport]) -> int:

@@ -13,7 +13,7 @@ from .approach_aims import approach_aims
 from .closing import Closing, preshape_command
 from .fingertips import bumped_tips
 from .job import Ended, Job
-from .motion import go
+from .motion import bumped, distance_left, go
 
 if TYPE_CHECKING:
     from .cell import Cell
@@ -35,6 +35,7 @@ def pre_grasp(cell: Cell, job: Job) -> Ended | None:
         job.far(cell, aims, "there"),
         options.pre_grasp_seconds,
         command=lambda _: shape,
+        stop=lambda r: bumped(cell, r),
     )
     if arrival or job.there(cell, aims, cell.reading.q):
         return None
@@ -48,7 +49,7 @@ def approach(cell: Cell, job: Job) -> Ended | None:
         aims = approach_aims(job.plan, hand, 0.0)
         controller = job.near(cell, aims, options.approach_speed)
         arrival = go(cell, controller, options.approach_seconds, stop=lambda r: _touch(cell, r))
-        left = max(controller.step(cell.reading.q).errors, default=0.0)
+        left = distance_left(aims, controller.step(cell.reading.q).errors)
         if arrival or (arrival.end == "stopped" and left < NEARLY_THERE):
             return None
         if arrival.end != "stopped":
@@ -151,7 +152,7 @@ def _touch(cell: Cell, reading: RobotReading) -> str:
 
 def _side(cell: Cell, reading: HandReading) -> float:
     """Tell which way along the closing axis to go: 1 where the thumb met it, -1 for fingers."""
-    thumb = cell.robot.hand.fingers[-1]
-    felt = np.array(cell.robot.hand.pads)[reading.forces > cell.options.touch_force]
-    on_thumb = [pad.startswith(thumb) for pad in felt]
-    return float(any(on_thumb)) - float(not all(on_thumb))
+    felt = np.array(cell.robot.hand.pads)[reading.forces > cell.options.touch_force].tolist()
+    *fingers, thumb = cell.robot.hand.fingers
+    on_thumb = any(pad.startswith(thumb) for pad in felt)
+    return float(on_thumb) - float(any(pad.startswith(tuple(fingers)) for pad in felt))

@@ -17,7 +17,7 @@ from eyehand.control import (
     Position,
 )
 
-from .closing import Closing, open_command
+from .closing import Closing, open_command, preshape_command
 from .motion import go, near_enough, paced
 from .surroundings import PUSHING, enclosing, surroundings
 
@@ -103,8 +103,9 @@ class Job:
         return self.choice.plan.prototype
 
     def model(self, cell: Cell) -> RobotModel:
-        """Arm and hand as opened for this grasp."""
-        return cell.model(cell.robot.hand.pulled(self.plan.opening))
+        """Arm and hand as opened for this grasp, a pincer's other fingers wider."""
+        shape = preshape_command(cell.robot.hand, self.plan.opening, self.prototype)
+        return cell.model(np.asarray(shape.values))
 
     def there(self, cell: Cell, aims: Sequence[Aim], q: NDArray[np.float64]) -> bool:
         """Tell whether aims are met well enough to go on, at joint angles q (n,)."""

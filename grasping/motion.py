@@ -10,7 +10,7 @@ import numpy as np
 from eyehand.control import AxisAlignment, Interval, LookAt, Orientation, Pose
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
@@ -56,7 +56,7 @@ def go(
     command: Callable[[RobotReading], HandCommand | None] | None = None,
     stop: Callable[[RobotReading], str] | None = None,
 ) -> Arrival:
-    """Move until the controller has reached its aims.
+    """Move until the controller has reached its aims, and stand still, however it ends.
 
     Parameters
     ----------
@@ -86,6 +86,7 @@ def go(
         cycle = controller.step(reading.q)
         infeasible = infeasible + cell.robot.period if cycle.status == "infeasible" else 0.0
         if cycle.status == "reached":
+            cell.step(still)
             return Arrival("reached", "")
         if cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
             cell.step(still)
@@ -97,6 +98,25 @@ def go(
         # Standing still is safe, and so is all between it and a safe velocity.
         begun = (reading.time - start + cell.robot.period) / cell.options.ramp_seconds
         cell.step(min(begun, 1.0) * cycle.velocity, command(reading) if command else None)
+
+
+def bumped(cell: Cell, reading: RobotReading) -> str:
+    """Name the pads that met something harder than what is brushed aside; empty when none did."""
+    hand = reading.hand.forces > cell.options.bump_force
+    pads = ", ".join(np.array(cell.robot.hand.pads)[hand].tolist())
+    return f"{pads} met what was not seen" if pads else ""
+
+
+def distance_left(aims: Sequence[Aim], errors: Sequence[float]) -> float:
+    """Largest error of the aims that are lengths, m; turns do not count."""
+    return max(
+        (
+            error
+            for aim, error in zip(aims, errors, strict=True)
+            if not isinstance(aim.aim if isinstance(aim, Interval) else aim, TURN_AIMS)
+        ),
+        default=0.0,
+    )
 
 
 def paced(aims: Iterable[Aim], speed: float, turn_speed: float, gain: float) -> tuple[Aim, ...]:

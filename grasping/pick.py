@@ -74,7 +74,7 @@ def pick(cell: Cell, choice: Choice, slot: int = 0) -> PickReport:
         perceive_ms=choice.perceive_ms,
         plan_ms=choice.plan_ms,
         times=np.array(cell.times),
-        forces=np.array(cell.forces).reshape(len(cell.times), -1),
+        forces=np.array(cell.forces).reshape(len(cell.times), len(cell.robot.hand.fingers) + 1),
         wrapped=wrapped,
         tips=tips,
     )

@@ -9,6 +9,11 @@ from eyehand.errors import InputError
 
 from .closing import GripOptions
 
+MOST = 1e3
+"""No option in SI units is as large."""
+NOT_ZERO = ("gain", "ramp_seconds", "reached", "off", "bump_force", "touch_force")
+"""Options besides speeds that nothing happens without."""
+
 
 @dataclass(frozen=True)
 class PickOptions:
@@ -61,6 +66,9 @@ class PickOptions:
     """... and rad, 5 degrees: at the edge of reach the hand leans a little."""
     touch_force: float = 0.6
     """Force on any pad that counts as touch, N."""
+    bump_force: float = 10.0
+    """Force on any pad at which a way far from the object ends, N: it met what was not seen. Light
+    things are brushed aside with less."""
     shift: float = 0.008
     """How far the next try goes sideways from where a finger met the object too early, m."""
     contact_retries: int = 2
@@ -104,8 +112,12 @@ class PickOptions:
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
-            if isinstance(value, float) and not 0.0 <= value < 1e3:
-                raise InputError(f"pick option {name} must lie in [0, 1000), got {value}")
+            if not isinstance(value, (int, float)):
+                continue
+            if not 0.0 <= value < MOST:
+                raise InputError(f"pick option {name} must lie in [0, {MOST:g}), got {value}")
+            if value == 0.0 and (name.endswith("_speed") or name in NOT_ZERO):
+                raise InputError(f"pick option {name} must be > 0")
         if self.tries < 1 or min(self.contact_retries, self.regrasps) < 0:
             raise InputError(
                 f"need tries >= 1, contact_retries and regrasps >= 0, got {self.tries}, "

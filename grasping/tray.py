@@ -51,6 +51,11 @@ class Tray:
         share = np.array([(row + 0.5) / rows - 0.5, (column + 0.5) / columns - 0.5])
         return self.centre + np.append(share * self.size, 0.0)
 
+    def layer(self, number: int) -> int:
+        """Tell on which layer the object with this number goes, 0 being the floor."""
+        rows, columns = self.places
+        return number // (rows * columns)
+
     def holds(self, point: NDArray[np.float64]) -> bool:
         """Tell whether a point (3,), world, lies over the tray's floor."""
         return bool((np.abs(point[:2] - self.centre[:2]) <= 0.5 * np.asarray(self.size)).all())
