@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Literal
 
 from eyehand.data_synth import TabletopOptions, make_scene
+from eyehand.data_synth.grasp_cell import scene_options
 from eyehand.data_synth.tabletop_scene import TabletopScene
 from eyehand.errors import InputError
 
@@ -54,9 +55,9 @@ def _options(
     area: tuple[float, float],
     gap: float,
 ) -> TabletopOptions:
-    return TabletopOptions(
-        family=family,
-        count_range=(objects, objects),
+    return scene_options(
+        family,
+        (objects, objects),
         width_range=GRASPABLE_WIDTH,
         height_range=GRASPABLE_HEIGHT,
         work_area=area,

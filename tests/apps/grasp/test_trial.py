@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import pytest
 
-from eyehand.apps.grasp.folder_scene import folder_scene
+from eyehand.apps.grasp.folder_scene import check_folder_scenes, folder_scene
 from eyehand.apps.grasp.scenes import grasp_scene
 from eyehand.apps.grasp.stress_grasp_solids import standing
 from eyehand.apps.grasp.trial import GraspTrial, Scorer, cell_of, run_trial
+from eyehand.data_synth.grasp_cell import GraspCell
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
@@ -68,9 +69,34 @@ def test_packed_meshes_stand_apart_and_a_pile_begins_in_the_air(tmp_path):
 
 
 def test_too_many_meshes_are_refused_with_the_number_that_fits(tmp_path):
-    write_box(tmp_path / "crate.obj", (0.15, 0.15, 0.1))
-    with pytest.raises(InputError, match="no room for"):
+    write_box(tmp_path / "crate.obj", (0.10, 0.10, 0.1))
+    with pytest.raises(InputError, match=r"no room for 9 objects .* ask for [1-8] objects at most"):
         folder_scene(tmp_path, "packed", 0, 9)
+    with pytest.raises(InputError, match="packed scene, seed 5: no room for 9"):
+        check_folder_scenes(tmp_path, [("single", 5), ("packed", 5)], 9)
+    check_folder_scenes(tmp_path, [("single", 5), ("packed", 5)], 1)
+
+
+def test_a_pile_that_would_fall_into_the_tray_is_refused(tmp_path):
+    write_box(tmp_path / "panel.obj", (0.29, 0.29, 0.02))
+    with pytest.raises(InputError, match="too wide for the table beside the tray"):
+        folder_scene(tmp_path, "pile", 0, 2)
+
+
+def test_large_meshes_keep_clear_of_the_tray(tmp_path):
+    for number, half in enumerate([(0.05, 0.06, 0.07), (0.07, 0.06, 0.08), (0.08, 0.05, 0.05)]):
+        write_box(tmp_path / f"carton{number}.obj", half)
+    cell = GraspCell()
+    for seed in range(40):
+        for item in folder_scene(tmp_path, "packed", seed, 5):
+            cell.check_clear(item.name, item.centre, item.radius)
+
+
+def test_what_falls_comes_to_rest_on_the_table_beside_the_tray():
+    cell = GraspCell()
+    for item in grasp_scene("pile", 5175).objects:
+        cell.check_clear(item.name, item.shape.centre, 0.05)
+        assert (np.abs(item.shape.centre[:2]) < 0.25).all()
 
 
 @pytest.mark.parametrize("family", ["single", "packed", "pile"])
