@@ -13,10 +13,11 @@ from eyehand.errors import DeviceError, InputError
 from eyehand.perception.atomic_write import atomic_write
 
 from .closeup import closeup
-from .film_frame import Caption, film_frame, inset_of
+from .film_frame import Aside, Caption, film_frame, stage_size
 from .look_picture import look_picture
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
@@ -71,7 +72,7 @@ class Camera(Protocol):
     """Who photographs the cell."""
 
     def picture(self) -> NDArray[np.uint8]:
-        """Photograph it as it is now, (H, W, 3) uint8 RGB."""
+        """Photograph it as it is now, (H, W, 3) uint8 RGB, as large as the film's stage."""
         ...
 
     def close(self) -> None:
@@ -97,12 +98,16 @@ class Film:
         self._held = ExitStack()
         self._camera: Camera | None = None
         self._recorder: Recorder | None = None
-        self._inset: NDArray[np.uint8] | None = None
-        self._told, self._picks, self._placed = "", 0, 0
+        self._seen: NDArray[np.uint8] | None = None
+        self._names: Sequence[str] = ()
+        self._count: Callable[[], str] | None = None
+        self._told, self._picks = "", 0
         self._next, self._spent = 0.0, 0.0
         self._writer: Any = None
         self.frames = 0
         """Pictures so far."""
+        self.counted = ""
+        """What lies in the tray, in words."""
 
     def __enter__(self) -> Film:
         temporary = self._held.enter_context(atomic_write(self.path))
@@ -112,6 +117,7 @@ class Film:
     def __exit__(self, *error: object) -> None:
         if error[0] is None and self._camera is not None:
             self._told = "nothing more to do here"
+            self._count_again()
             self._show(None, None, self._options.end_seconds)
         self._writer.close()
         if self._camera is not None:
@@ -122,18 +128,42 @@ class Film:
         """Set up the camera in a cell."""
         from .stage_camera import StageCamera
 
-        del cell
-        self.film(StageCamera(robot, self._options.size), recorder)
+        def count() -> str:
+            names = robot.object_names
+            return f"{sum(map(robot.in_tray, names))} of {len(names)} in the tray"
+
+        camera = StageCamera(robot, stage_size(self._options.size))
+        self.film(camera, recorder, (*cell.robot.hand.fingers, "palm"), count)
         return self
 
-    def film(self, camera: Camera, recorder: Recorder) -> None:
-        """Film by a camera."""
+    def film(
+        self,
+        camera: Camera,
+        recorder: Recorder,
+        names: Sequence[str] = (),
+        count: Callable[[], str] | None = None,
+    ) -> None:
+        """Film by a camera.
+
+        Parameters
+        ----------
+        camera
+            Who photographs the cell.
+        recorder
+            Who knows what was seen.
+        names
+            Of what feels forces, in their order.
+        count
+            Tells in words what truly lies in the tray; asked before and after every pick.
+        """
         self._camera, self._recorder = camera, recorder
+        self._names, self._count = names, count
+        self._count_again()
 
     def told(self, choice: Choice, report: PickReport | None) -> None:
-        """Show what was chosen; count what was placed."""
+        """Show what was chosen; count what lies in the tray."""
+        self._count_again()
         if report is not None:
-            self._placed += bool(report)
             self._told = f"{report.plan.name}: {report.outcome.replace('_', ' ')}"
             return
         self._picks += 1
@@ -143,9 +173,7 @@ class Film:
         self._told = f"pick {self._picks}: {kind} {size} mm, {choice.plan.name}"
         if self._recorder is not None and self._recorder.frame is not None:
             frame, scene = closeup(self._recorder.frame, choice.scene)
-            seen = look_picture(frame, scene, choice.plan, names=False)
-            title = "one depth view: segments, solids, grasp"
-            self._inset = inset_of(seen, self._options.size[0], title)
+            self._seen = look_picture(frame, scene, choice.plan, names=False)
         self._show("choose", None, self._options.still_seconds)
 
     def watch(self, moment: Moment) -> None:
@@ -157,6 +185,9 @@ class Film:
         self._next = now + pace / self._options.fps
         self._show(moment.phase, moment.force, 1.0 / self._options.fps)
 
+    def _count_again(self) -> None:
+        self.counted = self._count() if self._count is not None else ""
+
     def _pace(self, phase: str | None) -> float:
         options = self._options
         pace = options.hands_on_pace if phase in HANDS_ON else options.pace
@@ -167,9 +198,9 @@ class Film:
         if self._camera is None:
             return
         began = time.process_time()
-        count = f"{self._placed} in the tray"
-        caption = Caption(phase, self._told, count, self._pace(phase))
-        picture = film_frame(self._camera.picture(), caption, self._inset, force)
+        caption = Caption(phase, self._told, self.counted, self._pace(phase))
+        aside = Aside(self._seen, self._names, force)
+        picture = film_frame(self._camera.picture(), caption, aside, self._options.size)
         for _ in range(max(round(seconds * self._options.fps), 1)):
             self._send(picture)
         self._spent += time.process_time() - began

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.robot import SimRobot
 
-EYE, LOOKED_AT = (0.66, 0.92, 0.82), (0.215, -0.13, 0.13)
+EYE, LOOKED_AT = (0.66, 0.92, 0.82), (0.165, -0.12, 0.13)
 """Where it stands and looks, m: before the table, above the hand, the tray in view."""
-FOCAL_WIDTHS = 0.98
-"""Focal length in widths of the picture: 54° across."""
+FOCAL_WIDTHS = 1.2
+"""Focal length in widths of the picture: 45° across, of the tray to the table's far side."""
 SLICES = 28
 """Facets of round things; with more of them a picture takes five times as long."""
 SHADOW_PX = 2048

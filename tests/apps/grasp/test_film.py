@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 from eyehand.apps.grasp.film import Film, FilmOptions
-from eyehand.apps.grasp.film_frame import INSET_SHARE, STRIP, Caption, film_frame, inset_of
-from eyehand.apps.grasp.stage_camera import StageCamera
+from eyehand.apps.grasp.film_frame import METER_FULL, Aside, Caption, film_frame, stage_size
+from eyehand.apps.grasp.stage_camera import EYE, FOCAL_WIDTHS, LOOKED_AT, StageCamera
 from eyehand.apps.grasp.trial import GraspTrial, cell_of
 from eyehand.data_synth.gl_probe import gl_fault
+from eyehand.data_synth.grasp_cell import WORK_AREA_M, GraspCell
+from eyehand.data_synth.viewpoint import look_at
 from eyehand.errors import InputError
 
 SIZE = (320, 180)
@@ -27,7 +29,8 @@ class Grey:
 
     def picture(self):
         """See the wall."""
-        return np.full((SIZE[1], SIZE[0], 3), 128, np.uint8)
+        wide, high = stage_size(SIZE)
+        return np.full((high, wide, 3), 128, np.uint8)
 
     def close(self):
         """Note the end."""
@@ -57,7 +60,7 @@ def test_ten_pictures_become_a_film_slower_where_fingers_move(tmp_path):
     fine, picture = read.read()
     assert fine
     assert picture.shape == (SIZE[1], SIZE[0], 3)
-    assert picture[-STRIP // 2, SIZE[0] // 2].mean() < picture[60, 300].mean() - 50
+    assert picture[-6, SIZE[0] // 2].mean() < picture[60, 300].mean() - 50
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -73,23 +76,77 @@ def test_an_error_leaves_no_film(tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-def test_force_bars_grow_with_the_force_and_the_picture_given_is_kept():
-    plain = np.full((540, 960, 3), 200, np.uint8)
-    caption = Caption("grip", "pick 1: box", "0 in the tray", 2.0)
-    weak = film_frame(plain, caption, None, np.array([0.0, 0, 0, 0, 0]))
-    strong = film_frame(plain, caption, None, np.array([0.0, 15, 0, 0, 0]))
-    assert (plain == 200).all()
-    changed = (weak != strong).any(axis=2)
-    assert 300 < changed.sum() < 2000
-    inset = inset_of(np.zeros((300, 400, 3), np.uint8), 960, "seen")
-    wide = round(INSET_SHARE * 960)
-    assert inset.shape == (round(0.75 * wide), wide, 3)
+NAMES = ("index", "middle", "ring", "thumb", "palm")
+
+
+def frame_of(force, seen=None, size=(960, 540), names=NAMES):
+    wide, high = stage_size(size)
+    caption = Caption("grip", "pick 1: box", "0 of 2 in the tray", 2.0)
+    aside = Aside(seen, names, force)
+    return film_frame(np.full((high, wide, 3), 200, np.uint8), caption, aside, size)
+
+
+def changed_columns(one, other):
+    return np.flatnonzero((one != other).any(axis=(0, 2)))
+
+
+@pytest.mark.parametrize("size", [(960, 540), (320, 180), (640, 640)])
+@pytest.mark.parametrize("fingers", [2, 4, 12])
+def test_the_cell_is_never_covered(size, fingers):
+    wide, high = stage_size(size)
+    names = [*(f"finger {k}" for k in range(fingers)), "palm"]
+    seen = np.full((300, 400, 3), 255, np.uint8)
+    frame = frame_of(np.full(len(names), 99.0), seen, size, names)
+    assert frame.shape == (size[1], size[0], 3)
+    assert (frame[:high, size[0] - wide :] == 200).all()
+    assert (frame[:high, : size[0] - wide] == 255).all(axis=2).sum() > 500
+
+
+def test_force_bars_grow_with_the_force_and_mark_what_is_beyond_them():
+    forces = [0.0, METER_FULL / 2, METER_FULL, 10 * METER_FULL]
+    none, half, full, over = (frame_of(np.array([0.0, one, 0, 0, 0])) for one in forces)
+    assert len(changed_columns(none, full)) > 1.5 * len(changed_columns(none, half))
+    red = (over[..., 0] > 230) & (over[..., 1] < 120)
+    assert red.sum() > 20
+    assert not ((full[..., 0] > 230) & (full[..., 1] < 120)).any()
+    assert changed_columns(none, over).max() < 960 - stage_size((960, 540))[0]
+
+
+def test_meters_bear_the_hand_s_own_names():
+    other = frame_of(None, names=("thumb", "middle", "ring", "index", "palm"))
+    assert (frame_of(None) != other).any()
+
+
+def test_the_tray_is_counted_by_what_lies_in_it(tmp_path):
+    lies = [0]
+    pick = SimpleNamespace(plan=SimpleNamespace(name="top pincer"), outcome="placed")
+    recorder = SimpleNamespace(frame=None)
+    with Film(tmp_path / "a.mp4", FilmOptions(size=SIZE)) as film:
+        film.film(Grey(), recorder, NAMES, lambda: f"{lies[0]} in")  # pyright: ignore[reportArgumentType]
+        film.told(None, pick)  # pyright: ignore[reportArgumentType] - claimed, and not there
+        assert film.counted == "0 in"
+        lies[0] = 1
+        film.told(None, pick)  # pyright: ignore[reportArgumentType] - as above
+        assert film.counted == "1 in"
+        lies[0] = 0
+    assert film.counted == "0 in"
 
 
 @pytest.mark.parametrize("wrong", [{"fps": 0}, {"pace": -1.0}, {"size": (321, 180)}])
 def test_options_out_of_range_are_refused(wrong):
     with pytest.raises(InputError):
         FilmOptions(**wrong)
+
+
+def test_tray_and_work_area_are_in_the_picture():
+    cell, (wide, high) = GraspCell(), stage_size(FilmOptions().size)
+    signs = np.array([(a, b) for a in (-0.5, 0.5) for b in (-0.5, 0.5)])
+    tray = np.column_stack([signs * cell.tray_size + cell.tray_centre[:2], np.full(4, 0.076)])
+    work = np.column_stack([signs * WORK_AREA_M, np.zeros(4)])
+    points = look_at(np.array(EYE), np.array(LOOKED_AT)).inv().apply(np.vstack([tray, work]))
+    pixels = FOCAL_WIDTHS * wide * points[:, :2] / points[:, 2:] + [wide / 2, high / 2]
+    assert (pixels > 20).all()
+    assert (pixels < [wide - 20, high - 20]).all()
 
 
 @pytest.mark.skipif(bool(gl_fault()), reason="no OpenGL here")
@@ -103,4 +160,4 @@ def test_the_stage_camera_sees_robot_and_table_and_leaves_the_model_as_it_was(si
     assert picture.shape == (SIZE[1], SIZE[0], 3)
     red, _, blue = picture[-40:].reshape(-1, 3).mean(axis=0)
     assert red > blue + 30  # the table's wood
-    assert picture[:60].std() > 20
+    assert picture[:60].std() > 10
