@@ -1,0 +1,182 @@
+"""What clearing a table does between picks: looks, ways home, faults, layers of the tray."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.apps.grasp.known_scene import known_scene
+from eyehand.control import Orientation, Position
+from eyehand.data_synth.tabletop_scene import TabletopObject
+from eyehand.errors import InputError
+from eyehand.grasping.cell import Cell
+from eyehand.grasping.choose import choose
+from eyehand.grasping.clear_table import ClearOptions, Memory, clear_table
+from eyehand.grasping.motion import distance_left
+from eyehand.grasping.pick import pick
+from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping.tray import Tray
+from eyehand.perception import Superquadric
+
+from .made_up_robot import HAND, MadeUpRobot
+
+TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
+VIEW = np.array([0.0, 0.5, 0.9])
+HEIGHT = 0.06
+
+
+def box(x=0.05):
+    pose = RigidTransform.from_translation([x, 0.0, 0.5 * HEIGHT])
+    shape = Superquadric(np.array([0.015, 0.015, 0.5 * HEIGHT]), (0.1, 0.1), pose, "box")
+    return TabletopObject("box_1", shape, 0.1, (0.8, 0.2, 0.2))
+
+
+def cell_of(robot, *scenes):
+    """Show these objects, look by look; the last look again and again."""
+    shown = [list(objects) for objects in scenes or ([],)]
+
+    def see(_frame):
+        return known_scene(shown.pop(0) if len(shown) > 1 else shown[0], VIEW)
+
+    cell = Cell(robot, see, TRAY)
+    robot.palm_height = lambda q: cell.palm().translation[2]
+    return cell
+
+
+def cleared(robot, boxes, watch=None, tray=TRAY):
+    """Clear a table from which every box is gone once it was picked."""
+    there = list(boxes)
+
+    def told(choice, report):
+        if report is None:
+            place = choice.target.points.mean(axis=0)
+            there.sort(key=lambda one: -np.linalg.norm(one.shape.centre - place))
+            there.pop()
+
+    cell = cell_of(robot)
+    cell.tray = tray
+    cell.see = lambda _frame: known_scene(there, VIEW)
+    cell.watch = watch
+    return clear_table(cell, told=told), cell
+
+
+@dataclass
+class LookingRobot(MadeUpRobot):
+    """Notes how fast the arm was told to move when an image was taken."""
+
+    def __post_init__(self):
+        super().__post_init__()
+        self.speeds = []
+
+    def look(self):
+        """Give an image that nobody reads."""
+        self.speeds.append(float(np.abs(self.speed).max()))
+        return super().look()
+
+
+@dataclass
+class BumpingRobot(MadeUpRobot):
+    """Meets something hard with the thumb, once, while the open hand is far from the object."""
+
+    met: bool = False
+
+    def felt(self, reading):
+        """Give the force on every pad."""
+        touch = super().felt(reading)
+        if not self.met and self.time > 0.3:
+            self.met = True
+            touch[np.array([pad.startswith("thumb") for pad in HAND.pads])] = 40.0
+        return touch
+
+
+def test_the_arm_stands_still_at_every_look():
+    robot = LookingRobot()
+    report, _ = cleared(robot, [box(), box(-0.1)])
+    assert report.placed == 2
+    assert len(robot.speeds) == report.looks >= 3
+    assert max(robot.speeds) == 0.0
+
+
+def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
+    robot = MadeUpRobot()
+    cell = cell_of(robot, [box()], [])
+    report = clear_table(cell)
+    assert report.stopped == "clear"
+    assert report.looks == 3
+    assert np.allclose(robot.q, cell.home, atol=0.03)
+
+
+def test_a_fault_on_the_way_home_is_told_in_place_of_a_clear_table():
+    unbroken = MadeUpRobot()
+    picked = clear_table(cell_of(unbroken, [box()], [])).picks[0]
+    robot = MadeUpRobot(breaks_at=picked.phases[-1].end + 0.1)
+    report = clear_table(cell_of(robot, [box()], []))
+    assert report.picks[0].outcome == "placed"
+    assert report.stopped == "the arm has lost its power"
+
+
+def test_a_robot_with_a_fault_picks_nothing_and_says_so():
+    robot = MadeUpRobot()
+    cell = cell_of(robot, [box()])
+    choice = choose(cell, cell.see(robot.look()), Memory()).choice
+    assert choice is not None
+    robot.breaks_at = 0.0
+    cell.reading = robot.read()
+    report = pick(cell, choice)
+    assert report.outcome == "fault"
+    assert report.forces.shape == (0, len(HAND.fingers) + 1)
+
+
+def test_a_hard_bump_far_from_the_object_ends_the_way():
+    report = clear_table(cell_of(BumpingRobot(), [box()]), options=ClearOptions(failures=1))
+    assert report.picks[0].outcome == "stuck"
+    assert "thumb" in report.picks[0].reason
+    assert "met what was not seen" in report.picks[0].reason
+
+
+def test_what_no_longer_fits_side_by_side_goes_on_top():
+    robot = MadeUpRobot()
+    lowest = [np.inf]
+
+    def watch(moment):
+        if moment.phase == "pre-grasp" and np.isfinite(lowest[-1]):
+            lowest.append(np.inf)
+        if moment.phase == "place":
+            lowest[-1] = min(lowest[-1], robot.palm_height(moment.reading.q))
+
+    narrow = replace(TRAY, places=(1, 1))
+    report, cell = cleared(robot, [box(-0.1), box(0.05)], watch, narrow)
+    assert report.placed == 2
+    assert cell.tops == pytest.approx([HEIGHT, 2 * HEIGHT], abs=0.002)
+    assert len(lowest) == 2
+    assert lowest[1] - lowest[0] == pytest.approx(HEIGHT, abs=0.02)
+
+
+def test_time_spent_in_vain_counts_as_planning():
+    cell = cell_of(MadeUpRobot(), [box()])
+    scene = cell.see(cell.robot.look())
+    assert choose(cell, scene, Memory(), spent_ms=500.0).plan_ms > 500.0
+    memory = Memory()
+    for way in ("one", "another"):
+        memory.note(scene.objects[0].points.mean(axis=0), way)
+    nothing = choose(cell, scene, memory, spent_ms=500.0)
+    assert nothing.choice is None
+    assert nothing.plan_ms > 500.0
+
+
+def test_the_distance_left_is_of_lengths_alone():
+    aims = (Position(np.zeros(3)), Orientation(np.eye(3)))
+    assert distance_left(aims, (0.003, 0.2)) == 0.003
+    assert distance_left(aims[1:], (0.2,)) == 0.0
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"transit_speed": -1}, {"palm_speed": 0.0}, {"ramp_seconds": 0.0}, {"tries": 0}]
+)
+def test_options_that_would_reverse_or_stop_motion_are_refused(wrong):
+    (name,) = wrong
+    with pytest.raises(InputError, match=name):
+        PickOptions(**wrong)
