@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import colorsys
 from typing import TYPE_CHECKING
 
 import cv2
@@ -35,7 +36,11 @@ PALETTE = np.array(
     ],
     dtype=np.uint8,
 )
-"""Okabe and Ito's colour-blind-safe colours, then four more; objects beyond repeat them."""
+"""Okabe and Ito's colour-blind-safe colours, then four more."""
+GOLDEN = 0.618034
+"""Hues beyond the palette turn by this share: no two are the same, near ones are far apart."""
+BEYOND = ((0.30, 0.95), (0.85, 0.60))
+"""Saturation and value that they have by turns: paler or darker than the palette's."""
 
 MIN_WIDTH = 1280
 """Pictures are enlarged to at least this many pixels across, so that lines and text are sharp."""
@@ -108,8 +113,12 @@ def depth_picture(frame: DepthFrame) -> NDArray[np.uint8]:
 
 
 def colour_of(label: int) -> NDArray[np.uint8]:
-    """Colour of an object, (3,) uint8 RGB."""
-    return PALETTE[(label - 1) % len(PALETTE)]
+    """Colour of an object, (3,) uint8 RGB; each label has its own."""
+    if 1 <= label <= len(PALETTE):
+        return PALETTE[label - 1]
+    saturation, value = BEYOND[label % len(BEYOND)]
+    shade = colorsys.hsv_to_rgb(label * GOLDEN % 1.0, saturation, value)
+    return np.round(255 * np.array(shade)).astype(np.uint8)
 
 
 def covered(

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
+
+from .object_colours import colour_numbers
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -32,6 +34,8 @@ class Look:
     """The same pick held against the simulation's truth."""
     T_world_palm: RigidTransform | None
     """Where the palm was when the hand began to close; None where it did not come so far."""
+    colours: dict[int, int] = field(default_factory=dict)
+    """Number of each object's colour by its label: an object keeps it from look to look."""
 
     @property
     def target(self) -> SceneObject | None:
@@ -89,6 +93,16 @@ class Recorder:
         """The last depth image."""
         return self._seen[-1][0] if self._seen else None
 
+    @property
+    def scene(self) -> Scene | None:
+        """What was seen in it, without what lies in the tray."""
+        return self._on_table(self._seen[-1][1]) if self._seen else None
+
+    @property
+    def colours(self) -> dict[int, int]:
+        """Number of each of its objects' colour, by label."""
+        return self._all_colours()[-1] if self._seen else {}
+
     def watch(self, moment: Moment) -> None:
         """Note where the palm is when the hand begins to close; told of every control period."""
         number = len(self._seen) - 1
@@ -107,12 +121,21 @@ class Recorder:
         """Give all looks, each with its pick and the pick's row of truth, in order."""
         made: list[Look] = []
         truth = iter(rows)
+        colours = self._all_colours()
         for number, (frame, seen) in enumerate(self._seen):
-            on_table = (
-                one for one in seen.objects if not self._cell.tray.holds(one.points.mean(axis=0))
-            )
-            scene = replace(seen, objects=tuple(on_table))
+            scene = self._on_table(seen)
             pick = self._picks.get(number)
             row = None if pick is None else next(truth, None)
-            made.append(Look(frame, scene, pick, row, self._palms.get(number)))
+            palm = self._palms.get(number)
+            made.append(Look(frame, scene, pick, row, palm, colours[number]))
         return tuple(made)
+
+    def _on_table(self, scene: Scene) -> Scene:
+        holds = self._cell.tray.holds
+        objects = tuple(one for one in scene.objects if not holds(one.points.mean(axis=0)))
+        return replace(scene, objects=objects)
+
+    def _all_colours(self) -> tuple[dict[int, int], ...]:
+        looks = [self._on_table(scene).objects for _, scene in self._seen]
+        taken = {number: pick.label for number, pick in self._picks.items() if pick}
+        return colour_numbers(looks, taken)

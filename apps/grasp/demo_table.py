@@ -42,7 +42,7 @@ def demo_table(record: DemoRecord) -> Table:
     for number, look in enumerate(_picked(record), start=1):
         pick = look.pick
         assert pick is not None
-        red, green, blue = colour_of(pick.label).tolist()
+        red, green, blue = colour_of(look.colours.get(pick.label, pick.label)).tolist()
         told = pick.outcome.replace("_", " ")
         if pick.reason:
             told += f": {pick.reason}"

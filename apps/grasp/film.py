@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth.robot import SimRobot
+    from eyehand.grasping import GraspPlan
     from eyehand.grasping.cell import Cell, Moment
     from eyehand.grasping.job import Choice
     from eyehand.grasping.report import PickReport
@@ -117,6 +118,7 @@ class Film:
     def __exit__(self, *error: object) -> None:
         if error[0] is None and self._camera is not None:
             self._told = "nothing more to do here"
+            self._see_again()
             self._count_again()
             self._show(None, None, self._options.end_seconds)
         self._writer.close()
@@ -164,6 +166,7 @@ class Film:
         """Show what was chosen; count what lies in the tray."""
         self._count_again()
         if report is not None:
+            self._see_again()
             self._told = f"{report.plan.name}: {report.outcome.replace('_', ' ')}"
             return
         self._picks += 1
@@ -171,9 +174,7 @@ class Film:
         size = "" if solid is None else " × ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
         kind = solid.kind if solid else "object"
         self._told = f"pick {self._picks}: {kind} {size} mm, {choice.plan.name}"
-        if self._recorder is not None and self._recorder.frame is not None:
-            frame, scene = closeup(self._recorder.frame, choice.scene)
-            self._seen = look_picture(frame, scene, choice.plan, names=False)
+        self._see_again(choice.plan)
         self._show("choose", None, self._options.still_seconds)
 
     def watch(self, moment: Moment) -> None:
@@ -184,6 +185,14 @@ class Film:
         pace = self._pace(moment.phase)
         self._next = now + pace / self._options.fps
         self._show(moment.phase, moment.force, 1.0 / self._options.fps)
+
+    def _see_again(self, plan: GraspPlan | None = None) -> None:
+        """Show the last look, and the grasp to come."""
+        recorder = self._recorder
+        if recorder is None or recorder.frame is None or recorder.scene is None:
+            return
+        frame, scene = closeup(recorder.frame, recorder.scene)
+        self._seen = look_picture(frame, scene, plan, names=False, colours=recorder.colours)
 
     def _count_again(self) -> None:
         self.counted = self._count() if self._count is not None else ""

@@ -115,7 +115,7 @@ class LiveCell:
         recorder = self._recorder
         if self._scene is not None and recorder is not None and recorder.frame is not None:
             with self._server.atomic():
-                self._scene.see(recorder.frame, choice.scene, choice.plan)
+                self._scene.see(recorder.frame, choice.scene, choice.plan, recorder.colours)
         self._set_anchor(None)
 
     def watch(self, moment: Moment) -> None:

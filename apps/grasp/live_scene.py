@@ -15,6 +15,10 @@ from .body_meshes import body_meshes
 from .grasp_glyph import preferred_palm
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
     from eyehand.data_synth.robot import SimRobot
     from eyehand.grasping import GraspPlan
     from eyehand.perception import DepthFrame, Scene
@@ -54,6 +58,7 @@ class LiveScene:
         }
         self._cloud: Any = None
         self._solids: dict[int, list[Any]] = {}
+        self._colours: dict[int, NDArray[np.uint8]] = {}
         self._show_cloud = self._show_solids = True
         self.move()
 
@@ -63,26 +68,46 @@ class LiveScene:
             handle.position = self._data.xpos[body].copy()
             handle.wxyz = self._data.xquat[body].copy()
 
-    def see(self, frame: DepthFrame, scene: Scene, plan: GraspPlan) -> None:
-        """Draw a look: its points by object, the solids, and the grasp to come."""
+    def see(
+        self,
+        frame: DepthFrame,
+        scene: Scene,
+        plan: GraspPlan | None = None,
+        colours: Mapping[int, int] | None = None,
+    ) -> None:
+        """Draw a look: its points by object, the solids, and the grasp to come.
+
+        Parameters
+        ----------
+        frame, scene
+            The depth image and what was seen in it.
+        plan
+            The grasp; none where nothing is picked.
+        colours
+            Number of each object's colour by its label; without it, the label.
+        """
         self._forget()
+        numbers = colours or {}
+        self._colours = {
+            one.label: colour_of(numbers.get(one.label, one.label)) for one in scene.objects
+        }
         labels = scene.segmentation.labels
         grid = slice(None, None, CLOUD_STEP), slice(None, None, CLOUD_STEP)
         valid = frame.valid[grid]
         points = frame.points()[grid][valid].astype(np.float64)
         if frame.T_world_camera is not None:
             points = frame.T_world_camera.apply(points)
-        colours = np.tile(np.array(UNLABELLED, np.uint8), (len(points), 1))
+        shades = np.tile(np.array(UNLABELLED, np.uint8), (len(points), 1))
         if labels.shape == frame.depth.shape:
             seen = labels[grid][valid]
             for item in scene.objects:
-                colours[seen == item.label] = colour_of(item.label)
+                shades[seen == item.label] = self._colours[item.label]
         # The floor is far away, and says nothing.
         near = points[:, 2] > -FLOOR_DROP
         self._cloud = self._scene.add_point_cloud(
             "/seen/cloud",
             points[near].astype(np.float32),
-            colours[near],
+            shades[near],
             point_size=POINT,
             visible=self._show_cloud,
         )
@@ -94,7 +119,7 @@ class LiveScene:
                     for number, part in enumerate(parts)
                     for handle in self._draw_solid(f"/seen/{item.label}/{number}", item, part)
                 ]
-        if plan.grip is not None:
+        if plan is not None and plan.grip is not None:
             palm = preferred_palm(plan)
             self._scene.add_frame(
                 "/seen/grasp",
@@ -119,7 +144,7 @@ class LiveScene:
                 handle.visible = solids
 
     def _draw_solid(self, node: str, item: Any, part: Any) -> list[Any]:
-        colour = tuple(colour_of(item.label).tolist())
+        colour = tuple(self._colours[item.label].tolist())
         vertices, faces = mesh(part, RESOLUTION)
         lines = np.concatenate(
             [np.stack([curve[:-1], curve[1:]], axis=1) for curve in feature_curves(part)]

@@ -62,7 +62,7 @@ def object_cell(look: Look) -> str:
     item, pick = look.target, look.pick
     if item is None or pick is None:
         return "?"
-    colour = ",".join(map(str, colour_of(item.label).tolist()))
+    colour = ",".join(map(str, colour_of(look.colours.get(item.label, item.label)).tolist()))
     solid = item.fit.superquadric
     size = "" if solid is None else " × ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
     return (
@@ -84,7 +84,7 @@ def _why(pick: PickReport) -> str:
 def _pictures(look: Look) -> str:
     frame, scene = closeup(look.frame, look.scene)
     plan = None if look.pick is None else look.pick.plan
-    overlay = look_picture(frame, scene, plan, look.T_world_palm)
+    overlay = look_picture(frame, scene, plan, look.T_world_palm, colours=look.colours)
     told = "segments, fitted solids and the grasp"
     if look.pick is None:
         told = "what was seen on the table"

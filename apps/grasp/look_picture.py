@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import cv2
@@ -11,6 +12,8 @@ from ..scene_picture import colour_of, overlay_picture
 from .grasp_glyph import draw_grasp
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
 
@@ -32,6 +35,7 @@ def look_picture(
     T_world_palm: RigidTransform | None = None,
     *,
     names: bool = True,
+    colours: Mapping[int, int] | None = None,
 ) -> NDArray[np.uint8]:
     """Draw a look, (H', W', 3) uint8 RGB, enlarged.
 
@@ -45,16 +49,31 @@ def look_picture(
         Where the palm was then; without it, where the plan prefers it.
     names
         Whether each object's number and solid stand at it.
+    colours
+        Number of each object's colour by its label; without it, the label.
     """
-    picture = overlay_picture(frame, scene, {}, names=False)
+    colours = colours or {}
+    picture = overlay_picture(frame, _numbered(scene, colours), {}, names=False)
     if plan is not None:
         draw_grasp(picture, frame, plan, T_world_palm)
     if names:
-        _name_objects(picture, frame, scene)
+        _name_objects(picture, frame, scene, colours)
     return picture
 
 
-def _name_objects(picture: NDArray[np.uint8], frame: DepthFrame, scene: Scene) -> None:
+def _numbered(scene: Scene, numbers: Mapping[int, int]) -> Scene:
+    """Give the scene with its objects' labels replaced."""
+    labels = scene.segmentation.labels
+    renamed = np.zeros_like(labels)
+    for item in scene.objects:
+        renamed[labels == item.label] = numbers.get(item.label, item.label)
+    objects = tuple(replace(one, label=numbers.get(one.label, one.label)) for one in scene.objects)
+    return replace(scene, objects=objects, segmentation=replace(scene.segmentation, labels=renamed))
+
+
+def _name_objects(
+    picture: NDArray[np.uint8], frame: DepthFrame, scene: Scene, colours: Mapping[int, int]
+) -> None:
     height, width = picture.shape[:2]
     zoom = width / frame.depth.shape[1]
     font = cv2.FONT_HERSHEY_DUPLEX
@@ -71,7 +90,8 @@ def _name_objects(picture: NDArray[np.uint8], frame: DepthFrame, scene: Scene) -
         foot = int(np.clip(rows.max() * zoom + OFF * high, high + 8, height - base - 8))
         corners = (left - 8, foot - high - 8), (left + wide + 8, foot + base + 4)
         cv2.rectangle(picture, *corners, NAME_GROUND, cv2.FILLED)
-        red, green, blue = (0.35 * 255 + 0.65 * colour_of(item.label)).astype(int).tolist()
+        shade = colour_of(colours.get(item.label, item.label))
+        red, green, blue = (0.35 * 255 + 0.65 * shade).astype(int).tolist()
         cv2.putText(
             picture, text, (left, foot), font, scale, (red, green, blue), thick, cv2.LINE_AA
         )
