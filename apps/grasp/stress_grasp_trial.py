@@ -21,6 +21,7 @@ from eyehand.grasping.report import PickOutcome
 from eyehand.grasping.tray import Tray
 from eyehand.perception import perceive
 
+from .dials import DEFAULT, perception_dial
 from .known_scene import known_scene
 from .trial import SETTLE_SECONDS, GraspTrial, Scorer
 from .true_solids import true_solids
@@ -292,6 +293,9 @@ def bench_of(
     tray = Tray(np.array(where.tray_centre), where.tray_size, where.tray_height)
     bench: list[Bench] = []
 
+    def seen(frame: DepthFrame) -> Scene:
+        return perceive(frame, perception_dial(DEFAULT))
+
     def true_scene(frame: DepthFrame) -> Scene:
         assert frame.T_world_camera is not None
         solids = [one for one in true_solids(robot) if one.name not in bench[0].gone]
@@ -299,7 +303,7 @@ def bench_of(
             solids, frame.T_world_camera.translation, table_height=where.table.height
         )
 
-    cell = Cell(robot, true_scene if known else perceive, tray, options)
+    cell = Cell(robot, true_scene if known else seen, tray, options)
     cell.rest(SETTLE_SECONDS)
     bench.append(Bench(cell, robot))
     return bench[0]

@@ -20,7 +20,7 @@ from eyehand.grasping.pick_options import PickOptions
 from eyehand.perception import PerceiveOptions, SegmentationOptions
 
 
-def test_default_is_what_users_get():
+def test_the_default_is_what_the_demo_has():
     usual = perception_dial(DEFAULT)
     assert replace(usual, segmentation=SegmentationOptions()) == PerceiveOptions()
     assert usual.segmentation.min_object < SegmentationOptions().min_object
