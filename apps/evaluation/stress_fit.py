@@ -12,16 +12,16 @@ from cyclopts import Parameter
 from eyehand.apps.console import show, tracked
 from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
-from eyehand.errors import InputError
 
-from .chart_style import COLOURS, INK, PEER, SKY, VERMILION, draw_curve
+from .chart_style import COLOURS, PEER, SKY, VERMILION, draw_curve
 from .extreme_fit_cases import extremes
 from .fit_peer_table import find_peer
 from .fit_stress_cases import fit_sweeps
-from .stress_chart import Telling, milliseconds, percent, write_stress_chart
+from .stress_chart import Telling, milliseconds, percent
 from .stress_extremes import extreme_rows, extreme_table, run_extreme
 from .stress_fit_trial import FAILED, RIGHT, fit_method, peer_method
-from .stress_run import CHART_FILE, CHART_FILES, run_sweeps, stress_seeds, tell_stress
+from .stress_run import run_sweeps, stress_seeds, tell_stress
+from .stress_shares import draw_bars, draw_dotted, refused_pct, share_pct
 from .stress_sweep import chosen_sweeps
 
 if TYPE_CHECKING:
@@ -80,7 +80,7 @@ def stress_fit(
     wanted = list(only or ())
     with_extremes = EXTREMES in wanted or not (wanted or peer)
     named = [name for name in wanted if name != EXTREMES]
-    sweeps = _sweeps(named) if named or not wanted else ()
+    sweeps = chosen_sweeps(fit_sweeps(), named, [EXTREMES]) if named or not wanted else ()
     method = fit_method
     if peer is not None:
         method = peer_method(find_peer(peer))
@@ -92,16 +92,12 @@ def stress_fit(
         run_extreme(extreme, tried[:EXTREME_SEEDS], method)
         for extreme in tracked(extremes() if with_extremes else (), EXTREMES)
     ]
-    telling = fit_telling(peer)
-    if results:
-        write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)
     if extreme_results:
         show(extreme_table(extreme_results), json_wanted=json)
     return tell_stress(
         results,
-        telling,
+        fit_telling(peer),
         tried,
-        CHART_FILES if results else (),
         out=out,
         json=json,
         quick=quick,
@@ -125,21 +121,9 @@ def fit_telling(peer: str | None = None) -> Telling:
     )
 
 
-def _sweeps(names: Sequence[str]):
-    try:
-        return chosen_sweeps(fit_sweeps(), names)
-    except InputError as error:
-        raise InputError(f"{error}, {EXTREMES}") from None
-
-
-def silent_share(step: Step) -> float:
-    """Share of trials whose solid has failed without the fit saying so."""
-    return sum(score < FAILED for score in step.scores) / len(step.trials)
-
-
-def refused_share(step: Step) -> float:
-    """Share of trials in which the fit said that it has no usable solid, and why."""
-    return sum(trial.refused for trial in step.trials) / len(step.trials)
+def silent_pct(step: Step) -> float:
+    """Share of trials, %, whose solid has failed without the fit saying so."""
+    return share_pct(step, lambda trial: trial.score is not None and trial.score < FAILED)
 
 
 def _figures(step: Step) -> dict[str, Any]:
@@ -147,29 +131,19 @@ def _figures(step: Step) -> dict[str, Any]:
     return {
         "iou_median_pct": percent(float(np.median(scores)) if scores else None),
         "iou_worst_pct": percent(min(scores, default=None)),
-        "refused_pct": percent(refused_share(step)),
-        "silent_pct": percent(silent_share(step)),
+        "refused_pct": round(refused_pct(step), 1),
+        "silent_pct": round(silent_pct(step), 1),
         "raised": sum(not trial.clean for trial in step.trials),
         "fit_ms": milliseconds(step),
     }
 
 
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
-    silent = np.array([100 * silent_share(step) for step in steps])
-    refused = np.array([100 * refused_share(step) for step in steps])
-    bars: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
-    axes.bar(places, silent, color=VERMILION, alpha=0.75, label="failed silently", **bars)
-    axes.bar(places, refused, bottom=silent, color=PEER, alpha=0.45, label="refused", **bars)
-    axes.plot(
-        places,
-        [100 * step.share for step in steps],
-        color=INK,
-        linewidth=1.1,
-        linestyle=(0, (1, 1.4)),
-        label="right",
-        clip_on=False,
-        zorder=3.2,
-    )
+    silent = [silent_pct(step) for step in steps]
+    refused = [refused_pct(step) for step in steps]
+    draw_bars(axes, places, silent, "failed silently", VERMILION, 0.75)
+    draw_bars(axes, places, refused, "refused", PEER, 0.45, silent)
+    draw_dotted(axes, places, [100 * step.share for step in steps], "right")
     for label, number, pick in (("IoU, worst", WORST, min), ("IoU, median", MEDIAN, np.median)):
         known = [(x, step.scores) for x, step in zip(places, steps, strict=True) if step.scores]
         shares = [100 * float(pick(scores)) for _, scores in known]

@@ -10,7 +10,7 @@ from rich.table import Table
 from eyehand.apps.console import print_json, say, show, tracked
 from eyehand.errors import InputError
 
-from .stress_chart import point_rows, sweep_rows
+from .stress_chart import point_rows, sweep_rows, write_stress_chart
 from .stress_sweep import SweepResult, iterate_steps, value_text
 
 if TYPE_CHECKING:
@@ -20,10 +20,8 @@ if TYPE_CHECKING:
     from .stress_chart import Telling
     from .stress_sweep import Method, Sweep
 
-CHART_FILE = "stress.png"
-"""Chart in the output folder; its figures are in the CSV beside it."""
-CHART_FILES = (CHART_FILE, "stress.csv")
-"""What every stress command writes."""
+CHART_FILES = ("stress.png", "stress.csv")
+"""What every stress command writes: its chart, and the figures in it."""
 
 
 def stress_seeds(seeds: int | None, seed: int, usual: int) -> range:
@@ -57,15 +55,15 @@ def tell_stress(
     results: Sequence[SweepResult],
     telling: Telling,
     seeds: range,
-    files: Sequence[str],
     *,
     out: Path,
     json: bool,
     quick: bool,
+    files: Sequence[str] = (),
     faults: Sequence[str] = (),
     **more: Any,
 ) -> int:
-    """Print where the sweeps break, name each broken bound, and give the exit code.
+    """Chart and print where the sweeps break, name each broken bound, and give the exit code.
 
     Parameters
     ----------
@@ -75,22 +73,25 @@ def tell_stress(
         The words of the stage.
     seeds
         What was tried at each value.
-    files
-        Written, by name in `out`.
     out
         Output folder.
     json
         Whether one JSON object goes to stdout, the table then to stderr.
     quick
         Whether the sweeps were shortened.
+    files
+        What else was written, by name in `out`.
     faults
         Broken expectations beside those of the sweeps, one line each.
     more
         Further members of the JSON object.
     """
+    written = [*files]
     if results:
+        write_stress_chart(out / CHART_FILES[0], results, telling, len(seeds), seeds.start)
+        written = [*CHART_FILES, *files]
         show(_table(results, telling.title), json_wanted=json)
-    say(f"{', '.join(files)} in {out}")
+    say(f"{', '.join(written)} in {out}")
     broken = [*(fault for result in results for fault in result.faults), *faults]
     for fault in broken:
         say(f"broken bound: {fault}")

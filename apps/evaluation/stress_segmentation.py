@@ -17,8 +17,8 @@ from .chart_style import draw_curve
 from .segmentation_pictures import ScoredFrame, write_sheet
 from .segmentation_score import score_segmentation
 from .segmentation_stress_cases import segmentation_sweeps
-from .stress_chart import Telling, milliseconds, percent, write_stress_chart
-from .stress_run import CHART_FILE, CHART_FILES, run_sweeps, stress_seeds, tell_stress
+from .stress_chart import Telling, milliseconds, percent
+from .stress_run import run_sweeps, stress_seeds, tell_stress
 from .stress_sweep import value_text
 from .stress_trial import TrialPicture
 
@@ -78,14 +78,18 @@ def stress_segmentation(
     make_folder(out)
     ready_kernels()
     results = run_sweeps(sweeps, tried, functools.partial(segment, options=options), quick=quick)
-    telling = segmentation_telling()
-    write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)
     shown = [picture for picture in map(_picture, results) if picture is not None]
-    files: list[str] = [*CHART_FILES]
     if shown:
         write_sheet(out / SHEET_FILE, shown)
-        files.append(SHEET_FILE)
-    return tell_stress(results, telling, tried, files, out=out, json=json, quick=quick)
+    return tell_stress(
+        results,
+        segmentation_telling(),
+        tried,
+        out=out,
+        json=json,
+        quick=quick,
+        files=[SHEET_FILE] if shown else (),
+    )
 
 
 def segmentation_telling() -> Telling:

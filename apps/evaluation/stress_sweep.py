@@ -186,16 +186,25 @@ def iterate_steps(sweep: Sweep[Method], seeds: Sequence[int], method: Method) ->
 
 
 def chosen_sweeps(
-    sweeps: Sequence[Sweep[Method]], only: Sequence[str] = ()
+    sweeps: Sequence[Sweep[Method]], only: Sequence[str] = (), others: Sequence[str] = ()
 ) -> tuple[Sweep[Method], ...]:
     """Give the sweeps that are named, in their own order; all when none is.
+
+    Parameters
+    ----------
+    sweeps
+        All there are.
+    only
+        Names.
+    others
+        What may be named as well and is no sweep.
 
     Raises
     ------
     InputError
         If there is no sweep of a name.
     """
-    names = [sweep.name for sweep in sweeps]
+    names = [*(sweep.name for sweep in sweeps), *others]
     for name in only:
         if name not in names:
             raise InputError(f"no sweep is called {name!r}, expected of {', '.join(names)}")

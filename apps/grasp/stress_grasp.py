@@ -8,14 +8,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from eyehand.apps.description_files import make_folder
-from eyehand.apps.evaluation.chart_style import INK, PEER, VERMILION, draw_curve
-from eyehand.apps.evaluation.stress_chart import Telling, milliseconds, write_stress_chart
-from eyehand.apps.evaluation.stress_run import (
-    CHART_FILE,
-    CHART_FILES,
-    run_sweeps,
-    stress_seeds,
-    tell_stress,
+from eyehand.apps.evaluation.chart_style import PEER, VERMILION, draw_curve
+from eyehand.apps.evaluation.stress_chart import Telling, milliseconds
+from eyehand.apps.evaluation.stress_run import run_sweeps, stress_seeds, tell_stress
+from eyehand.apps.evaluation.stress_shares import (
+    draw_bars,
+    draw_dotted,
+    refused_pct,
+    score_pct,
+    unclean_pct,
+    worst,
 )
 from eyehand.apps.evaluation.stress_sweep import chosen_sweeps
 from eyehand.apps.grasp.ready import ready_grasping
@@ -83,9 +85,7 @@ def stress_grasp(
     make_folder(out)
     ready_grasping()
     results = run_sweeps(sweeps, tried, PickOptions(), quick=quick)
-    telling = grasp_telling()
-    write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)
-    return tell_stress(results, telling, tried, CHART_FILES, out=out, json=json, quick=quick)
+    return tell_stress(results, grasp_telling(), tried, out=out, json=json, quick=quick)
 
 
 def grasp_sweeps() -> tuple[Sweep[Method], ...]:
@@ -115,43 +115,23 @@ def grasp_telling() -> Telling:
 
 def _figures(step: Step) -> dict[str, Any]:
     known = [trial.picture for trial in step.trials if isinstance(trial.picture, GraspFigures)]
-    creeps = [figures.creep_mm for figures in known if figures.creep_mm is not None]
-    scores = step.scores
+    placed = score_pct(step)
     return {
-        "placed_pct": round(100 * sum(scores) / len(scores), 1) if scores else None,
-        "refused_pct": round(100 * _refused(step), 1),
+        "placed_pct": None if placed is None else round(placed, 1),
+        "refused_pct": round(refused_pct(step), 1),
         "unclean": sum(not trial.clean for trial in step.trials),
         "picks": sum(figures.picks for figures in known),
         "touched_before": sum(figures.touched_before for figures in known),
-        "peak_speed_m_s": _worst([figures.peak_speed_m_s for figures in known]),
-        "creep_mm": _worst(creeps),
+        "peak_speed_m_s": worst((figures.peak_speed_m_s for figures in known), DIGITS),
+        "creep_mm": worst((figures.creep_mm for figures in known), DIGITS),
         "cpu_ms": milliseconds(step),
     }
 
 
-def _worst(values: Sequence[float]) -> float | None:
-    return float(f"{max(values):.{DIGITS}g}") if values else None
-
-
-def _refused(step: Step) -> float:
-    return sum(trial.refused for trial in step.trials) / len(step.trials)
-
-
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
-    look: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
-    refused = [100 * _refused(step) for step in steps]
-    unclean = [100 * sum(not t.clean for t in step.trials) / len(step.trials) for step in steps]
-    axes.bar(places, refused, color=PEER, alpha=0.45, label="not tried, and told why", **look)
-    axes.bar(places, unclean, color=VERMILION, alpha=0.75, label="unclean", **look)
-    known = [(x, step.scores) for x, step in zip(places, steps, strict=True) if step.scores]
-    axes.plot(
-        [x for x, _ in known],
-        [100 * sum(scores) / len(scores) for _, scores in known],
-        color=INK,
-        linewidth=1.1,
-        linestyle=(0, (1, 1.4)),
-        label="objects put away",
-        clip_on=False,
-        zorder=3.2,
-    )
+    refused = [refused_pct(step) for step in steps]
+    unclean = [unclean_pct(step) for step in steps]
+    draw_bars(axes, places, refused, "not tried, and told why", PEER, 0.45)
+    draw_bars(axes, places, unclean, "unclean", VERMILION, 0.75)
+    draw_dotted(axes, places, [score_pct(step) for step in steps], "objects put away")
     draw_curve(axes, places, [100 * step.share for step in steps], "right")

@@ -9,18 +9,19 @@ from cyclopts import Parameter
 
 from eyehand.apps.console import show
 from eyehand.apps.description_files import make_folder
-from eyehand.apps.evaluation.chart_style import INK, PEER, VERMILION, draw_curve
-from eyehand.apps.evaluation.stress_chart import Telling, write_stress_chart
-from eyehand.apps.evaluation.stress_run import (
-    CHART_FILE,
-    CHART_FILES,
-    run_sweeps,
-    stress_seeds,
-    tell_stress,
+from eyehand.apps.evaluation.chart_style import PEER, VERMILION, draw_curve
+from eyehand.apps.evaluation.stress_chart import Telling
+from eyehand.apps.evaluation.stress_run import run_sweeps, stress_seeds, tell_stress
+from eyehand.apps.evaluation.stress_shares import (
+    draw_bars,
+    draw_dotted,
+    refused_pct,
+    score_pct,
+    unclean_pct,
+    worst,
 )
 from eyehand.apps.evaluation.stress_sweep import chosen_sweeps
 from eyehand.control.options import ControlOptions
-from eyehand.errors import InputError
 
 from .stress_contact_cases import contact_sweeps
 from .stress_control_inputs import refusal_rows, refusal_table, refused, wrong_inputs
@@ -82,21 +83,17 @@ def control_stress(
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
     wanted = list(only or ())
     named = [name for name in wanted if name != INPUTS]
-    sweeps = _chosen(named) if named or not wanted else ()
+    sweeps = chosen_sweeps(control_sweeps(), named, [INPUTS]) if named or not wanted else ()
     make_folder(out)
     results = run_sweeps(sweeps, tried, ControlOptions(), quick=quick)
     with_inputs = INPUTS in wanted or not wanted
     refusals = [refused(wrong) for wrong in (wrong_inputs() if with_inputs else ())]
-    telling = control_telling()
-    if results:
-        write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)
     if refusals:
         show(refusal_table(refusals), json_wanted=json)
     return tell_stress(
         results,
-        telling,
+        control_telling(),
         tried,
-        CHART_FILES if results else (),
         out=out,
         json=json,
         quick=quick,
@@ -124,56 +121,30 @@ def control_telling() -> Telling:
     )
 
 
-def _chosen(names: Sequence[str]) -> tuple[Sweep[Method], ...]:
-    try:
-        return chosen_sweeps(control_sweeps(), names)
-    except InputError as error:
-        raise InputError(f"{error}, {INPUTS}") from None
-
-
 def _figures(step: Step) -> dict[str, Any]:
     measured = [trial.picture for trial in step.trials if isinstance(trial.picture, MotionFigures)]
 
-    def worst(name: str, pick: Any = max) -> float | None:
-        values = [getattr(figures, name) for figures in measured]
-        known = [value for value in values if value is not None]
-        return float(f"{pick(known):.{DIGITS}g}") if known else None
+    def worst_of(name: str, pick: Any = max) -> float | None:
+        return worst((getattr(figures, name) for figures in measured), DIGITS, pick)
 
-    scores = step.scores
+    reached = score_pct(step)
     return {
-        "reached_pct": round(100 * sum(scores) / len(scores), 1) if scores else None,
-        "refused_pct": round(100 * _refused(step), 1),
-        "closest_mm": worst("closest_mm", min),
-        "peak_speed_pct": worst("peak_speed_pct"),
-        "end_step_rad": worst("end_step_rad"),
-        "amplitude_mm": worst("amplitude_mm"),
-        "peak_acceleration_rad_s2": worst("peak_acceleration"),
-        "gradient_jump_pct": worst("jump_pct"),
+        "reached_pct": None if reached is None else round(reached, 1),
+        "refused_pct": round(refused_pct(step), 1),
+        "closest_mm": worst_of("closest_mm", min),
+        "peak_speed_pct": worst_of("peak_speed_pct"),
+        "end_step_rad": worst_of("end_step_rad"),
+        "amplitude_mm": worst_of("amplitude_mm"),
+        "peak_acceleration_rad_s2": worst_of("peak_acceleration"),
+        "gradient_jump_pct": worst_of("jump_pct"),
         "unclean": sum(not trial.clean for trial in step.trials),
     }
 
 
-def _refused(step: Step) -> float:
-    return sum(trial.refused for trial in step.trials) / len(step.trials)
-
-
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
-    look: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
-    refused_shares = [100 * _refused(step) for step in steps]
-    unclean = [100 * sum(not t.clean for t in step.trials) / len(step.trials) for step in steps]
-    axes.bar(places, refused_shares, color=PEER, alpha=0.45, label="refused, or infeasible", **look)
-    axes.bar(
-        places, unclean, color=VERMILION, alpha=0.75, label="a limit or a margin broken", **look
-    )
-    known = [(x, step.scores) for x, step in zip(places, steps, strict=True) if step.scores]
-    axes.plot(
-        [x for x, _ in known],
-        [100 * sum(scores) / len(scores) for _, scores in known],
-        color=INK,
-        linewidth=1.1,
-        linestyle=(0, (1, 1.4)),
-        label="goals reached",
-        clip_on=False,
-        zorder=3.2,
-    )
+    refusals = [refused_pct(step) for step in steps]
+    unclean = [unclean_pct(step) for step in steps]
+    draw_bars(axes, places, refusals, "refused, or infeasible", PEER, 0.45)
+    draw_bars(axes, places, unclean, "a limit or a margin broken", VERMILION, 0.75)
+    draw_dotted(axes, places, [score_pct(step) for step in steps], "goals reached")
     draw_curve(axes, places, [100 * step.share for step in steps], "right")

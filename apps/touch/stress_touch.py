@@ -9,14 +9,9 @@ from cyclopts import Parameter
 
 from eyehand.apps.description_files import make_folder
 from eyehand.apps.evaluation.chart_style import PEER, VERMILION, draw_curve
-from eyehand.apps.evaluation.stress_chart import Telling, write_stress_chart
-from eyehand.apps.evaluation.stress_run import (
-    CHART_FILE,
-    CHART_FILES,
-    run_sweeps,
-    stress_seeds,
-    tell_stress,
-)
+from eyehand.apps.evaluation.stress_chart import Telling
+from eyehand.apps.evaluation.stress_run import run_sweeps, stress_seeds, tell_stress
+from eyehand.apps.evaluation.stress_shares import draw_bars, refused_pct, share_pct, worst
 from eyehand.apps.evaluation.stress_sweep import chosen_sweeps
 
 from .stress_contact import ContactFigures
@@ -74,9 +69,7 @@ def touch_stress(
     sweeps = chosen_sweeps(touch_sweeps(), only or ())
     make_folder(out)
     results = run_sweeps(sweeps, tried, None, quick=quick)
-    telling = touch_telling()
-    write_stress_chart(out / CHART_FILE, results, telling, len(tried), seed)
-    return tell_stress(results, telling, tried, CHART_FILES, out=out, json=json, quick=quick)
+    return tell_stress(results, touch_telling(), tried, out=out, json=json, quick=quick)
 
 
 def touch_sweeps() -> tuple[Sweep[None], ...]:
@@ -100,44 +93,26 @@ def touch_telling() -> Telling:
 
 def _figures(step: Step) -> dict[str, Any]:
     measured = [trial.picture for trial in step.trials if isinstance(trial.picture, ContactFigures)]
-
-    def worst(name: str) -> float | None:
-        values = [getattr(figures, name) for figures in measured]
-        return float(f"{max(values):.{DIGITS}g}") if values else None
-
     names = sorted({figures.outcome for figures in measured if figures.outcome})
     return {
-        "named_pct": round(_share(step, "refused"), 1),
-        "unnamed_pct": round(_share(step, "unnamed"), 1),
+        "named_pct": round(refused_pct(step), 1),
+        "unnamed_pct": round(_unnamed_pct(step), 1),
         "outcomes": " ".join(names),
-        "peak_force_n": worst("peak_force"),
-        "peak_pressure_pa": worst("peak_pressure"),
-        "growth_after_end": worst("growth"),
+        "peak_force_n": worst((figures.peak_force for figures in measured), DIGITS),
+        "peak_pressure_pa": worst((figures.peak_pressure for figures in measured), DIGITS),
+        "growth_after_end": worst((figures.growth for figures in measured), DIGITS),
         "unclean": sum(not trial.clean for trial in step.trials),
     }
 
 
-def _share(step: Step, what: str) -> float:
-    """Of trials, %, that ended with a name, or that did neither that nor hold."""
-    if what == "refused":
-        count = sum(trial.refused for trial in step.trials)
-    else:
-        count = sum(not (trial.refused or trial.passed) for trial in step.trials)
-    return 100 * count / len(step.trials)
+def _unnamed_pct(step: Step) -> float:
+    """Share of trials, %, that neither ended with a name nor held."""
+    return share_pct(step, lambda trial: not (trial.refused or trial.passed))
 
 
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
-    look: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
-    named = [_share(step, "refused") for step in steps]
-    unnamed = [_share(step, "unnamed") for step in steps]
-    axes.bar(places, named, color=PEER, alpha=0.45, label="ended with a name, backed off", **look)
-    axes.bar(
-        places,
-        unnamed,
-        bottom=named,
-        color=VERMILION,
-        alpha=0.6,
-        label="missed without a name",
-        **look,
-    )
+    named = [refused_pct(step) for step in steps]
+    unnamed = [_unnamed_pct(step) for step in steps]
+    draw_bars(axes, places, named, "ended with a name, backed off", PEER, 0.45)
+    draw_bars(axes, places, unnamed, "missed without a name", VERMILION, 0.6, named)
     draw_curve(axes, places, [100 * step.share for step in steps], "held")

@@ -5,8 +5,9 @@ import json
 import pytest
 
 from eyehand.apps.evaluation import stress_fit
-from eyehand.apps.evaluation.stress_fit import fit_telling, refused_share, silent_share
+from eyehand.apps.evaluation.stress_fit import fit_telling, silent_pct
 from eyehand.apps.evaluation.stress_fit_trial import Answer
+from eyehand.apps.evaluation.stress_shares import refused_pct
 from eyehand.apps.evaluation.stress_sweep import Step, Trial
 from eyehand.apps.main import main
 
@@ -93,7 +94,7 @@ def test_figures_tell_silent_failures_from_refusals():
         Trial(False, "raised", clean=False),
     )
     step = Step(3, trials)
-    assert (silent_share(step), refused_share(step)) == (0.25, 0.25)
+    assert (silent_pct(step), refused_pct(step)) == (25.0, 25.0)
     assert fit_telling().figures(step) == {
         "iou_median_pct": 65.0,
         "iou_worst_pct": 40.0,
