@@ -102,7 +102,8 @@ def distance_rows(points, first, n, R, c, axes, eps, taper, tapered, m):
         r = (1.0 - falling) * over_n
         along, across = falling * over_n, r * over_n
         m[R_AT + i] = r
-        # The shares' derivatives and m = ∂n/∂p, as in `distance_row`.
+        # The shares' derivatives by the logarithms of the coordinates (symmetric), and m = ∂n/∂p:
+        # r moves with a share by -across m.
         q, o = w * w3 * k1, w * k2 * u1 * u2
         d11, d12, d13 = q * u1 * u1 + o, q * u1 * u2 - o, -q * u1
         d22, d23, d33 = q * u2 * u2 + o, -q * u2, q
