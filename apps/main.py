@@ -10,10 +10,10 @@ import io
 import os
 import sys
 from importlib import import_module, metadata
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, get_args
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("eyehand.apps.demo:demo", "clear a table of unknown objects with a simulated robot"),
@@ -111,6 +111,9 @@ COMMANDS: dict[str, tuple[str, str]] = {
 """Command name → (where it is, what it does); the first of two words names a group, and a group's
 name by itself is what runs without a second word."""
 
+ALIASES: dict[str, str] = {"evaluate grasp": "evaluate"}
+"""Further name → command: every stage is evaluated, charted and stressed by its name."""
+
 GROUPS: dict[str, str] = {
     "evaluate": "measure how good picking, or a stage of it, is, with known truth",
     "chart": "chart a stage's speed against its accuracy, dial by dial",
@@ -150,12 +153,19 @@ def _run(arguments: list[str]) -> int:
 
     logging.basicConfig(format="eyehand: %(message)s", level=logging.WARNING)
     logging.getLogger("eyehand").setLevel(logging.INFO)
-    app = App(name="eyehand", help=ABOUT, help_format="plaintext", version=_version)
+    app = App(
+        name="eyehand",
+        help=ABOUT,
+        help_format="plaintext",
+        version=_version,
+        config=_refuse_fractions,
+    )
     groups: dict[str, App] = {}
     for name in GROUPS:
         groups[name] = App(name=name, help=GROUPS[name])
         app.command(groups[name])
-    for name, (where, what) in COMMANDS.items():
+    entries = COMMANDS | {alias: COMMANDS[name] for alias, name in ALIASES.items()}
+    for name, (where, what) in entries.items():
         *group, last = name.split()
         if name in GROUPS:
             # A default's options are the group's own: it cannot wait until it is run.
@@ -183,6 +193,36 @@ def _run(arguments: list[str]) -> int:
         print("eyehand: interrupted", file=sys.stderr)
         return 130
     return code if isinstance(code, int) else 0
+
+
+def _refuse_fractions(_app: Any, _commands: tuple[str, ...], arguments: Any) -> None:
+    """Refuse 1.5 where a whole number is asked for, which cyclopts would round."""
+    from eyehand.errors import InputError
+
+    for argument in arguments:
+        kinds = set(_kinds(argument.hint))
+        if int not in kinds or kinds & {float, str}:
+            continue
+        for token in argument.tokens:
+            if "." in token.value and _is_fraction(token.value):
+                name = token.keyword or argument.name
+                raise InputError(f"{name} must be a whole number, got {token.value}")
+
+
+def _kinds(hint: Any) -> Iterator[Any]:
+    """All types that a hint is made of."""
+    inner = get_args(hint)
+    if not inner:
+        yield hint
+    for part in inner:
+        yield from _kinds(part)
+
+
+def _is_fraction(text: str) -> bool:
+    try:
+        return not float(text).is_integer()
+    except ValueError:
+        return False
 
 
 def _loaded(where: str) -> Callable[..., int]:
@@ -214,7 +254,7 @@ def _version() -> str:
 def _command(arguments: list[str]) -> str:
     for words in (2, 1):
         name = " ".join(arguments[:words])
-        if name in COMMANDS or name in GROUPS:
+        if name in COMMANDS or name in GROUPS or name in ALIASES:
             return f"{name} "
     return ""
 

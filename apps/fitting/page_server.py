@@ -14,6 +14,8 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 """Only this machine may look; elsewhere `ssh -L` brings the page."""
 ANY_PORT = 0
+MOST_PORT = 2**16 - 1
+"""Ports are 16 bits."""
 
 
 def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
@@ -27,8 +29,11 @@ def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
     Raises
     ------
     InputError
-        If no port can be opened there.
+        If there is no such port, or none can be opened there.
     """
+    # The server's own thread would die of it, and whoever waits for its page waits for ever.
+    if not ANY_PORT <= port <= MOST_PORT:
+        raise InputError(f"a page's port must be from {ANY_PORT} to {MOST_PORT}, got {port}")
     import viser
 
     try:
