@@ -151,6 +151,7 @@ def _live(
         say(f"watch at {live.address}; Ctrl-C ends")
         try:
             _leave(run_demo(source, trial, built, [live.join]), out, json)
+            live.finish()
             live.wait()
         except KeyboardInterrupt:
             say("ended")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from .force_plot import FORCE_COLOURS, PHASE_COLOURS
+from .force_plot import PHASE_COLOURS, force_colour
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -154,8 +154,7 @@ def _draw_meters(panel: NDArray[np.uint8], aside: Aside, above: int, height: int
 
 def _force_colour(number: int, count: int) -> str:
     """Colour of a bar: those of the report, but for its black, which is the palm's."""
-    fingers = FORCE_COLOURS[:-1]
-    return "#E4E7EB" if number == count - 1 else fingers[number % len(fingers)]
+    return "#E4E7EB" if number == count - 1 else force_colour(number, count)
 
 
 def _draw_strip(frame: NDArray[np.uint8], caption: Caption) -> None:

@@ -82,6 +82,12 @@ def pick_timeline(pick: PickReport, fingers: Sequence[str]) -> str:
     return "".join(parts)
 
 
+def force_colour(number: int, count: int) -> str:
+    """Colour of a force by its number of a count; the palm's, the last, is its own."""
+    fingers = FORCE_COLOURS[:-1]
+    return FORCE_COLOURS[-1] if number == count - 1 else fingers[number % len(fingers)]
+
+
 class _Scale:
     """Maps a span onto a span of pixels."""
 
@@ -157,9 +163,10 @@ def _curves(pick: PickReport, x: _Scale, y: _Scale) -> list[str]:
     tops = y.array(np.maximum.reduceat(pick.forces, starts, axis=0))
     parts = []
     for number, curve in enumerate(tops.T):
+        colour = force_colour(number, tops.shape[1])
         points = " ".join(f"{a:.1f},{b:.1f}" for a, b in zip(times, curve, strict=True))
         parts.append(
-            f'<polyline points="{points}" fill="none" stroke="{_colour(number, tops.shape[1])}" '
+            f'<polyline points="{points}" fill="none" stroke="{colour}" '
             'stroke-width="1.6" stroke-linejoin="round"/>'
         )
     return parts
@@ -168,7 +175,7 @@ def _curves(pick: PickReport, x: _Scale, y: _Scale) -> list[str]:
 def _key(names: tuple[str, ...]) -> list[str]:
     parts, at = [_text(LEFT, 14, "contact force", INK, "start", weight=600)], LEFT + 96.0
     for number, name in enumerate(names):
-        colour = _colour(number, len(names))
+        colour = force_colour(number, len(names))
         parts.append(
             f'<line x1="{at}" x2="{at + 16}" y1="10" y2="10" stroke="{colour}" stroke-width="3" '
             'stroke-linecap="round"/>'
@@ -176,11 +183,6 @@ def _key(names: tuple[str, ...]) -> list[str]:
         parts.append(_text(at + 21, 14, name, INK, "start"))
         at += 38 + LETTER * len(name)
     return parts
-
-
-def _colour(number: int, count: int) -> str:
-    """Colour of a curve; the palm, the last, has its own."""
-    return FORCE_COLOURS[-1] if number == count - 1 else FORCE_COLOURS[number % 5]
 
 
 def _text(

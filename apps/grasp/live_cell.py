@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..fitting.page_server import HOST, close_server, open_server
-from .force_plot import FORCE_COLOURS
+from .force_plot import force_colour
 from .live_scene import EYE, LOOKED_AT, LiveScene
 
 if TYPE_CHECKING:
     from eyehand.data_synth.robot import SimRobot
+    from eyehand.grasping import GraspPlan
     from eyehand.grasping.cell import Cell, Moment
     from eyehand.grasping.job import Choice
     from eyehand.grasping.report import PickReport
@@ -112,10 +113,7 @@ class LiveCell:
             self._report.content = "\n".join(self._lines)
             return
         self._target = choice.target.label
-        recorder = self._recorder
-        if self._scene is not None and recorder is not None and recorder.frame is not None:
-            with self._server.atomic():
-                self._scene.see(recorder.frame, choice.scene, choice.plan, recorder.colours)
+        self._see(choice.plan)
         self._set_anchor(None)
 
     def watch(self, moment: Moment) -> None:
@@ -133,11 +131,25 @@ class LiveCell:
             self._plotted = now
             self._draw_plot()
 
+    def finish(self) -> None:
+        """Show the last look, and say that nothing follows."""
+        self._see(None)
+        self._says.content = "### Done\n\nCtrl-C in the terminal ends."
+
     def wait(self) -> None:
         """Serve until Ctrl-C."""
-        self._says.content += "\n\n**Done.** Ctrl-C in the terminal ends."
         while True:
             time.sleep(3600.0)
+
+    def _see(self, plan: GraspPlan | None) -> None:
+        """Show the last look, and the grasp to come."""
+        recorder = self._recorder
+        if self._scene is None or recorder is None:
+            return
+        frame, scene = recorder.frame, recorder.scene
+        if frame is not None and scene is not None:
+            with self._server.atomic():
+                self._scene.see(frame, scene, plan, recorder.colours)
 
     def _wait_for(self, now: float) -> None:
         """Halt while the page says so, and keep to the speed it sets."""
@@ -185,7 +197,7 @@ class LiveCell:
 
         series = [uplot.Series(label="s")]
         for number, name in enumerate(names):
-            colour = FORCE_COLOURS[-1 if number == len(names) - 1 else number]
+            colour = force_colour(number, len(names))
             series.append(uplot.Series(label=name, stroke=colour, width=2))
         with self._forces:
             self._plot = self._server.gui.add_uplot(

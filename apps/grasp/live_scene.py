@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.robot import SimRobot
     from eyehand.grasping import GraspPlan
-    from eyehand.perception import DepthFrame, Scene
+    from eyehand.perception import DepthFrame, Scene, Superquadric
 
 EYE, LOOKED_AT = (0.62, 0.74, 0.62), (0.1, -0.14, 0.12)
 """Where a person starts to look from, and to, m."""
@@ -56,7 +56,10 @@ class LiveScene:
             body: scene.add_mesh_trimesh(f"/cell/{body}", shape)
             for body, shape in body_meshes(robot.model).items()
         }
-        self._cloud: Any = None
+        self._looks = 0
+        self._look: Any = None
+        self._grasp: Any = None
+        self._clouds: dict[int, Any] = {}
         self._solids: dict[int, list[Any]] = {}
         self._colours: dict[int, NDArray[np.uint8]] = {}
         self._show_cloud = self._show_solids = True
@@ -91,38 +94,23 @@ class LiveScene:
         self._colours = {
             one.label: colour_of(numbers.get(one.label, one.label)) for one in scene.objects
         }
-        labels = scene.segmentation.labels
-        grid = slice(None, None, CLOUD_STEP), slice(None, None, CLOUD_STEP)
-        valid = frame.valid[grid]
-        points = frame.points()[grid][valid].astype(np.float64)
-        if frame.T_world_camera is not None:
-            points = frame.T_world_camera.apply(points)
-        shades = np.tile(np.array(UNLABELLED, np.uint8), (len(points), 1))
-        if labels.shape == frame.depth.shape:
-            seen = labels[grid][valid]
-            for item in scene.objects:
-                shades[seen == item.label] = self._colours[item.label]
-        # The floor is far away, and says nothing.
-        near = points[:, 2] > -FLOOR_DROP
-        self._cloud = self._scene.add_point_cloud(
-            "/seen/cloud",
-            points[near].astype(np.float32),
-            shades[near],
-            point_size=POINT,
-            visible=self._show_cloud,
-        )
+        # Nodes of one look hang from one that is named like no other: nothing of the look before
+        # is taken for it, in whatever order a browser hears of both.
+        self._looks += 1
+        node = f"/look{self._looks}"
+        self._look = self._scene.add_frame(node, show_axes=False)
+        self._draw_points(node, frame, scene)
         for item in scene.objects:
-            if item.fit:
-                parts = fit_parts(item.fit)
-                self._solids[item.label] = [
-                    handle
-                    for number, part in enumerate(parts)
-                    for handle in self._draw_solid(f"/seen/{item.label}/{number}", item, part)
-                ]
+            parts = fit_parts(item.fit) if item.fit else ()
+            self._solids[item.label] = [
+                handle
+                for number, part in enumerate(parts)
+                for handle in self._draw_solid(f"{node}/{item.label}/{number}", item.label, part)
+            ]
         if plan is not None and plan.grip is not None:
             palm = preferred_palm(plan)
-            self._scene.add_frame(
-                "/seen/grasp",
+            self._grasp = self._scene.add_frame(
+                f"{node}/grasp",
                 axes_length=GRASP_AXES,
                 axes_radius=0.03 * GRASP_AXES,
                 position=palm.translation,
@@ -130,21 +118,52 @@ class LiveScene:
             )
 
     def taken(self, label: int) -> None:
-        """Take a solid away: the object is in the hand."""
-        for handle in self._solids.pop(label, []):
-            handle.remove()
+        """Take away what was seen of an object, and the grasp: the object is in the hand."""
+        gone = [*self._solids.pop(label, []), self._clouds.pop(label, None), self._grasp]
+        self._grasp = None
+        for handle in gone:
+            if handle is not None:
+                handle.remove()
 
     def show(self, *, cloud: bool, solids: bool) -> None:
         """Show or hide the points and the fitted solids."""
         self._show_cloud, self._show_solids = cloud, solids
-        if self._cloud is not None:
-            self._cloud.visible = cloud
-        for handles in self._solids.values():
-            for handle in handles:
-                handle.visible = solids
+        # Copies: the page asks from a thread of its own.
+        for handle in list(self._clouds.values()):
+            handle.visible = cloud
+        for handle in [one for handles in list(self._solids.values()) for one in handles]:
+            handle.visible = solids
 
-    def _draw_solid(self, node: str, item: Any, part: Any) -> list[Any]:
-        colour = tuple(self._colours[item.label].tolist())
+    def _draw_points(self, node: str, frame: DepthFrame, scene: Scene) -> None:
+        """Draw the points of each object, and with label 0 those of none."""
+        labels = scene.segmentation.labels
+        grid = slice(None, None, CLOUD_STEP), slice(None, None, CLOUD_STEP)
+        valid = frame.valid[grid]
+        points = frame.points()[grid][valid].astype(np.float64)
+        if frame.T_world_camera is not None:
+            points = frame.T_world_camera.apply(points)
+        seen = np.zeros(len(points), dtype=np.int64)
+        if labels.shape == frame.depth.shape:
+            seen = labels[grid][valid]
+        known = [label for label in self._colours if (seen == label).any()]
+        seen = np.where(np.isin(seen, known), seen, 0)
+        # The floor is far away, and says nothing.
+        near = points[:, 2] > -FLOOR_DROP
+        for label in (0, *known):
+            shown = near & (seen == label)
+            if not shown.any():
+                continue
+            shade = self._colours.get(label, np.array(UNLABELLED, np.uint8))
+            self._clouds[label] = self._scene.add_point_cloud(
+                f"{node}/cloud{label}",
+                points[shown].astype(np.float32),
+                np.tile(shade, (int(shown.sum()), 1)),
+                point_size=POINT,
+                visible=self._show_cloud,
+            )
+
+    def _draw_solid(self, node: str, label: int, part: Superquadric) -> list[Any]:
+        colour = tuple(self._colours[label].tolist())
         vertices, faces = mesh(part, RESOLUTION)
         lines = np.concatenate(
             [np.stack([curve[:-1], curve[1:]], axis=1) for curve in feature_curves(part)]
@@ -171,5 +190,7 @@ class LiveScene:
         ]
 
     def _forget(self) -> None:
-        self._scene.remove_by_name("/seen")
-        self._cloud, self._solids = None, {}
+        if self._look is not None:
+            self._look.remove()
+        self._look = self._grasp = None
+        self._clouds, self._solids = {}, {}

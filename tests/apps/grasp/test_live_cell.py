@@ -6,15 +6,18 @@ import threading
 import time
 import urllib.request
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
-from eyehand.apps.fitting.page_server import ANY_PORT
+from eyehand.apps.fitting.page_server import ANY_PORT, close_server, open_server
 from eyehand.apps.grasp.body_meshes import body_meshes
 from eyehand.apps.grasp.demo_record import Recorder
 from eyehand.apps.grasp.live_cell import LiveCell
+from eyehand.apps.grasp.live_scene import LiveScene
 from eyehand.apps.grasp.trial import GraspTrial, cell_of
+from eyehand.apps.scene_picture import colour_of
 from eyehand.grasping.cell import Moment
 
 
@@ -81,3 +84,62 @@ def test_robot_time_goes_as_fast_as_the_slider_says(page, stage):
     for step in range(1, 51):
         page.watch(moment(cell, 0.008 * step))
     assert 0.17 < time.perf_counter() - began < 1.0
+
+
+@pytest.fixture
+def server():
+    opened = open_server()
+    yield opened
+    close_server(opened)
+
+
+def nodes(server) -> dict[str, Any]:
+    """What a browser would be told of a look, by the ends of the names."""
+    parts = {}
+    for name, handle in server.scene._handle_from_node_name.items():
+        if name.startswith("/look") and name.count("/") > 1:
+            parts[name.split("/", 2)[2]] = handle
+    return parts
+
+
+def test_what_is_taken_leaves_the_page_and_a_new_look_replaces_the_old(server, stage, cleared):
+    record, _ = cleared
+    look = record.looks[0]
+    label = look.target.label
+    shown = LiveScene(server.scene, stage[1])
+    shown.see(look.frame, look.scene, look.pick.plan, {label: 7})
+    first = nodes(server)
+    assert {"grasp", "cloud0", f"cloud{label}", f"{label}/0/surface"} <= set(first)
+    assert first[f"cloud{label}"].colors[0].tolist() == colour_of(7).tolist()
+    assert tuple(first[f"{label}/0/surface"].color) == tuple(colour_of(7).tolist())
+    shown.taken(label)
+    left = nodes(server)
+    assert "cloud0" in left
+    assert not [name for name in left if name.startswith((f"{label}/0/", f"cloud{label}", "grasp"))]
+    shown.taken(label)
+    last = record.looks[-1]
+    shown.see(last.frame, last.scene)
+    assert "grasp" not in nodes(server)
+    assert nodes(server)["cloud0"] is not left["cloud0"]
+    assert len({name.split("/")[1] for name in _look_names(server)}) == 1
+
+
+def _look_names(server) -> list[str]:
+    return [name for name in server.scene._handle_from_node_name if name.startswith("/look")]
+
+
+def test_the_last_look_stands_when_all_is_done(page, cleared):
+    record, _ = cleared
+    look, last = record.looks[0], record.looks[-1]
+    page._recorder = SimpleNamespace(frame=look.frame, scene=look.scene, colours=look.colours)
+    choice = SimpleNamespace(target=look.target, plan=look.pick.plan, scene=look.scene)
+    page.told(choice, None)
+    assert "grasp" in nodes(page._server)
+    page._recorder = SimpleNamespace(frame=last.frame, scene=last.scene, colours=last.colours)
+    page.told(choice, look.pick)
+    page.finish()
+    left = nodes(page._server)
+    assert "cloud0" in left
+    assert "grasp" not in left
+    assert not [name for name in left if name.endswith("/surface")] or last.scene.objects
+    assert "Done" in page._says.content
