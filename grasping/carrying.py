@@ -12,7 +12,7 @@ from .closing import held
 from .grasp_phases import hold
 from .job import Ended, Job
 from .motion import Arrival, go
-from .shaking import shake
+from .shaking import shake, shake_off
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -111,7 +111,8 @@ def place(cell: Cell, job: Job) -> Ended | None:
     tips = cell.robot.hand.reach(job.plan.opening)
     clear = tray.centre[2] + cell.tray_height + tips + options.over_tray
     job.let_go(cell, np.array([palm[0], palm[1], max(clear, palm[2])]))
-    return None
+    felt = shake_off(cell, job)
+    return Ended("place_failed", f"something hangs on {felt}") if felt else None
 
 
 def _set_down(

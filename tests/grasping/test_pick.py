@@ -127,3 +127,34 @@ def test_what_is_wider_than_the_hand_is_left_with_the_reason(size):
     assert report.picks == ()
     assert report.left
     assert "mm" in report.left[0]
+
+
+class StickyRobot(MadeUpRobot):
+    """What it held hangs on the thumb of the open hand until the arm has turned round often."""
+
+    turns = 0
+    enough = 4
+    grasped = False
+
+    def felt(self, reading):
+        """Give the force on every pad."""
+        touch = super().felt(reading)
+        self.grasped = self.grasped or bool(touch.any())
+        if self.grasped and not touch.any() and self.turns < self.enough:
+            touch[[pad == "thumb_distal" for pad in self.hand.pads]] = 0.3
+        return touch
+
+    def step(self, velocity, command=None):
+        """Follow at once."""
+        if self.grasped and self.opening() > (self.holds or 0.0):
+            self.turns += bool(np.dot(velocity, self.speed) < 0.0)
+        return super().step(velocity, command)
+
+
+def test_what_hangs_on_the_open_hand_is_shaken_off_over_the_tray():
+    assert first(StickyRobot(), [box()], []).outcome == "placed"
+    stuck = StickyRobot()
+    stuck.enough = 10_000
+    failed = first(stuck, [box()], [])
+    assert failed.outcome == "place_failed"
+    assert "hangs on thumb_distal" in failed.reason
