@@ -120,7 +120,9 @@ def demo(
     film = _film(out / "demo.mp4") if video else None
     with film or nullcontext():
         record = run_demo(table.source, trial, built, [] if film is None else [film.join])
-    _leave(replace(record, film=None if film is None else film.path), out, json)
+    if film is not None:
+        record = replace(record, film=film.path, film_cpu_seconds=film.cpu_seconds)
+    _leave(record, out, json)
     return 0
 
 
@@ -169,7 +171,7 @@ def _leave(record: DemoRecord, out: Path, json: bool) -> None:
     files = [str(page)] if record.film is None else [str(page), str(record.film)]
     say(f"look at {' and '.join(files)}")
     if json:
-        result = record.result
+        result, film_cpu = record.result, record.film_cpu_seconds
         print_json(
             "demo",
             result.trial.seed,
@@ -182,6 +184,7 @@ def _leave(record: DemoRecord, out: Path, json: bool) -> None:
             left=list(record.report.left),
             stopped=record.report.stopped,
             cpu_s=round(result.cpu_seconds, 2),
+            film_cpu_s=None if film_cpu is None else round(film_cpu, 2),
             report=str(page),
             video=None if record.film is None else str(record.film),
         )

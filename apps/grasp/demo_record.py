@@ -62,6 +62,8 @@ class DemoRecord:
     """Names of the fingers, in the order of the forces; the palm comes after them."""
     film: Path | None = None
     """The video, where there is one."""
+    film_cpu_seconds: float | None = None
+    """Processor time that it took, s."""
 
 
 class Recorder:

@@ -113,7 +113,9 @@ def ending(record: DemoRecord) -> str:
     result, stopped = record.result, record.report.stopped
     lines = [f"{result.placed} of {result.total} objects in the tray; {_why(stopped)}"]
     lines += [f"left alone: {one}" for one in record.report.left]
-    lines.append(f"{result.cpu_seconds:.0f} s of processor time from the first look to the last")
+    film = record.film_cpu_seconds
+    more = "" if film is None else f"; {film:.1f} s more for the film"
+    lines.append(f"{result.cpu_seconds:.1f} s of processor time for robot and simulation{more}")
     return "\n".join(lines)
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from contextlib import ExitStack
 from dataclasses import dataclass
@@ -103,7 +104,7 @@ class Film:
         self._names: Sequence[str] = ()
         self._count: Callable[[], str] | None = None
         self._told, self._picks = "", 0
-        self._next, self._spent = 0.0, 0.0
+        self._next, self._spent, self._encoder_spent = 0.0, 0.0, 0.0
         self._writer: Any = None
         self.frames = 0
         """Pictures so far."""
@@ -115,13 +116,20 @@ class Film:
         self._writer = _open_writer(temporary, self._options)
         return self
 
+    @property
+    def cpu_seconds(self) -> float:
+        """Processor time so far, s; that of the encoder comes with the end."""
+        return self._spent + self._encoder_spent
+
     def __exit__(self, *error: object) -> None:
         if error[0] is None and self._camera is not None:
             self._told = "nothing more to do here"
             self._see_again()
             self._count_again()
             self._show(None, None, self._options.end_seconds)
+        before = _children_seconds()
         self._writer.close()
+        self._encoder_spent = _children_seconds() - before
         if self._camera is not None:
             self._camera.close()
         self._held.__exit__(*error)  # pyright: ignore[reportArgumentType] - as they came
@@ -191,8 +199,10 @@ class Film:
         recorder = self._recorder
         if recorder is None or recorder.frame is None or recorder.scene is None:
             return
+        began = time.process_time()
         frame, scene = closeup(recorder.frame, recorder.scene)
         self._seen = look_picture(frame, scene, plan, names=False, colours=recorder.colours)
+        self._spent += time.process_time() - began
 
     def _count_again(self) -> None:
         self.counted = self._count() if self._count is not None else ""
@@ -220,6 +230,12 @@ class Film:
         except OSError as error:
             raise DeviceError(f"the video {self.path} cannot be written: {error}") from error
         self.frames += 1
+
+
+def _children_seconds() -> float:
+    """Processor time of this process's children that ended, s."""
+    spent = os.times()
+    return spent.children_user + spent.children_system
 
 
 def _open_writer(path: Path, options: FilmOptions) -> Any:

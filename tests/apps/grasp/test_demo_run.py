@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import time
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -12,13 +13,16 @@ import pytest
 from rich.console import Console
 
 from eyehand.apps.grasp.closeup import closeup
+from eyehand.apps.grasp.demo_run import run_demo
 from eyehand.apps.grasp.demo_scene import demo_scene
-from eyehand.apps.grasp.demo_table import demo_rows, demo_table, task_words
+from eyehand.apps.grasp.demo_table import demo_rows, demo_table, ending, task_words
 from eyehand.apps.grasp.force_plot import pick_timeline
 from eyehand.apps.grasp.grasp_report import report_html, write_report
 from eyehand.apps.grasp.look_picture import look_picture
+from eyehand.apps.grasp.trial import GraspTrial, cell_of
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame, write_scene
 from eyehand.errors import InputError
+from eyehand.grasping.clear_table import ClearOptions
 from eyehand.grasping.report import PhaseRecord
 
 
@@ -176,3 +180,40 @@ def test_a_scene_comes_from_a_family_or_a_file(tmp_path):
         demo_scene("crowded", 0, 5)
     with pytest.raises(InputError, match="--objects"):
         demo_scene("pile", 0, 16)
+
+
+def test_the_film_s_time_is_told_apart_from_the_robot_s(cleared):
+    record, _ = cleared
+    assert record.result.cpu_seconds > 0
+    alone, filmed = ending(record), ending(replace(record, film_cpu_seconds=31.4))
+    own = f"{record.result.cpu_seconds:.1f} s of processor time for robot and simulation"
+    assert own in alone
+    assert "film" not in alone
+    assert f"{own}; 31.4 s more for the film" in filmed
+    page = report_html(replace(record, film_cpu_seconds=31.4))
+    assert "31 s</b><span>processor time, film" in page
+    assert "processor time, film" not in report_html(record)
+
+
+def test_an_onlooker_s_time_is_not_the_robot_s(single):
+    class Slow:
+        spent = 0.0
+
+        def watch(self, moment) -> None:
+            """See nothing."""
+
+        def told(self, choice, report) -> None:
+            """Work for a second."""
+            began = time.process_time()
+            while time.process_time() < began + 1.0:
+                pass
+            self.spent += time.process_time() - began
+
+    slow = Slow()
+    trial = GraspTrial(family="single", seed=1, known=True)
+    built = cell_of(single.objects, trial)
+    began = time.process_time()
+    record = run_demo(single.source, trial, built, [lambda *_: slow], ClearOptions(picks=1))
+    whole = time.process_time() - began
+    assert slow.spent >= 1.0
+    assert record.result.cpu_seconds <= whole - slow.spent
