@@ -89,6 +89,4 @@ def test_a_look_s_picture_has_the_colours_that_are_asked_for(cleared):
     changed = (pictures[0] != pictures[1]).any(axis=2)
     differ = (pictures[0] - pictures[1])[changed].mean(axis=0)
     assert changed.sum() > 100
-    assert (
-        np.sign(differ).tolist() == np.sign(np.subtract(*PALETTE[[0, 2]].astype(int))).tolist()
-    )
+    assert np.sign(differ).tolist() == np.sign(np.subtract(*PALETTE[[0, 2]].astype(int))).tolist()
