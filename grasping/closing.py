@@ -38,8 +38,9 @@ thumb's inner phalanx."""
 LEAST_WRAPPED = 0.015
 """Nothing that a power grasp is meant for is slimmer, m: there the tips meet before they touch."""
 OWN_PALM_CURL = 2.4
-"""A finger curled further, rad, has its tip on the own palm: 2.8 empty, 1.6 around 60 mm. So has
-most of a hand closed on nothing, or one finger while the thumb feels nothing."""
+"""A finger curled further, rad, that feels at its tip alone has it on the own palm: 2.8 empty, 1.6
+around 60 mm; longer fingers curl as far around what their inner phalanges feel. Such is most of a
+hand closed on nothing, or one finger while the thumb feels nothing."""
 ASIDE = 0.06
 """How much wider than a pincer its other fingers stand, m: out of the way of what it pinches, and
 no farther out than neighbours leave room for."""
@@ -269,7 +270,10 @@ class Closing:
         if self._lost(reading, dt) and firm:
             self.state = "empty"
         elif self._begun > options.grip_seconds or (
-            self._level >= goal and wrapped and self._steady >= options.settle_seconds
+            self._level >= goal
+            and wrapped
+            and self._steady >= options.settle_seconds
+            and self._loose == 0.0
         ):
             self.state = "holding"
 
@@ -381,10 +385,14 @@ def held(reading: HandReading, hand: HandModel, least: float = 0.2) -> bool:
         return False
     palm, inner = _inner_force(reading, hand, PALM), _inner_force(reading, hand, "")
     fingers = hand.fingers[:-1]
-    curled = {one for one in fingers if _curled(reading, hand, one) > OWN_PALM_CURL}
-    if 2 * len(curled) > len(fingers):
+    on_palm = {
+        one
+        for one in fingers
+        if _curled(reading, hand, one) > OWN_PALM_CURL and _inner_force(reading, hand, one) < least
+    }
+    if 2 * len(on_palm) > len(fingers):
         return False
-    if inner - palm < least and forces[-1] < least and PINCER_FINGER in curled:
+    if inner - palm < least and forces[-1] < least and PINCER_FINGER in on_palm:
         return False
     bent = _bend(reading, hand, PINCER_FINGER) > CLOSED_BEND
     if inner >= least:

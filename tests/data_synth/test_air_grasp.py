@@ -95,3 +95,22 @@ def test_without_its_package_the_shadow_hand_says_what_to_install(monkeypatch):
     assert shadow_hand.shadow_hand_path() is None
     with pytest.raises(InputError, match=r"eyehand\[shadow\]"):
         shadow_hand.shadow_hand()
+
+
+@pytest.mark.parametrize("prototype", ["pincer", "precision", "power"])
+def test_a_hand_of_servos_that_closes_on_nothing_is_empty(prototype):
+    spec, description = servo_hand()
+    crumb = solid("sphere", 0.002, 0.002, 0.002)
+    held = grasp_in_air(spec, description, "palm", crumb, 1e-4, prototype, hold=0.1)
+
+    assert not held, held
+    assert held.state == "empty"
+
+
+@needs_shadow
+def test_a_shadow_hand_that_makes_a_fist_is_empty():
+    crumb = solid("sphere", 0.002, 0.002, 0.002)
+    spec = shadow_hand.shadow_hand()
+    held = grasp_in_air(spec, SHADOW_HAND, "palm", crumb, 1e-4, "power", hold=0.1)
+
+    assert held.state == "empty", held
