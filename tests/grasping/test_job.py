@@ -1,0 +1,61 @@
+"""What the phases of a pick share: the hand's true shape, and how it leaves the tray."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.apps.grasp.known_scene import known_scene
+from eyehand.data_synth.tabletop_scene import TabletopObject
+from eyehand.grasping import SelectOptions, grasp_plans
+from eyehand.grasping.cell import Cell
+from eyehand.grasping.closing import preshape_command
+from eyehand.grasping.job import Choice, Job
+from eyehand.grasping.tray import Tray
+from eyehand.perception import Superquadric
+
+from .made_up_robot import HAND, MadeUpRobot
+
+TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
+VIEW = np.array([0.0, 0.5, 0.9])
+
+
+@pytest.fixture
+def cell():
+    return Cell(MadeUpRobot(), lambda _: known_scene([], VIEW), TRAY)
+
+
+def job(prototype, size=(0.012, 0.02, 0.03)) -> Job:
+    """Plan a grasp of a box by a prototype."""
+    pose = RigidTransform.from_translation([0.05, 0.0, size[2]])
+    shape = Superquadric(np.array(sorted(size)), (0.1, 0.1), pose, "box")
+    scene = known_scene([TabletopObject("box", shape, 0.1, (0.8, 0.2, 0.2))], VIEW)
+    (item,) = scene.objects
+    plans = grasp_plans(item, scene.support, hand=HAND, options=SelectOptions())
+    plan = next(plan for plan in plans if plan.prototype == prototype)
+    return Job(Choice(scene, item, plan), 0)
+
+
+@pytest.mark.parametrize("prototype", ["pincer", "precision"])
+def test_the_arm_keeps_off_with_the_hand_as_its_fingers_will_stand(cell, prototype):
+    one = job(prototype)
+    asked = preshape_command(HAND, one.plan.opening, prototype)
+    stands, evenly = cell.model(asked.values), cell.model(HAND.pulled(one.plan.opening))
+    assert one.model(cell) is stands
+    assert (stands is evenly) == (prototype != "pincer"), "a pincer's idle fingers stand wider"
+
+
+def test_the_hand_leaves_the_tray_over_what_stands_on_another_there(cell):
+    one = job("precision")
+    palm = cell.palm()
+    solid = one.choice.target.fit.superquadric
+    assert solid is not None
+    one.T_palm_grasped = palm.inv()
+    top = solid.support(np.array([0.0, 0.0, 1.0]))
+    one.let_go(cell, palm.translation)
+    assert cell.tray_height == pytest.approx(max(top - TRAY.centre[2], TRAY.wall_height))
+    options = cell.options
+    tips = cell.palm().translation[2] - HAND.reaches.max()
+    higher = max(top + options.over_tray, palm.translation[2] - HAND.reaches.max())
+    assert tips == pytest.approx(higher, abs=options.off)
