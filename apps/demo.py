@@ -20,6 +20,7 @@ from .look_demo import look_demo
 if TYPE_CHECKING:
     from eyehand.data_synth.robot import SimRobot
     from eyehand.grasping.cell import Cell
+    from eyehand.grasping.clear_table import ClearOptions
 
     from .grasp.demo_record import DemoRecord
     from .grasp.film import Film
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 
 DEFAULT_PORT = 8080
 """Where the live page is looked for first."""
+FILM_FILE = "demo.mp4"
+"""The film in the output folder."""
 
 
 def demo(
@@ -36,9 +39,10 @@ def demo(
     look: bool = False,
     camera: Path | None = None,
     seed: int = 0,
-    objects: int = 5,
+    objects: int | Path | None = None,
     scene: Annotated[str, Parameter(name=("--scene", "--family"))] = "packed",
     task: GraspTask = "lift",
+    failures: int | None = None,
     robot: Path | None = None,
     hand_frame: str = "",
     video: bool = True,
@@ -64,12 +68,15 @@ def demo(
     seed
         Seed of the scene and of the camera's noise.
     objects
-        Objects on the table, 1 to 15.
+        How many objects, 1 to 15 (default 5, of a single one 1); or a folder of your own meshes
+        (.obj, .stl) or URDFs to draw them from, 5 at most.
     scene
         How they stand: packed, pile or single; or a ground_truth.json (or its folder) as
         `eyehand synth` writes it.
     task
         What the grasps are for.
+    failures
+        Failed picks in a row after which it ends; default: 6, evaluate ends after 2.
     robot
         MJCF file of another arm with its hand; robot.hand.json beside robot.xml tells the fingers
         of a hand whose motors move joints.
@@ -89,12 +96,22 @@ def demo(
     """
     if seed < 0:
         raise InputError(f"--seed must be >= 0, got {seed}")
+    if failures is not None and failures < 1:
+        raise InputError(f"--failures must be >= 1, got {failures}")
     if look or frame is not None:
-        return look_demo(frame, camera, seed=seed, objects=objects, task=task, out=out, json=json)
+        if isinstance(objects, Path):
+            raise InputError(f"--objects must be a number with --look or a frame, got {objects}")
+        from .grasp.demo_scene import USUAL_OBJECTS
+
+        count = USUAL_OBJECTS if objects is None else objects
+        return look_demo(frame, camera, seed=seed, objects=count, task=task, out=out, json=json)
     if camera is not None:
         raise InputError("--camera goes with a frame: eyehand demo FRAME --camera FILE")
     if (robot is None) != (not hand_frame):
         raise InputError("--robot FILE and --hand-frame NAME go together")
+    from eyehand.grasping.clear_table import ClearOptions
+
+    from .grasp.demo_run import FAILURES
     from .grasp.demo_scene import demo_scene
     from .grasp.ready import ready_grasping
     from .grasp.trial import GraspTrial, cell_of
@@ -105,68 +122,55 @@ def demo(
         seed=seed,
         objects=len(table.objects),
         task=task,
+        objects_dir=table.folder,
         robot="" if robot is None else str(robot),
         hand_frame=hand_frame,
     )
+    ending = ClearOptions(failures=failures or FAILURES)
     # Built before anything is written, as it finds what is wrong with scene and robot.
     built = cell_of(table.objects, trial)
     make_folder(out)
     ready_grasping()
     say(f"clearing a table: {table.source} ...")
     if view:
-        return _live(table.source, trial, built, port, out, json)
+        return _live(table.source, trial, built, ending, port, out, json)
     from .grasp.demo_run import run_demo
 
-    film = _film(out / "demo.mp4") if video else None
+    film = _film(out / FILM_FILE) if video else None
     with film or nullcontext():
-        record = run_demo(table.source, trial, built, [] if film is None else [film.join])
+        joined = [] if film is None else [film.join]
+        record = run_demo(table.source, trial, built, joined, ending)
     if film is not None:
         record = replace(record, film=film.path, film_cpu_seconds=film.cpu_seconds)
-    _leave(record, out, json)
+    leave(record, out, json)
     return 0
 
 
-def _film(path: Path) -> Film | None:
-    """Open the film where there is something to draw it with."""
-    from .grasp.film import Film
+def leave(record: DemoRecord, out: Path, json: bool) -> None:
+    """Write the page, and print the table.
 
-    fault = gl_fault()
-    if fault:
-        say(f"no film: there is no OpenGL to draw it with ({fault})")
-        return None
-    return Film(path)
+    Parameters
+    ----------
+    record
+        The run.
+    out
+        Where the page goes; a film of an earlier run is removed there, as it would be taken for
+        this one's.
+    json
+        Print one JSON object on stdout.
 
-
-def _live(
-    source: str,
-    trial: GraspTrial,
-    built: tuple[Cell, SimRobot],
-    port: int,
-    out: Path,
-    json: bool,
-) -> int:
-    """Show it live until Ctrl-C, which is how it ends well."""
-    from .grasp.demo_run import run_demo
-    from .grasp.live_cell import LiveCell
-
-    with LiveCell(port) as live:
-        say(f"watch at {live.address}; Ctrl-C ends")
-        try:
-            _leave(run_demo(source, trial, built, [live.join]), out, json)
-            live.finish()
-            live.wait()
-        except KeyboardInterrupt:
-            say("ended")
-    return 0
-
-
-def _leave(record: DemoRecord, out: Path, json: bool) -> None:
-    """Print the table and write the page."""
+    Raises
+    ------
+    InputError
+        If something cannot be written or removed there.
+    """
     from .grasp.demo_table import demo_rows, demo_table
     from .grasp.grasp_report import write_report
 
     page = out / "report.html"
     write_report(page, record)
+    if record.film is None:
+        _forget_film(out / FILM_FILE)
     show(demo_table(record), json_wanted=json)
     files = [str(page)] if record.film is None else [str(page), str(record.film)]
     say(f"look at {' and '.join(files)}")
@@ -188,3 +192,48 @@ def _leave(record: DemoRecord, out: Path, json: bool) -> None:
             report=str(page),
             video=None if record.film is None else str(record.film),
         )
+
+
+def _film(path: Path) -> Film | None:
+    """Open the film where there is something to draw it with."""
+    from .grasp.film import Film
+
+    fault = gl_fault()
+    if fault:
+        say(f"no film: there is no OpenGL to draw it with ({fault})")
+        return None
+    return Film(path)
+
+
+def _forget_film(path: Path) -> None:
+    """Remove the film of an earlier run."""
+    try:
+        path.unlink(missing_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{path}, of an earlier run, cannot be removed: {error.strerror}"
+        ) from error
+
+
+def _live(
+    source: str,
+    trial: GraspTrial,
+    built: tuple[Cell, SimRobot],
+    ending: ClearOptions,
+    port: int,
+    out: Path,
+    json: bool,
+) -> int:
+    """Show it live until Ctrl-C, which is how it ends well."""
+    from .grasp.demo_run import run_demo
+    from .grasp.live_cell import LiveCell
+
+    with LiveCell(port) as live:
+        say(f"watch at {live.address}; Ctrl-C ends")
+        try:
+            leave(run_demo(source, trial, built, [live.join], ending), out, json)
+            live.finish()
+            live.wait()
+        except KeyboardInterrupt:
+            say("ended")
+    return 0

@@ -76,10 +76,11 @@ def look_demo(
     """
     if not 1 <= objects <= MAX_OBJECTS:
         raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
+    # First, as it may be what is wrong.
+    real, source = _real_frame(frame, camera)
     say("making a synthetic scene: physics, camera, depth noise ...")
     scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
     synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
-    real, source = _real_frame(frame, camera)
     ready_kernels()
     select = SelectOptions(task=task)
     found = describe(synthetic, select)

@@ -9,6 +9,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from ..scene_picture import colour_of
+from ..wording import plural
 
 if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
@@ -111,7 +112,8 @@ def task_words(plan: GraspPlan) -> str:
 def ending(record: DemoRecord) -> str:
     """Say how it ended, in one or a few lines."""
     result, stopped = record.result, record.report.stopped
-    lines = [f"{result.placed} of {result.total} objects in the tray; {_why(stopped)}"]
+    objects = plural(result.total, "object")
+    lines = [f"{result.placed} of {result.total} {objects} in the tray; {_why(stopped)}"]
     lines += [f"left alone: {one}" for one in record.report.left]
     film = record.film_cpu_seconds
     more = "" if film is None else f"; {film:.1f} s more for the film"

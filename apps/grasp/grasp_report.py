@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..description_files import write_text
+from ..wording import counted, plural
 from .demo_table import task_words
 from .look_cards import final_look_card, look_card, object_cell, outcome_pill
 from .report_look import STYLE
@@ -59,7 +60,9 @@ def report_html(record: DemoRecord) -> str:
 
 def _header(record: DemoRecord) -> str:
     placed, total = record.result.placed, record.result.total
-    title = "Table cleared" if placed == total else f"{placed} of {total} objects put away"
+    title = (
+        "Table cleared" if placed == total else f"{placed} of {counted(total, 'object')} put away"
+    )
     return (
         f"<h1>{title}</h1>"
         f'<p class="faint">{escape(record.source)}. Unknown objects, one noisy depth view at a '
@@ -69,11 +72,13 @@ def _header(record: DemoRecord) -> str:
 
 def _tiles(record: DemoRecord) -> str:
     picks, result = record.report.picks, record.result
-    tiles = [(f"{result.placed} of {result.total}", "objects in the tray")]
+    tiles = [
+        (f"{result.placed} of {result.total}", f"{plural(result.total, 'object')} in the tray")
+    ]
     if picks:
         good = sum(row.success for row in result.picks)
         tiles += [
-            (f"{good} of {len(picks)}", "picks that went well"),
+            (f"{good} of {len(picks)}", f"{plural(len(picks), 'pick')} that went well"),
             (f"{np.median([pick.perceive_ms for pick in picks]):.0f} ms", "to perceive a view"),
             (f"{np.median([pick.plan_ms for pick in picks]):.0f} ms", "to choose and plan"),
             (f"{np.mean([pick.seconds for pick in picks]):.1f} s", "simulated time per pick"),

@@ -7,14 +7,17 @@ import re
 import time
 from dataclasses import replace
 from html.parser import HTMLParser
+from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from rich.console import Console
 
+from eyehand.apps.demo import leave
 from eyehand.apps.grasp.closeup import closeup
 from eyehand.apps.grasp.demo_run import run_demo
-from eyehand.apps.grasp.demo_scene import demo_scene
+from eyehand.apps.grasp.demo_scene import USUAL_OBJECTS, demo_scene
 from eyehand.apps.grasp.demo_table import demo_rows, demo_table, ending, task_words
 from eyehand.apps.grasp.force_plot import pick_timeline
 from eyehand.apps.grasp.grasp_report import report_html, write_report
@@ -90,7 +93,7 @@ def test_rows_are_plain_and_the_table_names_each_pick(cleared):
     console.print(demo_table(record))
     text = console.export_text()
     assert record.report.picks[0].plan.name in text
-    assert f"{record.result.placed} of {record.result.total} objects in the tray" in text
+    assert "1 of 1 object in the tray" in text
 
 
 def test_the_page_is_well_formed_and_holds_all_that_it_shows(cleared, tmp_path):
@@ -171,15 +174,43 @@ def test_the_grasp_is_drawn_where_the_hand_closed(cleared):
 def test_a_scene_comes_from_a_family_or_a_file(tmp_path):
     once, twice = (demo_scene("packed", 3, 2).objects for _ in range(2))
     assert [one.name for one in once] == [one.name for one in twice]
-    assert np.array_equal(once[0].shape.centre, twice[0].shape.centre)
+    assert np.array_equal(once[0].colour, twice[0].colour)
     made = make_scene(2, TabletopOptions(count_range=(2, 2)))
     write_scene(tmp_path, made, *render_frame(made, DepthNoise.none(), 2))
-    read = demo_scene(str(tmp_path / "ground_truth.json"), 0, 5)
+    read = demo_scene(str(tmp_path / "ground_truth.json"), 0)
     assert [one.name for one in read.objects] == [one.name for one in made.objects]
-    with pytest.raises(InputError, match="no such file"):
-        demo_scene("crowded", 0, 5)
-    with pytest.raises(InputError, match="--objects"):
-        demo_scene("pile", 0, 16)
+    assert len(demo_scene("packed", 0).objects) == USUAL_OBJECTS
+    assert len(demo_scene("single", 0).objects) == len(demo_scene("single", 0, 1).objects) == 1
+
+
+@pytest.mark.parametrize(
+    ("scene", "objects", "says"),
+    [
+        ("crowded", None, "no such file"),
+        ("pack", None, "did you mean packed"),
+        ("pile", 16, "--objects must be 1 to 15"),
+        ("single", 4, "--scene single has 1 object"),
+        ("packed", Path("nowhere"), "neither a number nor a folder"),
+        (".", 4, "leave --objects out"),
+    ],
+)
+def test_scenes_that_cannot_be_are_refused(scene, objects, says):
+    with pytest.raises(InputError, match=says):
+        demo_scene(scene, 0, objects)
+
+
+def test_own_meshes_stand_on_the_table_each_once(tmp_path):
+    for number in (1, 2):
+        box = trimesh.creation.box(extents=(0.04, 0.05, 0.03 * number))
+        box.export(tmp_path / f"box{number}.stl")
+    drawn = demo_scene("packed", 0, tmp_path)
+    assert drawn.folder == str(tmp_path)
+    assert sorted(one.name[:4] for one in drawn.objects) == ["box1", "box2"]
+    assert f"2 objects of {tmp_path}" in drawn.source
+    assert len(demo_scene("single", 0, tmp_path).objects) == 1
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError):
+        demo_scene("pile", 0, tmp_path / "empty")
 
 
 def test_the_film_s_time_is_told_apart_from_the_robot_s(cleared):
@@ -217,3 +248,19 @@ def test_an_onlooker_s_time_is_not_the_robot_s(single):
     whole = time.process_time() - began
     assert slow.spent >= 1.0
     assert record.result.cpu_seconds <= whole - slow.spent
+
+
+def test_a_run_without_a_film_removes_an_earlier_one_and_nothing_else(cleared, tmp_path, capsys):
+    record, _ = cleared
+    old, others = tmp_path / "demo.mp4", tmp_path / "mine.mp4"
+    for path in (old, others):
+        path.write_bytes(b"a film")
+    leave(replace(record, film=old), tmp_path, json=False)
+    assert old.is_file()
+    leave(record, tmp_path, json=False)
+    assert not old.exists()
+    assert others.is_file()
+    assert str(old) not in capsys.readouterr().err.splitlines()[-1]
+    old.mkdir()
+    with pytest.raises(InputError, match=r"demo\.mp4"):
+        leave(record, tmp_path, json=False)

@@ -1,0 +1,9 @@
+"""Counts agree with their nouns."""
+
+from eyehand.apps.wording import counted, plural, seed_span
+
+
+def test_one_is_singular_and_all_others_plural():
+    assert [counted(n, "scene") for n in (0, 1, 2)] == ["0 scenes", "1 scene", "2 scenes"]
+    assert plural(1, "pick") == "pick"
+    assert [seed_span(3, n) for n in (1, 2)] == ["seed 3", "seeds 3 to 4"]
