@@ -49,7 +49,7 @@ class ArmServos:
         numbers = np.array([model.joint(name).id for name in joints])
         self._places, self._rates = model.jnt_qposadr[numbers], model.jnt_dofadr[numbers]
         self._motors = np.array(
-            [_servo(model, int(j), name) for j, name in zip(numbers, joints, strict=True)]
+            [servo_of(model, int(j), name) for j, name in zip(numbers, joints, strict=True)]
         )
         stiffness = model.actuator_gainprm[self._motors, 0]
         self._ahead = -model.actuator_biasprm[self._motors, 2] / stiffness
@@ -77,7 +77,14 @@ class ArmServos:
         return self._data.qvel[self._rates].copy()
 
 
-def _servo(model: Any, joint: int, name: str) -> int:
+def servo_of(model: Any, joint: int, name: str) -> int:
+    """Find the position servo of a joint by its number: the number of the actuator.
+
+    Raises
+    ------
+    InputError
+        If it has none.
+    """
     mujoco = import_mujoco()
     for motor in range(model.nu):
         drives = int(model.actuator_trntype[motor]) == int(mujoco.mjtTrn.mjTRN_JOINT)

@@ -11,6 +11,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .arm_check import check_arm
 from .arms import HOME_KEY, LBR_ARM, TOOL_SITE
 from .hand_description import EXAMPLE, SUFFIX, HandDescription, description_beside
 from .hand_drives import HandDrives
@@ -86,9 +87,11 @@ class GraspRobot:
         Raises
         ------
         InputError
-            If the description cannot be read.
+            If a file cannot be read, or its arm cannot move the hand.
         """
-        return cls(path, hand=None, frame=frame, fingers=description_beside(path))
+        made = cls(path, hand=None, frame=frame, fingers=description_beside(path))
+        check_arm(made, made._model)
+        return made
 
     @functools.cached_property
     def joints(self) -> tuple[str, ...]:
@@ -262,7 +265,8 @@ class GraspRobot:
             return spec.compile()
         except ValueError as error:
             told = " ".join(str(error).split())
-            raise InputError(f"MuJoCo cannot compile {self.arm} with {self.hand}: {told}") from None
+            files = f"{self.arm} with {self.hand}" if self.hand is not None else f"{self.arm}"
+            raise InputError(f"MuJoCo cannot compile {files}: {told}") from None
 
     @functools.cached_property
     def _control_spec(self) -> Any:
@@ -343,7 +347,8 @@ def _rotation(place: Any, quat: Any) -> Any:
 def _read(path: Path) -> Any:
     mujoco = import_mujoco()
     if not Path(path).is_file():
-        raise InputError(f"robot: no such file: {path}; give the path of an MJCF file")
+        what = "this is a folder" if Path(path).is_dir() else "no such file"
+        raise InputError(f"robot: {what}: {path}; give the path of an MJCF file")
     try:
         return mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:

@@ -118,6 +118,9 @@ def description_beside(path: Path) -> HandDescription | None:
 def read_description(path: Path) -> HandDescription:
     """Read a hand's description from JSON.
 
+    ``fingers``, ``palm`` and ``still`` are those of `HandDescription`; ``prefix`` is what stands
+    before all names of joints and geoms in the robot's file, as attaching a hand puts it there.
+
     Raises
     ------
     InputError
@@ -137,21 +140,24 @@ def _description(told: Any) -> HandDescription:
     fingers = told.get("fingers") if isinstance(told, dict) else None
     if not isinstance(fingers, dict):
         raise InputError(f"there is no object 'fingers'; expected {EXAMPLE}")
-    unknown = sorted(set(told) - {"fingers", "palm", "still"})
+    unknown = sorted(set(told) - {"fingers", "palm", "still", "prefix"})
     if unknown:
-        raise InputError(f"unknown {', '.join(unknown)}; known are fingers, palm, still")
+        raise InputError(f"unknown {', '.join(unknown)}; known are fingers, palm, still, prefix")
+    prefix = told.get("prefix", "")
+    if not isinstance(prefix, str):
+        raise InputError(f"'prefix' must be what the names begin with, got {prefix!r}")
     order = sorted(fingers, key=lambda name: name == THUMB)
     still = told.get("still", {})
     if not isinstance(still, dict):
         raise InputError(f"'still' must map joints to places, got {still!r}")
     return HandDescription(
-        tuple(_finger(name, fingers[name]) for name in order),
-        _names("palm", told.get("palm", [])),
-        {name: _number(f"still {name}", value) for name, value in still.items()},
+        tuple(_finger(name, fingers[name], prefix) for name in order),
+        _names("palm", told.get("palm", []), prefix),
+        {prefix + name: _number(f"still {name}", value) for name, value in still.items()},
     )
 
 
-def _finger(name: str, told: Any) -> FingerDescription:
+def _finger(name: str, told: Any, prefix: str) -> FingerDescription:
     joints = told.get("joints") if isinstance(told, dict) else None
     if not isinstance(joints, dict):
         raise InputError(f"finger {name} has no object 'joints'; expected {EXAMPLE}")
@@ -159,14 +165,14 @@ def _finger(name: str, told: Any) -> FingerDescription:
     for joint, pair in joints.items():
         if not isinstance(pair, list) or len(pair) != 2:
             raise InputError(f"joint {joint} must have two places, [open, closed], got {pair!r}")
-        places[joint] = (_number(joint, pair[0]), _number(joint, pair[1]))
-    return FingerDescription(name, places, _names(f"pads of {name}", told.get("pads", [])))
+        places[prefix + joint] = (_number(joint, pair[0]), _number(joint, pair[1]))
+    return FingerDescription(name, places, _names(f"pads of {name}", told.get("pads", []), prefix))
 
 
-def _names(what: str, told: Any) -> tuple[str, ...]:
+def _names(what: str, told: Any, prefix: str) -> tuple[str, ...]:
     if not isinstance(told, list) or not all(isinstance(name, str) for name in told):
         raise InputError(f"{what} must be a list of names of geoms, got {told!r}")
-    return tuple(told)
+    return tuple(prefix + name for name in told)
 
 
 def _number(what: str, told: Any) -> float:

@@ -57,6 +57,7 @@ def test_the_thumb_comes_last_wherever_it_is_written(tmp_path):
         ({"fingers": {"middle": FINGER | {"joints": {"f": [1, 1]}}, "thumb": THUMB}}, "no joint"),
         ({"fingers": {"middle": FINGER, "thumb": FINGER}}, "f twice"),
         ({"fingers": {"middle": FINGER, "thumb": THUMB}, "wrist": {}}, "unknown wrist"),
+        ({"fingers": {"middle": FINGER, "thumb": THUMB}, "prefix": 3}, "'prefix' must be"),
         ({"fingers": {"middle": FINGER, "thumb": THUMB}, "still": {"w": "x"}}, "still w"),
         ({"fingers": {"middle": FINGER, "thumb": THUMB}, "palm": "face"}, "palm must be a list"),
     ],
@@ -83,3 +84,22 @@ def test_places_must_be_finite():
         FingerDescription("middle", {"f": (0.0, float("nan"))}, ("p",))
     with pytest.raises(InputError, match="none"):
         HandDescription(())
+
+
+def test_a_prefix_stands_before_the_names_of_the_file_alone(tmp_path):
+    told = {
+        "prefix": "hand_",
+        "fingers": {"middle": FINGER, "thumb": THUMB},
+        "palm": ["face"],
+        "still": {"wrist": 0.5},
+    }
+    path = tmp_path / "robot.hand.json"
+    path.write_text(json.dumps(told))
+
+    read = read_description(path)
+
+    assert [finger.name for finger in read.fingers] == ["middle", "thumb"]
+    assert list(read.fingers[0].joints) == [f"hand_{name}" for name in FINGER["joints"]]
+    assert read.fingers[1].pads == tuple(f"hand_{name}" for name in THUMB["pads"])
+    assert read.palm == ("hand_face",)
+    assert read.still == {"hand_wrist": 0.5}
