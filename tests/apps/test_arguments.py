@@ -36,6 +36,11 @@ def test_whole_numbers_and_fractions_pass_where_they_belong(capsys):
     assert "--scenes must be >= 1, got 0" in err
 
 
+def test_a_demo_ends_after_one_failure_at_the_soonest(capsys):
+    code, err = told(capsys, "demo", "--failures", "0")
+    assert (code, err) == (2, "eyehand: --failures must be >= 1, got 0\n")
+
+
 def test_a_stage_is_evaluated_by_its_name_too(capsys):
     assert told(capsys, "evaluate", "grasp", "--scenes", "0") == told(
         capsys, "evaluate", "--scenes", "0"
