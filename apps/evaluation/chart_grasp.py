@@ -12,8 +12,10 @@ from eyehand.apps.grasp.dials import CONTROL, DEFAULT, PERCEPTION
 from eyehand.errors import InputError
 
 from .chart_style import Provenance, write_chart
-from .evaluate_grasp import MOST_OBJECTS, chosen_machines, run_options, run_scenes, trial_extras
+from .evaluate_grasp import exit_code, finished_rows, run_scenes
+from .grasp_inputs import check_scenes, chosen_machines, own_folder, run_options, trial_extras
 from .grasp_jobs import Condition, Family, run_grasp_trial, scene_jobs
+from .grasp_plan import check_condition
 from .grasp_rows import PICK, open_rows
 from .grasp_summary import by_row, summary_rows
 from .grasp_table import grasp_table
@@ -26,6 +28,8 @@ if TYPE_CHECKING:
 
     from .grasp_summary import Record
 
+OUT = Path("out/chart_grasp")
+"""Each run that is given no folder has its own in this one."""
 CHART_FILE = "grasp.png"
 FASTEST = ("fast", "fast")
 SUREST = ("fine", "slow")
@@ -49,7 +53,7 @@ def chart_grasp(
     cluster: str = "",
     quick: bool = False,
     fresh: bool = False,
-    out: Path = Path("out/chart_grasp"),
+    out: Path | None = None,
     json: bool = False,
 ) -> int:
     """Chart seconds per pick against success over the dials of perception and control.
@@ -83,14 +87,12 @@ def chart_grasp(
     fresh
         Throw away the rows of earlier runs in the output folder.
     out
-        Output folder.
+        Output folder; default: one in out/chart_grasp for each set of options.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if scenes < 1 or seed < 0:
-        raise InputError(f"need --scenes >= 1 and --seed >= 0, got {scenes} and {seed}")
-    if not 1 <= count <= MOST_OBJECTS:
-        raise InputError(f"--count must be from 1 to {MOST_OBJECTS}, got {count}")
+    check_scenes(scenes, seed, count)
+    check_condition(friction, shake)
     if quick:
         scenes, count = min(scenes, QUICK_SCENES), min(count, QUICK_OBJECTS)
     machines = chosen_machines(jobs, cluster)
@@ -99,16 +101,18 @@ def chart_grasp(
     more = trial_extras("lift", None, None, "")
     planned = scene_jobs(conditions, range(seed, seed + scenes), count, more)
     options = run_options(conditions, seed, count, more)
+    out = out or own_folder(OUT, conditions, options)
     store = open_rows(out, options, fresh=fresh)
     run_scenes(planned, store, machines, run_grasp_trial)
-    records = store.read(planned)
-    rows = summary_rows(records)
+    records = finished_rows(store, planned)
+    rows = summary_rows(records, planned)
     for row in rows:
         own = by_row(records)[row["name"]]
         row["pick_p50_s"] = median_pick_s(own)
     show(grasp_table(rows, f"{scenes} {family} scenes, seeds from {seed}"), json_wanted=json)
+    say(machines.told)
     drawn = [row for row in rows if row["pick_p50_s"] and row["success_pct"] is not None]
-    if drawn[:1] != rows[:1]:
+    if not drawn or drawn[0]["name"] != conditions[0].name:
         raise InputError(f"the default finished no pick: nothing to chart, the rows are in {out}")
     points = [
         ChartPoint(dial_name(row), 1e3 * row["pick_p50_s"], row["success_pct"]) for row in drawn
@@ -144,9 +148,10 @@ def chart_grasp(
             scenes=scenes,
             options=options,
             machine=machine_line(),
+            timing=machines.told,
             out=str(out),
         )
-    return 0
+    return exit_code(records, planned)
 
 
 def dial_settings(*, cross: bool) -> list[tuple[str, str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from contextlib import closing
-from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -11,47 +10,43 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from eyehand.apps.console import print_json, say, show, tracked
-from eyehand.errors import InputError
+from eyehand.errors import DeviceError, InputError
 
 from .chart_style import Provenance, write_chart
 from .grasp_cluster import run_on_cluster
-from .grasp_jobs import Condition, Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
-from .grasp_picture import rates_picture
-from .grasp_plan import (
-    FAMILIES,
-    asked_conditions,
-    folder_digest,
-    source_digest,
-    usual_conditions,
+from .grasp_inputs import (
+    check_room,
+    check_scenes,
+    checked_dials,
+    chosen_machines,
+    own_folder,
+    run_options,
+    trial_extras,
 )
+from .grasp_jobs import Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
+from .grasp_picture import rates_picture
+from .grasp_plan import FAMILIES, asked_conditions, source_digest, usual_conditions
 from .grasp_report import write_report
-from .grasp_rows import RowStore, open_rows
+from .grasp_rows import FAULT, SCENE, RowStore, open_rows
 from .grasp_runs import run_here
 from .grasp_summary import summary_rows
 from .grasp_table import grasp_table
-from .machine import core_count, machine_line
+from .machine import machine_line
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-MOST_OBJECTS = 15
-"""More do not fit on the table."""
+    from .grasp_inputs import Machines
+    from .grasp_summary import Record
+
+OUT = Path("out/evaluate")
+"""Each run that is given no folder has its own in this one."""
 QUICK_SCENES, QUICK_OBJECTS = 2, 2
 REPORT_FILE, CHART_FILE = "report.html", "evaluate.png"
 
 Several = Parameter(consume_multiple=True, negative="")
-
-
-@dataclass(frozen=True)
-class Machines:
-    """Where scenes are run."""
-
-    jobs: int
-    """Processes here."""
-    cluster: str = ""
-    """Address of a scheduler that takes them instead."""
 
 
 def evaluate_grasp(
@@ -74,7 +69,7 @@ def evaluate_grasp(
     cluster: str = "",
     quick: bool = False,
     fresh: bool = False,
-    out: Path = Path("out/evaluate"),
+    out: Path | None = None,
     json: bool = False,
 ) -> int:
     """Clear simulated tables of unknown objects, and tell how often that goes well.
@@ -124,16 +119,11 @@ def evaluate_grasp(
     fresh
         Throw away the rows of earlier runs in the output folder.
     out
-        Output folder.
+        Output folder; default: one in out/evaluate for each set of options.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if scenes < 1:
-        raise InputError(f"--scenes must be >= 1, got {scenes}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    if not 1 <= count <= MOST_OBJECTS:
-        raise InputError(f"--count must be from 1 to {MOST_OBJECTS}, got {count}")
+    check_scenes(scenes, seed, count)
     if not (known or camera):
         raise InputError("--no-known with --no-camera leaves nothing to run")
     if quick:
@@ -147,17 +137,26 @@ def evaluate_grasp(
         conditions = asked_conditions(
             family or FAMILIES, friction or [1.0], shake or [0.0], dials, camera=camera, known=known
         )
+    check_room(objects, conditions, range(seed, seed + scenes), count)
     planned = scene_jobs(conditions, range(seed, seed + scenes), count, more)
-    store = open_rows(out, run_options(conditions, seed, count, more), fresh=fresh)
+    options = run_options(conditions, seed, count, more)
+    out = out or own_folder(OUT, conditions, options)
+    store = open_rows(out, options, fresh=fresh)
     run_scenes(planned, store, machines, run_grasp_trial)
-    records = store.read(planned)
-    rows = summary_rows(records)
-    title = f"{scenes} scenes of each row, seeds {seed} to {seed + scenes - 1}"
+    records = finished_rows(store, planned)
+    rows = summary_rows(records, planned)
+    title = (
+        f"{scenes} scenes of each row, seeds {seed} to {seed + scenes - 1}"
+        if scenes > 1
+        else f"1 scene of each row, seed {seed}"
+    )
     show(grasp_table(rows, title), json_wanted=json)
+    say(machines.told)
     made = Provenance("simulated arm and hand, one noisy depth view", seed, scenes, "scene")
     told = [
         title,
         f"eyehand {metadata.version('eyehand')}, {machine_line()}",
+        machines.told,
         f"code {source_digest()}; rows: {store.folder}",
     ]
     _publish(rows, records, rates_picture(rows, made), out, told)
@@ -168,17 +167,21 @@ def evaluate_grasp(
             seed,
             rows,
             scenes=scenes,
-            options=run_options(conditions, seed, count, more),
+            options=options,
             machine=machine_line(),
+            timing=machines.told,
             out=str(out),
         )
-    return 0
+    return exit_code(records, planned)
 
 
 def run_scenes(
     planned: Sequence[SceneJob], store: RowStore, machines: Machines, run: RunTrial
 ) -> None:
     """Run the scenes that are not done yet, and keep each as it ends.
+
+    One that the machine gave no outcome for (its process was killed, it took far too long) is told
+    and not kept: the next run tries it again.
 
     Raises
     ------
@@ -199,77 +202,44 @@ def run_scenes(
     try:
         with closing(results):
             for job, outcome in tracked(results, "clearing", len(left)):
+                name = f"{job.row}, seed {job.trial['seed']}"
+                if outcome.lost:
+                    say(f"{name} has no outcome: {outcome.lost}")
+                    continue
                 store.add(job, outcome)
                 ended += 1
                 if outcome.fault:
-                    say(f"{job.row}, seed {job.trial['seed']} broke: {outcome.fault}")
+                    say(f"{name} broke: {outcome.fault}")
     except KeyboardInterrupt:
         kept = len(planned) - len(left) + ended
         say(f"{kept} of {len(planned)} scenes are kept; the same command goes on with the others")
         raise
 
 
-def chosen_machines(jobs: int | None, cluster: str) -> Machines:
-    """Check where scenes shall run."""
-    if jobs is not None and jobs < 1:
-        raise InputError(f"--jobs must be >= 1, got {jobs}")
-    if jobs is not None and cluster:
-        raise InputError("--jobs is for processes here: leave it out with --cluster")
-    return Machines(jobs or core_count(), cluster)
-
-
-def checked_dials(perception: str, control: str) -> tuple[str, str]:
-    """Check the names of dials."""
-    from eyehand.apps.grasp.dials import CONTROL, PERCEPTION, check_dials
-
-    check_dials("perception", PERCEPTION, [perception])
-    check_dials("control", CONTROL, [control])
-    return perception, control
-
-
-def trial_extras(
-    task: str, objects: Path | None, robot: Path | None, hand_frame: str
-) -> dict[str, Any]:
-    """Check what comes from files, and name it as trials do: on any machine, with its whole path.
+def finished_rows(store: RowStore, planned: Sequence[SceneJob]) -> list[Record]:
+    """Rows of the scenes that are done, and a word on those that are not.
 
     Raises
     ------
-    InputError
-        If a file is missing, a mesh does not do, or one of --robot and --hand-frame is missing.
+    DeviceError
+        If none is done.
     """
-    if objects is not None:
-        from eyehand.data_synth.object_folder import read_objects
-
-        read_objects(objects)
-    if robot is not None and not robot.is_file():
-        raise InputError(f"--robot {robot}: there is no such file, expected an MJCF")
-    if (robot is None) != (not hand_frame):
-        raise InputError("--robot and --hand-frame go together: a robot, and the site in its palm")
-    return {
-        "task": task,
-        "objects_dir": str(objects.resolve()) if objects else "",
-        "robot": str(robot.resolve()) if robot else "",
-        "hand_frame": hand_frame,
-    }
+    missing = len({job.key for job in planned} - store.finished())
+    if missing == len(planned):
+        raise DeviceError(f"none of {missing} scenes has an outcome; the same command tries again")
+    if missing:
+        say(f"{missing} of {len(planned)} scenes are missing; the same command tries them again")
+    return store.read(planned)
 
 
-def run_options(
-    conditions: Sequence[Condition], seed: int, count: int, more: dict[str, Any]
-) -> dict[str, Any]:
-    """All that a folder's rows depend on, but for the number of scenes: more of them may follow."""
-    files = {
-        f"{name}_digest": folder_digest(Path(more[name]))
-        for name in ("objects_dir", "robot")
-        if more[name]
-    }
-    return {
-        "rows": [condition.name for condition in conditions],
-        "seed": seed,
-        "count": count,
-        **more,
-        **files,
-        "code": source_digest(),
-    }
+def exit_code(records: Sequence[Record], planned: Sequence[SceneJob]) -> int:
+    """0 when the figures tell of grasping: all scenes ran, and not every one of them broke."""
+    scenes = [record for record in records if record["record"] == SCENE]
+    broke = [scene for scene in scenes if scene["outcome"] == FAULT]
+    if len(broke) == len(scenes):
+        say(f"every scene broke, the first by {broke[0]['reason']}")
+        return 1
+    return int(len(scenes) < len(planned))
 
 
 def _publish(

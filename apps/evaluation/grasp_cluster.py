@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import re
 import secrets
 import threading
 from typing import TYPE_CHECKING, Any
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 CONNECT_S = 10.0
 """How long the scheduler may take to answer."""
+ADDRESS = re.compile(r"[a-z]+://([^\s:/\[\]]+|\[[0-9a-f:]+\]):(\d{1,5})/?")
+"""scheme://host:port; the host may be an IPv6 address in brackets."""
 _ONE_AT_A_TIME = threading.Lock()
 """Workers may have threads; a process has one renderer."""
 
@@ -42,10 +45,11 @@ def run_on_cluster(
     Raises
     ------
     InputError
-        If `distributed` is not installed, or no scheduler answers at the address.
+        If `distributed` is not installed, the address is none, or no scheduler answers there.
     DeviceError
         If the scheduler goes away.
     """
+    check_address(address)
     try:
         from distributed import Client, as_completed
     except ImportError as error:
@@ -82,6 +86,15 @@ def run_on_cluster(
             client.cancel(list(futures), force=True)
 
 
+def check_address(address: str) -> None:
+    """Raise an `InputError` for what is no scheduler's address: a client of it never ends well."""
+    found = ADDRESS.fullmatch(address)
+    if found is None or not 0 < int(found[2]) < 2**16:
+        raise InputError(
+            f"--cluster {address}: not an address, expected something like tcp://host:8786"
+        )
+
+
 def _on_worker(run: RunTrial, trial: Mapping[str, Any]) -> SceneOutcome:
     with _ONE_AT_A_TIME:
         return attempt(run, trial)
@@ -97,5 +110,5 @@ def _outcome(future: Any, address: str) -> SceneOutcome:
         )
     if error is not None:
         # Scenes catch what they raise: this is the scheduler's word on workers that died.
-        return SceneOutcome(fault=f"{type(error).__name__}: {' '.join(str(error).split())}")
+        return SceneOutcome(lost=f"{type(error).__name__}: {' '.join(str(error).split())}")
     return future.result()

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from eyehand.errors import DeviceError
+
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
@@ -29,6 +31,8 @@ other processes, so it is a function of a module."""
 
 TRIAL_MODULE = "eyehand.apps.grasp.trial"
 """Where trials are run: with the physics engine and all kernels, imported only to run one."""
+MACHINE_FAULTS = (MemoryError, OSError, ImportError, DeviceError)
+"""What a trial raises for no reason of its own: a full disk, no graphics, another version."""
 KEY_LETTERS = 12
 """Of the digest in a key: two of a million scenes share one with a chance of 1 in 500."""
 
@@ -80,12 +84,15 @@ class SceneJob:
 
 @dataclass(frozen=True)
 class SceneOutcome:
-    """What became of a scene: a result, or a fault."""
+    """What became of a scene: a result, a fault, or nothing that tells of grasping."""
 
     result: Mapping[str, Any] = field(default_factory=dict)
     """Fields of the trial's result; empty at a fault."""
     fault: str = ""
-    """Why there is none."""
+    """What the trial raised: it counts, as a scene not cleared."""
+    lost: str = ""
+    """Why the machine gave no outcome (killed, out of memory, far too late): it counts for nothing,
+    and the scene is to be tried again."""
 
 
 def scene_jobs(
@@ -123,11 +130,16 @@ def scene_jobs(
 
 
 def attempt(run: RunTrial, trial: Mapping[str, Any]) -> SceneOutcome:
-    """Run a trial; what it raises becomes a fault, with the place where it was raised."""
+    """Run a trial; what it raises becomes a fault, with the place where it was raised.
+
+    What the machine is to blame for is no fault of the trial: it has no outcome then.
+    """
     try:
         result = run(dict(trial))
         # What does not fit into text would break on its way, where nobody could tell whose it was.
         return SceneOutcome(result=json.loads(json.dumps(result, default=_plain)))
+    except MACHINE_FAULTS as error:
+        return SceneOutcome(lost=_told(error))
     except Exception as error:
         return SceneOutcome(fault=_told(error))
 

@@ -49,12 +49,8 @@ def asked_conditions(
     for family in families:
         if family not in FAMILIES:
             raise InputError(f"--family {family}: there is none, expected {', '.join(FAMILIES)}")
-    for friction in frictions:
-        if not 0 < friction <= MOST_FRICTION:
-            raise InputError(f"--friction must lie in (0, {MOST_FRICTION:g}], got {friction}")
-    for shake in shakes:
-        if not 0 <= shake <= MOST_SHAKE_S:
-            raise InputError(f"--shake must lie in [0, {MOST_SHAKE_S:g}] s, got {shake}")
+    for friction, shake in product(frictions, shakes):
+        check_condition(friction, shake)
     wanted: list[Family] = [family for family in FAMILIES if family in families]
     return [
         Condition(family, friction, shake, pose, *dials)
@@ -62,6 +58,20 @@ def asked_conditions(
             wanted, dict.fromkeys(frictions), dict.fromkeys(shakes), _poses(camera, known)
         )
     ]
+
+
+def check_condition(friction: float, shake: float) -> None:
+    """Check the friction of the pads and the time of shaking, s.
+
+    Raises
+    ------
+    InputError
+        If one is out of its range, or not a number.
+    """
+    if not 0 < friction <= MOST_FRICTION:
+        raise InputError(f"--friction must lie in (0, {MOST_FRICTION:g}], got {friction}")
+    if not 0 <= shake <= MOST_SHAKE_S:
+        raise InputError(f"--shake must lie in [0, {MOST_SHAKE_S:g}] s, got {shake}")
 
 
 def source_digest() -> str:

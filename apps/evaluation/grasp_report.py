@@ -38,6 +38,8 @@ OUTCOME_WORDS = {
     "place_failed": "could not be put down",
     "misplaced": "let go, and not in the tray",
     "fault": "robot or program stopped",
+    "unseen": "on the table, not seen",
+    "doubt": "a look left a doubt",
 }
 """Outcomes in words."""
 STYLE = """
@@ -112,7 +114,9 @@ def write_report(
         ),
         _section(
             "Figures",
-            "Success: successful picks of all tried, with the 95 % Wilson interval; cleared: "
+            "Picks: grasps begun (with what was never tried: refused, unreachable, not seen, a "
+            "look in doubt, a scene that broke). Success: successful ones of all these, with the "
+            "95 % Wilson interval; cleared: "
             "objects in the tray. A scene ends when it is clear or after two failures in a row. "
             "Touched: contacts with table or neighbours before a grasp that were not meant; "
             "pushed: neighbours touched / grasps that may push them aside, the last resort.",

@@ -45,6 +45,7 @@ TRIAL_COLUMNS = {
 """What the scene was, in every row."""
 PICK_COLUMNS = {
     "pick": _COUNT,
+    "tried": _FLAG,
     "object": _TEXT,
     "kind": _TEXT,
     "prototype": _TEXT,
@@ -170,7 +171,10 @@ def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) 
 
 
 def scene_records(job: SceneJob, outcome: SceneOutcome) -> list[dict[str, Any]]:
-    """Rows of a scene: the scene's own, then one per pick; a fault counts as one failed pick."""
+    """Rows of a scene: the scene's own, then one per pick.
+
+    What was never tried counts as a failed pick each (`tried` is false), and so does a fault.
+    """
     trial = {name: job.trial.get(name) for name in TRIAL_COLUMNS}
     head = {"key": job.key, "row": job.row, **trial}
     if outcome.fault:
@@ -179,14 +183,18 @@ def scene_records(job: SceneJob, outcome: SceneOutcome) -> list[dict[str, Any]]:
         scene = {"placed": 0, "total": total, "left": total, "stopped": FAULT}
         return [
             _record(SCENE, {**head, **told, **scene}),
-            _record(PICK, {**head, **told, "pick": 0, "success": False}),
+            _record(PICK, {**head, **told, "pick": 0, "tried": False, "success": False}),
         ]
     result = dict(outcome.result)
-    picks = result.pop("picks", [])
+    picks = [{"tried": True, **pick} for pick in result.pop("picks", [])]
+    untried = [{"tried": False, "success": False, **one} for one in result.pop("untried", [])]
     scene = {"outcome": "done", "reason": "", **result}
     return [
         _record(SCENE, {**head, **scene}),
-        *(_record(PICK, {**head, **pick}) for pick in picks),
+        *(
+            _record(PICK, {**head, "pick": number, **pick})
+            for number, pick in enumerate([*picks, *untried])
+        ),
     ]
 
 

@@ -25,14 +25,14 @@ if TYPE_CHECKING:
     from multiprocessing.context import SpawnProcess
 
 MOST_DEATHS = 3
-"""A scene during which so many processes died is at fault itself."""
+"""A scene during which so many processes died is left to another run."""
 LONGEST_SCENE_S = 900.0
 """A scene that takes longer hangs: a hundred times what one takes."""
 START_S = 120.0
 """Longest that a process may take to start, on a machine that has much else to do."""
 GOODBYE_S = 2.0
 """How long a process may take to end before it is killed."""
-BEGAN = SceneOutcome(fault="under way")
+BEGAN = SceneOutcome(lost="under way")
 """Comes before a scene's outcome, when its time begins: a process takes a while to start."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
 """Set to 1 in the processes: together they fill the cores already."""
@@ -100,13 +100,13 @@ def run_here(
                     deaths[job.key] += 1
                     code = worker.process.exitcode
                     if late:
-                        outcome = SceneOutcome(fault=f"took longer than {longest:g} s")
+                        outcome = SceneOutcome(lost=f"took longer than {longest:g} s")
                     elif deaths[job.key] < MOST_DEATHS:
                         waiting.appendleft(job)
                         continue
                     else:
                         outcome = SceneOutcome(
-                            fault=f"its process died {MOST_DEATHS} times, exit code {code}"
+                            lost=f"its process died {MOST_DEATHS} times, exit code {code}"
                         )
                 yield job, outcome
     finally:

@@ -14,6 +14,8 @@ from .wilson import wilson_interval
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
+    from .grasp_jobs import SceneJob
+
 Record = dict[str, Any]
 """A row of the store, by column."""
 
@@ -32,23 +34,40 @@ USUAL = {
 """Conditions of a demo: a command names those of its trial that are others."""
 FILES = {"objects_dir": "objects", "robot": "robot", "hand_frame": "hand-frame"}
 """Those that are empty most often, and what the command calls them."""
+AGAIN = "out/again"
+"""Scenes run again have a folder each in this one."""
+FAILURES = 2
+"""Failed picks in a row that end a scene here; a demo goes on for longer."""
 
 
-def summary_rows(records: Sequence[Record]) -> list[dict[str, Any]]:
+def summary_rows(
+    records: Sequence[Record], planned: Sequence[SceneJob] = ()
+) -> list[dict[str, Any]]:
     """Sum up each condition, in the order of their first scenes.
+
+    Parameters
+    ----------
+    records
+        Rows of the scenes that are done.
+    planned
+        All scenes; of a condition with none done there is no row.
 
     Returns
     -------
     list of dict
-        `success_pct`: successful picks of all picks tried, those included that were refused, found
-        no way, or broke; `cleared_pct`: objects in the tray of all objects; each with its 95 %
-        Wilson interval; `perceive_ms` and `plan_ms`: medians over picks, with the 90th percentile;
-        `seconds_per_pick`: mean simulated time; `touched_before`: contacts with table or other
-        objects before a grasp that were not meant, summed over picks; `pushing_picks`: picks that
-        might push neighbours aside as the last resort; `touched_pushing`: neighbours that these
-        touched. None where there is nothing to tell from.
+        `scenes`: those done; `missing`: those planned and not done; `attempts`: grasps begun;
+        `picks`: those and what was never tried: objects that were refused, that no way led to, or
+        that were not seen, a look that left a doubt, a scene that broke; `success_pct`: successful
+        ones of all these picks; `cleared_pct`: objects in the tray of all objects; each with its
+        95 % Wilson interval; `perceive_ms` and `plan_ms`: medians over picks, with the 90th
+        percentile; `seconds_per_pick`: mean simulated time; `touched_before`: contacts with table
+        or other objects before a grasp that were not meant, summed over picks; `pushing_picks`:
+        picks that might push neighbours aside as the last resort; `touched_pushing`: neighbours
+        that these touched. None where there is nothing to tell from.
     """
-    return [_summary(name, own) for name, own in by_row(records).items()]
+    wanted = Counter(job.row for job in planned)
+    rows = [_summary(name, own) for name, own in by_row(records).items()]
+    return [{**row, "missing": max(0, wanted[row["name"]] - row["scenes"])} for row in rows]
 
 
 def by_row(records: Iterable[Record]) -> dict[str, list[Record]]:
@@ -110,7 +129,8 @@ def again(record: Record) -> str:
         task = "" if record["task"] in (None, "lift") else f" --task {record['task']}"
         return (
             f"eyehand demo --scene {record['family']} --seed {record['seed']} "
-            f"--objects {record['objects']}{task}{_files(record)} --out out/again"
+            f"--objects {record['objects']} --failures {FAILURES}{task}{_files(record)} "
+            f"--out {AGAIN}/{record['key']}"
         )
     words = ["eyehand evaluate", "--scenes 1", f"--seed {record['seed']}"]
     words.append(f"--family {record['family']}")
@@ -119,7 +139,7 @@ def again(record: Record) -> str:
     words.append("--no-camera" if record["known"] else "--no-known")
     if record["family"] != "single":
         words.append(f"--count {record['objects']}")
-    return f"{' '.join(words)}{_files(record)} --out out/again"
+    return f"{' '.join(words)}{_files(record)} --out {AGAIN}/{record['key']}"
 
 
 def _unusual(record: Record) -> list[str]:
@@ -145,6 +165,7 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "shake_s": first["shake"],
         "scenes": len(scenes),
         "faults": sum(scene["outcome"] == FAULT for scene in scenes),
+        "attempts": sum(bool(pick["tried"]) for pick in picks),
         "picks": len(picks),
         "successes": wins,
         **_rate("", wins, len(picks)),

@@ -12,8 +12,11 @@ if TYPE_CHECKING:
 
 NOTHING = "-"
 """Where there is no figure."""
+NOTES = {"faults": "broke", "missing": "missing"}
+"""What is told beside the number of scenes where it is not 0."""
 CAPTION = (
-    "success: successful picks of all tried; cleared: objects in the tray; both with 95 % Wilson "
+    "picks: grasps begun (all, with what was refused, unreachable, not seen, or broke); success: "
+    "successful ones of all; cleared: objects in the tray; both with 95 % Wilson "
     "intervals. perceive, plan: medians per pick; s/pick: mean simulated time; touched: contacts "
     "with table or neighbours before a grasp that were not meant; pushed: neighbours touched / "
     "grasps that may push them aside, the last resort"
@@ -45,10 +48,11 @@ def grasp_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
 
 def table_cells(row: Mapping[str, Any]) -> list[str]:
     """Texts of a row under COLUMNS."""
-    faults = f" ({row['faults']} broke)" if row["faults"] else ""
+    notes = [f"{row[what]} {word}" for what, word in NOTES.items() if row[what]]
+    untried = f" ({row['picks']})" if row["picks"] > row["attempts"] else ""
     return [
-        f"{row['scenes']}{faults}",
-        f"{row['picks']}",
+        f"{row['scenes']} ({', '.join(notes)})" if notes else f"{row['scenes']}",
+        f"{row['attempts']}{untried}",
         rate_text(row),
         rate_text(row, "cleared_"),
         _text(row["perceive_ms"], 0, "ms"),

@@ -23,7 +23,8 @@ from .dials import DEFAULT, control_dial, perception_dial
 from .folder_scene import folder_scene
 from .known_scene import known_scene
 from .scenes import GraspFamily, grasp_scene
-from .true_solids import true_solids
+from .true_solids import distances, true_solids
+from .untried import Untried, untried_objects
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -134,6 +135,8 @@ class TrialResult:
     """Why it ended."""
     cpu_seconds: float
     """Processor time of this process, s."""
+    untried: tuple[Untried, ...] = ()
+    """What no pick began on, though it was there: each counts as a pick that failed."""
 
 
 def run_trial(trial: GraspTrial, watch: Callable[[Moment], None] | None = None) -> TrialResult:
@@ -202,6 +205,7 @@ class Scorer:
     """
 
     def __init__(self, cell: Cell, robot: SimRobot) -> None:
+        self._cell = cell
         self._robot = robot
         self._watch = cell.watch
         cell.watch = self._moment
@@ -258,6 +262,13 @@ class Scorer:
             left=len(names) - placed,
             stopped=report.stopped,
             cpu_seconds=cpu_seconds,
+            untried=untried_objects(
+                [name for name in names if not self._robot.in_tray(name)],
+                [row.object for row in self._rows],
+                report,
+                self._cell,
+                self._nearest,
+            ),
         )
 
     def _moment(self, moment: Moment) -> None:
@@ -272,9 +283,7 @@ class Scorer:
 
         Signed: deep inside, the distance to the own surface exceeds that to a near neighbour.
         """
-        apart = {
-            solid.name: float(solid.shape.distance(point)) for solid in true_solids(self._robot)
-        }
+        apart = distances(self._robot, point)
         return min(apart, key=apart.__getitem__) if apart else ""
 
 

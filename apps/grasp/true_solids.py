@@ -14,6 +14,7 @@ from eyehand.perception import fit_superquadric
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
 
     from eyehand.data_synth.robot import SimRobot
 
@@ -35,13 +36,44 @@ def true_solids(robot: SimRobot) -> list[TabletopObject]:
     for item in robot.world.objects:
         if robot.in_tray(item.name):
             continue
-        pose = robot.object_pose(item.name)
-        if isinstance(item, MeshObject):
-            solid = _solid_of(item)
-            found.append(solid.at(pose * solid.shape.pose))
-        else:
-            found.append(item.at(pose))
+        found.append(_placed(item, robot.object_pose(item.name)))
     return found
+
+
+def distances(robot: SimRobot, point: NDArray[np.float64]) -> dict[str, float]:
+    """Give the signed distance of a point to each object outside the tray, by name, m.
+
+    It is that to the object's solid, negative inside; to the nearest corner of a mesh that no
+    solid fits.
+
+    Parameters
+    ----------
+    robot
+        The simulated cell.
+    point
+        In the world, (3,), m.
+    """
+    found = {}
+    for item in robot.world.objects:
+        if robot.in_tray(item.name):
+            continue
+        pose = robot.object_pose(item.name)
+        try:
+            found[item.name] = float(_placed(item, pose).shape.distance(point))
+        except InputError:
+            if not isinstance(item, MeshObject):
+                raise
+            corners = pose.apply(item.vertices)
+            found[item.name] = float(np.linalg.norm(corners - point, axis=1).min())
+    return found
+
+
+def _placed(item: TabletopObject | MeshObject, pose: RigidTransform) -> TabletopObject:
+    """Give the solid of an object whose frame is at a pose."""
+    if not isinstance(item, MeshObject):
+        return item.at(pose)
+    solid = _solid_of(item)
+    return solid.at(pose * solid.shape.pose)
 
 
 @functools.lru_cache(maxsize=64)

@@ -9,7 +9,7 @@ import shlex
 import cv2
 import pytest
 
-from eyehand.apps.evaluation import chart_grasp, evaluate_grasp, grasp_plan
+from eyehand.apps.evaluation import chart_grasp, evaluate_grasp, grasp_inputs, grasp_plan
 from eyehand.apps.evaluation.grasp_jobs import Condition, SceneOutcome, attempt, scene_jobs
 from eyehand.apps.evaluation.grasp_plan import asked_conditions, source_digest, usual_conditions
 from eyehand.apps.evaluation.grasp_rows import scene_records
@@ -32,7 +32,8 @@ def run(made_up, monkeypatch, capsys):
     monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_made_up)
     monkeypatch.setattr(chart_grasp, "run_grasp_trial", made_up.run_made_up)
     # The code may change while tests run.
-    monkeypatch.setattr(evaluate_grasp, "source_digest", lambda: "the same")
+    for module in (evaluate_grasp, grasp_inputs):
+        monkeypatch.setattr(module, "source_digest", lambda: "the same")
 
     def running(*arguments) -> tuple[int, str, str]:
         with pytest.raises(SystemExit) as leaving:
@@ -117,6 +118,10 @@ def test_the_chart_names_its_default_and_front(run, tmp_path):
     [
         (["--scenes", "0"], "--scenes must be >= 1, got 0"),
         (["--seed", "-1"], "--seed must be >= 0"),
+        (["--seed", "10000000000000000000", "--scenes", "1"], "must be below 2**63"),
+        (["--seed", str(2**63 - 1), "--scenes", "2"], "must be below 2**63"),
+        (["--friction", "nan"], "--friction must lie in (0, 3], got nan"),
+        (["--cluster", "rubbish"], "--cluster rubbish: not an address"),
         (["--count", "16"], "--count must be from 1 to 15"),
         (["--friction", "0"], "--friction must lie in (0, 3], got 0.0"),
         (["--shake", "-1"], "--shake must lie in [0, 60] s"),
@@ -138,6 +143,107 @@ def test_wrong_input_is_one_line_and_code_2(run, tmp_path, arguments, told):
     assert told in err
     assert len(err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--friction", "nan"], "--friction must lie in (0, 3], got nan"),
+        (["--friction", "-1"], "--friction must lie in (0, 3]"),
+        (["--shake", "nan"], "--shake must lie in [0, 60] s"),
+        (["--shake", "-1"], "--shake must lie in [0, 60] s"),
+        (["--seed", str(2**63)], "must be below 2**63"),
+        (["--scenes", "0"], "--scenes must be >= 1"),
+        (["--cluster", "host"], "not an address"),
+    ],
+)
+def test_the_chart_refuses_the_same(run, tmp_path, arguments, told):
+    code, out, err = run("chart", "grasp", *arguments, "--out", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert told in err
+    assert len(err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_robot_that_cannot_be_built_is_refused_before_anything_runs(run, tmp_path):
+    (tmp_path / "bad.xml").write_text("<mujoco><worldbody>")
+    asked = ["--robot", tmp_path / "bad.xml", "--hand-frame", "palm", "--out", tmp_path / "out"]
+    code, out, err = run("evaluate", *asked)
+    assert (code, out) == (2, "")
+    assert "bad.xml" in err
+    assert not (tmp_path / "out").exists()
+
+
+def test_too_many_objects_of_a_folder_are_refused_before_anything_runs(run, tmp_path):
+    corners = [f"v {x} {y} {z}" for x in (0, 0.2) for y in (0, 0.2) for z in (0, 0.1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [f"f {a + 1} {b + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
+    (tmp_path / "crate.obj").write_text("\n".join([*corners, *faces]) + "\n")
+    asked = ["--objects", tmp_path, "--family", "packed", "--count", "9", "--out", tmp_path / "o"]
+    code, _, err = run("evaluate", *asked)
+    assert code == 2
+    assert "packed scene, seed 0: no room for 9 objects" in err
+    assert not (tmp_path / "o").exists()
+
+
+def test_runs_of_other_options_have_folders_of_their_own(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    quick = ["evaluate", "--jobs", "1", "--no-known", "--scenes", "1"]
+    for more in ([], ["--family", "single"], ["--family", "single", "--count", "2"]):
+        code, _, err = run(*quick, *more)
+        assert (code, "going on" in err) == (0, False), err
+    names = sorted(path.name for path in (tmp_path / "out" / "evaluate").iterdir())
+    assert len(names) == 3
+    kinds = sorted(name.rsplit("_", 1)[0] for name in names)
+    assert kinds == ["single", "single", "single-packed-pile"]
+    code, _, err = run(*quick[:-1], "2", "--family", "single")
+    assert code == 0
+    assert "going on: 1 scenes are done" in err
+    assert len(list((tmp_path / "out" / "evaluate").iterdir())) == 3
+
+
+def test_scenes_without_an_outcome_are_told_missing_and_run_again(run, tmp_path, monkeypatch):
+    lost = {1}
+
+    def lossy(jobs, run_trial, *, processes):
+        for job in jobs:
+            fell = job.trial["seed"] in lost
+            yield job, SceneOutcome(lost="killed") if fell else attempt(run_trial, job.trial)
+
+    plain = ["evaluate", "--family", "pile", "--no-known", "--scenes", 3, "--out", tmp_path]
+    monkeypatch.setattr(evaluate_grasp, "run_here", lossy)
+    code, out, err = run(*plain, "--json")
+    (row,) = json.loads(out)["rows"]
+    assert (code, row["scenes"], row["missing"], row["faults"]) == (1, 2, 1, 0)
+    assert "pile, seed 1 has no outcome: killed" in err
+    assert "1 of 3 scenes are missing; the same command tries them again" in err
+    assert table_cells(row)[0] == "2 (1 missing)"
+    lost.clear()
+    code, out, err = run(*plain, "--json")
+    (row,) = json.loads(out)["rows"]
+    assert (code, row["scenes"], row["missing"]) == (0, 3, 0)
+    lost |= {0, 1, 2}
+    code, _, err = run(*plain, "--fresh")
+    assert code == 1
+    assert "none of 3 scenes has an outcome; the same command tries again" in err
+
+
+def test_a_run_in_which_every_scene_broke_ends_with_code_1(run, tmp_path, monkeypatch):
+    def broken(jobs, run_trial, *, processes):
+        for job in jobs:
+            yield job, SceneOutcome(fault="RuntimeError: no arm")
+
+    monkeypatch.setattr(evaluate_grasp, "run_here", broken)
+    code, _, err = run("evaluate", "--scenes", 1, "--family", "single", "--out", tmp_path)
+    assert code == 1
+    assert "every scene broke, the first by RuntimeError: no arm" in err
+
+
+def test_it_says_how_many_times_were_taken_at_once(run, tmp_path):
+    plain = ["evaluate", "--scenes", 1, "--family", "single", "--no-known", "--out", tmp_path]
+    assert "2 processes side by side" in run(*plain, "--jobs", 2)[2]
+    assert "one process" in run(*plain, "--jobs", 1)[2]
+    assert "2 processes" not in (tmp_path / "report.html").read_text()
 
 
 def test_asked_rows_are_all_combinations_once():
@@ -223,7 +329,26 @@ def test_contacts_that_were_meant_are_summed_apart(made_up):
 
 def test_scenes_like_those_of_the_demo_are_shown_by_it(made_up):
     (row, *_) = records(made_up, [Condition("pile")], range(7, 8))
-    assert again(row) == "eyehand demo --scene pile --seed 7 --objects 3 --out out/again"
+    assert again(row) == (
+        f"eyehand demo --scene pile --seed 7 --objects 3 --failures 2 --out out/again/{row['key']}"
+    )
+
+
+def test_scenes_run_again_never_meet_in_a_folder(made_up):
+    rows = records(made_up, [Condition("pile"), Condition("pile", 0.6), Condition("packed")])
+    told = {again(row).rsplit(" ", 1)[1] for row in rows}
+    assert len(told) == len({row["key"] for row in rows})
+
+
+def test_objects_that_were_never_tried_count_as_failed(made_up):
+    (job,) = scene_jobs([Condition("single")], [0], 1, {})
+    left = {"object": "plate", "outcome": "refused", "reason": "too flat"}
+    rows = scene_records(job, SceneOutcome({"placed": 0, "total": 1, "untried": [left]}))
+    (row,) = summary_rows(rows)
+    assert (row["success_pct"], row["picks"], row["attempts"]) == (0, 1, 0)
+    assert row["outcomes"] == {"refused": 1}
+    assert table_cells({**row})[1] == "0 (1)"
+    assert worst_scenes(rows, 1)[0]["why"] == "plate refused: too flat"
 
 
 def test_the_digest_follows_the_code(tmp_path, monkeypatch):

@@ -9,10 +9,11 @@ import sys
 import time
 from collections import Counter
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from eyehand.apps.evaluation.grasp_cluster import run_on_cluster
+from eyehand.apps.evaluation.grasp_cluster import _outcome, check_address, run_on_cluster
 from eyehand.apps.evaluation.grasp_jobs import Condition, scene_jobs
 from eyehand.errors import InputError
 
@@ -67,6 +68,7 @@ def test_a_worker_killed_mid_run_loses_nothing_and_counts_nothing_twice(cluster,
     done = Counter()
     for job, outcome in run_on_cluster(jobs, made_up.run_slowly, address, connect=30):
         assert not outcome.fault
+        assert not outcome.lost
         assert outcome.result["total"] == 1
         done[job.key] += 1
         if len(done) == 2:
@@ -81,6 +83,28 @@ def test_a_worker_killed_mid_run_loses_nothing_and_counts_nothing_twice(cluster,
 def test_an_address_where_nobody_answers_is_refused():
     with pytest.raises(InputError, match="no scheduler answers"):
         next(run_on_cluster([], lambda trial: trial, "tcp://127.0.0.1:9", connect=0.5))
+
+
+@pytest.mark.parametrize(
+    "address", ["rubbish", "tcp://", "tcp://host", "host:8786", "tcp://host:99999", "tcp://a b:1"]
+)
+def test_what_is_no_address_is_refused_before_anybody_is_asked(address):
+    with pytest.raises(InputError, match="not an address"):
+        next(run_on_cluster([], lambda trial: trial, address))
+
+
+def test_addresses_of_schedulers_pass():
+    for address in ("tcp://127.0.0.1:8786", "tls://host.name:1", "tcp://[::1]:8786", "ws://h:80/"):
+        check_address(address)
+
+
+def test_a_worker_that_died_is_no_failed_pick():
+    dead = SimpleNamespace(
+        exception=lambda: RuntimeError("scene ran on\n4 workers that died"),
+        cancelled=lambda: False,
+    )
+    outcome = _outcome(dead, "tcp://host:1")
+    assert (outcome.fault, outcome.lost) == ("", "RuntimeError: scene ran on 4 workers that died")
 
 
 def test_without_the_package_it_says_what_to_install(monkeypatch):

@@ -52,6 +52,19 @@ def test_a_fault_is_a_scene_not_cleared_and_a_pick_not_won(jobs):
     )
 
 
+def test_what_was_never_tried_is_a_pick_not_won(jobs):
+    result = {
+        "placed": 1,
+        "picks": [{"pick": 0, "success": True, "outcome": "placed"}],
+        "untried": [{"object": "can", "outcome": "refused", "reason": "too wide"}],
+    }
+    _, pick, left = scene_records(jobs[0], SceneOutcome(result))
+    assert (pick["tried"], pick["success"]) == (True, True)
+    assert (left["tried"], left["success"], left["pick"]) == (False, False, 1)
+    assert (left["object"], left["outcome"], left["reason"]) == ("can", "refused", "too wide")
+    assert left["seconds"] is None
+
+
 def test_what_has_no_column_is_kept_as_text(jobs):
     scene, _ = scene_records(jobs[0], SceneOutcome({"placed": 1, "picks": [{"pick": 0}], "new": 3}))
     assert json.loads(scene["more"]) == {"new": 3}

@@ -14,6 +14,7 @@ import pytest
 from eyehand.apps.evaluation.grasp_jobs import Condition, attempt, scene_jobs
 from eyehand.apps.evaluation.grasp_rows import COLUMNS, TRIAL_COLUMNS, open_rows
 from eyehand.apps.evaluation.grasp_runs import run_here
+from eyehand.errors import DeviceError
 
 
 def jobs(seeds, notes=""):
@@ -31,8 +32,9 @@ def test_troubled_scenes_become_rows_and_stop_nothing(made_up, tmp_path):
     assert fine.result["total"] == last.result["total"] == 1
     assert raised.fault.startswith("RuntimeError: the hand fell off (made_up_trials.py:")
     assert not killed_once.fault
-    assert killed.fault == "its process died 3 times, exit code -9"
-    assert hung.fault == "took longer than 1.5 s"
+    assert not killed_once.lost
+    assert (killed.fault, killed.lost) == ("", "its process died 3 times, exit code -9")
+    assert (hung.fault, hung.lost) == ("", "took longer than 1.5 s")
 
 
 def test_leaving_early_ends_the_processes(made_up):
@@ -83,6 +85,16 @@ def test_what_cannot_travel_is_a_fault_that_says_so():
     assert outcome.fault.startswith("TypeError: a trial's result must be plain numbers and text")
 
 
+@pytest.mark.parametrize("blamed", [MemoryError("full"), OSError("no disk"), DeviceError("no GL")])
+def test_what_the_machine_is_to_blame_for_is_no_fault_of_the_scene(blamed):
+    def run(_):
+        raise blamed
+
+    outcome = attempt(run, {})
+    assert not outcome.fault
+    assert str(blamed) in outcome.lost
+
+
 @pytest.mark.parametrize(
     ("condition", "name"),
     [
@@ -107,13 +119,17 @@ def test_conditions_share_their_seeds_and_keys_tell_all_apart():
 
 def test_jobs_fit_the_trials_and_rows_the_results():
     from eyehand.apps.grasp.trial import GraspTrial, PickRow, TrialResult
+    from eyehand.apps.grasp.untried import Untried
 
     extras = {"task": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
     (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
     assert set(job.trial) == {field.name for field in fields(GraspTrial)} == set(TRIAL_COLUMNS)
     assert GraspTrial(**job.trial).objects == 5
     told = {field.name for field in (*fields(PickRow), *fields(TrialResult))}
-    assert told - {"trial", "picks"} <= set(COLUMNS), "nothing ends up in the column of the rest"
+    told |= {field.name for field in fields(Untried)}
+    assert told - {"trial", "picks", "untried"} <= set(COLUMNS), (
+        "nothing ends up in the column of the rest"
+    )
 
 
 def test_a_killed_run_goes_on_where_it_was(made_up, tmp_path):
@@ -121,7 +137,8 @@ def test_a_killed_run_goes_on_where_it_was(made_up, tmp_path):
     script.write_text(
         "import made_up_trials as m\n"
         "from pathlib import Path\n"
-        "from eyehand.apps.evaluation.evaluate_grasp import Machines, run_scenes\n"
+        "from eyehand.apps.evaluation.evaluate_grasp import run_scenes\n"
+        "from eyehand.apps.evaluation.grasp_inputs import Machines\n"
         "from eyehand.apps.evaluation.grasp_jobs import Condition, scene_jobs\n"
         "from eyehand.apps.evaluation.grasp_rows import open_rows\n"
         f"folder = Path({str(tmp_path)!r})\n"

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, cast
 import numpy as np
 import pytest
 
+from eyehand.apps.grasp import true_solids
 from eyehand.apps.grasp.folder_scene import check_folder_scenes, folder_scene
 from eyehand.apps.grasp.scenes import grasp_scene
 from eyehand.apps.grasp.stress_grasp_solids import standing
@@ -123,6 +124,17 @@ def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
             cast("Choice", SimpleNamespace(target=SimpleNamespace(points=middle[None]))), None
         )
         assert scorer._target == name
+
+
+def test_an_object_is_named_by_its_corners_where_no_solid_fits_its_mesh(tmp_path, monkeypatch):
+    write_box(tmp_path / "thing.obj", (0.02, 0.025, 0.035))
+    items = folder_scene(tmp_path, "packed", 1, 2)
+    none = SimpleNamespace(superquadric=None, reason="no solid")
+    monkeypatch.setattr(true_solids, "fit_superquadric", lambda points: none)
+    cell, robot = cell_of(items, GraspTrial())
+    scorer = Scorer(cell, robot)
+    for item in items:
+        assert scorer._nearest(robot.object_pose(item.name).translation) == item.name
 
 
 @pytest.mark.parametrize(("may_push", "counts"), [(False, (2, 0)), (True, (1, 1))])
