@@ -38,6 +38,19 @@ class Look:
     """Number of each object's colour by its label: an object keeps it from look to look."""
 
     @property
+    def went_well(self) -> bool:
+        """Whether it was placed, and lies in the tray by the simulation's truth."""
+        return bool(self.pick) and (self.row is None or self.row.success)
+
+    @property
+    def outcome(self) -> str:
+        """How the pick ended, in words: what the robot says, and what the truth says against it."""
+        if self.pick is None:
+            return ""
+        told = self.pick.outcome.replace("_", " ")
+        return f"{told} (not in the tray)" if self.pick and not self.went_well else told
+
+    @property
     def target(self) -> SceneObject | None:
         """The object that was picked."""
         if self.pick is None:

@@ -44,7 +44,7 @@ def demo_table(record: DemoRecord) -> Table:
         pick = look.pick
         assert pick is not None
         red, green, blue = colour_of(look.colours.get(pick.label, pick.label)).tolist()
-        told = pick.outcome.replace("_", " ")
+        told = look.outcome
         if pick.reason:
             told += f": {pick.reason}"
         tasks = task_words(pick.plan)
@@ -57,7 +57,7 @@ def demo_table(record: DemoRecord) -> Table:
             f"{pick.perceive_ms:.0f}",
             f"{pick.plan_ms:.0f}",
             f"{pick.seconds:.1f}",
-            f"[{'green' if pick else 'red'}]{escape(told)}[/]",
+            f"[{'green' if look.went_well else 'red'}]{escape(told)}[/]",
         )
     return table
 

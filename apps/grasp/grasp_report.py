@@ -13,6 +13,7 @@ from ..wording import counted, plural
 from .demo_table import task_words
 from .look_cards import final_look_card, look_card, object_cell, outcome_pill
 from .report_look import STYLE
+from .score_words import SIZES, score_legend
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -115,8 +116,14 @@ def _summary(record: DemoRecord) -> str:
         '<div class="card wide"><table><thead><tr><th>pick</th><th>object</th><th>grasp</th>'
         '<th>task rows</th><th class="n">perceive ms</th><th class="n">plan ms</th>'
         '<th class="n">simulated s</th><th>outcome</th></tr></thead><tbody>'
-        f"{''.join(rows)}</tbody></table></div>"
+        f"{''.join(rows)}</tbody></table>{_legend(record)}</div>"
     )
+
+
+def _legend(record: DemoRecord) -> str:
+    """Explain sizes and scores, once for all cards."""
+    terms = {term for pick in record.report.picks for term in pick.plan.score.terms}
+    return f'<p class="legend">{SIZES}</p><p class="legend">{score_legend(terms)}</p>'
 
 
 def _row(number: int, look: Look) -> str:
@@ -129,5 +136,5 @@ def _row(number: int, look: Look) -> str:
         f"<td>{escape(pick.plan.name)}</td>"
         f'<td><b>{pick.plan.rows}</b> <span class="faint">{escape(tasks)}</span></td>'
         f'<td class="n">{pick.perceive_ms:.0f}</td><td class="n">{pick.plan_ms:.0f}</td>'
-        f'<td class="n">{pick.seconds:.1f}</td><td>{outcome_pill(pick)}{why}</td></tr>'
+        f'<td class="n">{pick.seconds:.1f}</td><td>{outcome_pill(look)}{why}</td></tr>'
     )

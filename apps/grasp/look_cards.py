@@ -13,10 +13,12 @@ from ..scene_picture import colour_of
 from .closeup import closeup
 from .force_plot import pick_timeline
 from .look_picture import look_picture
+from .score_words import SIZES, score_words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from eyehand.grasping import GraspPlan
     from eyehand.grasping.report import PickReport
     from eyehand.perception import DepthFrame
 
@@ -37,10 +39,11 @@ def look_card(number: int, look: Look, record: DemoRecord) -> str:
     return (
         f'<section class="card" id="look{number}"><div class="head"><h2>Pick {number}</h2>'
         f"<span>{object_cell(look)}</span><span>{escape(pick.plan.name)}</span>"
-        f"{outcome_pill(pick)}{_why(pick)}</div>"
+        f"{outcome_pill(look)}{_why(pick)}</div>"
         f"{_pictures(look)}"
         '<div class="two"><div><h3>What the approach controls</h3>'
-        f"{_task_table(pick)}</div><div><h3>Why not otherwise</h3>{_rejected(pick)}</div></div>"
+        f"{_task_table(pick)}</div><div><h3>Why this grasp and no other</h3>"
+        f"{_rejected(pick)}</div></div>"
         f"<h3>Phases and touch</h3>{pick_timeline(pick, record.fingers)}{_numbers(look)}</section>"
     )
 
@@ -67,14 +70,14 @@ def object_cell(look: Look) -> str:
     size = "" if solid is None else " × ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
     return (
         f'<span class="swatch" style="background:rgb({colour})"></span>{escape(pick.kind)} '
-        f'<span class="faint">{size} mm</span>'
+        f'<span class="faint" title="{escape(SIZES, quote=True)}">{size} mm</span>'
     )
 
 
-def outcome_pill(pick: PickReport) -> str:
-    """Give the outcome as a coloured word."""
-    bad = "" if pick else " bad"
-    return f'<span class="pill{bad}">{escape(pick.outcome.replace("_", " "))}</span>'
+def outcome_pill(look: Look) -> str:
+    """Give the outcome as a coloured word, and what the truth says against it."""
+    bad = "" if look.went_well else " bad"
+    return f'<span class="pill{bad}">{escape(look.outcome)}</span>'
 
 
 def _why(pick: PickReport) -> str:
@@ -140,13 +143,25 @@ def _task_table(pick: PickReport) -> str:
 
 def _rejected(pick: PickReport) -> str:
     plan = pick.plan
-    terms = ", ".join(f"{name} {value:.2f}" for name, value in plan.score.terms.items())
-    chosen = f"<dt><b>{escape(plan.name)}</b></dt><dd>{escape(plan.reason)}"
-    chosen += f'<br><span class="faint">{escape(terms)}</span></dd>' if terms else "</dd>"
+    chosen = f"<dt><b>{escape(plan.name)}</b></dt><dd>"
+    chosen += f'<span title="{escape(SIZES, quote=True)}">{escape(_as_met(plan))}</span>'
+    terms = score_words(plan.score.terms)
+    if terms:
+        chosen += f'<br><span class="faint">score {plan.score.total:.2f} = {terms}</span>'
+    chosen += "</dd>"
     others = "".join(
         f"<dt>{escape(name)}</dt><dd>{escape(why)}</dd>" for name, why in plan.rejected.items()
     )
     return f"<dl>{chosen}{others}</dl>"
+
+
+def _as_met(plan: GraspPlan) -> str:
+    """Say how large the object is for the hand, where it has a hold."""
+    grip = plan.grip
+    if grip is None:
+        return plan.reason
+    sides = f"{1e3 * grip.width:.0f} mm wide × {1e3 * grip.length:.0f} mm long"
+    return f"between the fingers: {sides}, {1e3 * grip.height:.0f} mm high"
 
 
 def _numbers(look: Look) -> str:

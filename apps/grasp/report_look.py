@@ -18,7 +18,11 @@ h3 {{ font-size: 12px; margin: 20px 0 6px; color: var(--faint); font-weight: 600
   text-transform: uppercase; letter-spacing: 0.05em; }}
 p {{ margin: 0; }}
 .faint {{ color: var(--faint); }}
-.tiles {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(150px, 1fr)); gap: 12px;
+.legend {{ color: var(--faint); font-size: 13px; margin-top: 12px; }}
+.legend b {{ color: var(--ink); font-weight: 600; }}
+.term, [title] {{ text-decoration: underline dotted #9aa3ad; text-underline-offset: 3px;
+  cursor: help; }}
+.tiles {{ display: grid; grid-template-columns: repeat(auto-fit, minmax(130px, 1fr)); gap: 12px;
   margin: 24px 0; }}
 .tile, .card {{ background: var(--card); border: 1px solid var(--rule); border-radius: 10px; }}
 .tile {{ padding: 14px 16px 12px; }}

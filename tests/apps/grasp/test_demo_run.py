@@ -22,6 +22,7 @@ from eyehand.apps.grasp.demo_table import demo_rows, demo_table, ending, task_wo
 from eyehand.apps.grasp.force_plot import pick_timeline
 from eyehand.apps.grasp.grasp_report import report_html, write_report
 from eyehand.apps.grasp.look_picture import look_picture
+from eyehand.apps.grasp.score_words import SCORE_WORDS, SIZES, score_legend, score_words
 from eyehand.apps.grasp.trial import GraspTrial, cell_of
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame, write_scene
 from eyehand.errors import InputError
@@ -264,3 +265,32 @@ def test_a_run_without_a_film_removes_an_earlier_one_and_nothing_else(cleared, t
     old.mkdir()
     with pytest.raises(InputError, match=r"demo\.mp4"):
         leave(record, tmp_path, json=False)
+
+
+def test_what_is_claimed_and_not_true_is_told(cleared):
+    record, _ = cleared
+    look = record.looks[0]
+    assert look.outcome == "placed"
+    lost = replace(look, row=replace(look.row, success=False))
+    assert lost.outcome == "placed (not in the tray)"
+    assert not lost.went_well
+    wrong = replace(record, looks=(lost, *record.looks[1:]))
+    console = Console(width=160, record=True, file=None, quiet=False, stderr=True)
+    console.print(demo_table(wrong))
+    assert "placed (not in the tray)" in console.export_text()
+    assert report_html(wrong).count('<span class="pill bad">placed (not in the tray)</span>') == 2
+    slipped = replace(lost, pick=replace(look.pick, outcome="place_failed"))
+    assert slipped.outcome == "place failed"
+
+
+def test_the_page_explains_scores_and_sizes(cleared):
+    record, _ = cleared
+    terms = record.report.picks[0].plan.score.terms
+    html = report_html(record)
+    assert set(terms) <= set(SCORE_WORDS)
+    for term in terms:
+        assert f"<b>{term}</b> {SCORE_WORDS[term]}" in html
+        assert f'<span class="term" title="{SCORE_WORDS[term]}">{term} ' in html
+    assert html.count(f'<p class="legend">{SIZES}</p>') == 1
+    assert score_words({"<i>": 0.5}) == '<span class="term" title="">&lt;i&gt; 0.50</span>'
+    assert score_legend([]).endswith("0 to 1.")
