@@ -14,9 +14,10 @@ if TYPE_CHECKING:
     from eyehand.grasping.cell import Cell
     from eyehand.grasping.report import ClearReport
 
-REFUSED, UNREACHABLE, UNSEEN, DOUBT = "refused", "unreachable", "unseen", "doubt"
+REFUSED, UNREACHABLE, UNSEEN, DOUBT, FAULT = "refused", "unreachable", "unseen", "doubt", "fault"
 """Outcomes: no grasp suits it; the arm finds no way to one; it stands there, and the robot takes
-nothing that it sees for it; a look left a doubt, and nothing was tried any more."""
+nothing that it sees for it; a look left a doubt, and nothing was tried any more; nor was it as the
+robot had stopped by itself."""
 CLEAR = "clear"
 """Why clearing ended when the robot saw nothing more."""
 NO_WAY = "no way to "
@@ -33,9 +34,9 @@ class Untried:
     """An object that no pick began on."""
 
     object: str
-    """Its true name; empty where a doubt ended the scene."""
+    """Its true name; empty where a doubt or a fault ended the scene."""
     outcome: str
-    """Refused, unreachable, unseen or doubt."""
+    """Refused, unreachable, unseen, doubt or fault."""
     reason: str
     """In the robot's words."""
 
@@ -65,12 +66,15 @@ def untried_objects(
     Returns
     -------
     tuple of Untried
-        One for each object; a single one where a doubt ended the scene; none for what stood there
-        still when picks failed in a row, or the robot stopped by itself.
+        One for each object; a single one where a doubt ended the scene, or the robot stopped by
+        itself between picks; none for what stood there still when picks failed in a row.
     """
     names = [name for name in left if name not in tried]
-    if not names or cell.reading.fault:
+    if not names:
         return ()
+    if cell.reading.fault:
+        told = bool(report.picks) and report.picks[-1].outcome == FAULT
+        return () if told else (Untried("", FAULT, cell.reading.fault),)
     if not report.left and report.stopped != CLEAR:
         return (Untried("", DOUBT, report.stopped),)
     if any(line.endswith(NOT_TRIED) for line in report.left):

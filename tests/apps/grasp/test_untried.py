@@ -12,7 +12,12 @@ PLACES = {"can": 0.0, "plate": 1.0, "ball": 2.0}
 
 
 def found(
-    left: list[str], tried: list[str], told: tuple[str, ...], stopped: str, fault: str = ""
+    left: list[str],
+    tried: list[str],
+    told: tuple[str, ...],
+    stopped: str,
+    fault: str = "",
+    last: str = "placed",
 ) -> list[tuple[str, str]]:
     """Names and outcomes; the robot sees objects 1, 2, ... at the places of the true ones."""
     seen = [
@@ -22,7 +27,7 @@ def found(
     cell = SimpleNamespace(
         scene=SimpleNamespace(objects=seen), reading=SimpleNamespace(fault=fault)
     )
-    report = SimpleNamespace(left=told, stopped=stopped)
+    report = SimpleNamespace(left=told, stopped=stopped, picks=[SimpleNamespace(outcome=last)])
 
     def nearest(point: np.ndarray) -> str:
         return min(PLACES, key=lambda name: abs(PLACES[name] - point[0]))
@@ -65,5 +70,7 @@ def test_each_object_left_untried_is_told_once(left, tried, told, stopped, rows)
     assert found(left, tried, told, stopped) == rows
 
 
-def test_a_robot_that_stopped_by_itself_has_its_own_row():
-    assert found(["can"], [], ("object 1: not tried",), "drive 3", fault="drive 3") == []
+def test_a_robot_that_stopped_by_itself_is_told_once():
+    told = ("object 1: not tried",)
+    assert found(["can"], [], told, "drive 3", fault="drive 3") == [("", "fault")]
+    assert found(["can"], [], told, "drive 3", fault="drive 3", last="fault") == []
