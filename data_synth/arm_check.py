@@ -30,9 +30,9 @@ def check_arm(robot: GraspRobot, model: Any) -> None:
     Raises
     ------
     InputError
-        If the file is a URDF, no joint moves the hand's frame, one of those is no hinge, a joint
-        has no name or no position servo, or the rest posture is not finite or beyond the joints'
-        limits.
+        If the file is a URDF, its base floats, no joint moves the hand's frame, one of those is no
+        hinge or a finger's as well, a joint has no name or no position servo, or the rest posture
+        is not finite or beyond the joints' limits.
     """
     path, frame = Path(robot.arm), robot.frame
     if path.suffix.lower() == ".urdf":
@@ -46,15 +46,24 @@ def check_arm(robot: GraspRobot, model: Any) -> None:
             f"{path} has no arm: no joint lies between its base and the hand's frame {frame!r}; "
             "give one file of arm and hand (CONTRIBUTING.md, Add a robot, joins two)"
         )
+    kinds = import_mujoco().mjtJoint
+    if (model.jnt_type == int(kinds.mjJNT_FREE)).any():
+        raise InputError(f"{path} has a free joint: a robot's base is to stand still, take it out")
     if not all((*robot.joints, *robot.hand_joints)):
         raise InputError(f"{path} has joints without a name: name all of them")
-    hinge = int(import_mujoco().mjtJoint.mjJNT_HINGE)
     for name in robot.joints:
-        if int(model.joint(name).type[0]) != hinge:
+        if int(model.joint(name).type[0]) != int(kinds.mjJNT_HINGE):
             raise InputError(
                 f"joint {name} of {path} is no hinge: all joints between the base and the hand's "
                 f"frame {frame!r} must be"
             )
+    told = [] if robot.fingers is None else [j for f in robot.fingers.fingers for j in f.joints]
+    shared = [name for name in told if name in robot.joints]
+    if shared:
+        raise InputError(
+            f"joint {shared[0]} is told as a finger's, but lies between the base of {path} and the "
+            f"hand's frame {frame!r}: it is the arm's"
+        )
     for name, place in zip(robot.joints, robot.home, strict=True):
         number = int(model.joint(name).id)
         servo_of(model, number, name)

@@ -71,4 +71,5 @@ def _owner(model: Any, geom: int) -> str:
         return "robot"
     if body == 0:
         return _PEDESTAL if model.geom(geom).name.startswith(_PEDESTAL) else "table"
-    return name
+    # Only a robot's file brings bodies without a name.
+    return name or "robot"

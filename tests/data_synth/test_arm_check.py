@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 
 import numpy as np
@@ -9,11 +10,17 @@ import pytest
 
 from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.grasp_robot import GraspRobot
+from eyehand.data_synth.grasp_world import GraspWorld
+from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth.touch_record import TouchRecord
 from eyehand.errors import InputError
 
 PARTS = LBR_ARM.parent
 ARM = LBR_ARM.read_text()
 HOME = 'name="home" qpos="0 0.6'
+BASE = '<body name="base" childclass="lbr">'
+FLOATING = re.sub("<keyframe>.*</keyframe>", "", ARM, flags=re.DOTALL)
+FLOATING = FLOATING.replace(BASE, BASE + "<freejoint/>")
 URDF = '<robot name="r"><link name="tool"/></robot>'
 
 
@@ -46,6 +53,7 @@ def with_line(line, before="</mujoco>"):
             ARM.replace(HOME, 'name="home" qpos="0 9.6'),
             r"joint2 rests at 9.6 rad, must lie in \[-2",
         ),
+        (FLOATING, r"has a free joint: a robot's base is to stand still"),
         (re.sub('name="joint3"', "", ARM), r"cannot|without a name"),
         (re.sub('name="joint3"', 'name="joint3" type="slide"', ARM), r"joint3 of .* is no hinge"),
         (
@@ -68,6 +76,26 @@ def test_a_file_of_another_kind_is_told(tmp_path):
     assert "<position> actuator" in refused(tmp_path / "robot.urdf")
     assert "this is a folder" in refused(tmp_path)
     assert "no such file" in refused(tmp_path / "gone.xml")
+
+
+def test_a_joint_of_the_arm_is_no_fingers(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(ARM)
+    finger = {"joints": {"joint3": [0.0, 1.0]}, "pads": ["base_shell"]}
+    thumb = {"joints": {"other": [0.0, 1.0]}, "pads": ["link1_shell"]}
+    described = {"fingers": {"middle": finger, "thumb": thumb}}
+    path.with_suffix(".hand.json").write_text(json.dumps(described))
+    assert "joint joint3 is told as a finger's" in refused(path)
+
+
+def test_bodies_without_a_name_are_the_robots(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(ARM.replace("<worldbody>", '<worldbody><body><geom size="0.01"/></body>', 1))
+    world = GraspWorld.build([], robot=GraspRobot.of_file(path, "tool"))
+    model = world.own_model()
+    touch = TouchRecord(model, import_mujoco().MjData(model), world)
+    (unnamed,) = (k for k in range(1, model.nbody) if not model.body(k).name)
+    assert touch.robot[model.body_geomadr[unnamed]]
 
 
 @pytest.mark.parametrize("hand", ["hand.xml", "servo_hand.xml"])
