@@ -17,7 +17,7 @@ POINTS = 60
 RIM_POINTS = 16
 """Points on either rim of a cylinder."""
 MOST_POINTS = 150
-"""Most points of an object without a solid."""
+"""Most points of an object without a solid, and directions in which they are the farthest ones."""
 DIRECTIONS = 96
 """Directions in which a gap between two objects is looked for."""
 TABLE_SKIN = 0.001
@@ -38,8 +38,15 @@ class Gap(NamedTuple):
 def outline(item: SceneObject) -> NDArray[np.float64]:
     """Points (N, 3), m, whose hull is about the object: of its solid, else of what was seen."""
     if item.fit.superquadric is None or not item.fit:
-        return item.points[:: max(len(item.points) // MOST_POINTS, 1)]
+        return extremes(item.points)
     return _outline(item.fit)
+
+
+def extremes(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Choose of many points (N, 3) those farthest in some direction: about the same hull."""
+    if len(points) <= MOST_POINTS:
+        return points
+    return points[np.unique(np.argmax(points @ _EVERY_WAY.T, axis=0))]
 
 
 @lru_cache(maxsize=64)
@@ -136,3 +143,4 @@ _TURNS = np.arange(RIM_POINTS) * 2.0 * np.pi / RIM_POINTS
 _RIM = np.column_stack([np.cos(_TURNS), np.sin(_TURNS), np.ones(RIM_POINTS)])
 _RIMS = np.vstack([_RIM, _RIM * [1.0, 1.0, -1.0]])
 _NORMALS = _evenly_on_sphere(DIRECTIONS)
+_EVERY_WAY = _evenly_on_sphere(MOST_POINTS)

@@ -150,6 +150,17 @@ def test_what_has_no_solid_is_the_hull_of_its_points():
     assert "object 3" not in found
 
 
+def test_of_many_points_the_outermost_make_the_hull():
+    rng = np.random.default_rng(1)
+    cloud = rng.normal(size=(2000, 3))
+    cloud *= 0.04 / np.linalg.norm(cloud, axis=1)[:, None]
+    cloud[:, 2] += 0.08
+    lump = SceneObject(1, cloud, 2000, SuperquadricFit.none("too few"), 0.0, 0)
+    (hull,) = (one for one in surroundings(scene(lump)) if one.name == "object 1")
+    # 150 ends of a ball are some 12 degrees apart.
+    assert inside(hull, lump.points).min() > -0.04 * (1.0 - np.cos(np.radians(15.0)))
+
+
 def test_five_objects_take_little_time():
     rng = np.random.default_rng(0)
     five = [item(k, "box", [0.12 * k, 0.0, 0.05], rng) for k in range(1, 6)]
