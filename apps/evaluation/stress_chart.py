@@ -13,6 +13,7 @@ from .chart_style import (
     INK,
     LABEL,
     MARGIN,
+    PANEL_NAME,
     PEER,
     TEXT,
     VERMILION,
@@ -72,6 +73,8 @@ class Telling:
     """Draws the steps at their places on a panel whose y goes from 0 to 100 %."""
     keyed: bool = False
     """Whether what it draws is several things: their labels then stand in a key."""
+    time: str = "ms a trial"
+    """What the column of times in the table is called."""
 
 
 def write_stress_chart(
@@ -100,7 +103,9 @@ def write_stress_chart(
     columns = min(COLUMNS, max(len(results), 1))
     rows = max(-(-len(results) // columns), 1)
     key = KEY if telling.keyed else 0.0
-    height = AROUND + rows * ROW_HEIGHT + key
+    # A chart makes room for the names of its panels only where there are several.
+    named = PANEL_NAME if rows * columns == 1 else 0.0
+    height = AROUND + named + rows * ROW_HEIGHT + key
     figure, panels = new_chart(
         telling.title,
         f"{telling.subtitle}, from easy (left) to hard (right)\n"
@@ -112,7 +117,7 @@ def write_stress_chart(
     )
     place = figure.subplotpars
     wide = ((place.right - place.left) * WIDTH - (columns - 1) * MIDDLE) / columns
-    top = place.top - 0.5 * MARGIN / height
+    top = place.top - (named + 0.5 * MARGIN) / height
     high = ((top - place.bottom) * height - (rows - 1) * ABOVE) / rows
     figure.subplots_adjust(top=top, wspace=MIDDLE / wide, hspace=ABOVE / high)
     for number, panel in enumerate(panels):

@@ -90,7 +90,7 @@ def tell_stress(
     if results:
         write_stress_chart(out / CHART_FILES[0], results, telling, len(seeds), seeds.start)
         written = [*CHART_FILES, *files]
-        show(_table(results, telling.title), json_wanted=json)
+        show(_table(results, telling), json_wanted=json)
     say(f"{', '.join(written)} in {out}")
     broken = [*(fault for result in results for fault in result.faults), *faults]
     for fault in broken:
@@ -110,14 +110,16 @@ def tell_stress(
     return 1 if broken else 0
 
 
-def _table(results: Sequence[SweepResult], title: str) -> Table:
+def _table(results: Sequence[SweepResult], telling: Telling) -> Table:
+    title = telling.title
     table = Table(
         title=f"{title[:1].lower()}{title[1:]} (fewer than 90 % of trials right)",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
-    for column in ("sweep", "what gets harder", "holds to", "breaks at", "ms", "what is wrong"):
-        table.add_column(column, justify="right" if column in ("breaks at", "ms") else "left")
+    figures = ("breaks at", telling.time)
+    for column in ("sweep", "what gets harder", "holds to", *figures, "what is wrong"):
+        table.add_column(column, justify="right" if column in figures else "left")
     for result in results:
         sweep, broken = result.sweep, result.breaks_at
         seconds = result.steps[0].seconds

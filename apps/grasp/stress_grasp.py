@@ -30,7 +30,7 @@ from .stress_grasp_trial import GraspFigures
 from .stress_seeing_cases import seeing_sweeps
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from matplotlib.axes import Axes
 
@@ -85,7 +85,8 @@ def stress_grasp(
     make_folder(out)
     ready_grasping()
     results = run_sweeps(sweeps, tried, PickOptions(), quick=quick)
-    return tell_stress(results, grasp_telling(), tried, out=out, json=json, quick=quick)
+    telling = grasp_telling([sweep.name for sweep in sweeps])
+    return tell_stress(results, telling, tried, out=out, json=json, quick=quick)
 
 
 def grasp_sweeps() -> tuple[Sweep[Method], ...]:
@@ -99,18 +100,30 @@ def grasp_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def grasp_telling() -> Telling:
-    """How the sweeps are told: what is right, what was put away, what was refused or unclean."""
+def grasp_telling(names: Collection[str]) -> Telling:
+    """How sweeps of these names are told: what is right, put away, refused or unclean."""
     return Telling(
         stage="grasp",
         title="Where picking breaks",
         subtitle="Share of trials that end as they should",
-        data="simulated cell; true poses, but one noisy depth view from camera-roll to only-table",
+        data=f"simulated cell, {_seen_by(names)}",
         each="pick",
         figures=_figures,
         draw=_draw,
         keyed=True,
+        time="cpu ms a trial",
     )
+
+
+def _seen_by(names: Collection[str]) -> str:
+    """Say which of the sweeps run see by the camera; the others know the true poses."""
+    seeing = [sweep.name for sweep in seeing_sweeps() if sweep.name in names]
+    if not seeing:
+        return "true poses"
+    if len(seeing) == len(names):
+        return "one noisy depth view"
+    where = f"in {seeing[0]}" if len(seeing) == 1 else f"from {seeing[0]} to {seeing[-1]}"
+    return f"true poses, but one noisy depth view {where}"
 
 
 def _figures(step: Step) -> dict[str, Any]:
@@ -132,6 +145,6 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
     refused = [refused_pct(step) for step in steps]
     unclean = [unclean_pct(step) for step in steps]
     draw_bars(axes, places, refused, "not tried, and told why", PEER, 0.45)
-    draw_bars(axes, places, unclean, "unclean", VERMILION, 0.75)
+    draw_bars(axes, places, unclean, "unclean: touched, flung or claimed wrongly", VERMILION, 0.75)
     draw_dotted(axes, places, [score_pct(step) for step in steps], "objects put away")
     draw_curve(axes, places, [100 * step.share for step in steps], "right")

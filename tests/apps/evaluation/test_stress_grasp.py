@@ -123,7 +123,15 @@ def test_the_command_writes_its_chart_and_one_json_object(tmp_path, capsys):
     hardest = {point["name"]: point for point in points}
     assert (hardest["width"]["refused_pct"], hardest["nan-arm"]["refused_pct"]) == ("100.0", "0.0")
     assert {point["unclean"] for point in points} == {"0"}
-    assert grasp_telling().stage == "grasp"
+
+
+def test_the_footer_tells_only_of_sweeps_that_were_run():
+    assert grasp_telling(["width"]).data == "simulated cell, true poses"
+    assert grasp_telling(["camera-roll"]).data == "simulated cell, one noisy depth view"
+    both = grasp_telling(["width", "camera-roll"])
+    assert both.data == "simulated cell, true poses, but one noisy depth view in camera-roll"
+    every = grasp_telling([sweep.name for sweep in grasp_sweeps()])
+    assert "from camera-roll to only-table" in every.data
 
 
 def test_unknown_sweeps_are_refused_with_the_choices(tmp_path):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from eyehand.apps.evaluation import stress_chart
 from eyehand.apps.evaluation.stress_chart import point_rows, sweep_rows, write_stress_chart
 from eyehand.apps.evaluation.stress_segmentation import segmentation_telling
 from eyehand.apps.evaluation.stress_sweep import (
@@ -165,3 +166,21 @@ def test_the_chart_is_a_picture_with_its_table(tmp_path):
     lines = path.with_suffix(".csv").read_text().splitlines()
     assert lines[0].startswith("name,value,unit,must_hold,trials,right_pct")
     assert len(lines) == 25
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_no_words_of_a_chart_touch_one_another(tmp_path, monkeypatch, count):
+    drawn = []
+    monkeypatch.setattr(stress_chart, "write_chart", lambda figure, *_: drawn.append(figure))
+    one = results()[0]
+    write_stress_chart(tmp_path / "a.png", [one] * count, segmentation_telling(), 2, 0)
+    (figure,) = drawn
+    figure.canvas.draw()
+    words = [*figure.texts]
+    for panel in figure.axes:
+        if panel.axison:
+            words += [panel.title, panel._left_title, panel.xaxis.label]
+    boxes = [text.get_window_extent() for text in words if text.get_text()]
+    assert len(boxes) == 3 + 2 * count
+    for number, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[:number]), words[number]
