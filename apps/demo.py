@@ -20,7 +20,7 @@ from .look_demo import look_demo
 if TYPE_CHECKING:
     from eyehand.data_synth.robot import SimRobot
     from eyehand.grasping.cell import Cell
-    from eyehand.grasping.clear_table import ClearOptions
+    from eyehand.grasping.clearing import ClearOptions
 
     from .grasp.demo_record import DemoRecord
     from .grasp.film import Film
@@ -109,7 +109,7 @@ def demo(
         raise InputError("--camera goes with a frame: eyehand demo FRAME --camera FILE")
     if (robot is None) != (not hand_frame):
         raise InputError("--robot FILE and --hand-frame NAME go together")
-    from eyehand.grasping.clear_table import ClearOptions
+    from eyehand.grasping.clearing import ClearOptions
 
     from .grasp.demo_run import FAILURES
     from .grasp.demo_scene import demo_scene

@@ -1,32 +1,75 @@
-"""From a scene's object to a grasp: prototype, pre-shape, and the rows the approach controls.
+"""From a scene's object to a grasp, and from a robot to a cleared table.
 
-What moves an arm loads the control basis with its engine, so it is imported from its own module:
-`approach_aims`, `surroundings`, `reachable`.
+What moves an arm loads the control basis with its engine, so that `Cell`, `ClearOptions`,
+`PickOptions`, `Tray` and `clear_table` are loaded when they are first asked for, and
+`approach_aims`, `surroundings`, `reachable` are imported from their own modules.
 """
 
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from .closing import GripOptions
 from .depths import GraspDepths
 from .grip import Grip
 from .hand_model import HandModel
 from .measure import Extents, measure
 from .plan import ApproachTask, GraspPlan, Score
 from .prototypes import Approach, GraspTask, Prototype, PrototypeLimits, WeightEstimate
+from .report import ClearReport, PickReport
+from .robot import HandCommand, HandReading, Robot, RobotReading
 from .select import SelectOptions, grasp_plans, select_prototype
+
+if TYPE_CHECKING:
+    from .cell import Cell
+    from .clearing import ClearOptions, clear_table
+    from .pick_options import PickOptions
+    from .tray import Tray
 
 __all__ = [
     "Approach",
     "ApproachTask",
+    "Cell",
+    "ClearOptions",
+    "ClearReport",
     "Extents",
     "GraspDepths",
     "GraspPlan",
     "GraspTask",
     "Grip",
+    "GripOptions",
+    "HandCommand",
     "HandModel",
+    "HandReading",
+    "PickOptions",
+    "PickReport",
     "Prototype",
     "PrototypeLimits",
+    "Robot",
+    "RobotReading",
     "Score",
     "SelectOptions",
+    "Tray",
     "WeightEstimate",
+    "clear_table",
     "grasp_plans",
     "measure",
     "select_prototype",
 ]
+
+_LATER = {
+    "Cell": "cell",
+    "ClearOptions": "clearing",
+    "PickOptions": "pick_options",
+    "Tray": "tray",
+    "clear_table": "clearing",
+}
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _LATER:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f".{_LATER[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -6,7 +6,7 @@ import time
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from eyehand.grasping import SelectOptions
-from eyehand.grasping.clear_table import ClearOptions, clear_table
+from eyehand.grasping.clearing import ClearOptions, clear_table
 
 from .demo_record import DemoRecord, Recorder
 from .trial import GraspTrial, Scorer

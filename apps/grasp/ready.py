@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eyehand.apps.description import ready_kernels
 from eyehand.grasping.choose import choose
-from eyehand.grasping.clear_table import Memory, look
+from eyehand.grasping.clearing import Memory, look
 
 from .trial import GraspTrial, make_cell
 

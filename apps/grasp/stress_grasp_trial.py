@@ -15,7 +15,7 @@ from eyehand.data_synth.grasp_world import GraspWorld
 from eyehand.data_synth.mujoco_import import import_mujoco
 from eyehand.data_synth.robot import SimRobot
 from eyehand.grasping.cell import Cell, Moment
-from eyehand.grasping.clear_table import ClearOptions, clear_table
+from eyehand.grasping.clearing import ClearOptions, clear_table
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.report import PickOutcome
 from eyehand.grasping.tray import Tray

@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.grasp.known_scene import known_scene
 from eyehand.grasping.afterwards import seen_after
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.clear_table import clear_table
+from eyehand.grasping.clearing import clear_table
 from eyehand.grasping.job import Choice
 from eyehand.grasping.plan import GraspPlan
 from eyehand.grasping.report import PickOutcome, PickReport

@@ -9,7 +9,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.grasp.known_scene import known_scene
 from eyehand.data_synth.tabletop_scene import TabletopObject
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.clear_table import ClearOptions, clear_table
+from eyehand.grasping.clearing import ClearOptions, clear_table
 from eyehand.grasping.report import PickReport
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric

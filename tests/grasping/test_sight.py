@@ -9,7 +9,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.apps.grasp.known_scene import known_scene
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.clear_table import LOOKS, clear_table
+from eyehand.grasping.clearing import LOOKS, clear_table
 from eyehand.grasping.sight import LEAST_SEEN, doubts, unexplained
 from eyehand.grasping.tray import Tray
 from eyehand.perception import CameraIntrinsics, DepthFrame, Segmentation, SupportPlane

@@ -13,7 +13,7 @@ from eyehand.apps.grasp.stress_grasp_solids import standing
 from eyehand.apps.grasp.stress_grasp_trial import FLUNG_SPEED, Bench, Ended, bench_of
 from eyehand.apps.grasp.trial import PickRow
 from eyehand.errors import InputError
-from eyehand.grasping.clear_table import look
+from eyehand.grasping.clearing import look
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.report import ClearReport
 

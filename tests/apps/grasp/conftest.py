@@ -11,7 +11,7 @@ from eyehand.apps.grasp.demo_record import DemoRecord
 from eyehand.apps.grasp.demo_run import run_demo
 from eyehand.apps.grasp.demo_scene import DemoScene, demo_scene
 from eyehand.apps.grasp.trial import GraspTrial, cell_of
-from eyehand.grasping.clear_table import ClearOptions
+from eyehand.grasping.clearing import ClearOptions
 
 SEED = 1
 

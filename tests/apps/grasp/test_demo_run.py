@@ -26,7 +26,7 @@ from eyehand.apps.grasp.score_words import SCORE_WORDS, SIZES, score_legend, sco
 from eyehand.apps.grasp.trial import GraspTrial, cell_of
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame, write_scene
 from eyehand.errors import InputError
-from eyehand.grasping.clear_table import ClearOptions
+from eyehand.grasping.clearing import ClearOptions
 from eyehand.grasping.report import PhaseRecord
 
 

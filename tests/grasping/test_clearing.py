@@ -14,7 +14,7 @@ from eyehand.data_synth.tabletop_scene import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.choose import choose
-from eyehand.grasping.clear_table import ClearOptions, Memory, clear_table
+from eyehand.grasping.clearing import ClearOptions, Memory, clear_table
 from eyehand.grasping.motion import distance_left
 from eyehand.grasping.pick import pick
 from eyehand.grasping.pick_options import PickOptions
