@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from cyclopts import Parameter
 
 from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.wording import counted, seed_span
 from eyehand.errors import DeviceError, InputError
 
 from .chart_style import Provenance, write_chart
@@ -145,11 +146,7 @@ def evaluate_grasp(
     run_scenes(planned, store, machines, run_grasp_trial)
     records = finished_rows(store, planned)
     rows = summary_rows(records, planned)
-    title = (
-        f"{scenes} scenes of each row, seeds {seed} to {seed + scenes - 1}"
-        if scenes > 1
-        else f"1 scene of each row, seed {seed}"
-    )
+    title = f"{counted(scenes, 'scene')} of each row, {seed_span(seed, scenes)}"
     show(grasp_table(rows, title), json_wanted=json)
     say(machines.told)
     made = Provenance("simulated arm and hand, one noisy depth view", seed, scenes, "scene")

@@ -7,6 +7,7 @@ from html import escape
 from typing import TYPE_CHECKING, Any
 
 from eyehand.apps.description_files import write_text
+from eyehand.apps.wording import counted
 
 from .grasp_summary import PLACED, outcome_counts, prototype_rows, worst_scenes
 from .grasp_table import COLUMNS, NOTHING, rate_text, table_cells
@@ -108,7 +109,8 @@ def write_report(
         "<meta name='viewport' content='width=device-width,initial-scale=1'>",
         f"<title>eyehand evaluate</title><style>{STYLE}</style></head><body><main>",
         "<h1>Grasping unknown objects in simulation</h1>",
-        f"<p class='about'>{scenes} scenes, {picks} picks. {_headline(rows)}</p>",
+        f"<p class='about'>{counted(scenes, 'scene')}, {counted(picks, 'pick')}. "
+        f"{_headline(rows)}</p>",
         _section(
             "Rates", "", f"<img alt='rates with intervals' src='data:image/png;base64,{image}'>"
         ),

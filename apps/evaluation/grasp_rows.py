@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.apps.console import say
 from eyehand.apps.description_files import make_folder, write_text
+from eyehand.apps.wording import counted
 from eyehand.errors import InputError
 from eyehand.perception.atomic_write import atomic_write
 
@@ -165,7 +166,8 @@ def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) 
                 f"{folder} holds rows of other options ({differing}): go on with those, name "
                 "another folder with --out, or throw the rows away with --fresh"
             )
-        say(f"going on: {len(store.finished())} scenes are done in {store.folder}")
+        done = counted(len(store.finished()), "scene")
+        say(f"going on: {done} done before in {store.folder}")
     write_text(file, json.dumps(wanted, indent=1) + "\n")
     return store
 

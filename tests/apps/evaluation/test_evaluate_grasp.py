@@ -88,7 +88,7 @@ def test_a_run_goes_on_and_other_options_are_refused(run, tmp_path, monkeypatch,
     monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_troubled)
     code, out, err = run(*plain, "--scenes", 2, "--json")
     assert code == 0
-    assert "going on: 2 scenes are done" in err
+    assert "going on: 2 scenes done before" in err
     assert json.loads(out)["rows"][0]["faults"] == 0
     code, _, err = run(*plain, "--scenes", 2, "--friction", "0.6")
     assert code == 2
@@ -198,7 +198,7 @@ def test_runs_of_other_options_have_folders_of_their_own(run, tmp_path, monkeypa
     assert kinds == ["single", "single", "single-packed-pile"]
     code, _, err = run(*quick[:-1], "2", "--family", "single")
     assert code == 0
-    assert "going on: 1 scenes are done" in err
+    assert "going on: 1 scene done before" in err
     assert len(list((tmp_path / "out" / "evaluate").iterdir())) == 3
 
 
