@@ -30,6 +30,8 @@ LEADER = 11.0
 """From this distance on a thin line leads from the point to its name, points of type."""
 CLEAR = 3.0
 """Free space around a name, px."""
+MARK = 14.0
+"""A leader keeps so far from the middle of other named points, px: as far as their marks reach."""
 SAMPLE = 5.0
 """Lines are avoided by points so far apart, px."""
 
@@ -80,14 +82,16 @@ def name_points(
     for name, point in zip(names, points, strict=True):
         own = [_sampled(line) for line in drawn if np.any(np.all(line == point, axis=1))]
         others = [_sampled(line) for line in drawn if not np.any(np.all(line == point, axis=1))]
+        elsewhere = points[np.any(points != point, axis=1)]
         around = _Around(
             np.asarray(axes.bbox.extents),
             boxes,
             np.concatenate([point[None], *own]),
-            np.concatenate([points[np.any(points != point, axis=1)], *others]),
+            np.concatenate([elsewhere, *others]),
+            elsewhere,
         )
         angle, distance, box = _best_place(axes, name, point, around)
-        _write(axes, name, angle, distance)
+        _write(axes, name, point, box, angle, distance)
         boxes.append(box)
         if distance >= LEADER:
             drawn.append(_leader(point, box))
@@ -104,6 +108,8 @@ class _Around:
     """Points along the line that is named, (n, 2)."""
     others: NDArray[np.float64]
     """Points along all other lines, and the other named points, (n, 2)."""
+    points: NDArray[np.float64]
+    """The other named points, (n, 2)."""
 
     def faults(self, point: NDArray[np.float64], box: Box, distance: float) -> float:
         """How bad a place is; 0 is free."""
@@ -116,6 +122,9 @@ class _Around:
         if distance >= LEADER:
             line = _sampled(_leader(point, box))
             faults += 5.0 * sum(bool(np.any(_inside(line, name))) for name in self.names)
+            # Across another point it would seem to begin there.
+            across = np.linalg.norm(line[:, None] - self.points[None], axis=2) < MARK
+            faults += 5.0 * np.count_nonzero(across.any(axis=0))
         # A name nearer to another curve than to its own would be taken for that one's.
         elif _gap(self.others, box) < 1.5 * _gap(self.own, box):
             faults += 2.0
@@ -139,8 +148,26 @@ def _best_place(
     return best[1:]
 
 
-def _write(axes: Axes, name: PointName, angle: int, distance: float) -> None:
+def _write(
+    axes: Axes,
+    name: PointName,
+    point: NDArray[np.float64],
+    box: Box,
+    angle: int,
+    distance: float,
+) -> None:
     shift = _direction(angle) * distance
+    # By itself the line would run to the middle of the text, and not where room was found for it.
+    near = _leader(point, box)[1] - box[:2]
+    share = np.clip(near / [box[2] - box[0], box[3] - box[1]], 0.0, 1.0)
+    line = {
+        "arrowstyle": "-",
+        "color": PEER,
+        "linewidth": 0.7,
+        "shrinkA": 1,
+        "shrinkB": 4,
+        "relpos": (float(share[0]), float(share[1])),
+    }
     across, up = _alignment(angle)
     axes.annotate(
         name.text,
@@ -153,11 +180,7 @@ def _write(axes: Axes, name: PointName, angle: int, distance: float) -> None:
         color=name.colour,
         weight="bold" if name.bold else "normal",
         zorder=6,
-        arrowprops=(
-            {"arrowstyle": "-", "color": PEER, "linewidth": 0.7, "shrinkA": 1, "shrinkB": 4}
-            if distance >= LEADER
-            else None
-        ),
+        arrowprops=line if distance >= LEADER else None,
     )
 
 

@@ -67,6 +67,29 @@ def test_a_name_is_where_it_is_said_to_be():
     assert [drawn.x0, drawn.y0, drawn.x1, drawn.y1] == pytest.approx(box, abs=2.5)
 
 
+@pytest.mark.parametrize("top", [106, 115])
+def test_the_line_to_a_name_crosses_no_other_name_nor_where_there_is_room_a_point(top):
+    figure, (axes,) = new_chart("Title", "subtitle")
+    time_axis(axes, 8, 292)
+    share_axis(axes, 15, top)
+    star, near = (19.1, 96.5), (18.8, 99.5)
+    names = [
+        PointName(*star, "default: 96.5 %, never touched", "right", bold=True),
+        PointName(*near, "default + planner: 99.5 %, never touched\nplanning 15 ms", "right"),
+    ]
+    spans = [[(19.1, 93.0), (19.1, 98.3)], [(18.8, 97.2), (18.8, 99.9)]]
+    first, _ = name_points(axes, names, [[star], [near], *spans])
+    figure.canvas.draw()
+    line = next(text for text in axes.texts if isinstance(text, Annotation) and "+" in str(text))
+    assert line.arrow_patch is not None
+    path = line.arrow_patch.get_path()
+    along = line.arrow_patch.get_transform().transform(path.interpolated(50).vertices)
+    inside = (along > first[:2]).all(axis=1) & (along < first[2:]).all(axis=1)
+    assert not inside.any()
+    if top > 110:
+        assert np.linalg.norm(along - axes.transData.transform(star), axis=1).min() > 10
+
+
 def test_the_default_the_front_and_the_peers_are_named():
     own = points(20, seed=4)
     peers = [PeerCurve("a peer", tuple(points(3, seed=5))), PeerCurve("poor", (own[0],))]
