@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eyehand.grasping.closing import Closing, GripOptions, curl, finger_forces, preshape_command
+from eyehand.grasping.closing import Closing, preshape_command
+from eyehand.grasping.grip_options import GripOptions
+from eyehand.grasping.hand_feel import curl, finger_forces
 from eyehand.grasping.prototypes import Approach, Prototype
 
-from .hand_drives import HandDrives
+from .hand_drives import PALM_PAD, HandDrives
 from .hand_table import HAND, hand_model
 from .mujoco_import import import_mujoco
 from .tabletop_scene import Table, TabletopObject
@@ -41,11 +43,14 @@ PALM_GAP = 0.002
 """Palm to object in a power grasp, m."""
 TOUCH_GAP = 0.001
 """m."""
+CONTACT_FORCE = 0.05
+"""Force of a pad that counts as contact, N."""
 PALM_WIDTH, FLAT_GAP_SLOPE = 0.058, 0.85
 """Free width between the roots of fingers and thumb, m; a flat face wider than that meets the
 opened fingers this much before the palm for each metre beyond."""
 ROUND_EXPONENT = 0.3
-"""Superquadric exponent below which a solid's ends are flat."""
+"""Superquadric exponent below which a solid's face is flat: the first for its ends, the second for
+its sides."""
 
 
 @dataclass(frozen=True)
@@ -80,12 +85,14 @@ class BenchResult:
     """Lifted as high as the hand, within 2 cm, and still there at the end."""
     state: str
     """Of the closing, when the lift began."""
-    pads: int
-    """Phalanges in contact while held."""
+    contacts: tuple[str, ...]
+    """Names of the pads in contact at the end."""
     phalanges: int
-    """Fingers' phalanges in contact, without the thumb's."""
+    """How many of them are fingers' phalanges, without the thumb's."""
+    thumb: int
+    """How many are the thumb's."""
     palm: bool
-    """Whether the palm was."""
+    """Whether the palm is among them."""
     curl: float
     """How far the fingers bent around, rad."""
     slip_mm: float
@@ -148,7 +155,7 @@ class HandBench:
         self.hand: HandModel = hand_model(spec)
         half = options.scale * half_extents(item)
         self._opening = min(2.0 * half[0] + options.clearance, self.hand.widest)
-        flat = item.shape.exponents[0] < ROUND_EXPONENT
+        flat = item.shape.exponents[approach == "side"] < ROUND_EXPONENT
         self._goal = palm_place(self.hand, prototype, approach, half, self._opening, flat=flat)
         self._goal += options.shift
         if approach == "side":
@@ -282,18 +289,17 @@ class HandBench:
         force: float,
         seconds: float,
     ) -> BenchResult:
-        touching = reading.forces > 0.05
-        fingers = [
-            k for k, pad in enumerate(self.hand.pads) if pad.startswith(self.hand.fingers[:-1])
-        ]
-        palm = self.hand.pads.index("palm_pad")
+        pads = zip(self.hand.pads, reading.forces, strict=True)
+        contacts = tuple(pad for pad, force in pads if force > CONTACT_FORCE)
+        *fingers, thumb = self.hand.fingers
         risen = self.data.xpos[self._body, 2] - self._item.shape.centre[2]
         return BenchResult(
             success=bool(closing.state == "holding" and risen > self._options.lift - 0.02),
             state=state,
-            pads=int(touching.sum()),
-            phalanges=int(touching[fingers].sum()),
-            palm=bool(touching[palm]),
+            contacts=contacts,
+            phalanges=sum(pad.startswith(tuple(fingers)) for pad in contacts),
+            thumb=sum(pad.startswith(thumb) for pad in contacts),
+            palm=PALM_PAD in contacts,
             curl=curl(reading, self.hand),
             slip_mm=slip,
             pushed_mm=pushed * 1e3,

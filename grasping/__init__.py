@@ -8,9 +8,9 @@ What moves an arm loads the control basis with its engine, so that `Cell`, `Clea
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .closing import GripOptions
 from .depths import GraspDepths
 from .grip import Grip
+from .grip_options import GripOptions
 from .hand_model import HandModel
 from .measure import Extents, measure
 from .plan import ApproachTask, GraspPlan, Score

@@ -8,8 +8,8 @@ import numpy as np
 
 from eyehand.control import AxisAlignment, Orientation, Position
 
-from .closing import held
 from .grasp_phases import hold
+from .hand_feel import held
 from .job import Ended, Job
 from .motion import Arrival, go
 from .shaking import shake, shake_off

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .carrying import check, lift, place
-from .closing import curl
 from .fingertips import fingertip_contacts
 from .grasp_phases import approach, close, contact, grip, pre_grasp
+from .hand_feel import curl
 from .job import Ended, Job
 from .report import PickReport
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from eyehand.control import ControlOptions, PlannerOptions
 from eyehand.errors import InputError
 
-from .closing import GripOptions
+from .grip_options import GripOptions
 
 MOST = 1e3
 """No option in SI units is as large."""

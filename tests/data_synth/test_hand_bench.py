@@ -38,12 +38,30 @@ def test_each_prototype_lifts(item, prototype, approach):
     assert result.warnings == 0
 
 
-def test_a_power_grasp_from_the_side_wraps():
-    item = solid("cylinder", 0.065, 0.065, 0.140, 0.25)
-    result = bench_grasp(item, "power", "side")
+@pytest.mark.parametrize(
+    ("item", "approach"),
+    [
+        (solid("cylinder", 0.065, 0.065, 0.140, 0.25), "side"),
+        (solid("cylinder", 0.080, 0.080, 0.150, 0.35), "side"),
+        (solid("sphere", 0.070, 0.070, 0.070, 0.10), "top"),
+    ],
+)
+def test_a_power_grasp_of_what_is_round_wraps(item, approach):
+    result = bench_grasp(item, "power", approach)
 
     assert result, result
     assert result.palm
+    assert result.phalanges >= 7
+    assert result.thumb >= 1
+    assert result.curl > 0.6
+
+
+def test_what_the_palm_cannot_reach_is_hooked():
+    # A flat top 12 mm from the palm, where the roots of the fingers meet its rim.
+    result = bench_grasp(solid("cylinder", 0.070, 0.070, 0.100, 0.19), "power", "top")
+
+    assert result, result
+    assert not result.palm
     assert result.curl > 0.6
 
 

@@ -13,7 +13,8 @@ from eyehand.data_synth.grasp_world import GraspWorld
 from eyehand.data_synth.robot import SimRobot
 from eyehand.data_synth.tabletop_scene import TabletopObject
 from eyehand.errors import InputError
-from eyehand.grasping.closing import Closing, GripOptions
+from eyehand.grasping.closing import Closing
+from eyehand.grasping.grip_options import GripOptions
 from eyehand.grasping.robot import HandCommand, Robot
 from eyehand.perception.superquadric import Superquadric
 

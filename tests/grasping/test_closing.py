@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.grasping.closing import Closing, GripOptions, curl, held, preshape_command, width
+from eyehand.grasping.closing import Closing, preshape_command
+from eyehand.grasping.grip_options import GripOptions
+from eyehand.grasping.hand_feel import curl, held, width
 from eyehand.grasping.hand_model import HandModel
 from eyehand.grasping.robot import HandReading
 

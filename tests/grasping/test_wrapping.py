@@ -1,0 +1,81 @@
+"""A power grasp draws first, tightens then, and stays bent only where the palm is not reached."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from eyehand.grasping.grip_options import GripOptions
+from eyehand.grasping.wrapping import Wrapping
+
+DT = 0.004
+GOAL = 90.0
+DRIVES = ("outer", "middle", "thumb", "wrap", "thumb_wrap")
+FINGERS = [0, 1]
+SLACK = np.array([12.0, 12.0, 12.0, 0.0, 0.0])
+
+
+@pytest.fixture
+def hand():
+    return SimpleNamespace(
+        drives=DRIVES,
+        pads=("index_distal", "thumb_distal", "palm_pad"),
+        fingers=("index", "middle", "ring", "thumb"),
+    )
+
+
+def felt(palm):
+    return SimpleNamespace(forces=np.array([3.0, 3.0, palm]))
+
+
+def run(wrapping, palm, seconds, level=0.0, *, steady=True):
+    for _ in range(int(seconds / DT)):
+        level = min(level + 200.0 * DT, max(wrapping.limit, level))
+        wrapping.step(felt(palm), level, steady, DT)
+    return level
+
+
+def test_what_the_palm_feels_is_not_drawn(hand):
+    wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
+    run(wrapping, 1.0, 0.02)
+
+    assert wrapping.stage == "tighten"
+    assert wrapping.bend(3) == 0.0
+    run(wrapping, 1.0, 1.0, GOAL)
+    assert wrapping.stage == "wrapped"
+
+
+def test_what_it_does_not_feel_is_drawn_until_it_does_and_then_let_lie(hand):
+    wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
+    level = run(wrapping, 0.0, 0.3)
+    assert wrapping.stage == "draw"
+    assert wrapping.limit < 0.5 * GOAL
+    assert wrapping.bend(3) == wrapping.bend(4) == GripOptions().draw_tension
+    level = run(wrapping, 2.0, 0.3, level)
+
+    assert wrapping.stage == "tighten"
+    run(wrapping, 2.0, 1.0, level)
+    assert wrapping.stage == "wrapped"
+    assert wrapping.bend(3) == 0.0
+
+
+def test_what_the_palm_never_reaches_stays_hooked(hand):
+    wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
+    run(wrapping, 0.0, 3.0, steady=False)
+
+    assert wrapping.stage == "wrapped"
+    assert wrapping.bend(3) == GripOptions().draw_tension
+
+
+def test_the_thumb_pulls_as_the_fingers_do_together_and_then_stays(hand):
+    wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
+    run(wrapping, 1.0, 0.02)
+
+    assert wrapping.thumb(12.0, FINGERS) == ("pull", 12.0)
+    assert wrapping.thumb(30.0, FINGERS) == ("pull", 12.0 + 3 * 18.0)
+    run(wrapping, 1.0, 1.0, GOAL)
+    mode, tension = wrapping.thumb(GOAL, FINGERS)
+    assert mode == "hold"
+    assert tension > 3 * GOAL
