@@ -68,8 +68,8 @@ def demo(
     seed
         Seed of the scene and of the camera's noise.
     objects
-        How many objects, 1 to 15 (default 5, of a single one 1); or a folder of your own meshes
-        (.obj, .stl) or URDFs to draw them from, 5 at most.
+        How many objects, 1 to 15 (default 5); or a folder of your own meshes (.obj, .stl) or URDFs
+        to see picked, at most 5 of them drawn by the seed.
     scene
         How they stand: packed, pile or single; or a ground_truth.json (or its folder) as
         `eyehand synth` writes it.
