@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import logging
 import re
 import secrets
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
 
 CONNECT_S = 10.0
 """How long the scheduler may take to answer."""
-ADDRESS = re.compile(r"[a-z]+://([^\s:/\[\]]+|\[[0-9a-f:]+\]):(\d{1,5})/?")
+ADDRESS = re.compile(r"(?:tcp|tls|wss?)://([^\s:/\[\]]+|\[[0-9a-f:]+\]):(\d{1,5})/?")
 """scheme://host:port; the host may be an IPv6 address in brackets."""
 _ONE_AT_A_TIME = threading.Lock()
 """Workers may have threads; a process has one renderer."""
@@ -60,12 +61,14 @@ def run_on_cluster(
     # Its loggers write tracebacks of what is told here in a line.
     for name in ("distributed", "distributed.client", "distributed.utils", "distributed.core"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
+    # A client that was refused is never closed in peace: ask without one first.
     try:
+        asyncio.run(_meet(address, connect))
         client = Client(address, timeout=connect, set_as_default=False)
-    except (OSError, ValueError, TimeoutError) as error:
+    except (OSError, ValueError, TypeError, RuntimeError, TimeoutError) as error:
         raise InputError(
-            f"--cluster {address}: no scheduler answers there within {connect:g} s, expected "
-            "something like tcp://host:8786"
+            f"--cluster {address}: no scheduler answers there within {connect:g} s "
+            f"({' '.join(str(error).split())}), expected something like tcp://host:8786"
         ) from error
     with client:
         # Keys of this run only: a scheduler gives what it already has under a key.
@@ -84,6 +87,16 @@ def run_on_cluster(
                 yield job, outcome
         finally:
             client.cancel(list(futures), force=True)
+
+
+async def _meet(address: str, seconds: float) -> None:
+    """Connect as a client of the machine's own settings would, and part."""
+    from distributed.comm.core import connect
+    from distributed.security import Security
+
+    keys = Security().get_connection_args("client")
+    comm = await connect(address, timeout=seconds, **keys)
+    await comm.close()
 
 
 def check_address(address: str) -> None:

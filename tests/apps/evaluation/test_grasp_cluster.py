@@ -86,7 +86,16 @@ def test_an_address_where_nobody_answers_is_refused():
 
 
 @pytest.mark.parametrize(
-    "address", ["rubbish", "tcp://", "tcp://host", "host:8786", "tcp://host:99999", "tcp://a b:1"]
+    "address",
+    [
+        "rubbish",
+        "tcp://",
+        "tcp://host",
+        "host:8786",
+        "tcp://host:99999",
+        "tcp://a b:1",
+        "ftp://h:1",
+    ],
 )
 def test_what_is_no_address_is_refused_before_anybody_is_asked(address):
     with pytest.raises(InputError, match="not an address"):
