@@ -9,7 +9,7 @@ import numpy as np
 from eyehand.control import AxisAlignment, Orientation, Position
 
 from .grasp_phases import hold
-from .hand_feel import held
+from .hand_feel import held, width
 from .job import Ended, Job
 from .motion import Arrival, go
 from .shaking import shake, shake_off
@@ -21,6 +21,9 @@ if TYPE_CHECKING:
     from .robot import HandCommand, RobotReading
 
 UP = Z = np.array([0.0, 0.0, 1.0])
+LEAST_CHORD = 0.3
+"""Of its thinnest extent, what the hand holds of an object at the least: off the middle of a round
+one the chord is shorter, and the gap is known to some mm."""
 
 
 def lift(cell: Cell, job: Job) -> Ended | None:
@@ -49,7 +52,7 @@ def check(cell: Cell, job: Job) -> Ended | None:
     hold(cell, job, cell.options.check_seconds)
     if cell.options.shake_seconds > 0.0:
         shake(cell, job, cell.options.shake_seconds)
-    why = _gone(cell, cell.reading)
+    why = _gone(cell, cell.reading) or _too_narrow(cell, job)
     return Ended("slipped", f"{why} after the lift") if why else None
 
 
@@ -136,6 +139,17 @@ def _set_down(
 
 def _grip(job: Job, cell: Cell, reading: RobotReading) -> HandCommand | None:
     return job.closing.step(reading.hand, cell.robot.period) if job.closing else None
+
+
+def _too_narrow(cell: Cell, job: Job) -> str:
+    """Tell fingertips that press on each other by how near they are; a wrapping hand has no gap."""
+    solid = job.choice.target.fit.superquadric
+    if solid is None or job.prototype == "power":
+        return ""
+    gap, thinnest = width(cell.reading.hand, cell.robot.hand), 2.0 * float(solid.semi_axes.min())
+    if gap >= LEAST_CHORD * thinnest:
+        return ""
+    return f"the fingertips stand {1e3 * gap:.0f} mm apart around {1e3 * thinnest:.0f} mm"
 
 
 def _gone(cell: Cell, reading: RobotReading) -> str:

@@ -129,6 +129,12 @@ def test_what_is_wider_than_the_hand_is_left_with_the_reason(size):
     assert "mm" in report.left[0]
 
 
+def test_fingertips_on_each_other_hold_nothing_of_a_wide_object():
+    failed = first(MadeUpRobot(holds=0.008), [box()], [])
+    assert failed.outcome == "slipped"
+    assert "apart around 40 mm" in failed.reason
+
+
 class StickyRobot(MadeUpRobot):
     """What it held hangs on the thumb of the open hand until the arm has turned round often."""
 
