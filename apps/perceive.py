@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.grasping import GraspTask, SelectOptions
-from eyehand.perception.frame_io import read_frame
+from eyehand.perception.frame_io import FRAME_SUFFIXES, read_frame
 
 from .console import print_json, say, show
 from .description import describe, ready_kernels
@@ -100,6 +100,11 @@ def _frames(
         stream, source = OakRecording(path), str(path)
     else:
         assert path is not None
+        if not path.is_dir() and path.suffix.lower() not in FRAME_SUFFIXES:
+            raise InputError(
+                f"{path}: suffix {path.suffix!r} is no frame format, expected one of "
+                f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))}"
+            )
         if count not in (None, 1):
             raise InputError(f"--frames goes with --oak or a recording: {path} is one frame")
         yield None, str(path), read_frame(path, camera)

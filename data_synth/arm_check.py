@@ -44,7 +44,7 @@ def check_arm(robot: GraspRobot, model: Any) -> None:
     if not robot.joints:
         raise InputError(
             f"{path} has no arm: no joint lies between its base and the hand's frame {frame!r}; "
-            "give one file of arm and hand (CONTRIBUTING.md, Add a robot, joins two)"
+            "give one file of arm and hand (CONTRIBUTING.md, Add a simulated robot, joins two)"
         )
     kinds = import_mujoco().mjtJoint
     if (model.jnt_type == int(kinds.mjJNT_FREE)).any():

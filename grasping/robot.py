@@ -95,6 +95,8 @@ class Robot(Protocol):
     def description(self, excursions: NDArray[np.float64]) -> Any:
         """Describe arm and hand for control, the tendons pulled in so far, (D,), m.
 
+        Its base stands in it where it stands in the world, the frame of `T_world_camera` and of
+        the tray: a description whose base is at the origin is moved there (`T_world_base`).
         The keyframe ``home`` holds the arm's rest posture, out of the camera's view, and the
         hand's joints at that opening. Whatever `eyehand.control.RobotModel.load` takes.
         """
@@ -103,7 +105,9 @@ class Robot(Protocol):
     def look(self) -> DepthFrame:
         """Take a depth image whose pixels of the robot itself have no reading.
 
-        `T_world_camera` is known; the robot stands still meanwhile.
+        `T_world_camera`, from hand-eye calibration, is known; the robot stands still meanwhile.
+        It stands at rest or, unless `ClearOptions.look_from_tray` is False, over the tray; what
+        shows of it is 0 in the depth, or would be taken for an object.
         """
         ...
 

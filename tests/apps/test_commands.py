@@ -226,7 +226,7 @@ BAD = {
     "both": (["perceive", "x.png", "--oak"], "either"),
     "record without camera": (["perceive", "x.png", "--record", "r.mcap"], "--record"),
     "frames": (["perceive", "x.png", "--frames", "0"], "--frames"),
-    "unknown suffix": (["perceive", "scene.blend"], "scene.blend"),
+    "unknown suffix": (["perceive", "scene.blend"], ".ply, .mcap"),
     "unknown option": (["perceive", "x.png", "--nonsense"], "nonsense"),
     "unknown command": (["grab"], "grab"),
     "wrong type": (["synth", "--seed", "three"], "three"),

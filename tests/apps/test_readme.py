@@ -4,17 +4,20 @@ import re
 import runpy
 import shlex
 import shutil
+import textwrap
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from eyehand.apps.main import main
+from eyehand.data_synth.grasp_robot import GraspRobot
 from eyehand.perception import DepthFrame, read_frame, write_cloud
 from eyehand.perception.cameras import record_frames
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
+CONTRIBUTING = (ROOT / "CONTRIBUTING.md").read_text()
 COMMANDS = [
     line.split("#")[0].strip()
     for block in re.findall(r"```sh\n(.*?)```", README, flags=re.DOTALL)
@@ -63,7 +66,11 @@ def test_each_command_of_the_readme_runs(command, folder, capsys):
 
 @pytest.mark.parametrize(
     ("begins", "prints"),
-    [("from eyehand.grasping", "1 Superquadric"), ("from eyehand.control", "reached")],
+    [
+        ("from eyehand.grasping", "1 tapered [0.0"),
+        ("from eyehand.control", "reached"),
+        ("import numpy", "ended: clear"),
+    ],
 )
 def test_the_python_examples_run(begins, prints, folder, capsys):
     examples = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
@@ -74,4 +81,16 @@ def test_the_python_examples_run(begins, prints, folder, capsys):
 
 
 def test_the_readme_has_no_other_python_examples():
-    assert len(re.findall(r"```python", README)) == 2
+    assert len(re.findall(r"```python", README)) == 3
+
+
+def test_the_lines_that_join_arm_and_hand_make_a_robot(folder):
+    (example,) = re.findall(r"  ```python\n(.*?)  ```", CONTRIBUTING, flags=re.DOTALL)
+    (folder / "join.py").write_text(textwrap.dedent(example))
+    runpy.run_path(str(folder / "join.py"))
+
+    robot = GraspRobot.of_file(folder / "robot.xml", "hand_palm")
+
+    assert len(robot.joints) == 7
+    np.testing.assert_allclose(robot.home[:4], [0.0, 0.6, 0.0, -1.8])
+    assert robot.measured_hand().fingers == ("left", "right", "thumb")
