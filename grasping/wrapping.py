@@ -110,11 +110,12 @@ class Wrapping:
     def thumb(self, level: float, fingers: list[int]) -> tuple[Literal["pull", "hold"], float]:
         """Mode and tension of the thumb.
 
-        While the fingers tighten it pulls as they do together, past what springs take, so that
-        its own phalanges come to lie as well; before, and at last, it is their anvil.
+        While the fingers tighten around what the palm feels, it pulls as they do together, past
+        what springs take, so that its own phalanges come to lie as well; before, at last, and where
+        the palm feels nothing, it is their anvil.
         """
         count = len(self._hand.fingers) - 1
-        if self.stage != "tighten":
+        if self.stage != "tighten" or not self._reached:
             return "hold", ANVIL * count * self._goal
         own = self._slack[self._hand.drives.index(THUMB)]
         return "pull", max(own + count * (level - float(self._slack[fingers].mean())), 0.0)

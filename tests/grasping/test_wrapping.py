@@ -63,7 +63,10 @@ def test_what_it_does_not_feel_is_drawn_until_it_does_and_then_let_lie(hand):
 
 def test_what_the_palm_never_reaches_stays_hooked(hand):
     wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
-    run(wrapping, 0.0, 3.0, steady=False)
+    level = run(wrapping, 0.0, 0.6, steady=False)
+    assert wrapping.stage == "tighten"
+    assert wrapping.thumb(level, FINGERS)[0] == "hold"
+    run(wrapping, 0.0, 3.0, level, steady=False)
 
     assert wrapping.stage == "wrapped"
     assert wrapping.bend(3) == GripOptions().draw_tension
