@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from .prototypes import Prototype
     from .report import PickOutcome
 
-UP = np.array([0.0, 0.0, 1.0])
-"""Of the world."""
 TARGET = "target"
 """Name of the object under way among obstacles."""
 
@@ -213,31 +211,11 @@ class Job:
         cell
             The robot.
         clear
-            Where the palm goes at least, (3,), world, m: so high that no finger, however it moves
-            there, meets what was let go where it is now. Back along its own way when not given.
+            Where the palm goes, (3,), world, m; back along its own way when not given.
         """
-        if clear is not None:
-            clear = self._clear_of_held(cell, clear)
         cell.rest(cell.options.open_seconds, open_command(cell.robot.hand))
         palm = cell.palm()
         back = palm.translation - self.back(cell) * palm.rotation.as_matrix()[:, 2]
         aims = (Position(back if clear is None else clear), Orientation(palm.rotation))
         speed = cell.options.lift_speed if clear is None else cell.options.transit_speed
         go(cell, self.off(cell, aims, speed), cell.options.lift_seconds)
-
-    def _clear_of_held(self, cell: Cell, palm: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Raise a place of the palm, (3,), over the held object, and note how high that stands.
-
-        Down in the tray it may have come to stand on another.
-        """
-        solid = self.choice.target.fit.superquadric
-        if solid is None:
-            return palm
-        moved = cell.palm() * self.T_palm_grasped
-        down = moved.rotation.inv().apply(UP)
-        top = float(moved.translation @ UP + solid.support(down))
-        layer = cell.tray.layer(self.slot)
-        cell.tops += [0.0] * (layer + 1 - len(cell.tops))
-        cell.tops[layer] = max(cell.tops[layer], top - float(cell.tray.centre @ UP))
-        tips = float(cell.robot.hand.reaches.max())
-        return np.append(palm[:2], max(top + tips + cell.options.over_tray, palm[2]))

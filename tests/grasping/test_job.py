@@ -1,4 +1,4 @@
-"""What the phases of a pick share: the hand's true shape, and how it leaves the tray."""
+"""What the phases of a pick share: the hand's true shape."""
 
 from __future__ import annotations
 
@@ -44,18 +44,3 @@ def test_the_arm_keeps_off_with_the_hand_as_its_fingers_will_stand(cell, prototy
     stands, evenly = cell.model(asked.values), cell.model(HAND.pulled(one.plan.opening))
     assert one.model(cell) is stands
     assert (stands is evenly) == (prototype != "pincer"), "a pincer's idle fingers stand wider"
-
-
-def test_the_hand_leaves_the_tray_over_what_stands_on_another_there(cell):
-    one = job("precision")
-    palm = cell.palm()
-    solid = one.choice.target.fit.superquadric
-    assert solid is not None
-    one.T_palm_grasped = palm.inv()
-    top = solid.support(np.array([0.0, 0.0, 1.0]))
-    one.let_go(cell, palm.translation)
-    assert cell.tray_height == pytest.approx(max(top - TRAY.centre[2], TRAY.wall_height))
-    options = cell.options
-    tips = cell.palm().translation[2] - HAND.reaches.max()
-    higher = max(top + options.over_tray, palm.translation[2] - HAND.reaches.max())
-    assert tips == pytest.approx(higher, abs=options.off)
