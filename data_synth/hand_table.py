@@ -16,6 +16,7 @@ from scipy.optimize import root_scalar
 
 from eyehand.errors import InputError
 from eyehand.grasping.hand_model import HandModel
+from eyehand.grasping.hand_names import PALM, PINCER_FINGER, THUMB
 
 from .hand_drives import HandDrives, tendon_arms
 from .mujoco_import import import_mujoco
@@ -32,7 +33,6 @@ PALM_SITE = "palm"
 
 OPENINGS = np.linspace(0.0, 0.144, 13)
 """Free widths in the table, m; those that the hand cannot make are left out."""
-THUMB = "thumb"
 _MOST_PULL, _MOST_WRAP = 60.0, 30.0
 """Tensions, N, that close the unloaded hand and bend its outer joints all the way."""
 _TOO_BENT = 1.0
@@ -78,13 +78,14 @@ def _measure(model: Any, frame: str, prefix: str) -> HandModel:
         raise InputError("the hand's fingers and thumb do not open against one another")
     hand.pose(rows[0].angles)
     row_low, row_high = hand.bounds(range(model.ngeom), 1)
+    pinching = (PINCER_FINGER,) if PINCER_FINGER in hand.fingers else hand.fingers[:-1]
     middle = [
         g
         for g in range(model.ngeom)
-        if hand.names[g].startswith(("middle", "thumb")) or "palm" in hand.names[g]
+        if hand.names[g].startswith((*pinching, THUMB)) and PALM not in hand.names[g]
     ]
-    middle_low, middle_high = hand.bounds([g for g in middle if "palm" not in hand.names[g]], 1)
-    tip_low, tip_high = hand.bounds([hand.tips["middle"]], 0, turned=False)
+    middle_low, middle_high = hand.bounds(middle, 1)
+    tip_low, tip_high = hand.bounds([hand.tips[pinching[0]]], 0, turned=False)
     return HandModel(
         drives=hand.drives.drives,
         joints=hand.drives.joints,

@@ -51,3 +51,15 @@ def test_a_hand_without_a_frame_is_refused_by_name():
 
     with pytest.raises(InputError, match="palm"):
         hand_model(spec)
+
+
+def test_without_a_middle_finger_the_row_that_pinches_is_that_of_all_fingers(tmp_path):
+    path = tmp_path / "hand.xml"
+    path.write_text(HAND.read_text().replace("middle_", "third_").replace('"middle"', '"third"'))
+
+    hand, known = hand_model(path), hand_model()
+
+    assert hand.fingers == ("index", "third", "ring", "thumb")
+    np.testing.assert_allclose(hand.openings, known.openings)
+    assert hand.thickness == pytest.approx(known.thickness)
+    assert hand.middle_row > 2 * known.middle_row
