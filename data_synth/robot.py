@@ -62,7 +62,7 @@ class SimRobot:
     Raises
     ------
     InputError
-        If the seed is negative, or a joint of the arm has no servo.
+        If the seed is negative, a joint of the arm has no servo, or the world is too large to run.
     """
 
     def __init__(
@@ -92,7 +92,11 @@ class SimRobot:
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
         self._kept = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION))
         self._fault = ""
-        mujoco.mj_forward(model, data)
+        try:
+            mujoco.mj_forward(model, data)
+        except mujoco.FatalError as error:
+            told = " ".join(str(error).split())
+            raise InputError(f"MuJoCo cannot run a cell with this robot: {told}") from None
 
     @property
     def hand(self) -> HandModel:

@@ -12,6 +12,7 @@ from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.grasp_robot import GraspRobot
 from eyehand.data_synth.grasp_world import GraspWorld
 from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth.robot import SimRobot
 from eyehand.data_synth.touch_record import TouchRecord
 from eyehand.errors import InputError
 
@@ -96,6 +97,17 @@ def test_bodies_without_a_name_are_the_robots(tmp_path):
     touch = TouchRecord(model, import_mujoco().MjData(model), world)
     (unnamed,) = (k for k in range(1, model.nbody) if not model.body(k).name)
     assert touch.robot[model.body_geomadr[unnamed]]
+
+
+def test_a_world_too_large_to_run_is_told(monkeypatch):
+    world, mujoco = GraspWorld.build([]), import_mujoco()
+
+    def overflow(_model, _data):
+        raise mujoco.FatalError("out of memory\nmax = 15728640")
+
+    monkeypatch.setattr(mujoco, "mj_forward", overflow)
+    with pytest.raises(InputError, match=r"this robot: out of memory max = 15728640"):
+        SimRobot(world)
 
 
 @pytest.mark.parametrize("hand", ["hand.xml", "servo_hand.xml"])
