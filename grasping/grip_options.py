@@ -59,8 +59,9 @@ class GripOptions:
     """Friction assumed for that load."""
     safety: float = 3.0
     """Grip force over what that load needs."""
-    least_share: float = 0.5
-    """Least share of the prototype's tension, however light the load."""
+    least_share: float = 0.75
+    """Least share of the prototype's tension, however light the load: less spares what is thin, and
+    lets go of what is heavier than it looks, as half hidden things are."""
     least_gap: float = 0.003
     """Free width below which the hand is closed on nothing, m."""
     lost_seconds: float = 0.15
