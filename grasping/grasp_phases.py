@@ -17,7 +17,7 @@ from .motion import bumped, distance_left, go
 
 if TYPE_CHECKING:
     from .cell import Cell
-    from .robot import HandReading, RobotReading
+    from .robot import HandCommand, HandReading, RobotReading
 
 SLIPPED_OUT = "the object left the closing hand"
 """Reason of a close that may be tried again."""
@@ -30,16 +30,45 @@ def pre_grasp(cell: Cell, job: Job) -> Ended | None:
     hand, options = cell.robot.hand, cell.options
     aims = approach_aims(job.plan, hand, job.back(cell))
     shape = preshape_command(hand, job.plan.opening, job.prototype)
+    _off_the_tray(cell, job, shape)
+    since = np.inf
+
+    def stop(reading: RobotReading) -> str:
+        # At a joint's limit an error just over the tolerance may stay for ever.
+        nonlocal since
+        since = min(since, reading.time) if job.there(cell, aims, reading.q) else np.inf
+        near = reading.time - since > options.near_seconds
+        return bumped(cell, reading) or ("near enough" if near else "")
+
     arrival = go(
         cell,
         job.far(cell, aims, "there"),
         options.pre_grasp_seconds,
         command=lambda _: shape,
-        stop=lambda r: bumped(cell, r),
+        stop=stop,
     )
     if arrival or job.there(cell, aims, cell.reading.q):
         return None
     return Ended("stuck", f"before the grasp: {arrival.reason}")
+
+
+def _off_the_tray(cell: Cell, job: Job, shape: HandCommand) -> None:
+    """Go level until the hand is beside the tray: straight to the object, it dips behind a wall."""
+    palm, tray = cell.palm().translation, cell.tray
+    if tray.distance(palm) > 0.0:
+        return
+    there = job.choice.target.points.mean(axis=0)
+    level = Position(np.array([there[0], there[1], palm[2]]))
+    beside = 0.5 * max(cell.robot.hand.spread(job.plan.opening), cell.robot.hand.row)
+    go(
+        cell,
+        job.far(cell, (level,), "there"),
+        cell.options.pre_grasp_seconds,
+        command=lambda _: shape,
+        stop=lambda r: (
+            bumped(cell, r) or ("beside" if tray.distance(cell.palm().translation) > beside else "")
+        ),
+    )
 
 
 def approach(cell: Cell, job: Job) -> Ended | None:

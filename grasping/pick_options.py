@@ -87,8 +87,10 @@ class PickOptions:
     """How far the object passes over the tray's walls, m."""
     drop_height: float = 0.012
     """How far the object's lowest point is over the tray's floor when the hand opens, m."""
-    pre_grasp_seconds: float = 6.0
-    """Longest way to the pre-grasp, robot time, s."""
+    near_seconds: float = 0.3
+    """How long the arm tries to come nearer once it is near enough for the grasp to begin, s."""
+    pre_grasp_seconds: float = 9.0
+    """Longest way to the pre-grasp, robot time, s: a way around what is in the way takes 3 to 6."""
     approach_seconds: float = 3.0
     """Longest last way, s."""
     close_seconds: float = 3.0
