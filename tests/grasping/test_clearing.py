@@ -92,6 +92,40 @@ class BumpingRobot(MadeUpRobot):
         return touch
 
 
+@dataclass
+class StickingRobot(MadeUpRobot):
+    """Does not follow where it is told to move slowly: friction holds the joints."""
+
+    sticks_below: float = 0.045
+
+    def step(self, velocity, command=None):
+        """Follow at once, or not at all."""
+        slow = np.linalg.norm(velocity) < self.sticks_below and self.time > 0.3
+        return super().step(np.zeros_like(velocity) if slow else velocity, command)
+
+
+def test_the_hand_leaves_the_tray_level():
+    moments = []
+    report, cell = cleared(MadeUpRobot(), [box(), box(-0.1)], moments.append)
+    assert report.placed == 2
+    heights = []
+    for moment in moments:
+        cell.reading = moment.reading
+        palm = cell.palm().translation
+        if moment.phase == "pre-grasp" and TRAY.holds(palm):
+            heights.append(palm[2])
+    assert len(heights) > 10
+    assert min(heights) > heights[0] - 0.01
+
+
+def test_an_arm_that_sticks_near_enough_begins_the_grasp():
+    report = clear_table(cell_of(StickingRobot(), [box()], []))
+    pick = report.picks[0]
+    before = {record.phase: record for record in pick.phases}["pre-grasp"]
+    assert before.outcome == "done"
+    assert before.end - before.start < 2.1
+
+
 def test_the_arm_stands_still_at_every_look():
     robot = LookingRobot()
     report, _ = cleared(robot, [box(), box(-0.1)])
