@@ -99,8 +99,8 @@ def plan(
     search = _Search(world, tuple(aims), options, planner)
     search.add(-1, np.zeros((0, len(q))), np.asarray(q, dtype=np.float64))
     low, high = search.bounds()
-    found = search.try_goal(0) or search.try_refuges()
-    while not found and search.has_time():
+    found = search.has_rollouts() and (search.try_goal(0) or search.try_refuges())
+    while not found and search.has_rollouts():
         if rng.random() < planner.goal_share:
             found = search.try_goal(search.most_promising())
             continue
@@ -139,13 +139,12 @@ class _Search:
         self.places: list[_Place] = []
         self.failures: list[int] = []
         self.rollouts = 0
-        self.reason = "no time to search"
+        self.reason = "no roll-outs to search with"
         self.began = time.perf_counter()
 
-    def has_time(self) -> bool:
-        """Whether the search may go on."""
-        spent = time.perf_counter() - self.began
-        return spent < self.planner.seconds and self.rollouts < self.planner.rollouts
+    def has_rollouts(self) -> bool:
+        """Return whether the budget of roll-outs is not spent."""
+        return self.rollouts < self.planner.rollouts
 
     def add(self, parent: int, postures: NDArray[np.float64], q: NDArray[np.float64]) -> int:
         state = self.world.robot.at(q)

@@ -30,7 +30,7 @@ class PickOptions:
     )
     """Of the arm's ways far from the object; its period is the robot's. On a packed table the free
     space is centimetres: a wider influence keeps the hand out of it."""
-    planner: PlannerOptions = field(default_factory=lambda: PlannerOptions(seconds=0.5))
+    planner: PlannerOptions = field(default_factory=lambda: PlannerOptions(rollouts=85))
     """Of the search where such a way is stuck."""
     grip: GripOptions = field(default_factory=GripOptions)
     """Of the closing hand."""

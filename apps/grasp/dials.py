@@ -38,14 +38,14 @@ PERCEPTION: dict[str, str] = {
 
 SLOW, FAST = 0.6, 1.5
 """Factors on the speeds of the hand."""
-LONG_SEARCH_SECONDS, LONG_SEARCH_ROLLOUTS = 2.0, 1600
-"""Of the search for a way where the arm is stuck: four times what users get."""
+LONG_SEARCH_ROLLOUTS = 340
+"""Maximum roll-outs of the search where the arm is stuck: four times the default of a pick."""
 
 CONTROL: dict[str, str] = {
     DEFAULT: "as users get it",
     "slow": f"all speeds of the hand times {SLOW:g}",
     "fast": f"all speeds of the hand times {FAST:g}",
-    "planner": f"searches for a way up to {LONG_SEARCH_SECONDS:g} s where the arm is stuck",
+    "planner": f"searches with up to {LONG_SEARCH_ROLLOUTS} roll-outs where the arm is stuck",
 }
 """Control dials by name, and what each does."""
 
@@ -108,9 +108,7 @@ def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
         turned |= {field: max(1.0, 1 / factor) * getattr(options, field) for field in TIME_OUTS}
         return replace(options, **turned)
     if name == "planner":
-        planner = replace(
-            options.planner, seconds=LONG_SEARCH_SECONDS, rollouts=LONG_SEARCH_ROLLOUTS
-        )
+        planner = replace(options.planner, rollouts=LONG_SEARCH_ROLLOUTS)
         return replace(options, planner=planner)
     return options
 

@@ -92,7 +92,7 @@ def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
 def test_a_search_stuck_behind_a_box_finds_a_way_that_is_clear_and_ends_at_the_goal():
     scene = make_reaching_scene(16)
     world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
-    way = plan(world, aims, scene.start, ControlOptions(), PlannerOptions(seconds=20.0))
+    way = plan(world, aims, scene.start, ControlOptions(), PlannerOptions())
     assert way
     np.testing.assert_array_equal(way.postures[0], scene.start)
     assert aims[0].at(world.robot.at(way.postures[-1])).unmet < 1e-3
@@ -103,11 +103,20 @@ def test_a_search_stuck_behind_a_box_finds_a_way_that_is_clear_and_ends_at_the_g
 def test_the_same_seed_finds_the_same_way_when_roll_outs_are_the_limit():
     scene = make_reaching_scene(13)
     world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
-    options = PlannerOptions(seconds=60.0, rollouts=12, seed=3)
+    options = PlannerOptions(rollouts=12, seed=3)
     first, second = (plan(world, aims, scene.start, ControlOptions(), options) for _ in range(2))
     # A try for the goal may follow the last roll-out counted.
     assert first.rollouts == second.rollouts <= 13
     np.testing.assert_array_equal(first.postures, second.postures)
+
+
+def test_a_budget_of_no_roll_outs_ends_at_once_and_says_so():
+    scene = make_reaching_scene(13)
+    world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
+    way = plan(world, aims, scene.start, ControlOptions(), PlannerOptions(rollouts=0))
+    assert not way
+    assert way.rollouts == 0
+    assert "no roll-outs" in way.reason
 
 
 def test_a_goal_inside_an_obstacle_has_no_way_and_the_reason_names_what_blocks():

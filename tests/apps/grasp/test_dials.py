@@ -50,7 +50,7 @@ def test_a_slow_hand_has_more_time_and_a_fast_one_no_less():
 def test_the_planner_dial_searches_longer_and_keeps_all_else():
     base = PickOptions(before=0.05)
     turned = control_dial("planner", base)
-    assert turned.planner.seconds > base.planner.seconds
+    assert turned.planner.rollouts > base.planner.rollouts
     assert turned.before == base.before
 
 
