@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from eyehand.grasping.cell import Cell
     from eyehand.grasping.clearing import ClearOptions
 
+    from .grasp.bench.trial import GraspTrial
     from .grasp.demo_record import DemoRecord
     from .grasp.film import Film
-    from .grasp.trial import GraspTrial
 
 DEFAULT_PORT = 8080
 """Where the live page is looked for first."""
@@ -111,10 +111,10 @@ def demo(
         raise InputError("--robot FILE and --hand-frame NAME go together")
     from eyehand.grasping.clearing import ClearOptions
 
+    from .grasp.bench.trial import GraspTrial, cell_of
     from .grasp.demo_run import FAILURES
     from .grasp.demo_scene import demo_scene
     from .grasp.ready import ready_grasping
-    from .grasp.trial import GraspTrial, cell_of
 
     table = demo_scene(scene, seed, objects)
     trial = GraspTrial(
@@ -164,8 +164,8 @@ def leave(record: DemoRecord, out: Path, json: bool) -> None:
     InputError
         If something cannot be written or removed there.
     """
+    from .grasp.demo_report import write_report
     from .grasp.demo_table import demo_rows, demo_table
-    from .grasp.grasp_report import write_report
 
     page = out / "report.html"
     write_report(page, record)

@@ -19,8 +19,8 @@ from .console import print_json, say, show
 from .description import Description, describe, ready_kernels
 from .description_files import write_description, write_picture
 from .description_table import description_rows, description_table
-from .evaluation.segmentation_score import SegmentationScore, score_segmentation
 from .scene_picture import depth_picture, overlay_picture
+from .segmentation.score import SegmentationScore, score_segmentation
 from .synth import MAX_OBJECTS
 
 if TYPE_CHECKING:

@@ -24,27 +24,27 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
     "evaluate": (
-        "eyehand.apps.evaluation.evaluate_grasp:evaluate_grasp",
+        "eyehand.apps.grasp.bench.evaluate:evaluate_grasp",
         "clear simulated tables of unknown objects: success, cleared, times",
     ),
     "evaluate fit": (
-        "eyehand.apps.evaluation.evaluate_fit:evaluate_fit",
+        "eyehand.apps.fitting.bench.evaluate:evaluate_fit",
         "fit clouds with known solids and print how much of them is met",
     ),
     "evaluate segmentation": (
-        "eyehand.apps.evaluation.evaluate_segmentation:evaluate_segmentation",
+        "eyehand.apps.segmentation.evaluate:evaluate_segmentation",
         "score the segmentation on labelled or synthetic frames",
     ),
     "chart fit": (
-        "eyehand.apps.evaluation.chart_fit:chart_fit",
+        "eyehand.apps.fitting.bench.chart:chart_fit",
         "chart the fit's time against its accuracy, beside other fitters",
     ),
     "chart segmentation": (
-        "eyehand.apps.evaluation.chart_segmentation:chart_segmentation",
+        "eyehand.apps.segmentation.chart:chart_segmentation",
         "chart the segmentation's time against its accuracy, beside other methods",
     ),
     "chart grasp": (
-        "eyehand.apps.evaluation.chart_grasp:chart_grasp",
+        "eyehand.apps.grasp.bench.chart:chart_grasp",
         "chart the time per pick against its success, dial by dial",
     ),
     "control fig1": (
@@ -52,59 +52,59 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "draw how a hand's way bends around obstacles, by the weight of avoidance",
     ),
     "control bench": (
-        "eyehand.apps.motion.bench:control_bench",
+        "eyehand.apps.motion.evaluate:control_bench",
         "run cluttered reaching scenes and print who reaches, touches, gets stuck",
     ),
     "control stress": (
-        "eyehand.apps.motion.stress_control:control_stress",
+        "eyehand.apps.motion.stress:control_stress",
         "make an arm's motions harder until its control breaks, and chart where",
     ),
     "touch features": (
-        "eyehand.apps.touch.chart_features:touch_features",
+        "eyehand.apps.touch.features:touch_features",
         "chart ways to a contact's direction and place, accuracy against time",
     ),
     "touch cop": (
-        "eyehand.apps.touch.touch_cop:touch_cop",
+        "eyehand.apps.touch.cop:touch_cop",
         "lead a thin probe between tactels: felt place against real",
     ),
     "touch track": (
-        "eyehand.apps.touch.touch_track:touch_track",
+        "eyehand.apps.touch.track:touch_track",
         "hold a contact's place and pressure on hard and soft objects: the paper's Table 1",
     ),
     "touch roll": (
-        "eyehand.apps.touch.touch_roll:touch_roll",
+        "eyehand.apps.touch.roll:touch_roll",
         "roll a tilted pad flat onto a face, and after the face when it turns",
     ),
     "touch edge": (
-        "eyehand.apps.touch.touch_edge:touch_edge",
+        "eyehand.apps.touch.edge:touch_edge",
         "turn the pad with an object's edge, simulated on an arm",
     ),
     "touch cable": (
-        "eyehand.apps.touch.touch_cable:touch_cable",
+        "eyehand.apps.touch.cable:touch_cable",
         "follow cables of unknown shape along a table, slowly and fast",
     ),
     "touch seek": (
-        "eyehand.apps.touch.touch_seek:touch_seek",
+        "eyehand.apps.touch.seek:touch_seek",
         "find ridges, edges and corners of unknown objects, and go round them",
     ),
     "touch stress": (
-        "eyehand.apps.touch.stress_touch:touch_stress",
+        "eyehand.apps.touch.stress:touch_stress",
         "make touching harder until the servo breaks, and chart where",
     ),
     "touch explore": (
-        "eyehand.apps.touch.touch_explore:touch_explore",
+        "eyehand.apps.touch.explore:touch_explore",
         "scan an unknown object with two pads on two arms, and write its felt cloud",
     ),
     "stress fit": (
-        "eyehand.apps.evaluation.stress_fit:stress_fit",
+        "eyehand.apps.fitting.bench.stress:stress_fit",
         "make clouds harder until the fit breaks, and chart where",
     ),
     "stress segmentation": (
-        "eyehand.apps.evaluation.stress_segmentation:stress_segmentation",
+        "eyehand.apps.segmentation.stress:stress_segmentation",
         "make staged scenes harder until the segmentation breaks, and chart where",
     ),
     "stress grasp": (
-        "eyehand.apps.grasp.stress_grasp:stress_grasp",
+        "eyehand.apps.grasp.bench.stress:stress_grasp",
         "make picks harder until they break, and chart where",
     ),
 }

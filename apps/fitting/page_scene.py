@@ -9,7 +9,7 @@ import numpy as np
 from eyehand.perception.superquadric import mesh
 from eyehand.perception.superquadric.wireframe import feature_curves
 
-from ..evaluation.chart_style import INK, PEER
+from ..bench.chart_style import INK, PEER
 from .panel_look import SOLID, SOLID_OPACITY
 from .picture_scene import (
     colour_limit_mm,

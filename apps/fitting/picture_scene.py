@@ -9,7 +9,7 @@ import numpy as np
 from eyehand.perception.superquadric import mesh
 from eyehand.perception.superquadric.wireframe import feature_curves
 
-from ..evaluation.chart_style import BLUE, PEER, VERMILION
+from ..bench.chart_style import BLUE, PEER, VERMILION
 from ..scene_json import fit_parts
 from .picture_parts import PictureScene, View
 

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from eyehand.grasping.report import ClearReport, PickReport
     from eyehand.perception import DepthFrame, Scene, SceneObject
 
-    from .trial import PickRow, TrialResult
+    from .bench.trial import PickRow, TrialResult
 
 
 @dataclass(frozen=True)

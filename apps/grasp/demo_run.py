@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Protocol, TypeAlias
 from eyehand.grasping import SelectOptions
 from eyehand.grasping.clearing import ClearOptions, clear_table
 
+from .bench.trial import GraspTrial, Scorer
 from .demo_record import DemoRecord, Recorder
-from .trial import GraspTrial, Scorer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

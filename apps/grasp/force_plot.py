@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..evaluation.chart_style import BLUE, FAINT, GREEN, INK, ORANGE, PEER, PURPLE, RULE, SKY
-from ..evaluation.chart_style import VERMILION as WRONG
+from ..bench.chart_style import BLUE, FAINT, GREEN, INK, ORANGE, PEER, PURPLE, RULE, SKY
+from ..bench.chart_style import VERMILION as WRONG
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,7 +6,7 @@ from eyehand.apps.description import ready_kernels
 from eyehand.grasping.choose import choose
 from eyehand.grasping.clearing import Memory, look
 
-from .trial import GraspTrial, make_cell
+from .bench.trial import GraspTrial, make_cell
 
 
 def ready_grasping() -> None:

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.apps.evaluation.chart_style import (
+from eyehand.control.shapes import Box, Cylinder
+
+from ..bench.chart_style import (
     BLUE,
     FAINT,
     FOOT,
@@ -25,8 +27,6 @@ from eyehand.apps.evaluation.chart_style import (
     sign,
     write_chart,
 )
-from eyehand.control.shapes import Box, Cylinder
-
 from .fig1_run import fig1_rows
 from .fig1_scene import OPTIONS
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.data_synth.reaching import make_reaching_scene, straight_path_is_blocked
 
-from .peer_mink import run_mink
+from .baseline_mink import run_mink
 from .reach_methods import PEER, own_method
 from .reach_outcome import run_reach
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from eyehand.data_synth.touch_objects import CABLE_RADIUS
 
-from ..evaluation.chart_style import (
+from ..bench.chart_style import (
     BLUE,
     FAINT,
     LINE,

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..evaluation.chart_style import (
+from ..bench.chart_style import (
     BLUE,
     INK,
     LINE,

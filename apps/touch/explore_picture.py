@@ -8,7 +8,7 @@ import numpy as np
 
 from eyehand.data_synth.touch_surface import surface_distance
 
-from ..evaluation.chart_style import (
+from ..bench.chart_style import (
     BLUE,
     INK,
     TEXT,

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..evaluation.chart_labels import PointName, name_points
-from ..evaluation.chart_style import (
+from ..bench.chart_labels import PointName, name_points
+from ..bench.chart_style import (
     BLUE,
     COLOURS,
     GREEN,

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.errors import InputError
 
+from ..bench.chart_style import write_chart
 from ..console import print_json, say, show
-from ..evaluation.chart_style import write_chart
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

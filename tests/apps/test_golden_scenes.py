@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.apps.evaluation.segmentation_score import score_segmentation
+from eyehand.apps.segmentation.score import score_segmentation
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
 from eyehand.perception import perceive
 

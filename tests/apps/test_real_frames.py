@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from eyehand.apps.description import describe
-from eyehand.apps.evaluation.segmentation_score import score_segmentation
 from eyehand.apps.scene_json import scene_json
+from eyehand.apps.segmentation.score import score_segmentation
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
 
 KINECT = CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eyehand.apps.motion import stress_gain_cases, stress_goal_cases
-from eyehand.apps.motion.stress_control import control_sweeps
-from eyehand.apps.motion.stress_motion import MotionFigures
+from eyehand.apps.motion import gain_sweeps, goal_sweeps
+from eyehand.apps.motion.stress import control_sweeps
+from eyehand.apps.motion.stress_trial import MotionFigures
 from eyehand.control.options import ControlOptions
 
 SWEEPS = {sweep.name: sweep for sweep in control_sweeps()}
@@ -18,8 +18,8 @@ SEED = 100
 @pytest.fixture(autouse=True)
 def shorter(monkeypatch):
     """The command simulates 60 s before an obstacle; 45 s are two retreats and some standing."""
-    monkeypatch.setattr(stress_goal_cases, "LONG_S", 45.0)
-    monkeypatch.setattr(stress_gain_cases, "STEPS", 500)
+    monkeypatch.setattr(goal_sweeps, "LONG_S", 45.0)
+    monkeypatch.setattr(gain_sweeps, "STEPS", 500)
 
 
 @pytest.mark.parametrize("name", [name for name, sweep in SWEEPS.items() if sweep.holds_to])

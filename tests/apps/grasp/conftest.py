@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
 from eyehand.apps.grasp.demo_record import DemoRecord
 from eyehand.apps.grasp.demo_run import run_demo
 from eyehand.apps.grasp.demo_scene import DemoScene, demo_scene
-from eyehand.apps.grasp.trial import GraspTrial, cell_of
 from eyehand.grasping.clearing import ClearOptions
 
 SEED = 1

@@ -9,10 +9,10 @@ import cv2
 import numpy as np
 import pytest
 
+from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
 from eyehand.apps.grasp.film import Film, FilmOptions
 from eyehand.apps.grasp.film_frame import METER_FULL, Aside, Caption, film_frame, stage_size
 from eyehand.apps.grasp.stage_camera import EYE, FOCAL_WIDTHS, LOOKED_AT, StageCamera
-from eyehand.apps.grasp.trial import GraspTrial, cell_of
 from eyehand.data_synth.gl_probe import gl_fault
 from eyehand.data_synth.grasp_cell import WORK_AREA_M, GraspCell
 from eyehand.data_synth.viewpoint import look_at

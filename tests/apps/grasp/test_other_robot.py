@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.apps.grasp.trial import GraspTrial, make_cell, run_trial
+from eyehand.apps.grasp.bench.trial import GraspTrial, make_cell, run_trial
 from eyehand.data_synth import grasp_robot
 from eyehand.data_synth.arms import LBR_ARM
 from eyehand.data_synth.grasp_robot import PALM_BEFORE_FLANGE_M, GraspRobot, match_options

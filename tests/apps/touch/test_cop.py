@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from eyehand.apps.main import main
+from eyehand.apps.touch.cop import probe_row
 from eyehand.apps.touch.probe_path import ProbePath
-from eyehand.apps.touch.touch_cop import probe_row
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.apps.evaluation.compound_solids import (
+from eyehand.apps.fitting.bench.clouds import FitCase, fit_case
+from eyehand.apps.fitting.bench.compound_solids import (
     COMPOUNDS,
     CompoundSolid,
     draw_l_shape,
     posed_compound,
 )
-from eyehand.apps.evaluation.fit_cases import FitCase, fit_case
-from eyehand.apps.evaluation.fit_score import overlap
+from eyehand.apps.fitting.bench.score import overlap
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 from eyehand.perception.superquadric import sample_surface

@@ -1,0 +1,1 @@
+"""The measuring harness: sweeps, charts, comparisons of methods, reports."""

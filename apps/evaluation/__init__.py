@@ -1,1 +1,0 @@
-"""Commands that measure: against known truth, speed against accuracy, and until it breaks."""

@@ -1,0 +1,1 @@
+"""Benchmarks of the fit: accuracy, charts, comparisons, stress."""

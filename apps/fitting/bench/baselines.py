@@ -1,0 +1,79 @@
+"""Fitters of others by name, and how to bring one's own."""
+
+from __future__ import annotations
+
+import sys
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Protocol, cast
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from eyehand.perception import Superquadric, SuperquadricFit
+
+PEERS: dict[str, str] = {
+    "moments": "eyehand.apps.fitting.bench.classic_fitters:moments_fit",
+    "radial": "eyehand.apps.fitting.bench.classic_fitters:radial_fit",
+    "ems": "eyehand.apps.fitting.bench.ems:ems_fit",
+}
+"""Name of a peer → ``module:function``, a `Fitter`."""
+
+
+class Fitter(Protocol):
+    """What fits one object's cloud, ours or another's."""
+
+    def __call__(
+        self,
+        points: NDArray[np.float64],
+        view_origin: NDArray[np.float64] | None,
+        support_plane: NDArray[np.float64] | None,
+        /,
+    ) -> Superquadric | SuperquadricFit | None:
+        """Fit a superquadric.
+
+        Parameters
+        ----------
+        points
+            (N, 3), m.
+        view_origin
+            (3,) place of the camera, m, where there is one.
+        support_plane
+            (4,) unit normal n and offset d of the plane that the object rests on, ``n·x + d = 0``
+            with n towards the object, where it is known.
+
+        Returns
+        -------
+        Superquadric, SuperquadricFit or None
+            The solid in the points' frame; None where there is none.
+        """
+        ...
+
+
+def find_peer(name: str) -> Fitter:
+    """Import a peer by its name in the table, or as ``module:function``, also from this folder.
+
+    Raises
+    ------
+    InputError
+        If there is no such name, module or function.
+    """
+    where = PEERS.get(name, name)
+    module, colon, function = where.partition(":")
+    if not (module and colon and function):
+        known = f" or one of {', '.join(PEERS)}" if PEERS else ""
+        raise InputError(f"a peer must be module:function{known}, got {name!r}")
+    here = str(Path.cwd())
+    sys.path.insert(0, here)
+    try:
+        found = getattr(import_module(module), function)
+    except (ImportError, AttributeError) as error:
+        raise InputError(f"there is no peer {name!r}: {error}") from error
+    finally:
+        sys.path.remove(here)
+    if not callable(found):
+        raise InputError(f"the peer {name!r} must be a function, got a {type(found).__name__}")
+    return cast("Fitter", found)

@@ -1,0 +1,178 @@
+"""`eyehand chart fit`: its dials, time against accuracy, beside other fitters."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.apps.console import print_json, tracked
+from eyehand.apps.description import ready_kernels
+from eyehand.apps.description_files import make_folder
+from eyehand.errors import InputError
+from eyehand.perception import FitOptions
+from eyehand.perception.superquadric.budget import FORMAT, STORED_FRONT
+
+from ...bench.chart_style import Provenance
+from ...bench.comparison import Contestant, take_turns
+from ...bench.dial_chart import ChartWords, DialChart, FrontPlace, Measured
+from ...bench.machine import machine_line
+from .baselines import PEERS, find_peer
+from .clouds import Group, fit_case
+from .comparison import FAILED, own_fitter, peer_fitter
+from .dials import BOARD, NO_LADDER, POINTS
+from .score import overlap
+
+if TYPE_CHECKING:
+    from ...bench.comparison import Tally
+    from .clouds import FitCase
+    from .comparison import FitAnswer
+
+GROUPS: tuple[Group, ...] = ("view-1mm", "view-2mm", "table")
+"""Clouds of the chart, as many of each, pooled: what a robot meets, one view with noise."""
+CASES, QUICK_CASES = 30, 2
+"""Clouds of each group when no number is asked for."""
+ROUNDS, QUICK_ROUNDS = 2, 1
+"""How often each cloud is fitted at each setting; the fastest time counts."""
+LADDERLESS_POINTS = (300, 500, 1000, 2000, 4000)
+"""Points of our own fits that only look for a general superquadric."""
+PEER_POINTS, QUICK_PEER_POINTS = (250, 1000), (1000,)
+"""Points of the cloud that peers are given: the dial that all of them have."""
+WORDS = ChartWords(
+    title="Superquadric fit: time against accuracy",
+    gain="iou_p10_pct",
+    accuracy="IoU, 10th percentile",
+    same_gain_pct=1.0,
+    columns={"iou_p10_pct": "p10", "iou_median_pct": "IoU", "failed_pct": "failed"},
+    caption="IoU with the true solid: 10th percentile and median over all clouds; failed: IoU "
+    "below 50 %; all in %",
+    worst_shown_pct=0.0,
+)
+PLACE = FrontPlace(FORMAT, STORED_FRONT, "FitOptions")
+CHART_FILE = "fit.png"
+
+
+def chart_fit(
+    *,
+    seed: int = 0,
+    cases: int | None = None,
+    quick: bool = False,
+    peers: bool = True,
+    peer: list[str] | None = None,
+    store: bool = False,
+    out: Path = Path("out/chart_fit"),
+    json: bool = False,
+) -> int:
+    """Chart time against accuracy of the superquadric fit over its dials, beside other fitters.
+
+    Accuracy is the IoU with the true solid that nine fits of ten exceed, over single views with
+    1 mm and 2 mm noise and objects on a table before a realistic camera, as many of each (the
+    clouds view-1mm, view-2mm and table of eyehand evaluate fit, of up to 4000 points). Prints a
+    table; writes fit.png and the figures behind it, fit.csv.
+
+    Parameters
+    ----------
+    seed
+        First seed of the clouds.
+    cases
+        Clouds of each of the three groups; default: 30.
+    quick
+        Few settings, 2 clouds a group: seconds in place of minutes, for a first look.
+    peers
+        Chart the known other fitters too.
+    peer
+        A further one, as for eyehand evaluate fit. Can be given several times.
+    store
+        Keep the front for FitOptions.for_budget.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; the table goes to stderr.
+    """
+    if cases is not None and cases < 1:
+        raise InputError(f"--cases must be >= 1, got {cases}")
+    if seed < 0:
+        raise InputError(f"--seed must be >= 0, got {seed}")
+    if store and quick:
+        raise InputError("--store needs all settings: leave --quick out")
+    each = cases or (QUICK_CASES if quick else CASES)
+    settings = BOARD.settings(quick=quick)
+    names = [*(PEERS if peers else ()), *(peer or [])]
+    contestants = [
+        *(own_fitter(setting.name, setting.options) for setting in settings),
+        *_without_ladder(quick=quick),
+        *(rival for name in dict.fromkeys(names) for rival in _rivals(name, quick=quick)),
+    ]
+    make_folder(out)
+    ready_kernels()
+    wanted = [(group, seed + k) for k in range(each) for group in GROUPS]
+    tallies = take_turns(
+        contestants,
+        (
+            fit_case(group, case_seed, max(POINTS))
+            for group, case_seed in tracked(wanted, "fitting", len(wanted))
+        ),
+        _overlap,
+        QUICK_ROUNDS if quick else ROUNDS,
+    )
+    results = [_measured(tally) for tally in tallies]
+    data = f"single objects ({', '.join(GROUPS)}), up to {max(POINTS)} points"
+    made = Provenance(data, seed, len(wanted), "cloud")
+    chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
+    slower = chart.publish(out / CHART_FILE, PLACE, store=store, json=json)
+    if json:
+        print_json(
+            "chart_fit",
+            seed,
+            chart.rows(),
+            cases=len(wanted),
+            groups=GROUPS,
+            machine=machine_line(),
+            slower=slower,
+            out=str(out),
+        )
+    return 0
+
+
+def _without_ladder(*, quick: bool) -> list[Contestant[FitCase, FitAnswer]]:
+    """Ours when it tells no kind: a curve beside the front, for it answers less."""
+    fitters = [
+        own_fitter(f"{count} points", FitOptions(kinds=NO_LADDER, points=count))
+        for count in (QUICK_PEER_POINTS if quick else LADDERLESS_POINTS)
+    ]
+    return [replace(fitter, method="ours, no ladder") for fitter in fitters]
+
+
+def _rivals(name: str, *, quick: bool) -> list[Contestant[FitCase, FitAnswer]]:
+    rival = peer_fitter(name, find_peer(name))
+    return [
+        Contestant(rival.method, f"{count} points", partial(_run_on, rival, count))
+        for count in (QUICK_PEER_POINTS if quick else PEER_POINTS)
+    ]
+
+
+def _run_on(rival: Contestant[FitCase, FitAnswer], count: int, case: FitCase) -> FitAnswer:
+    # Points come in random order: the first ones are a fair choice.
+    return rival.run(replace(case, points=case.points[:count]))
+
+
+def _overlap(case: FitCase, answer: FitAnswer) -> float:
+    return overlap(case.truth, answer.parts, case.seed)
+
+
+def _measured(tally: Tally[FitCase, FitAnswer, float]) -> Measured:
+    met = 100 * np.array(tally.scores)
+    figures = {
+        "iou_p10_pct": np.quantile(met, 0.1),
+        "iou_median_pct": np.median(met),
+        "failed_pct": 100 * np.mean(met < 100 * FAILED),
+    }
+    return Measured(
+        tally.contestant,
+        round(float(np.median(tally.wall_ms)), 3),
+        round(float(np.median(tally.cpu_ms)), 3),
+        {key: round(float(value), 2) for key, value in figures.items()},
+    )

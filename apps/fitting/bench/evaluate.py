@@ -1,0 +1,169 @@
+"""`eyehand evaluate fit`: fitted solids against the solids that clouds were taken from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, get_args
+
+from rich import box
+from rich.table import Table
+
+from eyehand.errors import InputError
+from eyehand.perception import FitOptions
+
+from ...bench.comparison import take_turns
+from ...bench.csv_table import write_csv
+from ...bench.machine import machine_line
+from ...console import print_json, say, show, tracked
+from ...description import ready_kernels
+from ...description_files import make_folder
+from .baselines import find_peer
+from .clouds import Group, fit_case
+from .comparison import OWN, case_rows, grade, own_fitter, peer_fitter, summary_rows
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from ...bench.comparison import Contestant
+    from .clouds import FitCase
+    from .comparison import FitAnswer
+
+QUICK_CASES = 2
+PARTS = 3
+"""Most solids that compounds become where nothing else is asked for: few of them have more."""
+IN_PARTS = f"{OWN}, {PARTS} parts"
+"""What that is called."""
+
+
+def evaluate_fit(
+    *,
+    seed: int = 0,
+    cases: int = 25,
+    groups: list[Group] | None = None,
+    peer: list[str] | None = None,
+    optimiser: str | None = None,
+    points: int | None = None,
+    max_parts: int | None = None,
+    budget_ms: float | None = None,
+    quick: bool = False,
+    out: Path = Path("out/evaluate_fit"),
+    json: bool = False,
+) -> int:
+    """Fit clouds with known solids and print how much of them is met.
+
+    Writes cases.csv, a row for every cloud and fitter. Cloud k of every group follows from
+    seed + k alone.
+
+    Parameters
+    ----------
+    seed
+        First seed.
+    cases
+        Clouds per group.
+    groups
+        Kinds of clouds; default: all.
+    peer
+        Another fitter on the same clouds: a known name, or module:function, a Python function
+        f(points, view_origin, support_plane) that gives a Superquadric, a SuperquadricFit or None.
+        Can be given several times.
+    optimiser
+        What refines the solid in the end; default: that of the options, as for all that follow.
+    points
+        Points of a cloud that the fit uses.
+    max_parts
+        Most solids that one object may become; default: 1, and for compounds 1 against 3.
+    budget_ms
+        Take the stored settings for this time per fit, ms; other options given here come on top.
+    quick
+        Two clouds a group: a first look.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; the table goes to stderr.
+    """
+    if cases < 1:
+        raise InputError(f"--cases must be >= 1, got {cases}")
+    if seed < 0:
+        raise InputError(f"--seed must be >= 0, got {seed}")
+    cases = min(cases, QUICK_CASES) if quick else cases
+    base = FitOptions() if budget_ms is None else FitOptions.for_budget(budget_ms)
+    dials = {"optimiser": optimiser, "points": points, "max_parts": max_parts}
+    given = {name: value for name, value in dials.items() if value is not None}
+    own = replace(base, **given)
+    peers = [peer_fitter(name, find_peer(name)) for name in peer or []]
+    make_folder(out)
+    ready_kernels()
+    rows: list[dict[str, Any]] = []
+    for group in dict.fromkeys(groups or get_args(Group)):
+        fitters = [own_fitter(OWN, own)]
+        if group == "compound" and max_parts is None:
+            # What parts are worth shows beside one solid.
+            split = own_fitter(IN_PARTS, replace(own, max_parts=PARTS))
+            fitters.append(replace(split, method=IN_PARTS))
+        rows += _fitted([*fitters, *peers], group, range(seed, seed + cases))
+    summary = summary_rows(rows)
+    write_csv(out / "cases.csv", rows)
+    show(_table(summary, seed, cases), json_wanted=json)
+    say(f"every cloud: {out / 'cases.csv'}")
+    if json:
+        print_json("evaluate_fit", seed, summary, cases=cases, machine=machine_line(), out=str(out))
+    return 0
+
+
+def _fitted(
+    contestants: Sequence[Contestant[FitCase, FitAnswer]], group: Group, seeds: range
+) -> list[dict[str, Any]]:
+    """Rows of all contestants over the clouds of a group."""
+    clouds = [fit_case(group, seed) for seed in tracked(seeds, f"drawing {group}", len(seeds))]
+    turns = tracked(clouds, f"fitting {group}", len(clouds))
+    tallies = take_turns(contestants, turns, grade, rounds=1)
+    return [row for tally in tallies for row in case_rows(clouds, tally)]
+
+
+_COLUMNS = {
+    "iou_median_pct": ("IoU", 1),
+    "iou_p10_pct": ("p10", 1),
+    "iou_worst_pct": ("worst", 1),
+    "failed_pct": ("failed", 1),
+    "mean_distance_mm": ("mean mm", 2),
+    "max_distance_mm": ("max mm", 1),
+    "extent_error_mm": ("extent mm", 1),
+    "extent_error_pct": ("extent %", 1),
+    "kind_right_pct": ("kind", 1),
+    "fit_median_ms": ("ms", 1),
+    "fit_p90_ms": ("p90", 1),
+}
+"""Heading and decimals of every figure."""
+
+
+def _table(summary: list[dict[str, Any]], seed: int, cases: int) -> Table:
+    methods = list(dict.fromkeys(row["method"] for row in summary))
+    clouds = f"{cases} cloud{'s' if cases > 1 else ''} a group"
+    table = Table(
+        title=f"fits of {clouds}, seed {seed}" + (f" to {seed + cases - 1}" if cases > 1 else ""),
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        pad_edge=False,
+        caption="IoU with the true solid: median, 10th percentile and worst, %; failed: IoU below "
+        "50 %; mm: distance of the surfaces, mean and largest, and the worst half extent's error; "
+        "kind: kinds told right, %; ms: wall time, median and 90th percentile",
+        caption_justify="left",
+    )
+    table.add_column("clouds", no_wrap=True)
+    if len(methods) > 1:
+        table.add_column("method", no_wrap=True)
+    for heading, _ in _COLUMNS.values():
+        table.add_column(heading, justify="right")
+    for row in summary:
+        first = row["method"] == methods[0]
+        method = row["method"].rpartition(":")[2]
+        names = [row["name"] if first else "", *([method] if len(methods) > 1 else [])]
+        figures = [_cell(row[key], decimals) for key, (_, decimals) in _COLUMNS.items()]
+        last = row["method"] == methods[-1]
+        table.add_row(*names, *figures, end_section=last and len(methods) > 1)
+    return table
+
+
+def _cell(value: float | None, decimals: int) -> str:
+    return "-" if value is None else f"{value:.{decimals}f}"

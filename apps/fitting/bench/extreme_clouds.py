@@ -1,0 +1,251 @@
+"""The extreme clouds of `eyehand stress fit`: what must be refused, followed, or may degrade."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from .clouds import POINTS
+from .extremes import Extreme
+from .stress_trial import (
+    Method,
+    try_following,
+    try_no_silent_failure,
+    try_nothing_made_up,
+    try_refusal,
+)
+from .stress_views import Look, moved, one_view, scaled, usual_solid
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ...bench.sweep import Trial
+
+    Points = NDArray[np.float64]
+
+COPIES = 100
+"""How often points are repeated."""
+FAR = 1e4
+"""Distance of far clouds from the origin, m."""
+REACH = 0.05
+"""Half the extent of points that are of no solid, m."""
+TURN = Rotation.from_rotvec([0.5, -0.9, 1.3])
+"""Some turn that no axis lies still under."""
+FLATTEN = TURN.as_matrix() @ np.diag([1.0, 1.0, 0.0]) @ TURN.as_matrix().T
+STRETCH = TURN.as_matrix() @ np.diag([1.0, 0.0, 0.0]) @ TURN.as_matrix().T
+"""Projections onto a slanting plane and a slanting line."""
+
+
+def extremes() -> tuple[Extreme, ...]:
+    """All of them: what must be refused first, then what must follow, then what may degrade."""
+    return (*_refused(), *_following(), *_degrading())
+
+
+def _refused() -> list[Extreme]:
+    spoilt: list[tuple[str, str, Callable[[Points], Points]]] = [
+        ("no points", "too few", lambda p: p[:0]),
+        ("1 point", "too few", lambda p: p[:1]),
+        ("49 points", "too few", lambda p: p[:49]),
+        ("one point 1000 times", "same point", lambda p: p[:1].repeat(POINTS, axis=0)),
+        ("2 points 100 times", "line", lambda p: p[:2].repeat(COPIES, axis=0)),
+        ("10 points 100 times", "too few", lambda p: p[:10].repeat(COPIES, axis=0)),
+        ("one NaN", "NaN or infinite", lambda p: _with(p, np.nan, 1)),
+        ("one +inf", "NaN or infinite", lambda p: _with(p, np.inf, 1)),
+        ("one -inf", "NaN or infinite", lambda p: _with(p, -np.inf, 1)),
+        ("all NaN", "NaN or infinite", lambda p: _with(p, np.nan, len(p))),
+        ("on a line along x", "line", lambda p: p * [1.0, 0.0, 0.0]),
+        ("on a slanting line", "line", lambda p: p @ STRETCH),
+        ("on a level plane", "plane", lambda p: p * [1.0, 1.0, 0.0]),
+        ("on a slanting plane", "plane", lambda p: p @ FLATTEN),
+    ]
+    changed: list[tuple[str, str, Callable[[Look], Look]]] = [
+        ("millimetres read as metres", "metres", lambda look: scaled(look, 1e3)),
+        ("centimetres read as metres", "metres", lambda look: scaled(look, 1e2)),
+        ("metres read as kilometres", "metres", lambda look: scaled(look, 1e-3)),
+        ("coordinates of 1e300", "coordinates", lambda look: scaled(look, 1e300)),
+        ("coordinates of 1e-300", "metres", lambda look: scaled(look, 1e-300)),
+        ("wholly under its support plane", "support plane", lambda look: _over(look, 0.2)),
+        ("100 m above its support plane", "support plane", lambda look: _over(look, -100.0)),
+    ]
+    changed = [(name, says, _on_points(make)) for name, says, make in spoilt] + changed
+
+    def extreme(name: str, says: str, change: Callable[[Look], Look]) -> Extreme:
+        def attempt(seed: int, method: Method) -> Trial:
+            return try_refusal(method, change(_usual(seed)), says)
+
+        return Extreme(name, "refuse", attempt, says)
+
+    return [extreme(*one) for one in changed]
+
+
+def _following() -> list[Extreme]:
+    turns = {
+        f"a quarter turn about {axis}": Rotation.from_euler(axis, 90, degrees=True)
+        for axis in "xyz"
+    }
+    away = FAR * np.array([0.6, -0.64, 0.48])
+    frames = {name: RigidTransform.from_rotation(turn) for name, turn in turns.items()} | {
+        "a slanting turn": RigidTransform.from_rotation(TURN),
+        "10 km from the origin": RigidTransform.from_translation(away),
+        "turned, 10 km from the origin": RigidTransform.from_components(away, TURN),
+    }
+    stay = RigidTransform.identity()
+
+    def extreme(
+        name: str, T: RigidTransform, here: Callable[[int], Look], change: Callable[[Look], Look]
+    ) -> Extreme:
+        def attempt(seed: int, method: Method) -> Trial:
+            return try_following(method, here(seed), moved(change(here(seed)), T), T, seed)
+
+        return Extreme(name, "follow", attempt)
+
+    def larger(times: float) -> Callable[[Look], Look]:
+        return lambda look: replace(scaled(look, times), unit=1.0 / times)
+
+    return [
+        *(extreme(name, T, _usual, lambda look: look) for name, T in frames.items()),
+        *(
+            extreme(f"{name}, on a table", T, _standing, lambda look: look)
+            for name, T in frames.items()
+        ),
+        *(
+            extreme(f"{times:g} times as large, options too", stay, _standing, larger(times))
+            for times in (0.1, 0.5, 3.0, 10.0)
+        ),
+        extreme("in another order", stay, _usual, _on_points(lambda p: _shuffled(p))),
+        extreme("transposed in memory", stay, _usual, _on_points(np.asfortranarray)),
+    ]
+
+
+def _degrading() -> list[Extreme]:
+    changed: list[tuple[str, Callable[[Look], Look]]] = [
+        ("50 points", _on_points(lambda p: p[:50])),
+        ("rounded to 10 mm", _on_points(lambda p: p.round(2))),
+        ("rounded to single precision 10 km away", _on_points(_coarse)),
+        ("half of all points at one place", _on_points(_piled)),
+        ("one point 1 m away", _on_points(lambda p: _stray(p, 1.0))),
+        ("one point 100 km away", _on_points(lambda p: _stray(p, 1e5))),
+        ("100 000 points", _on_points(_many)),
+        ("camera inside the solid", lambda look: _from(look, _middle(look))),
+        ("camera at a point", lambda look: _from(look, look.points[0])),
+        ("camera 1000 km behind", lambda look: _from(look, 1e6 * _camera(look))),
+        ("camera 1e300 m behind", lambda look: _from(look, 1e300 * _camera(look))),
+        (
+            "camera on the wrong side",
+            lambda look: _from(look, 2 * _middle(look) - _camera(look)),
+        ),
+        ("support plane through the middle", lambda look: _over(look, 0.0)),
+    ]
+    nothing: list[tuple[str, Callable[[np.random.Generator], Points]]] = [
+        ("a filled ball of points", lambda rng: REACH * rng.normal(size=(POINTS, 3))),
+        ("a filled cube of points", lambda rng: rng.uniform(-REACH, REACH, (POINTS, 3))),
+        ("a ring of wire", lambda rng: _ring(rng, 0.0)),
+        ("a ring of wire, 0.5 mm noise", lambda rng: _ring(rng, 0.0005)),
+        ("the corners of a cube, 1 mm noise", _corners),
+        ("one point 1000 times, 1 mm noise", lambda rng: 0.001 * rng.normal(size=(POINTS, 3))),
+        ("two balls apart", _two_balls),
+    ]
+
+    def spoilt(name: str, change: Callable[[Look], Look]) -> Extreme:
+        def attempt(seed: int, method: Method) -> Trial:
+            return try_no_silent_failure(method, change(_usual(seed)), seed)
+
+        return Extreme(name, "degrade", attempt)
+
+    def formless(name: str, make: Callable[[np.random.Generator], Points]) -> Extreme:
+        def attempt(seed: int, method: Method) -> Trial:
+            points = make(np.random.default_rng([seed, 37]))
+            look = Look(points, view_origin=np.array([0.0, 0.0, 0.7]))
+            return try_nothing_made_up(method, look)
+
+        return Extreme(name, "degrade", attempt)
+
+    return [*(spoilt(*one) for one in changed), *(formless(*one) for one in nothing)]
+
+
+def _usual(seed: int) -> Look:
+    return one_view(*usual_solid(seed), np.random.default_rng([seed, 35]))
+
+
+def _standing(seed: int) -> Look:
+    """The usual look, with a plane that touches its solid from below."""
+    look = _usual(seed)
+    assert look.truth is not None
+    lowest = -float(look.truth.support(np.array([0.0, 0.0, -1.0])))
+    return replace(look, support_plane=np.array([0.0, 0.0, 1.0, -lowest]))
+
+
+def _on_points(change: Callable[[Points], Points]) -> Callable[[Look], Look]:
+    return lambda look: replace(look, points=change(look.points))
+
+
+def _over(look: Look, height: float) -> Look:
+    """Give the look a level support plane at a height above the solid's middle."""
+    plane = np.array([0.0, 0.0, 1.0, -_middle(look)[2] - height])
+    return replace(look, support_plane=plane)
+
+
+def _from(look: Look, origin: NDArray[np.float64]) -> Look:
+    return replace(look, view_origin=origin)
+
+
+def _middle(look: Look) -> NDArray[np.float64]:
+    assert look.truth is not None
+    return look.truth.centre
+
+
+def _camera(look: Look) -> NDArray[np.float64]:
+    assert look.view_origin is not None
+    return look.view_origin
+
+
+def _with(points: Points, value: float, count: int) -> Points:
+    points = points.copy()
+    points[:count, 1] = value
+    return points
+
+
+def _shuffled(points: Points) -> Points:
+    return np.random.default_rng(0).permutation(points)
+
+
+def _stray(points: Points, away: float) -> Points:
+    """One more point, far from the others."""
+    return np.vstack([points, points[:1] + np.array([away, 0.0, 0.0])])
+
+
+def _coarse(points: Points) -> Points:
+    return (points + FAR).astype(np.float32).astype(np.float64) - FAR
+
+
+def _piled(points: Points) -> Points:
+    half = len(points) // 2
+    return np.vstack([points[:half], points[:1].repeat(half, axis=0)])
+
+
+def _many(points: Points) -> Points:
+    rng = np.random.default_rng(0)
+    many = points.repeat(COPIES, axis=0)
+    return many + 0.0005 * rng.normal(size=many.shape)
+
+
+def _ring(rng: np.random.Generator, noise: float) -> Points:
+    angle = rng.uniform(0, 2 * np.pi, POINTS)
+    ring = REACH * np.column_stack([np.cos(angle), np.sin(angle), np.zeros(POINTS)])
+    return ring + noise * rng.normal(size=ring.shape)
+
+
+def _corners(rng: np.random.Generator) -> Points:
+    corners = REACH * rng.choice([-1.0, 1.0], (POINTS, 3))
+    return corners + 0.001 * rng.normal(size=corners.shape)
+
+
+def _two_balls(rng: np.random.Generator) -> Points:
+    ball = rng.normal(size=(POINTS, 3))
+    ball *= REACH / np.linalg.norm(ball, axis=1, keepdims=True)
+    ball[::2] += [0.5, 0.0, 0.0]
+    return ball

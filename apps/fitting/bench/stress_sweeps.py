@@ -1,0 +1,17 @@
+"""All sweeps of `eyehand stress fit`, in the order in which they are told."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .cloud_sweeps import cloud_sweeps
+from .solid_sweeps import solid_sweeps
+
+if TYPE_CHECKING:
+    from ...bench.sweep import Sweep
+    from .stress_trial import Method
+
+
+def fit_sweeps() -> tuple[Sweep[Method], ...]:
+    """All sweeps of the fit."""
+    return (*cloud_sweeps(), *solid_sweeps())

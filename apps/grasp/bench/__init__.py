@@ -1,0 +1,1 @@
+"""Benchmarks of grasping: success rates, charts, stress."""

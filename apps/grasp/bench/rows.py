@@ -1,0 +1,236 @@
+"""Rows of a grasping evaluation, kept as they come: a Parquet file for every scene that is done.
+
+A scene's file appears whole, by one rename, under a name that only this scene has: a run that is
+killed loses the scenes under way and nothing else, and a scene that is run twice counts once.
+"""
+
+from __future__ import annotations
+
+import json
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from eyehand.apps.console import say
+from eyehand.apps.description_files import make_folder, write_text
+from eyehand.apps.wording import counted
+from eyehand.errors import InputError
+from eyehand.perception.atomic_write import atomic_write
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
+    from .jobs import SceneJob, SceneOutcome
+
+ROWS_FOLDER, OPTIONS_FILE = "rows", "options.json"
+SCENE, PICK = "scene", "pick"
+"""Values of the column `record`."""
+FAULT = "fault"
+"""Outcome of a scene that broke, and of the one pick that is counted for it."""
+
+_TEXT, _COUNT, _NUMBER, _FLAG = "string", "int64", "float64", "bool"
+TRIAL_COLUMNS = {
+    "family": _TEXT,
+    "seed": _COUNT,
+    "objects": _COUNT,
+    "friction": _NUMBER,
+    "shake": _NUMBER,
+    "known": _FLAG,
+    "task": _TEXT,
+    "perception": _TEXT,
+    "control": _TEXT,
+    "objects_dir": _TEXT,
+    "robot": _TEXT,
+    "hand_frame": _TEXT,
+}
+"""What the scene was, in every row."""
+PICK_COLUMNS = {
+    "pick": _COUNT,
+    "tried": _FLAG,
+    "object": _TEXT,
+    "kind": _TEXT,
+    "prototype": _TEXT,
+    "approach": _TEXT,
+    "rows": _COUNT,
+    "success": _FLAG,
+    "perceive_ms": _NUMBER,
+    "plan_ms": _NUMBER,
+    "seconds": _NUMBER,
+    "wall_seconds": _NUMBER,
+    "touched_before": _COUNT,
+    "pads": _COUNT,
+    "curl": _NUMBER,
+    "pushed": _FLAG,
+    "touched_pushing": _COUNT,
+}
+"""Filled in a pick's rows."""
+SCENE_COLUMNS = {
+    "placed": _COUNT,
+    "total": _COUNT,
+    "left": _COUNT,
+    "stopped": _TEXT,
+    "cpu_seconds": _NUMBER,
+}
+"""Filled in a scene's row."""
+COLUMNS = {
+    "record": _TEXT,
+    "key": _TEXT,
+    "row": _TEXT,
+    "outcome": _TEXT,
+    "reason": _TEXT,
+    **TRIAL_COLUMNS,
+    **PICK_COLUMNS,
+    **SCENE_COLUMNS,
+    "more": _TEXT,
+}
+"""All columns and their types; `more` holds as JSON what a result tells beyond them."""
+
+
+class RowStore:
+    """The rows in a folder. Open one with :func:`open_rows`."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder / ROWS_FOLDER
+
+    def finished(self) -> set[str]:
+        """Keys of the scenes that are done."""
+        return {path.stem for path in self._parts()}
+
+    def add(self, job: SceneJob, outcome: SceneOutcome) -> None:
+        """Keep a scene: its row, and one for each pick."""
+        import pyarrow
+        from pyarrow import parquet
+
+        schema = pyarrow.schema([(name, _arrow(kind)) for name, kind in COLUMNS.items()])
+        table = pyarrow.Table.from_pylist(scene_records(job, outcome), schema=schema)
+        with atomic_write(self.folder / f"{job.key}.parquet") as temporary:
+            parquet.write_table(table, temporary, compression="zstd")
+
+    def read(self, jobs: Iterable[SceneJob]) -> list[dict[str, Any]]:
+        """Rows of these scenes, as far as they are done, in the order of the jobs."""
+        import pyarrow
+        from pyarrow import parquet
+
+        rows = []
+        for job in jobs:
+            path = self.folder / f"{job.key}.parquet"
+            if not path.is_file():
+                continue
+            try:
+                rows += parquet.ParquetFile(path).read().to_pylist()
+            except (OSError, pyarrow.ArrowException) as error:
+                raise InputError(
+                    f"cannot read rows from {path}: remove it and run again"
+                ) from error
+        return rows
+
+    def clear(self) -> None:
+        """Throw all rows away."""
+        for path in self._parts():
+            path.unlink()
+
+    def _parts(self) -> list[Path]:
+        return [path for path in self.folder.glob("*.parquet") if not path.name.startswith(".")]
+
+
+def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) -> RowStore:
+    """Open the rows of a run, new or to go on with.
+
+    Parameters
+    ----------
+    folder
+        Output folder of the run, made if needed.
+    options
+        All that the figures depend on, as JSON can hold it. They are kept beside the rows.
+    fresh
+        Throw away what other runs left.
+
+    Raises
+    ------
+    InputError
+        If the folder holds rows of other options; the message tells which.
+    """
+    store = RowStore(folder)
+    make_folder(store.folder)
+    for path in store.folder.glob(".*.parquet"):
+        # A run was killed while it wrote.
+        path.unlink(missing_ok=True)
+    if fresh:
+        store.clear()
+    wanted = json.loads(json.dumps(dict(options)))
+    file = folder / OPTIONS_FILE
+    if store.finished():
+        differing = _differences(_stored_options(file), wanted)
+        if differing:
+            raise InputError(
+                f"{folder} holds rows of other options ({differing}): go on with those, name "
+                "another folder with --out, or throw the rows away with --fresh"
+            )
+        done = counted(len(store.finished()), "scene")
+        say(f"going on: {done} done before in {store.folder}")
+    write_text(file, json.dumps(wanted, indent=1) + "\n")
+    return store
+
+
+def scene_records(job: SceneJob, outcome: SceneOutcome) -> list[dict[str, Any]]:
+    """Rows of a scene: the scene's own, then one per pick.
+
+    What was never tried counts as a failed pick each (`tried` is false), and so does a fault.
+    """
+    trial = {name: job.trial.get(name) for name in TRIAL_COLUMNS}
+    head = {"key": job.key, "row": job.row, **trial}
+    if outcome.fault:
+        total = int(job.trial["objects"])
+        told = {"outcome": FAULT, "reason": outcome.fault}
+        scene = {"placed": 0, "total": total, "left": total, "stopped": FAULT}
+        return [
+            _record(SCENE, {**head, **told, **scene}),
+            _record(PICK, {**head, **told, "pick": 0, "tried": False, "success": False}),
+        ]
+    result = dict(outcome.result)
+    picks = [{"tried": True, **pick} for pick in result.pop("picks", [])]
+    untried = [{"tried": False, "success": False, **one} for one in result.pop("untried", [])]
+    scene = {"outcome": "done", "reason": "", **result}
+    return [
+        _record(SCENE, {**head, **scene}),
+        *(
+            _record(PICK, {**head, "pick": number, **pick})
+            for number, pick in enumerate([*picks, *untried])
+        ),
+    ]
+
+
+def _record(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    known = {name: _fit(values.get(name), kind) for name, kind in COLUMNS.items()}
+    more = {name: value for name, value in values.items() if name not in COLUMNS}
+    return {**known, "record": what, "more": json.dumps(more) if more else None}
+
+
+def _fit(value: Any, kind: str) -> Any:
+    """Give a value its column's type; what is no number stays empty."""
+    if value is None:
+        return None
+    if kind == _NUMBER:
+        return float(value) if isfinite(float(value)) else None
+    if kind == _COUNT:
+        return len(value) if isinstance(value, list) else int(value)
+    return bool(value) if kind == _FLAG else str(value)
+
+
+def _arrow(kind: str) -> Any:
+    import pyarrow
+
+    return pyarrow.bool_() if kind == _FLAG else getattr(pyarrow, kind)()
+
+
+def _stored_options(file: Path) -> dict[str, Any]:
+    try:
+        stored = json.loads(file.read_text(encoding="utf-8"))
+        return stored if isinstance(stored, dict) else {}
+    except (OSError, ValueError):
+        return {}
+
+
+def _differences(stored: Mapping[str, Any], wanted: Mapping[str, Any]) -> str:
+    names = [name for name in {**stored, **wanted} if stored.get(name) != wanted.get(name)]
+    return ", ".join(f"{name}: was {stored.get(name)}, is {wanted.get(name)}" for name in names)

@@ -1,0 +1,144 @@
+"""Goals that cannot be had: out of reach, inside an obstacle, behind a wall, against each other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.control.point_aims import Position
+from eyehand.control.shapes import Box, Obstacle, Sphere
+
+from ..bench.sweep import Sweep, Trial
+from .stress_trial import SETTLED_STEP, Method, judged, lbr_world, simulate
+
+SHOULDER = np.array([0.0, 0.0, 0.34])
+"""Where the arm's first two axes meet, m: it reaches a ball about it."""
+REACH = 0.926
+"""Radius of that ball, m."""
+LONG_S = 60.0
+"""Simulated time in front of an obstacle: long enough for any creeping to show, s."""
+TRYING_S = 40.0
+"""Longest simulated time elsewhere: for two retreats and three tries, s."""
+TRIES = 2
+"""Trials a value of those long runs."""
+
+
+def goal_sweeps() -> tuple[Sweep[Method], ...]:
+    """Sweeps over goals."""
+    return (
+        Sweep(
+            name="out-of-reach",
+            axis="goal beyond the arm's reach",
+            unit="mm",
+            values=(-100.0, -20.0, -5.0, 0.0, 5.0, 20.0, 100.0, 1000.0, 10000.0),
+            holds_to=10000.0,
+            attempt=_out_of_reach,
+            right="reached, or stuck and at rest",
+            repeats=4,
+        ),
+        Sweep(
+            name="inside-obstacle",
+            axis="goal inside a ball, below its surface",
+            unit="mm",
+            values=(0.0, 20.0, 60.0, 120.0),
+            holds_to=120.0,
+            attempt=_inside,
+            right="stuck at the margin, naming the ball, for 60 s",
+            repeats=TRIES,
+        ),
+        Sweep(
+            name="behind-wall",
+            axis="width of a wall between hand and goal",
+            unit="cm",
+            values=(10.0, 30.0, 80.0, 160.0),
+            holds_to=160.0,
+            attempt=_behind_wall,
+            right="round the wall, or stuck naming it, for 60 s",
+            repeats=TRIES,
+        ),
+        Sweep(
+            name="conflict",
+            axis="a second goal for the same point, apart by",
+            unit="mm",
+            values=(0.0, 1.0, 10.0, 100.0, 1000.0),
+            holds_to=1000.0,
+            attempt=_conflict,
+            right="the first met and kept, the second named as what is left",
+            repeats=3,
+        ),
+    )
+
+
+def _out_of_reach(beyond_mm: float, seed: int, options: Method) -> Trial:
+    rng = np.random.default_rng([seed, 1])
+    turn, rise = rng.uniform(-2.0, 2.0), rng.uniform(0.2, 1.2)
+    outward = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
+    goal = SHOULDER + (REACH + 1e-3 * beyond_mm) * outward
+    motion = simulate(lbr_world(), [Position(goal)], options, TRYING_S, stop_when_stuck=True)
+    status = motion.last.status
+    at_rest = status == "stuck" and motion.end_step < SETTLED_STEP
+    # At the very edge the damped inverse gives up some tenths of a millimetre.
+    passed = status == "reached" if beyond_mm < -1.0 else status == "reached" or at_rest
+    note = (
+        f"{status}, last steps {motion.end_step:.1e} rad, {1e3 * motion.last.errors[0]:.1f} mm off"
+    )
+    return judged(motion, options, passed=passed, note=note)
+
+
+def _inside(depth_mm: float, seed: int, options: Method) -> Trial:
+    world = lbr_world()
+    rng = np.random.default_rng([seed, 2])
+    hand = world.robot.at(world.robot.home).position
+    away = np.array([rng.uniform(0.15, 0.3), rng.choice([-1.0, 1.0]) * rng.uniform(0.25, 0.4), 0.2])
+    radius, centre = 0.12, hand + away
+    inward = away / np.linalg.norm(away)
+    goal = centre - (radius - 1e-3 * depth_mm) * inward
+    world.add(Obstacle("ball", Sphere(radius), _at(centre)))
+    motion = simulate(world, [Position(goal)], options, LONG_S)
+    last = motion.last
+    passed = last.status == "stuck" and "ball" in last.reason and motion.end_step < SETTLED_STEP
+    return judged(motion, options, passed=passed)
+
+
+def _behind_wall(width_cm: float, seed: int, options: Method) -> Trial:
+    world = lbr_world()
+    rng = np.random.default_rng([seed, 3])
+    hand = world.robot.at(world.robot.home).position
+    half = np.array([0.5e-2 * width_cm, 0.01, 0.5e-2 * width_cm])
+    place = hand + np.array([0.0, 0.15, 0.0]) + rng.uniform(-0.02, 0.02, 3)
+    # Its lower edge keeps to where it is: the wall grows sideways and up.
+    place[2] += half[2] - 0.05
+    goal = hand + np.array([rng.uniform(-0.03, 0.03), 0.28, 0.0])
+    world.add(Obstacle("wall", Box(half), _at(place)))
+    motion = simulate(world, [Position(goal)], options, LONG_S)
+    last = motion.last
+    stuck = last.status == "stuck" and "wall" in last.reason and motion.end_step < SETTLED_STEP
+    return judged(motion, options, passed=stuck or last.status == "reached")
+
+
+def _conflict(apart_mm: float, seed: int, options: Method) -> Trial:
+    world = lbr_world()
+    rng = np.random.default_rng([seed, 4])
+    hand = world.robot.at(world.robot.home).position
+    first = hand + rng.uniform(-0.15, 0.15, 3)
+    aside = rng.normal(size=3)
+    second = first + 1e-3 * apart_mm * aside / np.linalg.norm(aside)
+    aims = [Position(first, name="upper"), Position(second, name="lower")]
+    # A second try would leave the first goal for the second's sake.
+    options = replace(options, retreats=0)
+    motion = simulate(world, aims, options, TRYING_S, stop_when_stuck=True)
+    last = motion.last
+    if apart_mm == 0.0:
+        return judged(motion, options, passed=last.status == "reached")
+    upper = np.array([cycle.errors[0] for cycle in motion.cycles])
+    met = np.flatnonzero(upper <= options.tolerance)
+    kept = len(met) > 0 and bool(np.all(upper[met[0] :] <= options.tolerance))
+    named = last.status == "stuck" and "lower" in last.reason and "upper" not in last.reason
+    note = f"upper {1e3 * last.errors[0]:.2f} mm off; {last.status}: {last.reason}"
+    return judged(motion, options, passed=kept and named, note=note)
+
+
+def _at(place: np.ndarray) -> RigidTransform:
+    return RigidTransform.from_components(place, Rotation.identity())

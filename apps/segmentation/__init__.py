@@ -1,0 +1,1 @@
+"""Segmentation measured: scores, charts, comparisons, stress."""

@@ -1,0 +1,218 @@
+"""Sweeps in which the camera gets worse: its noise, its losses, its size, its place."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.data_synth import DepthNoise, Table
+from eyehand.data_synth.staged_scene import (
+    StagedObject,
+    StagedScene,
+    StagedView,
+    noise_at_one_metre,
+)
+from eyehand.data_synth.staged_solids import ball, box, cylinder, superquadric, tapered_box
+
+from ..bench.sweep import Sweep, Trial
+from .stress_trial import BASE_NOISE, Method, try_scene
+
+if TYPE_CHECKING:
+    from eyehand.data_synth.staged_solids import StagedSolid
+
+COLOURS = (
+    (0.72, 0.24, 0.20),
+    (0.20, 0.42, 0.68),
+    (0.26, 0.58, 0.34),
+    (0.85, 0.65, 0.20),
+    (0.55, 0.33, 0.60),
+)
+"""Of the objects of a scene, in turn."""
+IMAGE_HEIGHTS = {1280: 720, 960: 540}
+"""Heights of wide images, px; others are 4:3."""
+NOISE_DRAWS = 10
+"""Frames of the same scene that must agree on the number of objects."""
+
+MM = 1e-3
+
+
+def camera_sweeps() -> tuple[Sweep[Method], ...]:
+    """Sweeps of noise, lost readings, image size and angle of view."""
+    every = "all 5 separate objects found, none more"
+    return (
+        Sweep(
+            name="noise",
+            axis="noise of each pixel at 1 m",
+            unit="mm",
+            values=(0, 1, 2, 3, 5, 8, 12, 16, 24),
+            holds_to=8,
+            attempt=_noise,
+            right=every,
+        ),
+        Sweep(
+            name="kinect",
+            axis="all errors of a Kinect, times",
+            unit="",
+            values=(0, 0.5, 1, 1.5, 2, 3, 4, 6),
+            holds_to=2,
+            attempt=_kinect,
+            right=every,
+        ),
+        Sweep(
+            name="dropout",
+            axis="single pixels lost",
+            unit="%",
+            values=(0, 10, 20, 30, 40, 50, 60, 70, 80),
+            holds_to=20,
+            attempt=_dropout,
+            right=every,
+        ),
+        Sweep(
+            name="holes",
+            axis="area lost in blotches",
+            unit="%",
+            values=(0, 5, 10, 20, 30, 40, 60, 80),
+            holds_to=20,
+            attempt=_holes,
+            right=every,
+        ),
+        Sweep(
+            name="image-size",
+            axis="image width",
+            unit="px",
+            values=(1280, 960, 640, 480, 320, 240, 160, 80, 40),
+            holds_to=320,
+            attempt=_image_size,
+            right=every,
+        ),
+        Sweep(
+            name="grazing",
+            axis="camera above the horizon",
+            unit="°",
+            values=(60, 45, 30, 20, 15, 10, 7, 5),
+            holds_to=10,
+            attempt=_grazing,
+            right="all 3 objects side by side found, none more",
+        ),
+        Sweep(
+            name="empty",
+            axis="noise over an empty table, at 1 m",
+            unit="mm",
+            values=(0, 1, 2, 3, 4, 5, 7, 10, 15),
+            holds_to=10,
+            attempt=_empty,
+            right="no object found",
+        ),
+        Sweep(
+            name="repeat",
+            axis=f"noise at 1 m, {NOISE_DRAWS} looks at one scene",
+            unit="mm",
+            values=(0, 1, 2, 3, 5, 8, 12, 16),
+            holds_to=8,
+            attempt=_repeat,
+            right=f"5 objects in each of {NOISE_DRAWS} looks",
+            repeats=3,
+        ),
+    )
+
+
+def ordinary_scene(seed: int) -> StagedScene:
+    """Five separate objects of different shape, none behind another."""
+    rng = np.random.default_rng([seed, 5])
+    solids: list[StagedSolid] = [
+        box(*rng.uniform(0.045, 0.09, 3)),
+        cylinder(rng.uniform(0.025, 0.045), rng.uniform(0.05, 0.1)),
+        ball(rng.uniform(0.025, 0.045)),
+        superquadric(
+            (rng.uniform(0.05, 0.09), rng.uniform(0.05, 0.09), rng.uniform(0.05, 0.09)),
+            (rng.uniform(0.3, 1.0), rng.uniform(0.3, 1.0)),
+        ),
+        tapered_box((0.08, 0.06), (rng.uniform(0.03, 0.06), 0.04), rng.uniform(0.05, 0.09)),
+    ]
+    places = [(-0.17, -0.1), (0.0, -0.12), (0.17, -0.1), (-0.1, 0.12), (0.1, 0.12)]
+    order = rng.permutation(len(solids))
+    objects = tuple(
+        StagedObject(
+            solids[k],
+            (x + rng.uniform(-0.01, 0.01), y + rng.uniform(-0.01, 0.01), 0.0),
+            yaw=rng.uniform(0, 2 * np.pi),
+            colour=COLOURS[number],
+        )
+        for number, (k, (x, y)) in enumerate(zip(order, places, strict=True))
+    )
+    return StagedScene(objects, view_around(rng))
+
+
+def view_around(
+    rng: np.random.Generator,
+    elevation: tuple[float, float] = (42, 52),
+    distance: tuple[float, float] = (0.75, 0.9),
+    turn: float = 15.0,
+    target: tuple[float, float, float] = (0.0, 0.0, 0.03),
+) -> StagedView:
+    """Draw a view from the -y side: elevation and turn to either side in degrees, distance in m."""
+    return StagedView(
+        elevation=np.radians(rng.uniform(*elevation)),
+        azimuth=-np.pi / 2 + np.radians(rng.uniform(-turn, turn)),
+        distance=rng.uniform(*distance),
+        target=target,
+    )
+
+
+def _noise(sigma: float, seed: int, method: Method) -> Trial:
+    return try_scene(method, ordinary_scene(seed), seed, noise_at_one_metre(sigma * MM))
+
+
+def _kinect(scale: float, seed: int, method: Method) -> Trial:
+    return try_scene(method, ordinary_scene(seed), seed, DepthNoise.realistic(scale))
+
+
+def _dropout(share: float, seed: int, method: Method) -> Trial:
+    return try_scene(method, ordinary_scene(seed), seed, dropout=share / 100)
+
+
+def _holes(share: float, seed: int, method: Method) -> Trial:
+    noise = replace(BASE_NOISE, hole_share=share / 100)
+    return try_scene(method, ordinary_scene(seed), seed, noise)
+
+
+def _image_size(width: float, seed: int, method: Method) -> Trial:
+    scene = ordinary_scene(seed)
+    size = (int(width), IMAGE_HEIGHTS.get(int(width), int(width) * 3 // 4))
+    return try_scene(method, replace(scene, view=replace(scene.view, image_size=size)), seed)
+
+
+def _grazing(elevation: float, seed: int, method: Method) -> Trial:
+    rng = np.random.default_rng([seed, 3])
+    solids = [box(0.07, 0.05, rng.uniform(0.04, 0.1)), cylinder(0.035, 0.08), ball(0.035)]
+    objects = tuple(
+        StagedObject(solids[k], (x, rng.uniform(-0.02, 0.02), 0.0), yaw, colour=COLOURS[k])
+        for k, x, yaw in zip(
+            rng.permutation(3), (-0.15, 0.0, 0.15), rng.uniform(0, np.pi, 3), strict=True
+        )
+    )
+    view = replace(view_around(rng, turn=8.0), elevation=np.radians(elevation))
+    return try_scene(method, StagedScene(objects, view), seed)
+
+
+def _empty(sigma: float, seed: int, method: Method) -> Trial:
+    rng = np.random.default_rng([seed, 7])
+    view = view_around(rng, elevation=(25, 65), distance=(0.6, 1.1), turn=180.0)
+    # Every other table ends inside the view, over the floor.
+    table = Table(size=(0.7, 0.5) if seed % 2 else (1.6, 1.6))
+    return try_scene(method, StagedScene((), view, table), seed, noise_at_one_metre(sigma * MM))
+
+
+def _repeat(sigma: float, seed: int, method: Method) -> Trial:
+    scene = ordinary_scene(seed)
+    trials = [
+        try_scene(method, scene, NOISE_DRAWS * seed + draw, noise_at_one_metre(sigma * MM))
+        for draw in range(NOISE_DRAWS)
+    ]
+    wrong = [trial for trial in trials if not trial.passed]
+    if not wrong:
+        return trials[0]
+    note = f"{len(wrong)} of {len(trials)} looks differ; {wrong[0].note}"
+    return replace(wrong[0], note=note, clean=all(trial.clean for trial in trials))

@@ -1,0 +1,194 @@
+"""`eyehand chart segmentation`: its dials, time against accuracy, beside other methods."""
+
+from __future__ import annotations
+
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.apps.console import print_json, say, tracked
+from eyehand.apps.description import ready_kernels
+from eyehand.apps.description_files import make_folder
+from eyehand.errors import InputError
+from eyehand.perception import segment
+from eyehand.perception.segmentation.budget import FORMAT, STORED_FRONT
+
+from ..bench.chart_style import Provenance
+from ..bench.comparison import Contestant
+from ..bench.dial_chart import ChartWords, DialChart, FrontPlace
+from ..bench.machine import machine_line
+from .baselines import PEERS, Peer
+from .comparison import run_contest
+from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
+from .dials import BOARD
+from .evaluate import SYNTHETIC
+from .synthetic_frames import EMPTY, FAMILIES, synthetic_sources
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import DepthFrame, SegmentationOptions
+
+    from ..bench.dials import DialSetting
+
+OWN = "eyehand"
+"""Whose settings are charted."""
+SYNTHETIC_FRAMES = 20
+"""Synthetic frames when no number is asked for."""
+SYNTHETIC_NOISE = "realistic"
+QUICK_FRAMES = 2
+ROUNDS, QUICK_ROUNDS = 3, 1
+"""How often each frame is segmented at each setting; the fastest time counts."""
+WORDS = ChartWords(
+    title="Segmentation: time against accuracy",
+    gain="overlap_f_pct",
+    accuracy="overlap F",
+    # Its standard error over 45 real frames.
+    same_gain_pct=0.15,
+    columns={"overlap_f_pct": "F", "boundary_f_pct": "bF", "found_pct": "%75"},
+    caption="F, bF: mean overlap and boundary F; %75: objects with F > 75 %; all in %",
+    worst_shown_pct=40.0,
+)
+PLACE = FrontPlace(FORMAT, STORED_FRONT, "SegmentationOptions")
+CHART_FILE = "segmentation.png"
+STORED_SIZE = (480, 640)
+"""Rows and columns of the frames for which the front is stored, px."""
+
+
+def chart_segmentation(
+    *,
+    dataset: str = SYNTHETIC,
+    labels: Coding = "plain",
+    camera: Path | None = None,
+    depth_scale_mm: float | None = None,
+    seed: int = 0,
+    frames: int | None = None,
+    quick: bool = False,
+    peers: bool = True,
+    store: bool = False,
+    out: Path = Path("out/chart_segmentation"),
+    json: bool = False,
+) -> int:
+    """Chart time against accuracy of the segmentation over its dials, beside other methods.
+
+    Prints a table; writes segmentation.png and the figures behind it, segmentation.csv.
+
+    Parameters
+    ----------
+    dataset
+        Folder of labelled frames as for eyehand evaluate segmentation, or the word synthetic.
+    labels
+        Coding of the labels in .npz files: plain numbers, or osd.
+    camera
+        Camera file of the frames; default: what the files, or a camera file beside them, say.
+    depth_scale_mm
+        Millimetres per unit of whole-number depth in .npz files; default: what the files say.
+    seed
+        First seed of synthetic scenes.
+    frames
+        Frames, spread evenly over the data set; default: all of a folder, 20 synthetic ones.
+    quick
+        Few settings, one of each peer, 2 frames: seconds in place of minutes, for a first look.
+    peers
+        Chart other methods too.
+    store
+        Keep the front for SegmentationOptions.for_budget.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; the table goes to stderr.
+    """
+    if frames is not None and frames < 1:
+        raise InputError(f"--frames must be >= 1, got {frames}")
+    if store and quick:
+        raise InputError("--store needs all settings: leave --quick out")
+    synthetic = dataset == SYNTHETIC
+    sources = (
+        _synthetic(frames, seed, quick=quick)
+        if synthetic
+        else _spread(
+            open_dataset(Path(dataset), DatasetOptions(camera, depth_scale_mm, labels)),
+            QUICK_FRAMES if quick and frames is None else frames,
+        )
+    )
+    first = sources[0].load()
+    for note in first.assumed:
+        say(note)
+    if store and first.frame.depth.shape != STORED_SIZE:
+        raise InputError(
+            f"--store is for frames of {STORED_SIZE[1]}x{STORED_SIZE[0]} px, {sources[0].name} "
+            f"has {first.frame.depth.shape[1]}x{first.frame.depth.shape[0]}"
+        )
+    make_folder(out)
+    ready_kernels()
+    settings = BOARD.settings(quick=quick)
+    rivals = PEERS if peers else ()
+    contestants = [_own(setting) for setting in settings] + [
+        contestant for peer in rivals for contestant in _rival(peer, quick=quick)
+    ]
+    results = run_contest(
+        contestants,
+        tracked(sources, "segmenting", len(sources)),
+        QUICK_ROUNDS if quick else ROUNDS,
+    )
+    data = _data_name(dataset, sources, synthetic=synthetic)
+    made = Provenance(data, seed if synthetic else None, len(sources))
+    chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
+    slower = chart.publish(out / CHART_FILE, PLACE, store=store, json=json)
+    if json:
+        print_json(
+            "chart_segmentation",
+            made.seed,
+            chart.rows(),
+            dataset=dataset,
+            frames=made.frames,
+            machine=machine_line(),
+            slower=slower,
+            out=str(out),
+        )
+    return 0
+
+
+def _synthetic(frames: int | None, seed: int, *, quick: bool) -> list[FrameSource]:
+    wanted = frames or (QUICK_FRAMES if quick else SYNTHETIC_FRAMES)
+    families = [family for family in FAMILIES if family != EMPTY]
+    each = -(-wanted // len(families))
+    return _spread(synthetic_sources(families, [SYNTHETIC_NOISE], frames=each, seed=seed), wanted)
+
+
+def _spread(sources: list[FrameSource], frames: int | None) -> list[FrameSource]:
+    if frames is None:
+        return sources
+    places = np.linspace(0, len(sources) - 1, min(frames, len(sources))).round().astype(int)
+    return [sources[place] for place in places]
+
+
+def _data_name(dataset: str, sources: Sequence[FrameSource], *, synthetic: bool) -> str:
+    if not synthetic:
+        return Path(dataset).resolve().name
+    families = dict.fromkeys(source.group.partition("/")[0] for source in sources)
+    return f"synthetic scenes ({', '.join(families)}), {SYNTHETIC_NOISE} noise"
+
+
+def _own(setting: DialSetting[SegmentationOptions]) -> Contestant:
+    return Contestant(OWN, setting.name, partial(_labels, options=setting.options))
+
+
+def _labels(frame: DepthFrame, *, options: SegmentationOptions) -> NDArray[np.int32]:
+    return segment(frame, options).labels
+
+
+def _rival(peer: Peer, *, quick: bool) -> list[Contestant]:
+    values = peer.settings[len(peer.settings) // 2 :][:1] if quick else peer.settings
+    return [
+        Contestant(peer.name, f"{peer.dial} {value:g}", partial(_run_peer, peer, value))
+        for value in values
+    ]
+
+
+def _run_peer(peer: Peer, value: float, frame: DepthFrame) -> NDArray[np.int32]:
+    return peer.run(frame, value)

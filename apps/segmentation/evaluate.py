@@ -1,0 +1,263 @@
+"""`eyehand evaluate segmentation`: score the segmentation on labelled or synthetic frames."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import asdict
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+from rich import box
+from rich.table import Table
+
+from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.description import ready_kernels
+from eyehand.apps.description_files import make_folder
+from eyehand.errors import InputError
+from eyehand.perception import SegmentationOptions, segment
+
+from ..bench.csv_table import write_csv
+from ..bench.machine import machine_line
+from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
+from .pictures import ScoredFrame, verdict, write_frame_picture, write_sheet
+from .scored_frames import FrameResult, frame_row, run_trials, summary_rows
+from .synthetic_frames import synthetic_sources
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+SYNTHETIC = "synthetic"
+"""Word in place of a folder for frames made from seeds."""
+SYNTHETIC_FRAMES = 10
+"""Scenes of each family when no number is asked for."""
+FLAWED = 0.9
+"""Frames with an overlap F below this get a line of their own."""
+MOST_LINES = 30
+"""Of those lines, at most so many are printed; all are in the file of frames."""
+FRAMES_FILE, WORST_FILE, WORST_FOLDER = "frames.csv", "worst.png", "worst"
+COLUMNS = {
+    "name": "group",
+    "frames": "frames",
+    "objects": "objects",
+    "overlap_precision_pct": "P",
+    "overlap_recall_pct": "R",
+    "overlap_f_pct": "F",
+    "boundary_precision_pct": "bP",
+    "boundary_recall_pct": "bR",
+    "boundary_f_pct": "bF",
+    "found_pct": "%75",
+    "over": "over",
+    "under": "under",
+    "missed": "missed",
+    "false": "false",
+    "median_ms": "ms",
+    "p90_ms": "p90",
+    "peak_mb": "MB",
+}
+"""Keys of a row and what the table calls them."""
+
+
+def evaluate_segmentation(
+    *,
+    dataset: str = SYNTHETIC,
+    labels: Coding = "plain",
+    camera: Path | None = None,
+    depth_scale_mm: float | None = None,
+    frames: int | None = None,
+    seed: int = 0,
+    groups: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
+    noise: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
+    ignore_invalid: bool = True,
+    worst: int = 6,
+    out: Path = Path("out/evaluate_segmentation"),
+    json: bool = False,
+    options: Annotated[
+        SegmentationOptions | None, Parameter(name="*", group="Segmentation options")
+    ] = None,
+) -> int:
+    """Score the segmentation against known truth: overlap, boundaries, mistakes, time, memory.
+
+    Prints a table by group; writes frames.csv, a picture of each of the worst frames and
+    worst.png with all of them.
+
+    Parameters
+    ----------
+    dataset
+        Folder of .npz files with `depth` and `label`, or of folders that eyehand synth wrote; or
+        the word synthetic.
+    labels
+        Coding of the labels in .npz files: plain numbers, or osd (the Object Segmentation
+        Database's, an object is its number in tens).
+    camera
+        Camera file of the frames; default: what the files, or a camera file beside them, say.
+    depth_scale_mm
+        Millimetres per unit of whole-number depth in .npz files; default: what the files, or a
+        camera file beside them, say.
+    frames
+        Frames of each group, spread evenly over it; default: all of a folder, 10 synthetic ones.
+    seed
+        First seed of synthetic scenes.
+    groups
+        Groups to keep, by their names in the table or the part before the /.
+    noise
+        Depth noises of synthetic frames: none, realistic, realistic*2 (twice as strong), 1.5mm
+        (standard deviation at 1 m). Default: none realistic 1mm 2mm 3mm.
+    ignore_invalid
+        Leave pixels without a depth reading out of truth and prediction.
+    worst
+        Pictures of so many frames with the lowest overlap F.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; the table goes to stderr.
+    options
+        Options of the segmentation.
+    """
+    options = options or SegmentationOptions()
+    if worst < 0:
+        raise InputError(f"--worst must be >= 0, got {worst}")
+    synthetic = dataset == SYNTHETIC
+    if synthetic:
+        sources = _synthetic(groups, noise, frames, seed)
+    else:
+        reading = DatasetOptions(camera, depth_scale_mm, labels)
+        sources = _spread(_kept(open_dataset(Path(dataset), reading), groups), frames)
+    make_folder(out)
+    ready_kernels()
+    results = _run(sources, options, ignore_invalid)
+    rows = summary_rows(results)
+    title = f"synthetic frames, seeds from {seed}" if synthetic else dataset
+    show(_table(rows, title), json_wanted=json)
+    _say_flawed(results)
+    write_csv(out / FRAMES_FILE, [frame_row(result) for result in results])
+    say(f"every frame: {out / FRAMES_FILE}")
+    if worst:
+        _write_worst(out, sorted(results, key=_badness)[:worst], options, ignore_invalid)
+    if json:
+        print_json(
+            "evaluate_segmentation",
+            seed if synthetic else None,
+            rows,
+            dataset=dataset,
+            ignore_invalid=ignore_invalid,
+            options=asdict(options),
+            machine=machine_line(),
+            out=str(out),
+        )
+    return 0
+
+
+def _synthetic(
+    groups: list[str] | None, noise: list[str] | None, frames: int | None, seed: int
+) -> list[FrameSource]:
+    families = None if groups is None else list(dict.fromkeys(g.split("/")[0] for g in groups))
+    count = SYNTHETIC_FRAMES if frames is None else frames
+    return _kept(synthetic_sources(families, noise, frames=count, seed=seed), groups)
+
+
+def _kept(sources: list[FrameSource], groups: list[str] | None) -> list[FrameSource]:
+    if groups is None:
+        return sources
+    names = dict.fromkeys(source.group for source in sources)
+    for wanted in groups:
+        if not any(_belongs(name, wanted) for name in names):
+            raise InputError(f"--groups {wanted}: there is none, expected {', '.join(names)}")
+    return [s for s in sources if any(_belongs(s.group, wanted) for wanted in groups)]
+
+
+def _belongs(group: str, wanted: str) -> bool:
+    return group == wanted or group.startswith(f"{wanted}/")
+
+
+def _spread(sources: list[FrameSource], frames: int | None) -> list[FrameSource]:
+    """Pick `frames` of each group, evenly over it."""
+    if frames is None:
+        return sources
+    if frames < 1:
+        raise InputError(f"--frames must be >= 1, got {frames}")
+    chosen = []
+    for group in dict.fromkeys(source.group for source in sources):
+        members = [source for source in sources if source.group == group]
+        places = np.linspace(0, len(members) - 1, min(frames, len(members))).round().astype(int)
+        chosen += [members[place] for place in places]
+    return chosen
+
+
+def _run(
+    sources: list[FrameSource], options: SegmentationOptions, ignore_invalid: bool
+) -> list[FrameResult]:
+    results: list[FrameResult] = []
+    told: set[str] = set()
+    trials = run_trials(sources, options, ignore_invalid=ignore_invalid)
+    for result in tracked(trials, "segmenting", len(sources)):
+        for note in result.assumed:
+            if note not in told:
+                told.add(note)
+                say(note)
+        results.append(result)
+    return results
+
+
+def _badness(result: FrameResult) -> tuple[float, float]:
+    return result.score.f, result.score.boundary_f
+
+
+def _say_flawed(results: Sequence[FrameResult]) -> None:
+    flawed = sorted((r for r in results if r.score.f < FLAWED), key=_badness)
+    for result in flawed[:MOST_LINES]:
+        say(f"{result.source.name}: {verdict(result.score)}")
+    if len(flawed) > MOST_LINES:
+        say(f"... and {len(flawed) - MOST_LINES} more below F {100 * FLAWED:g} %")
+
+
+def _write_worst(
+    out: Path, results: Sequence[FrameResult], options: SegmentationOptions, ignore_invalid: bool
+) -> None:
+    """Write the sheet and a picture of each frame, in place of those of an earlier run."""
+    folder = out / WORST_FOLDER
+    make_folder(folder)
+    for old in folder.glob("*.png"):
+        old.unlink()
+    shown = []
+    for rank, result in enumerate(results, start=1):
+        # Frames are not kept meanwhile: they come and segment the same again.
+        labelled = result.source.load()
+        labels = segment(labelled.frame, options).labels
+        counted = labelled.frame.valid if ignore_invalid else True
+        truth, labels = np.where(counted, labelled.truth, 0), np.where(counted, labels, 0)
+        item = ScoredFrame(result.source.name, labelled.frame, truth, labels, result.score)
+        shown.append(item)
+        name = re.sub(r"[^\w.-]+", "_", result.source.name)
+        write_frame_picture(folder / f"{rank:02d}_{name}.png", item)
+    write_sheet(out / WORST_FILE, shown)
+    say(f"the {len(shown)} worst: {out / WORST_FILE}, one by one in {folder}")
+
+
+def _table(rows: list[dict[str, Any]], title: str) -> Table:
+    table = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        caption="P R F: overlap, bP bR bF: boundaries, %75: objects with F > 75 %, all in % and "
+        "means over frames; over, under, missed, false: objects; ms: wall time, median",
+        caption_justify="left",
+    )
+    for key, name in COLUMNS.items():
+        table.add_column(name, justify="left" if key == "name" else "right", no_wrap=True)
+    for row in rows:
+        if row is rows[-1] and len(rows) > 1:
+            table.add_section()
+        table.add_row(*(_cell(row[key], key) for key in COLUMNS))
+    return table
+
+
+def _cell(value: Any, key: str) -> str:
+    if value is None:
+        return "-"
+    if not isinstance(value, float):
+        return str(value)
+    return f"{value:.0f}" if key == "peak_mb" else f"{value:.1f}"

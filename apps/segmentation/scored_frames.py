@@ -1,0 +1,159 @@
+"""Segment labelled frames, score and time each, and sum the figures up by group."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.perception import segment
+from eyehand.perception.input_file import naming
+
+from ..bench.peak_memory import peak_megabytes
+from .score import SegmentationScore, score_segmentation
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from eyehand.perception import DepthFrame, Segmentation, SegmentationOptions
+
+    from .dataset import FrameSource
+
+MEMORY_FRAMES = 2
+"""Frames of each group whose peak memory is measured: it hardly differs between frames."""
+TOTAL = "total"
+"""Name of the row over all groups."""
+
+
+@dataclass(frozen=True)
+class FrameResult:
+    """One frame, segmented and scored."""
+
+    source: FrameSource
+    """Where the frame is from."""
+    score: SegmentationScore
+    """How good its segmentation is."""
+    seconds: float
+    """Wall time of `segment`."""
+    cpu_seconds: float
+    """Processor time of `segment`, of all threads: less shaken by what else runs."""
+    stages: dict[str, float]
+    """Seconds per stage."""
+    peak_mb: float | None
+    """Peak memory over what the frame takes, MB; None where it was not measured."""
+    assumed: tuple[str, ...]
+    """What had to be taken for granted to read the frame."""
+
+
+def run_trials(
+    sources: Iterable[FrameSource],
+    options: SegmentationOptions,
+    *,
+    ignore_invalid: bool = True,
+    memory_frames: int = MEMORY_FRAMES,
+) -> Iterator[FrameResult]:
+    """Segment and score every frame; kernels should be warm.
+
+    Parameters
+    ----------
+    sources
+        The frames.
+    options
+        Of the segmentation.
+    ignore_invalid
+        Pixels without a reading count neither in the truth nor in the prediction.
+    memory_frames
+        Frames of each group whose peak memory is measured, in a run of its own.
+
+    Raises
+    ------
+    InputError
+        If a frame cannot be read or segmented; the message names it.
+    """
+    measured: dict[str, int] = {}
+    first = True
+    for source in sources:
+        with naming(source.name):
+            labelled = source.load()
+            if first:
+                # Options may lead to kernels that the general warm-up has not met.
+                segment(labelled.frame, options)
+                first = False
+            found, seconds, cpu_seconds = timed_segment(labelled.frame, options)
+            ignore = ~labelled.frame.valid if ignore_invalid else None
+            score = score_segmentation(found.labels, labelled.truth, ignore)
+            peak = None
+            if measured.get(source.group, 0) < memory_frames:
+                measured[source.group] = measured.get(source.group, 0) + 1
+                peak = peak_megabytes(lambda frame=labelled.frame: segment(frame, options))
+        yield FrameResult(
+            source, score, seconds, cpu_seconds, found.timings, peak, labelled.assumed
+        )
+
+
+def timed_segment(
+    frame: DepthFrame, options: SegmentationOptions
+) -> tuple[Segmentation, float, float]:
+    """Segmentation of a frame, its wall time and its processor time, s."""
+    cpu, wall = time.process_time(), time.perf_counter()
+    found = segment(frame, options)
+    return found, time.perf_counter() - wall, time.process_time() - cpu
+
+
+def summary_rows(results: Sequence[FrameResult]) -> list[dict[str, Any]]:
+    """One row of figures per group, in the order of the groups, and one over all.
+
+    Shares are means over frames, as published; counts are sums; times are medians and 90th
+    percentiles over frames, memory the largest.
+    """
+    groups = list(dict.fromkeys(result.source.group for result in results))
+    rows = [
+        _row(group, [result for result in results if result.source.group == group])
+        for group in groups
+    ]
+    return [*rows, _row(TOTAL, results)] if len(groups) > 1 else rows
+
+
+def frame_row(result: FrameResult) -> dict[str, Any]:
+    """Give all figures of one frame, for a table of frames."""
+    row: dict[str, Any] = {"group": result.source.group, "name": result.source.name}
+    row |= _row(result.source.name, [result])
+    for key in ("frames", "median_ms", "p90_ms", "median_cpu_ms", "peak_mb"):
+        del row[key]
+    row["segments"] = result.score.predicted_count
+    row["ms"] = round(1e3 * result.seconds, 2)
+    row["cpu_ms"] = round(1e3 * result.cpu_seconds, 2)
+    row["peak_mb"] = None if result.peak_mb is None else round(result.peak_mb, 1)
+    return row | {f"{stage}_ms": round(1e3 * s, 2) for stage, s in result.stages.items()}
+
+
+def _row(name: str, results: Sequence[FrameResult]) -> dict[str, Any]:
+    scores = [result.score for result in results]
+    milliseconds = [1e3 * result.seconds for result in results]
+    peaks = [result.peak_mb for result in results if result.peak_mb is not None]
+    return {
+        "name": name,
+        "frames": len(results),
+        "objects": sum(score.truth_count for score in scores),
+        "overlap_precision_pct": _percent(score.precision for score in scores),
+        "overlap_recall_pct": _percent(score.recall for score in scores),
+        "overlap_f_pct": _percent(score.f for score in scores),
+        "boundary_precision_pct": _percent(score.boundary_precision for score in scores),
+        "boundary_recall_pct": _percent(score.boundary_recall for score in scores),
+        "boundary_f_pct": _percent(score.boundary_f for score in scores),
+        "found_pct": _percent(score.found for score in scores),
+        "over": sum(score.over for score in scores),
+        "under": sum(score.under for score in scores),
+        "missed": sum(score.missed for score in scores),
+        "false": sum(score.false for score in scores),
+        "median_ms": round(float(np.median(milliseconds)), 2),
+        "p90_ms": round(float(np.percentile(milliseconds, 90)), 2),
+        "median_cpu_ms": round(float(np.median([1e3 * r.cpu_seconds for r in results])), 2),
+        "peak_mb": round(max(peaks), 1) if peaks else None,
+    }
+
+
+def _percent(shares: Iterable[float]) -> float:
+    return round(100 * float(np.mean(list(shares))), 2)

@@ -1,0 +1,151 @@
+"""One try at segmenting a frame whose truth is known, and what counts as right."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.data_synth.staged_scene import noise_at_one_metre, staged_frame
+
+from ..bench.sweep import Trial
+from .score import score_segmentation
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.data_synth import DepthNoise
+    from eyehand.data_synth.staged_scene import StagedScene
+    from eyehand.perception import DepthFrame, Segmentation
+
+BASE_NOISE = noise_at_one_metre(0.001)
+"""Where noise is not what is made harder: 1 mm at 1 m, as a good structured-light camera has."""
+LONGEST_S = 5.0
+"""A frame that takes longer hangs a robot, whatever comes out."""
+
+Method = Callable[["DepthFrame"], "Segmentation"]
+"""What is put under stress: one depth frame in, one label per object out."""
+
+
+@dataclass(frozen=True)
+class TrialPicture:
+    """What a trial looked at and what was made of it."""
+
+    frame: DepthFrame
+    """The frame."""
+    labels: NDArray[np.int32]
+    """What was found, (H, W)."""
+    truth: NDArray[np.int32]
+    """What is there, (H, W)."""
+    scene: StagedScene | None = None
+    """Where the frame is from; None when it was not staged."""
+
+
+def try_scene(
+    method: Method,
+    scene: StagedScene,
+    seed: int,
+    noise: DepthNoise = BASE_NOISE,
+    *,
+    colour: bool = False,
+    ambiguous: bool = False,
+    dropout: float = 0.0,
+) -> Trial:
+    """Segment a staged scene; right is every object found (F > 0.75) and none more.
+
+    Parameters
+    ----------
+    method
+        What segments.
+    scene
+        The scene.
+    seed
+        Source of the noise.
+    noise
+        The camera's errors.
+    colour
+        Whether the frame has colour.
+    ambiguous
+        Also right: fewer objects than there are, one of them marked as ambiguous.
+    dropout
+        Share of pixels, each for itself, that lose their reading.
+    """
+    frame, truth = staged_frame(scene, noise, seed, colour=colour)
+    if dropout > 0:
+        frame = _thinned(frame, dropout, np.random.default_rng([seed, 1]))
+    # Of a bad camera its own picture tells more than the scene's colours.
+    shown = scene if noise is BASE_NOISE and not dropout else None
+    return try_frame(method, frame, truth, scene=shown, ambiguous=ambiguous)
+
+
+def try_frame(
+    method: Method,
+    frame: DepthFrame,
+    truth: NDArray[np.int32],
+    *,
+    scene: StagedScene | None = None,
+    ambiguous: bool = False,
+) -> Trial:
+    """Segment a frame; right is as in :func:`try_scene`."""
+    found, seconds, fault = timed_segment(method, frame)
+    picture = TrialPicture(frame, found.labels, truth, scene)
+    if fault:
+        return Trial(False, fault, clean=False, seconds=seconds, picture=picture)
+    score = score_segmentation(found.labels, truth, ignore=~frame.valid)
+    unsure: dict[int, str] = getattr(found, "ambiguous", {})
+    whole = score.found == 1.0 and score.predicted_count == score.truth_count
+    admitted = ambiguous and bool(unsure) and score.predicted_count < score.truth_count
+    note = ""
+    if not whole and not admitted:
+        kinds = {
+            "cut up": score.over,
+            "merged": score.under,
+            "missed": score.missed,
+            "false": score.false,
+        }
+        told = [f"{count} {kind}" for kind, count in kinds.items() if count]
+        rough = round(score.truth_count * (1 - score.found))
+        note = f"{score.predicted_count} for {score.truth_count} objects: " + (
+            ", ".join(told) or f"{rough} with F of 0.75 or less"
+        )
+    return Trial(whole or admitted, note, score=score.f, seconds=seconds, picture=picture)
+
+
+def timed_segment(method: Method, frame: DepthFrame) -> tuple[Segmentation, float, str]:
+    """Segment a frame: the result, its time in s, and what is not clean about it."""
+    found, seconds = _timed(method, frame)
+    if seconds > LONGEST_S:
+        # A first look may have compiled a kernel: what hangs does so twice.
+        found, seconds = _timed(method, frame)
+    return found, seconds, _fault(found, frame, seconds)
+
+
+def _timed(method: Method, frame: DepthFrame) -> tuple[Segmentation, float]:
+    began = time.perf_counter()
+    found = method(frame)
+    return found, time.perf_counter() - began
+
+
+def _fault(found: Segmentation, frame: DepthFrame, seconds: float) -> str:
+    labels = found.labels
+    if seconds > LONGEST_S:
+        return f"took {seconds:.1f} s"
+    if labels.shape != frame.depth.shape or labels.dtype != np.int32:
+        return f"labels are {labels.shape} {labels.dtype}"
+    sizes = np.bincount(labels.ravel())[1:] if labels.min() >= 0 else np.zeros(1)
+    if np.any(sizes == 0) or np.any(np.diff(sizes) > 0):
+        return "labels are not 1..n, largest first"
+    numbers = [found.noise, *found.timings.values()]
+    if found.support is not None:
+        numbers += [*found.support.normal, found.support.offset, found.support.tolerance]
+    if not np.all(np.isfinite(numbers)):
+        return "noise, times or support plane hold NaN"
+    return ""
+
+
+def _thinned(frame: DepthFrame, share: float, rng: np.random.Generator) -> DepthFrame:
+    lost = rng.random(frame.depth.shape, np.float32) < share
+    return replace(frame, depth=np.where(lost, np.float32(0), frame.depth))

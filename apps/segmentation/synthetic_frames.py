@@ -1,0 +1,145 @@
+"""Labelled frames made from seeds: families of tabletop scenes under several depth noises."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from functools import lru_cache, partial
+from typing import TYPE_CHECKING, get_args
+
+import numpy as np
+
+from eyehand.data_synth import (
+    DepthNoise,
+    Family,
+    TabletopOptions,
+    add_depth_noise,
+    make_scene,
+    render_scene,
+)
+from eyehand.data_synth.depth_noise import axial_sigma
+from eyehand.errors import InputError
+from eyehand.perception import DepthFrame
+
+from .dataset import FrameSource, LabelledFrame
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from eyehand.data_synth import RenderedView, TabletopScene
+
+EMPTY = "empty"
+"""Name of the family that has a table and no object."""
+FAMILIES: tuple[str, ...] = (*get_args(Family), EMPTY)
+"""Families of scenes."""
+NOISES = ("none", "realistic", "1mm", "2mm", "3mm")
+"""Depth noises that are tried when none are asked for."""
+REDRAWS = 5
+"""Seeds tried for a frame whose family is hard to draw."""
+_REDRAW_STEP = 1_000_003
+"""Added to a seed that gave no scene: far from all seeds that count up from another."""
+
+
+def synthetic_sources(
+    families: Sequence[str] | None = None,
+    noises: Sequence[str] | None = None,
+    *,
+    frames: int = 10,
+    seed: int = 0,
+) -> list[FrameSource]:
+    """List frames of every family under every noise; the same scenes under each.
+
+    Parameters
+    ----------
+    families
+        Of `FAMILIES`; all when not given.
+    noises
+        See :func:`depth_noise`; `NOISES` when not given.
+    frames
+        Scenes of each family.
+    seed
+        First scene's seed; the others follow by one.
+
+    Returns
+    -------
+    list of FrameSource
+        Groups are called ``family/noise``.
+
+    Raises
+    ------
+    InputError
+        If a name is unknown or a number out of range.
+    """
+    families, noises = families or FAMILIES, noises or NOISES
+    for family in families:
+        if family not in FAMILIES:
+            raise InputError(f"family {family!r} is unknown, expected {', '.join(FAMILIES)}")
+    if frames < 1 or seed < 0:
+        raise InputError(f"--frames must be >= 1 and --seed >= 0, got {frames} and {seed}")
+    strengths = {noise: depth_noise(noise) for noise in noises}
+    # Noises innermost, so that a scene is drawn once for all of them.
+    return [
+        FrameSource(
+            f"{family} {noise} seed {number}",
+            f"{family}/{noise}",
+            partial(_frame, family, number, strength),
+        )
+        for family in families
+        for number in range(seed, seed + frames)
+        for noise, strength in strengths.items()
+    ]
+
+
+def depth_noise(name: str) -> DepthNoise:
+    """Depth noise by name.
+
+    ``none``; ``realistic``, all errors of the first Kinect; ``realistic*2``, the same, twice as
+    strong; ``1.5mm``, independent normal errors along the optical axis alone, of that standard
+    deviation at 1 m, growing with distance as Nguyen's (see `DepthNoise.axial`).
+
+    Raises
+    ------
+    InputError
+        If the name is none of these.
+    """
+    if name == "none":
+        return DepthNoise.none()
+    number = r"(\d+(?:\.\d*)?|\.\d+)"
+    if name == "realistic":
+        return DepthNoise.realistic()
+    if found := re.fullmatch(rf"realistic\*{number}", name):
+        return DepthNoise.realistic(float(found[1]))
+    if found := re.fullmatch(rf"{number}mm", name):
+        return DepthNoise(axial=float(found[1]) * 1e-3 / float(axial_sigma(np.array(1.0))))
+    raise InputError(
+        f"noise {name!r} is unknown, expected none, realistic, realistic*2 (twice as strong) or "
+        "1.5mm (standard deviation at 1 m)"
+    )
+
+
+def _frame(family: str, seed: int, noise: DepthNoise) -> LabelledFrame:
+    scene, view = _view(family, seed)
+    depth = add_depth_noise(view.depth, scene.intrinsics, np.random.default_rng(seed), noise)
+    frame = DepthFrame(depth, scene.intrinsics, scene.T_world_camera, view.colour)
+    return LabelledFrame(frame, view.labels)
+
+
+@lru_cache(maxsize=2)
+def _view(family: str, seed: int) -> tuple[TabletopScene, RenderedView]:
+    scene = _scene(family, seed)
+    return scene, render_scene(scene, colour=True)
+
+
+def _scene(family: str, seed: int) -> TabletopScene:
+    if family == EMPTY:
+        # A view that one object would have been well seen from, without it.
+        lone = make_scene(seed, TabletopOptions(count_range=(1, 1)))
+        return replace(lone, objects=())
+    names = {name: name for name in get_args(Family)}
+    options = TabletopOptions(family=names[family])
+    for redraw in range(REDRAWS - 1):
+        try:
+            return make_scene(seed + redraw * _REDRAW_STEP, options)
+        except InputError:
+            continue
+    return make_scene(seed + (REDRAWS - 1) * _REDRAW_STEP, options)

@@ -1,0 +1,204 @@
+"""Contacts that are lost, round, turned off, cut by the border, doubled, or light."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.data_synth.touch_objects import Part, TouchObject, pen, tilted_face, toy_box
+from eyehand.tactile import TactileServo, TouchPhases
+from eyehand.tactile.switches import CABLE, EDGE, PRESS, ROLL, TRACK
+
+from ..bench.sweep import Sweep, Trial
+from .stress_trial import judged, lead
+from .stress_world import CarriedPad, Electronics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from eyehand.tactile import Switches
+
+TILT = np.radians(6.0)
+"""First tilt of the pad where it is to roll flat, rad, as in the chapter."""
+FACE_SIDE = 0.06
+"""Of the face that it rolls onto, m."""
+FLAT = np.radians(1.0)
+"""Tilt that counts as flat, rad."""
+ROUND_TURN = np.radians(2.0)
+"""Turn over a round contact that noise alone may cause, rad."""
+IN_LINE = np.radians(3.0)
+"""Error of a rod's direction that counts as in line, rad."""
+NOISES = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0)
+"""Of a reading, counts of 4095; the usual electronics have 2."""
+GONE_SECONDS, GONE_AT = 0.2, (0.4, 2.4)
+"""How long an object drops away, and when, s: while the pad rolls, and when it lies flat."""
+APART = 0.04
+"""Between two blobs, m."""
+SWAP_HERTZ = 4.0
+"""How often two blobs swap which presses more, 1/s."""
+COMING_FROM = 1.0
+"""When an object begins to come, s: the pad has settled on it."""
+ROD_RADIUS, ROD_HALF, BALL_RADIUS = 0.003, 0.05, 0.02
+"""Of a rod and of a round contact, m."""
+PLATE_HALF = (0.02, 0.02, 0.005)
+"""Half edges of a light flat object, m."""
+
+
+def contact_sweeps() -> tuple[Sweep[None], ...]:
+    """Sweeps over what lies under the pad and what it does."""
+    return (
+        Sweep(
+            name="lost-rolling",
+            axis="object drops away while the pad rolls, for 0.2 s: by",
+            unit="mm",
+            values=(0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0),
+            holds_to=0.2,
+            attempt=_lost,
+            right="found again, pressure reached, and flat within 1°",
+        ),
+        Sweep(
+            name="round",
+            axis="yaw on, over a ball: noise",
+            unit="counts",
+            values=NOISES,
+            holds_to=10.0,
+            attempt=_round,
+            right="turned by less than 2°",
+        ),
+        Sweep(
+            name="right-angle",
+            axis="rod exactly 90° off: noise",
+            unit="counts",
+            values=NOISES,
+            holds_to=10.0,
+            attempt=_right_angle,
+            right="in line within 3°",
+        ),
+        Sweep(
+            name="border",
+            axis="contact this far from the pad's middle (its border is at 40)",
+            unit="mm",
+            values=(0.0, 20.0, 30.0, 33.0, 36.0, 38.0, 40.0, 42.0, 45.0),
+            holds_to=30.0,
+            attempt=_border,
+            right="pressure reached and calm",
+        ),
+        Sweep(
+            name="blobs",
+            axis="two blobs that swap which is higher, 4 times a second: by",
+            unit="mm",
+            values=(0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0),
+            holds_to=None,
+            attempt=_blobs,
+            right="pressure reached and calm",
+        ),
+        Sweep(
+            name="coming",
+            axis="box that comes at the pad and does not stop: speed",
+            unit="mm/s",
+            # The pad retreats at no more than 50 mm/s: what is faster, no servo flees.
+            values=(2.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 40.0),
+            holds_to=8.0,
+            attempt=_coming,
+            right="pressure reached and calm",
+        ),
+        Sweep(
+            name="light",
+            axis="free flat object on a table: mass",
+            unit="g",
+            values=(200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0),
+            holds_to=20.0,
+            attempt=_light,
+            right="pressure reached and calm",
+        ),
+    )
+
+
+def _lost(drop: float, seed: int, method: None) -> Trial:
+    def lifts(time: float) -> tuple[float]:
+        gone = any(begin < time < begin + GONE_SECONDS for begin in GONE_AT)
+        return (-1e-3 * drop if gone else 0.0,)
+
+    servo = TactileServo(switches=ROLL)
+    # Leaning, the pad's lower rim comes first.
+    height = 0.5 * FACE_SIDE * np.sin(TILT) + 0.001
+    pad = CarriedPad(
+        (tilted_face(0.0, side=FACE_SIDE),),
+        Electronics(seed),
+        place=(0.0, 0.0, height),
+        lean=(TILT * np.cos(seed), TILT * np.sin(seed), 0.0),
+    )
+    run = lead(pad, TouchPhases(servo), 6.0, lifts)
+    return judged(run, servo.goal.pressure, _unless(run.tilt < FLAT, "tilted by", run.tilt))
+
+
+def _round(noise: float, seed: int, method: None) -> Trial:
+    ball = TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (0.0, 0.0, -BALL_RADIUS)),))
+    servo = TactileServo(switches=CABLE)
+    run = lead(CarriedPad((ball,), Electronics(seed, noise)), TouchPhases(servo))
+    return judged(
+        run, servo.goal.pressure, _unless(run.turned < ROUND_TURN, "turned by", run.turned)
+    )
+
+
+def _right_angle(noise: float, seed: int, method: None) -> Trial:
+    half = np.sqrt(0.5)
+    part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
+    servo = TactileServo(switches=EDGE)
+    pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, noise))
+    run = lead(pad, TouchPhases(servo), 5.0)
+    error = abs(abs(run.heading) - 0.5 * np.pi)
+    return judged(run, servo.goal.pressure, _unless(error < IN_LINE, "out of line by", error))
+
+
+def _border(way: float, seed: int, method: None) -> Trial:
+    servo = TactileServo(switches=PRESS)
+    angle = 0.25 * np.pi * (seed % 8)
+    # Along the diagonals as along the axes: what counts is the nearest border.
+    place = 1e-3 * way * np.array([np.cos(angle), np.sin(angle)])
+    place *= way * 1e-3 / max(np.abs(place).max(), 1e-9)
+    ball = TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (*place, -BALL_RADIUS)),))
+    pad = CarriedPad((ball,), Electronics(seed))
+    return judged(lead(pad, TouchPhases(servo), 12.0), servo.goal.pressure)
+
+
+def _blobs(lift: float, seed: int, method: None) -> Trial:
+    def lifts(time: float) -> tuple[float, float]:
+        up = 0.5e-3 * lift * np.sin(np.pi * SWAP_HERTZ * time + seed)
+        return up, -up
+
+    single = pen().parts[0]
+    blobs = tuple(
+        TouchObject(name, (replace(single, place=(x, 0.0, single.place[2])),))
+        for name, x in (("left", -0.5 * APART), ("right", 0.5 * APART))
+    )
+    return _pressed(CarriedPad(blobs, Electronics(seed)), PRESS, lifts)
+
+
+def _coming(speed: float, seed: int, method: None) -> Trial:
+    def lifts(time: float) -> tuple[float]:
+        # From rest within a second, as an arm or a belt would.
+        since = max(time - COMING_FROM, 0.0)
+        return (1e-3 * speed * (0.5 * since * since if since < 1.0 else since - 0.5),)
+
+    pad = CarriedPad((toy_box(),), Electronics(seed))
+    servo = TactileServo(switches=PRESS)
+    return judged(lead(pad, TouchPhases(servo), 5.0, lifts), servo.goal.pressure)
+
+
+def _light(mass: float, seed: int, method: None) -> Trial:
+    plate = TouchObject("plate", (Part("box", PLATE_HALF, (0.0, 0.0, -PLATE_HALF[2])),))
+    return _pressed(CarriedPad((plate,), Electronics(seed), mass=1e-3 * mass), TRACK, None)
+
+
+def _pressed(
+    pad: CarriedPad, switches: Switches, lifts: Callable[[float], Sequence[float]] | None
+) -> Trial:
+    servo = TactileServo(switches=switches)
+    return judged(lead(pad, TouchPhases(servo), lifts=lifts), servo.goal.pressure)
+
+
+def _unless(good: bool, words: str, angle: float) -> str:
+    return "" if good else f"{words} {np.degrees(angle):.1f}°"

@@ -1,0 +1,151 @@
+"""`eyehand touch roll`: a pad that lands tilted rolls flat, and follows a face (Fig. 9)."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from rich import box
+from rich.table import Table
+
+from ..bench.chart_style import (
+    BLUE,
+    GREEN,
+    PEER,
+    RULE,
+    VERMILION,
+    Provenance,
+    name_axes,
+    new_chart,
+    sign,
+)
+from ..console import tracked
+from ..description_files import make_folder
+from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
+from .trials import tell_trials, trial_count
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from matplotlib.figure import Figure
+
+TRIALS, QUICK_TRIALS = 20, 1
+"""Leans in different directions, each on a pad of its own."""
+
+
+def touch_roll(
+    *,
+    trials: int | None = None,
+    seed: int = 0,
+    quick: bool = False,
+    out: Path = Path("out/touch_roll"),
+    json: bool = False,
+) -> int:
+    """Land on a face that leans by 6°, roll flat, and follow it as it turns to the other side.
+
+    Times are those until the true tilt stays below 1°. Writes roll.png, after Fig. 9, and
+    roll.csv.
+
+    Parameters
+    ----------
+    trials
+        Landings, >= 1; default: 20.
+    seed
+        Landing k has a pad, a noise and a direction of the lean that follow from seed + k.
+    quick
+        1 landing: a first look.
+    out
+        Output folder.
+    json
+        Print one JSON object on stdout; the table goes to stderr.
+    """
+    count = trial_count(trials, QUICK_TRIALS if quick else TRIALS, seed)
+    make_folder(out)
+    done = [roll_once(seed + k) for k in tracked(range(count), "landings", count)]
+    row = roll_row(done)
+    made = Provenance("rigid face 60 × 60 mm, simulated arm and pad", seed, count, "landing")
+    tell_trials(
+        "touch roll",
+        [row],
+        _table(row),
+        _picture(done, row, made),
+        _points(done[0]),
+        seed=seed,
+        trials=count,
+        out=out,
+        json=json,
+    )
+    return 0
+
+
+def _picture(trials: Sequence[RollTrial], row: Mapping[str, Any], made: Provenance) -> Figure:
+    figure, panels = new_chart(
+        f"A pad that lands tilted lies flat after {row['slowest_to_flat_s']:.2f} s at most",
+        "grey: the goals, and tilts below 1°; from 1.2 s the face turns by 12° the other way, "
+        "within 0.4 s",
+        rows=3,
+        height=8.2,
+    )
+    names = ("Tilt of pad against face", "Centre of pressure along the lean", "Pressure")
+    units = ("[°]", "[mm]", "[kPa]")
+    goals = (0.0, 0.0, 1.0)
+    for number, (axes, name, unit, goal, colour) in enumerate(
+        zip(panels, names, units, goals, (VERMILION, BLUE, GREEN), strict=True)
+    ):
+        for first, trial in reversed([(k == 0, trial) for k, trial in enumerate(trials)]):
+            values = (
+                np.degrees(trial.tilt),
+                1e3 * trial.across,
+                trial.run.averaged / PRESSURE,
+            )[number]
+            axes.plot(
+                trial.run.time,
+                values,
+                color=colour,
+                linewidth=2.0 if first else 0.8,
+                alpha=1.0 if first else 0.3,
+            )
+        axes.axvspan(DISPLACED, DISPLACED + DISPLACING, color=RULE, alpha=0.6, zorder=0, lw=0)
+        axes.axhline(goal, color=PEER, linewidth=1.0, zorder=1)
+        axes.set_xlim(0.0, SECONDS)
+        name_axes(axes, "time since the landing [s]" if number == 2 else "", unit, panel=name)
+    panels[0].axhspan(-1, 1, color=RULE, alpha=0.6, zorder=0, lw=0)
+    sign(figure, made)
+    return figure
+
+
+def _points(trial: RollTrial) -> list[dict[str, Any]]:
+    run = trial.run
+    return [
+        {
+            "time_s": round(float(run.time[k]), 4),
+            "tilt_deg": round(float(np.degrees(trial.tilt[k])), 4),
+            "across_mm": round(1e3 * float(trial.across[k]), 4),
+            "pressure_kpa": round(1e-3 * float(run.averaged[k]), 5),
+            "area_mm2": round(1e6 * float(run.area[k]), 1),
+            "force_n": round(float(run.force[k]), 5),
+        }
+        for k in range(0, len(run.time), 2)
+    ]
+
+
+def _table(row: Mapping[str, Any]) -> Table:
+    table = Table(
+        box=box.SIMPLE,
+        caption=f"contacts lost: {row['contact_losses']} of {row['trials']} landings; "
+        "paper (Fig. 9): flat after 4 s",
+    )
+    for heading in ("", "below 1° after", "slowest", "tilt that is left, at most"):
+        table.add_column(heading, justify="left" if not heading else "right")
+    for name, key, left in (
+        ("landing at 6°", "to_flat", "settled_tilt_deg"),
+        ("face has turned by 12°", "to_flat_again", "settled_tilt_again_deg"),
+    ):
+        table.add_row(
+            name,
+            f"{row[f'time_{key}_s']:.3f} s",
+            f"{row[f'slowest_{key}_s']:.3f} s",
+            f"{row[left]:.2f}°",
+        )
+    return table

@@ -1,0 +1,73 @@
+"""Pads that feel badly: a threshold in the noise, dead tactels, tactels that stay at full scale."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from eyehand.data_synth.touch_objects import pen, soft_ball
+from eyehand.errors import InputError
+from eyehand.tactile import FeatureOptions, TactileServo, TouchPhases
+from eyehand.tactile.switches import TRACK
+
+from ..bench.sweep import Sweep, Trial
+from .stress_trial import SECONDS, judged, lead
+from .stress_world import CarriedPad, Electronics
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+FAULTS = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 24.0, 26.0, 30.0, 50.0, 75.0, 95.0, 100.0)
+"""Shares of faulty tactels, %; the phase machine distrusts a pad from 25 on, and without a single
+tactel that works it cannot be calibrated."""
+
+
+def sensor_sweeps() -> tuple[Sweep[None], ...]:
+    """Sweeps over what is wrong with the pad."""
+    return (
+        Sweep(
+            name="threshold",
+            axis="threshold over the reading at rest, in standard deviations of the noise",
+            unit="",
+            values=(6.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5),
+            holds_to=4.0,
+            attempt=_threshold,
+            right="pressure reached and calm on a pen",
+        ),
+        Sweep(
+            name="dead",
+            axis="tactels that read nothing",
+            unit="%",
+            values=FAULTS,
+            holds_to=5.0,
+            attempt=_faulty("dead"),
+            right="pressure reached and calm on a soft ball",
+        ),
+        Sweep(
+            name="saturated",
+            axis="tactels that read full scale",
+            unit="%",
+            values=FAULTS,
+            holds_to=5.0,
+            attempt=_faulty("saturated"),
+            right="pressure reached and calm on a soft ball",
+        ),
+    )
+
+
+def _threshold(sigmas: float, seed: int, method: None) -> Trial:
+    servo = TactileServo(switches=TRACK)
+    pad = CarriedPad((pen(),), Electronics(seed), features=FeatureOptions(sigmas=sigmas))
+    return judged(lead(pad, TouchPhases(servo), SECONDS), servo.goal.pressure)
+
+
+def _faulty(fault: str) -> Callable[[float, int, None], Trial]:
+    def attempt(percent: float, seed: int, method: None) -> Trial:
+        servo = TactileServo(switches=TRACK)
+        try:
+            pad = CarriedPad((soft_ball(),), Electronics(seed, **{fault: 0.01 * percent}))
+        except InputError as error:
+            # Refused before anything moves: `0 of 256 tactels work`.
+            return Trial(passed=False, refused=True, note=str(error).split(":")[0])
+        return judged(lead(pad, TouchPhases(servo), SECONDS), servo.goal.pressure)
+
+    return attempt

@@ -1,0 +1,96 @@
+"""The Pareto front against its definition."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from eyehand.apps.bench.pareto import pareto_front, simplest_front, worthwhile
+from eyehand.errors import InputError
+
+# Few distinct values, so that ties occur.
+POINTS = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), max_size=25)
+
+
+def beaten(point, other):
+    """Whether `other` is at least as good in both and better in one."""
+    return other[0] <= point[0] and other[1] >= point[1] and other != point
+
+
+@given(POINTS)
+def test_the_front_is_what_nothing_beats(points):
+    front = pareto_front([p[0] for p in points], [p[1] for p in points])
+    on_front = [points[index] for index in front]
+    unbeaten = {p for p in points if not any(beaten(p, other) for other in points)}
+    assert set(on_front) == unbeaten
+    assert len(on_front) == len(unbeaten)  # equal points count once ...
+    assert front == [points.index(p) for p in on_front]  # ... and it is the first
+
+
+@given(POINTS)
+def test_cost_and_gain_rise_along_the_front(points):
+    costs, gains = [p[0] for p in points], [p[1] for p in points]
+    front = pareto_front(costs, gains)
+    assert (np.diff([costs[index] for index in front]) > 0).all()
+    assert (np.diff([gains[index] for index in front]) > 0).all()
+
+
+@given(POINTS, st.randoms())
+def test_neither_order_nor_scale_matters(points, random):
+    front = pareto_front([p[0] for p in points], [p[1] for p in points])
+    shuffled = list(points)
+    random.shuffle(shuffled)
+    again = pareto_front([np.exp(p[0]) for p in shuffled], [3.0 * p[1] - 7.0 for p in shuffled])
+    assert [points[index] for index in front] == [shuffled[index] for index in again]
+
+
+@given(POINTS, st.floats(1.0, 3.0), st.integers(0, 3))
+def test_a_simplest_front_pays_no_more_than_the_factor_for_the_same_gain(points, factor, slack):
+    costs, gains = [p[0] + 1.0 for p in points], [p[1] for p in points]
+    front = simplest_front(costs, gains, factor, slack)
+    assert (np.diff([costs[index] for index in front]) > 0).all()
+    assert (np.diff([gains[index] for index in front]) > 0).all()
+    for point in pareto_front(costs, gains):
+        bought = [k for k in front if costs[k] <= factor * costs[point]]
+        # Once for the point passed over, once for the step left out.
+        assert max(gains[k] for k in bought) >= gains[point] - 2 * slack
+
+
+@given(POINTS)
+def test_a_simplest_front_without_slack_is_the_front(points):
+    costs, gains = [p[0] + 1.0 for p in points], [p[1] for p in points]
+    assert simplest_front(costs, gains, 1.0) == pareto_front(costs, gains)
+
+
+def test_what_chance_made_cheaper_gives_way_to_the_simpler():
+    costs, gains = [40.0, 39.0, 20.0, 20.5], [97.0, 97.0, 90.0, 90.2]
+    assert pareto_front(costs, gains) == [2, 3, 1]
+    assert simplest_front(costs, gains, 1.05) == [2, 3, 0]
+    assert simplest_front([22.0, 21.0], [98.7, 98.8], 1.05) == [1]
+    assert simplest_front([22.0, 21.0], [98.7, 98.8], 1.05, same_gain=0.15) == [0]
+    with pytest.raises(InputError, match="difference"):
+        simplest_front(costs, gains, 1.1, same_gain=-0.1)
+    with pytest.raises(InputError, match="factor"):
+        simplest_front(costs, gains, 0.9)
+    with pytest.raises(InputError, match="> 0"):
+        simplest_front([0.0], [1.0], 1.1)
+
+
+def test_an_exact_front():
+    costs, gains = [10, 5, 20, 12, 5], [90, 80, 95, 85, 70]
+    assert pareto_front(costs, gains) == [1, 0, 2]
+    assert pareto_front([], []) == []
+
+
+def test_thinning_drops_steps_that_gain_too_little():
+    gains = [80.0, 80.2, 80.9, 81.0, 83.0]
+    assert worthwhile(gains, [0, 1, 2, 3, 4], 0.5) == [0, 2, 4]
+    assert worthwhile(gains, [0, 1, 2, 3, 4], 0.0) == [0, 1, 2, 3, 4]
+    assert worthwhile(gains, [], 0.5) == []
+
+
+def test_what_is_no_set_of_points_is_refused():
+    with pytest.raises(InputError, match="pair up"):
+        pareto_front([1.0], [1.0, 2.0])
+    with pytest.raises(InputError, match="finite"):
+        pareto_front([1.0], [float("nan")])

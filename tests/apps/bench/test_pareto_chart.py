@@ -1,0 +1,171 @@
+"""The chart of a dial: names that can be read, whatever the points."""
+
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from matplotlib.figure import Figure
+from matplotlib.text import Annotation
+
+from eyehand.apps.bench.chart_labels import PointName, name_points
+from eyehand.apps.bench.chart_style import Provenance, new_chart, share_axis, time_axis
+from eyehand.apps.bench.pareto import pareto_front
+from eyehand.apps.bench.pareto_chart import ChartPoint, PeerCurve, pareto_chart
+
+
+def draw(own: list[ChartPoint], default: int, peers: Sequence[PeerCurve] = ()) -> Figure:
+    """The chart of some settings."""
+    front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
+    return pareto_chart("Title", "subtitle", own, front, default, peers, "overlap F", MADE)
+
+
+MADE = Provenance("made-up figures", 1, 1)
+
+
+def points(count: int, seed: int) -> list[ChartPoint]:
+    """Settings whose accuracy grows with time, more or less."""
+    rng = np.random.default_rng(seed)
+    times = np.geomspace(3, 80, count) * rng.uniform(0.9, 1.1, count)
+    return [
+        ChartPoint(f"setting {k}", float(t), float(98 - 30 / t**0.7 - rng.uniform(0, 3)))
+        for k, t in enumerate(times)
+    ]
+
+
+@settings(max_examples=6)
+@given(st.integers(1, 8), st.integers(0, 10**6))
+def test_names_keep_clear_of_each_other_and_of_the_border(count, seed):
+    _, (axes,) = new_chart("Title", "subtitle")
+    time_axis(axes, 1, 1000)
+    share_axis(axes, 50, 99, stretched=True)
+    rng = np.random.default_rng(seed)
+    names = [
+        PointName(float(np.exp(rng.uniform(1, 6))), float(rng.uniform(60, 98)), f"method {k}")
+        for k in range(count)
+    ]
+    boxes = name_points(axes, names, [[(name.x, name.y)] for name in names])
+    left, bottom, right, top = axes.bbox.extents
+    for index, box in enumerate(boxes):
+        assert left <= box[0] < box[2] <= right
+        assert bottom <= box[1] < box[3] <= top
+        for other in boxes[:index]:
+            apart = (
+                box[2] <= other[0] or other[2] <= box[0] or box[3] <= other[1] or other[3] <= box[1]
+            )
+            assert apart
+
+
+def test_a_name_is_where_it_is_said_to_be():
+    _, (axes,) = new_chart("Title", "subtitle")
+    time_axis(axes, 1, 1000)
+    share_axis(axes, 0, 100)
+    (box,) = name_points(axes, [PointName(30.0, 50.0, "a name", "right")], [])
+    (text,) = axes.texts
+    drawn = text.get_window_extent()
+    assert [drawn.x0, drawn.y0, drawn.x1, drawn.y1] == pytest.approx(box, abs=2.5)
+
+
+@pytest.mark.parametrize("top", [106, 115])
+def test_the_line_to_a_name_crosses_no_other_name_nor_where_there_is_room_a_point(top):
+    figure, (axes,) = new_chart("Title", "subtitle")
+    time_axis(axes, 8, 292)
+    share_axis(axes, 15, top)
+    star, near = (19.1, 96.5), (18.8, 99.5)
+    names = [
+        PointName(*star, "default: 96.5 %, never touched", "right", bold=True),
+        PointName(*near, "default + planner: 99.5 %, never touched\nplanning 15 ms", "right"),
+    ]
+    spans = [[(19.1, 93.0), (19.1, 98.3)], [(18.8, 97.2), (18.8, 99.9)]]
+    first, _ = name_points(axes, names, [[star], [near], *spans])
+    figure.canvas.draw()
+    line = next(text for text in axes.texts if isinstance(text, Annotation) and "+" in str(text))
+    assert line.arrow_patch is not None
+    path = line.arrow_patch.get_path()
+    along = line.arrow_patch.get_transform().transform(path.interpolated(50).vertices)
+    inside = (along > first[:2]).all(axis=1) & (along < first[2:]).all(axis=1)
+    assert not inside.any()
+    if top > 110:
+        assert np.linalg.norm(along - axes.transData.transform(star), axis=1).min() > 10
+
+
+def test_the_default_the_front_and_the_peers_are_named():
+    own = points(20, seed=4)
+    peers = [PeerCurve("a peer", tuple(points(3, seed=5))), PeerCurve("poor", (own[0],))]
+    figure = draw(own, 12, peers)
+    axes = figure.axes[0]
+    on_axes = [text.get_text() for text in axes.texts]
+    best = own[12]
+    assert f"default: {best.accuracy_pct:.1f} % in {best.time_ms:.0f} ms" in on_axes
+    assert {"a peer", "poor"} <= set(on_axes)
+    key = [text.get_text() for text in figure.texts]
+    numbers = [text for text in key if text.isdigit()]
+    assert numbers == [str(k) for k in range(1, len(numbers) + 1)]
+    assert 3 <= len(numbers) <= 8
+    assert set(numbers) <= set(on_axes)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_numbers_on_the_front_keep_clear_of_each_other_and_of_the_default(seed):
+    own = points(60, seed)
+    default = own[35]
+    axes = draw(own, 35).axes[0]
+    names = [text for text in axes.texts if isinstance(text, Annotation)]
+    numbered = [name.xy for name in names if name.get_text().isdigit()]
+    places = axes.transData.transform([*numbered, (default.time_ms, default.accuracy_pct)])
+    gaps = np.linalg.norm(places[:, None] - places, axis=2)
+    # The circles are 11.5 points across, 32 px.
+    assert gaps[~np.eye(len(places), dtype=bool)].min() > 32
+
+
+def test_one_point_is_a_chart_too():
+    (point,) = points(1, seed=0)
+    figure = draw([point], 0)
+    assert "overlap F" in figure.axes[0].get_ylabel()
+
+
+def test_hopeless_and_perfect_points_are_survived():
+    own = [ChartPoint("perfect", 5.0, 100.0), ChartPoint("none", 4.0, 0.0)]
+    draw(own, 0)
+    draw(own[1:], 0)
+
+
+def test_a_perfect_point_is_told_as_it_is_wherever_it_is_drawn():
+    figure = draw([ChartPoint("default", 5.0, 100.0)], 0)
+    told = [text.get_text() for text in figure.axes[0].texts]
+    assert "default: 100.0 % in 5 ms" in told
+
+
+def ticks(figure: Figure) -> dict[str, float]:
+    """Labels of the share axis and where they are."""
+    axes = figure.axes[0]
+    words = [label.get_text() for label in axes.get_yticklabels()]
+    return dict(zip(words, axes.get_yticks(), strict=True))
+
+
+def test_perfect_points_lie_on_a_level_that_says_so():
+    own = [ChartPoint("plain", 5, 100.0), ChartPoint("poor", 9, 50.0)]
+    figure = pareto_chart("Title", "subtitle", own, [0], 0, (), "picks", MADE, best_shown_pct=75.0)
+    found = ticks(figure)
+    assert found["100 %"] == 75.0
+    assert max(found.values()) == 75.0, "nothing above it means anything"
+    assert "70 %" in found or "60 %" in found
+
+
+def test_a_level_of_points_that_are_not_perfect_does_not_claim_it():
+    found = ticks(draw([ChartPoint("plain", 5, 99.95), ChartPoint("poor", 9, 97.0)], 0))
+    assert found["\N{GREATER-THAN OR EQUAL TO} 99.9 %"] == 99.9
+    assert "100 %" not in ticks(draw([ChartPoint("plain", 5, 99.0)], 0))
+
+
+def test_few_settings_are_all_named_those_under_each_other_too():
+    own = [ChartPoint("plain", 5, 90.0), ChartPoint("same", 5, 90.0), ChartPoint("late", 9, 80.0)]
+    figure = draw(own, 0)
+    key = " ".join(text.get_text() for text in figure.texts)
+    assert "same: 90.0 %" in key
+    assert "late: 80.0 %" in key
+    texts = [text for text in figure.axes[0].texts if isinstance(text, Annotation)]
+    numbers = {text.get_text(): text for text in texts}
+    assert {"1", "2"} <= set(numbers)
+    assert numbers["1"].xyann[0] > 0, "beside the star that covers it"

@@ -1,0 +1,186 @@
+"""Where a sweep breaks, when its bound is broken, and what a crash of the method becomes."""
+
+import numpy as np
+import pytest
+
+from eyehand.apps.bench import sweep_chart as stress_chart
+from eyehand.apps.bench.sweep import (
+    Step,
+    Sweep,
+    SweepResult,
+    Trial,
+    run_sweep,
+    value_text,
+)
+from eyehand.apps.bench.sweep_chart import point_rows, sweep_rows, write_stress_chart
+from eyehand.apps.segmentation.stress import segmentation_telling
+from eyehand.apps.segmentation.stress_trial import Method
+from eyehand.errors import InputError
+from eyehand.perception import DepthFrame, Segmentation
+
+
+def nothing(frame: DepthFrame) -> Segmentation:
+    """Find no object."""
+    return Segmentation(np.zeros(frame.depth.shape, np.int32), None, 0.001, {})
+
+
+def sweep(attempt, *, values=(0, 1, 2, 3), holds_to: float | None = 1, repeats=None) -> Sweep:
+    return Sweep("made-up", "trouble", "mm", values, holds_to, attempt, "right", repeats)
+
+
+def passes_below(limit: float):
+    def attempt(value: float, seed: int, method: Method) -> Trial:
+        return Trial(value < limit, "" if value < limit else "wrong", score=0.5, seconds=0.1)
+
+    return attempt
+
+
+def test_a_sweep_breaks_at_the_first_value_where_too_few_pass():
+    def attempt(value: float, seed: int, method: Method) -> Trial:
+        # At 2, one of ten is wrong, which is allowed; at 3, two of ten.
+        return Trial(seed >= {2: 1, 3: 2}.get(int(value), 0))
+
+    result = run_sweep(sweep(attempt, holds_to=2), range(10), nothing)
+    assert [step.share for step in result.steps] == [1.0, 1.0, 0.9, 0.8]
+    assert result.breaks_at == 3
+    assert result.faults == ()
+
+
+def test_a_bound_that_is_not_held_is_told_with_what_was_wrong():
+    result = run_sweep(sweep(passes_below(1)), [0, 1], nothing)
+    assert result.breaks_at == 1
+    (fault,) = result.faults
+    assert fault == "made-up at 1 mm: 0 of 2 right; wrong"
+
+
+def test_what_comes_after_the_bound_may_be_wrong_but_not_unclean():
+    def attempt(value: float, seed: int, method: Method) -> Trial:
+        return Trial(value < 2, clean=value < 3, note="NaN" if value == 3 else "")
+
+    result = run_sweep(sweep(attempt), [0], nothing)
+    assert result.breaks_at == 2
+    assert result.faults == ("made-up at 3 mm: 0 of 1 right; NaN",)
+
+
+def test_a_crash_is_an_unclean_trial_and_not_the_end():
+    def attempt(value: float, seed: int, method: Method) -> Trial:
+        if value == 2:
+            raise ZeroDivisionError("division\nby zero")
+        return Trial(True)
+
+    result = run_sweep(sweep(attempt), [0], nothing)
+    assert len(result.steps) == 4
+    assert result.steps[2].worst == Trial(
+        False, "raised ZeroDivisionError: division by zero", clean=False
+    )
+    assert len(result.faults) == 1
+
+
+def test_the_method_and_every_seed_reach_every_attempt():
+    seen = []
+
+    def attempt(value: float, seed: int, method: Method) -> Trial:
+        assert method is nothing
+        seen.append((value, seed))
+        return Trial(True)
+
+    run_sweep(sweep(attempt, values=(0, 1)), [4, 5], nothing)
+    assert seen == [(0, 4), (0, 5), (1, 4), (1, 5)]
+    seen.clear()
+    run_sweep(sweep(attempt, values=(0, 1), repeats=1), [4, 5], nothing)
+    assert seen == [(0, 4), (1, 4)]
+
+
+def test_a_shortened_sweep_keeps_both_ends_and_the_bound():
+    assert sweep(passes_below(2)).shortened().values == (0, 1, 3)
+    assert sweep(passes_below(2), holds_to=3).shortened().values == (0, 3)
+
+
+def test_without_a_bound_answers_may_be_wrong_but_not_unclean():
+    free = sweep(passes_below(0), holds_to=None)
+    assert run_sweep(free, [0], nothing).faults == ()
+    assert free.shortened().values == (0, 3)
+
+    def crash(value: float, seed: int, method: Method) -> Trial:
+        raise ValueError("trouble")
+
+    assert len(run_sweep(sweep(crash, holds_to=None), [0], nothing).faults) == 4
+
+
+def test_the_worst_trial_is_an_unclean_one_then_a_wrong_one():
+    right, wrong, unclean = Trial(True), Trial(False), Trial(False, clean=False)
+    assert Step(0, (right, wrong, unclean)).worst is unclean
+    assert Step(0, (right, wrong)).worst is wrong
+    assert Step(0, (right,)).scores == ()
+    assert Step(0, (right,)).seconds is None
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [{"values": (1,)}, {"values": (1, 1, 2)}, {"holds_to": 7}],
+)
+def test_sweeps_without_values_or_with_a_bound_of_none_are_refused(bad):
+    with pytest.raises(InputError, match="made-up"):
+        sweep(passes_below(2), **bad)
+
+
+def test_a_sweep_without_seeds_is_refused():
+    with pytest.raises(InputError, match="seed"):
+        run_sweep(sweep(passes_below(2)), [], nothing)
+
+
+def test_values_are_told_with_their_unit():
+    assert value_text(5, "mm") == "5 mm"
+    assert value_text(0.5, "") == "0.5"
+    assert value_text(15, "°") == "15°"
+    assert value_text(307200, "px") == "307200 px"
+
+
+def results() -> list[SweepResult]:
+    return [run_sweep(sweep(passes_below(limit)), [0, 1], nothing) for limit in (1, 2, 3, 4, 5, 0)]
+
+
+def test_rows_tell_breaking_points_and_shares():
+    rows = sweep_rows(results())
+    assert [row["breaks_at"] for row in rows] == [1, 2, 3, None, None, 0]
+    assert [row["bound_kept"] for row in rows] == [False, True, True, True, True, False]
+    points = point_rows(results(), segmentation_telling())
+    assert len(points) == 24
+    assert points[2] == {
+        "name": "made-up",
+        "value": 2,
+        "unit": "mm",
+        "must_hold": False,
+        "trials": 2,
+        "right_pct": 0.0,
+        "overlap_f_pct": 50.0,
+        "segment_ms": 100.0,
+        "wrong": "wrong",
+    }
+
+
+def test_the_chart_is_a_picture_with_its_table(tmp_path):
+    path = tmp_path / "stress.png"
+    write_stress_chart(path, results(), segmentation_telling(), seeds=2, first_seed=0)
+    assert path.stat().st_size > 10_000
+    lines = path.with_suffix(".csv").read_text().splitlines()
+    assert lines[0].startswith("name,value,unit,must_hold,trials,right_pct")
+    assert len(lines) == 25
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_no_words_of_a_chart_touch_one_another(tmp_path, monkeypatch, count):
+    drawn = []
+    monkeypatch.setattr(stress_chart, "write_chart", lambda figure, *_: drawn.append(figure))
+    one = results()[0]
+    write_stress_chart(tmp_path / "a.png", [one] * count, segmentation_telling(), 2, 0)
+    (figure,) = drawn
+    figure.canvas.draw()
+    words = [*figure.texts]
+    for panel in figure.axes:
+        if panel.axison:
+            words += [panel.title, panel._left_title, panel.xaxis.label]
+    boxes = [text.get_window_extent() for text in words if text.get_text()]
+    assert len(boxes) == 3 + 2 * count
+    for number, box in enumerate(boxes):
+        assert not any(box.overlaps(other) for other in boxes[:number]), words[number]

@@ -1,0 +1,96 @@
+"""The published fitters do what their papers say: else beating them would mean nothing."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.apps.fitting.bench.baselines import PEERS, find_peer
+from eyehand.apps.fitting.bench.classic_fitters import (
+    gauge_at,
+    moments_fit,
+    radial_distances,
+    radial_fit,
+)
+from eyehand.apps.fitting.bench.clouds import fit_case
+from eyehand.apps.fitting.bench.ems import ems_fit
+from eyehand.apps.fitting.bench.score import overlap
+from eyehand.apps.fitting.bench.stress_views import usual_solid
+from eyehand.perception import Superquadric
+from eyehand.perception.superquadric import sample_surface
+
+FITTERS = (moments_fit, radial_fit, ems_fit)
+
+
+@pytest.mark.parametrize("fit", FITTERS)
+def test_whole_surfaces_without_noise_are_met(fit):
+    met = []
+    for seed in range(6):
+        solid, _ = usual_solid(seed)
+        points = sample_surface(solid, 500, np.random.default_rng([seed, 99]))
+        found = fit(points, None, None)
+        assert found is not None
+        met.append(overlap(solid, [found]))
+    assert np.median(met) > 0.99
+    assert min(met) > 0.9
+
+
+def test_ems_alone_leaves_outliers_aside():
+    case = fit_case("full-outliers", 3)
+    squares, mixture = moments_fit(case.points), ems_fit(case.points)
+    assert squares is not None
+    assert mixture is not None
+    assert overlap(case.truth, [mixture]) > 0.99
+    assert overlap(case.truth, [squares]) < 0.5
+
+
+@pytest.mark.parametrize("fit", FITTERS)
+def test_a_moved_and_scaled_cloud_is_met_as_well(fit):
+    solid, _ = usual_solid(3)
+    points = sample_surface(solid, 300, np.random.default_rng(0))
+    T = RigidTransform.from_components([20.0, -5.0, 8.0], Rotation.from_rotvec([1.0, 0.4, -2.0]))
+    found = fit(T.apply(50.0 * points), None, None)
+    there = Superquadric(
+        50 * solid.semi_axes,
+        solid.exponents,
+        T * RigidTransform.from_components(50 * solid.centre, solid.pose.rotation),
+    )
+    assert overlap(there, [found]) > 0.98
+
+
+@pytest.mark.parametrize("fit", FITTERS)
+@pytest.mark.parametrize(
+    "points",
+    [
+        np.zeros((0, 3)),
+        np.random.default_rng(0).normal(size=(10, 3)),
+        np.full((50, 3), np.nan),
+        np.ones((50, 3)),
+    ],
+)
+def test_clouds_that_hold_too_little_give_none(fit, points):
+    assert fit(points, None, None) is None
+
+
+@pytest.mark.parametrize("fit", FITTERS)
+def test_flat_and_straight_clouds_do_not_raise(fit):
+    rng = np.random.default_rng(0)
+    for extents in ([0.05, 0.05, 0.0], [0.05, 0.0, 0.0]):
+        found = fit(rng.normal(size=(100, 3)) * extents, None, None)
+        assert found is None or np.all(np.isfinite(found.pose.as_matrix()))
+
+
+def test_gauge_and_radial_distance_are_those_of_the_solid():
+    solid, _ = usual_solid(5)
+    frame = Rotation.from_rotvec([0.3, -0.2, 0.9])
+    vector = (frame.inv() * solid.pose.rotation).as_rotvec()
+    x = np.concatenate([solid.exponents, solid.semi_axes, vector, solid.centre])
+    points = solid.centre + np.random.default_rng(0).normal(size=(200, 3)) * 0.05
+    assert gauge_at(points, x, frame.as_matrix()) == pytest.approx(solid.gauge(points), rel=1e-9)
+    along = np.linalg.norm(points - solid.project_radially(points), axis=1)
+    distances = radial_distances(points, x, frame.as_matrix())
+    assert np.abs(distances) == pytest.approx(along, abs=1e-12)
+    assert np.array_equal(distances < 0, solid.contains(points))
+
+
+def test_peers_are_found_by_name():
+    assert {find_peer(name) for name in PEERS} >= set(FITTERS)

@@ -1,0 +1,105 @@
+"""The command: what it prints and writes, and its exit code when a bound breaks."""
+
+import json
+
+import pytest
+
+from eyehand.apps.bench.shares import refused_pct
+from eyehand.apps.bench.sweep import Step, Trial
+from eyehand.apps.fitting.bench import stress as stress_fit
+from eyehand.apps.fitting.bench.stress import fit_telling, silent_pct
+from eyehand.apps.fitting.bench.stress_trial import Answer
+from eyehand.apps.main import main
+
+
+def run(*arguments, capsys) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as leaving:
+        main(["stress", "fit", *map(str, arguments)])
+    printed = capsys.readouterr()
+    return int(leaving.value.code or 0), printed.out, printed.err
+
+
+def test_the_command_tells_where_it_breaks_and_leaves_its_files(tmp_path, capsys):
+    code, out, err = run(
+        *("--only", "points", "from-above", "--quick", "--seeds", 1, "--json"),
+        *("--out", tmp_path / "new"),
+        capsys=capsys,
+    )
+    assert code == 0, err
+    report = json.loads(out)
+    assert report["schema"] == "eyehand.stress_fit/1"
+    assert (report["seed"], report["seeds"], report["broken_bounds"]) == (0, 1, [])
+    assert report["extremes"] == []
+    assert [row["name"] for row in report["rows"]] == ["points", "from-above"]
+    few = report["points"][2]
+    assert (few["value"], few["right_pct"], few["refused_pct"]) == (10, 100.0, 100.0)
+    assert few["iou_median_pct"] is None
+    assert report["points"][0]["iou_median_pct"] > 90
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == [
+        "stress.csv",
+        "stress.png",
+    ]
+
+
+def test_extreme_clouds_alone_make_a_table_and_no_chart(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(stress_fit, "fit_method", lambda look: Answer((), "too few points"))
+    code, out, err = run(
+        "--only", "extremes", "--seeds", 1, "--json", "--out", tmp_path, capsys=capsys
+    )
+    report = json.loads(out)
+    kept = {row["name"]: row["kept"] for row in report["extremes"]}
+    assert (kept["no points"], kept["one NaN"], kept["a slanting turn"]) == (True, False, False)
+    assert code == 1
+    assert "broken bound: one NaN: must refuse, 0 of 1 did; refused, but: too few points" in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_peer_is_held_to_no_bound(tmp_path, capsys):
+    code, out, err = run(
+        *("--only", "noise", "--quick", "--seeds", 1, "--peer", "ems", "--json", "--out", tmp_path),
+        capsys=capsys,
+    )
+    assert code == 0, err
+    report = json.loads(out)
+    assert (report["peer"], report["extremes"]) == ("ems", [])
+    (noise,) = report["rows"]
+    assert (noise["holds_to"], noise["bound_kept"]) == (None, True)
+    assert report["points"][-1]["right_pct"] == 0
+    assert "where ems breaks" in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "says"),
+    [
+        (("--only", "cup"), "extremes"),
+        (("--peer", "nobody"), "nobody"),
+        (("--seeds", 0), "--seeds"),
+        (("--seed", -1), "--seed"),
+    ],
+)
+def test_wrong_input_is_refused_in_one_line(arguments, says, tmp_path, capsys):
+    code, out, err = run(*arguments, "--out", tmp_path / "none", capsys=capsys)
+    assert (code, out) == (2, "")
+    assert says in err
+    assert len(err.strip().splitlines()) == 1
+    assert not (tmp_path / "none").exists()
+
+
+def test_figures_tell_silent_failures_from_refusals():
+    trials = (
+        Trial(True, score=0.9, seconds=0.01),
+        Trial(False, "wrong", score=0.4, seconds=0.03),
+        Trial(False, "refused: why", refused=True, seconds=0.02),
+        Trial(False, "raised", clean=False),
+    )
+    step = Step(3, trials)
+    assert (silent_pct(step), refused_pct(step)) == (25.0, 25.0)
+    assert fit_telling().figures(step) == {
+        "iou_median_pct": 65.0,
+        "iou_worst_pct": 40.0,
+        "refused_pct": 25.0,
+        "silent_pct": 25.0,
+        "raised": 1,
+        "fit_ms": 20.0,
+    }

@@ -1,0 +1,199 @@
+"""Every staged cloud is what its sweep says, and every extreme can be done right and wrong."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.apps.bench.sweep import Sweep, Trial
+from eyehand.apps.fitting.bench.extreme_clouds import extremes
+from eyehand.apps.fitting.bench.extremes import extreme_rows, run_extreme
+from eyehand.apps.fitting.bench.stress_sweeps import fit_sweeps
+from eyehand.apps.fitting.bench.stress_trial import Answer
+from eyehand.apps.fitting.bench.stress_views import Look, one_view, usual_solid
+from eyehand.perception import Superquadric
+
+SWEEPS = {sweep.name: sweep for sweep in fit_sweeps()}
+
+
+def look_of(name: str, value: float, seed: int = 0) -> Look:
+    """What a trial of a sweep puts before the method."""
+    return looks_of(SWEEPS[name], value, seed)[-1]
+
+
+def looks_of(sweep: Sweep, value: float, seed: int = 0) -> list[Look]:
+    looks: list[Look] = []
+
+    def refuse(look: Look) -> Answer:
+        looks.append(look)
+        return Answer((), "none of these")
+
+    sweep.attempt(value, seed, refuse)
+    return looks
+
+
+def truth(look: Look) -> Superquadric:
+    """The superquadric that a look is of."""
+    assert isinstance(look.truth, Superquadric)
+    return look.truth
+
+
+def test_every_sweep_has_its_own_name_and_says_what_is_right():
+    assert len(SWEEPS) == len(fit_sweeps()) >= 18
+    assert all(sweep.axis and sweep.right for sweep in SWEEPS.values())
+
+
+@pytest.mark.parametrize("sweep", SWEEPS.values(), ids=lambda sweep: sweep.name)
+def test_a_trial_follows_from_its_value_and_seed(sweep: Sweep):
+    for value in (sweep.values[0], sweep.values[-1]):
+        first, again, other = (looks_of(sweep, value, seed)[0] for seed in (3, 3, 4))
+        assert np.array_equal(first.points, again.points)
+        assert first.points.shape != other.points.shape or np.any(first.points != other.points)
+        assert np.all(np.isfinite(first.points))
+
+
+@pytest.mark.parametrize("name", sorted(SWEEPS.keys() - {"points", "far", "sheet", "wire"}))
+def test_the_truth_passes_every_sweep_of_solids(name):
+    for value in SWEEPS[name].values:
+        trial = SWEEPS[name].attempt(value, 1, lambda look: Answer((truth(look),), ""))
+        assert (trial.passed, trial.score) == (True, 1.0)
+        assert len(look_of(name, value).points) == 1000
+
+
+def test_points_are_as_many_as_asked_for_and_few_must_be_refused():
+    for count in SWEEPS["points"].values:
+        assert len(look_of("points", count).points) == count
+    trial = SWEEPS["points"].attempt(49 - 9, 0, lambda look: Answer((truth(look),), ""))
+    assert not trial.passed
+    assert trial.note.startswith("not refused")
+
+
+def test_noise_is_as_large_as_asked_for():
+    exact = look_of("noise", 0)
+    assert np.abs(truth(exact).distance(exact.points)).max() < 1e-9
+    for sigma in (1, 5):
+        look = look_of("noise", sigma)
+        assert np.std(look.points - exact.points) == pytest.approx(1e-3 * sigma, rel=0.05)
+
+
+def test_outliers_are_as_many_as_asked_for():
+    for share in (0, 20, 60):
+        look = look_of("outliers", share)
+        far = np.abs(truth(look).distance(look.points)) > 0.006
+        assert share / 100 - 0.12 < far.mean() < share / 100 + 0.01
+
+
+def test_less_is_seen_of_the_surface():
+    reach = []
+    for share in (100, 50, 10):
+        look = look_of("seen", share)
+        assert look.view_origin is None
+        along = (look.points - truth(look).centre) @ (usual_solid(0)[1] - truth(look).centre)
+        reach.append(np.ptp(along))
+    assert reach[0] > 1.5 * reach[1] > 2 * reach[2]
+
+
+@pytest.mark.parametrize("seed", [0, 1])
+def test_what_hides_a_view_hides_none_of_the_points_left_and_the_rest_of_the_solid(seed):
+    whole = one_view(*usual_solid(seed), np.random.default_rng(0), count=5000)
+    for share in (80, 50, 10):
+        look = look_of("occluded", share, seed)
+        assert look.hidden is not None
+        assert look.view_origin is not None
+        rays, rest = (points - look.view_origin for points in (look.points, whole.points))
+        assert not look.hidden(rays / np.linalg.norm(rays, axis=1, keepdims=True)).any()
+        assert look.hidden(rest).mean() == pytest.approx(1 - share / 100, abs=0.06)
+
+
+def test_views_are_at_the_angle_asked_for():
+    for name, angle in (("face-on", 0), ("face-on", 20), ("end-on", 0), ("side-on", 90)):
+        look = look_of(name, angle)
+        assert look.view_origin is not None
+        towards = truth(look).to_local(look.view_origin)
+        assert np.linalg.norm(towards) == pytest.approx(0.7)
+        assert np.degrees(np.arccos(towards[2] / 0.7)) == pytest.approx(angle, abs=1e-5)
+    slanting = look_of("face-on", 55)
+    assert slanting.view_origin is not None
+    corner = truth(slanting).to_local(slanting.view_origin)
+    assert corner == pytest.approx([0.4] * 3, abs=0.01)
+    above = look_of("from-above", 90)
+    assert above.support_plane is not None
+    assert truth(above).support([0.0, 0.0, -1.0]) == pytest.approx(0.0, abs=1e-12)
+
+
+def test_exponents_and_aspects_are_those_asked_for():
+    assert truth(look_of("sharp", 0.05)).exponents == (0.05, 0.05)
+    assert truth(look_of("pinched", 1.95)).exponents == (1.95, 1.95)
+    assert truth(look_of("diamond", 0.05)).exponents == (0.05, 1.95)
+    assert truth(look_of("tent", 0.05)).exponents == (1.95, 0.05)
+    assert truth(look_of("rod", 20)).semi_axes == pytest.approx([0.005, 0.005, 0.1])
+    assert truth(look_of("plate", 20)).semi_axes == pytest.approx([0.1, 0.1, 0.005])
+
+
+def test_sheets_and_wires_have_no_more_extents_than_they_say():
+    for name, rank in (("sheet", 2), ("wire", 1)):
+        exact, noisy = (look_of(name, value).points for value in (0, 5))
+        extents = [np.linalg.svd(p - p.mean(axis=0), compute_uv=False) for p in (exact, noisy)]
+        assert np.count_nonzero(extents[0] > 1e-9) == rank
+        assert extents[1][rank] / np.sqrt(1000) == pytest.approx(5e-3, rel=0.1)
+
+
+def test_far_clouds_are_near_ones_moved():
+    near, far = looks_of(SWEEPS["far"], 10_000)
+    assert np.linalg.norm(far.points.mean(axis=0)) == pytest.approx(1e4, rel=1e-3)
+    spread = [np.ptp(look.points, axis=0) for look in (near, far)]
+    assert spread[0] == pytest.approx(spread[1], abs=1e-10)
+
+
+EXTREMES = {extreme.name: extreme for extreme in extremes()}
+
+
+def verdicts(method, expected: str) -> dict[str, bool]:
+    return {
+        name: run_extreme(extreme, [0], method).kept
+        for name, extreme in EXTREMES.items()
+        if extreme.expected == expected
+    }
+
+
+def test_every_extreme_has_its_own_name():
+    assert len(EXTREMES) == len(extremes()) >= 50
+
+
+def test_a_method_that_refuses_all_without_a_word_keeps_only_what_may_degrade():
+    def refuse(look: Look) -> Answer:
+        return Answer((), "no")
+
+    assert not any(verdicts(refuse, "refuse").values())
+    assert not any(verdicts(refuse, "follow").values())
+    assert all(verdicts(refuse, "degrade").values())
+
+
+def test_a_method_that_always_finds_the_same_solid_keeps_next_to_nothing():
+    pose = RigidTransform.from_translation([0.1, 0.2, 0.3])
+    solid = Superquadric(np.array([0.3, 0.4, 0.5]), (0.1, 0.1), pose)
+
+    def stubborn(look: Look) -> Answer:
+        return Answer((solid,), "")
+
+    assert not any(verdicts(stubborn, "refuse").values())
+    stays = {"in another order", "transposed in memory"}
+    assert {name for name, kept in verdicts(stubborn, "follow").items() if kept} == stays
+    assert not any(verdicts(stubborn, "degrade").values())
+
+
+def test_a_crash_is_told_and_breaks_every_expectation():
+    def crash(look: Look) -> Answer:
+        raise FloatingPointError("no\nway")
+
+    result = run_extreme(EXTREMES["one NaN"], [0, 1], crash)
+    assert result.trials == (Trial(False, "raised FloatingPointError: no way", clean=False),) * 2
+    assert result.fault == "one NaN: must refuse, 0 of 2 did; raised FloatingPointError: no way"
+    (row,) = extreme_rows([result])
+    assert row == {
+        "name": "one NaN",
+        "expected": "refuse",
+        "says": "NaN or infinite",
+        "trials": 2,
+        "kept": False,
+        "happened": "raised FloatingPointError: no way",
+    }

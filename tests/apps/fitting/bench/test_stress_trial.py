@@ -1,0 +1,162 @@
+"""What counts as right, refused, failed without a word, and no proper answer at all."""
+
+import warnings
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.apps.fitting.bench import stress_trial as stress_fit_trial
+from eyehand.apps.fitting.bench.stress_trial import (
+    Answer,
+    Method,
+    apart,
+    fit_method,
+    overshoot,
+    peer_method,
+    try_fit,
+    try_following,
+    try_no_silent_failure,
+    try_nothing_made_up,
+    try_refusal,
+)
+from eyehand.apps.fitting.bench.stress_views import Look, moved, one_view, scaled
+from eyehand.perception import Superquadric
+
+PLACE = RigidTransform.from_components([0.1, -0.2, 0.3], Rotation.from_rotvec([0.4, 0.2, -0.7]))
+BALL = Superquadric(np.full(3, 0.05), (1.0, 1.0), PLACE, "sphere")
+BRICK = Superquadric(np.array([0.03, 0.04, 0.06]), (0.1, 0.1), PLACE, "box")
+CAMERA = np.array([0.5, 0.3, 0.9])
+LOOK = one_view(BALL, CAMERA, np.random.default_rng(0))
+
+
+def sized(factor: float) -> Superquadric:
+    """The ball with another radius."""
+    return replace(BALL, semi_axes=factor * BALL.semi_axes)
+
+
+def always(*solids: Superquadric, reason: str = "") -> Method:
+    """A method that gives the same answer to every look."""
+    return lambda look: Answer(solids, reason)
+
+
+def test_the_truth_is_right():
+    trial = try_fit(always(BALL), LOOK, 0)
+    assert (trial.passed, trial.clean, trial.refused, trial.note) == (True, True, False, "")
+    assert trial.score == 1.0
+    assert trial.seconds is not None
+
+
+@pytest.mark.parametrize(
+    ("radius", "right", "failed"), [(0.95, True, 0), (0.85, False, 0), (0.7, False, 1)]
+)
+def test_a_solid_is_right_from_three_quarters_and_has_failed_below_half(radius, right, failed):
+    trial = try_fit(always(sized(radius)), LOOK, 0)
+    assert trial.score == pytest.approx(radius**3, abs=0.01)
+    assert trial.passed == right
+    assert (trial.note == "") == right
+    assert try_no_silent_failure(always(sized(radius)), LOOK, 0).passed == (not failed)
+
+
+def test_parts_count_together():
+    halves = [
+        replace(BALL, pose=PLACE * RigidTransform.from_translation([x, 0, 0])) for x in (0, 9)
+    ]
+    both = replace(LOOK, truth=halves[0])
+    assert (try_fit(always(*halves), both, 0).score or 1) < 0.6
+
+
+def test_a_refusal_is_no_wrong_answer_but_must_name_the_trouble():
+    refusing = always(reason="49 points are too few")
+    trial = try_fit(refusing, LOOK, 0)
+    assert (trial.passed, trial.refused, trial.score) == (False, True, None)
+    assert try_no_silent_failure(refusing, LOOK, 0).passed
+    assert try_nothing_made_up(refusing, LOOK).passed
+    assert try_refusal(refusing, LOOK, "too few").passed
+    unnamed = try_refusal(refusing, LOOK, "line")
+    assert (unnamed.passed, unnamed.note) == (False, "refused, but: 49 points are too few")
+    accepted = try_refusal(always(BALL), LOOK, "line")
+    assert (accepted.passed, accepted.note) == (False, "not refused: sphere of 100 x 100 x 100 mm")
+
+
+def test_what_reaches_beyond_points_of_no_solid_is_made_up():
+    assert overshoot(BALL, LOOK.points + 1e3 * np.eye(3)[0]) == pytest.approx(1e3, abs=5)
+    points = 0.05 * np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1, 1, 0] + BALL.centre
+    look = Look(points)
+    thin = replace(
+        BRICK,
+        semi_axes=np.array([0.05, 0.05, 0.005]),
+        pose=RigidTransform.from_translation(BALL.centre),
+    )
+    assert try_nothing_made_up(always(thin), look).passed
+    trial = try_nothing_made_up(always(replace(thin, semi_axes=np.array([0.05, 0.05, 0.2]))), look)
+    assert not trial.passed
+    assert trial.note.startswith("200 mm made up: box of 100 x 100 x 400 mm")
+
+
+@pytest.mark.parametrize("first", [BALL, BRICK])
+def test_solids_are_as_far_apart_as_they_were_moved(first):
+    assert apart(first, first) < 1e-9
+    for off in (1e-6, 1e-3):
+        other = replace(first, pose=RigidTransform.from_translation([0, 0, off]) * first.pose)
+        size = first.semi_axes.max()
+        assert apart(first, other) == pytest.approx(off / size, rel=0.02)
+        far = RigidTransform.from_translation([6e3, -5e3, 4e3])
+        here, there = (replace(solid, pose=far * solid.pose) for solid in (first, other))
+        assert apart(here, there) == pytest.approx(off / size, rel=0.02)
+
+
+def test_a_fit_that_follows_is_right_and_one_that_stays_behind_is_not():
+    T = RigidTransform.from_components([3.0, 1.0, 2.0], Rotation.from_rotvec([1.0, 0.5, 0.2]))
+
+    def follows(look: Look) -> Answer:
+        # The camera tells where the look is told from.
+        assert look.view_origin is not None
+        here = np.allclose(look.view_origin, CAMERA)
+        return Answer((BRICK if here else replace(BRICK, pose=T * BRICK.pose),), "")
+
+    assert try_following(follows, LOOK, moved(LOOK, T), T, 0).passed
+    trial = try_following(always(BRICK), LOOK, moved(LOOK, T), T, 0)
+    assert not trial.passed
+    assert trial.note.endswith("of its size off")
+    larger = replace(scaled(LOOK, 2.0), unit=0.5)
+    assert not try_following(always(BRICK), LOOK, larger, RigidTransform.identity(), 0).passed
+    refused = try_following(always(reason="no"), LOOK, moved(LOOK, T), T, 0)
+    assert (refused.passed, refused.note) == (False, "refused both: no")
+
+
+def test_options_follow_the_unit_of_a_look():
+    here = fit_method(LOOK)
+    there = fit_method(replace(scaled(LOOK, 1000.0), unit=1e-3))
+    assert here.reason == there.reason == ""
+    # In metres, a ball of 50 m would be none.
+    assert fit_method(scaled(LOOK, 1000.0)).reason
+    assert there.solids[0].semi_axes == pytest.approx(1000 * here.solids[0].semi_axes, rel=1e-6)
+
+
+def test_another_fitter_is_a_method():
+    seen = []
+
+    def peer(points, view_origin, support_plane):
+        seen.append((points, view_origin, support_plane))
+        return BALL if len(seen) == 1 else None
+
+    assert peer_method(peer)(LOOK) == Answer((BALL,), "")
+    assert peer_method(peer)(LOOK).reason == "no solid found"
+    assert seen[0][0] is LOOK.points
+    assert seen[0][1] is CAMERA
+    assert seen[0][2] is None
+
+
+def test_garbage_is_no_clean_answer(monkeypatch):
+    def warns(look: Look) -> Answer:
+        warnings.warn("overflow\nencountered", RuntimeWarning, stacklevel=1)
+        return Answer((BALL,), "")
+
+    trial = try_fit(warns, LOOK, 0)
+    assert (trial.passed, trial.clean, trial.note) == (False, False, "warned: overflow encountered")
+    empty = try_refusal(always(), LOOK, "few")
+    assert (empty.clean, empty.note) == (False, "neither a solid nor a reason")
+    monkeypatch.setattr(stress_fit_trial, "LONGEST_S", -1.0)
+    assert try_fit(always(BALL), LOOK, 0).note.startswith("took")

@@ -1,0 +1,373 @@
+"""`eyehand evaluate` and `eyehand chart grasp` as a person runs them, on made-up trials."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+
+import cv2
+import pytest
+
+from eyehand.apps.bench.wilson import wilson_interval
+from eyehand.apps.grasp.bench import (
+    chart as chart_grasp,
+)
+from eyehand.apps.grasp.bench import (
+    conditions as grasp_plan,
+)
+from eyehand.apps.grasp.bench import (
+    evaluate as evaluate_grasp,
+)
+from eyehand.apps.grasp.bench import (
+    inputs as grasp_inputs,
+)
+from eyehand.apps.grasp.bench.conditions import asked_conditions, source_digest, usual_conditions
+from eyehand.apps.grasp.bench.jobs import Condition, SceneOutcome, attempt, scene_jobs
+from eyehand.apps.grasp.bench.rows import scene_records
+from eyehand.apps.grasp.bench.summary import (
+    again,
+    outcome_counts,
+    prototype_rows,
+    summary_rows,
+    worst_scenes,
+)
+from eyehand.apps.grasp.bench.table import table_cells
+from eyehand.apps.main import main
+from eyehand.errors import InputError
+
+
+@pytest.fixture
+def run(made_up, monkeypatch, capsys):
+    """Run a command on made-up trials: exit code, stdout, stderr."""
+    monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_made_up)
+    monkeypatch.setattr(chart_grasp, "run_grasp_trial", made_up.run_made_up)
+    # The code may change while tests run.
+    for module in (evaluate_grasp, grasp_inputs):
+        monkeypatch.setattr(module, "source_digest", lambda: "the same")
+
+    def running(*arguments) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as leaving:
+            main([str(argument) for argument in arguments])
+        printed = capsys.readouterr()
+        return int(leaving.value.code or 0), printed.out, printed.err
+
+    return running
+
+
+def records(made_up, conditions, seeds=range(4)):
+    """Rows of made-up scenes."""
+    jobs = scene_jobs(conditions, seeds, 3, {"task": "lift"})
+    return [
+        row for job in jobs for row in scene_records(job, attempt(made_up.run_made_up, job.trial))
+    ]
+
+
+def test_the_usual_table_has_its_seven_rows_and_writes_its_files(run, tmp_path):
+    code, out, err = run("evaluate", "--scenes", 3, "--jobs", 2, "--out", tmp_path, "--json")
+    assert code == 0, err
+    report = json.loads(out)
+    assert (report["schema"], report["seed"]) == ("eyehand.evaluate/1", 0)
+    names = [row["name"] for row in report["rows"]]
+    assert names == [
+        *("single", "single, known", "packed", "packed, known", "pile", "pile, known"),
+        "packed, friction 0.6, shake 2 s",
+    ]
+    for row in report["rows"]:
+        assert row["scenes"] == 3
+        assert row["ci_low_pct"] <= row["success_pct"] <= row["ci_high_pct"]
+        assert row["cleared_ci_low_pct"] <= row["cleared_pct"] <= row["cleared_ci_high_pct"]
+        assert row["seconds_per_pick"] > 0
+        assert row["plan_ms"] > 0
+        if row["known"]:
+            assert row["success_pct"] == row["cleared_pct"] == 100
+    assert len(list((tmp_path / "rows").glob("*.parquet"))) == 21
+    page = (tmp_path / "report.html").read_text()
+    assert "packed, friction 0.6, shake 2 s" in page
+    assert "&lt; 20 mm &amp; rolled" in page
+    assert not re.search(r"(src|href)='(?!data:)", page), "one page, nothing beside it"
+    chart = cv2.imread(str(tmp_path / "evaluate.png"))
+    assert chart is not None
+    assert chart.shape[1] == 1600
+    assert len((tmp_path / "evaluate.csv").read_text().splitlines()) == 8
+
+
+def test_a_run_goes_on_and_other_options_are_refused(run, tmp_path, monkeypatch, made_up):
+    plain = ["evaluate", "--family", "pile", "--no-known", "--jobs", 1, "--out", tmp_path]
+    assert run(*plain, "--scenes", 2)[0] == 0
+    # With a runner that would break, only what is missing is run.
+    monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_troubled)
+    code, out, err = run(*plain, "--scenes", 2, "--json")
+    assert code == 0
+    assert "going on: 2 scenes done before" in err
+    assert json.loads(out)["rows"][0]["faults"] == 0
+    code, _, err = run(*plain, "--scenes", 2, "--friction", "0.6")
+    assert code == 2
+    assert "rows: was ['pile'], is ['pile, friction 0.6']" in err
+    code, out, err = run(*plain, "--scenes", 2, "--fresh", "--json")
+    assert code == 0
+    assert "pile, seed 1 broke: RuntimeError: the hand fell off" in err
+    row = json.loads(out)["rows"][0]
+    assert (row["faults"], row["outcomes"]["fault"]) == (1, 1)
+
+
+def test_the_chart_names_its_default_and_front(run, tmp_path):
+    code, out, err = run("chart", "grasp", "--quick", "--jobs", 1, "--out", tmp_path, "--json")
+    assert code == 0, err
+    report = json.loads(out)
+    assert [chart_grasp.dial_name(row) for row in report["rows"]] == [
+        *("default", "fast perception, fast control", "fine perception, slow control")
+    ]
+    assert any(row["on_front"] for row in report["rows"])
+    assert all(row["pick_p50_s"] > 3 for row in report["rows"])
+    assert (tmp_path / "grasp.png").stat().st_size > 10_000
+    assert (tmp_path / "grasp.csv").is_file()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--scenes", "0"], "--scenes must be >= 1, got 0"),
+        (["--seed", "-1"], "--seed must be >= 0"),
+        (["--seed", "10000000000000000000", "--scenes", "1"], "must be below 2**63"),
+        (["--seed", str(2**63 - 1), "--scenes", "2"], "must be below 2**63"),
+        (["--friction", "nan"], "--friction must lie in (0, 3], got nan"),
+        (["--cluster", "rubbish"], "--cluster rubbish: not an address"),
+        (["--count", "16"], "--count must be from 1 to 15"),
+        (["--friction", "0"], "--friction must lie in (0, 3], got 0.0"),
+        (["--shake", "-1"], "--shake must lie in [0, 60] s"),
+        (["--family", "heap"], "heap"),
+        (["--perception", "blurred"], "expected default, fast, fine"),
+        (["--control", "wild"], "expected default, slow, fast, planner"),
+        (["--objects", "/no/such"], "no such folder"),
+        (["--robot", "/no/such.xml", "--hand-frame", "palm"], "no such file"),
+        (["--hand-frame", "palm"], "go together"),
+        (["--no-known", "--no-camera"], "leaves nothing"),
+        (["--jobs", "0"], "--jobs must be >= 1"),
+        (["--jobs", "2", "--cluster", "tcp://a:1"], "leave it out with --cluster"),
+        (["fti"], "fti"),
+    ],
+)
+def test_wrong_input_is_one_line_and_code_2(run, tmp_path, arguments, told):
+    code, out, err = run("evaluate", *arguments, "--out", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert told in err
+    assert len(err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (["--friction", "nan"], "--friction must lie in (0, 3], got nan"),
+        (["--friction", "-1"], "--friction must lie in (0, 3]"),
+        (["--shake", "nan"], "--shake must lie in [0, 60] s"),
+        (["--shake", "-1"], "--shake must lie in [0, 60] s"),
+        (["--seed", str(2**63)], "must be below 2**63"),
+        (["--scenes", "0"], "--scenes must be >= 1"),
+        (["--cluster", "host"], "not an address"),
+    ],
+)
+def test_the_chart_refuses_the_same(run, tmp_path, arguments, told):
+    code, out, err = run("chart", "grasp", *arguments, "--out", tmp_path / "out")
+    assert (code, out) == (2, "")
+    assert told in err
+    assert len(err.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_robot_that_cannot_be_built_is_refused_before_anything_runs(run, tmp_path):
+    (tmp_path / "bad.xml").write_text("<mujoco><worldbody>")
+    asked = ["--robot", tmp_path / "bad.xml", "--hand-frame", "palm", "--out", tmp_path / "out"]
+    code, out, err = run("evaluate", *asked)
+    assert (code, out) == (2, "")
+    assert "bad.xml" in err
+    assert not (tmp_path / "out").exists()
+
+
+def test_too_many_objects_of_a_folder_are_refused_before_anything_runs(run, tmp_path):
+    corners = [f"v {x} {y} {z}" for x in (0, 0.2) for y in (0, 0.2) for z in (0, 0.1)]
+    quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    faces = [f"f {a + 1} {b + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
+    (tmp_path / "crate.obj").write_text("\n".join([*corners, *faces]) + "\n")
+    asked = ["--objects", tmp_path, "--family", "packed", "--count", "9", "--out", tmp_path / "o"]
+    code, _, err = run("evaluate", *asked)
+    assert code == 2
+    assert "packed scene, seed 0: no room for 9 objects" in err
+    assert not (tmp_path / "o").exists()
+
+
+def test_runs_of_other_options_have_folders_of_their_own(run, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    quick = ["evaluate", "--jobs", "1", "--no-known", "--scenes", "1"]
+    for more in ([], ["--family", "single"], ["--family", "single", "--count", "2"]):
+        code, _, err = run(*quick, *more)
+        assert (code, "going on" in err) == (0, False), err
+    names = sorted(path.name for path in (tmp_path / "out" / "evaluate").iterdir())
+    assert len(names) == 3
+    kinds = sorted(name.rsplit("_", 1)[0] for name in names)
+    assert kinds == ["single", "single", "single-packed-pile"]
+    code, _, err = run(*quick[:-1], "2", "--family", "single")
+    assert code == 0
+    assert "going on: 1 scene done before" in err
+    assert len(list((tmp_path / "out" / "evaluate").iterdir())) == 3
+
+
+def test_scenes_without_an_outcome_are_told_missing_and_run_again(run, tmp_path, monkeypatch):
+    lost = {1}
+
+    def lossy(jobs, run_trial, *, processes):
+        for job in jobs:
+            fell = job.trial["seed"] in lost
+            yield job, SceneOutcome(lost="killed") if fell else attempt(run_trial, job.trial)
+
+    plain = ["evaluate", "--family", "pile", "--no-known", "--scenes", 3, "--out", tmp_path]
+    monkeypatch.setattr(evaluate_grasp, "run_here", lossy)
+    code, out, err = run(*plain, "--json")
+    (row,) = json.loads(out)["rows"]
+    assert (code, row["scenes"], row["missing"], row["faults"]) == (1, 2, 1, 0)
+    assert "pile, seed 1 has no outcome: killed" in err
+    assert "1 of 3 scenes are missing; the same command tries them again" in err
+    assert table_cells(row)[0] == "2 (1 missing)"
+    lost.clear()
+    code, out, err = run(*plain, "--json")
+    (row,) = json.loads(out)["rows"]
+    assert (code, row["scenes"], row["missing"]) == (0, 3, 0)
+    lost |= {0, 1, 2}
+    code, _, err = run(*plain, "--fresh")
+    assert code == 1
+    assert "none of 3 scenes has an outcome; the same command tries again" in err
+
+
+def test_a_run_in_which_every_scene_broke_ends_with_code_1(run, tmp_path, monkeypatch):
+    def broken(jobs, run_trial, *, processes):
+        for job in jobs:
+            yield job, SceneOutcome(fault="RuntimeError: no arm")
+
+    monkeypatch.setattr(evaluate_grasp, "run_here", broken)
+    code, _, err = run("evaluate", "--scenes", 1, "--family", "single", "--out", tmp_path)
+    assert code == 1
+    assert "every scene broke, the first by RuntimeError: no arm" in err
+
+
+def test_it_says_how_many_times_were_taken_at_once(run, tmp_path):
+    plain = ["evaluate", "--scenes", 1, "--family", "single", "--no-known", "--out", tmp_path]
+    assert "2 processes side by side" in run(*plain, "--jobs", 2)[2]
+    assert "one process" in run(*plain, "--jobs", 1)[2]
+    assert "2 processes" not in (tmp_path / "report.html").read_text()
+
+
+def test_asked_rows_are_all_combinations_once():
+    rows = asked_conditions(
+        ["pile", "single"], [1.0, 0.6, 1.0], [0, 2], ("fast", "slow"), camera=True, known=False
+    )
+    assert len(rows) == len(set(rows)) == 8
+    assert {row.family for row in rows} == {"single", "pile"}
+    assert {(row.perception, row.control, row.known) for row in rows} == {("fast", "slow", False)}
+    assert len(usual_conditions(camera=False, known=True)) == 3
+
+
+def test_figures_are_those_counted_by_hand(made_up):
+    rows = records(made_up, [Condition("packed"), Condition("single", known=True)])
+    packed, single = summary_rows(rows)
+    picks = [r for r in rows if r["record"] == "pick" and r["row"] == "packed"]
+    wins = sum(pick["success"] for pick in picks)
+    low, high = wilson_interval(wins, len(picks))
+    assert (packed["successes"], packed["picks"], packed["objects"]) == (wins, len(picks), 12)
+    assert packed["success_pct"] == pytest.approx(100 * wins / len(picks), abs=0.05)
+    assert packed["ci_low_pct"] == pytest.approx(100 * low, abs=0.05)
+    assert packed["ci_high_pct"] == pytest.approx(100 * high, abs=0.05)
+    assert sum(packed["outcomes"].values()) == len(picks)
+    assert outcome_counts(rows)["packed"] == packed["outcomes"]
+    assert (single["success_pct"], single["objects"], single["perceive_ms"]) == (100, 4, 0)
+    assert sum(row["picks"] for row in prototype_rows(rows)) == packed["picks"] + single["picks"]
+
+
+def test_a_row_of_faults_alone_still_has_figures():
+    job = scene_jobs([Condition("pile")], [0], 3, {})[0]
+    rows = scene_records(job, SceneOutcome(fault="RuntimeError: no"))
+    (row,) = summary_rows(rows)
+    assert (row["success_pct"], row["cleared_pct"], row["faults"]) == (0, 0, 1)
+    assert row["perceive_ms"] is row["seconds_per_pick"] is None
+    (worst,) = worst_scenes(rows, 5)
+    assert worst["why"] == "fault: RuntimeError: no"
+
+
+def test_the_worst_scenes_come_first_and_run_again_by_their_command(made_up, run, tmp_path):
+    hard = Condition("pile", 0.6, 2.0, False, "fast", "default")
+    rows = records(made_up, [hard], range(40, 48))
+    worst = worst_scenes(rows, 3)
+    assert [s["failed"] for s in worst] == sorted((s["failed"] for s in worst), reverse=True)
+    words = shlex.split(worst[0]["command"])
+    assert words[0] == "eyehand"
+    code, out, err = run(*words[1:-1], tmp_path, "--json")
+    assert code == 0, err
+    (row,) = json.loads(out)["rows"]
+    assert row["name"] == hard.name
+    assert row["objects"] - row["placed"] == worst[0]["objects"] - worst[0]["placed"]
+    assert row["picks"] - row["successes"] == worst[0]["failed"]
+
+
+def test_known_poses_and_files_run_again_too(made_up):
+    (row, *_) = records(made_up, [Condition("single", known=True)])
+    told = again({**row, "objects_dir": "/a b", "robot": "/r.xml", "hand_frame": "palm"})
+    words = shlex.split(told)
+    assert "--no-camera" in words
+    assert "--count" not in words
+    assert words[words.index("--objects") + 1] == "/a b"
+    assert words[words.index("--hand-frame") + 1] == "palm"
+
+
+def test_what_the_robot_takes_for_placed_and_is_not_is_told_apart(made_up):
+    rows = records(made_up, [Condition("single", known=True)])
+    pick = next(row for row in rows if row["record"] == "pick")
+    pick["success"] = False
+    (row,) = summary_rows(rows)
+    assert row["outcomes"] == {"placed": 3, "misplaced": 1}
+    assert worst_scenes(rows, 1)[0]["why"] == "box_1 misplaced"
+
+
+def test_contacts_that_were_meant_are_summed_apart(made_up):
+    rows = records(made_up, [Condition("pile"), Condition("single", known=True)])
+    first, second, *_ = (row for row in rows if row["record"] == "pick")
+    first.update(touched_before=1, pushed=False, touched_pushing=0)
+    second.update(touched_before=0, pushed=True, touched_pushing=2)
+    pile, single = summary_rows(rows)
+    assert (pile["touched_before"], pile["touched_pushing"], pile["pushing_picks"]) == (1, 2, 1)
+    assert table_cells(pile)[-2:] == ["1", "2/1"]
+    assert table_cells(single)[-2:] == ["0", "-"]
+
+
+def test_scenes_like_those_of_the_demo_are_shown_by_it(made_up):
+    (row, *_) = records(made_up, [Condition("pile")], range(7, 8))
+    assert again(row) == (
+        f"eyehand demo --scene pile --seed 7 --objects 3 --failures 2 --out out/again/{row['key']}"
+    )
+
+
+def test_scenes_run_again_never_meet_in_a_folder(made_up):
+    rows = records(made_up, [Condition("pile"), Condition("pile", 0.6), Condition("packed")])
+    told = {again(row).rsplit(" ", 1)[1] for row in rows}
+    assert len(told) == len({row["key"] for row in rows})
+
+
+def test_objects_that_were_never_tried_count_as_failed(made_up):
+    (job,) = scene_jobs([Condition("single")], [0], 1, {})
+    left = {"object": "plate", "outcome": "refused", "reason": "too flat"}
+    rows = scene_records(job, SceneOutcome({"placed": 0, "total": 1, "untried": [left]}))
+    (row,) = summary_rows(rows)
+    assert (row["success_pct"], row["picks"], row["attempts"]) == (0, 1, 0)
+    assert row["outcomes"] == {"refused": 1}
+    assert table_cells({**row})[1] == "0 (1)"
+    assert worst_scenes(rows, 1)[0]["why"] == "plate refused: too flat"
+
+
+def test_the_digest_follows_the_code(tmp_path, monkeypatch):
+    before = source_digest()
+    monkeypatch.setattr(grasp_plan, "ROOMS", ("errors",))
+    assert source_digest() != before
+
+
+def test_an_unknown_family_is_refused():
+    with pytest.raises(InputError, match="heap"):
+        asked_conditions(["heap"], [1.0], [0.0], ("default",) * 2, camera=True, known=True)  # pyright: ignore[reportArgumentType] - what is wrong here is the point

@@ -1,0 +1,171 @@
+"""Scenes over processes: all come back once, whatever becomes of the processes."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import fields
+
+import pytest
+
+from eyehand.apps.grasp.bench.jobs import Condition, attempt, scene_jobs
+from eyehand.apps.grasp.bench.rows import COLUMNS, TRIAL_COLUMNS, open_rows
+from eyehand.apps.grasp.bench.runs import run_here
+from eyehand.errors import DeviceError
+
+
+def jobs(seeds, notes=""):
+    """One single scene per seed."""
+    return scene_jobs([Condition("single")], seeds, 1, {"objects_dir": str(notes)})
+
+
+def test_troubled_scenes_become_rows_and_stop_nothing(made_up, tmp_path):
+    wanted = jobs(range(6), tmp_path)
+    found = {}
+    for job, outcome in run_here(wanted, made_up.run_troubled, processes=2, longest=1.5):
+        assert job.key not in found, "counted twice"
+        found[job.key] = outcome
+    fine, raised, killed_once, killed, hung, last = (found[job.key] for job in wanted)
+    assert fine.result["total"] == last.result["total"] == 1
+    assert raised.fault.startswith("RuntimeError: the hand fell off (made_up_trials.py:")
+    assert not killed_once.fault
+    assert not killed_once.lost
+    assert (killed.fault, killed.lost) == ("", "its process died 3 times, exit code -9")
+    assert (hung.fault, hung.lost) == ("", "took longer than 1.5 s")
+
+
+def test_leaving_early_ends_the_processes(made_up):
+    import multiprocessing
+
+    running = run_here(jobs([0, 4, 4]), made_up.run_troubled, processes=2)
+    next(running)
+    assert multiprocessing.active_children()
+    running.close()
+    assert not multiprocessing.active_children()
+
+
+def test_an_interrupt_of_the_whole_group_leaves_no_word_and_no_process(made_up, tmp_path):
+    program = (
+        "import made_up_trials as m\n"
+        "from eyehand.apps.grasp.bench.jobs import Condition, scene_jobs\n"
+        "from eyehand.apps.grasp.bench.runs import run_here\n"
+        "if __name__ == '__main__':\n"
+        f"    more = {{'objects_dir': {str(tmp_path)!r}}}\n"
+        "    jobs = scene_jobs([Condition('single')], range(100), 1, more)\n"
+        "    try:\n"
+        "        list(run_here(jobs, m.run_slowly, processes=2))\n"
+        "    except KeyboardInterrupt:\n"
+        "        print('interrupted')\n"
+    )
+    script = tmp_path / "program.py"
+    script.write_text(program)
+    child = subprocess.Popen(
+        [sys.executable, script],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
+    notes = tmp_path.glob("*_*")
+    give_up = time.monotonic() + 20
+    while not any(notes) and time.monotonic() < give_up:
+        time.sleep(0.05)
+        notes = tmp_path.glob("*_*")
+
+    os.killpg(child.pid, signal.SIGINT)
+    out, err = child.communicate(timeout=10)
+    assert (out, err, child.returncode) == ("interrupted\n", "", 0)
+
+
+def test_what_cannot_travel_is_a_fault_that_says_so():
+    outcome = attempt(lambda _: {"placed": object()}, {})
+    assert outcome.fault.startswith("TypeError: a trial's result must be plain numbers and text")
+
+
+@pytest.mark.parametrize("blamed", [MemoryError("full"), OSError("no disk"), DeviceError("no GL")])
+def test_what_the_machine_is_to_blame_for_is_no_fault_of_the_scene(blamed):
+    def run(_):
+        raise blamed
+
+    outcome = attempt(run, {})
+    assert not outcome.fault
+    assert str(blamed) in outcome.lost
+
+
+@pytest.mark.parametrize(
+    ("condition", "name"),
+    [
+        (Condition("packed"), "packed"),
+        (Condition("pile", known=True), "pile, known"),
+        (Condition("packed", 0.6, 2.0), "packed, friction 0.6, shake 2 s"),
+        (Condition("pile", perception="fast"), "pile, fast perception"),
+    ],
+)
+def test_rows_are_named_by_what_sets_them_apart(condition, name):
+    assert condition.name == name
+
+
+def test_conditions_share_their_seeds_and_keys_tell_all_apart():
+    rows = [Condition("single"), Condition("packed"), Condition("packed", known=True)]
+    planned = scene_jobs(rows, range(5, 8), 4, {"task": "lift"})
+    assert [job.trial["seed"] for job in planned] == [5, 5, 5, 6, 6, 6, 7, 7, 7]
+    assert {job.trial["objects"] for job in planned if job.row == "single"} == {1}
+    assert len({job.key for job in planned}) == len(planned)
+    assert planned == scene_jobs(rows, range(5, 8), 4, {"task": "lift"})
+
+
+def test_jobs_fit_the_trials_and_rows_the_results():
+    from eyehand.apps.grasp.bench.trial import GraspTrial, PickRow, TrialResult
+    from eyehand.apps.grasp.bench.untried import Untried
+
+    extras = {"task": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
+    (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
+    assert set(job.trial) == {field.name for field in fields(GraspTrial)} == set(TRIAL_COLUMNS)
+    assert GraspTrial(**job.trial).objects == 5
+    told = {field.name for field in (*fields(PickRow), *fields(TrialResult))}
+    told |= {field.name for field in fields(Untried)}
+    assert told - {"trial", "picks", "untried"} <= set(COLUMNS), (
+        "nothing ends up in the column of the rest"
+    )
+
+
+def test_a_killed_run_goes_on_where_it_was(made_up, tmp_path):
+    script = tmp_path / "program.py"
+    script.write_text(
+        "import made_up_trials as m\n"
+        "from pathlib import Path\n"
+        "from eyehand.apps.grasp.bench.evaluate import run_scenes\n"
+        "from eyehand.apps.grasp.bench.inputs import Machines\n"
+        "from eyehand.apps.grasp.bench.jobs import Condition, scene_jobs\n"
+        "from eyehand.apps.grasp.bench.rows import open_rows\n"
+        f"folder = Path({str(tmp_path)!r})\n"
+        "if __name__ == '__main__':\n"
+        "    more = {'objects_dir': str(folder)}\n"
+        "    jobs = scene_jobs([Condition('single')], range(8), 1, more)\n"
+        "    run_scenes(jobs, open_rows(folder, {}), Machines(1), m.run_slowly)\n"
+    )
+    child = subprocess.Popen([sys.executable, script], start_new_session=True)
+    give_up = time.monotonic() + 30
+    while not list((tmp_path / "rows").glob("s*.parquet")) and time.monotonic() < give_up:
+        time.sleep(0.02)
+    os.killpg(child.pid, signal.SIGKILL)
+    child.wait()
+    store = open_rows(tmp_path, {})
+    kept = store.finished()
+    assert 1 <= len(kept) < 8
+    planned = jobs(range(8), tmp_path)
+    ran = []
+
+    def run(trial):
+        ran.append(trial["seed"])
+        return made_up.run_made_up(trial)
+
+    for job in planned:
+        if job.key not in kept:
+            store.add(job, attempt(run, job.trial))
+    assert {job.key for job in planned} == store.finished()
+    assert len(ran) == 8 - len(kept)
+    assert [r["seed"] for r in store.read(planned) if r["record"] == "scene"] == list(range(8))

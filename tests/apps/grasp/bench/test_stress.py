@@ -1,0 +1,140 @@
+"""The picks' stress command: what it judges unclean, how it disturbs, what it writes and prints."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from eyehand.apps.grasp.bench import stress as command
+from eyehand.apps.grasp.bench.event_sweeps import PHASES, can, displaced
+from eyehand.apps.grasp.bench.stress import grasp_sweeps, grasp_telling, stress_grasp
+from eyehand.apps.grasp.bench.stress_solids import standing
+from eyehand.apps.grasp.bench.stress_trial import FLUNG_SPEED, Bench, Ended, bench_of
+from eyehand.apps.grasp.bench.trial import PickRow
+from eyehand.errors import InputError
+from eyehand.grasping.clearing import look
+from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping.report import ClearReport
+
+
+@pytest.fixture(scope="module")
+def bench() -> Bench:
+    return bench_of([can(0)], 0, PickOptions())
+
+
+def row(outcome="slipped", reason="the object left the hand", touched=0, success=False) -> PickRow:
+    return PickRow(
+        pick=0, object="can", kind="cylinder", prototype="power", approach="side", rows=5,
+        outcome=outcome, reason=reason, success=success, perceive_ms=1.0, plan_ms=1.0, seconds=5.0,
+        wall_seconds=1.0, touched_before=touched, pads=4, curl=1.0,
+    )  # fmt: skip
+
+
+def ended(bench: Bench, *rows: PickRow, stopped="2 picks failed in a row") -> Ended:
+    return Ended(bench, ClearReport((), 1, (), stopped), rows, 1.0)
+
+
+@pytest.mark.parametrize(
+    ("rows", "stopped", "says"),
+    [
+        ([row()], "2 picks failed in a row", ""),
+        ([], "nothing left that can be grasped", ""),
+        ([row(touched=2)], "2 picks failed in a row", "2 other things touched"),
+        ([row(reason="")], "2 picks failed in a row", ""),
+        ([row(outcome="", reason="")], "2 picks failed in a row", "without a named outcome"),
+        ([row(outcome="bewildered")], "2 picks failed in a row", "without a named outcome"),
+        ([row(outcome="placed", reason="")], "40 picks made", "says placed"),
+        ([], "clear", "says clear while 1 stand on the table"),
+    ],
+)
+def test_an_answer_is_held_against_the_truth(bench, rows, stopped, says):
+    told = ended(bench, *rows, stopped=stopped).fault
+    assert says in told
+    assert bool(told) == bool(says)
+    trial = ended(bench, *rows, stopped=stopped).judged()
+    assert (trial.clean, trial.passed, trial.score) == (not says, False, 0.0)
+
+
+def test_nothing_tried_is_a_refusal_unless_it_is_said_to_be_clear(bench):
+    assert ended(bench, stopped="cannot see a table").refused
+    assert not ended(bench, stopped="clear").refused
+    assert not ended(bench, row()).refused
+
+
+def test_what_is_flung_or_leaves_the_table_is_unclean():
+    bench = bench_of([can(0), standing("box", (0.04, 0.04, 0.06), 0, aside=(0.1, 0.0))], 0,
+                     PickOptions())  # fmt: skip
+    assert ended(bench, row()).fault == ""
+    bench.put("can", np.array([0.0, 0.9, 0.055]))
+    assert "can left the table" in ended(bench, row()).fault
+    bench.vanish("can")
+    assert ended(bench, row()).fault == ""
+    assert ended(bench, row()).there == ("box",)
+    bench.peak = FLUNG_SPEED + 1
+    assert "flung at 4.0 m/s" in ended(bench, row()).fault
+
+
+def test_seen_objects_are_displaced_with_their_points(bench):
+    scene, _, doubt = look(bench.cell)
+    assert doubt == ""
+    assert scene is not None
+    by = np.array([0.01, -0.02, 0.0])
+    (before,), (after,) = scene.objects, displaced(scene, by).objects
+    np.testing.assert_allclose(after.points, before.points + by)
+    assert before.fit.superquadric is not None
+    assert after.fit.superquadric is not None
+    moved = after.fit.superquadric.centre - before.fit.superquadric.centre
+    np.testing.assert_allclose(moved, by, atol=1e-12)
+
+
+def test_a_disturbance_comes_once_in_its_phase():
+    bench = bench_of([can(1)], 1, PickOptions())
+    seen: list[str] = []
+    bench.phase, bench.disturb = "approach", lambda: seen.append(bench.cell.phase)
+    bench.after_look = lambda: seen.append("after the look")
+    result = bench.clear()
+    assert seen == ["after the look", "approach"]
+    assert result.left == ()
+    assert result.fault == ""
+    assert bench.creep is not None
+    assert bench.creep < 1e-3
+
+
+def test_sweeps_have_names_of_their_own_and_bounds():
+    sweeps = grasp_sweeps()
+    assert len({sweep.name for sweep in sweeps}) == len(sweeps) > 20
+    assert all(sweep.holds_to is not None for sweep in sweeps)
+    assert {len(sweep.values) for sweep in sweeps if "nan" in sweep.name} == {len(PHASES)}
+    assert set(command.QUICK) <= {sweep.name for sweep in sweeps}
+
+
+def test_the_command_writes_its_chart_and_one_json_object(tmp_path, capsys):
+    names = ["width", "nan-arm"]
+    code = stress_grasp(only=names, quick=True, out=tmp_path, json=True)
+    report = json.loads(capsys.readouterr().out)
+    assert code == 0, report["broken_bounds"]
+    assert report["schema"] == "eyehand.stress_grasp/1"
+    assert [line["name"] for line in report["rows"]] == names
+    assert (tmp_path / "stress.png").read_bytes()[:4] == b"\x89PNG"
+    with (tmp_path / "stress.csv").open() as file:
+        points = list(csv.DictReader(file))
+    assert len(points) == len(report["points"]) == 4
+    hardest = {point["name"]: point for point in points}
+    assert (hardest["width"]["refused_pct"], hardest["nan-arm"]["refused_pct"]) == ("100.0", "0.0")
+    assert {point["unclean"] for point in points} == {"0"}
+
+
+def test_the_footer_tells_only_of_sweeps_that_were_run():
+    assert grasp_telling(["width"]).data == "simulated cell, true poses"
+    assert grasp_telling(["camera-roll"]).data == "simulated cell, one noisy depth view"
+    both = grasp_telling(["width", "camera-roll"])
+    assert both.data == "simulated cell, true poses, but one noisy depth view in camera-roll"
+    every = grasp_telling([sweep.name for sweep in grasp_sweeps()])
+    assert "from camera-roll to only-table" in every.data
+
+
+def test_unknown_sweeps_are_refused_with_the_choices(tmp_path):
+    with pytest.raises(InputError, match=r"'nope'.*width.*bad-physics"):
+        stress_grasp(only=["nope"], out=tmp_path / "none")
+    assert not (tmp_path / "none").exists()

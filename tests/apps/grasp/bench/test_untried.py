@@ -1,0 +1,76 @@
+"""What no pick began on is told once for each object, with the robot's reason."""
+
+from types import SimpleNamespace
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from eyehand.apps.grasp.bench.untried import untried_objects
+
+PLACES = {"can": 0.0, "plate": 1.0, "ball": 2.0}
+
+
+def found(
+    left: list[str],
+    tried: list[str],
+    told: tuple[str, ...],
+    stopped: str,
+    fault: str = "",
+    last: str = "placed",
+) -> list[tuple[str, str]]:
+    """Names and outcomes; the robot sees objects 1, 2, ... at the places of the true ones."""
+    seen = [
+        SimpleNamespace(label=label, points=np.full((4, 3), at))
+        for label, at in enumerate(PLACES.values(), start=1)
+    ]
+    cell = SimpleNamespace(
+        scene=SimpleNamespace(objects=seen), reading=SimpleNamespace(fault=fault)
+    )
+    report = SimpleNamespace(left=told, stopped=stopped, picks=[SimpleNamespace(outcome=last)])
+
+    def nearest(point: np.ndarray) -> str:
+        return min(PLACES, key=lambda name: abs(PLACES[name] - point[0]))
+
+    rows = untried_objects(left, tried, cast("Any", report), cast("Any", cell), nearest)
+    return [(row.object, row.outcome) for row in rows]
+
+
+NOTHING = "nothing left that can be grasped"
+
+
+@pytest.mark.parametrize(
+    ("left", "tried", "told", "stopped", "rows"),
+    [
+        ([], ["can"], (), "clear", []),
+        (["can"], [], ("object 1: wider than the hand",), NOTHING, [("can", "refused")]),
+        (["can"], [], ("object 1: no way to a pincer: stuck",), NOTHING, [("can", "unreachable")]),
+        (["can"], ["can"], ("object 1: left alone after 2 tries",), NOTHING, []),
+        (
+            ["can", "plate"],
+            ["can"],
+            ("object 1: left alone after 2 tries", "object 2: too flat"),
+            NOTHING,
+            [("plate", "refused")],
+        ),
+        (["ball"], [], ("object 1: too flat",), NOTHING, [("ball", "unseen")]),
+        (["plate"], ["can"], (), "clear", [("plate", "unseen")]),
+        (["can", "plate"], [], (), "the table is not where it was", [("", "doubt")]),
+        (["can"], ["can"], (), "the table is not where it was", []),
+        (
+            ["can", "plate"],
+            ["can"],
+            ("object 1: not tried", "object 2: not tried"),
+            "2 picks failed in a row",
+            [],
+        ),
+    ],
+)
+def test_each_object_left_untried_is_told_once(left, tried, told, stopped, rows):
+    assert found(left, tried, told, stopped) == rows
+
+
+def test_a_robot_that_stopped_by_itself_is_told_once():
+    told = ("object 1: not tried",)
+    assert found(["can"], [], told, "drive 3", fault="drive 3") == [("", "fault")]
+    assert found(["can"], [], told, "drive 3", fault="drive 3", last="fault") == []

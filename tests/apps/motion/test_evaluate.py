@@ -1,0 +1,138 @@
+"""The reaching bench as a person runs it, and what its figures are made of."""
+
+import csv
+import json
+
+import numpy as np
+import pytest
+
+from eyehand.apps.main import main
+from eyehand.apps.motion.cycle_comparison import cycle_rows
+from eyehand.apps.motion.reach_methods import own_method
+from eyehand.apps.motion.reach_outcome import ReachOutcome
+from eyehand.apps.motion.reach_run import ReachRecord, run_scene
+from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
+from eyehand.control.planner import Way
+from eyehand.data_synth.reaching import make_reaching_scene
+from eyehand.errors import InputError
+
+
+def run(*arguments, capsys) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of the command run in this process."""
+    with pytest.raises(SystemExit) as leaving:
+        main(["control", "bench", *(str(argument) for argument in arguments)])
+    printed = capsys.readouterr()
+    return int(leaving.value.code or 0), printed.out, printed.err
+
+
+def outcome(**changed) -> ReachOutcome:
+    """A reach that went well, but for what is changed."""
+    plain = {
+        "success": True,
+        "contacts": 0,
+        "min_clearance": 0.02,
+        "seconds": 4.0,
+        "final_error": 9e-4,
+        "cycle_times_us": np.full(800, 100.0),
+        "status": "reached",
+    }
+    return ReachOutcome(**{**plain, **changed})
+
+
+def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, capsys):
+    code, out, err = run(
+        *("--quick", "--scenes", 2, "--seed", 3, "--boxes", 2, "--out", tmp_path, "--json"),
+        *("--only", "null space only", "--only", "default", "--only", "mink"),
+        capsys=capsys,
+    )
+    assert code == 0
+    report = json.loads(out)
+    assert report["schema"] == "eyehand.control_bench/1"
+    assert (report["seed"], report["scenes"], report["boxes"]) == (3, 2, 2)
+    rows = {row["name"]: row for row in report["rows"]}
+    assert list(rows) == [
+        *("null space only", "default", "mink"),
+        *("cycle numpy", "cycle compiled", "cycle mink"),
+    ]
+    for name in ("null space only", "default", "mink"):
+        row = rows[name]
+        assert 0 <= row["success_low_pct"] <= row["success_pct"] <= row["success_high_pct"] <= 100
+        assert 0 < row["cycle_p50_us"] <= row["cycle_p99_us"]
+    assert rows["default"]["contacts"] == 0
+    assert rows["default"]["min_clearance_mm"] > 9.5
+    assert rows["cycle compiled"]["cycle_p50_us"] < rows["cycle numpy"]["cycle_p50_us"]
+    assert "one cycle with 30 distance pairs" in err
+    assert (tmp_path / "bench.png").stat().st_size > 10_000
+    with (tmp_path / "scenes.csv").open(encoding="utf-8") as file:
+        assert len(list(csv.DictReader(file))) == 6
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--scenes", 0), "--scenes must be >= 1, got 0"),
+        (("--seed", -1), "--seed must be >= 0, got -1"),
+        (("--longest", 0), "dt must be > 0 s and at most longest, got dt 0.005, longest 0.0"),
+        (("--boxes", 13), "--boxes must be from 0 to 12, got 13"),
+        (("--only", "magic"), "unknown method 'magic'; choose from: null space only,"),
+        (("--only", "mink", "--no-peer"), "--no-peer leaves nothing of mink"),
+    ],
+)
+def test_wrong_input_is_told_in_one_line(arguments, said, tmp_path, capsys):
+    code, out, err = run(*arguments, "--out", tmp_path / "none", capsys=capsys)
+    assert code == 2
+    assert out == ""
+    assert said in err
+    assert err.count("\n") == 1
+    assert not (tmp_path / "none").exists()
+
+
+def test_a_scene_gives_the_same_motion_again():
+    first, second = (run_scene("dynamic beta", 4, 3).row() for _ in range(2))
+    assert first == second
+
+
+def test_unknown_methods_are_refused_by_name():
+    with pytest.raises(InputError, match="choose from: null space only"):
+        own_method("mink", make_reaching_scene(0, boxes=0))
+
+
+def test_searches_do_not_count_as_cycles():
+    way = Way(True, np.zeros((1, 7)), 0.02, "", 3, 2, 0.4)
+    times = np.full(100, 150.0)
+    times[40] = 4e5
+    record = ReachRecord("default + planner", 1, True, outcome(cycle_times_us=times), "", (way,))
+    assert len(record.cycle_times_us) == 99
+    assert record.cycle_times_us.max() == 150.0
+    assert record.row()["plan_ms"] == "400.0"
+
+
+def test_figures_are_counted_by_scene():
+    outcomes = [
+        outcome(),
+        outcome(success=False, contacts=40, min_clearance=-0.003),
+        outcome(success=False, status="stuck", final_error=0.2),
+        outcome(success=False, status="late", final_error=0.1),
+    ]
+    records = [ReachRecord("default", k, False, one, "") for k, one in enumerate(outcomes)]
+    row = summary_row("default", records, np.arange(101.0))
+    assert (row["success_pct"], row["contacts"]) == (25.0, 1)
+    assert (row["stuck_pct"], row["late_pct"]) == (25.0, 25.0)
+    assert row["min_clearance_mm"] == -3.0
+    assert (row["cycle_p50_us"], row["cycle_p99_us"]) == (50.0, 99.0)
+    assert "plan_p50_ms" not in row
+
+
+@pytest.mark.parametrize(
+    ("wins", "tries", "low", "high"),
+    [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (81, 263, 0.2553, 0.3662)],
+)
+def test_wilson_intervals_are_those_of_the_books(wins, tries, low, high):
+    assert wilson_interval(wins, tries) == pytest.approx((low, high), abs=1e-4)
+
+
+def test_the_cycle_contest_has_the_same_pairs_for_all():
+    rows = cycle_rows(0, peer=True, rounds=1, postures=1)
+    assert [row["name"] for row in rows] == ["cycle numpy", "cycle compiled", "cycle mink"]
+    assert {row["pairs"] for row in rows} == {30}
+    assert all(0 < row["cycle_p50_us"] <= row["cycle_p99_us"] for row in rows)

@@ -1,0 +1,125 @@
+"""The command as a person runs it: what it prints, writes, and refuses."""
+
+import csv
+import json
+
+import cv2
+import numpy as np
+import pytest
+
+from eyehand.apps.bench.comparison import Contestant
+from eyehand.apps.bench.dial_chart import DialChart, FrontPlace, Measured
+from eyehand.apps.main import main
+from eyehand.apps.segmentation import chart as chart_segmentation
+from eyehand.apps.segmentation.baselines import PEERS
+from eyehand.apps.segmentation.comparison import FIGURES
+from eyehand.apps.segmentation.dials import BOARD
+from eyehand.perception import DepthFrame
+from eyehand.perception.segmentation.budget import FORMAT
+
+
+def run(*arguments, capsys) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of the command run in this process."""
+    with pytest.raises(SystemExit) as leaving:
+        main(["chart", "segmentation", *(str(argument) for argument in arguments)])
+    printed = capsys.readouterr()
+    return int(leaving.value.code or 0), printed.out, printed.err
+
+
+def test_a_quick_chart_of_one_synthetic_frame(tmp_path, capsys, monkeypatch):
+    # The others have a test of their own and take seconds.
+    fast = [peer for peer in PEERS if peer.name in ("depth steps", "Open3D DBSCAN")]
+    monkeypatch.setattr(chart_segmentation, "PEERS", fast)
+    code, out, err = run("--quick", "--frames", 1, "--json", "--out", tmp_path, capsys=capsys)
+    assert code == 0
+    picture = cv2.imread(str(tmp_path / "segmentation.png"))
+    assert picture is not None
+    assert picture.shape[1] == 1600
+    with (tmp_path / "segmentation.csv").open(encoding="utf-8") as file:
+        table = list(csv.DictReader(file))
+    report = json.loads(out)
+    assert report["schema"] == "eyehand.chart_segmentation/1"
+    assert (report["seed"], report["frames"]) == (0, 1)
+    assert len(report["rows"]) == len(table)
+    assert list(table[0]) == [
+        "method",
+        "name",
+        "default",
+        "front",
+        "median_ms",
+        "median_cpu_ms",
+        "overlap_f_pct",
+        "boundary_f_pct",
+        "found_pct",
+        *BOARD.dials,
+    ]
+    own = [row for row in report["rows"] if row["method"] == "eyehand"]
+    assert [row["name"] for row in own if row["default"]] == ["default"]
+    assert any(row["front"] for row in own)
+    assert all(row["median_ms"] > 0 for row in report["rows"])
+    assert {"eyehand", "depth steps", "Open3D DBSCAN"} == {row["method"] for row in report["rows"]}
+    assert "Pareto front" in err
+
+
+def test_peers_can_be_left_out_and_a_folder_charted(tmp_path, capsys):
+    code, _, _ = run_synth(tmp_path / "data", capsys)
+    assert code == 0
+    code, out, _ = run(
+        "--dataset", tmp_path / "data", "--quick", "--no-peers", "--json", "--out", tmp_path,
+        capsys=capsys,
+    )  # fmt: skip
+    assert code == 0
+    report = json.loads(out)
+    assert report["seed"] is None
+    assert {row["method"] for row in report["rows"]} == {"eyehand"}
+
+
+def run_synth(folder, capsys) -> tuple[int, str, str]:
+    """A labelled frame as `eyehand synth` writes it."""
+    with pytest.raises(SystemExit) as leaving:
+        main(["synth", "--seed", "3", "--objects", "3", "--out", str(folder / "scene")])
+    printed = capsys.readouterr()
+    return int(leaving.value.code or 0), printed.out, printed.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--quick", "--store"], "--store needs all settings"),
+        (["--frames", 0], "--frames must be >= 1"),
+        (["--dataset", "nowhere"], "no such folder"),
+    ],
+)
+def test_what_cannot_be_charted_is_refused_in_one_line(arguments, message, tmp_path, capsys):
+    code, out, err = run(*arguments, "--out", tmp_path / "out", capsys=capsys)
+    assert code == 2
+    assert message in err
+    assert len(err.strip().splitlines()) == 1
+    assert out == ""
+    assert not (tmp_path / "out").exists()
+
+
+def nothing(frame: DepthFrame) -> np.ndarray:
+    """Labels without objects."""
+    return np.zeros(frame.depth.shape, np.int32)
+
+
+def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
+    path = tmp_path / "front.json"
+    settings = [BOARD.setting(), BOARD.setting({"stride": 2}), BOARD.setting({"stride": 4})]
+    figures = [(40.0, 97.0), (12.0, 93.0), (15.0, 80.0)]
+    own = [
+        Measured(Contestant("eyehand", setting.name, nothing), ms, ms, dict.fromkeys(FIGURES, f))
+        for setting, (ms, f) in zip(settings, figures, strict=True)
+    ]
+    made = chart_segmentation.Provenance("two frames", 5, 2)
+    chart = DialChart(chart_segmentation.WORDS, settings, own, [], made)
+    place = FrontPlace(FORMAT, path, "SegmentationOptions")
+    assert chart.publish(tmp_path / "a.png", place, store=False, json=False) is None
+    chart.store(place)
+    front = FORMAT.read(path)
+    assert [point.name for point in front.points] == ["stride 2", "default"]
+    assert front.default_ms == 40.0
+    assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)
+    assert front.points[0].options() == settings[1].options
+    assert chart.publish(tmp_path / "a.png", place, store=False, json=False) == 1.0

@@ -1,0 +1,58 @@
+"""Contestants meet the same frames in turns; the fastest round counts."""
+
+import time
+
+import numpy as np
+import pytest
+
+from eyehand.apps.bench.comparison import Contestant
+from eyehand.apps.segmentation.comparison import FIGURES, run_contest
+from eyehand.apps.segmentation.dataset import FrameSource, LabelledFrame
+from eyehand.perception import CameraIntrinsics, DepthFrame
+
+TRUTH = np.zeros((40, 60), np.int32)
+TRUTH[5:25, 5:25] = 1
+TRUTH[5:25, 30:50] = 2
+
+
+def source(number: int) -> FrameSource:
+    """A flat frame whose depth tells its number; one pixel has no reading."""
+    depth = np.full(TRUTH.shape, 1.0 + number, np.float32)
+    depth[10, 10] = 0
+    frame = DepthFrame(depth, CameraIntrinsics(50.0, 50.0, 30.0, 20.0, 60, 40))
+    return FrameSource(f"frame {number}", "all", lambda: LabelledFrame(frame, TRUTH))
+
+
+def test_everyone_gets_every_frame_before_the_next_comes():
+    calls = []
+
+    def contestant(name: str, labels: np.ndarray) -> Contestant:
+        def run(frame: DepthFrame) -> np.ndarray:
+            calls.append((int(frame.depth[0, 0]), name))
+            return labels
+
+        return Contestant("test", name, run)
+
+    half = np.where(TRUTH == 1, 1, 0).astype(np.int32)
+    results = run_contest(
+        [contestant("all", TRUTH), contestant("half", half)], [source(0), source(1)], rounds=2
+    )
+    turn = ["all", "half"]
+    # A first round on the first frame warms up.
+    assert calls == [(1, name) for name in 3 * turn] + [(2, name) for name in 2 * turn]
+    whole, part = results
+    assert whole.figures == dict.fromkeys(FIGURES, 100.0)
+    assert part.figures["overlap_f_pct"] == pytest.approx(66.6, abs=0.2)
+    assert part.figures["found_pct"] == 50.0
+
+
+def test_the_fastest_round_counts():
+    waits = iter([0.2, 0.05, 0.01, 0.03])
+
+    def run(frame: DepthFrame) -> np.ndarray:
+        time.sleep(next(waits))
+        return TRUTH
+
+    (result,) = run_contest([Contestant("test", "sleeper", run)], [source(0)], rounds=3)
+    assert 10 <= result.median_ms < 30
+    assert result.median_cpu_ms < 10

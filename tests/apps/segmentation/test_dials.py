@@ -1,0 +1,44 @@
+"""Settings of the chart: the default first, every dial alone, none twice."""
+
+from dataclasses import replace
+
+from eyehand.apps.segmentation.dials import BOARD, STAGES
+from eyehand.perception import SegmentationOptions
+
+
+def test_the_default_comes_first_and_nothing_twice():
+    settings = BOARD.settings()
+    assert settings[0].name == "default"
+    assert settings[0].options == SegmentationOptions()
+    assert len({setting.name for setting in settings}) == len(settings)
+    assert len({setting.options for setting in settings}) == len(settings)
+
+
+def test_every_dial_is_turned_alone_to_each_of_its_values():
+    options = {setting.options for setting in BOARD.settings()}
+    for key, values in BOARD.dials.items():
+        for value in values:
+            assert replace(SegmentationOptions(), **{key: value}) in options
+
+
+def test_names_say_what_differs():
+    assert BOARD.setting({"stride": 2, "window": 7}).name == "stride 2, window 7"
+    assert BOARD.setting({"threads": 2, "shift_windows": False}).name == "2 threads, no shift"
+    assert BOARD.setting({"stride": 4, **STAGES}).name == "stride 4, bare"
+
+
+def test_bare_is_without_every_stage_that_can_be_switched_off():
+    assert {key for key in BOARD.dials if getattr(SegmentationOptions(), key) is True} == set(
+        STAGES
+    )
+
+
+def test_all_dials_rebuild_the_options():
+    for setting in BOARD.settings(quick=True):
+        assert replace(SegmentationOptions(), **setting.all_dials()) == setting.options
+
+
+def test_a_quick_look_is_a_part_of_the_whole():
+    quick, whole = BOARD.settings(quick=True), BOARD.settings()
+    assert 3 <= len(quick) < len(whole) / 4
+    assert {setting.options for setting in quick} <= {setting.options for setting in whole}

@@ -1,0 +1,75 @@
+"""The tactile servo under stress: what it must hold, and how it must end where it cannot."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from eyehand.apps.bench.sweep import chosen_sweeps
+from eyehand.apps.touch.stress import touch_stress, touch_sweeps
+from eyehand.apps.touch.stress_trial import ContactFigures, judged
+
+QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.0, 0.0, 0)
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [("gain-box", 0.5), ("landing-pen", 50.0), ("round", 10.0), ("right-angle", 2.0),
+     ("light", 1.0), ("dead", 5.0), ("coming", 5.0)],
+)  # fmt: skip
+def test_contacts_within_the_bounds_are_held(name, value):
+    (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
+    trial = sweep.attempt(value, 0, None)
+    assert trial.passed, trial.note
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "outcome"),
+    [("gain-box", 4.0, "oscillation"), ("landing-box", 200.0, "overload"),
+     ("border", 42.0, "at_border"), ("blobs", 1.0, "unsteady_contact"),
+     ("saturated", 30.0, "sensor_fault"), ("dead", 95.0, "sensor_fault"),
+     ("coming", 20.0, "steady_miss")],
+)  # fmt: skip
+def test_past_the_limit_the_end_has_a_name_and_the_pad_backs_off(name, value, outcome):
+    (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
+    trial = sweep.attempt(value, 0, None)
+    assert isinstance(trial.picture, ContactFigures)
+    assert trial.picture.outcome == outcome
+    assert trial.picture.ended
+    assert trial.picture.last_force == 0.0
+    assert trial.clean
+
+
+@pytest.mark.parametrize("name", ["dead", "saturated"])
+def test_a_pad_without_a_living_tactel_is_refused_before_it_moves(name):
+    (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
+    trial = sweep.attempt(100.0, 0, None)
+    assert (trial.passed, trial.refused, trial.clean) == (False, True, True)
+    assert trial.note == "0 of 256 tactels work"
+
+
+def test_the_judge_tells_harm_from_a_miss():
+    assert judged(QUIET, 1000.0).passed
+    miss = judged(replace(QUIET, pressure=500.0), 1000.0)
+    assert not miss.passed
+    assert miss.clean
+    for harm in (
+        replace(QUIET, peak_force=np.nan),
+        replace(QUIET, peak_force=100.0),
+        replace(QUIET, outcome="overload", growth=2.0, ended=True, last_force=0.0),
+        replace(QUIET, outcome="overload", ended=True, last_force=1.0),
+        replace(QUIET, outcome="overload", ended=False, last_force=0.0),
+    ):
+        assert not judged(harm, 1000.0).clean
+
+
+def test_the_command_charts_a_sweep(tmp_path, capsys):
+    assert touch_stress(only=["border"], quick=True, json=True, out=tmp_path) == 0
+    told = json.loads(capsys.readouterr().out)
+    assert told["broken_bounds"] == []
+    assert [row["name"] for row in told["rows"]] == ["border"]
+    assert (tmp_path / "stress.png").stat().st_size > 0
+    assert (tmp_path / "stress.csv").stat().st_size > 0
