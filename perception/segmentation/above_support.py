@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from .options import SegmentationOptions
     from .support_plane import Support
-    from .view import View
+    from .working_image import View
 
 BLOCK = 8
 """Side of the blocks in which candidates are counted, px."""

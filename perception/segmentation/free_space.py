@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from .turn import SHUFFLE, pixels_by_label
+from .convexity import SHUFFLE, pixels_by_label
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

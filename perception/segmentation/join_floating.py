@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .convexity import pixels_by_label
 from .regions import ABOVE, BELOW, LEFT, RIGHT, Borders, region_borders
-from .turn import pixels_by_label
 
 LOW, HIGH = 0.02, 0.98
 """Quantiles between which a piece's heights lie: outliers are no edge."""

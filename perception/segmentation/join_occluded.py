@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 
 from .ambiguity import HIDDEN, Doubt
+from .convexity import pixels_by_label
 from .free_space import crossings
-from .turn import pixels_by_label
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
+from .convexity import region_turns
 from .regions import Borders, fill_holes, region_borders
-from .turn import region_turns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

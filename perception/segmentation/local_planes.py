@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from .bands import in_bands
+from .row_bands import in_bands
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -9,30 +9,30 @@ import numpy as np
 
 from .above_support import above_support, candidate_window
 from .ambiguity import settle_doubts
+from .convexity import pixels_by_label
 from .frame_noise import frame_noise
-from .grow import grow_patches
+from .grow_patches import grow_patches
 from .join_floating import join_floating
 from .join_fragments import join_fragments
 from .join_occluded import join_occluded
 from .join_open import join_open
 from .local_planes import fit_local_planes
-from .merge import merge_patches
+from .merge_patches import merge_patches
 from .options import SegmentationOptions
 from .regions import largest_regions
 from .result import Segmentation
 from .smooth_patches import linked_pixels, plane_normals, smooth_patches
-from .stand import standing_regions
 from .support_plane import find_supports
-from .turn import pixels_by_label
+from .supported_regions import standing_regions
 from .upsample import upsample_labels
-from .view import inverse, view_of
+from .working_image import inverse, view_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..frame import DepthFrame
     from .support_plane import Support
-    from .view import View
+    from .working_image import View
 
 
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ..frame import CameraIntrinsics
     from .options import SegmentationOptions
-    from .view import View
+    from .working_image import View
 
 SAMPLES = 2000
 """Pixels on which candidate planes are scored; more ranks similar planes better."""

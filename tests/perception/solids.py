@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.segmentation.view import View, inverse
+from eyehand.perception.segmentation.working_image import View, inverse
 
 CAMERA = CameraIntrinsics(260.0, 260.0, 159.5, 119.5, 320, 240)
 EYE = 0.6

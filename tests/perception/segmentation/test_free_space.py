@@ -9,7 +9,7 @@ from solids import CAMERA, Ball, Bowl, Box, Plate, heights, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
 from eyehand.perception.segmentation.free_space import STEPS, crossings
-from eyehand.perception.segmentation.view import inverse
+from eyehand.perception.segmentation.working_image import inverse
 
 SMALL = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 OPTIONS = SegmentationOptions()

@@ -9,7 +9,7 @@ from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.join_floating import downwards, join_floating
 from eyehand.perception.segmentation.local_planes import fit_local_planes
 from eyehand.perception.segmentation.regions import ABOVE, BELOW, LEFT, RIGHT
-from eyehand.perception.segmentation.view import inverse
+from eyehand.perception.segmentation.working_image import inverse
 
 OPTIONS = SegmentationOptions().scaled(320)
 TABLE = SupportPlane(TABLE_AXES[2], EYE)

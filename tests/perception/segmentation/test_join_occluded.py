@@ -10,7 +10,7 @@ from solids import CAMERA, Ball, Box, Plate, solid_frame
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation.join_occluded import hidden_votes, join_occluded
 from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.view import inverse
+from eyehand.perception.segmentation.working_image import inverse
 
 OPTIONS = SegmentationOptions().scaled(320)
 WAYS = [(dv, du) for dv in (-1, 0, 1) for du in (-1, 0, 1) if (dv, du) != (0, 0)]

@@ -7,7 +7,7 @@ from solids import CAMERA, Ball, Bowl, Box, Plate, Solid, heights, solid_frame
 from eyehand.perception import SegmentationOptions, segment
 from eyehand.perception.segmentation.join_open import join_open
 from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.view import inverse
+from eyehand.perception.segmentation.working_image import inverse
 
 OPTIONS = SegmentationOptions().scaled(320)
 BOWL = Bowl(0.0, 0.65, 0.12, 0.12, 0.11)

@@ -14,7 +14,7 @@ from eyehand.perception.segmentation.smooth_patches import (
     plane_normals,
     smooth_patches,
 )
-from eyehand.perception.segmentation.view import inverse
+from eyehand.perception.segmentation.working_image import inverse
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 

@@ -13,7 +13,7 @@ from eyehand.perception.segmentation.support_plane import (
     plane_inliers,
     plane_scores,
 )
-from eyehand.perception.segmentation.view import view_of
+from eyehand.perception.segmentation.working_image import view_of
 
 OPTIONS = SegmentationOptions()
 UP = TABLE_AXES[2]

@@ -7,7 +7,7 @@ from random_planes import random_planes
 from scipy import ndimage
 
 from eyehand.perception import SegmentationOptions
-from eyehand.perception.segmentation.grow import grow_patches, grow_rings
+from eyehand.perception.segmentation.grow_patches import grow_patches, grow_rings
 from eyehand.perception.segmentation.local_planes import LocalPlanes
 
 CROSS = ndimage.generate_binary_structure(2, 1)

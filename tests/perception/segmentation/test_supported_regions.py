@@ -6,8 +6,8 @@ from solids import CAMERA, EYE, TABLE_AXES, Ball, Box, Plate, solid_frame
 
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation import SupportPlane
-from eyehand.perception.segmentation.stand import standing_regions
 from eyehand.perception.segmentation.support_plane import Support
+from eyehand.perception.segmentation.supported_regions import standing_regions
 
 OPTIONS = SegmentationOptions()
 FOOT = -EYE * TABLE_AXES[2]

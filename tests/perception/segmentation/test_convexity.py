@@ -8,10 +8,10 @@ from random_planes import random_planes
 from solids import Ball, Bowl, Box, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
+from eyehand.perception.segmentation.convexity import SAMPLES, pixels_by_label, region_turns
 from eyehand.perception.segmentation.local_planes import fit_local_planes
 from eyehand.perception.segmentation.smooth_patches import plane_normals
-from eyehand.perception.segmentation.turn import SAMPLES, pixels_by_label, region_turns
-from eyehand.perception.segmentation.view import inverse
+from eyehand.perception.segmentation.working_image import inverse
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 

@@ -8,7 +8,7 @@ from scipy import ndimage
 from solids import T_TABLE_CAMERA
 
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.segmentation.view import inverse, view_of
+from eyehand.perception.segmentation.working_image import inverse, view_of
 
 
 def random_frame(seed: int, missing: float = 0.3) -> DepthFrame:

@@ -9,9 +9,9 @@ from solids import Ball, Box, heights, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
 from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.merge import border_votes, merge_patches
+from eyehand.perception.segmentation.merge_patches import border_votes, merge_patches
 from eyehand.perception.segmentation.smooth_patches import plane_normals
-from eyehand.perception.segmentation.view import inverse
+from eyehand.perception.segmentation.working_image import inverse
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 OPTIONS = SegmentationOptions().scaled(320)

@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.perception import SegmentationOptions
-from eyehand.perception.segmentation.bands import MIN_ROWS, in_bands
 from eyehand.perception.segmentation.local_planes import fit_local_planes
+from eyehand.perception.segmentation.row_bands import MIN_ROWS, in_bands
 
 
 def row_sums(reach):

@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 
 from .ambiguity import FLAT, Doubt
+from .convexity import pair_turns, pixels_by_label, region_turns
 from .free_space import crossings
-from .turn import pair_turns, pixels_by_label, region_turns
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
