@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 
 from eyehand.errors import InputError
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 
 from .scene_json import scene_json
 from .scene_picture import labels_picture, overlay_picture

@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.grasping import GraspTask, SelectOptions
-from eyehand.perception.frame_io import FRAME_SUFFIXES, read_frame
+from eyehand.perception.io import FRAME_SUFFIXES, read_frame
 
 from .console import print_json, say, show
 from .description import describe, ready_kernels

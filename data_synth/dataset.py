@@ -9,16 +9,18 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from eyehand.errors import DeviceError, InputError
-from eyehand.perception.atomic_write import atomic_write
 from eyehand.perception.frame import CameraIntrinsics
-from eyehand.perception.frame_io import write_frame
-from eyehand.perception.input_file import naming, read_bytes
-from eyehand.perception.png_file import decode_depth, write_png
-from eyehand.perception.pose_io import (
+from eyehand.perception.io import (
+    atomic_write,
+    decode_depth,
+    naming,
     number_from_json,
     numbers_from_json,
     pose_from_json,
     pose_to_json,
+    read_bytes,
+    write_frame,
+    write_png,
 )
 from eyehand.perception.superquadric import Superquadric
 

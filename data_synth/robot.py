@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand, RobotReading
 from eyehand.perception.frame import CameraIntrinsics, DepthFrame
+from eyehand.perception.robot_mask import without_places, without_robot
 
 from .arm_servos import ArmServos
 from .cell_look import SHOW_AT, SHOW_FOCAL_SHARE, SHOW_FROM
@@ -19,7 +20,6 @@ from .depth_renderer import DEFAULT_MAX_RANGE_M, open_renderer
 from .fingertip_pads import FingertipPads
 from .grasp_world import ROBOT_PREFIX
 from .mujoco_import import import_mujoco
-from .self_filter import without_places, without_robot
 from .touch_record import TouchRecord
 from .viewpoint import look_at
 

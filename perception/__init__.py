@@ -1,9 +1,9 @@
 """From one depth frame to a described scene."""
 
-from .cloud_io import read_cloud, write_cloud
 from .frame import CameraIntrinsics, DepthFrame
-from .frame_io import read_frame, write_frame
-from .intrinsics_io import read_intrinsics, write_intrinsics
+from .io.depth_frame import read_frame, write_frame
+from .io.intrinsics import read_intrinsics, write_intrinsics
+from .io.point_cloud import read_cloud, write_cloud
 from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, perceive
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
 from .superquadric import FitOptions, Superquadric, SuperquadricFit, fit_superquadric

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
 from eyehand.errors import InputError
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 
 from .csv_table import write_csv
 from .machine import machine_line

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from typing import TYPE_CHECKING, Any
 
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 
 from eyehand.apps.console import say, show
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 from eyehand.perception.stored_front import StoredFront
 
 from .chart_style import write_chart

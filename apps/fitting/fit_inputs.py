@@ -10,13 +10,17 @@ import numpy as np
 
 from eyehand.errors import InputError
 from eyehand.perception import PerceiveOptions, fit_superquadric, perceive, read_frame, segment
-from eyehand.perception.cloud_io import CLOUD_SUFFIXES, read_cloud
-from eyehand.perception.frame_io import FRAME_SUFFIXES
-from eyehand.perception.input_file import naming, read_bytes
-from eyehand.perception.npz_file import read_arrays
-from eyehand.perception.pcd_file import read_pcd
-from eyehand.perception.ply_file import read_ply
-from eyehand.perception.ply_header import parse_ply_header
+from eyehand.perception.io import (
+    CLOUD_SUFFIXES,
+    FRAME_SUFFIXES,
+    naming,
+    parse_ply_header,
+    read_arrays,
+    read_bytes,
+    read_cloud,
+    read_pcd,
+    read_ply,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -141,7 +145,7 @@ def read_inputs(
     Parameters
     ----------
     paths
-        Clouds and surfaces (see :func:`eyehand.perception.cloud_io.read_cloud`) and depth frames.
+        Clouds and surfaces (see :func:`eyehand.perception.read_cloud`) and depth frames.
         A PNG is a frame, so is an NPZ with `depth` and no `points`, and a PCD or PLY whose points
         form an image.
     labels

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 from eyehand.perception.superquadric import mesh
 
 from ..mesh_file import MeshFormat, mesh_bytes

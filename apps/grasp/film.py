@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from eyehand.errors import DeviceError, InputError
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 
 from .closeup import closeup
 from .film_frame import Aside, Caption, film_frame, stage_size

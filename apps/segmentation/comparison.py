@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.perception.input_file import naming
+from eyehand.perception.io import naming
 
 from ..bench.comparison import Contestant, take_turns
 from ..bench.dial_chart import Measured

@@ -14,15 +14,16 @@ from eyehand.data_synth import read_labels
 from eyehand.data_synth.dataset import DEPTH_FILE, LABELS_FILE
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
-from eyehand.perception.depth_units import MM_PER_M, metres_from_units
-from eyehand.perception.input_file import naming
-from eyehand.perception.intrinsics_io import (
+from eyehand.perception.io import (
+    MM_PER_M,
     CameraFile,
     find_camera_file,
     intrinsics_from_matrix,
+    metres_from_units,
+    naming,
+    read_arrays,
     read_camera_file,
 )
-from eyehand.perception.npz_file import read_arrays
 
 if TYPE_CHECKING:
     from collections.abc import Callable

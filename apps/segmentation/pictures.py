@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from eyehand.apps.scene_picture import background_picture, colour_of
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 
 from ..bench.chart_style import FAINT, INK
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.perception import segment
-from eyehand.perception.input_file import naming
+from eyehand.perception.io import naming
 
 from ..bench.peak_memory import peak_megabytes
 from .score import SegmentationScore, score_segmentation

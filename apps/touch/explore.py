@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 
 from eyehand.errors import InputError
-from eyehand.perception.cloud_io import write_cloud
+from eyehand.perception.io import write_cloud
 
 from ..bench.chart_style import write_chart
 from ..console import print_json, say, show

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 
-from ..frame_io import FRAME_SUFFIXES, read_frame
+from ..io.depth_frame import FRAME_SUFFIXES, read_frame
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Iterable

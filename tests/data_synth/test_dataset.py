@@ -24,7 +24,7 @@ from eyehand.data_synth import (
 )
 from eyehand.errors import InputError
 from eyehand.perception.frame import DepthFrame
-from eyehand.perception.frame_io import read_frame
+from eyehand.perception.io import read_frame
 
 VIEW = ViewOptions(image_size=(160, 120))
 

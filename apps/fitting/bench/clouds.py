@@ -10,8 +10,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import Superquadric
+from eyehand.perception.io import sample_triangles
 from eyehand.perception.superquadric import sample_surface
-from eyehand.perception.surface_samples import sample_triangles
 
 from .compound_solids import COMPOUNDS, posed_compound
 from .odd_solids import DRAWERS, PosedSolid

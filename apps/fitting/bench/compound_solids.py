@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Superquadric
-from eyehand.perception.open3d_import import import_open3d
+from eyehand.perception.io import import_open3d
 from eyehand.perception.superquadric import mesh, sample_surface
 
 if TYPE_CHECKING:

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import qmc
 
-from eyehand.perception.open3d_import import import_open3d
-from eyehand.perception.surface_samples import sample_triangles
+from eyehand.perception.io import import_open3d, sample_triangles
 
 from .true_solid import convex_parts, surface_mesh
 

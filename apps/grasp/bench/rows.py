@@ -14,7 +14,7 @@ from eyehand.apps.console import say
 from eyehand.apps.description_files import make_folder, write_text
 from eyehand.apps.wording import counted
 from eyehand.errors import InputError
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io import atomic_write
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -15,7 +15,7 @@ from eyehand.apps.segmentation.dataset import (
 )
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, write_intrinsics
-from eyehand.perception.png_file import write_png
+from eyehand.perception.io import write_png
 
 SAMPLE = Path(__file__).resolve().parents[3] / "apps" / "sample"
 SIZE = (480, 640)

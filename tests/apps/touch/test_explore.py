@@ -13,7 +13,7 @@ from eyehand.data_synth.pad_spread import spread_weights
 from eyehand.data_synth.touch_objects import Part, TouchObject, unknown_object
 from eyehand.data_synth.touch_surface import surface_distance
 from eyehand.errors import InputError
-from eyehand.perception.cloud_io import read_cloud
+from eyehand.perception.io import read_cloud
 from eyehand.tactile import TactileArray, TactileImage
 
 PAD, FOAM, SPREAD = TactileArray.flat(), Foam(), 0.0025

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from eyehand.errors import InputError
 from eyehand.perception.cameras import Camera, FileSequence
 from eyehand.perception.cameras.file_sequence import natural_key
-from eyehand.perception.frame_io import write_frame
-from eyehand.perception.intrinsics_io import write_intrinsics
+from eyehand.perception.io.depth_frame import write_frame
+from eyehand.perception.io.intrinsics import write_intrinsics
 
 if TYPE_CHECKING:
     from collections.abc import Callable

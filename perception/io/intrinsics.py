@@ -12,10 +12,10 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from ..frame import CameraIntrinsics
 from .atomic_write import atomic_write
-from .frame import CameraIntrinsics
 from .input_file import naming, read_bytes
-from .pose_io import number_from_json, numbers_from_json, pose_from_json, pose_to_json
+from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose_to_json
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

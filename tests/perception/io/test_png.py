@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
-from eyehand.perception.png_file import check_png, decode_colour, decode_depth, write_png
+from eyehand.perception.io.png import check_png, decode_colour, decode_depth, write_png
 
 
 def _encoded(image: np.ndarray) -> bytes:

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.perception.surface_samples import sample_surface
+from eyehand.perception.io.mesh import sample_surface
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
+DATA = Path(__file__).parents[3] / ".." / "shared" / "data"
 
 # A unit cube of quadrilaterals, and a far larger square under it.
 CUBE = b"""mtllib absent.mtl

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception.pose_io import pose_from_json, pose_from_matrix, pose_to_json
+from eyehand.perception.io.pose_json import pose_from_json, pose_from_matrix, pose_to_json
 
 
 def _changed(row: int, column: int, value: float) -> np.ndarray:

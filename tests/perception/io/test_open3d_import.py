@@ -10,12 +10,12 @@ from typing import Any
 import pytest
 
 from eyehand.errors import DeviceError
-from eyehand.perception.open3d_import import import_open3d
+from eyehand.perception.io.open3d_import import import_open3d
 
 
 def test_reading_files_loads_no_heavy_package() -> None:
     program = (
-        "import sys, eyehand.perception.frame_io, eyehand.perception.cloud_io; "
+        "import sys, eyehand.perception.io.depth_frame, eyehand.perception.io.point_cloud; "
         "sys.exit('open3d' in sys.modules or 'matplotlib' in sys.modules)"
     )
     assert subprocess.run([sys.executable, "-c", program], check=False).returncode == 0

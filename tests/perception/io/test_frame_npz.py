@@ -11,8 +11,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.frame_npz import read_npz_frame, write_npz_frame
-from eyehand.perception.intrinsics_io import write_intrinsics
+from eyehand.perception.io.frame_npz import read_npz_frame, write_npz_frame
+from eyehand.perception.io.intrinsics import write_intrinsics
 
 K = CameraIntrinsics(5.0, 6.0, 1.5, 1.0, 4, 3)
 DEPTH = np.linspace(0.5, 1.2, 12, dtype=np.float32).reshape(3, 4)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
-from eyehand.perception.depth_units import metres_from_units, millimetres_from_metres
+from eyehand.perception.io.depth_units import metres_from_units, millimetres_from_metres
 
 
 def test_a_tenth_of_a_millimetre_per_unit() -> None:

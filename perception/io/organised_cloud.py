@@ -8,13 +8,13 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .frame import CameraIntrinsics, DepthFrame
+from ..frame import CameraIntrinsics, DepthFrame
 from .point_table import PointTable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .intrinsics_io import CameraFile
+    from .intrinsics import CameraFile
 
 MAX_PIXEL_ERROR = 1.0
 """Largest distance, px, between a point's projection and its pixel in a pinhole image."""

@@ -12,7 +12,7 @@ from eyehand.errors import InputError
 
 from .input_file import naming, read_bytes
 from .open3d_import import import_open3d
-from .ply_file import read_ply_faces
+from .ply import read_ply_faces
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.perception.ply_header import PlyProperty, parse_ply_header
+from eyehand.perception.io.ply_header import PlyProperty, parse_ply_header
 
 WHOLE = b"""ply
 format binary_big_endian 1.0

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from eyehand.errors import InputError
-from eyehand.perception.open3d_import import import_open3d
-from eyehand.perception.pcd_file import pcd_bytes, read_pcd
-from eyehand.perception.point_table import PointTable
+from eyehand.perception.io.open3d_import import import_open3d
+from eyehand.perception.io.pcd import pcd_bytes, read_pcd
+from eyehand.perception.io.point_table import PointTable
 
 COLOUR = (10 << 16) | (20 << 8) | 30
 POINTS = np.array([[1, 2, 3], [np.nan, np.nan, np.nan], [4, 5, 6], [7, 8, 9.5]], dtype=np.float32)

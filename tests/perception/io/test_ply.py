@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from eyehand.errors import InputError
-from eyehand.perception.open3d_import import import_open3d
-from eyehand.perception.ply_file import ply_bytes, read_ply
-from eyehand.perception.point_table import PointTable
+from eyehand.perception.io.open3d_import import import_open3d
+from eyehand.perception.io.ply import ply_bytes, read_ply
+from eyehand.perception.io.point_table import PointTable
 
 POINTS = np.array([[1, 2, 3], [np.nan, np.nan, np.nan], [4, 5, 6], [7, 8, 9.5]], dtype=np.float32)
 COLOURS = np.array([[10, 20, 30], [0, 0, 0], [255, 0, 1], [7, 8, 9]], dtype=np.uint8)

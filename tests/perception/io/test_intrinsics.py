@@ -14,14 +14,14 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics
-from eyehand.perception.intrinsics_io import (
+from eyehand.perception.io.intrinsics import (
     CAMERA_NAMES,
     find_camera_file,
     read_camera_file,
     read_intrinsics,
     write_intrinsics,
 )
-from eyehand.perception.open3d_import import import_open3d
+from eyehand.perception.io.open3d_import import import_open3d
 
 K = CameraIntrinsics(600.0, 610.0, 319.5, 241.25, 640, 480)
 FLAT = {"fx": 600, "fy": 610.0, "cx": 319.5, "cy": 241.25, "width": 640, "height": 480}

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
-from eyehand.perception.npz_file import read_arrays
+from eyehand.perception.io.npz import read_arrays
 
 
 @pytest.fixture

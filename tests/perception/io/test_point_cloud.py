@@ -12,11 +12,11 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 from eyehand.errors import InputError
-from eyehand.perception.cloud_io import read_cloud, write_cloud
-from eyehand.perception.pcd_file import read_pcd
-from eyehand.perception.ply_file import read_ply
+from eyehand.perception.io.pcd import read_pcd
+from eyehand.perception.io.ply import read_ply
+from eyehand.perception.io.point_cloud import read_cloud, write_cloud
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
+DATA = Path(__file__).parents[3] / ".." / "shared" / "data"
 
 coordinates = st.floats(-50, 50)
 clouds = hnp.arrays(np.float64, st.tuples(st.integers(1, 20), st.just(3)), elements=coordinates)

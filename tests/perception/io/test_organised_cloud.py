@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.intrinsics_io import CameraFile
-from eyehand.perception.organised_cloud import (
+from eyehand.perception.io.intrinsics import CameraFile
+from eyehand.perception.io.organised_cloud import (
     frame_from_grid,
     grid_from_frame,
     recover_intrinsics,
 )
-from eyehand.perception.point_table import PointTable
+from eyehand.perception.io.point_table import PointTable
 
 K = CameraIntrinsics(110.0, 112.0, 39.5, 29.0, 80, 60)
 

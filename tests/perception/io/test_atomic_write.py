@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from eyehand.errors import DeviceError, InputError
-from eyehand.perception.atomic_write import atomic_write
+from eyehand.perception.io.atomic_write import atomic_write
 
 
 def test_the_temporary_path_has_the_folder_and_the_suffix_of_the_file(tmp_path: Path) -> None:

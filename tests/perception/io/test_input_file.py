@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.perception.input_file import naming, read_bytes
+from eyehand.perception.io.input_file import naming, read_bytes
 
 
 def test_bytes_come_back_as_they_are(tmp_path: Path) -> None:

@@ -9,12 +9,12 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from ..frame import CameraIntrinsics, DepthFrame
 from .depth_units import MM_PER_M, metres_from_units
-from .frame import CameraIntrinsics, DepthFrame
 from .input_file import naming
-from .intrinsics_io import CameraFile, intrinsics_from_matrix, read_camera_file
-from .npz_file import read_arrays
-from .pose_io import pose_from_matrix
+from .intrinsics import CameraFile, intrinsics_from_matrix, read_camera_file
+from .npz import read_arrays
+from .pose_json import pose_from_matrix
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 
+from ..frame import DepthFrame
 from .atomic_write import atomic_write
 from .depth_units import metres_from_units, millimetres_from_metres
-from .frame import DepthFrame
 from .frame_npz import read_npz_frame, write_npz_frame
 from .input_file import naming, read_bytes
-from .intrinsics_io import (
+from .intrinsics import (
     CAMERA_FORMS,
     CAMERA_NAMES,
     CameraFile,
@@ -22,9 +22,9 @@ from .intrinsics_io import (
     read_camera_file,
 )
 from .organised_cloud import check_organised, frame_from_grid, grid_from_frame
-from .pcd_file import pcd_bytes, read_pcd
-from .ply_file import ply_bytes, read_ply
-from .png_file import decode_colour, decode_depth, write_png
+from .pcd import pcd_bytes, read_pcd
+from .ply import ply_bytes, read_ply
+from .png import decode_colour, decode_depth, write_png
 
 if TYPE_CHECKING:
     import numpy as np

@@ -14,10 +14,10 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.frame_io import read_frame, write_frame
-from eyehand.perception.intrinsics_io import write_intrinsics
+from eyehand.perception.io.depth_frame import read_frame, write_frame
+from eyehand.perception.io.intrinsics import write_intrinsics
 
-DATA = Path(__file__).parents[2] / ".." / "shared" / "data"
+DATA = Path(__file__).parents[3] / ".." / "shared" / "data"
 real_frames = pytest.mark.skipif(
     not (DATA / "frames").is_dir(), reason="third-party frames (../shared/data) are absent"
 )

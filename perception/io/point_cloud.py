@@ -11,12 +11,12 @@ from eyehand.errors import InputError
 
 from .atomic_write import atomic_write
 from .input_file import naming, read_bytes
-from .npz_file import read_arrays
-from .pcd_file import pcd_bytes, read_pcd
-from .ply_file import ply_bytes, read_ply
+from .mesh import sample_surface
+from .npz import read_arrays
+from .pcd import pcd_bytes, read_pcd
+from .ply import ply_bytes, read_ply
 from .ply_header import parse_ply_header
 from .point_table import PointTable
-from .surface_samples import sample_surface
 from .text_points import parse_text_points, points_text
 
 if TYPE_CHECKING:

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.self_filter import without_places, without_robot
 from eyehand.perception.frame import CameraIntrinsics, DepthFrame
+from eyehand.perception.robot_mask import without_places, without_robot
 
 DEPTH = np.ones((20, 30), dtype=np.float32)
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.perception.point_table import (
+from eyehand.perception.io.point_table import (
     as_float32,
     load_numbers,
     parse_rows,
