@@ -1,7 +1,7 @@
-"""The `eyehand` command: finds the sub-command and turns errors into one line and an exit code.
+"""The `eyehand` command line: find the sub-command, and turn errors into one line and an exit code.
 
-The table below is all that `eyehand --help` needs: no command's module is imported before it
-runs, so that help answers at once and heavy libraries load only where they are used.
+`eyehand --help` needs only the table below. The module of a command is imported when the command
+runs, so that the help is fast and heavy libraries load only where they are used.
 """
 
 from __future__ import annotations
@@ -9,11 +9,11 @@ from __future__ import annotations
 import io
 import os
 import sys
-from importlib import import_module, metadata
+from importlib import metadata
 from typing import TYPE_CHECKING, Any, get_args
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Iterator
 
 COMMANDS: dict[str, tuple[str, str]] = {
     "demo": ("eyehand.apps.demo:demo", "clear a table of unknown objects with a simulated robot"),
@@ -23,111 +23,127 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
-    "evaluate": (
-        "eyehand.apps.grasp.bench.evaluate:evaluate_grasp",
-        "clear simulated tables of unknown objects: success, cleared, times",
-    ),
-    "evaluate fit": (
-        "eyehand.apps.fitting.bench.evaluate:evaluate_fit",
-        "fit clouds with known solids and print how much of them is met",
-    ),
     "evaluate segmentation": (
         "eyehand.apps.segmentation.evaluate:evaluate_segmentation",
         "score the segmentation on labelled or synthetic frames",
     ),
-    "chart fit": (
-        "eyehand.apps.fitting.bench.chart:chart_fit",
-        "chart the fit's time against its accuracy, beside other fitters",
+    "evaluate fit": (
+        "eyehand.apps.fitting.bench.evaluate:evaluate_fit",
+        "fit clouds of known solids and report the overlap",
+    ),
+    "evaluate motion": (
+        "eyehand.apps.motion.evaluate:evaluate_motion",
+        "run cluttered reaching scenes: success, contacts, time per cycle",
+    ),
+    "evaluate grasp": (
+        "eyehand.apps.grasp.bench.evaluate:evaluate_grasp",
+        "clear simulated tables of unknown objects: success, objects put away, times",
     ),
     "chart segmentation": (
         "eyehand.apps.segmentation.chart:chart_segmentation",
-        "chart the segmentation's time against its accuracy, beside other methods",
+        "chart the segmentation's time against its accuracy, beside baselines",
+    ),
+    "chart fit": (
+        "eyehand.apps.fitting.bench.chart:chart_fit",
+        "chart the fit's time against its accuracy, beside baselines",
     ),
     "chart grasp": (
         "eyehand.apps.grasp.bench.chart:chart_grasp",
-        "chart the time per pick against its success, dial by dial",
-    ),
-    "control fig1": (
-        "eyehand.apps.motion.fig1:control_fig1",
-        "draw how a hand's way bends around obstacles, by the weight of avoidance",
-    ),
-    "control bench": (
-        "eyehand.apps.motion.evaluate:control_bench",
-        "run cluttered reaching scenes and print who reaches, touches, gets stuck",
-    ),
-    "control stress": (
-        "eyehand.apps.motion.stress:control_stress",
-        "make an arm's motions harder until its control breaks, and chart where",
-    ),
-    "touch features": (
-        "eyehand.apps.touch.features:touch_features",
-        "chart ways to a contact's direction and place, accuracy against time",
-    ),
-    "touch cop": (
-        "eyehand.apps.touch.cop:touch_cop",
-        "lead a thin probe between tactels: felt place against real",
-    ),
-    "touch track": (
-        "eyehand.apps.touch.track:touch_track",
-        "hold a contact's place and pressure on hard and soft objects: the paper's Table 1",
-    ),
-    "touch roll": (
-        "eyehand.apps.touch.roll:touch_roll",
-        "roll a tilted pad flat onto a face, and after the face when it turns",
-    ),
-    "touch edge": (
-        "eyehand.apps.touch.edge:touch_edge",
-        "turn the pad with an object's edge, simulated on an arm",
-    ),
-    "touch cable": (
-        "eyehand.apps.touch.cable:touch_cable",
-        "follow cables of unknown shape along a table, slowly and fast",
-    ),
-    "touch seek": (
-        "eyehand.apps.touch.seek:touch_seek",
-        "find ridges, edges and corners of unknown objects, and go round them",
-    ),
-    "touch stress": (
-        "eyehand.apps.touch.stress:touch_stress",
-        "make touching harder until the servo breaks, and chart where",
-    ),
-    "touch explore": (
-        "eyehand.apps.touch.explore:touch_explore",
-        "scan an unknown object with two pads on two arms, and write its felt cloud",
-    ),
-    "stress fit": (
-        "eyehand.apps.fitting.bench.stress:stress_fit",
-        "make clouds harder until the fit breaks, and chart where",
+        "chart the time per pick against its success for every dial",
     ),
     "stress segmentation": (
         "eyehand.apps.segmentation.stress:stress_segmentation",
         "make staged scenes harder until the segmentation breaks, and chart where",
     ),
+    "stress fit": (
+        "eyehand.apps.fitting.bench.stress:stress_fit",
+        "make clouds harder until the fit breaks, and chart where",
+    ),
+    "stress motion": (
+        "eyehand.apps.motion.stress:stress_motion",
+        "make motions of an arm harder until the controller breaks, and chart where",
+    ),
+    "stress touch": (
+        "eyehand.apps.touch.stress:stress_touch",
+        "make contacts harder until the tactile servo breaks, and chart where",
+    ),
     "stress grasp": (
         "eyehand.apps.grasp.bench.stress:stress_grasp",
         "make picks harder until they break, and chart where",
     ),
+    "experiment fig1": (
+        "eyehand.apps.motion.fig1:experiment_fig1",
+        "Fig. 1: the path of a hand around obstacles, by the weight of avoidance",
+    ),
+    "experiment features": (
+        "eyehand.apps.touch.features:experiment_features",
+        "section 3.2: methods for a contact's orientation and position, time against accuracy",
+    ),
+    "experiment cop": (
+        "eyehand.apps.touch.cop:experiment_cop",
+        "Fig. 5: the centre of pressure of a thin probe between tactels",
+    ),
+    "experiment track": (
+        "eyehand.apps.touch.track:experiment_track",
+        "Table 1, Fig. 8: hold a contact's position and pressure on hard and soft objects",
+    ),
+    "experiment roll": (
+        "eyehand.apps.touch.roll:experiment_roll",
+        "Fig. 9: roll a tilted pad flat onto a face, and follow the face when it turns",
+    ),
+    "experiment edge": (
+        "eyehand.apps.touch.edge:experiment_edge",
+        "section 4.3: turn the pad with an object's edge",
+    ),
+    "experiment cable": (
+        "eyehand.apps.touch.cable:experiment_cable",
+        "Fig. 10: follow cables of unknown shape along a table",
+    ),
+    "experiment explore": (
+        "eyehand.apps.touch.explore:experiment_explore",
+        "Fig. 11: scan an unknown object with two pads on two arms, and write its point cloud",
+    ),
+    "experiment seek": (
+        "eyehand.apps.touch.seek:experiment_seek",
+        "section 5: find ridges, edges and corners of unknown objects by touch",
+    ),
 }
-"""Command name → (where it is, what it does); the first of two words names a group, and a group's
-name by itself is what runs without a second word."""
+"""Command name → (module:function, one-line help)."""
 
-ALIASES: dict[str, str] = {"evaluate grasp": "evaluate"}
-"""Further name → command: every stage is evaluated, charted and stressed by its name."""
+ALIASES: dict[str, str] = {
+    "evaluate touch": "experiment track",
+    "chart motion": "evaluate motion",
+    "chart touch": "experiment features",
+}
+"""Second name → command, so that every stage can be evaluated and charted under its own name."""
 
 GROUPS: dict[str, str] = {
-    "evaluate": "measure how good picking, or a stage of it, is, with known truth",
-    "chart": "chart a stage's speed against its accuracy, dial by dial",
-    "control": "move an arm among obstacles: the paper's figure, reaching, stress",
-    "touch": "feel: the features of a contact, and servoing by them",
+    "evaluate": "measure a stage against known truth",
+    "chart": "chart a stage's speed against its accuracy",
     "stress": "make a stage's task harder until it breaks, and chart where",
+    "experiment": "run a figure, table or section of the chapter",
 }
-"""First words of commands that have two."""
+"""First word of a two-word command → one-line help."""
 
-ABOUT = "eyehand: grasp objects never seen before, from one depth image and from touch."
+RENAMED: dict[str, str] = {
+    "control fig1": "experiment fig1",
+    "control bench": "evaluate motion",
+    "control stress": "stress motion",
+    "control": "evaluate motion, stress motion or experiment fig1",
+    "touch stress": "stress touch",
+    **{
+        f"touch {name}": f"experiment {name}"
+        for name in ("features", "cop", "track", "roll", "edge", "cable", "seek", "explore")
+    },
+    "touch": "experiment NAME",
+}
+"""Former command → what it is called now."""
+
+ABOUT = "eyehand: grasp unknown objects from one depth image and from touch."
 
 
 def main(arguments: list[str] | None = None) -> None:
-    """Run the command line and leave with exit code 0 (done), 1 (failed) or 2 (wrong input)."""
+    """Run the command line and exit with code 0 (done), 1 (failed) or 2 (bad input)."""
     arguments = sys.argv[1:] if arguments is None else arguments
     if not arguments or arguments in (["--help"], ["-h"]):
         print(_help())
@@ -135,13 +151,27 @@ def main(arguments: list[str] | None = None) -> None:
     if arguments == ["--version"]:
         print(metadata.version("eyehand"))
         sys.exit(0)
-    # Tables hold letters that not every terminal's encoding has.
+    _refuse_former_name(arguments)
+    # Some terminals cannot encode every letter of the tables.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="replace")
-    # Small matrices gain nothing from BLAS threads, and lose much where cores are shared.
+    # Threads of BLAS do not speed up small matrices, and they slow down shared cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     sys.exit(_run(arguments))
+
+
+def _refuse_former_name(arguments: list[str]) -> None:
+    """Exit with code 2 and the present name if the command was renamed."""
+    for former in (" ".join(arguments[:2]), arguments[0]):
+        if former in RENAMED:
+            print(f"eyehand: '{former}' is now '{RENAMED[former]}'", file=sys.stderr)
+            sys.exit(2)
+    # The former `evaluate` took options without naming a stage.
+    option = arguments[1] if len(arguments) > 1 else ""
+    if arguments[0] == "evaluate" and option.startswith("--") and option != "--help":
+        print("eyehand: 'evaluate' is now 'evaluate grasp'", file=sys.stderr)
+        sys.exit(2)
 
 
 def _run(arguments: list[str]) -> int:
@@ -160,18 +190,12 @@ def _run(arguments: list[str]) -> int:
         version=_version,
         config=_refuse_fractions,
     )
-    groups: dict[str, App] = {}
-    for name in GROUPS:
-        groups[name] = App(name=name, help=GROUPS[name])
-        app.command(groups[name])
+    groups = {name: App(name=name, help=GROUPS[name]) for name in GROUPS}
+    for group in groups.values():
+        app.command(group)
     entries = COMMANDS | {alias: COMMANDS[name] for alias, name in ALIASES.items()}
     for name, (where, what) in entries.items():
         *group, last = name.split()
-        if name in GROUPS:
-            # A default's options are the group's own: it cannot wait until it is run.
-            if arguments[0] == name:
-                groups[name].default(_loaded(where))
-            continue
         parent = groups[group[0]] if group else app
         parent.command(where, name=last, help=what)
     app.register_install_completion_command()
@@ -186,7 +210,7 @@ def _run(arguments: list[str]) -> int:
         print(f"eyehand: {error}", file=sys.stderr)
         return error.exit_code
     except BrokenPipeError:
-        # The reader went away (`| head`): there is nobody left to tell.
+        # The reader of the pipe has closed it, as `| head` does.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return 1
     except KeyboardInterrupt:
@@ -196,7 +220,7 @@ def _run(arguments: list[str]) -> int:
 
 
 def _refuse_fractions(_app: Any, _commands: tuple[str, ...], arguments: Any) -> None:
-    """Refuse 1.5 where a whole number is asked for, which cyclopts would round."""
+    """Reject fractions for integer options, because cyclopts would round them."""
     from eyehand.errors import InputError
 
     for argument in arguments:
@@ -210,7 +234,7 @@ def _refuse_fractions(_app: Any, _commands: tuple[str, ...], arguments: Any) -> 
 
 
 def _kinds(hint: Any) -> Iterator[Any]:
-    """All types that a hint is made of."""
+    """Yield all types that a type hint consists of."""
     inner = get_args(hint)
     if not inner:
         yield hint
@@ -223,11 +247,6 @@ def _is_fraction(text: str) -> bool:
         return not float(text).is_integer()
     except ValueError:
         return False
-
-
-def _loaded(where: str) -> Callable[..., int]:
-    module, _, function = where.partition(":")
-    return getattr(import_module(module), function)
 
 
 def _help() -> str:

@@ -1,4 +1,4 @@
-"""`eyehand control bench`: cluttered reaching scenes, run by the control basis and by a peer."""
+"""`eyehand evaluate motion`: cluttered reaching scenes, run by the control basis and by a peer."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class _Job(NamedTuple):
     reach: ReachOptions
 
 
-def control_bench(
+def evaluate_motion(
     *,
     scenes: int = 200,
     seed: int = 0,
@@ -60,7 +60,7 @@ def control_bench(
     only: list[str] | None = None,
     peer: bool = True,
     quick: bool = False,
-    out: Path = Path("out/control_bench"),
+    out: Path = Path("out/evaluate_motion"),
     json: bool = False,
 ) -> int:
     """Run cluttered reaching scenes and print who reaches, who touches, who gets stuck.
@@ -128,7 +128,7 @@ def control_bench(
     say(f"every scene: {out / 'scenes.csv'}; chart: {out / 'bench.png'}")
     if json:
         print_json(
-            "control_bench",
+            "evaluate_motion",
             seed,
             [*rows, *cycles],
             scenes=scenes,

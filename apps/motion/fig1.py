@@ -1,4 +1,4 @@
-"""`eyehand control fig1`: the paper's Fig. 1, run and drawn."""
+"""`eyehand experiment fig1`: the paper's Fig. 1, run and drawn."""
 
 from __future__ import annotations
 
@@ -20,19 +20,19 @@ if TYPE_CHECKING:
 
     from .fig1_run import Fig1Run
 
-PICTURE = "control_fig1.png"
+PICTURE = "experiment_fig1.png"
 """In the output folder; the figures are in the CSV beside it."""
 
 
-def control_fig1(*, out: Path = Path("out/control_fig1"), json: bool = False) -> int:
+def experiment_fig1(*, out: Path = Path("out/experiment_fig1"), json: bool = False) -> int:
     """Draw how the weight of avoidance bends a hand's way: none, fixed weights, a dynamic one.
 
     A planar arm of 4 joints moves its hand past a pole to a goal beside a wall. Without avoidance
     in task space the way is straight and grazes the pole; with a fixed weight it keeps its
     distance and misses the goal; with the dynamic weight it does both. One scene and one set of
     options for all, only the weight differs; a last row has the safety level on. Ends with exit
-    code 1 when that does not come out, and says what. Writes control_fig1.png with
-    control_fig1.csv.
+    code 1 when that does not come out, and says what. Writes experiment_fig1.png with
+    experiment_fig1.csv.
 
     Parameters
     ----------
@@ -45,12 +45,12 @@ def control_fig1(*, out: Path = Path("out/control_fig1"), json: bool = False) ->
     runs = run_fig1()
     write_fig1(out / PICTURE, fig1_scene(), runs)
     show(_table(runs), json_wanted=json)
-    say(f"{PICTURE}, control_fig1.csv in {out}")
+    say(f"{PICTURE}, experiment_fig1.csv in {out}")
     faults = fig1_faults(runs)
     for fault in faults:
         say(f"broken bound: {fault}")
     if json:
-        print_json("control_fig1", None, fig1_rows(runs), broken_bounds=faults, out=str(out))
+        print_json("experiment_fig1", None, fig1_rows(runs), broken_bounds=faults, out=str(out))
     return 1 if faults else 0
 
 

@@ -1,4 +1,4 @@
-"""`eyehand control stress`: make motions harder until the control basis breaks, and chart where."""
+"""`eyehand stress motion`: make motions harder until the control basis breaks, and chart where."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ DIGITS = 4
 """Significant digits of measured figures."""
 
 
-def control_stress(
+def stress_motion(
     *,
     only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     seeds: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/stress_control"),
+    out: Path = Path("out/stress_motion"),
     json: bool = False,
 ) -> int:
     """Make an arm's motions harder step by step until its control breaks, and chart where.
@@ -109,7 +109,7 @@ def control_sweeps() -> tuple[Sweep[Method], ...]:
 def control_telling() -> Telling:
     """How the sweeps are told: what is right, what is refused, and the worst that was measured."""
     return Telling(
-        stage="control",
+        stage="motion",
         title="Where the control basis breaks",
         subtitle="Share of motions that end as they should",
         data="7-joint arm at default options; a 4-joint arm and a palm of its own where so told",

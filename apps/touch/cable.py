@@ -1,4 +1,4 @@
-"""`eyehand touch cable`: a cable of unknown shape is followed (section 4.4, Fig. 10)."""
+"""`eyehand experiment cable`: a cable of unknown shape is followed (section 4.4, Fig. 10)."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ WANTED_MM = {0.05: 0.5, 0.2: 1.3}
 """Rms error that each speed should stay below, mm."""
 
 
-def touch_cable(
+def experiment_cable(
     *,
     trials: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_cable"),
+    out: Path = Path("out/experiment_cable"),
     json: bool = False,
 ) -> int:
     """Follow cables of unknown shape along a table, slowly and fast.
@@ -71,7 +71,7 @@ def touch_cable(
     show(_table(rows), json_wanted=json)
     say(f"wrote {path} and {path.with_suffix('.csv')}")
     if json:
-        print_json("touch_cable", seed, rows, trials=count, out=str(out))
+        print_json("experiment_cable", seed, rows, trials=count, out=str(out))
     return 0
 
 

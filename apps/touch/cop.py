@@ -1,4 +1,4 @@
-"""`eyehand touch cop`: a probe's place between tactels, felt against real (Fig. 5)."""
+"""`eyehand experiment cop`: a probe's place between tactels, felt against real (Fig. 5)."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ PLACES = 51
 """Points along the way that the picture and its table show."""
 
 
-def touch_cop(
+def experiment_cop(
     *,
     trials: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_cop"),
+    out: Path = Path("out/experiment_cop"),
     json: bool = False,
 ) -> int:
     """Lead a 2 mm probe from one tactel to the next, and compare felt with real places.

@@ -1,4 +1,4 @@
-"""`eyehand touch edge`: the pad keeps an object's edge in line (section 4.3)."""
+"""`eyehand experiment edge`: the pad keeps an object's edge in line (section 4.3)."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ TRIALS, QUICK_TRIALS = 10, 2
 """Edges, each at another angle."""
 
 
-def touch_edge(
+def experiment_edge(
     *,
     trials: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_edge"),
+    out: Path = Path("out/experiment_edge"),
     json: bool = False,
 ) -> int:
     """Turn the pad with an object's edge.

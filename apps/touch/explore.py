@@ -1,4 +1,4 @@
-"""`eyehand touch explore`: the shape of an unknown object, felt by two arms (Fig. 11)."""
+"""`eyehand experiment explore`: the shape of an unknown object, felt by two arms (Fig. 11)."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ WANTED_MM = 0.3
 """Rms error that the cloud should stay below, mm."""
 
 
-def touch_explore(
+def experiment_explore(
     *,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_explore"),
+    out: Path = Path("out/experiment_explore"),
     json: bool = False,
 ) -> int:
     """Scan an unknown object with two pads on two arms, and make a cloud of what they feel.
@@ -67,7 +67,7 @@ def touch_explore(
     say(f"wrote {path}, {path.with_suffix('.csv')} and {path.with_suffix('.ply')}")
     if json:
         print_json(
-            "touch_explore",
+            "experiment_explore",
             seed,
             rows,
             wanted_rms_mm=WANTED_MM,

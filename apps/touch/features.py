@@ -1,4 +1,4 @@
-"""`eyehand touch features`: ways to a contact's direction and place, accuracy against time."""
+"""`eyehand experiment features`: ways to a contact's direction and place, accuracy against time."""
 
 from __future__ import annotations
 
@@ -26,12 +26,12 @@ IMPRINTS, QUICK_IMPRINTS = 300, 20
 """Lines, and as many probes."""
 
 
-def touch_features(
+def experiment_features(
     *,
     imprints: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_features"),
+    out: Path = Path("out/experiment_features"),
     json: bool = False,
 ) -> int:
     """Chart how well and how fast a contact's direction and place are found.
@@ -80,7 +80,7 @@ def touch_features(
     say(f"wrote {path} and {path.with_suffix('.csv')}")
     if json:
         print_json(
-            "touch_features", seed, rows, imprints=count, machine=machine_line(), out=str(out)
+            "experiment_features", seed, rows, imprints=count, machine=machine_line(), out=str(out)
         )
     return 0
 

@@ -1,4 +1,4 @@
-"""`eyehand touch roll`: a pad that lands tilted rolls flat, and follows a face (Fig. 9)."""
+"""`eyehand experiment roll`: a pad that lands tilted rolls flat, and follows a face (Fig. 9)."""
 
 from __future__ import annotations
 
@@ -34,12 +34,12 @@ TRIALS, QUICK_TRIALS = 20, 1
 """Leans in different directions, each on a pad of its own."""
 
 
-def touch_roll(
+def experiment_roll(
     *,
     trials: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_roll"),
+    out: Path = Path("out/experiment_roll"),
     json: bool = False,
 ) -> int:
     """Land on a face that leans by 6°, roll flat, and follow it as it turns to the other side.

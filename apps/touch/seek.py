@@ -1,4 +1,4 @@
-"""`eyehand touch seek`: ridges, edges and corners of unknown objects, found by touch alone."""
+"""`eyehand experiment seek`: ridges, edges and corners of unknown objects, found by touch alone."""
 
 from __future__ import annotations
 
@@ -25,12 +25,12 @@ QUICK_SHAPES = ("box", "ridge", "prism")
 """Objects of a first look."""
 
 
-def touch_seek(
+def experiment_seek(
     *,
     only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_seek"),
+    out: Path = Path("out/experiment_seek"),
     json: bool = False,
 ) -> int:
     """Find ridges, edges and corners of objects that nobody described.
@@ -67,7 +67,7 @@ def touch_seek(
     show(_table(rows), json_wanted=json)
     say(f"wrote {path} and {path.with_suffix('.csv')}")
     if json:
-        print_json("touch_seek", seed, rows, out=str(out))
+        print_json("experiment_seek", seed, rows, out=str(out))
     return 0
 
 

@@ -1,4 +1,4 @@
-"""`eyehand touch stress`: make touching harder until the servo breaks, and chart where."""
+"""`eyehand stress touch`: make touching harder until the servo breaks, and chart where."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ DIGITS = 4
 """Significant digits of measured figures."""
 
 
-def touch_stress(
+def stress_touch(
     *,
     only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
     seeds: int | None = None,

@@ -1,4 +1,4 @@
-"""`eyehand touch track`: place and pressure of a contact held (Table 1, Fig. 8)."""
+"""`eyehand experiment track`: place and pressure of a contact held (Table 1, Fig. 8)."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ LANDING = 0.7
 """Left for converging, s."""
 
 
-def touch_track(
+def experiment_track(
     *,
     trials: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    out: Path = Path("out/touch_track"),
+    out: Path = Path("out/experiment_track"),
     json: bool = False,
 ) -> int:
     """Hold a contact's place and pressure on a pen, a toy box and a soft ball.
@@ -81,7 +81,7 @@ def touch_track(
     say(f"wrote {path}, {path.with_suffix('.csv')} and {out / 'table.csv'}")
     if json:
         print_json(
-            "touch_track",
+            "experiment_track",
             seed,
             rows,
             trials=count,

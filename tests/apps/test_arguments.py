@@ -1,13 +1,13 @@
-"""What the command line makes of names and numbers, before any command runs."""
+"""Parsing of command names and numbers, before any command runs."""
 
 import pytest
 
 from eyehand.apps.fitting.page_server import MOST_PORT, open_server
-from eyehand.apps.main import main
+from eyehand.apps.main import ALIASES, COMMANDS, GROUPS, RENAMED, main
 from eyehand.errors import InputError
 
 
-def told(capsys, *arguments: str) -> tuple[int, str]:
+def run(capsys, *arguments: str) -> tuple[int, str]:
     """Exit code and stderr of a command."""
     with pytest.raises(SystemExit) as leaving:
         main(list(arguments))
@@ -19,36 +19,65 @@ def told(capsys, *arguments: str) -> tuple[int, str]:
     [
         (("demo", "--seed", "1.5"), "--seed"),
         (("demo", "--objects=2.5"), "--objects"),
-        (("evaluate", "--scenes", "1.5"), "--scenes"),
+        (("evaluate", "grasp", "--scenes", "1.5"), "--scenes"),
         (("chart", "grasp", "--count", "1.5"), "--count"),
         (("stress", "grasp", "--seeds", "1.5"), "--seeds"),
     ],
 )
 def test_a_fraction_is_no_whole_number(capsys, arguments, name):
-    code, err = told(capsys, *arguments)
+    code, err = run(capsys, *arguments)
     assert code == 2
     assert f"{name} must be a whole number, got " in err
     assert len(err.splitlines()) == 1
 
 
 def test_whole_numbers_and_fractions_pass_where_they_belong(capsys):
-    _, err = told(capsys, "evaluate", "--count", "3.0", "--friction", "0.5", "--scenes", "0")
+    _, err = run(
+        capsys, "evaluate", "grasp", "--count", "3.0", "--friction", "0.5", "--scenes", "0"
+    )
     assert "--scenes must be >= 1, got 0" in err
 
 
 def test_a_demo_ends_after_one_failure_at_the_soonest(capsys):
-    code, err = told(capsys, "demo", "--failures", "0")
+    code, err = run(capsys, "demo", "--failures", "0")
     assert (code, err) == (2, "eyehand: --failures must be >= 1, got 0\n")
 
 
-def test_a_stage_is_evaluated_by_its_name_too(capsys):
-    assert told(capsys, "evaluate", "grasp", "--scenes", "0") == told(
-        capsys, "evaluate", "--scenes", "0"
-    )
+@pytest.mark.parametrize(
+    ("former", "present"),
+    [
+        (("control", "bench", "--quick"), "evaluate motion"),
+        (("control", "fig1"), "experiment fig1"),
+        (("control", "stress"), "stress motion"),
+        (("control",), "stress motion"),
+        (("touch", "track", "--quick"), "experiment track"),
+        (("touch", "stress"), "stress touch"),
+        (("touch",), "experiment NAME"),
+        (("evaluate", "--scenes", "1"), "evaluate grasp"),
+    ],
+)
+def test_former_command_names_the_present_one_and_exits_with_2(capsys, former, present):
+    code, err = run(capsys, *former)
+    assert code == 2
+    assert "' is now '" in err
+    assert present in err
+    assert len(err.splitlines()) == 1
+
+
+def test_renamed_commands_lead_to_existing_ones():
+    assert not set(RENAMED) & (set(COMMANDS) | set(ALIASES) | set(GROUPS))
+    for former, present in RENAMED.items():
+        if " " in former:
+            assert present in COMMANDS
+
+
+@pytest.mark.parametrize("alias", sorted(ALIASES))
+def test_alias_runs_its_command(capsys, alias):
+    assert ALIASES[alias] in COMMANDS
     with pytest.raises(SystemExit) as leaving:
-        main(["evaluate", "grasp", "--help"])
+        main([*alias.split(), "--help"])
     assert not leaving.value.code
-    assert "--friction" in capsys.readouterr().out
+    assert "--json" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("port", [-1, MOST_PORT + 1, 99999999])

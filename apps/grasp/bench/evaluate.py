@@ -42,7 +42,7 @@ if TYPE_CHECKING:
     from .inputs import Machines
     from .summary import Record
 
-OUT = Path("out/evaluate")
+OUT = Path("out/evaluate_grasp")
 """Each run that is given no folder has its own in this one."""
 QUICK_SCENES, QUICK_OBJECTS = 2, 2
 REPORT_FILE, CHART_FILE = "report.html", "evaluate.png"
@@ -160,7 +160,7 @@ def evaluate_grasp(
     say(f"report: {out / REPORT_FILE}; rows: {store.folder}")
     if json:
         print_json(
-            "evaluate",
+            "evaluate_grasp",
             seed,
             rows,
             scenes=scenes,

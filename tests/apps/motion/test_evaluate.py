@@ -20,7 +20,7 @@ from eyehand.errors import InputError
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["control", "bench", *(str(argument) for argument in arguments)])
+        main(["evaluate", "motion", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -47,7 +47,7 @@ def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, caps
     )
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.control_bench/1"
+    assert report["schema"] == "eyehand.evaluate_motion/1"
     assert (report["seed"], report["scenes"], report["boxes"]) == (3, 2, 2)
     rows = {row["name"]: row for row in report["rows"]}
     assert list(rows) == [

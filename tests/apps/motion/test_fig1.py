@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eyehand.apps.motion.fig1 import control_fig1
+from eyehand.apps.motion.fig1 import experiment_fig1
 from eyehand.apps.motion.fig1_run import fig1_faults, fig1_rows, run_fig1
 from eyehand.apps.motion.fig1_scene import BETAS, fig1_options, fig1_scene
 
@@ -67,12 +67,12 @@ def test_faults_name_what_is_wrong(runs):
 
 def test_command_writes_picture_figures_and_one_json_object(tmp_path, capsys, monkeypatch, runs):
     monkeypatch.setattr("eyehand.apps.motion.fig1.run_fig1", lambda: runs)
-    assert control_fig1(out=tmp_path / "new", json=True) == 0
+    assert experiment_fig1(out=tmp_path / "new", json=True) == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["schema"] == "eyehand.control_fig1/1"
+    assert report["schema"] == "eyehand.experiment_fig1/1"
     assert [row["name"] for row in report["rows"]] == NAMES
     assert report["rows"] == fig1_rows(runs)
     assert {"closest_mm", "midcourse_clearance_mm", "final_error_mm"} <= set(report["rows"][0])
-    assert (tmp_path / "new" / "control_fig1.png").read_bytes()[:4] == b"\x89PNG"
-    with (tmp_path / "new" / "control_fig1.csv").open() as file:
+    assert (tmp_path / "new" / "experiment_fig1.png").read_bytes()[:4] == b"\x89PNG"
+    with (tmp_path / "new" / "experiment_fig1.csv").open() as file:
         assert [row["name"] for row in csv.DictReader(file)] == NAMES

@@ -10,7 +10,7 @@ import pytest
 from eyehand.apps.bench.sweep import Sweep, Trial
 from eyehand.apps.motion import stress
 from eyehand.apps.motion.invalid_inputs import WrongInput, refused, wrong_inputs
-from eyehand.apps.motion.stress import control_stress, control_sweeps
+from eyehand.apps.motion.stress import control_sweeps, stress_motion
 from eyehand.apps.motion.stress_trial import Motion, fault_of, judged, lbr_world, simulate
 from eyehand.control.options import ControlOptions
 from eyehand.control.point_aims import Position
@@ -81,12 +81,12 @@ def test_sweeps_have_names_and_bounds_of_their_own():
 
 
 def test_command_writes_chart_and_one_json_object(tmp_path, capsys):
-    code = control_stress(
+    code = stress_motion(
         only=["gain", "parallel-cover"], quick=True, seed=3, out=tmp_path, json=True
     )
     assert code == 0
     report = json.loads(capsys.readouterr().out)
-    assert report["schema"] == "eyehand.stress_control/1"
+    assert report["schema"] == "eyehand.stress_motion/1"
     assert report["seed"] == 3
     assert [row["name"] for row in report["rows"]] == ["gain", "parallel-cover"]
     assert report["rows"][1]["breaks_at"] == 1.0
@@ -99,7 +99,7 @@ def test_command_writes_chart_and_one_json_object(tmp_path, capsys):
 
 
 def test_inputs_alone_write_no_chart(tmp_path, capsys):
-    assert control_stress(only=["inputs"], out=tmp_path, json=True) == 0
+    assert stress_motion(only=["inputs"], out=tmp_path, json=True) == 0
     report = json.loads(capsys.readouterr().out)
     assert len(report["inputs"]) == len(wrong_inputs())
     assert all(row["kept"] for row in report["inputs"])
@@ -112,12 +112,12 @@ def test_broken_bound_ends_with_code_1_and_is_named(tmp_path, capsys, monkeypatc
 
     sweep = Sweep("weak", "load", "kg", (1.0, 2.0), 2.0, attempt, "stays")
     monkeypatch.setattr(stress, "control_sweeps", lambda: (sweep,))
-    assert control_stress(only=["weak"], seeds=2, out=tmp_path) == 1
+    assert stress_motion(only=["weak"], seeds=2, out=tmp_path) == 1
     assert "broken bound: weak at 2 kg: 0 of 2 right; went astray" in capsys.readouterr().err
 
 
 def test_unknown_sweep_is_refused_with_the_choices(tmp_path):
     with pytest.raises(InputError, match=r"'nope'.*out-of-reach.*inputs"):
-        control_stress(only=["nope"], out=tmp_path)
+        stress_motion(only=["nope"], out=tmp_path)
     with pytest.raises(InputError, match="--seeds"):
-        control_stress(seeds=0, out=tmp_path)
+        stress_motion(seeds=0, out=tmp_path)

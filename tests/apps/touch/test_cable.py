@@ -14,7 +14,7 @@ from eyehand.errors import InputError
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "cable", *(str(argument) for argument in arguments)])
+        main(["experiment", "cable", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -23,7 +23,7 @@ def test_the_path_is_the_cable(tmp_path, capsys):
     code, out, _ = run("--quick", "--json", "--seed", 1, "--out", tmp_path, capsys=capsys)
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.touch_cable/1"
+    assert report["schema"] == "eyehand.experiment_cable/1"
     slow, fast, *_ = report["rows"]
     assert slow["path_rms_mm"] < 0.3
     assert fast["path_rms_mm"] < 1.0

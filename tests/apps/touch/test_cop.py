@@ -14,7 +14,7 @@ from eyehand.apps.touch.probe_path import ProbePath
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "cop", *(str(argument) for argument in arguments)])
+        main(["experiment", "cop", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -23,7 +23,7 @@ def test_a_probe_is_placed_between_tactels(tmp_path, capsys):
     code, out, _ = run("--quick", "--json", "--out", tmp_path, capsys=capsys)
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.touch_cop/1"
+    assert report["schema"] == "eyehand.experiment_cop/1"
     (row,) = report["rows"]
     assert 0 < row["error_rms_mm"] <= 0.05
     assert row["error_max_mm"] <= 0.12

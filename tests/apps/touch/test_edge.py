@@ -11,7 +11,7 @@ from eyehand.apps.main import main
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "edge", *(str(argument) for argument in arguments)])
+        main(["experiment", "edge", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -20,7 +20,7 @@ def test_the_pad_comes_into_line_and_turns_with_the_edge(tmp_path, capsys):
     code, out, _ = run("--trials", 1, "--seed", 3, "--json", "--out", tmp_path, capsys=capsys)
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.touch_edge/1"
+    assert report["schema"] == "eyehand.experiment_edge/1"
     trial, mean = report["rows"]
     assert trial["outcome"] == "done"
     assert trial["response_time_s"] < 1.2

@@ -22,7 +22,7 @@ PAD, FOAM, SPREAD = TactileArray.flat(), Foam(), 0.0025
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "explore", *(str(argument) for argument in arguments)])
+        main(["experiment", "explore", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -31,7 +31,7 @@ def test_the_cloud_lies_on_the_surface(tmp_path, capsys):
     code, out, _ = run("--quick", "--json", "--out", tmp_path, capsys=capsys)
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.touch_explore/1"
+    assert report["schema"] == "eyehand.experiment_explore/1"
     assert report["outcomes"] == ["done", "done"]
     *_, blurred, both = report["rows"]
     assert both["surface_rms_mm"] < 0.15

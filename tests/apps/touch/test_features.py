@@ -17,7 +17,7 @@ PAD = TactileArray.flat()
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "features", *(str(argument) for argument in arguments)])
+        main(["experiment", "features", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -26,7 +26,7 @@ def test_moments_and_weights_win_and_the_files_are_written(tmp_path, capsys):
     code, out, _ = run("--quick", "--json", "--out", tmp_path, capsys=capsys)
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.touch_features/1"
+    assert report["schema"] == "eyehand.experiment_features/1"
     rows = {row["name"]: row for row in report["rows"]}
     hough = [row for name, row in rows.items() if name.startswith("hough")]
     assert all(rows["moments"]["error_p50_deg"] < row["error_p50_deg"] / 3 for row in hough)

@@ -11,7 +11,7 @@ from eyehand.apps.main import main
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "roll", *(str(argument) for argument in arguments)])
+        main(["experiment", "roll", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 

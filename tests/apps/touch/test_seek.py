@@ -14,7 +14,7 @@ from eyehand.data_synth.touch_surface import top_surface
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "seek", *(str(argument) for argument in arguments)])
+        main(["experiment", "seek", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -34,7 +34,7 @@ def test_a_prism_and_a_ridge_are_gone_round(tmp_path, capsys):
     )
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.touch_seek/1"
+    assert report["schema"] == "eyehand.experiment_seek/1"
     prism, ridge = report["rows"]
     assert (prism["outcome"], ridge["outcome"]) == ("round", "done")
     for row, true in ((prism, 5), (ridge, 2)):

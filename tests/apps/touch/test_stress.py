@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.bench.sweep import chosen_sweeps
-from eyehand.apps.touch.stress import touch_stress, touch_sweeps
+from eyehand.apps.touch.stress import stress_touch, touch_sweeps
 from eyehand.apps.touch.stress_trial import ContactFigures, judged
 
 QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.0, 0.0, 0)
@@ -67,7 +67,7 @@ def test_the_judge_tells_harm_from_a_miss():
 
 
 def test_the_command_charts_a_sweep(tmp_path, capsys):
-    assert touch_stress(only=["border"], quick=True, json=True, out=tmp_path) == 0
+    assert stress_touch(only=["border"], quick=True, json=True, out=tmp_path) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["broken_bounds"] == []
     assert [row["name"] for row in told["rows"]] == ["border"]

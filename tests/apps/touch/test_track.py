@@ -13,7 +13,7 @@ from eyehand.apps.touch.track_trial import TARGETS, converged
 def run(*arguments, capsys) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of the command run in this process."""
     with pytest.raises(SystemExit) as leaving:
-        main(["touch", "track", *(str(argument) for argument in arguments)])
+        main(["experiment", "track", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
     return int(leaving.value.code or 0), printed.out, printed.err
 
@@ -22,7 +22,7 @@ def test_one_setting_holds_pen_box_and_ball(tmp_path, capsys):
     code, out, _ = run("--quick", "--json", "--out", tmp_path, capsys=capsys)
     assert code == 0
     report = json.loads(out)
-    assert report["schema"] == "eyehand.touch_track/1"
+    assert report["schema"] == "eyehand.experiment_track/1"
     rows = {row["name"]: row for row in report["rows"]}
     assert list(rows) == ["Rigid pen", "Toy box", "Soft ball", "X", "Y"]
     for row in rows.values():

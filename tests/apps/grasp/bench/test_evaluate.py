@@ -64,10 +64,12 @@ def records(made_up, conditions, seeds=range(4)):
 
 
 def test_the_usual_table_has_its_seven_rows_and_writes_its_files(run, tmp_path):
-    code, out, err = run("evaluate", "--scenes", 3, "--jobs", 2, "--out", tmp_path, "--json")
+    code, out, err = run(
+        "evaluate", "grasp", "--scenes", 3, "--jobs", 2, "--out", tmp_path, "--json"
+    )
     assert code == 0, err
     report = json.loads(out)
-    assert (report["schema"], report["seed"]) == ("eyehand.evaluate/1", 0)
+    assert (report["schema"], report["seed"]) == ("eyehand.evaluate_grasp/1", 0)
     names = [row["name"] for row in report["rows"]]
     assert names == [
         *("single", "single, known", "packed", "packed, known", "pile", "pile, known"),
@@ -93,7 +95,7 @@ def test_the_usual_table_has_its_seven_rows_and_writes_its_files(run, tmp_path):
 
 
 def test_a_run_goes_on_and_other_options_are_refused(run, tmp_path, monkeypatch, made_up):
-    plain = ["evaluate", "--family", "pile", "--no-known", "--jobs", 1, "--out", tmp_path]
+    plain = ["evaluate", "grasp", "--family", "pile", "--no-known", "--jobs", 1, "--out", tmp_path]
     assert run(*plain, "--scenes", 2)[0] == 0
     # With a runner that would break, only what is missing is run.
     monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_troubled)
@@ -149,7 +151,7 @@ def test_the_chart_names_its_default_and_front(run, tmp_path):
     ],
 )
 def test_wrong_input_is_one_line_and_code_2(run, tmp_path, arguments, told):
-    code, out, err = run("evaluate", *arguments, "--out", tmp_path / "out")
+    code, out, err = run("evaluate", "grasp", *arguments, "--out", tmp_path / "out")
     assert (code, out) == (2, "")
     assert told in err
     assert len(err.splitlines()) == 1
@@ -179,7 +181,7 @@ def test_the_chart_refuses_the_same(run, tmp_path, arguments, told):
 def test_a_robot_that_cannot_be_built_is_refused_before_anything_runs(run, tmp_path):
     (tmp_path / "bad.xml").write_text("<mujoco><worldbody>")
     asked = ["--robot", tmp_path / "bad.xml", "--hand-frame", "palm", "--out", tmp_path / "out"]
-    code, out, err = run("evaluate", *asked)
+    code, out, err = run("evaluate", "grasp", *asked)
     assert (code, out) == (2, "")
     assert "bad.xml" in err
     assert not (tmp_path / "out").exists()
@@ -191,7 +193,7 @@ def test_too_many_objects_of_a_folder_are_refused_before_anything_runs(run, tmp_
     faces = [f"f {a + 1} {b + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
     (tmp_path / "crate.obj").write_text("\n".join([*corners, *faces]) + "\n")
     asked = ["--objects", tmp_path, "--family", "packed", "--count", "9", "--out", tmp_path / "o"]
-    code, _, err = run("evaluate", *asked)
+    code, _, err = run("evaluate", "grasp", *asked)
     assert code == 2
     assert "packed scene, seed 0: no room for 9 objects" in err
     assert not (tmp_path / "o").exists()
@@ -199,18 +201,18 @@ def test_too_many_objects_of_a_folder_are_refused_before_anything_runs(run, tmp_
 
 def test_runs_of_other_options_have_folders_of_their_own(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    quick = ["evaluate", "--jobs", "1", "--no-known", "--scenes", "1"]
+    quick = ["evaluate", "grasp", "--jobs", "1", "--no-known", "--scenes", "1"]
     for more in ([], ["--family", "single"], ["--family", "single", "--count", "2"]):
         code, _, err = run(*quick, *more)
         assert (code, "going on" in err) == (0, False), err
-    names = sorted(path.name for path in (tmp_path / "out" / "evaluate").iterdir())
+    names = sorted(path.name for path in (tmp_path / "out" / "evaluate_grasp").iterdir())
     assert len(names) == 3
     kinds = sorted(name.rsplit("_", 1)[0] for name in names)
     assert kinds == ["single", "single", "single-packed-pile"]
     code, _, err = run(*quick[:-1], "2", "--family", "single")
     assert code == 0
     assert "going on: 1 scene done before" in err
-    assert len(list((tmp_path / "out" / "evaluate").iterdir())) == 3
+    assert len(list((tmp_path / "out" / "evaluate_grasp").iterdir())) == 3
 
 
 def test_scenes_without_an_outcome_are_told_missing_and_run_again(run, tmp_path, monkeypatch):
@@ -221,7 +223,17 @@ def test_scenes_without_an_outcome_are_told_missing_and_run_again(run, tmp_path,
             fell = job.trial["seed"] in lost
             yield job, SceneOutcome(lost="killed") if fell else attempt(run_trial, job.trial)
 
-    plain = ["evaluate", "--family", "pile", "--no-known", "--scenes", 3, "--out", tmp_path]
+    plain = [
+        "evaluate",
+        "grasp",
+        "--family",
+        "pile",
+        "--no-known",
+        "--scenes",
+        3,
+        "--out",
+        tmp_path,
+    ]
     monkeypatch.setattr(evaluate_grasp, "run_here", lossy)
     code, out, err = run(*plain, "--json")
     (row,) = json.loads(out)["rows"]
@@ -245,13 +257,23 @@ def test_a_run_in_which_every_scene_broke_ends_with_code_1(run, tmp_path, monkey
             yield job, SceneOutcome(fault="RuntimeError: no arm")
 
     monkeypatch.setattr(evaluate_grasp, "run_here", broken)
-    code, _, err = run("evaluate", "--scenes", 1, "--family", "single", "--out", tmp_path)
+    code, _, err = run("evaluate", "grasp", "--scenes", 1, "--family", "single", "--out", tmp_path)
     assert code == 1
     assert "every scene broke, the first by RuntimeError: no arm" in err
 
 
 def test_it_says_how_many_times_were_taken_at_once(run, tmp_path):
-    plain = ["evaluate", "--scenes", 1, "--family", "single", "--no-known", "--out", tmp_path]
+    plain = [
+        "evaluate",
+        "grasp",
+        "--scenes",
+        1,
+        "--family",
+        "single",
+        "--no-known",
+        "--out",
+        tmp_path,
+    ]
     assert "2 processes side by side" in run(*plain, "--jobs", 2)[2]
     assert "one process" in run(*plain, "--jobs", 1)[2]
     assert "2 processes" not in (tmp_path / "report.html").read_text()
