@@ -12,18 +12,18 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.errors import InputError
 
 from .canonical import canonical_axes
-from .ladder import Rung, climb, criterion, parameter_bounds
+from .cost_kernels import distances
+from .model_selection import Rung, climb, criterion, parameter_bounds
 from .options import FitOptions
 from .outliers import Neighbourly, without_outliers
 from .part_cloud import Seen
 from .parts import in_parts
 from .problem import FitProblem, Guess, in_own_order, pose_problem
 from .refine import OPTIMISERS
-from .refusals import misses, no_solid, ran_away, too_little, unusable
-from .residual_kernels import distances
 from .result import WITHIN_NOISE, Candidate, SuperquadricFit, robust_spread
 from .shape import Superquadric
 from .uncertainty import uncertainty
+from .validity import misses, no_solid, ran_away, too_little, unusable
 
 if TYPE_CHECKING:
     from collections.abc import Callable

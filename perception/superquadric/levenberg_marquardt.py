@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from .gauge_rows import STRAIGHT
+from .cost_kernels import normal_equations
 from .problem import FitProblem, Guess
-from .residual_kernels import normal_equations
+from .radial_batch_kernels import STRAIGHT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

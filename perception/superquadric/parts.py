@@ -9,8 +9,9 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from .canonical import canonical
-from .part_cloud import PartCloud, Seen, part_cloud
-from .part_descents import (
+from .cost_kernels import distances
+from .effective_samples import readings_of
+from .part_assignment import (
     FEWEST,
     Shares,
     box_behind,
@@ -21,11 +22,10 @@ from .part_descents import (
     robust_cost,
     split_further,
 )
+from .part_cloud import PartCloud, Seen, part_cloud
 from .problem import Guess
-from .readings import readings_of
-from .refusals import misses
-from .residual_kernels import distances
 from .shape import PARAMETER_COUNT, Superquadric
+from .validity import misses
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

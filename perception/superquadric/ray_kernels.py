@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .gauge_kernels import FAST, SMALL
-from .gauge_rows import (
+from .radial_batch_kernels import (
     AX_ROW,
     AY_ROW,
     FALLING_ROW,
@@ -31,6 +30,7 @@ from .gauge_rows import (
     gauge_rows,
     lanes_for,
 )
+from .radial_kernels import FAST, SMALL
 
 _ITERATIONS = 60
 _TOLERANCE = 1e-7

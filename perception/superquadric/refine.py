@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import nlopt
 import numpy as np
 
-from .chart_kernels import chart_value
-from .gauge_rows import STRAIGHT
+from .cost_kernels import normal_equations
 from .kinds import basis
 from .levenberg_marquardt import add_prior, levenberg_marquardt
 from .problem import FitProblem, Guess
-from .residual_kernels import normal_equations
+from .radial_batch_kernels import STRAIGHT
+from .whitened_kernels import chart_value
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -11,7 +11,7 @@ from scipy.special import beta
 
 from eyehand.errors import InputError
 
-from .gauge import log_gauge, straighten, taper_factors, tapered_support
+from .radial_scale import log_gauge, straighten, taper_factors, tapered_support
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .gauge_rows import STRAIGHT
+from .cost_kernels import normal_equations
 from .kinds import basis
 from .levenberg_marquardt import add_prior
-from .residual_kernels import normal_equations
+from .radial_batch_kernels import STRAIGHT
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

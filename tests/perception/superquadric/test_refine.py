@@ -10,14 +10,14 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import Kind, sample_surface
-from eyehand.perception.superquadric.gauge_rows import STRAIGHT
+from eyehand.perception.superquadric.cost_kernels import normal_equations
 from eyehand.perception.superquadric.kinds import basis
-from eyehand.perception.superquadric.ladder import parameter_bounds
 from eyehand.perception.superquadric.levenberg_marquardt import add_prior, moved
+from eyehand.perception.superquadric.model_selection import parameter_bounds
 from eyehand.perception.superquadric.outliers import without_outliers
 from eyehand.perception.superquadric.problem import FitProblem, Guess, pose_problem
+from eyehand.perception.superquadric.radial_batch_kernels import STRAIGHT
 from eyehand.perception.superquadric.refine import OPTIMISERS, Refined
-from eyehand.perception.superquadric.residual_kernels import normal_equations
 
 VIEW = np.array([0.3, -0.2, 0.7])
 OPTIONS = FitOptions()

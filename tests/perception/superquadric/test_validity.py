@@ -8,7 +8,7 @@ from eyehand.perception import FitOptions, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import sample_surface
 from eyehand.perception.superquadric.outliers import without_outliers
 from eyehand.perception.superquadric.problem import FitProblem, Guess, pose_problem
-from eyehand.perception.superquadric.refusals import (
+from eyehand.perception.superquadric.validity import (
     NOISE_LIMIT,
     UNSEEN_LIMIT,
     misses,

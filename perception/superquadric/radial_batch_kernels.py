@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .gauge import TAPER_REACH
-from .gauge_kernels import FAST
+from .radial_kernels import FAST
+from .radial_scale import TAPER_REACH
 from .vector_kernels import exp_row, log1p_row, log_row
 
 LANES = 64

@@ -7,8 +7,15 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric
-from eyehand.perception.superquadric import PARAMETER_COUNT, Kind, ladder, sample_surface
-from eyehand.perception.superquadric.ladder import Rung, climb, criterion
+from eyehand.perception.superquadric import (
+    PARAMETER_COUNT,
+    Kind,
+    sample_surface,
+)
+from eyehand.perception.superquadric import (
+    model_selection as ladder,
+)
+from eyehand.perception.superquadric.model_selection import Rung, climb, criterion
 from eyehand.perception.superquadric.outliers import without_outliers
 from eyehand.perception.superquadric.problem import FitProblem, pose_problem
 

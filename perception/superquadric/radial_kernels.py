@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .gauge import TAPER_REACH
+from .radial_scale import TAPER_REACH
 
 FAST = {"contract", "reassoc", "arcp", "nsz"}
 """Liberties that change rounding alone; infinities and NaN keep their meaning."""

@@ -7,9 +7,15 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
-from eyehand.perception.superquadric.block_kernels import distance_rows
-from eyehand.perception.superquadric.gauge_rows import LANES, PARAMETERS, R_ROW, ROWS, STRAIGHT
-from eyehand.perception.superquadric.residual_kernels import distances, normal_equations
+from eyehand.perception.superquadric.cost_kernels import distances, normal_equations
+from eyehand.perception.superquadric.point_kernels import distance_rows
+from eyehand.perception.superquadric.radial_batch_kernels import (
+    LANES,
+    PARAMETERS,
+    R_ROW,
+    ROWS,
+    STRAIGHT,
+)
 
 seeds = st.integers(0, 2**31 - 1)
 

@@ -7,11 +7,16 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric
-from eyehand.perception.superquadric import sample_surface, search
-from eyehand.perception.superquadric.ladder import START_EVERY_RAY, START_POINTS, parameter_bounds
+from eyehand.perception.superquadric import multi_start as search
+from eyehand.perception.superquadric import sample_surface
+from eyehand.perception.superquadric.model_selection import (
+    START_EVERY_RAY,
+    START_POINTS,
+    parameter_bounds,
+)
+from eyehand.perception.superquadric.multi_start import SAME_COST, End, distinct
 from eyehand.perception.superquadric.outliers import without_outliers
 from eyehand.perception.superquadric.problem import FitProblem, Guess, pose_problem
-from eyehand.perception.superquadric.search import SAME_COST, End, distinct
 from eyehand.perception.superquadric.starts import (
     axis_permutations,
     starting_boxes,

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial import KDTree
 
 from eyehand.perception import FitOptions
-from eyehand.perception.superquadric.readings import BELIEVED, FEWEST, PATCH, readings_of
+from eyehand.perception.superquadric.effective_samples import BELIEVED, FEWEST, PATCH, readings_of
 
 BELIEVING = replace(FitOptions(), effective_points=1e6)
 

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .cost_kernels import normal_equations
+from .effective_samples import independent_readings
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
-from .readings import independent_readings
-from .residual_kernels import normal_equations
-from .search import End, distinct, in_two_rounds, search, short_descents
+from .multi_start import End, distinct, in_two_rounds, search, short_descents
 from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind
 from .starts import axis_permutations, starting_boxes, swapped_axes
 

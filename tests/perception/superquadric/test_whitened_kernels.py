@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from eyehand.perception.superquadric.chart_kernels import chart_value, right_jacobian
-from eyehand.perception.superquadric.gauge_rows import PARAMETERS
+from eyehand.perception.superquadric.cost_kernels import normal_equations
 from eyehand.perception.superquadric.levenberg_marquardt import add_prior, moved
-from eyehand.perception.superquadric.residual_kernels import normal_equations
+from eyehand.perception.superquadric.radial_batch_kernels import PARAMETERS
+from eyehand.perception.superquadric.whitened_kernels import chart_value, right_jacobian
 
 seeds = st.integers(0, 2**31 - 1)
 WIDE = np.array([[-5.0, 5.0], [0.02, 1.98], [-0.9, 0.9]])

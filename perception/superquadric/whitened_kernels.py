@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .gauge_rows import PARAMETERS
+from .cost_kernels import normal_equations
 from .levenberg_marquardt import add_prior, moved, rotation
-from .residual_kernels import normal_equations
+from .radial_batch_kernels import PARAMETERS
 
 
 @njit(cache=True, nogil=True, error_model="numpy")

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from .cost_kernels import distances
 from .kinds import basis
-from .ladder import parameter_bounds
 from .levenberg_marquardt import levenberg_marquardt
-from .part_cuts import cuts
+from .model_selection import parameter_bounds
+from .part_proposals import cuts
 from .problem import Guess, pose_problem
-from .residual_kernels import distances
 from .starts import starting_boxes
 
 if TYPE_CHECKING:

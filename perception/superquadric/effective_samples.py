@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial import KDTree
 
-from .residual_kernels import distances
+from .cost_kernels import distances
 from .result import robust_spread
 
 if TYPE_CHECKING:

@@ -14,10 +14,10 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .block_kernels import add_block, add_ray_block, distance_rows
-from .condition_kernels import plane_row
-from .gauge_kernels import FAST
-from .gauge_rows import LANES, PARAMETERS, R_ROW, ROWS, STRAIGHT
+from .plane_kernels import plane_row
+from .point_kernels import add_block, add_ray_block, distance_rows
+from .radial_batch_kernels import LANES, PARAMETERS, R_ROW, ROWS, STRAIGHT
+from .radial_kernels import FAST
 from .ray_kernels import ray_rows
 
 

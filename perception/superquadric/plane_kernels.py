@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .gauge_kernels import FAST, log_gauge, log_sum, off_zero, pose_part
+from .radial_kernels import FAST, log_gauge, log_sum, off_zero, pose_part
 
 _SECTIONS = 24
 _CLOSER = 30

@@ -11,8 +11,7 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-from .gauge_kernels import FAST, SMALL
-from .gauge_rows import (
+from .radial_batch_kernels import (
     AX_ROW,
     AY_ROW,
     FALLING_ROW,
@@ -39,6 +38,7 @@ from .gauge_rows import (
     gauge_rows,
     lanes_for,
 )
+from .radial_kernels import FAST, SMALL
 from .vector_kernels import log1p_row
 
 _SQUARE, _COST, _WEIGHT, _SLOPE, _SCALED = range(FREE_ROW, FREE_ROW + 5)

@@ -8,8 +8,14 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
-from eyehand.perception.superquadric.condition_kernels import plane_row
-from eyehand.perception.superquadric.gauge_rows import LANES, PARAMETERS, R_ROW, ROWS, STRAIGHT
+from eyehand.perception.superquadric.plane_kernels import plane_row
+from eyehand.perception.superquadric.radial_batch_kernels import (
+    LANES,
+    PARAMETERS,
+    R_ROW,
+    ROWS,
+    STRAIGHT,
+)
 from eyehand.perception.superquadric.ray_kernels import ray_rows
 
 seeds = st.integers(0, 2**31 - 1)
