@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.errors import InputError
 from eyehand.grasping.closing import Closing, preshape_command
 from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.hand_feel import finger_forces
+from eyehand.grasping.hand_state import finger_forces
 
 from .grasp_robot import match_options
 from .hand_frame import frame_of

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.grasping.closing import Closing, preshape_command
 from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.hand_feel import curl, finger_forces
+from eyehand.grasping.hand_state import curl, finger_forces
 from eyehand.grasping.prototypes import Approach, Prototype
 
 from .hand_drives import PALM_PAD, HandDrives

@@ -2,22 +2,22 @@
 
 What moves an arm loads the control basis with its engine, so that `Cell`, `ClearOptions`,
 `PickOptions`, `Tray` and `clear_table` are loaded when they are first asked for, and
-`approach_aims`, `surroundings`, `reachable` are imported from their own modules.
+`control_tasks`, `obstacles`, `reachable` are imported from their own modules.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .depths import GraspDepths
-from .grip import Grip
+from .extents import Extents, measure
+from .grasp_geometry import Grip
 from .grip_options import GripOptions
 from .hand_model import HandModel
-from .measure import Extents, measure
+from .palm_placement import GraspDepths
 from .plan import ApproachTask, GraspPlan, Score
+from .planning import SelectOptions, grasp_plans, select_prototype
 from .prototypes import Approach, GraspTask, Prototype, PrototypeLimits, WeightEstimate
 from .report import ClearReport, PickReport
 from .robot import HandCommand, HandReading, Robot, RobotReading
-from .select import SelectOptions, grasp_plans, select_prototype
 
 if TYPE_CHECKING:
     from .cell import Cell

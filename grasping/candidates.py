@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .crowded import roomier
-from .depths import GraspDepths, Stance, stance
-from .finger_room import finger_room
-from .grip import Grip, turned
+from .grasp_geometry import Grip, turned
+from .grasp_scoring import Judgement, judge, room_term
+from .hand_clearance import finger_room
+from .low_clearance import roomier
+from .palm_placement import GraspDepths, Stance, stance
 from .prototypes import ROOMIER, TIGHT
-from .suitability import Judgement, judge, room_term
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from eyehand.perception import Superquadric
 
-    from .finger_room import Neighbours
+    from .hand_clearance import Neighbours
     from .hand_model import HandModel
     from .prototypes import Approach, GraspTask, Prototype, PrototypeLimits
 

@@ -11,16 +11,16 @@ import numpy as np
 from eyehand.control import CollisionWorld, PlannedApproach, Posture
 from eyehand.errors import InputError
 
-from .afterwards import SAME_PLACE, seen_after
-from .choose import Chosen, choose, way_of
 from .closing import open_command
+from .frame_fusion import steady
+from .grasp_selection import Chosen, choose, way_of
 from .motion import bumped, go
+from .obstacles import surroundings
 from .pick import pick
+from .pick_verification import SAME_PLACE, seen_after
+from .planning import SelectOptions
 from .report import ClearReport, PickReport
-from .select import SelectOptions
-from .sight import doubts
-from .steady_look import steady
-from .surroundings import surroundings
+from .scene_validation import doubts
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from eyehand.perception import DepthFrame, Scene
 
     from .cell import Cell
-    from .job import Choice
+    from .pick_state import Choice
     from .tray import Tray
 
 HOME_SPEED = 2.0

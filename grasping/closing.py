@@ -9,8 +9,8 @@ import numpy as np
 from eyehand.errors import InputError
 
 from .grip_options import GripOptions
-from .hand_feel import LEAST_WRAPPED, finger_forces, held, width
 from .hand_names import PINCER_FINGER, THUMB, WRAPS
+from .hand_state import LEAST_WRAPPED, finger_forces, held, width
 from .prototypes import Prototype
 from .robot import HandCommand
 from .wrapping import ANVIL, Wrapping

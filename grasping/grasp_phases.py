@@ -9,11 +9,11 @@ import numpy as np
 
 from eyehand.control import Position
 
-from .approach_aims import approach_aims
 from .closing import Closing, preshape_command
+from .control_tasks import approach_aims
 from .fingertips import bumped_tips
-from .job import Ended, Job
 from .motion import bumped, distance_left, go
+from .pick_state import Ended, Job
 
 if TYPE_CHECKING:
     from .cell import Cell

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .carrying import check, lift, place
 from .fingertips import fingertip_contacts
 from .grasp_phases import approach, close, contact, grip, pre_grasp
-from .hand_feel import curl
-from .job import Ended, Job
+from .hand_state import curl
+from .pick_state import Ended, Job
 from .report import PickReport
+from .transport_phases import check, lift, place
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from eyehand.tactile import ContactFeatures
 
     from .cell import Cell
-    from .job import Choice
+    from .pick_state import Choice
     from .report import Phase
 
 TOUCHED = 0.1

@@ -9,8 +9,8 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .depths import GraspDepths
-    from .grip import Grip
+    from .grasp_geometry import Grip
+    from .palm_placement import GraspDepths
     from .prototypes import Approach, Prototype
 
 Row = Literal[

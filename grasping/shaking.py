@@ -8,7 +8,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from .cell import Cell
-    from .job import Job
+    from .pick_state import Job
 
 FREQUENCY = 3.0
 """Hz."""

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .hand_feel import THUMB, inner_force
+from .hand_state import THUMB, inner_force
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

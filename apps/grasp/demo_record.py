@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from eyehand.grasping.cell import Cell, Moment
-    from eyehand.grasping.job import Choice
+    from eyehand.grasping.pick_state import Choice
     from eyehand.grasping.report import ClearReport, PickReport
     from eyehand.perception import DepthFrame, Scene, SceneObject
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from eyehand.data_synth.robot import SimRobot
     from eyehand.grasping import GraspPlan
     from eyehand.grasping.cell import Cell, Moment
-    from eyehand.grasping.job import Choice
+    from eyehand.grasping.pick_state import Choice
     from eyehand.grasping.report import PickReport
 
     from .demo_record import Recorder

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from eyehand.apps.description import ready_kernels
-from eyehand.grasping.choose import choose
 from eyehand.grasping.clearing import Memory, look
+from eyehand.grasping.grasp_selection import choose
 
 from .bench.trial import GraspTrial, make_cell
 

@@ -13,15 +13,15 @@ from eyehand.control import Orientation, Position
 from eyehand.data_synth.tabletop_scene import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.choose import choose
 from eyehand.grasping.clearing import ClearOptions, Memory, clear_table
+from eyehand.grasping.grasp_selection import choose
 from eyehand.grasping.motion import distance_left
 from eyehand.grasping.pick import pick
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric
 
-from .made_up_robot import HAND, MadeUpRobot
+from .fake_robot import HAND, FakeRobot
 
 TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
 VIEW = np.array([0.0, 0.5, 0.9])
@@ -64,7 +64,7 @@ def cleared(robot, boxes, watch=None, tray=TRAY):
 
 
 @dataclass
-class LookingRobot(MadeUpRobot):
+class LookingRobot(FakeRobot):
     """Notes how fast the arm was told to move when an image was taken."""
 
     def __post_init__(self):
@@ -78,7 +78,7 @@ class LookingRobot(MadeUpRobot):
 
 
 @dataclass
-class BumpingRobot(MadeUpRobot):
+class BumpingRobot(FakeRobot):
     """Meets something hard with the thumb, once, while the open hand is far from the object."""
 
     met: bool = False
@@ -93,7 +93,7 @@ class BumpingRobot(MadeUpRobot):
 
 
 @dataclass
-class StickingRobot(MadeUpRobot):
+class StickingRobot(FakeRobot):
     """Does not follow where it is told to move slowly: friction holds the joints."""
 
     sticks_below: float = 0.045
@@ -106,7 +106,7 @@ class StickingRobot(MadeUpRobot):
 
 def test_the_hand_leaves_the_tray_level():
     moments = []
-    report, cell = cleared(MadeUpRobot(), [box(), box(-0.1)], moments.append)
+    report, cell = cleared(FakeRobot(), [box(), box(-0.1)], moments.append)
     assert report.placed == 2
     heights = []
     for moment in moments:
@@ -135,7 +135,7 @@ def test_the_arm_stands_still_at_every_look():
 
 
 def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
-    robot = MadeUpRobot()
+    robot = FakeRobot()
     cell = cell_of(robot, [box()], [])
     report = clear_table(cell)
     assert report.stopped == "clear"
@@ -144,16 +144,16 @@ def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
 
 
 def test_a_fault_on_the_way_home_is_told_in_place_of_a_clear_table():
-    unbroken = MadeUpRobot()
+    unbroken = FakeRobot()
     picked = clear_table(cell_of(unbroken, [box()], [])).picks[0]
-    robot = MadeUpRobot(breaks_at=picked.phases[-1].end + 0.1)
+    robot = FakeRobot(breaks_at=picked.phases[-1].end + 0.1)
     report = clear_table(cell_of(robot, [box()], []))
     assert report.picks[0].outcome == "placed"
     assert report.stopped == "the arm has lost its power"
 
 
 def test_a_robot_with_a_fault_picks_nothing_and_says_so():
-    robot = MadeUpRobot()
+    robot = FakeRobot()
     cell = cell_of(robot, [box()])
     choice = choose(cell, cell.see(robot.look()), Memory()).choice
     assert choice is not None
@@ -172,7 +172,7 @@ def test_a_hard_bump_far_from_the_object_ends_the_way():
 
 
 def test_what_no_longer_fits_side_by_side_goes_on_top():
-    robot = MadeUpRobot()
+    robot = FakeRobot()
     lowest = [np.inf]
 
     def watch(moment):
@@ -190,7 +190,7 @@ def test_what_no_longer_fits_side_by_side_goes_on_top():
 
 
 def test_time_spent_in_vain_counts_as_planning():
-    cell = cell_of(MadeUpRobot(), [box()])
+    cell = cell_of(FakeRobot(), [box()])
     scene = cell.see(cell.robot.look())
     assert choose(cell, scene, Memory(), spent_ms=500.0).plan_ms > 500.0
     memory = Memory()

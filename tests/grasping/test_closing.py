@@ -10,8 +10,8 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.grasping.closing import Closing, preshape_command
 from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.hand_feel import curl, held, width
 from eyehand.grasping.hand_model import HandModel
+from eyehand.grasping.hand_state import curl, held, width
 from eyehand.grasping.robot import HandReading
 
 DT = 0.004

@@ -8,7 +8,7 @@ from eyehand.grasping.fingertips import bumped_tips, fingertip_contacts
 from eyehand.grasping.robot import HandReading
 from eyehand.tactile import TactileImage
 
-from .made_up_robot import HAND
+from .fake_robot import HAND
 
 
 def reading(finger: str, force: float, on_face: float) -> HandReading:

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from eyehand.errors import InputError
 from eyehand.grasping import HandModel
 from eyehand.grasping.closing import Closing, open_command, preshape_command
-from eyehand.grasping.hand_feel import held
 from eyehand.grasping.hand_names import WRAPS
+from eyehand.grasping.hand_state import held
 from eyehand.grasping.nominal_hand import nominal_hand
 from eyehand.grasping.robot import HandReading
 

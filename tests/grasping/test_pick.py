@@ -14,7 +14,7 @@ from eyehand.grasping.report import PickReport
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric
 
-from .made_up_robot import MadeUpRobot
+from .fake_robot import FakeRobot
 
 TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
 VIEW = np.array([0.0, 0.5, 0.9])
@@ -45,7 +45,7 @@ def first(robot, *scenes) -> PickReport:
 
 
 def test_what_is_held_is_lifted_and_put_into_the_tray():
-    report, _ = run(MadeUpRobot(), [box()], [])
+    report, _ = run(FakeRobot(), [box()], [])
     (pick,) = report.picks
     assert pick.outcome == "placed"
     assert pick
@@ -62,35 +62,35 @@ def test_what_is_held_is_lifted_and_put_into_the_tray():
 
 
 def test_a_hand_that_closes_on_nothing_says_so():
-    pick = first(MadeUpRobot(holds=None), [box()])
+    pick = first(FakeRobot(holds=None), [box()])
     assert pick.outcome == "empty_close"
     assert pick.phases[-1].phase == "close"
 
 
 def test_an_object_gone_at_the_next_look_has_moved_away():
-    pick = first(MadeUpRobot(holds=None), [box()], [box(x=-0.1)])
+    pick = first(FakeRobot(holds=None), [box()], [box(x=-0.1)])
     assert pick.outcome == "moved_away"
     assert "no longer where it was seen" in pick.reason
 
 
 def test_what_slips_in_the_lift_is_told_from_what_is_lost_later():
-    good = first(MadeUpRobot(), [box()], [])
+    good = first(FakeRobot(), [box()], [])
     times = {record.phase: record for record in good.phases}
-    lifting = MadeUpRobot(drops_at=times["lift"].start + 0.1)
+    lifting = FakeRobot(drops_at=times["lift"].start + 0.1)
     assert first(lifting, [box()], []).outcome == "slipped"
-    carrying = MadeUpRobot(drops_at=times["place"].start + 0.2)
+    carrying = FakeRobot(drops_at=times["place"].start + 0.2)
     assert first(carrying, [box()], []).outcome == "lost"
 
 
 def test_a_thumb_that_meets_something_too_early_moves_the_hand_beside_it():
-    assert first(MadeUpRobot(bumps=1), [box()], []).outcome == "placed"
-    stubborn = first(MadeUpRobot(bumps=99), [box()])
+    assert first(FakeRobot(bumps=1), [box()], []).outcome == "placed"
+    stubborn = first(FakeRobot(bumps=99), [box()])
     assert stubborn.outcome == "no_contact"
     assert "thumb" in stubborn.reason
 
 
 def test_a_fault_ends_everything_and_is_told():
-    robot = MadeUpRobot(breaks_at=1.0)
+    robot = FakeRobot(breaks_at=1.0)
     report, _ = run(robot, [box()])
     assert report.picks[0].outcome == "fault"
     assert report.stopped == "the arm has lost its power"
@@ -98,7 +98,7 @@ def test_a_fault_ends_everything_and_is_told():
 
 
 def test_a_failed_object_is_tried_another_way_then_left_alone():
-    report, cell = run(MadeUpRobot(holds=None), [box()], failures=9)
+    report, cell = run(FakeRobot(holds=None), [box()], failures=9)
     assert len(report.picks) == cell.options.tries
     first_way, second_way = (pick.plan for pick in report.picks)
     assert first_way.name != second_way.name or not np.allclose(
@@ -110,32 +110,32 @@ def test_a_failed_object_is_tried_another_way_then_left_alone():
 
 def test_two_failures_in_a_row_end_a_trial():
     boxes = [box(), box(-0.1, name="box_2"), box(0.15, name="box_3")]
-    report, _ = run(MadeUpRobot(holds=None), boxes)
+    report, _ = run(FakeRobot(holds=None), boxes)
     assert len(report.picks) == 2
     assert report.stopped == "2 picks failed in a row"
 
 
 def test_an_empty_table_is_clear():
-    report, _ = run(MadeUpRobot(), [])
+    report, _ = run(FakeRobot(), [])
     assert report.stopped == "clear"
     assert report.picks == ()
 
 
 @pytest.mark.parametrize("size", [(0.08, 0.08, 0.08), (0.2, 0.2, 0.02)])
 def test_what_is_wider_than_the_hand_is_left_with_the_reason(size):
-    report, _ = run(MadeUpRobot(), [box(size=size)])
+    report, _ = run(FakeRobot(), [box(size=size)])
     assert report.picks == ()
     assert report.left
     assert "mm" in report.left[0]
 
 
 def test_fingertips_on_each_other_hold_nothing_of_a_wide_object():
-    failed = first(MadeUpRobot(holds=0.008), [box()], [])
+    failed = first(FakeRobot(holds=0.008), [box()], [])
     assert failed.outcome == "slipped"
     assert "apart around 40 mm" in failed.reason
 
 
-class StickyRobot(MadeUpRobot):
+class StickyRobot(FakeRobot):
     """What it held hangs on the thumb of the open hand until the arm has turned round often."""
 
     turns = 0

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.mesh_object import MeshObject
     from eyehand.data_synth.tabletop_scene import TabletopObject
-    from eyehand.grasping.job import Choice
+    from eyehand.grasping.pick_state import Choice
     from eyehand.grasping.report import ClearReport, PickReport
     from eyehand.perception import DepthFrame, Scene
 

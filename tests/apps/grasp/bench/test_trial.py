@@ -17,7 +17,7 @@ from eyehand.errors import InputError
 
 if TYPE_CHECKING:
     from eyehand.grasping.cell import Moment
-    from eyehand.grasping.job import Choice
+    from eyehand.grasping.pick_state import Choice
     from eyehand.grasping.report import PickReport
 
 

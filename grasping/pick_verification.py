@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Scene, SceneObject
 
-    from .job import Choice
+    from .pick_state import Choice
     from .report import PickReport
     from .tray import Tray
 

@@ -9,14 +9,14 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.known_scene import known_scene
-from eyehand.grasping.afterwards import seen_after
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import clear_table
-from eyehand.grasping.job import Choice
+from eyehand.grasping.pick_state import Choice
+from eyehand.grasping.pick_verification import seen_after
 from eyehand.grasping.plan import GraspPlan
 from eyehand.grasping.report import PickOutcome, PickReport
 
-from .made_up_robot import MadeUpRobot
+from .fake_robot import FakeRobot
 from .test_pick import TRAY, VIEW, box, run
 
 
@@ -28,7 +28,7 @@ def at_the_tray():
 
 @pytest.fixture(scope="module")
 def plan() -> GraspPlan:
-    report, _ = run(MadeUpRobot(), [box()], [])
+    report, _ = run(FakeRobot(), [box()], [])
     return report.picks[0].plan
 
 
@@ -69,7 +69,7 @@ def test_the_others_are_not_taken_for_what_was_picked(plan):
 
 def test_what_was_called_placed_and_still_stands_there_is_tried_again_and_told_once():
     shown, told = [[box()], [box()], []], []
-    cell = Cell(MadeUpRobot(), lambda _: known_scene(shown.pop(0) if shown else [], VIEW), TRAY)
+    cell = Cell(FakeRobot(), lambda _: known_scene(shown.pop(0) if shown else [], VIEW), TRAY)
 
     def hear(_choice, pick):
         told.append(None if pick is None else pick.outcome)

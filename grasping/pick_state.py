@@ -19,7 +19,7 @@ from eyehand.control import (
 
 from .closing import Closing, open_command, preshape_command
 from .motion import go, near_enough, paced
-from .surroundings import PUSHING, enclosing, surroundings
+from .obstacles import PUSHING, enclosing, surroundings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -11,11 +11,11 @@ from eyehand.data_synth.tabletop_scene import TabletopObject
 from eyehand.grasping import SelectOptions, grasp_plans
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.closing import preshape_command
-from eyehand.grasping.job import Choice, Job
+from eyehand.grasping.pick_state import Choice, Job
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric
 
-from .made_up_robot import HAND, MadeUpRobot
+from .fake_robot import HAND, FakeRobot
 
 TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
 VIEW = np.array([0.0, 0.5, 0.9])
@@ -23,7 +23,7 @@ VIEW = np.array([0.0, 0.5, 0.9])
 
 @pytest.fixture
 def cell():
-    return Cell(MadeUpRobot(), lambda _: known_scene([], VIEW), TRAY)
+    return Cell(FakeRobot(), lambda _: known_scene([], VIEW), TRAY)
 
 
 def job(prototype, size=(0.012, 0.02, 0.03)) -> Job:

@@ -9,15 +9,15 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .approach_tasks import approach_tasks
 from .candidates import Candidate, Circumstances, candidates, crowded_candidates
-from .depths import GraspDepths
-from .finger_room import neighbour_points
-from .grip import grips
-from .measure import measure
+from .extents import measure
+from .grasp_geometry import grips
+from .hand_clearance import neighbour_points
 from .nominal_hand import nominal_hand
+from .palm_placement import GraspDepths
 from .plan import GraspPlan, Score
 from .prototypes import GraspTask, PrototypeLimits, WeightEstimate
-from .symmetry import approach_tasks
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from .approach_aims import approach_aims
-from .job import TARGET, Choice, Job
+from .control_tasks import approach_aims
 from .motion import paced
+from .pick_state import TARGET, Choice, Job
+from .planning import grasp_plans
 from .reachable import way_there
-from .select import grasp_plans
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from .cell import Cell
     from .plan import GraspPlan
-    from .select import SelectOptions
+    from .planning import SelectOptions
 
     Worlds = dict[tuple[int, float, str], CollisionWorld]
 

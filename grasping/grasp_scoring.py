@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .doubt import MOST_DOUBT
+from .fit_uncertainty import MOST_DOUBT
 from .prototypes import (
     CROWDED,
     DOUBTED,
@@ -26,9 +26,9 @@ from .prototypes import (
 )
 
 if TYPE_CHECKING:
-    from .depths import Stance
-    from .grip import Grip
+    from .grasp_geometry import Grip
     from .hand_model import HandModel
+    from .palm_placement import Stance
     from .prototypes import GraspTask, Prototype, PrototypeLimits
 
 MOST_OFF_MIDDLE = 0.35

@@ -19,8 +19,8 @@ from eyehand.control import (
 )
 from eyehand.errors import InputError
 
-from .depths import GraspDepths, stance
-from .symmetry import approach_tasks
+from .approach_tasks import approach_tasks
+from .palm_placement import GraspDepths, stance
 
 if TYPE_CHECKING:
     from eyehand.control import Aim

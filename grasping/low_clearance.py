@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Superquadric
 
-    from .depths import GraspDepths
-    from .grip import Grip
+    from .grasp_geometry import Grip
+    from .palm_placement import GraspDepths
 
 DIRECTIONS = 8
 """Closing directions over half a turn that are tried on what has no flat sides to close on."""

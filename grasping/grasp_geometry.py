@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .doubt import doubt_along
+from .fit_uncertainty import doubt_along
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 
-    from .measure import Extents
+    from .extents import Extents
     from .prototypes import Approach
 
 Freedom = Literal["any_side", "turn", "around", "none"]

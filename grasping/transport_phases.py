@@ -9,9 +9,9 @@ import numpy as np
 from eyehand.control import AxisAlignment, Orientation, Position
 
 from .grasp_phases import hold
-from .hand_feel import held, width
-from .job import Ended, Job
+from .hand_state import held, width
 from .motion import Arrival, go
+from .pick_state import Ended, Job
 from .shaking import shake, shake_off
 
 if TYPE_CHECKING:

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.grasping.steady_look import steady
+from eyehand.grasping.frame_fusion import steady
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
 LENS = CameraIntrinsics(50.0, 50.0, 1.5, 0.5, 4, 2)

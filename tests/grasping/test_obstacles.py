@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Sphere
-from eyehand.grasping.surroundings import PUSHING, SurroundingsOptions, surroundings
+from eyehand.grasping.obstacles import PUSHING, SurroundingsOptions, surroundings
 from eyehand.perception import (
     Scene,
     SceneObject,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 if TYPE_CHECKING:
-    from .grip import Grip
+    from .grasp_geometry import Grip
     from .hand_model import HandModel
     from .prototypes import Prototype
 

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SceneObject, SuperquadricFit
 
-    from .depths import Stance
-    from .grip import Grip
+    from .grasp_geometry import Grip
     from .hand_model import HandModel
+    from .palm_placement import Stance
     from .prototypes import Prototype
 
 POINTS = 220

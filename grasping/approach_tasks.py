@@ -16,8 +16,8 @@ from .plan import ApproachTask
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from .depths import Stance
-    from .grip import Grip
+    from .grasp_geometry import Grip
+    from .palm_placement import Stance
 
 LEAST_CONE = 0.035
 """Tilt below which an approach is held straight, rad: so little freedom is of no use."""

@@ -10,11 +10,11 @@ from eyehand.apps.grasp.known_scene import known_scene
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import LOOKS, clear_table
-from eyehand.grasping.sight import LEAST_SEEN, doubts, unexplained
+from eyehand.grasping.scene_validation import LEAST_SEEN, doubts, unexplained
 from eyehand.grasping.tray import Tray
 from eyehand.perception import CameraIntrinsics, DepthFrame, Segmentation, SupportPlane
 
-from .made_up_robot import MadeUpRobot
+from .fake_robot import FakeRobot
 
 TRAY = Tray(np.array([0.0, -0.45, 0.006]), (0.25, 0.3), 0.05)
 VIEW = np.array([0.0, 0.5, 0.9])
@@ -64,7 +64,7 @@ def show_no_table(_frame):
 
 @pytest.mark.parametrize(("see", "says"), [(refuse, "0 everywhere"), (show_no_table, "a table")])
 def test_a_blind_look_ends_the_clearing_and_moves_nothing(see, says):
-    robot = MadeUpRobot()
+    robot = FakeRobot()
     start = robot.read().q
     report = clear_table(Cell(robot, see, TRAY))
     assert report.stopped.startswith("cannot see")
@@ -74,14 +74,14 @@ def test_a_blind_look_ends_the_clearing_and_moves_nothing(see, says):
 
 
 def test_a_camera_that_gives_nothing_ends_the_clearing_in_words(monkeypatch):
-    robot = MadeUpRobot()
+    robot = FakeRobot()
     monkeypatch.setattr(robot, "look", lambda: refuse(None))
     report = clear_table(Cell(robot, lambda _: known_scene([], VIEW), TRAY))
     assert report.stopped == "cannot see: depth is 0 everywhere"
 
 
 def test_a_table_seen_empty_is_clear():
-    report = clear_table(Cell(MadeUpRobot(), lambda _: known_scene([], VIEW), TRAY))
+    report = clear_table(Cell(FakeRobot(), lambda _: known_scene([], VIEW), TRAY))
     assert report.stopped == "clear"
 
 
@@ -121,7 +121,7 @@ def test_what_belongs_to_an_object_leaves_none():
 
 
 def test_a_look_that_leaves_a_doubt_is_made_of_more_images(monkeypatch):
-    robot, taken = MadeUpRobot(), []
+    robot, taken = FakeRobot(), []
     whole = robot.look()
 
     def half() -> DepthFrame:

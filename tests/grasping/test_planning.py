@@ -8,8 +8,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping import SelectOptions, grasp_plans, select_prototype
-from eyehand.grasping.depths import closing_reach
 from eyehand.grasping.nominal_hand import nominal_hand
+from eyehand.grasping.palm_placement import closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 from eyehand.perception.superquadric import Uncertainty
 

@@ -21,7 +21,7 @@ FELT = 3.0
 
 
 @dataclass
-class MadeUpRobot:
+class FakeRobot:
     """Follows every command perfectly."""
 
     holds: float | None = 0.04

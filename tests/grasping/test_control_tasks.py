@@ -16,9 +16,9 @@ from eyehand.control import (
 from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping import grasp_plans
-from eyehand.grasping.approach_aims import approach_aims
-from eyehand.grasping.depths import GraspDepths, closing_reach
+from eyehand.grasping.control_tasks import approach_aims
 from eyehand.grasping.nominal_hand import nominal_hand
+from eyehand.grasping.palm_placement import GraspDepths, closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 
 TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)

@@ -13,8 +13,8 @@ from eyehand.errors import InputError
 from eyehand.perception.perpendicular import perpendicular_pair
 from eyehand.perception.superquadric import mesh
 
-from .doubt import side_doubt
-from .unseen_space import Gap, gap_between, outline, shadow
+from .fit_uncertainty import side_doubt
+from .occlusion import Gap, gap_between, outline, shadow
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
