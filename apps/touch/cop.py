@@ -71,7 +71,7 @@ def experiment_cop(
         "2 mm probe at 1 kPa, 16 × 16 tactels of 5 mm, simulated arm and pad", seed, count, "way"
     )
     tell_trials(
-        "touch cop",
+        "experiment cop",
         [row],
         _table(row),
         _picture(paths, made),

@@ -54,7 +54,7 @@ def experiment_edge(
     rows = [edge_row(run) for run in runs]
     rows.append(mean_row(rows))
     tell_trials(
-        "touch edge",
+        "experiment edge",
         rows,
         _table(rows),
         edge_picture(runs, seed),

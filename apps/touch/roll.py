@@ -66,7 +66,7 @@ def experiment_roll(
     row = roll_row(done)
     made = Provenance("rigid face 60 × 60 mm, simulated arm and pad", seed, count, "landing")
     tell_trials(
-        "touch roll",
+        "experiment roll",
         [row],
         _table(row),
         _picture(done, row, made),

@@ -49,7 +49,7 @@ def tell_trials(
     Parameters
     ----------
     command
-        As in "touch edge".
+        As in "experiment edge".
     rows
         Of the JSON object.
     points

@@ -107,7 +107,7 @@ def write_report(
     parts = [
         "<!doctype html><html lang='en'><head><meta charset='utf-8'>",
         "<meta name='viewport' content='width=device-width,initial-scale=1'>",
-        f"<title>eyehand evaluate</title><style>{STYLE}</style></head><body><main>",
+        f"<title>eyehand evaluate grasp</title><style>{STYLE}</style></head><body><main>",
         "<h1>Grasping unknown objects in simulation</h1>",
         f"<p class='about'>{counted(scenes, 'scene')}, {counted(picks, 'pick')}. "
         f"{_headline(rows)}</p>",

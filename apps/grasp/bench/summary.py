@@ -132,7 +132,7 @@ def again(record: Record) -> str:
             f"--objects {record['objects']} --failures {FAILURES}{task}{_files(record)} "
             f"--out {AGAIN}/{record['key']}"
         )
-    words = ["eyehand evaluate", "--scenes 1", f"--seed {record['seed']}"]
+    words = ["eyehand evaluate grasp", "--scenes 1", f"--seed {record['seed']}"]
     words.append(f"--family {record['family']}")
     words += [f"--{name} {_word(record[name])}" for name in _unusual(record)]
     words += [] if record["task"] in (None, "lift") else [f"--task {record['task']}"]
