@@ -1,23 +1,23 @@
 """Touch: tactile images, the features of a contact, and the servo that acts on them."""
 
-from .adjoint import adjoint, world_twist
 from .cable import CableFollower, CableOptions, Course, course
 from .calibration import Calibration, calibrate, calibrate_linear
 from .calibration_curves import BenchRun
 from .calibration_file import load_calibration, save_calibration
+from .contour_follower import Guidance, Spot, TouchGuide
+from .contour_options import GuideOptions
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features
 from .filters import FeatureFilter, MovingAngle, MovingAverage
-from .guidance import Guidance, Spot, TouchGuide
-from .guide_options import GuideOptions
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
-from .options import ServoOptions
 from .phase_options import PhaseOptions
 from .phases import Outcome, PhaseStep, TouchPhases
+from .selection import PRESETS, Switches
 from .servo import SensorTwist, ServoGoal, TactileServo
+from .servo_options import ServoOptions
 from .stiffness import StiffnessEstimate
-from .switches import PRESETS, Switches
+from .twist import adjoint, world_twist
 
 __all__ = [
     "PRESETS",

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .miss_guard import MissGuard
+from .contact_search import Search
+from .error_watchdog import MissGuard
+from .oscillation_detector import SwingGuard
 from .phase_options import PhaseOptions
-from .search import Search
-from .swing_guard import SwingGuard
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

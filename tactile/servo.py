@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .options import MOST_SAMPLES, ServoOptions
+from .selection import TRACK, Switches
 from .servo_kernels import (
     COMMANDS,
     CONFIDENCE,
@@ -23,8 +23,8 @@ from .servo_kernels import (
     SUM_Y,
     servo_cycle,
 )
+from .servo_options import MOST_SAMPLES, ServoOptions
 from .stiffness import STIFFNESS, new_stiffness, stiffness_settings
-from .switches import TRACK, Switches
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -10,7 +10,7 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .options import ServoOptions
+    from .servo_options import ServoOptions
 
 STIFFNESS, EVIDENCE, REF_PRESSURE, REF_DEPTH, ROLLED, WAITED, STARTED, EVENTS = range(8)
 """Places in the state: estimate, Pa/m; weight of evidence, m²; pressure (Pa) and depth (m) that

@@ -13,8 +13,8 @@ from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
 from eyehand.data_synth.touch_objects import CABLE_RADIUS, Part, TouchObject
 from eyehand.tactile.cable import CableFollower, CableOptions
 from eyehand.tactile.phases import TouchPhases
+from eyehand.tactile.selection import PRESS
 from eyehand.tactile.servo import ServoGoal, TactileServo
-from eyehand.tactile.switches import PRESS
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 from .cable_shapes import SPACING, CableShape, cable_shape

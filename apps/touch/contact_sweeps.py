@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.data_synth.touch_objects import Part, TouchObject, pen, tilted_face, toy_box
 from eyehand.tactile import TactileServo, TouchPhases
-from eyehand.tactile.switches import CABLE, EDGE, PRESS, ROLL, TRACK
+from eyehand.tactile.selection import CABLE, EDGE, PRESS, ROLL, TRACK
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import judged, lead

@@ -11,8 +11,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
 from eyehand.data_synth.touch_objects import box_edge
 from eyehand.tactile.phases import TouchPhases
+from eyehand.tactile.selection import EDGE
 from eyehand.tactile.servo import ServoGoal, TactileServo
-from eyehand.tactile.switches import EDGE
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 

@@ -13,8 +13,8 @@ from eyehand.data_synth.touch_objects import TouchObject, unknown_object
 from eyehand.tactile import ContactFeatures
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import TouchPhases
+from eyehand.tactile.selection import ROLL
 from eyehand.tactile.servo import ServoGoal, TactileServo
-from eyehand.tactile.switches import ROLL
 
 from .arm_rig import CYCLE, ArmRig, Hand, home_pose
 from .explore_lanes import distances, lanes, place_on_way

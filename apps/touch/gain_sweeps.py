@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from eyehand.data_synth.touch_objects import pen, soft_ball, toy_box
 from eyehand.tactile import PhaseOptions, ServoOptions, TactileServo, TouchPhases
-from eyehand.tactile.switches import TRACK
+from eyehand.tactile.selection import TRACK
 
 from ..bench.sweep import Sweep
 from .stress_trial import judged, lead

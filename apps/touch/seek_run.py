@@ -12,8 +12,8 @@ from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
 from eyehand.tactile import GuideOptions, TouchGuide
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import TouchPhases
+from eyehand.tactile.selection import PRESS
 from eyehand.tactile.servo import ServoGoal, TactileServo
-from eyehand.tactile.switches import PRESS
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 from .seek_shapes import SHAPES, SeekShape
@@ -51,7 +51,7 @@ class FoundSpot:
     """Something that the guide noticed, in the object's frame."""
 
     kind: str
-    """As :class:`eyehand.tactile.guidance.Spot` names it."""
+    """As :class:`eyehand.tactile.contour_follower.Spot` names it."""
     place: NDArray[np.float64]
     """(2,), where it was felt to be, m."""
     truth: NDArray[np.float64]

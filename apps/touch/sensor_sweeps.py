@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from eyehand.data_synth.touch_objects import pen, soft_ball
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureOptions, TactileServo, TouchPhases
-from eyehand.tactile.switches import TRACK
+from eyehand.tactile.selection import TRACK
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import SECONDS, judged, lead

@@ -9,8 +9,8 @@ from scipy.spatial import KDTree
 from eyehand.errors import InputError
 from eyehand.tactile import TactileArray, TactileImage, contact_features
 from eyehand.tactile.cable import CableFollower, CableOptions, course
+from eyehand.tactile.selection import CABLE, PRESS
 from eyehand.tactile.servo import TactileServo
-from eyehand.tactile.switches import CABLE, PRESS
 
 from .closed_loop import DT, World
 

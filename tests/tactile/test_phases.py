@@ -11,13 +11,13 @@ from hypothesis import strategies as st
 
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures
-from eyehand.tactile.miss_guard import MissGuard
-from eyehand.tactile.options import ServoOptions
+from eyehand.tactile.error_watchdog import MissGuard
+from eyehand.tactile.oscillation_detector import SwingGuard
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import Outcome, TouchPhases
+from eyehand.tactile.selection import PRESS, TRACK
 from eyehand.tactile.servo import ServoGoal, TactileServo
-from eyehand.tactile.swing_guard import SwingGuard
-from eyehand.tactile.switches import PRESS, TRACK
+from eyehand.tactile.servo_options import ServoOptions
 
 from .closed_loop import DT, OBJECTS, World, ball
 

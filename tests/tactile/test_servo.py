@@ -10,9 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures
-from eyehand.tactile.options import ServoOptions
+from eyehand.tactile.selection import EDGE, EXPLORE, PRESETS, PRESS, ROLL, TRACK, Switches
 from eyehand.tactile.servo import ServoGoal, TactileServo
-from eyehand.tactile.switches import EDGE, EXPLORE, PRESETS, PRESS, ROLL, TRACK, Switches
+from eyehand.tactile.servo_options import ServoOptions
 
 from .closed_loop import DT, OBJECTS, World, ball, box, rod
 

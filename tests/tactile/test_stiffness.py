@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eyehand.tactile.options import ServoOptions
+from eyehand.tactile.servo_options import ServoOptions
 from eyehand.tactile.stiffness import StiffnessEstimate
 
 OPTIONS = ServoOptions()

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.tactile.adjoint import adjoint, world_twist
+from eyehand.tactile.twist import adjoint, world_twist
 
 numbers = st.floats(-2.0, 2.0)
 twists = st.lists(numbers, min_size=6, max_size=6).map(np.array)

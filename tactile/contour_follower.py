@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from .area_slope import AreaSlope
-from .guide_options import GuideOptions
+from .contour_options import GuideOptions
 from .rim import RimEdge, corner_of, find_rim, fit_edge, line_tip, longest_edge
 
 if TYPE_CHECKING:

@@ -6,12 +6,11 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures, TactileImage, contact_features
 from eyehand.tactile.area_slope import AreaSlope
-from eyehand.tactile.guidance import TouchGuide
-from eyehand.tactile.guide_options import GuideOptions
+from eyehand.tactile.contour_follower import TouchGuide
+from eyehand.tactile.contour_options import GuideOptions
+from eyehand.tactile.selection import PRESS
 from eyehand.tactile.servo import TactileServo
-from eyehand.tactile.switches import PRESS
-
-from .closed_loop import DT, PAD, World, box, rod
+from eyehand.tests.tactile.closed_loop import DT, PAD, World, box, rod
 
 NOTHING = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
 EVEN = TactileImage(np.full(256, 1000.0), PAD)
