@@ -1,11 +1,11 @@
 """Touch: tactile images, the features of a contact, and the servo that acts on them."""
 
-from .cable import CableFollower, CableOptions, Course, course
+from .cable import CableFollower, CableOptions, LineFit, course
 from .calibration import Calibration, calibrate, calibrate_linear
 from .calibration_curves import BenchRun
 from .calibration_file import load_calibration, save_calibration
-from .contour_follower import Guidance, Spot, TouchGuide
-from .contour_options import GuideOptions
+from .contour_follower import ContourFollower, ContourPoint, ContourStep
+from .contour_options import ContourOptions
 from .feature_reader import FeatureReader
 from .features import ContactFeatures, FeatureOptions, contact_features
 from .filters import FeatureFilter, MovingAngle, MovingAverage
@@ -13,7 +13,7 @@ from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
 from .phase_options import PhaseOptions
 from .phases import Outcome, PhaseStep, TouchPhases
-from .selection import PRESETS, Switches
+from .selection import PRESETS, SelectionMatrix
 from .servo import SensorTwist, ServoGoal, TactileServo
 from .servo_options import ServoOptions
 from .stiffness import StiffnessEstimate
@@ -26,28 +26,28 @@ __all__ = [
     "CableOptions",
     "Calibration",
     "ContactFeatures",
-    "Course",
+    "ContourFollower",
+    "ContourOptions",
+    "ContourPoint",
+    "ContourStep",
     "FeatureFilter",
     "FeatureOptions",
     "FeatureReader",
-    "Guidance",
-    "GuideOptions",
     "HoughOptions",
+    "LineFit",
     "MovingAngle",
     "MovingAverage",
     "Outcome",
     "PhaseOptions",
     "PhaseStep",
+    "SelectionMatrix",
     "SensorTwist",
     "ServoGoal",
     "ServoOptions",
-    "Spot",
     "StiffnessEstimate",
-    "Switches",
     "TactileArray",
     "TactileImage",
     "TactileServo",
-    "TouchGuide",
     "TouchPhases",
     "adjoint",
     "calibrate",

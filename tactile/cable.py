@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Course:
+class LineFit:
     """The line's imprint as a parabola in a frame that is turned to it; false without a line."""
 
     angle: float
@@ -74,7 +74,7 @@ class CableOptions:
     calmer, shorter follows lines whose curvature changes."""
     bend_window: int = 3
     """Readings over which the curvature is averaged: it is the noisiest of the three."""
-    fewest: int = 8
+    min_tactels: int = 8
     """Tactels that make a line."""
     steep: float = 0.8
     """Heading error beyond which the pad turns and does not go on, rad."""
@@ -86,10 +86,10 @@ class CableOptions:
     """Fastest turning, rad/s."""
 
     def __post_init__(self) -> None:
-        if self.fewest < 4 or self.bend_window < 1:
+        if self.min_tactels < 4 or self.bend_window < 1:
             raise InputError(
-                "a line needs fewest >= 4 tactels and bend_window >= 1, got "
-                f"{self.fewest} and {self.bend_window}"
+                "a line needs min_tactels >= 4 tactels and bend_window >= 1, got "
+                f"{self.min_tactels} and {self.bend_window}"
             )
         for name in ("threshold", "speed", "offset_gain", "angle_gain", "lead", "steep", "reach"):
             if not 0 <= getattr(self, name) < np.inf:
@@ -100,9 +100,9 @@ def course(
     image: TactileImage,
     orientation: float,
     threshold: float,
-    fewest: int = 8,
+    min_tactels: int = 8,
     reach: float = 0.025,
-) -> Course:
+) -> LineFit:
     """Fit a parabola to the imprint of a line.
 
     Least squares of all tactels, weighted by their pressure: across a row that is the same as
@@ -117,14 +117,14 @@ def course(
         the heading.
     threshold
         Pressure from which a tactel counts, Pa.
-    fewest
+    min_tactels
         Tactels that a line needs.
     reach
         Way to either side of the middle that counts, m; less towards its ends.
 
     Returns
     -------
-    Course
+    LineFit
         False if too few tactels are touched, or all in one place.
     """
     out = np.zeros(6)
@@ -136,10 +136,10 @@ def course(
         float(reach),
         out,
     )
-    if touched < fewest or not np.isfinite(out[0]):
-        return Course(orientation, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
+    if touched < min_tactels or not np.isfinite(out[0]):
+        return LineFit(orientation, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
     offset, slope, bend, ahead, behind = out[:5].tolist()
-    return Course(orientation, offset, slope, bend, ahead, behind, int(touched))
+    return LineFit(orientation, offset, slope, bend, ahead, behind, int(touched))
 
 
 class CableFollower:
@@ -162,7 +162,7 @@ class CableFollower:
         """Forget the line."""
         self._twist = np.zeros(3)
         self._bends: list[float] = []
-        self.course = Course(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
+        self.course = LineFit(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
         """The imprint as of the last step."""
 
     @property
@@ -188,7 +188,7 @@ class CableFollower:
         o = self.options
         # A line has no direction; the way on is the one that is nearer to the heading.
         rough = o.heading + _half_turn(orientation - o.heading)
-        self.course = course(image, rough, o.threshold, o.fewest, o.reach)
+        self.course = course(image, rough, o.threshold, o.min_tactels, o.reach)
         if not self.course:
             self._twist[:] = 0.0
             self._bends.clear()

@@ -133,7 +133,7 @@ class Calibration:
         raw = self._checked(raw)
         return (raw >= self.limits[:, 1]) & ~self.is_dead(raw)
 
-    def rechecked(self, raw: NDArray[np.integer]) -> Calibration:
+    def mark_dead_at_rest(self, raw: NDArray[np.integer]) -> Calibration:
         """Mark tactels as dead that read as if touched while nothing touches.
 
         Parameters

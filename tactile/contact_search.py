@@ -18,7 +18,7 @@ ARRIVED_M = 1e-6
 """Rest of a way that counts as none."""
 
 
-class Search:
+class ContactSearch:
     """One search: the first try where contact was lost, the others a step around it.
 
     Parameters

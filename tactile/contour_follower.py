@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from .area_slope import AreaSlope
-from .contour_options import GuideOptions
+from .contour_options import ContourOptions
 from .rim import RimEdge, corner_of, find_rim, fit_edge, line_tip, longest_edge
 
 if TYPE_CHECKING:
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from .image import TactileImage
     from .rim import Rim
 
-GuideState = Literal["seek", "follow", "ended"]
+ContourState = Literal["seek", "follow", "ended"]
 """seek: over the surface, to where the imprint shrinks; follow: along a line; ended: rest."""
 
-SpotKind = Literal["ridge", "edge", "corner", "inner_corner", "end"]
+ContourPointKind = Literal["ridge", "edge", "corner", "inner_corner", "end"]
 """ridge: a narrow line; edge: where a face ends; corner: where an edge does; inner_corner: where
 the next edge turns outwards; end: a ridge's."""
 
-GuideOutcome = Literal["done", "round", "nothing_found", "lost", "blocked", "out_of_time"]
+ContourOutcome = Literal["done", "round", "nothing_found", "lost", "blocked", "out_of_time"]
 """done: as many spots as asked for, or both ends of a ridge; round: back where following began;
 nothing_found: the travel was used up in seeking; lost: no contact for too long; blocked: the pad
 did not move as asked, say at the end of the arm's reach; out_of_time: the travel was used up in
@@ -34,10 +34,10 @@ following, or the time."""
 
 
 @dataclass(frozen=True)
-class Spot:
+class ContourPoint:
     """Something worth knowing, where it was noticed."""
 
-    kind: SpotKind
+    kind: ContourPointKind
     """What it is."""
     place: NDArray[np.float64]
     """Where, (3,), m, in the sensor's frame of that cycle."""
@@ -46,20 +46,20 @@ class Spot:
 
 
 @dataclass(frozen=True, slots=True)
-class Guidance:
+class ContourStep:
     """What to do in this cycle, and what was noticed."""
 
     twist: NDArray[np.float64]
     """Outer motion [v; ω], (6,), in the sensor's frame."""
-    state: GuideState
+    state: ContourState
     """Where the guide is."""
-    spot: Spot | None
+    spot: ContourPoint | None
     """Set in the one cycle in which something was noticed."""
-    outcome: GuideOutcome | None
+    outcome: ContourOutcome | None
     """Set once the state is ``ended``."""
 
 
-class TouchGuide:
+class ContourFollower:
     """Seek, follow, turn at corners, and stop; the servo presses meanwhile (switches ``PRESS``).
 
     At constant pressure a small imprint is a curved place: so it seeks where the imprint shrinks.
@@ -74,11 +74,11 @@ class TouchGuide:
         Speeds, thresholds, bounds.
     """
 
-    def __init__(self, options: GuideOptions | None = None) -> None:
-        self.options = options or GuideOptions()
+    def __init__(self, options: ContourOptions | None = None) -> None:
+        self.options = options or ContourOptions()
         o = self.options
-        self.state: GuideState = "seek"
-        self.outcome: GuideOutcome | None = None
+        self.state: ContourState = "seek"
+        self.outcome: ContourOutcome | None = None
         self.found = 0
         """Spots so far."""
         self._heading = o.heading
@@ -102,7 +102,7 @@ class TouchGuide:
         image: TactileImage,
         dt: float,
         measured: NDArray[np.float64] | None = None,
-    ) -> Guidance:
+    ) -> ContourStep:
         """Give the outer motion of this cycle.
 
         Parameters
@@ -131,7 +131,7 @@ class TouchGuide:
                 self._end("nothing_found" if self.found == 0 else "out_of_time")
         if self.state == "ended" or not features:
             self._asked = np.zeros(2)
-            return Guidance(np.zeros(6), self.state, None, self.outcome)
+            return ContourStep(np.zeros(6), self.state, None, self.outcome)
         rim = find_rim(image)
         if self.state == "seek":
             spot = self._seek(features, rim, dt)
@@ -147,7 +147,7 @@ class TouchGuide:
         if self.state != "ended":
             twist[:2] = self._velocity(features)
         self._asked = twist[:2]
-        return Guidance(twist, self.state, spot, self.outcome)
+        return ContourStep(twist, self.state, spot, self.outcome)
 
     def _move(self, velocity: NDArray[np.float64], dt: float) -> None:
         step = float(np.hypot(*velocity)) * dt
@@ -161,7 +161,7 @@ class TouchGuide:
 
     # Seeking ---------------------------------------------------------------------------------
 
-    def _seek(self, features, rim: Rim, dt) -> Spot | None:
+    def _seek(self, features, rim: Rim, dt) -> ContourPoint | None:
         o = self.options
         slope = self._slope.update(features.area)
         if slope is not None:
@@ -190,7 +190,9 @@ class TouchGuide:
         self._followed = self.options.leave
         place = self._beside(features) * self._out if edge is None else edge.nearest
         self._round = 0.0
-        return Spot("ridge" if narrow else "edge", np.append(place, 0.0), _angle(self._along))
+        return ContourPoint(
+            "ridge" if narrow else "edge", np.append(place, 0.0), _angle(self._along)
+        )
 
     def _straight(self, edge: RimEdge | None) -> RimEdge | None:
         o = self.options
@@ -198,7 +200,7 @@ class TouchGuide:
 
     # Following -------------------------------------------------------------------------------
 
-    def _follow(self, rim: Rim) -> Spot | None:
+    def _follow(self, rim: Rim) -> ContourPoint | None:
         o = self.options
         edge = fit_edge(self._same_line(rim), self._out, o.reach)
         if edge is not None:
@@ -247,7 +249,7 @@ class TouchGuide:
         chosen = inwards if np.count_nonzero(inwards) >= np.count_nonzero(outwards) else outwards
         return self._straight(longest_edge(rim.some(chosen)))
 
-    def _turn_at(self, following: RimEdge) -> Spot | None:
+    def _turn_at(self, following: RimEdge) -> ContourPoint | None:
         edge = self._edge
         if edge is None:
             return None
@@ -263,9 +265,9 @@ class TouchGuide:
         self._edge, self._edge_seen, self._out = following, self._place, following.outward
         self._along = side * np.array([self._out[1], -self._out[0]])
         self._start_line()
-        return Spot(kind, np.append(place, 0.0), direction)
+        return ContourPoint(kind, np.append(place, 0.0), direction)
 
-    def _follow_ridge(self, features, image: TactileImage) -> Spot | None:
+    def _follow_ridge(self, features, image: TactileImage) -> ContourPoint | None:
         o = self.options
         if features.confidence >= o.line_confidence:
             axis = np.array([math.cos(features.orientation), math.sin(features.orientation)])
@@ -282,7 +284,7 @@ class TouchGuide:
         self._start_line()
         if self._ends == 2:
             self._end("done")
-        return Spot("end", np.append(place, 0.0), direction)
+        return ContourPoint("end", np.append(place, 0.0), direction)
 
     def _start_line(self) -> None:
         self.state = "follow"
@@ -309,7 +311,7 @@ class TouchGuide:
         self._in_a_row = self._in_a_row + 1 if now else 0
         return self._in_a_row >= self.options.cycles
 
-    def _end(self, outcome: GuideOutcome) -> None:
+    def _end(self, outcome: ContourOutcome) -> None:
         self.outcome, self.state = outcome, "ended"
 
 

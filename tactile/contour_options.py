@@ -10,7 +10,7 @@ from eyehand.errors import InputError
 
 
 @dataclass(frozen=True)
-class GuideOptions:
+class ContourOptions:
     """How the guide moves and when it stops.
 
     Raises

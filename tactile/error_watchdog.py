@@ -9,7 +9,7 @@ NOT_BETTER = 0.9
 """A span whose error is below this share of that of the span before gets better."""
 
 
-class MissGuard:
+class ErrorWatchdog:
     """Judge the error span by span: by its mean, and by its deviation from that.
 
     A landing, a jolt and an object that is moved on are off too, but the next span is better. What

@@ -73,7 +73,7 @@ def read_pressures(raw, table, limits, links, geometry, pressures, states):
 
 @njit(cache=True)
 def describe(
-    pressures, states, thresholds, links, geometry, previous, hysteresis, fewest, rim, members,
+    pressures, states, thresholds, links, geometry, previous, hysteresis, min_tactels, rim, members,
     values,
 ):  # fmt: skip
     """Fill the features of the contact region into `values` (VALUES,), and count its tactels.
@@ -84,7 +84,7 @@ def describe(
         (N,) each.
     links, geometry, previous, hysteresis, members
         As in `find_region`.
-    fewest
+    min_tactels
         Regions with fewer tactels are no contact: the count is then 0, and so is every value.
     rim
         A tactel counts fully in the area from (1 + `rim`) times its threshold on, and less and
@@ -93,7 +93,7 @@ def describe(
     values[:] = 0.0
     values[9] = 1.0
     size = find_region(pressures, thresholds, links, geometry, previous, hysteresis, members)
-    if size < fewest:
+    if size < min_tactels:
         return 0
     highest = 0.0
     for k in range(size):
@@ -144,7 +144,7 @@ def read_features(
     geometry,
     previous,
     hysteresis,
-    fewest,
+    min_tactels,
     rim,
     pressures,
     states,
@@ -161,7 +161,7 @@ def read_features(
         geometry,
         previous,
         hysteresis,
-        fewest,
+        min_tactels,
         rim,
         members,
         values,

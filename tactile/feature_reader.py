@@ -69,7 +69,7 @@ class FeatureReader:
             pack_geometry(array),
             self._previous,
             self._options.hysteresis,
-            self._options.fewest,
+            self._options.min_tactels,
             self._options.rim,
             self._pressures,
             np.zeros(count, np.uint8),

@@ -37,7 +37,7 @@ class FeatureOptions:
     sigmas: float = 4.0
     """Threshold over the reading at rest, times each tactel's noise, > 0: lower feels lighter
     touches and the rim of imprints, and takes more noise for touch."""
-    fewest: int = 2
+    min_tactels: int = 2
     """Tactels that make a contact, >= 1: noise seldom lifts two neighbours at once, so 2 lets the
     threshold be low; 1 is for arrays whose tactels are far apart."""
     rim: float = 5.0
@@ -58,8 +58,8 @@ class FeatureOptions:
     def __post_init__(self) -> None:
         if not 0 < self.sigmas < np.inf:
             raise InputError(f"sigmas must be finite and > 0, got {self.sigmas}")
-        if self.fewest < 1:
-            raise InputError(f"fewest must be >= 1 tactel, got {self.fewest}")
+        if self.min_tactels < 1:
+            raise InputError(f"min_tactels must be >= 1 tactel, got {self.min_tactels}")
         if not 0 <= self.rim < np.inf:
             raise InputError(f"rim must be finite and >= 0, got {self.rim}")
         if not 0 <= self.hysteresis <= 1:
@@ -140,7 +140,7 @@ def contact_features(
     InputError
         If a threshold is negative or not finite, or Hough is asked of an array without a grid.
     """
-    options = options or FeatureOptions(fewest=1)
+    options = options or FeatureOptions(min_tactels=1)
     array, count = image.array, len(image.pressures)
     thresholds = np.asarray(threshold, dtype=np.float64)
     if not (np.all(thresholds >= 0.0) and np.all(np.isfinite(thresholds))):
@@ -158,7 +158,7 @@ def contact_features(
         pack_geometry(array),
         np.ascontiguousarray(centre),
         options.hysteresis,
-        options.fewest,
+        options.min_tactels,
         options.rim,
         members,
         values,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 
-class SwingGuard:
+class OscillationDetector:
     """Follow the turning points of the pressure; tell when swings are large and do not shrink.
 
     A landing swings too, but each swing is smaller than the one before; noise turns often, but by

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .contact_search import Search
-from .error_watchdog import MissGuard
-from .oscillation_detector import SwingGuard
+from .contact_search import ContactSearch
+from .error_watchdog import ErrorWatchdog
+from .oscillation_detector import OscillationDetector
 from .phase_options import PhaseOptions
 
 if TYPE_CHECKING:
@@ -70,8 +70,8 @@ class TouchPhases:
         self.servo = servo
         self.options = options or PhaseOptions()
         o = self.options
-        self._swings = SwingGuard(o.swing, o.swings, o.swing_seconds)
-        self._misses = MissGuard(o.miss, o.calm, o.miss_seconds, o.miss_spans)
+        self._swings = OscillationDetector(o.swing, o.swings, o.swing_seconds)
+        self._misses = ErrorWatchdog(o.miss, o.calm, o.miss_seconds, o.miss_spans)
         self._start()
 
     def _start(self) -> None:
@@ -92,7 +92,7 @@ class TouchPhases:
         self._centre: tuple[float, float] | None = None
         self._near = False
         self._jumped = -math.inf
-        self._search: Search | None = None
+        self._search: ContactSearch | None = None
 
     def finish(self) -> None:
         """End the task: the pad backs off and the outcome is ``done``."""
@@ -157,10 +157,10 @@ class TouchPhases:
             self._watch_the_goal(features, external, dt)
         if self.phase != "task":
             twist = self._own_twist(touching, dt)
-            self.servo.carried_out(twist)
+            self.servo.set_sent_twist(twist)
         elif not touching:
             twist = np.zeros(6)
-            self.servo.carried_out(twist)
+            self.servo.set_sent_twist(twist)
         return PhaseStep(self.phase, twist, self.outcome, not touching)
 
     # The way there ---------------------------------------------------------------------------
@@ -234,7 +234,7 @@ class TouchPhases:
         goal = _goal_pressure(self.servo)
         if self._swings.update(_felt_pressure(self.servo, features) / goal, dt):
             self._end(self._swinging())
-        elif not self.servo.switches.press or (external is not None and external.any()):
+        elif not self.servo.selection.press or (external is not None and external.any()):
             # Over a surface that rises and falls the pressure is off as long as the outer motion
             # goes on.
             self._misses.reset()
@@ -276,7 +276,7 @@ class TouchPhases:
         if self._losses > self.options.losses or self.options.searches == 0:
             self._end("contact_lost")
             return
-        self._search = Search(self._centre or (0.0, 0.0), self.options)
+        self._search = ContactSearch(self._centre or (0.0, 0.0), self.options)
         self._enter("search")
 
     # Own motion ------------------------------------------------------------------------------

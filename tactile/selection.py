@@ -8,7 +8,7 @@ import numpy as np
 
 
 @dataclass(frozen=True)
-class Switches:
+class SelectionMatrix:
     """The diagonal of the projector P, by name; all along the sensor's axes."""
 
     slide_x: bool = False
@@ -29,25 +29,25 @@ class Switches:
         return np.diag(np.array(astuple(self), dtype=float))
 
 
-TRACK_POSITION = Switches(slide_x=True, slide_y=True)
+TRACK_POSITION = SelectionMatrix(slide_x=True, slide_y=True)
 """Keep the contact's place on the pad; pressure is not controlled (section 3.3)."""
 
-TRACK = Switches(slide_x=True, slide_y=True, press=True)
+TRACK = SelectionMatrix(slide_x=True, slide_y=True, press=True)
 """Track a contact point with a pressure (section 4.1)."""
 
-ROLL = Switches(slide_x=True, slide_y=True, press=True, roll_x=True, roll_y=True)
+ROLL = SelectionMatrix(slide_x=True, slide_y=True, press=True, roll_x=True, roll_y=True)
 """Track the contact, and roll until the pad lies flat on it (section 4.2)."""
 
-EDGE = Switches(press=True, turn=True)
+EDGE = SelectionMatrix(press=True, turn=True)
 """Turn with an edge (section 4.3)."""
 
-CABLE = Switches(slide_x=True, slide_y=True, press=True, turn=True)
+CABLE = SelectionMatrix(slide_x=True, slide_y=True, press=True, turn=True)
 """Follow a cable, with an outer motion along y (section 4.4)."""
 
-EXPLORE = Switches(True, True, True, True, True, True)
+EXPLORE = SelectionMatrix(True, True, True, True, True, True)
 """Run over an unknown surface, with an outer motion (section 4.5)."""
 
-PRESS = Switches(press=True)
+PRESS = SelectionMatrix(press=True)
 """Only keep the pressure; what moves the pad along the surface comes from outside."""
 
 PRESETS = {

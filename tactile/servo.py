@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .selection import TRACK, Switches
+from .selection import TRACK, SelectionMatrix
 from .servo_kernels import (
     COMMANDS,
     CONFIDENCE,
@@ -96,7 +96,7 @@ class TactileServo:
     def __init__(
         self,
         goal: ServoGoal | None = None,
-        switches: Switches = TRACK,
+        selection: SelectionMatrix = TRACK,
         options: ServoOptions | None = None,
     ) -> None:
         self.options = options or ServoOptions()
@@ -107,7 +107,7 @@ class TactileServo:
         self._external = np.zeros(6)
         self.reset()
         self.goal = goal or ServoGoal()
-        self.switches = switches
+        self.selection = selection
 
     @property
     def goal(self) -> ServoGoal:
@@ -122,14 +122,14 @@ class TactileServo:
         self._goal_array[:] = goal.x, goal.y, pressure, goal.orientation
 
     @property
-    def switches(self) -> Switches:
+    def selection(self) -> SelectionMatrix:
         """What touch controls; may be set between cycles."""
-        return self._switches
+        return self._selection
 
-    @switches.setter
-    def switches(self, switches: Switches) -> None:
-        self._switches = switches
-        self._switch_array[:] = astuple(switches)
+    @selection.setter
+    def selection(self, selection: SelectionMatrix) -> None:
+        self._selection = selection
+        self._switch_array[:] = astuple(selection)
         # An integral that nothing wears down must not come back later.
         for place, on in ((SUM_X, 0), (SUM_Y, 1), (SUM_P, 2)):
             self._memory[place] *= self._switch_array[on]
@@ -194,7 +194,7 @@ class TactileServo:
         self._rings = np.zeros((5, MOST_SAMPLES))
         self._stiffness = new_stiffness(self._stiffness_settings)
 
-    def carried_out(self, twist: NDArray[np.float64]) -> None:
+    def set_sent_twist(self, twist: NDArray[np.float64]) -> None:
         """Tell that not the last step's twist was sent to the arm but this one, (6,)."""
         cycle = int(self._memory[CYCLE]) - 1
         self._rings[COMMANDS, cycle % MOST_SAMPLES] = twist[2]

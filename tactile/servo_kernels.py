@@ -56,7 +56,7 @@ by area/12 (dp/dz)/p per tilt."""
 
 @njit(cache=True)
 def servo_cycle(
-    settings, stiffness_settings, stiffness, memory, rings, switches, goal, external, measured,
+    settings, stiffness_settings, stiffness, memory, rings, selection, goal, external, measured,
     touching, centre, value, area, orientation, confidence, dt, out,
 ):  # fmt: skip
     """Fill ``out`` (6,) with the sensor twist of one cycle.
@@ -77,9 +77,9 @@ def servo_cycle(
         trust = confidence if area >= settings[LEAST_AREA] else 0.0
         _filter(settings, memory, rings, value, orientation, trust)
         memory[LOST_FOR] = 0.0
-        _slide_and_roll(settings, stiffness, memory, switches, goal, centre, area, dt, out)
-        _press(settings, stiffness, memory, switches, goal, memory[PRESSURE], dt, out)
-        _turn(settings, memory, switches, goal, dt, out)
+        _slide_and_roll(settings, stiffness, memory, selection, goal, centre, area, dt, out)
+        _press(settings, stiffness, memory, selection, goal, memory[PRESSURE], dt, out)
+        _turn(settings, memory, selection, goal, dt, out)
         if settings[ADAPT] > 0.0:
             _estimate(stiffness_settings, stiffness, memory, rings, settings, out, area, dt)
         along_normal = out[2]
@@ -90,7 +90,7 @@ def servo_cycle(
     else:
         _lose(settings, stiffness_settings, stiffness, memory, dt)
         if settings[ANTI_WINDUP] == 0.0:
-            _press(settings, stiffness, memory, switches, goal, 0.0, dt, out)
+            _press(settings, stiffness, memory, selection, goal, 0.0, dt, out)
         along_normal = out[2]
     for axis in range(6):
         out[axis] += external[axis]
@@ -141,7 +141,7 @@ def _average(rings, row, count, window):
 
 
 @njit(cache=True)
-def _slide_and_roll(settings, stiffness, memory, switches, goal, centre, area, dt, out):
+def _slide_and_roll(settings, stiffness, memory, selection, goal, centre, area, dt, out):
     """Rows 1, 2, 4 and 5 of eq. 15 on the deviation of the centre of pressure."""
     ratio = settings[ROLL_RATIO]
     tilt_gain = STRIP * area * stiffness[STIFFNESS]
@@ -150,9 +150,9 @@ def _slide_and_roll(settings, stiffness, memory, switches, goal, centre, area, d
     for axis in range(2):
         roll = 4 - axis
         error = centre[axis] - goal[axis]
-        if switches[axis] > 0.0:
+        if selection[axis] > 0.0:
             gain = settings[SLIDE_GAIN]
-            if switches[roll] > 0.0:
+            if selection[roll] > 0.0:
                 gain *= settings[SLIDE_SHARE]
             out[axis] = _pid(
                 memory, SUM_X + axis, LAST_X + axis, error, gain,
@@ -163,18 +163,18 @@ def _slide_and_roll(settings, stiffness, memory, switches, goal, centre, area, d
         else:
             # What is switched on later must not take the way until then for a jump.
             memory[LAST_X + axis] = error
-        if switches[roll] > 0.0:
+        if selection[roll] > 0.0:
             sign = settings[ROW_4] if roll == 3 else 1.0
             speed = sign * ratio * error
             out[roll] = min(max(speed, -settings[ROLL_SPEED]), settings[ROLL_SPEED])
 
 
 @njit(cache=True)
-def _press(settings, stiffness, memory, switches, goal, pressure, dt, out):
+def _press(settings, stiffness, memory, selection, goal, pressure, dt, out):
     """Row 3 of eq. 15: along z, towards the object, while the pressure is too low."""
     if abs(goal[2] - pressure) <= settings[PRESS_BAND] * goal[2]:
         memory[LANDED] = 1.0
-    if switches[2] > 0.0:
+    if selection[2] > 0.0:
         out[2] = _pid(
             memory, SUM_P, LAST_P, goal[2] - pressure, settings[PRESS_GAIN] / stiffness[STIFFNESS],
             settings[PRESS_INTEGRAL], settings[PRESS_BAND] * goal[2], settings[PRESS_LEAD],
@@ -213,9 +213,9 @@ def _pid(
 
 
 @njit(cache=True)
-def _turn(settings, memory, switches, goal, dt, out):
+def _turn(settings, memory, selection, goal, dt, out):
     """Row 6 of eq. 15: proportional only, modulo π, and weighted by the confidence."""
-    if switches[5] == 0.0:
+    if selection[5] == 0.0:
         memory[HAS_ANGLE] = 0.0
         return
     trust = (memory[CONFIDENCE] - settings[LOW]) / (settings[HIGH] - settings[LOW])

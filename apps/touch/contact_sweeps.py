@@ -18,7 +18,7 @@ from .stress_world import CarriedPad, Electronics
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from eyehand.tactile import Switches
+    from eyehand.tactile import SelectionMatrix
 
 TILT = np.radians(6.0)
 """First tilt of the pad where it is to roll flat, rad, as in the chapter."""
@@ -121,7 +121,7 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
         gone = any(begin < time < begin + GONE_SECONDS for begin in GONE_AT)
         return (-1e-3 * drop if gone else 0.0,)
 
-    servo = TactileServo(switches=ROLL)
+    servo = TactileServo(selection=ROLL)
     # Leaning, the pad's lower rim comes first.
     height = 0.5 * FACE_SIDE * np.sin(TILT) + 0.001
     pad = CarriedPad(
@@ -136,7 +136,7 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
 
 def _round(noise: float, seed: int, method: None) -> Trial:
     ball = TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (0.0, 0.0, -BALL_RADIUS)),))
-    servo = TactileServo(switches=CABLE)
+    servo = TactileServo(selection=CABLE)
     run = lead(CarriedPad((ball,), Electronics(seed, noise)), TouchPhases(servo))
     return judged(
         run, servo.goal.pressure, _unless(run.turned < ROUND_TURN, "turned by", run.turned)
@@ -146,7 +146,7 @@ def _round(noise: float, seed: int, method: None) -> Trial:
 def _right_angle(noise: float, seed: int, method: None) -> Trial:
     half = np.sqrt(0.5)
     part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
-    servo = TactileServo(switches=EDGE)
+    servo = TactileServo(selection=EDGE)
     pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, noise))
     run = lead(pad, TouchPhases(servo), 5.0)
     error = abs(abs(run.heading) - 0.5 * np.pi)
@@ -154,7 +154,7 @@ def _right_angle(noise: float, seed: int, method: None) -> Trial:
 
 
 def _border(way: float, seed: int, method: None) -> Trial:
-    servo = TactileServo(switches=PRESS)
+    servo = TactileServo(selection=PRESS)
     angle = 0.25 * np.pi * (seed % 8)
     # Along the diagonals as along the axes: what counts is the nearest border.
     place = 1e-3 * way * np.array([np.cos(angle), np.sin(angle)])
@@ -184,7 +184,7 @@ def _coming(speed: float, seed: int, method: None) -> Trial:
         return (1e-3 * speed * (0.5 * since * since if since < 1.0 else since - 0.5),)
 
     pad = CarriedPad((toy_box(),), Electronics(seed))
-    servo = TactileServo(switches=PRESS)
+    servo = TactileServo(selection=PRESS)
     return judged(lead(pad, TouchPhases(servo), 5.0, lifts), servo.goal.pressure)
 
 
@@ -194,9 +194,9 @@ def _light(mass: float, seed: int, method: None) -> Trial:
 
 
 def _pressed(
-    pad: CarriedPad, switches: Switches, lifts: Callable[[float], Sequence[float]] | None
+    pad: CarriedPad, selection: SelectionMatrix, lifts: Callable[[float], Sequence[float]] | None
 ) -> Trial:
-    servo = TactileServo(switches=switches)
+    servo = TactileServo(selection=selection)
     return judged(lead(pad, TouchPhases(servo), lifts=lifts), servo.goal.pressure)
 
 

@@ -11,7 +11,7 @@ from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
 from eyehand.data_synth.tactile_pad import IMAGE_RATE
 from eyehand.data_synth.touch_objects import probe
 from eyehand.errors import DeviceError
-from eyehand.tactile import ServoGoal, Switches, TactileServo, TouchPhases
+from eyehand.tactile import SelectionMatrix, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import ArmRig, RigOptions, home_pose
 from .servo_run import run_servo
@@ -67,7 +67,7 @@ def follow_probe(seed: int) -> ProbePath:
     start = home.apply(np.array([-0.5 * WAY, across, GAP]))
     thing = PlacedObject(probe(), RigidTransform.from_translation(start))
     rig = ArmRig(pad_scene((thing,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
-    servo = TactileServo(ServoGoal(pressure=PRESSURE), Switches(press=True))
+    servo = TactileServo(ServoGoal(pressure=PRESSURE), SelectionMatrix(press=True))
     run = run_servo(
         rig,
         TouchPhases(servo),

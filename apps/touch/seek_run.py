@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad_scene import PlacedObject, pad_scene
-from eyehand.tactile import GuideOptions, TouchGuide
+from eyehand.tactile import ContourFollower, ContourOptions
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import TouchPhases
 from eyehand.tactile.selection import PRESS
@@ -47,11 +47,11 @@ SHARP = ("corner", "inner_corner", "end")
 
 
 @dataclass(frozen=True)
-class FoundSpot:
+class FoundPoint:
     """Something that the guide noticed, in the object's frame."""
 
     kind: str
-    """As :class:`eyehand.tactile.contour_follower.Spot` names it."""
+    """As :class:`eyehand.tactile.contour_follower.ContourPoint` names it."""
     place: NDArray[np.float64]
     """(2,), where it was felt to be, m."""
     truth: NDArray[np.float64]
@@ -79,7 +79,7 @@ class SeekRun:
     """(M, 2), the pad's middle in the object's frame, by the arm's joints, m."""
     forces: NDArray[np.float64]
     """(M,), true force, N."""
-    spots: tuple[FoundSpot, ...]
+    spots: tuple[FoundPoint, ...]
     """In the order in which they were found."""
     outcome: str
     """"round" or "done", or the name of what went wrong."""
@@ -110,8 +110,8 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
     from_world = T_world_object.inv()
     phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE), PRESS), PhaseOptions(jump=JUMP))
     phases.phase = "hold"
-    guide = TouchGuide(
-        GuideOptions(heading=heading, speed=QUICK_SPEED if quick else SPEED, seconds=SECONDS)
+    guide = ContourFollower(
+        ContourOptions(heading=heading, speed=QUICK_SPEED if quick else SPEED, seconds=SECONDS)
     )
     upright = rig.hand.pose.rotation
     path, forces, spots = [], [], []
@@ -127,7 +127,7 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
                 true = shape.nearest(felt, corner=found.spot.kind in SHARP)
                 image = hand.reader.image
                 pressures = image.pressures.reshape(image.array.grid or (1, -1)).copy()
-                spots.append(FoundSpot(found.spot.kind, felt, true, pressures))
+                spots.append(FoundPoint(found.spot.kind, felt, true, pressures))
         step = phases.step(hand.features, CYCLE, external=outer, measured=hand.twist)
         outcome = step.outcome or outcome
         moment = rig.step(step.twist)[-1][0]

@@ -55,14 +55,14 @@ def sensor_sweeps() -> tuple[Sweep[None], ...]:
 
 
 def _threshold(sigmas: float, seed: int, method: None) -> Trial:
-    servo = TactileServo(switches=TRACK)
+    servo = TactileServo(selection=TRACK)
     pad = CarriedPad((pen(),), Electronics(seed), features=FeatureOptions(sigmas=sigmas))
     return judged(lead(pad, TouchPhases(servo), SECONDS), servo.goal.pressure)
 
 
 def _faulty(fault: str) -> Callable[[float, int, None], Trial]:
     def attempt(percent: float, seed: int, method: None) -> Trial:
-        servo = TactileServo(switches=TRACK)
+        servo = TactileServo(selection=TRACK)
         try:
             pad = CarriedPad((soft_ball(),), Electronics(seed, **{fault: 0.01 * percent}))
         except InputError as error:

@@ -103,8 +103,8 @@ def test_the_servos_own_features_are_biased_by_the_bend():
 
 
 def test_impossible_options_are_refused():
-    with pytest.raises(InputError, match="fewest"):
-        CableOptions(fewest=2)
+    with pytest.raises(InputError, match="min_tactels"):
+        CableOptions(min_tactels=2)
     with pytest.raises(InputError, match="speed"):
         CableOptions(speed=float("inf"))
 
@@ -121,7 +121,7 @@ def follow(speed, follower):
         return np.where(gap < radius, radius - np.sqrt(radius**2 - gap**2), np.inf)
 
     world = World(cable, place=np.array([0.003, -0.05, -0.001]), noise=3.0, threshold=15.0)
-    servo = TactileServo(switches=PRESS if follower else CABLE)
+    servo = TactileServo(selection=PRESS if follower else CABLE)
     errors, landed = [], False
     for _ in range(round(0.32 / speed / DT)):
         image = world.image()

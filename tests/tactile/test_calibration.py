@@ -135,9 +135,9 @@ def test_readings_above_what_the_bench_had_shown_are_saturated():
 
 def test_tactels_that_feel_something_at_rest_are_marked_by_a_recheck():
     rests = np.array([PAD.raw(np.zeros(256), np.random.default_rng(k)) for k in range(20)])
-    assert not FULL.rechecked(rests).dead.any()
+    assert not FULL.mark_dead_at_rest(rests).dead.any()
     rests[:, 77] = 4095
-    assert np.flatnonzero(FULL.rechecked(rests).dead).tolist() == [77]
+    assert np.flatnonzero(FULL.mark_dead_at_rest(rests).dead).tolist() == [77]
 
 
 def test_a_probes_place_is_better_by_the_full_curve():

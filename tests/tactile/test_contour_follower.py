@@ -6,8 +6,8 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures, TactileImage, contact_features
 from eyehand.tactile.area_slope import AreaSlope
-from eyehand.tactile.contour_follower import TouchGuide
-from eyehand.tactile.contour_options import GuideOptions
+from eyehand.tactile.contour_follower import ContourFollower
+from eyehand.tactile.contour_options import ContourOptions
 from eyehand.tactile.selection import PRESS
 from eyehand.tactile.servo import TactileServo
 from eyehand.tests.tactile.closed_loop import DT, PAD, World, box, rod
@@ -20,7 +20,7 @@ EVEN = TactileImage(np.full(256, 1000.0), PAD)
 def explore(height, options, stiffness=5e6, seconds=60.0):
     """Spots in the world, (kind, (2,) m), how the guide ended, and the largest pressure."""
     world = World(height, stiffness, place=np.array([0, 0, -0.001]), noise=3.0, threshold=15.0)
-    servo, guide = TactileServo(switches=PRESS), TouchGuide(options)
+    servo, guide = TactileServo(selection=PRESS), ContourFollower(options)
     spots, peak, landed = [], 0.0, False
     for _ in range(round(seconds / DT)):
         image = world.image()
@@ -53,7 +53,7 @@ def turn_back(place, angle):
 
 @pytest.mark.parametrize(("heading", "angle"), [(0.3, 0.0), (2.2, 0.6)])
 def test_the_rim_of_a_box_is_found_and_followed_all_round(heading, angle):
-    options = GuideOptions(heading=heading, speed=0.08)
+    options = ContourOptions(heading=heading, speed=0.08)
     spots, guide, peak = explore(turned(box(0.065, 0.05), angle), options)
     assert guide.outcome == "round"
     assert [kind for kind, _ in spots] == ["edge", *["corner"] * 4]
@@ -70,7 +70,7 @@ def test_an_edge_that_turns_outwards_has_an_inner_corner():
     def cross(x, y):
         return np.minimum(arm(x, y), other(x, y))
 
-    spots, guide, _ = explore(turned(cross, 0.3), GuideOptions(speed=0.08, spots=7))
+    spots, guide, _ = explore(turned(cross, 0.3), ContourOptions(speed=0.08, spots=7))
     assert guide.outcome == "done"
     kinds = [kind for kind, _ in spots[1:]]
     inner = [number for number, kind in enumerate(kinds) if kind == "inner_corner"]
@@ -85,13 +85,13 @@ def test_a_round_face_has_no_corner():
     def disc(x, y):
         return np.where(np.hypot(x, y) < 0.065, 0.0, np.inf)
 
-    spots, guide, _ = explore(disc, GuideOptions(speed=0.08))
+    spots, guide, _ = explore(disc, ContourOptions(speed=0.08))
     assert guide.outcome == "round"
     assert [kind for kind, _ in spots] == ["edge"]
 
 
 def test_a_pad_that_does_not_move_as_asked_is_told():
-    guide = TouchGuide()
+    guide = ContourFollower()
     contact = ContactFeatures(1.0, np.zeros(3), 1000.0, 6e-3, 0.0, 0.1)
     steps = [guide.step(contact, EVEN, DT, np.zeros(6)) for _ in range(300)]
     assert steps[-1].outcome == "blocked"
@@ -105,7 +105,7 @@ def test_a_ridge_is_followed_to_both_its_ends():
         along = np.cos(0.5) * x + np.sin(0.5) * y
         return np.where(np.abs(along) < 0.07, whole(x, y), np.inf)
 
-    spots, guide, _ = explore(piece, GuideOptions(speed=0.05), 1e12)
+    spots, guide, _ = explore(piece, ContourOptions(speed=0.05), 1e12)
     assert guide.outcome == "done"
     assert [kind for kind, _ in spots] == ["ridge", "end", "end"]
     ends = 0.07 * np.array([np.cos(0.5), np.sin(0.5)])
@@ -114,21 +114,21 @@ def test_a_ridge_is_followed_to_both_its_ends():
 
 
 def test_on_an_endless_face_the_search_is_bounded():
-    options = GuideOptions(travel=0.1, speed=0.1)
+    options = ContourOptions(travel=0.1, speed=0.1)
     spots, guide, _ = explore(box(2.0, 2.0), options)
     assert guide.outcome == "nothing_found"
     assert not spots
 
 
 def test_without_contact_it_rests_and_gives_up():
-    guide = TouchGuide(GuideOptions(lost_seconds=0.5))
+    guide = ContourFollower(ContourOptions(lost_seconds=0.5))
     steps = [guide.step(NOTHING, EVEN, DT) for _ in range(200)]
     assert not any(step.twist.any() for step in steps)
     assert steps[-1].outcome == "lost"
 
 
 def test_time_is_bounded_too():
-    guide = TouchGuide(GuideOptions(seconds=0.5, travel=10.0))
+    guide = ContourFollower(ContourOptions(seconds=0.5, travel=10.0))
     round_contact = ContactFeatures(1.0, np.zeros(3), 1000.0, 1e-3, 0.0, 0.1)
     steps = [guide.step(round_contact, EVEN, DT) for _ in range(200)]
     assert steps[-1].outcome == "out_of_time"
@@ -138,7 +138,7 @@ def test_time_is_bounded_too():
 @pytest.mark.parametrize("downhill", [0.5, 2.5, -2.0])
 def test_seeking_turns_to_where_the_imprint_shrinks(downhill):
     rng = np.random.default_rng(0)
-    guide, place = TouchGuide(GuideOptions(heading=0.0)), np.zeros(2)
+    guide, place = ContourFollower(ContourOptions(heading=0.0)), np.zeros(2)
     way = np.array([np.cos(downhill), np.sin(downhill)])
     start = np.zeros(2)
     for cycle in range(round(8.0 / DT)):
@@ -168,8 +168,8 @@ def test_the_slope_of_a_plane_is_found_and_a_straight_way_has_none():
 
 def test_impossible_options_are_refused():
     with pytest.raises(InputError, match="line_confidence"):
-        GuideOptions(line_confidence=0.0)
+        ContourOptions(line_confidence=0.0)
     with pytest.raises(InputError, match="travel"):
-        GuideOptions(travel=float("inf"))
+        ContourOptions(travel=float("inf"))
     with pytest.raises(InputError, match="spots"):
-        GuideOptions(spots=0)
+        ContourOptions(spots=0)

@@ -31,7 +31,7 @@ def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name, rim):
     count = len(array.positions)
     pressures = rng.uniform(10.0, 1000.0, count) * (rng.random(count) < share)
     thresholds = rng.uniform(0.0, 300.0, count)
-    image, options = TactileImage(pressures, array), FeatureOptions(fewest=1, rim=rim)
+    image, options = TactileImage(pressures, array), FeatureOptions(min_tactels=1, rim=rim)
     found = contact_features(image, thresholds, options=options)
     if not (pressures > thresholds).any():
         assert not found
@@ -55,7 +55,7 @@ def test_area_and_pressure_change_little_when_a_tactel_of_the_rim_crosses_its_th
     pressures = np.zeros(256)
     pressures[[100, 101, 116]] = 1000.0
     for rim, most in ((5.0, 1e-2), (0.0, 0.5)):
-        options, found = FeatureOptions(fewest=1, rim=rim), []
+        options, found = FeatureOptions(min_tactels=1, rim=rim), []
         for least in (9.99, 10.01):
             pressures[117] = least
             image = TactileImage(pressures.copy(), ARRAYS["flat"])

@@ -97,7 +97,7 @@ def test_features_stay_as_they_were_when_the_next_are_read():
 
 def test_a_fingertip_is_read_the_same_way():
     pad, tip = MadeUpPad.draw(12), TactileArray.fingertip()
-    reader = FeatureReader(calibrate(pad.bench()), tip, FeatureOptions(fewest=1))
+    reader = FeatureReader(calibrate(pad.bench()), tip, FeatureOptions(min_tactels=1))
     pressures = np.zeros(12)
     pressures[10] = 2000.0
     found = reader.read(pad.raw(pressures))

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures
-from eyehand.tactile.error_watchdog import MissGuard
-from eyehand.tactile.oscillation_detector import SwingGuard
+from eyehand.tactile.error_watchdog import ErrorWatchdog
+from eyehand.tactile.oscillation_detector import OscillationDetector
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import Outcome, TouchPhases
 from eyehand.tactile.selection import PRESS, TRACK
@@ -250,7 +250,7 @@ def test_a_goal_of_force_is_guarded_by_the_force():
 
 def test_only_what_gets_no_better_counts():
     def told(errors):
-        guard = MissGuard(0.1, 0.08, 0.5, 3)
+        guard = ErrorWatchdog(0.1, 0.08, 0.5, 3)
         for error in errors:
             outcome = guard.update(error, 0.1)
             if outcome:
@@ -274,9 +274,9 @@ def test_only_what_gets_no_better_counts():
 
 
 def test_a_contact_at_the_border_is_centred_or_left():
-    for switches, outcome in ((TRACK, "done"), (PRESS, "at_border")):
+    for selection, outcome in ((TRACK, "done"), (PRESS, "at_border")):
         world = world_of("pen", x=-0.037)
-        machine = TouchPhases(TactileServo(None, switches), OPTIONS)
+        machine = TouchPhases(TactileServo(None, selection), OPTIONS)
         play(world, machine)
         assert machine.outcome == outcome
 
@@ -376,9 +376,9 @@ def test_swings_that_grow_are_told_from_a_landing_and_from_noise():
     for growth, noise, want in ((2.0, 3.0, True), (0.0, 3.0, True), (-4.0, 3.0, False)):
         swing = 600.0 * np.exp(growth * time) * np.sin(2 * np.pi * 8 * time)
         swing = 1000.0 + np.clip(swing, -1000, 1000) + rng.normal(0, noise, time.size)
-        guard = SwingGuard(500.0, 5, 0.5)
+        guard = OscillationDetector(500.0, 5, 0.5)
         assert any(guard.update(p, DT) for p in swing) == want
-    guard = SwingGuard(500.0, 5, 0.5)
+    guard = OscillationDetector(500.0, 5, 0.5)
     assert not any(guard.update(p, DT) for p in 1000.0 + rng.normal(0, 50, 5000))
 
 

@@ -55,7 +55,7 @@ def test_hysteresis_0_is_the_largest_region_whatever_was_before():
 
 
 def test_regions_with_too_few_tactels_are_no_contact():
-    options = FeatureOptions(fewest=3)
+    options = FeatureOptions(min_tactels=3)
     assert not contact_features(image((2, 2, 1, 2)), 10.0, options=options)
     assert contact_features(image((2, 2, 1, 3)), 10.0, options=options)
 
@@ -73,7 +73,7 @@ def test_two_touched_tactels_are_one_region_exactly_when_they_are_neighbours(a, 
     [
         {"sigmas": 0.0},
         {"sigmas": float("nan")},
-        {"fewest": 0},
+        {"min_tactels": 0},
         {"hysteresis": 1.5},
         {"orientation": "guess"},
     ],

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures
-from eyehand.tactile.selection import EDGE, EXPLORE, PRESETS, PRESS, ROLL, TRACK, Switches
+from eyehand.tactile.selection import EDGE, EXPLORE, PRESETS, PRESS, ROLL, TRACK, SelectionMatrix
 from eyehand.tactile.servo import ServoGoal, TactileServo
 from eyehand.tactile.servo_options import ServoOptions
 
@@ -34,7 +34,7 @@ def run(world: World, servo: TactileServo, seconds: float, down=DOWN, external=N
         twist = servo.step(features, DT, external).twist
         if not features and not touched:
             twist = down
-            servo.carried_out(down)
+            servo.set_sent_twist(down)
         touched = touched or bool(features)
         world.step(twist)
         if touched:
@@ -48,13 +48,15 @@ def run(world: World, servo: TactileServo, seconds: float, down=DOWN, external=N
 # Eq. 13 and 15 ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("switches", [*PRESETS.values(), Switches(roll_x=True), Switches()])
-def test_one_cycle_is_the_chapters_matrices(switches):
+@pytest.mark.parametrize(
+    "selection", [*PRESETS.values(), SelectionMatrix(roll_x=True), SelectionMatrix()]
+)
+def test_one_cycle_is_the_chapters_matrices(selection):
     """P J^-1 K Δf, with row 4 negative, then rotation about the centre of pressure."""
     options = ServoOptions(
         adapt=False, first_stiffness=2e6, slide_while_rolling=1.0, slide_speed=1.0
     )
-    servo = TactileServo(ServoGoal(0.001, -0.002, 800.0, orientation=0.3), switches, options)
+    servo = TactileServo(ServoGoal(0.001, -0.002, 800.0, orientation=0.3), selection, options)
     features = touch(0.004, 0.003, 700.0, 0.4, 0.95)
     stiff = options.first_stiffness
     ratio = min(options.roll_ratio, options.roll_loop_gain() * 700.0 / (1e-3 / 12.0 * stiff))
@@ -65,7 +67,7 @@ def test_one_cycle_is_the_chapters_matrices(switches):
     error = np.array([0.003, 0.005, 100.0, 0.1])
     twist = J_inverse @ (gains * error)
     twist[3:5] *= ratio / slide
-    twist = switches.projector() @ twist
+    twist = selection.projector() @ twist
     twist[:3] -= np.cross(twist[3:], features.centre)
     assert np.allclose(servo.step(features, DT).twist, twist, atol=1e-12)
 
@@ -86,7 +88,7 @@ def test_integral_and_lead_act_as_in_equation_13():
 
 def test_outer_motion_is_added_as_it_is_with_and_without_contact():
     outer = np.array([0.01, 0.02, -0.03, 0.1, -0.2, 0.3])
-    servo, twin = TactileServo(switches=EXPLORE), TactileServo(switches=EXPLORE)
+    servo, twin = TactileServo(selection=EXPLORE), TactileServo(selection=EXPLORE)
     features = touch(0.002, -0.003)
     assert np.allclose(servo.step(features, DT, outer).twist, twin.step(features, DT).twist + outer)
     step = servo.step(NOTHING, DT, outer)
@@ -108,7 +110,7 @@ def test_a_goal_of_force_presses_by_force():
 )  # fmt: skip
 def test_every_twist_is_within_the_speed_limits(x, y, pressure, orientation, confidence, area):
     options = ServoOptions()
-    servo = TactileServo(switches=EXPLORE, options=options)
+    servo = TactileServo(selection=EXPLORE, options=options)
     features = touch(x, y, pressure, orientation, confidence, area)
     for _ in range(5):
         twist = servo.step(features, DT).twist
@@ -143,7 +145,7 @@ def test_a_pad_that_lands_tilted_rolls_flat_without_losing_contact(axis, stiffne
     world = World(box(), stiffness, noise=3.0, threshold=15.0)
     world.rotation = Rotation.from_rotvec(np.radians(6.0) * np.eye(3)[axis])
     world.place = np.array([0.0, 0.0, -0.0375 * np.sin(np.radians(6.0)) - 0.001])
-    rows = run(world, TactileServo(switches=ROLL), 1.0)
+    rows = run(world, TactileServo(selection=ROLL), 1.0)
     tilt, touching = rows[3], rows[6]
     assert tilt[0] > 5.5
     assert np.all(tilt[75:] < 1.0), "within 0.3 s"
@@ -158,7 +160,7 @@ def test_with_the_printed_signs_the_tilt_grows_while_the_centre_of_pressure_fall
     world.rotation = Rotation.from_rotvec([np.radians(6.0), 0.0, 0.0])
     world.place = np.array([0.0, 0.0, -half * np.sin(np.radians(6.0)) - 0.001])
     options = ServoOptions(printed_signs=True, slide_while_rolling=1.0)
-    rows = run(world, TactileServo(switches=ROLL, options=options), 1.0)
+    rows = run(world, TactileServo(selection=ROLL, options=options), 1.0)
     offset, tilt = np.abs(rows[2]), rows[3]
     assert tilt[-1] > 1.3 * tilt[0], "only the tilt tells"
     assert offset[-1] < 0.5 * offset[0]
@@ -166,7 +168,7 @@ def test_with_the_printed_signs_the_tilt_grows_while_the_centre_of_pressure_fall
 
 @given(x=st.floats(-0.03, 0.03), y=st.floats(-0.03, 0.03))
 def test_the_pads_point_at_the_centre_of_pressure_stays_while_the_pad_rolls_and_turns(x, y):
-    servo = TactileServo(switches=Switches(roll_x=True, roll_y=True, turn=True))
+    servo = TactileServo(selection=SelectionMatrix(roll_x=True, roll_y=True, turn=True))
     twist = servo.step(touch(x, y, orientation=0.4), DT).twist
     assert np.allclose(twist[:3] + np.cross(twist[3:], [x, y, 0.0]), 0.0, atol=1e-15)
     assert twist[5] != 0.0
@@ -178,7 +180,7 @@ def test_the_pads_point_at_the_centre_of_pressure_stays_while_the_pad_rolls_and_
 def test_a_round_contact_does_not_turn_the_pad_at_all():
     world = World(ball(0.03), 5e6, place=np.array([0.0031, -0.0017, -0.001]), noise=5.0)
     world.threshold = 20.0
-    rows = run(world, TactileServo(switches=EXPLORE), 2.0)
+    rows = run(world, TactileServo(selection=EXPLORE), 2.0)
     assert rows.shape[1] > 300
     assert np.all(rows[4] == 0.0)
 
@@ -186,7 +188,7 @@ def test_a_round_contact_does_not_turn_the_pad_at_all():
 def test_a_rod_is_turned_along_the_y_axis():
     world = World(rod(0.005, np.radians(60.0)), 1e12, place=np.array([0.0, 0.0, -0.001]), noise=3.0)
     world.threshold = 15.0
-    run(world, TactileServo(switches=replace(EDGE, slide_x=True)), 2.0)
+    run(world, TactileServo(selection=replace(EDGE, slide_x=True)), 2.0)
     yaw = world.rotation.as_rotvec()[2]
     assert np.degrees(yaw) == pytest.approx(-30.0, abs=0.3)
 
@@ -206,7 +208,7 @@ def test_angles_count_modulo_half_a_turn_and_the_short_way(goal, orientation):
 
 def test_noise_about_ninety_degrees_off_does_not_flip_the_turning():
     rng = np.random.default_rng(0)
-    servo = TactileServo(switches=EDGE, options=ServoOptions(orientation_window=1))
+    servo = TactileServo(selection=EDGE, options=ServoOptions(orientation_window=1))
     spins = []
     for noise in np.radians(rng.normal(0.0, 4.0, 200)):
         angle = (noise + np.pi / 2) % np.pi - np.pi / 2
@@ -215,13 +217,13 @@ def test_noise_about_ninety_degrees_off_does_not_flip_the_turning():
 
 
 def test_a_speck_has_no_direction():
-    servo = TactileServo(switches=EDGE)
+    servo = TactileServo(selection=EDGE)
     for _ in range(50):
         assert servo.step(touch(orientation=0.3, confidence=1.0, area=5e-5), DT).twist[5] == 0.0
 
 
 def test_turning_has_no_integral():
-    servo = TactileServo(switches=EDGE)
+    servo = TactileServo(selection=EDGE)
     spins = [servo.step(touch(orientation=1.5), DT).twist[5] for _ in range(500)]
     assert spins[-1] == pytest.approx(spins[0], rel=1e-9)
 
@@ -235,7 +237,7 @@ def test_one_setting_serves_pen_box_and_ball(name, window):
     height, stiffness = OBJECTS[name]
     world = World(height, stiffness, noise=3.0, threshold=15.0)
     world.place = np.array([-0.008, -0.006, -0.003])
-    rows = run(world, TactileServo(switches=TRACK, options=ServoOptions(window=window)), 3.0)
+    rows = run(world, TactileServo(selection=TRACK, options=ServoOptions(window=window)), 3.0)
     error = rows[0] / 1000.0 - 1.0
     pixel = rows[1:3, 250:] / 0.005
     assert np.all(np.abs(error[150:]) < 0.06), "landed and settled after 0.6 s"
@@ -249,7 +251,7 @@ def test_one_setting_serves_pen_box_and_ball(name, window):
 def test_stiff_and_soft_get_the_same_loop_gain():
     estimates = {}
     for name, (height, stiffness) in OBJECTS.items():
-        servo = TactileServo(switches=PRESS)
+        servo = TactileServo(selection=PRESS)
         world = World(height, stiffness, noise=3.0, threshold=15.0)
         world.place = np.array([0.0, 0.0, -0.001])
         run(world, servo, 1.5)
@@ -264,7 +266,7 @@ def test_stiff_and_soft_get_the_same_loop_gain():
 def test_an_object_that_moves_is_followed_without_a_lasting_error():
     height, stiffness = OBJECTS["box"]
     world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
-    servo = TactileServo(switches=PRESS)
+    servo = TactileServo(selection=PRESS)
     run(world, servo, 1.0)
     for _ in range(500):
         world.step(servo.step(world.features(), DT).twist)
@@ -277,7 +279,7 @@ def test_an_objects_own_motion_is_not_taken_for_softness(speed):
     """Followed by the pad it answers nothing: the gain must not grow by that until it swings."""
     height, stiffness = OBJECTS["box"]
     world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]), noise=3.0, threshold=15.0)
-    servo, felt = TactileServo(switches=PRESS), []
+    servo, felt = TactileServo(selection=PRESS), []
     run(world, servo, 1.0)
     known = servo.stiffness
     for cycle in range(500):
@@ -295,7 +297,7 @@ def test_an_object_that_stops_while_the_pad_follows_it_is_not_pressed_too_hard_f
     height, stiffness = OBJECTS["box"]
     world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
     options = ServoOptions(adapt=False, first_stiffness=1.4e6, press_gain=8.0)
-    servo, worst = TactileServo(switches=PRESS, options=options), 0.0
+    servo, worst = TactileServo(selection=PRESS, options=options), 0.0
     run(world, servo, 1.0)
     for cycle in range(1500):
         features = world.features()
@@ -312,7 +314,7 @@ def test_an_object_that_stops_sliding_comes_back_to_its_place_on_the_pad(axis):
     height, stiffness = OBJECTS["ball"]
     world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
     options = ServoOptions(slide_gain=5.0)
-    servo, worst = TactileServo(switches=TRACK, options=options), 0.0
+    servo, worst = TactileServo(selection=TRACK, options=options), 0.0
     run(world, servo, 1.0)
     for cycle in range(1500):
         features = world.features()
@@ -329,7 +331,7 @@ def test_an_object_that_stops_sliding_comes_back_to_its_place_on_the_pad(axis):
 )
 def test_far_from_the_goal_the_integral_only_ever_shrinks(errors):
     """With a band of nothing it never grows; from whatever it was, it never changes its sign."""
-    servo = TactileServo(switches=PRESS, options=ServoOptions(adapt=False, window=1))
+    servo = TactileServo(selection=PRESS, options=ServoOptions(adapt=False, window=1))
     for _ in range(50):
         servo.step(touch(pressure=900.0), DT)
     held = servo.step(touch(pressure=1000.0), DT).twist[2]
@@ -353,19 +355,19 @@ def test_landing_is_softer_with_anti_windup(name):
     peaks = []
     for tame in (True, False):
         world = World(height, stiffness, place=np.array([0.0, 0.0, -0.004]))
-        servo = TactileServo(switches=PRESS, options=ServoOptions(anti_windup=tame))
+        servo = TactileServo(selection=PRESS, options=ServoOptions(anti_windup=tame))
         peaks.append(run(world, servo, 1.5)[5].max() / world.force())
     assert peaks[0] < 1.25
     assert peaks[0] < peaks[1] - 0.05
 
 
 def test_what_the_integral_held_is_gone_when_contact_is_lost():
-    servo = TactileServo(switches=TRACK)
+    servo = TactileServo(selection=TRACK)
     for _ in range(200):
         servo.step(touch(0.001, 0.001, 900.0), DT)
     for _ in range(60):
         assert np.array_equal(servo.step(NOTHING, DT).twist, np.zeros(6))
-    fresh = TactileServo(switches=TRACK)
+    fresh = TactileServo(selection=TRACK)
     features = touch(-0.001, 0.0, 1100.0)
     assert np.allclose(servo.step(features, DT).twist, fresh.step(features, DT).twist)
     assert servo.stiffness == fresh.stiffness
@@ -379,39 +381,39 @@ def test_beyond_the_limit_it_swings_below_it_does_not():
         options = ServoOptions(
             stability_share=share, press_gain=1e3, press_integral_time=float("inf")
         )
-        swings[share] = run(world, TactileServo(switches=PRESS, options=options), 2.0)[0][25:]
+        swings[share] = run(world, TactileServo(selection=PRESS, options=options), 2.0)[0][25:]
     assert np.ptp(swings[0.5]) < 300.0
     assert np.ptp(swings[1.6]) > 1000.0
 
 
 def test_switching_off_forgets_the_integral_of_what_is_off():
-    servo = TactileServo(switches=TRACK)
+    servo = TactileServo(selection=TRACK)
     for _ in range(100):
         servo.step(touch(0.001), DT)
-    servo.switches = PRESS
+    servo.selection = PRESS
     assert servo.step(touch(0.001), DT).twist[0] == 0.0
-    servo.switches = TRACK
+    servo.selection = TRACK
     assert servo.step(touch(0.0), DT).twist[0] == pytest.approx(0.0, abs=1e-12)
 
 
 def test_what_is_switched_on_later_starts_from_what_is_now():
     options = ServoOptions(slide_derivative_time=0.02, press_derivative_time=0.02)
-    on = Switches(slide_x=True, press=True, turn=True)
-    servo = TactileServo(switches=Switches(roll_x=True), options=options)
-    fresh = TactileServo(switches=on, options=options)
+    on = SelectionMatrix(slide_x=True, press=True, turn=True)
+    servo = TactileServo(selection=SelectionMatrix(roll_x=True), options=options)
+    fresh = TactileServo(selection=on, options=options)
     for _ in range(200):
         servo.step(touch(0.005, 0.0, 500.0, orientation=0.2), DT)
     last = touch(0.0, 0.0, 1000.0, orientation=-1.4)
     for _ in range(50):
         servo.step(last, DT)
-    servo.switches = on
+    servo.selection = on
     assert np.allclose(servo.step(last, DT).twist, fresh.step(last, DT).twist, atol=1e-9)
 
 
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 @pytest.mark.parametrize("place", [2, 3, 4])
 def test_a_measured_twist_that_is_not_finite_is_none(bad, place):
-    servo, twin = TactileServo(switches=TRACK), TactileServo(switches=TRACK)
+    servo, twin = TactileServo(selection=TRACK), TactileServo(selection=TRACK)
     measured = np.zeros(6)
     measured[place] = bad
     for pressure in (100.0, 300.0, 700.0, 900.0):
@@ -430,5 +432,5 @@ def test_projectors_are_the_chapters():
 
 
 def test_speed(benchmark):
-    servo, features = TactileServo(switches=EXPLORE), touch(0.001, 0.002, 900.0)
+    servo, features = TactileServo(selection=EXPLORE), touch(0.001, 0.002, 900.0)
     benchmark(servo.step, features, DT)
