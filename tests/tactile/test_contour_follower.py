@@ -10,7 +10,8 @@ from eyehand.tactile.contour_follower import ContourFollower
 from eyehand.tactile.contour_options import ContourOptions
 from eyehand.tactile.selection import PRESS
 from eyehand.tactile.servo import TactileServo
-from eyehand.tests.tactile.closed_loop import DT, PAD, World, box, rod
+
+from .closed_loop import DT, PAD, World, box, rod
 
 NOTHING = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
 EVEN = TactileImage(np.full(256, 1000.0), PAD)
