@@ -16,7 +16,7 @@ from eyehand.data_synth import (
     render_frame,
     write_scene,
 )
-from eyehand.data_synth.tabletop_options import FEWEST_OBJECTS, MAX_OBJECTS
+from eyehand.data_synth.scenes.tabletop_options import FEWEST_OBJECTS, MAX_OBJECTS
 from eyehand.errors import InputError
 
 from .console import print_json, say, show

@@ -1,16 +1,16 @@
 """The simulated world: tabletop scenes with ground truth, and the depth camera that sees them."""
 
 from .arms import LBR_ARM, PLANAR_ARM
-from .dataset import SCHEMA, read_ground_truth, read_labels, write_scene
-from .depth_noise import DepthNoise, add_depth_noise
-from .depth_renderer import Backend, open_renderer, render_scene
-from .reaching import ReachingScene, make_reaching_scene
-from .rendered_view import DepthRenderer, RenderedView
-from .synthetic_camera import SyntheticCamera, render_frame
-from .tabletop import make_scene
-from .tabletop_options import TabletopOptions, ViewOptions
-from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
-from .viewpoint import look_at
+from .render.depth_noise import DepthNoise, add_depth_noise
+from .render.depth_renderer import Backend, open_renderer, render_scene
+from .render.rendered_view import DepthRenderer, RenderedView
+from .render.synthetic_camera import SyntheticCamera, render_frame
+from .scenes.dataset import SCHEMA, read_ground_truth, read_labels, write_scene
+from .scenes.reaching import ReachingScene, make_reaching_scene
+from .scenes.tabletop import make_scene
+from .scenes.tabletop_options import TabletopOptions, ViewOptions
+from .scenes.tabletop_scene import Family, Table, TabletopObject, TabletopScene
+from .scenes.viewpoint import look_at
 
 __all__ = [
     "LBR_ARM",

@@ -11,7 +11,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from eyehand.data_synth.reaching import MOST_BOXES
+from eyehand.data_synth.scenes.reaching import MOST_BOXES
 from eyehand.errors import InputError
 
 from ..bench.chart_style import Provenance, write_chart

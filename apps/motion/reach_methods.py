@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from eyehand.control.collision_options import CollisionOptions
-    from eyehand.data_synth.reaching import ReachingObstacle, ReachingScene
+    from eyehand.data_synth.scenes.reaching import ReachingObstacle, ReachingScene
 
 DEFAULT = "default"
 """The controller as users get it."""

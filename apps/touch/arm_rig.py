@@ -11,11 +11,11 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import ControlOptions, Proximity, RobotModel, Task, safe_motion, solve_stack
-from eyehand.data_synth.calibration_bench import run_bench
-from eyehand.data_synth.pad_scene import Arm, PadScene, pad_scene, padded_arm
-from eyehand.data_synth.pad_simulation import CONTROL_RATE, PadSimulation
-from eyehand.data_synth.tactile_pad import PAD_SITE
-from eyehand.data_synth.tactile_readout import TactileReadout
+from eyehand.data_synth.pad.calibration_bench import run_bench
+from eyehand.data_synth.pad.pad_scene import Arm, PadScene, pad_scene, padded_arm
+from eyehand.data_synth.pad.pad_simulation import CONTROL_RATE, PadSimulation
+from eyehand.data_synth.pad.tactile_pad import PAD_SITE
+from eyehand.data_synth.pad.tactile_readout import TactileReadout
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureReader, calibrate, world_twist
 
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad_scene import PadOptions
-    from eyehand.data_synth.pad_simulation import PadMoment
+    from eyehand.data_synth.pad.pad_scene import PadOptions
+    from eyehand.data_synth.pad.pad_simulation import PadMoment
     from eyehand.tactile import ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE

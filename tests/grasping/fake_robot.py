@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.grasp_robot import GraspRobot
-from eyehand.data_synth.hand_table import hand_model
+from eyehand.data_synth.cell.grasp_robot import GraspRobot
+from eyehand.data_synth.cell.tendon_hand_model import hand_model
 from eyehand.grasping.robot import HandCommand, HandReading, RobotReading
 from eyehand.perception import CameraIntrinsics, DepthFrame
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.robot import SimRobot
+    from eyehand.data_synth.cell.sim_robot import SimRobot
     from eyehand.grasping.robot import HandCommand, RobotReading
 
 NAN = float("nan")

@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 from xml.etree import ElementTree
 
-from eyehand.data_synth.hand_description import SUFFIX
+from eyehand.data_synth.cell.hand_description import SUFFIX
 
 DIGITS = 12
 """Letters of a digest: enough to tell any two robots apart."""

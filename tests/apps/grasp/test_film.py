@@ -13,9 +13,9 @@ from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
 from eyehand.apps.grasp.film import Film, FilmOptions
 from eyehand.apps.grasp.film_frame import METER_FULL, Aside, Caption, film_frame, stage_size
 from eyehand.apps.grasp.stage_camera import EYE, FOCAL_WIDTHS, LOOKED_AT, StageCamera
-from eyehand.data_synth.gl_probe import gl_fault
-from eyehand.data_synth.grasp_cell import WORK_AREA_M, GraspCell
-from eyehand.data_synth.viewpoint import look_at
+from eyehand.data_synth.cell.grasp_cell import WORK_AREA_M, GraspCell
+from eyehand.data_synth.render.gl_probe import gl_fault
+from eyehand.data_synth.scenes.viewpoint import look_at
 from eyehand.errors import InputError
 
 SIZE = (320, 180)

@@ -1,0 +1,1 @@
+"""The simulated grasping cell: arm, hands, drives, fingertip pads and the robot."""

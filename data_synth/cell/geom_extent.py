@@ -1,0 +1,57 @@
+"""How far the geoms of a MuJoCo model reach along a direction."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..mujoco_import import import_mujoco
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+
+def extent(
+    model: Any, data: Any, geoms: Iterable[int], axis: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Give the least and largest coordinate of geoms along a unit vector of the world, m.
+
+    Exact for primitives and for meshes' convex hulls; planes have no bounds and are left out.
+    Without any geom the interval is empty: (inf, -inf).
+    """
+    low, high = np.inf, -np.inf
+    for geom in geoms:
+        turn = data.geom_xmat[geom].reshape(3, 3)
+        middle = float(axis @ data.geom_xpos[geom])
+        below, above = _reach(model, geom, turn.T @ axis)
+        low, high = min(low, middle + below), max(high, middle + above)
+    return float(low), float(high)
+
+
+def _reach(model: Any, geom: int, axis: NDArray[np.float64]) -> tuple[float, float]:
+    """Bounds along an axis of the geom's own frame, from its origin."""
+    kinds = import_mujoco().mjtGeom
+    kind, size = int(model.geom_type[geom]), model.geom_size[geom]
+    if kind == int(kinds.mjGEOM_PLANE):
+        return np.inf, -np.inf
+    if kind == int(kinds.mjGEOM_SPHERE):
+        half = size[0]
+    elif kind == int(kinds.mjGEOM_CAPSULE):
+        half = size[0] + abs(axis[2]) * size[1]
+    elif kind == int(kinds.mjGEOM_CYLINDER):
+        half = size[0] * np.hypot(axis[0], axis[1]) + abs(axis[2]) * size[1]
+    elif kind == int(kinds.mjGEOM_ELLIPSOID):
+        half = float(np.linalg.norm(axis * size))
+    elif kind == int(kinds.mjGEOM_BOX):
+        half = float(np.abs(axis) @ size)
+    elif kind == int(kinds.mjGEOM_MESH):
+        mesh = model.geom_dataid[geom]
+        first = model.mesh_vertadr[mesh]
+        along = model.mesh_vert[first : first + model.mesh_vertnum[mesh]] @ axis
+        return float(along.min()), float(along.max())
+    else:
+        half = float(model.geom_rbound[geom])
+    return -float(half), float(half)

@@ -1,0 +1,162 @@
+"""The places of a grasping cell: robot, work area, tray and camera, and the furniture they need."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.perception.frame import CameraIntrinsics
+
+from ..mujoco_import import import_mujoco
+from ..scenes.tabletop_options import TabletopOptions
+from ..scenes.tabletop_scene import Table
+from ..scenes.tabletop_spec import SLIDING_FRICTION
+from ..scenes.viewpoint import look_at
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..scenes.tabletop_scene import Family
+
+WORK_AREA_M = (0.42, 0.37)
+"""Objects lie inside this rectangle in the middle of the table: everywhere in it the hand points
+straight down, and sideways from some direction."""
+PILE_SPREAD = 0.5
+"""See `TabletopOptions.pile_spread`."""
+_LOOSE_M = (0.50, 0.46)
+"""What falls may roll this far from the middle of the table, full extents: still within reach."""
+
+_FOCAL_PX = 525.0
+_IMAGE_PX = (640, 480)
+_SIGHT = (0.85, np.radians(45.0), np.radians(190.0))
+"""Distance to the point it looks at, m; elevation; azimuth: as near as sees the whole work area up
+to 0.25 m, from the side of the table where the arm does not stand."""
+_LOOKED_AT = (0.0, 0.0, 0.07)
+
+STEEL = "steel"
+"""Material of pedestal, mast and legs."""
+_STEEL_COLOUR = (0.30, 0.32, 0.35, 1.0)
+_TRAY_COLOUR = (0.26, 0.36, 0.44, 1.0)
+_PEDESTAL_M = 0.105
+_PLATE_M = (0.17, 0.012)
+
+
+def _sight() -> RigidTransform:
+    distance, elevation, azimuth = _SIGHT
+    level = np.cos(elevation)
+    away = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
+    return look_at(np.add(_LOOKED_AT, distance * np.array(away)), _LOOKED_AT)
+
+
+def _base() -> RigidTransform:
+    return RigidTransform.from_components(
+        [0.0, -0.58, 0.09], Rotation.from_rotvec([0, 0, np.pi / 2])
+    )
+
+
+def _intrinsics() -> CameraIntrinsics:
+    wide, high = _IMAGE_PX
+    return CameraIntrinsics(_FOCAL_PX, _FOCAL_PX, (wide - 1) / 2, (high - 1) / 2, wide, high)
+
+
+@dataclass(frozen=True)
+class GraspCell:
+    """Where everything stands; world z up, the table's top at z = 0, its middle at the origin."""
+
+    T_world_base: RigidTransform = field(default_factory=_base)
+    """The robot's base, on a pedestal beside the table; its x-axis points over the table."""
+    table: Table = field(default_factory=Table)
+    """The table; its top is at z = 0."""
+    tray_centre: tuple[float, float, float] = (0.43, -0.19, 0.006)
+    """Middle of the upper face of the tray's floor, world, m."""
+    tray_size: tuple[float, float] = (0.25, 0.36)
+    """Inner extent along x and y, m."""
+    tray_height: float = 0.07
+    """Height of the walls over the tray's floor, m."""
+    tray_wall: float = 0.006
+    """Thickness of its walls and floor, m."""
+    T_world_camera: RigidTransform = field(default_factory=_sight)
+    """The depth camera (x right, y down, z forward)."""
+    intrinsics: CameraIntrinsics = field(default_factory=_intrinsics)
+    """Of the depth camera."""
+
+    def tray_holds(self, points: NDArray[np.float64]) -> Any:
+        """Tell which points (…, 3), world, lie over the tray, its walls included; (…,) bool."""
+        half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
+        return np.all(np.abs(points[..., :2] - self.tray_centre[:2]) <= half, axis=-1)
+
+    def check_clear(self, name: str, centre: NDArray[np.float64], radius: float) -> None:
+        """Raise an `InputError` if a ball about an object is in the tray's place."""
+        half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
+        if np.all(np.abs(centre[:2] - self.tray_centre[:2]) - half < radius):
+            raise InputError(
+                f"object {name} at {np.round(centre, 3).tolist()} m is where the tray stands, "
+                f"{self.tray_centre}: keep objects in the work area"
+            )
+
+    def add_furniture(self, spec: Any) -> None:
+        """Add what can be felt, pedestal and tray, to a scene's `MjSpec`."""
+        mujoco = import_mujoco()
+        spec.add_material(name=STEEL, rgba=_STEEL_COLOUR, specular=0.5, shininess=0.6)
+        spec.add_material(name="tray", rgba=_TRAY_COLOUR, specular=0.2, shininess=0.4)
+        add_pedestal(spec, self, material=STEEL)
+        self._add_tray(mujoco, spec)
+
+    def _add_tray(self, mujoco: Any, spec: Any) -> None:
+        (x, y), t, h = 0.5 * np.asarray(self.tray_size), self.tray_wall, self.tray_height
+        body = spec.worldbody.add_body(name="tray", pos=self.tray_centre)
+        parts = (
+            ("tray_floor", (0, 0, -t / 2), (x + t, y + t, t / 2)),
+            ("tray_left", (-x - t / 2, 0, h / 2), (t / 2, y + t, h / 2)),
+            ("tray_right", (x + t / 2, 0, h / 2), (t / 2, y + t, h / 2)),
+            ("tray_front", (0, -y - t / 2, h / 2), (x, t / 2, h / 2)),
+            ("tray_back", (0, y + t / 2, h / 2), (x, t / 2, h / 2)),
+        )
+        for name, place, half in parts:
+            geom = body.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_BOX, pos=place, size=half)
+            geom.material, geom.condim = "tray", 4
+            geom.friction = [SLIDING_FRICTION, 0.005, 0.002]
+
+
+def add_pedestal(spec: Any, cell: GraspCell, material: str = "") -> None:
+    """Add the column under the robot's base to a spec."""
+    mujoco = import_mujoco()
+    place = cell.T_world_base.translation
+    floor = cell.table.height - cell.table.floor_drop
+    radius, thick = _PLATE_M
+    parts = (
+        ("pedestal", _PEDESTAL_M, floor, place[2] - thick),
+        ("pedestal_top", radius - 0.05, place[2] - thick, place[2]),
+        ("pedestal_foot", radius, floor, floor + thick),
+    )
+    for name, size, low, high in parts:
+        geom = spec.worldbody.add_geom(name=name, type=mujoco.mjtGeom.mjGEOM_CYLINDER)
+        geom.size = [size, 0.5 * (high - low), 0]
+        geom.pos = [place[0], place[1], 0.5 * (low + high)]
+        if material:
+            geom.material = material
+
+
+def scene_options(
+    family: Family = "separate", count_range: tuple[int, int] = (5, 5), **changes: Any
+) -> TabletopOptions:
+    """Give what scenes for the cell are drawn from: `make_scene(seed, scene_options(...))`.
+
+    Parameters
+    ----------
+    family, count_range
+        As in `TabletopOptions`.
+    **changes
+        Any other field of `TabletopOptions`.
+    """
+    fields: dict[str, Any] = {
+        "work_area": WORK_AREA_M,
+        # Nothing comes to rest out of reach or in the tray's place.
+        "table_size": _LOOSE_M,
+        "pile_spread": PILE_SPREAD,
+    }
+    return TabletopOptions(family=family, count_range=count_range, **(fields | changes))

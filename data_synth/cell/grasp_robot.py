@@ -1,0 +1,355 @@
+"""The robot of a grasping cell as a MuJoCo description: an arm, and the hand on its flange."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from ..arms import HOME_KEY, LBR_ARM, TOOL_SITE
+from ..mujoco_import import import_mujoco
+from .arm_check import check_arm
+from .hand_description import EXAMPLE, SUFFIX, HandDescription, description_beside
+from .hand_frame import frame_of
+from .pad_friction import grip_pads
+from .spec_cleanup import plain_sizes
+from .synergy_drives import SynergyDrives
+from .synergy_hand_model import synergy_hand_model
+from .tendon_drives import HandDrives
+from .tendon_hand_model import hand_model
+from .tendon_posture import tendon_posture
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.grasping.hand_model import HandModel
+
+HAND = Path(__file__).parent / "assets" / "hand.xml"
+"""The underactuated hand that comes with eyehand: three fingers against a thumb."""
+HAND_PREFIX = "hand_"
+"""What stands before the names of a hand that is put on an arm."""
+PALM_SITE = "hand_palm"
+"""Its frame: origin in the middle of the palm's face, z out of it."""
+PALM_BEFORE_FLANGE_M = 0.06
+"""From the arm's flange to the palm's face: the palm's shell is so deep."""
+REST_POSTURE = (-0.42, -0.04, 0.0, -1.87, 0.0, 1.31, -1.99)
+"""Joint angles of the LBR at rest in the cell, rad: beside the work area, out of the picture."""
+
+_VISUAL = ("headlight", "map", "quality", "rgba", "scale")
+_PROBE_RAD = 1e-4
+"""Step of joint angles by which the tendons' moment arms are measured."""
+
+
+@dataclass(frozen=True)
+class GraspRobot:
+    """An arm with a hand, in one MJCF file or two.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, or it lacks the flange or the hand's frame.
+    """
+
+    arm: Path = LBR_ARM
+    """MJCF file of the arm, or of the whole robot."""
+    hand: Path | None = HAND
+    """MJCF file of the hand, its root body's frame the hand's; None when the arm's file has it."""
+    frame: str = PALM_SITE
+    """Site or body that is the hand's frame: origin in the palm's face, z out of it, x from the
+    fingers to the thumb."""
+    flange: str = TOOL_SITE
+    """Site of the arm that carries the hand, its z-axis out of the flange."""
+    rest: tuple[float, ...] | None = None
+    """Arm joint angles at rest, rad; None takes `REST_POSTURE` for the LBR-like arm, and the
+    keyframe ``home`` for others."""
+    fingers: HandDescription | None = None
+    """Which joints make up which finger, where motors move them; None for a hand of tendons."""
+
+    @classmethod
+    def of_file(cls, path: Path, frame: str) -> GraspRobot:
+        """Take a whole robot from one MJCF file, its hand as the JSON beside it tells.
+
+        Parameters
+        ----------
+        path
+            MJCF file of arm and hand; ``robot.hand.json`` beside ``robot.xml`` describes a hand
+            whose motors move joints (:func:`~.hand_description.description_beside`).
+        frame
+            Site or body that is the hand's frame.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read, or its arm cannot move the hand.
+        """
+        made = cls(path, hand=None, frame=frame, fingers=description_beside(path))
+        check_arm(made, made._model)
+        return made
+
+    @functools.cached_property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the hinges between the world and the hand's frame, from base to tip."""
+        model = self._model
+        body, _ = frame_of(model, self.frame)
+        names = []
+        while body > 0:
+            first = model.body_jntadr[body]
+            names += [model.joint(first + k).name for k in range(model.body_jntnum[body])][::-1]
+            body = model.body_parentid[body]
+        if self.hand is not None:
+            names = [name for name in names if not name.startswith(HAND_PREFIX)]
+        return tuple(names[::-1])
+
+    @functools.cached_property
+    def hand_joints(self) -> tuple[str, ...]:
+        """Names of the joints that are the hand's, in the order of its file."""
+        model, arm = self._model, set(self.joints)
+        return tuple(n for n in (model.joint(j).name for j in range(model.njnt)) if n not in arm)
+
+    @functools.cached_property
+    def drives(self) -> tuple[str, ...]:
+        """Names of the tendons, in the order of the file; of the fingers where it has none."""
+        if self.fingers is not None:
+            return tuple(finger.name for finger in self.fingers.fingers)
+        model = self._model
+        return tuple(model.tendon(tendon).name for tendon in range(model.ntendon))
+
+    @functools.cached_property
+    def home(self) -> NDArray[np.float64]:
+        """Arm joint angles at rest, (n,), rad."""
+        model = self._model
+        places = self._arm_places
+        rest = REST_POSTURE if self.rest is None and self.arm == LBR_ARM else self.rest
+        if rest is not None:
+            if len(rest) != len(self.joints) or not np.isfinite(rest).all():
+                raise InputError(
+                    f"rest must be {len(self.joints)} finite angles in rad, one for each of "
+                    f"{', '.join(self.joints)}; got {rest}"
+                )
+            return np.array(rest, dtype=np.float64)
+        for key in range(model.nkey):
+            if model.key(key).name == HOME_KEY:
+                return model.key_qpos[key][places].copy()
+        return model.qpos0[places].copy()
+
+    @property
+    def hand_prefix(self) -> str:
+        """What stands before the hand's names in :meth:`spec`; nothing where it is one file."""
+        return "" if self.hand is None else HAND_PREFIX
+
+    def hand_spec(self) -> Any:
+        """Describe the hand alone (`MjSpec`); the whole robot where it is one file."""
+        return _read(self.hand or self.arm)
+
+    def spec(self, friction: float | None = None) -> Any:
+        """Describe arm and hand as an `MjSpec`, base at the world's origin, without keyframes.
+
+        Parameters
+        ----------
+        friction
+            Sliding friction of the whole hand; None leaves what its file says.
+        """
+        spec = _read(self.arm)
+        if self.hand is not None:
+            flange = next((site for site in spec.sites if site.name == self.flange), None)
+            if flange is None:
+                raise InputError(f"{self.arm} has no site {self.flange!r} to carry the hand")
+            hand = _read(self.hand)
+            plain_sizes(hand)
+            for root in hand.worldbody.bodies:
+                root.pos = np.add(root.pos, [0.0, 0.0, PALM_BEFORE_FLANGE_M])
+            match_options(spec, hand)
+            spec.attach(hand, prefix=HAND_PREFIX, site=flange)
+        plain_sizes(spec)
+        if friction is not None:
+            for geom in spec.geoms:
+                if geom.priority > 0 or geom.name.startswith(HAND_PREFIX):
+                    geom.friction = [friction, *geom.friction[1:]]
+        if self.fingers is not None:
+            grip_pads(spec, self.fingers, friction, prefix=self.hand_prefix)
+        return spec
+
+    def posture(self, excursions: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
+        """Give the hand's joint angles (J,), rad, with the tendons pulled in so far, (D,), m."""
+        excursions = np.asarray(excursions, dtype=np.float64)
+        if excursions.shape != (len(self.drives),) or not np.isfinite(excursions).all():
+            raise InputError(
+                f"excursions must be {len(self.drives)} finite lengths in m, one for each of "
+                f"{', '.join(self.drives)}; got {excursions.tolist()}"
+            )
+        if self.fingers is not None:
+            data = import_mujoco().MjData(self._model)
+            drives = SynergyDrives(self._model, data, self.fingers, prefix=self.hand_prefix)
+            drives.pose(excursions)
+            return data.qpos[self._hand_places].copy()
+        return tendon_posture(self._moments, excursions, *self._springs)
+
+    def motors(self, model: Any, data: Any, prefix: str) -> HandDrives | SynergyDrives:
+        """Give what executes hand commands in a world with this robot.
+
+        Parameters
+        ----------
+        model, data
+            `MjModel` and `MjData` of the world.
+        prefix
+            What stands before the hand's names in it.
+        """
+        if self.fingers is None:
+            return HandDrives(model, data, prefix=prefix)
+        return SynergyDrives(model, data, self.fingers, prefix=prefix)
+
+    def measured_hand(self) -> HandModel:
+        """Measure how the hand opens and reaches, by its kinematics.
+
+        Raises
+        ------
+        InputError
+            If it has no fingers that close against a thumb, or nothing tells them.
+        """
+        if self.fingers is None and self.hand is None and not self.drives:
+            raise InputError(
+                f"nothing tells the fingers of {self.arm}: describe them in "
+                f"{Path(self.arm).with_suffix(SUFFIX)}, as {EXAMPLE}"
+            )
+        if self.fingers is None and self.hand is None:
+            return hand_model(
+                self._hand_alone(), frame=HAND_PREFIX + self.frame, prefix=HAND_PREFIX
+            )
+        if self.fingers is None:
+            return hand_model(self.hand)
+        return synergy_hand_model(self._model, self.fingers, self.frame, prefix=self.hand_prefix)
+
+    def description(
+        self, q: NDArray[np.float64], excursions: NDArray[np.float64], place: Any
+    ) -> Any:
+        """Describe the robot for control: an `MjSpec` with the keyframe ``home``.
+
+        Parameters
+        ----------
+        q
+            The arm's joint angles at home, (n,), rad.
+        excursions
+            How far the hand's tendons are pulled in, (D,), m.
+        place
+            T_world_base, RigidTransform.
+        """
+        spec = self._control_spec.copy()
+        put_base(spec, place)
+        posture = self._model.qpos0.copy()
+        posture[self._arm_places] = q
+        posture[self._hand_places] = self.posture(excursions)
+        spec.add_key(name=HOME_KEY, qpos=posture)
+        return spec
+
+    def _hand_alone(self) -> Any:
+        """Cut the hand out of a whole robot: what hangs on the frame's body, names prefixed."""
+        mujoco = import_mujoco()
+        spec, alone = self.spec(), mujoco.MjSpec()
+        match_options(alone, spec)
+        body, _ = frame_of(self._model, self.frame)
+        root = next(part for part in spec.bodies if part.name == self._model.body(body).name)
+        alone.worldbody.add_frame().attach_body(root, HAND_PREFIX, "")
+        return alone
+
+    @functools.cached_property
+    def _model(self) -> Any:
+        spec = _read(self.arm) if self.hand is None else self.spec()
+        try:
+            return spec.compile()
+        except ValueError as error:
+            told = " ".join(str(error).split())
+            files = f"{self.arm} with {self.hand}" if self.hand is not None else f"{self.arm}"
+            raise InputError(f"MuJoCo cannot compile {files}: {told}") from None
+
+    @functools.cached_property
+    def _control_spec(self) -> Any:
+        """The robot without what is only seen: it compiles faster."""
+        spec = self.spec()
+        for geom in list(spec.geoms):
+            if geom.contype == 0 and geom.conaffinity == 0:
+                spec.delete(geom)
+        return spec
+
+    @functools.cached_property
+    def _arm_places(self) -> NDArray[np.intp]:
+        return np.array([self._model.joint(name).qposadr[0] for name in self.joints])
+
+    @functools.cached_property
+    def _hand_places(self) -> NDArray[np.intp]:
+        return np.array([self._model.joint(n).qposadr[0] for n in self.hand_joints], dtype=np.intp)
+
+    @functools.cached_property
+    def _springs(self) -> tuple[NDArray, NDArray, NDArray]:
+        """Stiffness, rest angles and limits of the hand's joints."""
+        model = self._model
+        numbers = [model.joint(name).id for name in self.hand_joints]
+        limits = np.where(
+            model.jnt_limited[numbers, None].astype(bool), model.jnt_range[numbers], [-np.pi, np.pi]
+        )
+        rest = model.qpos_spring[self._hand_places]
+        return model.jnt_stiffness[numbers].copy(), rest.copy(), limits
+
+    @functools.cached_property
+    def _moments(self) -> NDArray[np.float64]:
+        """By how much each joint of the hand shortens each tendon, (D, J), m/rad."""
+        mujoco, model = import_mujoco(), self._model
+        data = mujoco.MjData(model)
+        _, rest, limits = self._springs
+        tendons = [model.tendon(name).id for name in self.drives]
+        data.qpos[self._hand_places] = np.clip(rest, *limits.T)
+
+        def lengths() -> NDArray[np.float64]:
+            mujoco.mj_fwdPosition(model, data)
+            return data.ten_length[tendons].copy()
+
+        start, moments = lengths(), np.zeros((len(tendons), len(rest)))
+        for column, place in enumerate(self._hand_places):
+            data.qpos[place] += _PROBE_RAD
+            moments[:, column] = (start - lengths()) / _PROBE_RAD
+            data.qpos[place] -= _PROBE_RAD
+        return moments
+
+
+def match_options(parent: Any, child: Any) -> None:
+    """Give a spec the physics and drawing options of the one that it is to be attached to.
+
+    Else MuJoCo warns of each that differs, on standard error.
+    """
+    parts = [(parent.option, child.option)]
+    for name in _VISUAL:
+        parts.append((getattr(parent.visual, name), getattr(child.visual, name)))
+    for ours, theirs in parts:
+        for name in dir(ours):
+            if not name.startswith("_"):
+                setattr(theirs, name, getattr(ours, name))
+
+
+def put_base(spec: Any, place: Any) -> None:
+    """Move a robot's root bodies so that what was the world's origin is at `place`."""
+    for root in spec.worldbody.bodies:
+        own = type(place).from_components(root.pos, _rotation(place, root.quat))
+        moved = place * own
+        root.pos = moved.translation
+        root.quat = moved.rotation.as_quat(scalar_first=True)
+
+
+def _rotation(place: Any, quat: Any) -> Any:
+    return type(place.rotation).from_quat(np.asarray(quat), scalar_first=True)
+
+
+def _read(path: Path) -> Any:
+    mujoco = import_mujoco()
+    if not Path(path).is_file():
+        what = "this is a folder" if Path(path).is_dir() else "no such file"
+        raise InputError(f"robot: {what}: {path}; give the path of an MJCF file")
+    try:
+        return mujoco.MjSpec.from_file(str(path))
+    except (ValueError, mujoco.FatalError) as error:
+        raise InputError(f"robot: cannot read {path}: {' '.join(str(error).split())}") from None

@@ -1,0 +1,155 @@
+"""The simulated world of a grasping cell: robot, table, tray, camera and free objects."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from ..mujoco_import import import_mujoco
+from ..scenes.mesh_object import MeshObject, add_mesh_object
+from ..scenes.tabletop_scene import TabletopObject
+from ..scenes.tabletop_spec import tabletop_spec
+from .cell_appearance import add_cell_look
+from .grasp_cell import GraspCell
+from .grasp_robot import GraspRobot, match_options, put_base
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+STEP_S = 0.002
+"""Physics step: holding needs it this short."""
+IMPRATIO = 100.0
+"""Friction this much harder than normal contact: what is held does not creep."""
+ROBOT_PREFIX = "robot_"
+"""What stands before the robot's names in the world."""
+
+_NEAR_TRAY_M = 0.02
+"""What lies this close beside the tray counts as its part in a depth image."""
+
+
+@dataclass(frozen=True, eq=False)
+class GraspWorld:
+    """A compiled world; make it with :meth:`build`. Robots that run in it copy the model."""
+
+    model: Any
+    """`mujoco.MjModel`; bodies of objects carry their names, the robot's begin with ``robot_``."""
+    objects: tuple[TabletopObject | MeshObject, ...]
+    """What stands on the table, at the start."""
+    robot: GraspRobot
+    """What grasps it."""
+    cell: GraspCell
+    """Where everything stands."""
+    friction: float | None
+    """Sliding friction of the hand on everything; None is what its file says."""
+
+    @classmethod
+    def build(
+        cls,
+        objects: Sequence[TabletopObject | MeshObject],
+        *,
+        robot: GraspRobot | None = None,
+        cell: GraspCell | None = None,
+        friction: float | None = None,
+    ) -> GraspWorld:
+        """Build the world.
+
+        Parameters
+        ----------
+        objects
+            What stands on the table (`TabletopScene.objects`, meshes), names unlike one another;
+            not in the tray's place.
+        robot
+            Arm and hand; the LBR-like arm with the hand that comes with eyehand when None.
+        cell
+            Where everything stands.
+        friction
+            Sliding friction of the hand on everything, which is what holds an object; objects
+            slide on table and tray as `tabletop_spec` says.
+
+        Raises
+        ------
+        InputError
+            If the friction is not positive, a name is taken twice, an object stands in the tray's
+            place, or the robot's files cannot be read or put together.
+        """
+        robot, cell = robot or GraspRobot(), cell or GraspCell()
+        objects = tuple(objects)
+        _check(objects, friction)
+        for item in objects:
+            cell.check_clear(item.name, *_ball(item))
+        mujoco = import_mujoco()
+        simple = [item for item in objects if isinstance(item, TabletopObject)]
+        spec = tabletop_spec(simple, cell.table, free=True, look=True)
+        for item in objects:
+            if isinstance(item, MeshObject):
+                add_mesh_object(spec, item)
+        cell.add_furniture(spec)
+        add_cell_look(spec, cell)
+        arm = robot.spec(friction)
+        match_options(spec, arm)
+        put_base(arm, cell.T_world_base)
+        spec.attach(arm, prefix=ROBOT_PREFIX, frame=spec.worldbody.add_frame())
+        option = spec.option
+        option.timestep, option.impratio = STEP_S, IMPRATIO
+        option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
+        option.cone, option.solver = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtSolver.mjSOL_NEWTON
+        # A simulation that fails is to say so, not to start again from the beginning.
+        option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
+        try:
+            model = spec.compile()
+        except ValueError as error:
+            told = " ".join(str(error).split())
+            raise InputError(f"MuJoCo cannot compile the cell: {told}") from None
+        if robot.hand_prefix:
+            _carry_hand(model, ROBOT_PREFIX + robot.hand_prefix)
+        return cls(model, objects, robot, cell, friction)
+
+    @property
+    def object_names(self) -> tuple[str, ...]:
+        """Names of the objects."""
+        return tuple(item.name for item in self.objects)
+
+    @property
+    def hand_prefix(self) -> str:
+        """What stands before the names of the hand in the model."""
+        return ROBOT_PREFIX + self.robot.hand_prefix
+
+    def own_model(self) -> Any:
+        """Give a copy of the model: drives change it while they run."""
+        return copy.copy(self.model)
+
+    def tray_region(self, points: NDArray[np.float64]) -> Any:
+        """Tell which points (…, 3), world, lie at or over the tray; (…,) bool."""
+        near = replace(self.cell, tray_wall=self.cell.tray_wall + _NEAR_TRAY_M)
+        return near.tray_holds(points)
+
+
+def _carry_hand(model: Any, prefix: str) -> None:
+    """Let the arm's controller carry the whole hand's weight, as it is told its tool's mass."""
+    for body in range(1, model.nbody):
+        parent = model.body(int(model.body_parentid[body])).name
+        if model.body(body).name.startswith(prefix) and not parent.startswith(prefix):
+            model.body_gravcomp[body] = model.body_subtreemass[body] / model.body_mass[body]
+
+
+def _ball(item: TabletopObject | MeshObject) -> tuple[NDArray[np.float64], float]:
+    """Centre and radius of a ball that holds an object."""
+    if isinstance(item, MeshObject):
+        return item.centre, item.radius
+    return item.shape.centre, float(np.linalg.norm(item.shape.semi_axes))
+
+
+def _check(objects: Sequence[TabletopObject | MeshObject], friction: float | None) -> None:
+    if friction is not None and not 0.0 < friction < 10.0:
+        raise InputError(f"friction must lie in (0, 10), got {friction}")
+    names = [item.name for item in objects]
+    twice = {name for name in names if names.count(name) > 1}
+    if twice:
+        raise InputError(f"objects must have names of their own; twice: {', '.join(twice)}")

@@ -1,0 +1,33 @@
+"""The frame of a hand, found by its name in a MuJoCo model."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from eyehand.errors import InputError
+
+from ..mujoco_import import import_mujoco
+from .name_suggestions import near_names
+
+
+def frame_of(model: Any, frame: str) -> tuple[int, int]:
+    """Numbers of the body that carries a frame, and of its site; -1 where it is the body's own.
+
+    Raises
+    ------
+    InputError
+        If there is neither a site nor a body of that name.
+    """
+    kinds = import_mujoco().mjtObj
+    site = import_mujoco().mj_name2id(model, kinds.mjOBJ_SITE, frame)
+    if site >= 0:
+        return int(model.site_bodyid[site]), int(site)
+    body = import_mujoco().mj_name2id(model, kinds.mjOBJ_BODY, frame)
+    if body > 0:
+        return int(body), -1
+    names = [model.site(k).name for k in range(model.nsite)]
+    names += [model.body(k).name for k in range(1, model.nbody)]
+    raise InputError(
+        f"the robot has no site or body {frame!r} to be the hand's frame; "
+        + near_names(frame, names)
+    )

@@ -1,0 +1,316 @@
+"""The simulated robot: arm, hand, fingertips and depth camera behind the robot protocol."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.grasping.robot import HandCommand, RobotReading
+from eyehand.perception.frame import CameraIntrinsics, DepthFrame
+from eyehand.perception.robot_mask import without_places, without_robot
+
+from ..mujoco_import import import_mujoco
+from ..render.depth_noise import DepthNoise, add_depth_noise
+from ..render.depth_renderer import DEFAULT_MAX_RANGE_M, open_renderer
+from ..scenes.viewpoint import look_at
+from .arm_servos import ArmServos
+from .cell_appearance import SHOW_AT, SHOW_FOCAL_SHARE, SHOW_FROM
+from .contact_record import TouchRecord
+from .fingertip_pads import FingertipPads
+from .grasp_world import ROBOT_PREFIX
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.grasping.hand_model import HandModel
+
+    from ..render.rendered_view import DepthRenderer
+    from .grasp_world import GraspWorld
+
+PERIOD_S = 0.004
+"""Control period: two physics steps."""
+
+_WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
+"""MuJoCo's words for a state that is no longer a number, or too large to be true."""
+_IN_TRAY_M = 0.3
+"""What lies in the tray has its middle below this height over the floor of it."""
+
+
+class SimRobot:
+    """A robot in a simulated cell; fulfils `eyehand.grasping.robot.Robot`.
+
+    It stands still at rest when made, the hand open. What the simulation knows and a robot does not
+    is given by :meth:`object_pose`, :meth:`robot_contacts`, :meth:`lifted` and :meth:`in_tray`.
+
+    Parameters
+    ----------
+    world
+        Where it stands.
+    noise
+        The camera's errors; none when not given.
+    seed
+        Source of the noise, >= 0; each look draws its own.
+    renderer
+        What draws; without one, `open_renderer` chooses when it is first needed.
+    hand
+        What is known of the hand; measured from its file when None.
+
+    Raises
+    ------
+    InputError
+        If the seed is negative, a joint of the arm has no servo, or the world is too large to run.
+    """
+
+    def __init__(
+        self,
+        world: GraspWorld,
+        *,
+        noise: DepthNoise | None = None,
+        seed: int = 0,
+        renderer: DepthRenderer | None = None,
+        hand: HandModel | None = None,
+    ) -> None:
+        if seed < 0:
+            raise InputError(f"seed must be a whole number >= 0, got {seed}")
+        self._mujoco = mujoco = import_mujoco()
+        self._world, self._noise, self._renderer = world, noise or DepthNoise.none(), renderer
+        self._seed, self._looks = seed, 0
+        self._model = model = world.own_model()
+        self._data = data = mujoco.MjData(model)
+        self._hand = hand or world.robot.measured_hand()
+        self._steps = round(PERIOD_S / model.opt.timestep)
+        joints = [ROBOT_PREFIX + name for name in world.robot.joints]
+        self._servos = ArmServos(model, data, joints, world.robot.home)
+        self._open_hand()
+        self._drives = world.robot.motors(model, data, world.hand_prefix)
+        self._tips = _tips(model, world.hand_prefix, self._hand.fingers)
+        self._touch = TouchRecord(model, data, world)
+        self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
+        self._kept = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION))
+        self._fault = ""
+        try:
+            mujoco.mj_forward(model, data)
+        except mujoco.FatalError as error:
+            told = " ".join(str(error).split())
+            raise InputError(f"MuJoCo cannot run a cell with this robot: {told}") from None
+
+    @property
+    def hand(self) -> HandModel:
+        """What is known of the hand before it touches anything."""
+        return self._hand
+
+    @property
+    def period(self) -> float:
+        """Control period, s."""
+        return PERIOD_S
+
+    @property
+    def frame(self) -> str:
+        """Name of the hand's frame in the description."""
+        return self._world.robot.frame
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Names of the arm's joints in the description."""
+        return self._world.robot.joints
+
+    @property
+    def world(self) -> GraspWorld:
+        """Where the robot stands."""
+        return self._world
+
+    @property
+    def model(self) -> Any:
+        """The `mujoco.MjModel` that it runs."""
+        return self._model
+
+    @property
+    def data(self) -> Any:
+        """The state, `mujoco.MjData`: to look at, not to change."""
+        return self._data
+
+    def description(self, excursions: NDArray[np.float64]) -> Any:
+        """Describe arm and hand for control (`MjSpec`), the tendons pulled in so far, (D,), m."""
+        robot = self._world.robot
+        return robot.description(robot.home, excursions, self._world.cell.T_world_base)
+
+    def read(self) -> RobotReading:
+        """Give the state now."""
+        data = self._data
+        return RobotReading(
+            float(data.time),
+            self._servos.positions(),
+            self._servos.speeds(),
+            self._drives.reading(self._tips.read(data)),
+            self._fault,
+        )
+
+    def step(
+        self, velocity: NDArray[np.float64], command: HandCommand | None = None
+    ) -> RobotReading:
+        """Move for one period and give the state at its end.
+
+        After a command that is not finite, or when the simulation fails, the robot stands still for
+        good and the reading's `fault` says why.
+
+        Parameters
+        ----------
+        velocity
+            Arm joint velocities, (n,), rad/s; cut to the joints' limits of speed and place.
+        command
+            For the hand's drives; as before when None.
+
+        Raises
+        ------
+        InputError
+            If a shape is wrong.
+        """
+        velocity = np.asarray(velocity, dtype=np.float64)
+        if velocity.shape != (len(self.joints),):
+            raise InputError(f"velocity must be ({len(self.joints)},), got {velocity.shape}")
+        if not self._fault:
+            self._check(velocity, command)
+        if self._fault:
+            return self.read()
+        mujoco, model, data = self._mujoco, self._model, self._data
+        if command is not None:
+            self._drives.command(command)
+        whole = mujoco.mjtState.mjSTATE_INTEGRATION
+        mujoco.mj_getState(model, data, self._kept, whole)
+        for _ in range(self._steps):
+            self._servos.apply(velocity)
+            self._drives.apply()
+            mujoco.mj_step(model, data)
+            self._touch.note()
+        self._fault = self._failure()
+        if self._fault:
+            mujoco.mj_setState(model, data, self._kept, whole)
+            mujoco.mj_forward(model, data)
+        return self.read()
+
+    def look(self) -> DepthFrame:
+        """Take a depth image; pixels of the robot and of its tray have no reading."""
+        cell = self._world.cell
+        labels = np.zeros(self._model.ngeom, dtype=np.int32)
+        labels[self._touch.robot] = 1
+        view = self._render(cell.intrinsics, cell.T_world_camera, labels, colour=False)
+        rng = np.random.default_rng([self._seed, self._looks])
+        self._looks += 1
+        depth = add_depth_noise(view.depth, cell.intrinsics, rng, self._noise)
+        depth = without_robot(depth, view.labels == 1)
+        frame = DepthFrame(depth, cell.intrinsics, cell.T_world_camera)
+        return replace(frame, depth=without_places(frame, self._world.tray_region))
+
+    def picture(
+        self, size: tuple[int, int] = (1280, 720), T_world_camera: RigidTransform | None = None
+    ) -> NDArray[np.uint8]:
+        """Photograph the cell as it is now, for people.
+
+        Parameters
+        ----------
+        size
+            Columns and rows, px.
+        T_world_camera
+            From where (x right, y down, z forward); before the table when None.
+
+        Returns
+        -------
+        NDArray
+            (H, W, 3) uint8 RGB.
+        """
+        wide, high = size
+        focal = SHOW_FOCAL_SHARE * wide
+        lens = CameraIntrinsics(focal, focal, (wide - 1) / 2, (high - 1) / 2, wide, high)
+        place = look_at(SHOW_FROM, SHOW_AT) if T_world_camera is None else T_world_camera
+        colour = self._render(
+            lens, place, np.zeros(self._model.ngeom, np.int32), colour=True
+        ).colour
+        assert colour is not None
+        return colour
+
+    def object_pose(self, name: str) -> RigidTransform:
+        """Give the true pose of an object, T_world_shape."""
+        body = self._data.body(self._known(name))
+        turn = Rotation.from_quat(body.xquat, scalar_first=True)
+        return RigidTransform.from_components(body.xpos.copy(), turn)
+
+    @property
+    def object_names(self) -> tuple[str, ...]:
+        """Names of the objects in the world."""
+        return self._world.object_names
+
+    def robot_contacts(self) -> set[str]:
+        """Give what the robot has touched since this was last asked: "table", "tray", names."""
+        return self._touch.take()
+
+    def lifted(self, name: str) -> bool:
+        """Tell whether an object touches the robot and nothing else."""
+        touching = self._touch.touching(self._known(name))
+        return touching == {"robot"}
+
+    def in_tray(self, name: str) -> bool:
+        """Tell whether an object lies in the tray, out of the robot's hand."""
+        place = self._data.body(self._known(name)).xpos
+        cell = self._world.cell
+        low = place[2] - cell.tray_centre[2] < _IN_TRAY_M
+        held = "robot" in self._touch.touching(name)
+        return bool(low and cell.tray_holds(place) and not held)
+
+    def _check(self, velocity: NDArray[np.float64], command: HandCommand | None) -> None:
+        if not np.isfinite(velocity).all():
+            self._fault = f"commanded joint velocities are not finite: {velocity.tolist()}"
+        elif command is not None and not np.isfinite(command.values).all():
+            self._fault = f"commanded hand values are not finite: {command.values.tolist()}"
+
+    def _failure(self) -> str:
+        data = self._data
+        counts = data.warning.number
+        for name, number in zip(_WARNINGS, self._warnings, strict=True):
+            if counts[number]:
+                return f"the simulation failed: {name} at {data.time:.3f} s"
+        if not np.isfinite(data.qpos).all():
+            return f"the simulation failed: a position is not finite at {data.time:.3f} s"
+        return ""
+
+    def _open_hand(self) -> None:
+        robot = self._world.robot
+        posture = robot.posture(np.zeros(len(robot.drives)))
+        for name, angle in zip(robot.hand_joints, posture, strict=True):
+            self._data.joint(ROBOT_PREFIX + name).qpos[0] = angle
+
+    def _render(
+        self, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform, labels: NDArray,
+        *, colour: bool,
+    ) -> Any:  # fmt: skip
+        renderer = self._renderer or open_renderer()
+        return renderer.render(
+            self._model,
+            self._data,
+            intrinsics,
+            T_world_camera,
+            labels,
+            max_range=DEFAULT_MAX_RANGE_M,
+            colour=colour,
+        )
+
+    def _known(self, name: str) -> str:
+        if name not in self.object_names:
+            told = ", ".join(self.object_names) or "none"
+            raise InputError(f"there is no object {name!r}; there are: {told}")
+        return name
+
+
+def _tips(model: Any, prefix: str, fingers: tuple[str, ...]) -> FingertipPads:
+    """Read the fingertips that have a pad ``<finger>_distal`` and a site ``<finger>_tip``."""
+    geoms = {model.geom(g).name: g for g in range(model.ngeom)}
+    sites = {model.site(s).name: s for s in range(model.nsite)}
+    pairs = [
+        (geoms.get(f"{prefix}{finger}_distal"), sites.get(f"{prefix}{finger}_tip"))
+        for finger in fingers
+    ]
+    found = [(pad, site) for pad, site in pairs if pad is not None and site is not None]
+    return FingertipPads(model, [pad for pad, _ in found], [site for _, site in found])

@@ -1,0 +1,315 @@
+"""A hand whose motors move joints, driven finger by finger as if tendons closed it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.errors import InputError
+from eyehand.grasping.robot import HandCommand, HandReading
+
+from ..mujoco_import import import_mujoco
+from .hand_description import THUMB, HandDescription
+from .name_suggestions import near_names
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.tactile import TactileImage
+
+HINGE_ARM_M = 0.012
+"""Moment arm, at a finger's first joint, of the tendon that is thought to close it: as that of the
+hand that comes with eyehand, so that tensions mean the same at the fingertips."""
+SLIDE_ARM = HINGE_ARM_M / 0.090
+"""The same where a jaw slides: a finger of 90 mm presses as hard."""
+TAPER = 0.45
+"""Each further joint of a finger has so much of the arm of the one before, as the fingertip is so
+much nearer to it: with less a force on the tip bends it back, with more it curls in."""
+PLACE_RATE = 60.0
+"""Natural frequency with which joints are placed, rad/s; more is stiffer, and rings at 2 ms."""
+HOLD_RATE = 120.0
+"""The same of joints that hold a place against the others."""
+PULL_SHARE = 0.15
+"""Share of the placing stiffness that keeps a pulled finger to its posture: less wraps better, more
+keeps the tip's face parallel."""
+PLACE_SPEED = 0.030
+"""Largest speed of a placed drive, m/s."""
+THUMB_RESERVE = 1.2
+"""The fingers together pull at most the thumb's largest tension over this: it opposes them all."""
+
+
+class SynergyDrives:
+    """Executes hand commands on a hand whose motors move joints, one physics step at a time.
+
+    Each finger is one drive. Its joints lie on a line from the open to the closed posture; it is
+    thought to be closed by a tendon whose moment arms fall towards the tip, and the tendon's
+    excursion, in m, is 0 in the open posture. *place* servoes the joints along the line,
+    *pull* gives them the torques of a tension and keeps them near the line by a soft spring,
+    *hold* stiffly keeps each joint where it is, up to the torques of a tension.
+
+    Torques become controls through each motor's own gain and bias: a motor takes them as they are,
+    a position servo is given a goal so far ahead. Limits of force and control are kept.
+
+    Parameters
+    ----------
+    model, data
+        `MjModel` and `MjData` with the hand in it.
+    description
+        Which joints are which finger's.
+    prefix
+        What stands before every name of the hand, as `MjSpec.attach` puts it.
+
+    Raises
+    ------
+    InputError
+        If a joint or geom is not there, or a finger has no motor.
+    """
+
+    def __init__(
+        self, model: Any, data: Any, description: HandDescription, *, prefix: str = ""
+    ) -> None:
+        mujoco = import_mujoco()
+        self._mujoco, self._model, self._data = mujoco, model, data
+        fingers = description.fingers
+        self.drives = tuple(finger.name for finger in fingers)
+        self.joints, self.pads = description.joint_names, description.pad_names
+        names = [name for finger in fingers for name in finger.joints]
+        ways = [way for finger in fingers for way in finger.joints.values()]
+        owner = [k for k, finger in enumerate(fingers) for _ in finger.joints]
+        self._count = len(names)
+        names += list(description.still)
+        ways += [(place, place) for place in description.still.values()]
+        numbers = np.array([_id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + n) for n in names])
+        self._places, self._rates = model.jnt_qposadr[numbers], model.jnt_dofadr[numbers]
+        self._open, self._closed = np.array(ways, dtype=np.float64).T
+        self._limits = np.where(
+            model.jnt_limited[numbers, None].astype(bool), model.jnt_range[numbers], [-1e3, 1e3]
+        )
+        self._owner = np.array(owner + [-1] * len(description.still))
+        self._motors, moments = _motors(model, numbers)
+        # Joint torques to motor forces: the inverse where every joint has its own.
+        self._shares = np.linalg.pinv(moments.T)
+        moved = np.any(moments != 0.0, axis=0)
+        slides = model.jnt_type[numbers] == int(mujoco.mjtJoint.mjJNT_SLIDE)
+        self._arms = _arms(self._open, self._closed, self._owner, moved, slides)
+        for k, finger in enumerate(fingers):
+            if not np.any(self._arms[k]):
+                raise InputError(
+                    f"finger {finger.name}: none of {', '.join(finger.joints)} has a motor; give "
+                    "one of them a <position> or <motor> actuator on the joint or a fixed tendon"
+                )
+        self.full = np.sum(self._arms * (self._closed - self._open), axis=1)
+        """Excursions of the closed posture, (D,), m."""
+        inertia = model.dof_M0[self._rates]
+        self._place = inertia * PLACE_RATE**2, 2.0 * inertia * PLACE_RATE
+        self._hold = inertia * HOLD_RATE**2, 2.0 * inertia * HOLD_RATE
+        self._most = self._largest_tensions(moments)
+        self._pad_of_geom = _pads(model, description, prefix)
+        self._modes: tuple[str, ...] = ("place",) * len(fingers)
+        self._values = np.zeros(len(fingers))
+        self._goal = self.excursions()
+        self._kept = data.qpos[self._places].copy()
+        self._tensions = np.zeros(len(fingers))
+
+    def excursions(self) -> NDArray[np.float64]:
+        """How far each drive is pulled in from fully open, (D,), m."""
+        return self._arms @ (self._data.qpos[self._places] - self._open)
+
+    def posture(self, excursions: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Places of the described joints, fingers' first, then still ones, (J,), rad or m."""
+        along = np.append(excursions / self.full, 0.0)[self._owner]
+        return np.clip(self._open + along * (self._closed - self._open), *self._limits.T)
+
+    def pose(self, excursions: NDArray[np.float64]) -> None:
+        """Put the described joints of the data where the drives would place them."""
+        self._data.qpos[self._places] = self.posture(excursions)
+        self._goal = np.array(excursions, dtype=np.float64)
+        self._kept = self._data.qpos[self._places].copy()
+
+    def command(self, command: HandCommand) -> None:
+        """Take a command; what changes its mode starts from where it is.
+
+        Raises
+        ------
+        InputError
+            If there is not one finite value and one mode for each drive.
+        """
+        values = np.asarray(command.values, dtype=np.float64)
+        if len(command.modes) != len(self.drives) or values.shape != (len(self.drives),):
+            raise InputError(
+                f"a command needs a mode and a value for each of {', '.join(self.drives)}, got "
+                f"{len(command.modes)} modes and {values.shape} values"
+            )
+        if not np.isfinite(values).all():
+            raise InputError(f"command values must be finite, got {values.tolist()}")
+        now = self.excursions()
+        for k, (old, new) in enumerate(zip(self._modes, command.modes, strict=True)):
+            if new not in ("place", "pull", "hold"):
+                raise InputError(f"drive mode must be place, pull or hold, got {new!r}")
+            if new == "place" and old != "place":
+                self._goal[k] = now[k]
+            elif new == "hold" and old != "hold":
+                mine = self._owner == k
+                self._kept[mine] = self._data.qpos[self._places[mine]]
+        self._modes, self._values = command.modes, values.copy()
+
+    def apply(self) -> None:
+        """Set the motors for the next physics step, after the state it starts from is computed."""
+        model, data = self._model, self._data
+        stride = PLACE_SPEED * float(model.opt.timestep)
+        q, speed = data.qpos[self._places], data.qvel[self._rates]
+        now = self.excursions()
+        pulling = [k for k, m in enumerate(self._modes) if m == "pull" and self.drives[k] != THUMB]
+        share = self._most[self.drives.index(THUMB)] / (THUMB_RESERVE * max(len(pulling), 1))
+        goal, pull = now.copy(), np.zeros(len(self.drives))
+        for k, (mode, value) in enumerate(zip(self._modes, self._values, strict=True)):
+            if mode == "place":
+                self._goal[k] += np.clip(value - self._goal[k], -stride, stride)
+                goal[k] = self._goal[k]
+            elif mode == "pull":
+                pull[k] = min(max(value, 0.0), self._most[k], share if k in pulling else np.inf)
+        target = self.posture(goal)
+        stiffness, damping = (part.copy() for part in self._place)
+        limit = np.full(len(q), np.inf)
+        for k, mode in enumerate(self._modes):
+            mine = self._owner == k
+            moved = mine & (self._arms[k] != 0.0)
+            if mode == "pull":
+                stiffness[moved] *= PULL_SHARE
+            elif mode == "hold":
+                target[mine] = self._kept[mine]
+                stiffness[mine], damping[mine] = self._hold[0][mine], self._hold[1][mine]
+                limit[moved] = np.abs(self._arms[k, moved]) * max(self._values[k], 0.0)
+        still = ~np.any(self._arms != 0.0, axis=0)
+        stiffness[still], damping[still] = self._hold[0][still], self._hold[1][still]
+        torque = np.clip(stiffness * (target - q), -limit, limit) - damping * speed
+        torque += self._arms.T @ pull
+        self._tensions = self._arms @ torque / np.sum(self._arms**2, axis=1)
+        # What weight and motion ask for is known, and not the grip's.
+        weight = data.qfrc_bias[self._rates] - data.qfrc_gravcomp[self._rates]
+        self._drive(torque + weight)
+
+    def reading(self, tips: tuple[TactileImage, ...] = ()) -> HandReading:
+        """What the hand feels now, with the tactile images given."""
+        angles = self._data.qpos[self._places[: self._count]]
+        low, high = self._open[: self._count], self._closed[: self._count]
+        return HandReading(
+            excursions=self.excursions(),
+            tensions=np.maximum(self._tensions, 0.0),
+            angles=np.where(high < low, -angles, angles),
+            forces=self._pad_forces(),
+            tips=tips,
+        )
+
+    def _drive(self, torque: NDArray[np.float64]) -> None:
+        model, data, motors = self._model, self._data, self._motors
+        force = self._shares @ torque
+        bias = model.actuator_biasprm[motors]
+        force -= bias[:, 0] + bias[:, 1] * data.actuator_length[motors]
+        force -= bias[:, 2] * data.actuator_velocity[motors]
+        control = force / model.actuator_gainprm[motors, 0]
+        limited = model.actuator_ctrllimited[motors].astype(bool)
+        low, high = model.actuator_ctrlrange[motors].T
+        data.ctrl[motors] = np.where(limited, np.clip(control, low, high), control)
+
+    def _largest_tensions(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Tension at which the first motor of each drive gives all it has, (D,), N."""
+        model, motors = self._model, self._motors
+        most = np.where(
+            model.actuator_forcelimited[motors].astype(bool),
+            np.abs(model.actuator_forcerange[motors]).max(axis=1),
+            np.inf,
+        )
+        plain = (model.actuator_biasprm[motors, 1] == 0) & (
+            model.actuator_ctrllimited[motors].astype(bool)
+        )
+        torque = model.actuator_gainprm[motors, 0] * model.actuator_ctrlrange[motors, 1]
+        most = np.where(plain, np.minimum(most, np.abs(torque)), most)
+        forces = np.abs(self._shares @ self._arms.T)
+        with np.errstate(divide="ignore"):
+            return np.min(np.where(forces > 0, most[:, None] / forces, np.inf), axis=0)
+
+    def _pad_forces(self) -> NDArray[np.float64]:
+        data = self._data
+        forces = np.zeros(len(self.pads) + 1)
+        if data.nefc:
+            rows = data.contact.efc_address
+            # In an elliptic cone the first row of a contact is its normal force.
+            normal = np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0)
+            for side in range(2):
+                np.add.at(forces, self._pad_of_geom[data.contact.geom[:, side]], normal)
+        return forces[:-1]
+
+
+def _arms(
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    owner: NDArray[np.intp],
+    moved: NDArray[np.bool_],
+    slides: NDArray[np.bool_],
+) -> NDArray[np.float64]:
+    """Moment arms of the thought tendons, (D, J), m/rad (m/m where a joint slides)."""
+    arms = np.zeros((owner.max() + 1, len(owner)))
+    for k in range(len(arms)):
+        way = np.where((owner == k) & moved, end - start, 0.0)
+        if not way.any():
+            continue
+        turning = np.cumsum(way != 0.0) - 1
+        unit = np.where(slides, SLIDE_ARM, HINGE_ARM_M)
+        arms[k] = unit * TAPER ** np.maximum(turning, 0) * np.sign(way)
+    return arms
+
+
+def _motors(model: Any, joints: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
+    """Motors that move joints, (A,), and by how much each joint lengthens each, (A, J)."""
+    mujoco = import_mujoco()
+    on_joint, on_tendon = int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_TENDON)
+    column = {int(joint): k for k, joint in enumerate(joints)}
+    motors, moments = [], []
+    for motor in range(model.nu):
+        kind, target = int(model.actuator_trntype[motor]), int(model.actuator_trnid[motor, 0])
+        parts: dict[int, float] = {}
+        if kind == on_joint:
+            parts = {target: 1.0}
+        elif kind == on_tendon:
+            first = model.tendon_adr[target]
+            for w in range(first, first + model.tendon_num[target]):
+                if int(model.wrap_type[w]) == int(mujoco.mjtWrap.mjWRAP_JOINT):
+                    parts[int(model.wrap_objid[w])] = float(model.wrap_prm[w])
+        row = np.zeros(len(joints))
+        for joint, moment in parts.items():
+            if joint in column:
+                row[column[joint]] = moment * model.actuator_gear[motor, 0]
+        if row.any():
+            motors.append(motor)
+            moments.append(row)
+    if not motors:
+        raise InputError("no motor moves a joint of the hand's description")
+    return np.array(motors), np.array(moments)
+
+
+def _pads(model: Any, description: HandDescription, prefix: str) -> NDArray[np.intp]:
+    """Number of the pad that each geom is, (ngeom,), -1 for none."""
+    kind = import_mujoco().mjtObj.mjOBJ_GEOM
+    pad_of_geom = np.full(model.ngeom, -1)
+    fingertips = [name for finger in description.fingers for name in finger.pads]
+    for k, name in enumerate(fingertips):
+        pad_of_geom[_id(model, kind, prefix + name)] = k
+    for name in description.palm:
+        pad_of_geom[_id(model, kind, prefix + name)] = len(fingertips)
+    return pad_of_geom
+
+
+def _id(model: Any, kind: Any, name: str) -> int:
+    mujoco = import_mujoco()
+    found = mujoco.mj_name2id(model, kind, name)
+    if found >= 0:
+        return int(found)
+    joint = kind == mujoco.mjtObj.mjOBJ_JOINT
+    what, count = ("joint", model.njnt) if joint else ("geom", model.ngeom)
+    names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(count)]
+    raise InputError(
+        f"the hand's description names a {what} {name!r}, which its MJCF file does not have; "
+        + near_names(name, names)
+    )

@@ -1,0 +1,224 @@
+"""The simulated hand's motors: tendons placed, pulled or held, and what the hand feels."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.errors import InputError
+from eyehand.grasping.robot import HandCommand, HandReading
+
+from ..mujoco_import import import_mujoco
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.tactile import TactileImage
+
+PALM_PAD = "palm_pad"
+"""Geom of the palm's face; the other pads carry their phalanx's name."""
+
+PLACE_STIFFNESS = 4000.0
+"""Of a placed tendon, N/m: a lag of 1 mm pulls with 4 N more."""
+PLACE_DAMPING = 60.0
+"""Ns/m; a finger weighs 2-4 kg seen from its tendon, so that this settles in 30 ms."""
+PLACE_INTEGRAL = 60e3
+"""N/(m s): carries the springs, whose force is not known beforehand, within 0.1 s."""
+PLACE_SPEED = 0.030
+"""Largest speed of a placed tendon, m/s: 2.5 rad/s of a knuckle, as a geared motor turns."""
+SLIP_DAMPING = 4000.0
+"""Ns/m: a held tendon pulled 40 N above its limit gives way at 10 mm/s."""
+
+
+class HandDrives:
+    """Executes hand commands on a MuJoCo model, one physics step at a time.
+
+    A held tendon is a brake: a limit on its length, which the contact solver keeps exactly and
+    which only ever pulls. The model's tendon limits are changed while the hand runs.
+
+    Parameters
+    ----------
+    model, data
+        `MjModel` and `MjData` with the hand in it.
+    prefix
+        What stands before every name of the hand, as `MjSpec.attach` puts it.
+    drives
+        Names of the tendons, each with an actuator of the same name; by default every tendon
+        below the prefix.
+
+    Raises
+    ------
+    InputError
+        If there are no such tendons, or one has no actuator.
+    """
+
+    def __init__(
+        self, model: Any, data: Any, *, prefix: str = "", drives: Sequence[str] = ()
+    ) -> None:
+        mujoco = import_mujoco()
+        self._mujoco, self._model, self._data = mujoco, model, data
+        kinds = mujoco.mjtObj
+        self.drives = tuple(drives) or names_below(model, kinds.mjOBJ_TENDON, prefix)
+        tendons = [_id(model, kinds.mjOBJ_TENDON, prefix + name) for name in self.drives]
+        if not tendons:
+            raise InputError(f"the hand {prefix!r} has no tendons to pull")
+        self._tendons = np.array(tendons)
+        self._motors = np.array(
+            [_id(model, kinds.mjOBJ_ACTUATOR, prefix + name) for name in self.drives]
+        )
+        arms = np.array([tendon_arms(model, t) for t in tendons])
+        joints = np.flatnonzero(np.any(arms != 0.0, axis=0))
+        self.joints = tuple(
+            mujoco.mj_id2name(model, kinds.mjOBJ_JOINT, j).removeprefix(prefix) for j in joints
+        )
+        self._addresses = model.jnt_qposadr[joints]
+        bodies = set(model.jnt_bodyid[joints].tolist())
+        geoms = [
+            g
+            for g in range(model.ngeom)
+            if model.geom_contype[g] | model.geom_conaffinity[g]
+            and (int(model.geom_bodyid[g]) in bodies or _name(model, g) == prefix + PALM_PAD)
+        ]
+        geoms.sort(key=lambda g: _name(model, g) == prefix + PALM_PAD)
+        self.pads = tuple(_name(model, g).removeprefix(prefix) for g in geoms)
+        self._pad_of_geom = np.full(model.ngeom + 1, -1)
+        self._pad_of_geom[geoms] = np.arange(len(geoms))
+        # A tendon shortens as its finger closes; the open hand has every joint at its lower end.
+        self._open = -arms[:, joints] @ model.jnt_range[joints, 0]
+        self._signs = np.sign(-model.actuator_gear[self._motors, 0])
+        self._most = model.actuator_ctrlrange[self._motors, 1]
+        # As a number: NumPy compares an array with the enum itself a hundred times slower.
+        self._limit_kind = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
+        count = len(tendons)
+        self._modes: tuple[str, ...] = ("pull",) * count
+        self._values = np.zeros(count)
+        self._goal = np.full(count, np.nan)
+        self._sum = np.zeros(count)
+
+    def excursions(self) -> NDArray[np.float64]:
+        """How far each tendon is pulled in from fully open, (D,), m."""
+        return -self._data.ten_length[self._tendons] - self._open
+
+    def command(self, command: HandCommand) -> None:
+        """Take a command; what changes its mode starts from where it is.
+
+        Raises
+        ------
+        InputError
+            If there is not one finite value and one mode for each drive.
+        """
+        values = np.asarray(command.values, dtype=np.float64)
+        if len(command.modes) != len(self.drives) or values.shape != (len(self.drives),):
+            raise InputError(
+                f"a command needs a mode and a value for each of {', '.join(self.drives)}, got "
+                f"{len(command.modes)} modes and {values.shape} values"
+            )
+        if not np.isfinite(values).all():
+            raise InputError(f"command values must be finite, got {values.tolist()}")
+        now = self.excursions()
+        tension = self._brakes() + np.abs(self._data.ctrl[self._motors])
+        for k, (old, new) in enumerate(zip(self._modes, command.modes, strict=True)):
+            tendon = self._tendons[k]
+            if new == old:
+                continue
+            self._model.tendon_limited[tendon] = new == "hold"
+            if new == "hold":
+                self._model.tendon_range[tendon] = -1.0, self._data.ten_length[tendon]
+            elif new == "place":
+                self._goal[k], self._sum[k] = now[k], tension[k]
+            elif new != "pull":
+                raise InputError(f"drive mode must be place, pull or hold, got {new!r}")
+        self._modes, self._values = command.modes, values.copy()
+
+    def apply(self) -> None:
+        """Set the motors for the next physics step, after the state it starts from is computed."""
+        model, data = self._model, self._data
+        step = float(model.opt.timestep)
+        now = self.excursions()
+        speed = -data.ten_velocity[self._tendons]
+        brakes = self._brakes()
+        for k, mode in enumerate(self._modes):
+            value, most = self._values[k], self._most[k]
+            tension = 0.0
+            if mode == "pull":
+                tension = min(max(value, 0.0), most)
+            elif mode == "place":
+                stride = PLACE_SPEED * step
+                self._goal[k] += np.clip(value - self._goal[k], -stride, stride)
+                error = self._goal[k] - now[k]
+                self._sum[k] += PLACE_INTEGRAL * error * step
+                self._sum[k] = min(max(self._sum[k], 0.0), most)
+                tension = self._sum[k] + PLACE_STIFFNESS * error - PLACE_DAMPING * speed[k]
+                tension = min(max(tension, 0.0), most)
+            elif brakes[k] > value:
+                give = (brakes[k] - value) / SLIP_DAMPING * step
+                model.tendon_range[self._tendons[k], 1] += give
+            data.ctrl[self._motors[k]] = self._signs[k] * tension
+
+    def reading(self, tips: tuple[TactileImage, ...] = ()) -> HandReading:
+        """What the hand feels now, with the tactile images given."""
+        data = self._data
+        return HandReading(
+            excursions=self.excursions(),
+            tensions=self._brakes() + np.abs(data.ctrl[self._motors]),
+            angles=data.qpos[self._addresses].copy(),
+            forces=self._pad_forces(),
+            tips=tips,
+        )
+
+    def _brakes(self) -> NDArray[np.float64]:
+        """Tension of each brake, (D,), N."""
+        data = self._data
+        tensions = np.zeros(len(self._tendons))
+        if "hold" not in self._modes or not data.nefc:
+            return tensions
+        rows = np.flatnonzero(data.efc_type == self._limit_kind)
+        for row in rows:
+            tensions[self._tendons == data.efc_id[row]] += data.efc_force[row]
+        return tensions
+
+    def _pad_forces(self) -> NDArray[np.float64]:
+        data = self._data
+        forces = np.zeros(len(self.pads) + 1)
+        if data.nefc:
+            rows = data.contact.efc_address
+            # In an elliptic cone the first row of a contact is its normal force.
+            normal = np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0)
+            for side in range(2):
+                np.add.at(forces, self._pad_of_geom[data.contact.geom[:, side]], normal)
+        return forces[:-1]
+
+
+def names_below(model: Any, kind: Any, prefix: str) -> tuple[str, ...]:
+    """Names of a model's objects of one kind that begin with a prefix, without it."""
+    mujoco = import_mujoco()
+    counts = {mujoco.mjtObj.mjOBJ_TENDON: model.ntendon, mujoco.mjtObj.mjOBJ_GEOM: model.ngeom}
+    names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(counts[kind])]
+    return tuple(name.removeprefix(prefix) for name in names if name and name.startswith(prefix))
+
+
+def tendon_arms(model: Any, tendon: int) -> NDArray[np.float64]:
+    """Moment arms of a fixed tendon about every joint of the model, (J,), m; 0 where it has none.
+
+    Positive lengthens the tendon as the angle grows.
+    """
+    arms = np.zeros(model.njnt)
+    first = model.tendon_adr[tendon]
+    for w in range(first, first + model.tendon_num[tendon]):
+        arms[model.wrap_objid[w]] = model.wrap_prm[w]
+    return arms
+
+
+def _name(model: Any, geom: int) -> str:
+    mujoco = import_mujoco()
+    return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom) or ""
+
+
+def _id(model: Any, kind: Any, name: str) -> int:
+    found = import_mujoco().mj_name2id(model, kind, name)
+    if found < 0:
+        raise InputError(f"the hand has no {str(kind).rpartition('OBJ_')[2].lower()} {name!r}")
+    return int(found)

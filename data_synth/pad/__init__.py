@@ -1,0 +1,1 @@
+"""The simulated tactile pad: foam contact, readout, touch objects and the calibration bench."""

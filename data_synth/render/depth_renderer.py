@@ -1,0 +1,126 @@
+"""The choice of a renderer, and the view of a tabletop scene."""
+
+from __future__ import annotations
+
+import functools
+import logging
+from typing import TYPE_CHECKING, Literal, get_args
+
+import numpy as np
+
+from eyehand.errors import DeviceError, InputError
+
+from ..mujoco_import import import_mujoco
+from ..scenes.tabletop_spec import tabletop_spec
+from .gl_probe import gl_fault, gl_module
+from .gl_renderer import GlRenderer
+from .ray_renderer import RayRenderer
+
+if TYPE_CHECKING:
+    from ..scenes.tabletop_scene import TabletopScene
+    from .rendered_view import DepthRenderer, RenderedView
+
+Backend = Literal["auto", "gl", "rays"]
+"""``gl`` draws with OpenGL, ``rays`` casts rays on the CPU, ``auto`` takes what there is."""
+
+DEFAULT_MAX_RANGE_M = 4.0
+"""Past this a depth camera of the table-top kind gives no reading."""
+
+_GL_ADVICE = "on Debian or Ubuntu install libegl1 and libgl1-mesa-dri"
+
+_log = logging.getLogger("eyehand")
+
+
+@functools.cache
+def open_renderer(backend: Backend = "auto") -> DepthRenderer:
+    """Open a renderer, or return the one this process has already.
+
+    What ``auto`` takes is said once, to the logger ``eyehand``. OpenGL is not taken where the
+    environment variable `MUJOCO_GL` is ``off``.
+
+    Parameters
+    ----------
+    backend
+        Which one.
+
+    Raises
+    ------
+    InputError
+        If there is no such back end.
+    DeviceError
+        If ``gl`` was asked for and cannot be used, or MuJoCo cannot be loaded.
+    """
+    if backend not in get_args(Backend):
+        raise InputError(f"renderer must be one of {', '.join(get_args(Backend))}, got {backend!r}")
+    if backend == "rays":
+        return RayRenderer()
+    if backend == "gl":
+        return GlRenderer()
+    fault = gl_fault()
+    if not fault:
+        try:
+            renderer = open_renderer("gl")
+        except DeviceError as error:
+            fault = str(error)
+        else:
+            _log.info("depth images are drawn with OpenGL")
+            return renderer
+    _log.warning(
+        "depth images are drawn by casting rays, which is slower, for want of OpenGL (%s)%s",
+        fault,
+        "" if gl_module() is None else f"; {_GL_ADVICE}",
+    )
+    return open_renderer("rays")
+
+
+def render_scene(
+    scene: TabletopScene,
+    *,
+    renderer: DepthRenderer | None = None,
+    colour: bool = True,
+    max_range: float = DEFAULT_MAX_RANGE_M,
+) -> RenderedView:
+    """Draw what the scene's camera sees, without noise.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    renderer
+        What draws it; without one, `open_renderer` chooses.
+    colour
+        Whether to draw colours too, which takes most of the time.
+    max_range
+        Depth past which there is no reading, m.
+
+    Returns
+    -------
+    RenderedView
+        Depth, labels (0 table and floor, k object k-1 of the scene), colour.
+
+    Raises
+    ------
+    InputError
+        If `max_range` is not positive.
+    DeviceError
+        If nothing can draw here.
+    """
+    if not 0 < max_range < np.inf:
+        raise InputError(f"max_range must be > 0 m and finite, got {max_range}")
+    mujoco = import_mujoco()
+    renderer = renderer or open_renderer()
+    model = tabletop_spec(scene.objects, scene.table, free=False).compile()
+    data = mujoco.MjData(model)
+    mujoco.mj_forward(model, data)
+    labels = np.zeros(model.ngeom, dtype=np.int32)
+    for k, item in enumerate(scene.objects):
+        labels[model.geom(item.name).id] = k + 1
+    return renderer.render(
+        model,
+        data,
+        scene.intrinsics,
+        scene.T_world_camera,
+        labels,
+        max_range=max_range,
+        colour=colour,
+    )

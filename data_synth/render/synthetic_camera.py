@@ -1,0 +1,145 @@
+"""Depth frames of synthetic scenes, from the same kind of camera object as real ones."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+from eyehand.perception.frame import DepthFrame
+
+from ..scenes.tabletop import make_scene
+from ..scenes.tabletop_scene import TabletopScene
+from .depth_noise import DepthNoise, add_depth_noise
+from .depth_renderer import render_scene
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from ..scenes.tabletop_options import TabletopOptions
+    from .rendered_view import DepthRenderer, RenderedView
+
+
+def render_frame(
+    scene: TabletopScene,
+    noise: DepthNoise | None = None,
+    seed: int = 0,
+    *,
+    renderer: DepthRenderer | None = None,
+    colour: bool = True,
+) -> tuple[DepthFrame, NDArray[np.int32]]:
+    """What a depth camera gives for a scene, with the ground truth of its pixels.
+
+    Parameters
+    ----------
+    scene
+        The scene.
+    noise
+        The camera's errors; none when not given.
+    seed
+        Source of the noise, >= 0; the same seed gives the same image.
+    renderer
+        What draws it; without one, `open_renderer` chooses.
+    colour
+        Whether to draw colours too.
+
+    Returns
+    -------
+    frame, labels
+        The frame with `T_world_camera`, and (H, W) int32 labels of the noise-free view: 0 table
+        and floor, k object k-1 of the scene.
+
+    Raises
+    ------
+    InputError
+        If the seed is negative, or the noise leaves no reading.
+    DeviceError
+        If nothing can draw here.
+    """
+    if seed < 0:
+        raise InputError(f"seed must be a whole number >= 0, got {seed}")
+    view = render_scene(scene, renderer=renderer, colour=colour)
+    return _frame(scene, view, noise, np.random.default_rng(seed)), view.labels
+
+
+class SyntheticCamera:
+    """A camera that looks at random or given scenes, one after the other.
+
+    Fulfils the protocol `eyehand.perception.cameras.protocol.Camera`.
+    """
+
+    def __init__(
+        self,
+        scenes: Sequence[TabletopScene | int],
+        noise: DepthNoise | None = None,
+        *,
+        options: TabletopOptions | None = None,
+        looks: int = 1,
+        seed: int = 0,
+        renderer: DepthRenderer | None = None,
+        colour: bool = True,
+    ) -> None:
+        """Choose what to look at.
+
+        Parameters
+        ----------
+        scenes
+            Scenes, or seeds from which `make_scene` draws them when their turn comes.
+        noise
+            The camera's errors; none when not given.
+        options
+            What scenes are drawn from.
+        looks
+            Frames of each scene, which differ by their noise.
+        seed
+            Source of the noise, >= 0.
+        renderer
+            What draws; without one, `open_renderer` chooses.
+        colour
+            Whether to draw colours too.
+
+        Raises
+        ------
+        InputError
+            If there is no scene, or `looks` or `seed` is out of range.
+        """
+        if len(scenes) == 0:
+            raise InputError("a synthetic camera needs one scene or seed at least, got none")
+        if looks < 1 or seed < 0:
+            raise InputError(f"looks must be >= 1 and seed >= 0, got {looks} and {seed}")
+        self._scenes = tuple(scenes)
+        self._noise = noise
+        self._options = options
+        self._looks = looks
+        self._seed = seed
+        self._renderer = renderer
+        self._colour = colour
+
+    def frames(self) -> Iterator[DepthFrame]:
+        """Frames in the order of the scenes; the same ones each time it is asked.
+
+        Raises
+        ------
+        InputError
+            If a seed gives no scene.
+        DeviceError
+            If nothing can draw here.
+        """
+        for index, source in enumerate(self._scenes):
+            scene = source
+            if not isinstance(scene, TabletopScene):
+                scene = make_scene(scene, self._options)
+            view = render_scene(scene, renderer=self._renderer, colour=self._colour)
+            for look in range(self._looks):
+                rng = np.random.default_rng([self._seed, index, look])
+                yield _frame(scene, view, self._noise, rng)
+
+
+def _frame(
+    scene: TabletopScene, view: RenderedView, noise: DepthNoise | None, rng: np.random.Generator
+) -> DepthFrame:
+    depth = add_depth_noise(view.depth, scene.intrinsics, rng, noise or DepthNoise.none())
+    return DepthFrame(depth, scene.intrinsics, scene.T_world_camera, view.colour)

@@ -1,0 +1,1 @@
+"""Simulated scenes: objects on a table, staged solids, reaching scenes, and data set files."""

@@ -1,0 +1,266 @@
+"""Where objects are put down before physics takes over, for each family of scenes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from .household_shapes import rest_rotation
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception.superquadric import Superquadric
+
+    from .tabletop_options import TabletopOptions
+    from .tabletop_physics import TabletopPhysics
+
+_ANGLES = np.arange(96) / 96 * 2 * np.pi
+_DIRECTIONS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
+_SPOTS = 300
+"""Places tried at once for one group."""
+_LAYOUTS = 12
+"""Times all objects are set out anew before the draw is given up."""
+_GAP_SLACK_M = 0.002
+"""Objects start this much farther apart than they must end."""
+_CONTACT_M = 1e-4
+"""Gap that is left between touching objects before they settle."""
+_APPROACHES = 24
+_APPROACH_START_M = 0.8
+_APPROACH_STEPS = 60
+_TOP_OFFSET_SHARE = 0.3
+"""A carried object's centre lies within this share of its carrier's half-width."""
+
+
+@dataclass
+class _Group:
+    """Objects that are set down together, with their places relative to the group's."""
+
+    members: list[int]
+    places: list[RigidTransform]
+
+
+def carrier_count(count: int) -> int:
+    """How many of `count` stacked objects carry another: objects 0 .. n-1 carry n .. 2n-1."""
+    return (count + 1) // 3
+
+
+def place(
+    shapes: Sequence[Superquadric],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> list[RigidTransform] | None:
+    """Find a place for every object, `drop_height` above what it will rest on.
+
+    Objects of the family ``dropped`` are turned anyhow, `fall_height` above the table.
+
+    Parameters
+    ----------
+    shapes
+        The solids, shape frames at the origin; in the family ``stacked`` the first
+        `carrier_count` must be flat-topped.
+    physics
+        Measures distances; its objects end parked or anywhere.
+    options
+        Family, area and gaps.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    list of RigidTransform, or None
+        T_world_shape of every object, or None when the work area is too full.
+    """
+    for _ in range(_LAYOUTS):
+        groups = _groups(shapes, physics, options, rng)
+        spots = None if groups is None else _pack(groups, shapes, options, rng)
+        if groups is not None and spots is not None:
+            placed = {
+                member: RigidTransform.from_translation([*spot, options.table_height]) * local
+                for group, spot in zip(groups, spots, strict=True)
+                for member, local in zip(group.members, group.places, strict=True)
+            }
+            return [placed[k] for k in range(len(shapes))]
+    return None
+
+
+def tumbled(shape: Superquadric, height: float, rng: np.random.Generator) -> RigidTransform:
+    """Pose over the origin in any orientation, with the lowest point at `height`, in m."""
+    return _lifted(shape, height, Rotation.random(rng=rng))
+
+
+def _groups(
+    shapes: Sequence[Superquadric],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> list[_Group] | None:
+    count = len(shapes)
+    if options.family == "touching":
+        share = max(count // options.group_size, 1)
+        parts = np.array_split(np.arange(count), share)
+        groups = [_touching(part.tolist(), shapes, physics, options, rng) for part in parts]
+        whole = [group for group in groups if group is not None]
+        return whole if len(whole) == len(groups) else None
+    carriers = carrier_count(count) if options.family == "stacked" else 0
+    stacks = [_stack(k, k + carriers, shapes, options, rng) for k in range(carriers)]
+    return stacks + [_single(k, shapes, options, rng) for k in range(2 * carriers, count)]
+
+
+def _single(
+    index: int,
+    shapes: Sequence[Superquadric],
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> _Group:
+    if options.family == "dropped":
+        return _Group([index], [tumbled(shapes[index], options.fall_height, rng)])
+    return _Group([index], [_resting(shapes[index], options.drop_height, options.drop_tilt, rng)])
+
+
+def _resting(
+    shape: Superquadric,
+    height: float,
+    tilt: float,
+    rng: np.random.Generator,
+    *,
+    upright: bool = False,
+) -> RigidTransform:
+    """Pose at the origin, off its rest by up to `tilt` rad, with the lowest point at `height`."""
+    angle = rng.uniform(0, 2 * np.pi)
+    lean = tilt * np.sqrt(rng.uniform()) * np.array([np.cos(angle), np.sin(angle), 0.0])
+    rotation = Rotation.from_rotvec(lean) * rest_rotation(shape, rng, upright=upright)
+    return _lifted(shape, height, rotation)
+
+
+def _lifted(shape: Superquadric, height: float, rotation: Rotation) -> RigidTransform:
+    depth = shape.support(rotation.inv().apply([0.0, 0.0, -1.0]))
+    return RigidTransform.from_components([0.0, 0.0, height + float(depth)], rotation)
+
+
+def _stack(
+    carrier: int,
+    carried: int,
+    shapes: Sequence[Superquadric],
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> _Group:
+    base = shapes[carrier]
+    below = _resting(base, options.drop_height, options.drop_tilt, rng, upright=True)
+    # The highest point of a tilted carrier, so that the carried object does not start inside.
+    top = float(base.support(below.rotation.inv().apply([0.0, 0.0, 1.0]))) + below.translation[2]
+    above = _resting(shapes[carried], top + options.drop_height, options.drop_tilt, rng)
+    reach = _TOP_OFFSET_SHARE * base.semi_axes[:2].min() * np.sqrt(rng.uniform())
+    angle = rng.uniform(0, 2 * np.pi)
+    aside = RigidTransform.from_translation([reach * np.cos(angle), reach * np.sin(angle), 0.0])
+    return _Group([carrier, carried], [below, aside * above])
+
+
+def _touching(
+    members: Sequence[int],
+    shapes: Sequence[Superquadric],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> _Group | None:
+    """Bring each object up to those before it until it all but touches one of them."""
+    physics.park(range(len(shapes)))
+    lift = RigidTransform.from_translation([0.0, 0.0, options.table_height])
+    group = _Group([], [])
+    for index in members:
+        # Level, because an object that rocks back to its rest leaves the one it touched.
+        resting = _resting(shapes[index], options.drop_height, 0.0, rng)
+        place = resting if not group.members else None
+        for _ in range(_APPROACHES):
+            if place is not None:
+                break
+            goal = group.places[rng.integers(len(group.places))].translation
+            angle = rng.uniform(0, 2 * np.pi)
+            heading = np.array([np.cos(angle), np.sin(angle), 0.0])
+            place = _approach(index, resting, goal, heading, group.members, physics, lift)
+        if place is None:
+            return None
+        physics.put(index, lift * place)
+        group.members.append(int(index))
+        group.places.append(place)
+    return group
+
+
+def _approach(
+    index: int,
+    resting: RigidTransform,
+    goal: NDArray[np.float64],
+    heading: NDArray[np.float64],
+    others: Sequence[int],
+    physics: TabletopPhysics,
+    lift: RigidTransform,
+) -> RigidTransform | None:
+    """Slide an object along `heading` towards above `goal`, each step as long as its gap.
+
+    Moving by the gap cannot overlap anything (conservative advancement, Mirtich 1996).
+    """
+    physics.put(index, lift * resting)
+    above = np.array([goal[0], goal[1], resting.translation[2]])
+    away = _APPROACH_START_M
+    for _ in range(_APPROACH_STEPS):
+        position = above - away * heading
+        physics.move(index, lift.translation + position)
+        gap = physics.least_gap(index, others)
+        if gap < 2 * _CONTACT_M:
+            return RigidTransform.from_components(position, resting.rotation) if gap > 0 else None
+        away -= gap - _CONTACT_M
+        if away < 0:
+            return None
+    return None
+
+
+def _pack(
+    groups: Sequence[_Group],
+    shapes: Sequence[Superquadric],
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> list[NDArray[np.float64]] | None:
+    """Spots (2,) for groups, in m, that keep their members `min_gap` apart seen from above.
+
+    Two convex outlines are that far apart when some direction separates them by it, which
+    their support functions tell.
+    """
+    outlines = [_outlines(group, shapes) for group in groups]
+    half = np.array(options.work_area) / 2
+    gap = options.min_gap + _GAP_SLACK_M
+    spots: dict[int, NDArray[np.float64]] = {}
+    # The largest first: small ones find room between.
+    for k in sorted(range(len(groups)), key=lambda k: -float(outlines[k].max())):
+        # An outline reaches h(d) towards d: the spot keeps that inside the work area.
+        right, up, left, down = outlines[k].max(axis=0)[:: len(_ANGLES) // 4]
+        low, high = -half + [left, down], half - [right, up]
+        if np.any(low > high):
+            return None
+        tried = rng.uniform(low, high, size=(_SPOTS, 2))
+        for other, spot in spots.items():
+            along = (spot - tried) @ _DIRECTIONS[:, :2].T
+            for mine in outlines[k]:
+                for theirs in outlines[other]:
+                    between = along - mine - np.roll(theirs, len(_ANGLES) // 2)
+                    keep = between.max(axis=1) >= gap
+                    tried, along = tried[keep], along[keep]
+        if len(tried) == 0:
+            return None
+        spots[k] = tried[0]
+    return [spots[k] for k in range(len(groups))]
+
+
+def _outlines(group: _Group, shapes: Sequence[Superquadric]) -> NDArray[np.float64]:
+    """Support functions of the members in the horizontal directions, (members, 96), m."""
+    supports = [
+        shapes[member].support(local.rotation.inv().apply(_DIRECTIONS))
+        + _DIRECTIONS @ local.translation
+        for member, local in zip(group.members, group.places, strict=True)
+    ]
+    return np.array(supports)

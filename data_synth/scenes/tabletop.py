@@ -1,0 +1,192 @@
+"""Random tabletop scenes: drawn from a seed, dropped, settled by physics, checked."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .dropping import drop
+from .family_rules import fallen_fault, standing_fault
+from .household_shapes import draw_base_shape, draw_shape
+from .placement import carrier_count, place
+from .tabletop_options import TabletopOptions
+from .tabletop_physics import TabletopPhysics
+from .tabletop_scene import Table, TabletopObject, TabletopScene, solid_volume
+from .viewpoint import (
+    COARSE_STEPS,
+    FINE_STEPS,
+    camera_intrinsics,
+    draw_table_view,
+    draw_viewpoint,
+)
+
+if TYPE_CHECKING:
+    from eyehand.perception.superquadric import Superquadric
+
+PALETTE = (
+    (0.78, 0.30, 0.25),  # brick
+    (0.20, 0.45, 0.60),  # petrol
+    (0.93, 0.69, 0.28),  # amber
+    (0.36, 0.56, 0.36),  # leaf
+    (0.56, 0.40, 0.60),  # plum
+    (0.90, 0.52, 0.40),  # coral
+    (0.38, 0.68, 0.66),  # teal
+    (0.88, 0.83, 0.72),  # cream
+    (0.30, 0.33, 0.45),  # slate
+    (0.70, 0.72, 0.40),  # olive
+    (0.85, 0.55, 0.65),  # rose
+    (0.55, 0.70, 0.86),  # sky
+    (0.62, 0.28, 0.38),  # wine
+    (0.48, 0.62, 0.30),  # moss
+    (0.95, 0.78, 0.60),  # peach
+)
+"""Red, green, blue of objects, told apart at a glance."""
+
+_WATCH_S = 1.0
+_WATCHED_DRIFT_M = 1e-4
+"""What fell and came to rest may stand on an edge that gives way: watched for so long, it must
+not move by more than this."""
+
+
+def make_scene(seed: int, options: TabletopOptions | None = None) -> TabletopScene:
+    """Draw a scene whose objects stand still.
+
+    Objects that stand are put down from `drop_height`, those of the families ``dropped`` and
+    ``piled`` fall one by one from `fall_height` in any orientation; all settle in MuJoCo. A draw
+    is thrown away when the work area is too full, an object leaves its place or the table or does
+    not come to rest, the family's rule is broken in the end, or no camera sees everything; the
+    next draw takes over. The same seed and options give the same scene to the last bit on one
+    machine.
+
+    Parameters
+    ----------
+    seed : int
+        Source of all randomness, >= 0.
+    options : TabletopOptions, optional
+        What to draw from.
+
+    Returns
+    -------
+    TabletopScene
+        Ground truth: shapes with their poses in the world, table, camera.
+
+    Raises
+    ------
+    InputError
+        If the seed is not a whole number >= 0, or `tries` draws all failed (the message counts
+        why).
+    DeviceError
+        If MuJoCo cannot be loaded.
+    """
+    if isinstance(seed, bool) or not isinstance(seed, int | np.integer) or seed < 0:
+        raise InputError(f"seed must be a whole number >= 0, got {seed!r}")
+    options = options or TabletopOptions()
+    faults: Counter[str] = Counter()
+    for attempt in range(options.tries):
+        drawn = _draw(int(seed), attempt, options)
+        if isinstance(drawn, TabletopScene):
+            return drawn
+        faults[drawn] += 1
+    told = ", ".join(f"{count}x {fault}" for fault, count in faults.most_common())
+    raise InputError(
+        f"no {options.family} scene of {options.count_range[0]}-{options.count_range[1]} objects "
+        f"in {options.tries} tries ({told}): ask for fewer or smaller objects, a larger work_area, "
+        "or more tries"
+    )
+
+
+def _draw(seed: int, attempt: int, options: TabletopOptions) -> TabletopScene | str:
+    """One draw: a scene, or why it is none."""
+    rng = np.random.default_rng([seed, attempt])
+    table = Table(options.table_size, options.table_height)
+    intrinsics = camera_intrinsics(options.view)
+    objects = _draw_objects(options, rng)
+    if not objects:
+        T_world_camera = draw_table_view(options, rng)
+        return TabletopScene(seed, options.family, (), table, intrinsics, T_world_camera)
+    falls = options.family in ("dropped", "piled")
+    physics = TabletopPhysics(objects, table, no_creep=falls)
+    rested = (_fall if falls else _stand)(objects, physics, options, rng)
+    if isinstance(rested, str):
+        return rested
+    shapes = [item.shape for item in rested]
+    steps = FINE_STEPS if falls else COARSE_STEPS
+    T_world_camera = draw_viewpoint(shapes, options.view, rng, physics.seen_pixels, steps)
+    if T_world_camera is None:
+        return "no view of every object"
+    return TabletopScene(seed, options.family, rested, table, intrinsics, T_world_camera)
+
+
+def _stand(
+    objects: list[TabletopObject],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> tuple[TabletopObject, ...] | str:
+    """Put objects down where they stay: the same at rest, or why not."""
+    start = place([item.shape for item in objects], physics, options, rng)
+    if start is None:
+        return "too full"
+    for index, pose in enumerate(start):
+        physics.put(index, pose)
+    if not physics.settle(options.settle_time):
+        return "never at rest"
+    rested = _at_rest(objects, physics)
+    fault = standing_fault(physics, start, [item.shape.pose for item in rested], options)
+    return fault or rested
+
+
+def _fall(
+    objects: list[TabletopObject],
+    physics: TabletopPhysics,
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> tuple[TabletopObject, ...] | str:
+    """Let objects fall one by one: the same at rest, or why not."""
+    if not drop([item.shape for item in objects], physics, options, rng):
+        return "too full"
+    if not physics.settle(options.settle_time):
+        return "unstable physics" if physics.unstable else "never at rest"
+    rested = _at_rest(objects, physics)
+    fault = fallen_fault(physics, rested, options)
+    if fault:
+        return fault
+    physics.run(_WATCH_S)
+    now = _at_rest(objects, physics)
+    moved = [
+        float(np.linalg.norm(one.shape.centre - other.shape.centre))
+        for one, other in zip(rested, now, strict=True)
+    ]
+    return rested if max(moved) <= _WATCHED_DRIFT_M else "balanced for a moment only"
+
+
+def _at_rest(objects: list[TabletopObject], physics: TabletopPhysics) -> tuple[TabletopObject, ...]:
+    return tuple(item.at(physics.pose(index)) for index, item in enumerate(objects))
+
+
+def _draw_objects(options: TabletopOptions, rng: np.random.Generator) -> list[TabletopObject]:
+    count = int(rng.integers(options.count_range[0], options.count_range[1] + 1))
+    carriers = carrier_count(count) if options.family == "stacked" else 0
+    shapes = [draw_base_shape(options, rng) for _ in range(carriers)]
+    for _ in range(count - carriers):
+        shapes.append(draw_shape(options.kinds[rng.integers(len(options.kinds))], options, rng))
+    colours = rng.permutation(len(PALETTE))
+    return [
+        _object(k, shape, PALETTE[colours[k % len(PALETTE)]], options, rng)
+        for k, shape in enumerate(shapes)
+    ]
+
+
+def _object(
+    index: int,
+    shape: Superquadric,
+    colour: tuple[float, float, float],
+    options: TabletopOptions,
+    rng: np.random.Generator,
+) -> TabletopObject:
+    mass = float(rng.uniform(*options.density_range)) * solid_volume(shape)
+    return TabletopObject(f"{shape.kind}_{index + 1}", shape, mass, colour)

@@ -1,0 +1,199 @@
+"""Rigid objects on a table under gravity: put down, measured, let come to rest."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from ..mujoco_import import import_mujoco
+from .tabletop_spec import VISIBLE_GROUPS, tabletop_spec
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception.frame import CameraIntrinsics
+
+    from .tabletop_scene import Table, TabletopObject
+
+QUIET_SPEED_M_S = 1e-3
+"""An object none of whose points is faster than this is quiet."""
+QUIET_TIME_S = 0.24
+"""All objects quiet for so long are at rest."""
+
+BOWL_DRAG_HZ = 10.0
+"""Share of its level speed that an object in a bowl loses per second: it does not swing."""
+
+_CHECK_INTERVAL_S = 0.03
+_NO_SLIP_PASSES = 3
+_PARKING_M = 50.0
+_GAP_HORIZON_M = 10.0
+
+
+class TabletopPhysics:
+    """The state of a set of objects in MuJoCo; each is parked far away until it is put down."""
+
+    def __init__(
+        self, objects: Sequence[TabletopObject], table: Table, *, no_creep: bool = False
+    ) -> None:
+        """Make the objects' bodies.
+
+        Parameters
+        ----------
+        objects, table
+            What falls, and onto what.
+        no_creep
+            Friction holds to the end, at a tenth to a half more time: else what lies aslant slides
+            by 0.1 mm/s, and may fall after seconds.
+        """
+        self._mujoco = import_mujoco()
+        self._model = tabletop_spec(objects, table, free=True).compile()
+        if no_creep:
+            self._model.opt.noslip_iterations = _NO_SLIP_PASSES
+        self._data = self._mujoco.MjData(self._model)
+        self._count = len(objects)
+        self._geom = [self._model.geom(item.name).id for item in objects]
+        self._table = self._model.geom("table").id
+        self._reach = np.array([np.linalg.norm(item.shape.semi_axes) for item in objects])
+        self._mass = np.array([[item.mass] for item in objects])
+        self._parked: set[int] = set()
+        self._pull, self._bowl_radius = 0.0, 1.0
+        self.park(range(self._count))
+
+    def park(self, indices: Iterable[int]) -> None:
+        """Take objects off the table; time leaves them where they are until they are put down."""
+        self._parked.update(indices)
+        for index in indices:
+            self._data.qvel[6 * index : 6 * index + 6] = 0.0
+            self.move(index, np.array([_PARKING_M, index, _PARKING_M]))
+
+    def put(self, index: int, T_world_shape: RigidTransform) -> None:
+        """Place object `index`, at rest."""
+        self._parked.discard(index)
+        turn = T_world_shape.rotation.as_quat(scalar_first=True)
+        self._data.qpos[7 * index + 3 : 7 * index + 7] = turn
+        self._data.qvel[6 * index : 6 * index + 6] = 0.0
+        self.move(index, T_world_shape.translation)
+
+    def move(self, index: int, position: NDArray[np.float64]) -> None:
+        """Shift object `index` so that its shape frame's origin lies at `position` (3,), m."""
+        self._data.qpos[7 * index : 7 * index + 3] = position
+        self._mujoco.mj_kinematics(self._model, self._data)
+
+    def pose(self, index: int) -> RigidTransform:
+        """Where object `index` is: T_world_shape."""
+        qpos = self._data.qpos[7 * index : 7 * index + 7]
+        rotation = Rotation.from_quat(qpos[3:], scalar_first=True)
+        return RigidTransform.from_components(qpos[:3], rotation)
+
+    def deepest(self) -> float:
+        """Greatest depth to which an object lies inside another or the table, m; 0 for none."""
+        geoms = [*self._geom, self._table]
+        gaps = (
+            self._distance(geoms[one], geoms[other])
+            for one in range(self._count)
+            for other in range(one + 1, self._count + 1)
+        )
+        return max(0.0, -min(gaps))
+
+    def gap(self, one: int, other: int) -> float:
+        """Distance between two objects, m; negative where they overlap."""
+        return self._distance(self._geom[one], self._geom[other])
+
+    def least_gap(self, index: int, others: Sequence[int]) -> float:
+        """Distance from an object to the nearest of others, m; infinite when there are none."""
+        return min((self.gap(index, other) for other in others), default=np.inf)
+
+    def bowl(self, radius: float, pull: float) -> None:
+        """Draw objects to the table's middle, as if it were hollow; a pull of 0 makes it flat.
+
+        Parameters
+        ----------
+        radius
+            Distance from the z-axis inside which the bowl gets flatter towards its middle, m.
+        pull
+            Level acceleration outside it, m/s²: over g, the slope of the bowl's wall.
+        """
+        self._bowl_radius, self._pull = radius, pull
+        self._data.xfrc_applied[:] = 0.0
+
+    def settle(self, longest: float) -> bool:
+        """Let time run until all objects are at rest; False if they are not after `longest` s."""
+        step = self._model.opt.timestep
+        batch = max(round(_CHECK_INTERVAL_S / step), 1)
+        quiet = 0.0
+        ends = self._data.time + longest
+        while self._data.time < ends and quiet < QUIET_TIME_S:
+            self._step(batch)
+            if self.unstable:
+                return False
+            quiet = quiet + batch * step if self.fastest() < QUIET_SPEED_M_S else 0.0
+        self._mujoco.mj_forward(self._model, self._data)
+        return quiet >= QUIET_TIME_S
+
+    def run(self, duration: float) -> None:
+        """Let time run for `duration` s, in which a bowl's pull stays as it is at the start."""
+        self._step(max(round(duration / self._model.opt.timestep), 1))
+        self._mujoco.mj_forward(self._model, self._data)
+
+    @property
+    def unstable(self) -> bool:
+        """Whether MuJoCo met a NaN or a huge acceleration, and began anew from nothing."""
+        kinds = self._mujoco.mjtWarning
+        bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
+        return any(self._data.warning[int(kind)].number > 0 for kind in bad)
+
+    def fastest(self) -> float:
+        """Bound on the speed of any point of any object that is not parked, m/s."""
+        twist = self._data.qvel.reshape(self._count, 6)
+        linear = np.linalg.norm(twist[:, :3], axis=1)
+        angular = np.linalg.norm(twist[:, 3:], axis=1)
+        return float(np.max(linear + angular * self._reach))
+
+    def _distance(self, geom: int, other: int) -> float:
+        return self._mujoco.mj_geomDistance(
+            self._model, self._data, geom, other, _GAP_HORIZON_M, None
+        )
+
+    def _step(self, count: int) -> None:
+        if self._pull:
+            level = self._data.qpos.reshape(self._count, 7)[:, :2]
+            speed = self._data.qvel.reshape(self._count, 6)[:, :2]
+            away = np.maximum(np.linalg.norm(level, axis=1, keepdims=True), self._bowl_radius)
+            wanted = -self._pull * level / away - BOWL_DRAG_HZ * speed
+            self._data.xfrc_applied[1:, :2] = self._mass * wanted
+        self._mujoco.mj_step(self._model, self._data, count)
+        if self._parked:
+            self.park(self._parked.copy())
+
+    def on_table(self) -> set[int]:
+        """Objects that touch the table."""
+        pairs = self._data.contact.geom
+        touching = {int(g) for pair in pairs if self._table in pair for g in pair}
+        return {k for k, geom in enumerate(self._geom) if geom in touching}
+
+    def seen_pixels(
+        self, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
+    ) -> NDArray[np.intp]:
+        """Pixels in which a camera sees each object, (n,); the table hides nothing."""
+        rays = intrinsics.rays().reshape(-1, 3) @ T_world_camera.rotation.as_matrix().T
+        hit = np.full(len(rays), -1, dtype=np.int32)
+        self._mujoco.mj_multiRay(
+            self._model,
+            self._data,
+            np.array(T_world_camera.translation),
+            np.ascontiguousarray(rays).reshape(-1),
+            np.array(VISIBLE_GROUPS, dtype=np.uint8),
+            1,
+            -1,
+            hit,
+            np.empty(len(rays)),
+            None,
+            len(rays),
+            self._mujoco.mjMAXVAL,
+        )
+        counts = np.bincount(hit[hit >= 0], minlength=self._model.ngeom)
+        return counts[self._geom]

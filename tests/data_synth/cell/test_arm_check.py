@@ -1,0 +1,120 @@
+"""A robot's file that cannot be used says why in one line, whatever is wrong with it."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth import LBR_ARM
+from eyehand.data_synth.cell.contact_record import TouchRecord
+from eyehand.data_synth.cell.grasp_robot import GraspRobot
+from eyehand.data_synth.cell.grasp_world import GraspWorld
+from eyehand.data_synth.cell.sim_robot import SimRobot
+from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.errors import InputError
+
+PARTS = LBR_ARM.parent
+ARM = LBR_ARM.read_text()
+HOME = 'name="home" qpos="0 0.6'
+BASE = '<body name="base" childclass="lbr">'
+FLOATING = re.sub("<keyframe>.*</keyframe>", "", ARM, flags=re.DOTALL)
+FLOATING = FLOATING.replace(BASE, BASE + "<freejoint/>")
+URDF = '<robot name="r"><link name="tool"/></robot>'
+
+
+def refused(path, frame="tool") -> str:
+    with pytest.raises(InputError) as error:
+        GraspRobot.of_file(path, frame).measured_hand()
+    told = str(error.value)
+    assert "\n" not in told
+    assert "None" not in told
+    return told
+
+
+def with_line(line, before="</mujoco>"):
+    return ARM.replace(before, line + before, 1)
+
+
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        ("", r"cannot read .*robot\.xml"),
+        ("<html/>", r"cannot read .*html"),
+        (ARM[:2000], r"cannot read .*Line number"),
+        (with_line('<sensor><smell name="x"/></sensor>'), r"cannot read .*smell"),
+        (
+            with_line('<sensor><touch name="x" site="gone"/></sensor>'),
+            r"compile .*robot\.xml: .*gone",
+        ),
+        (with_line('<asset><mesh name="m" file="gone.stl"/></asset>'), r"robot\.xml: .*gone\.stl"),
+        (
+            ARM.replace(HOME, 'name="home" qpos="0 9.6'),
+            r"joint2 rests at 9.6 rad, must lie in \[-2",
+        ),
+        (FLOATING, r"has a free joint: a robot's base is to stand still"),
+        (re.sub('name="joint3"', "", ARM), r"cannot|without a name"),
+        (re.sub('name="joint3"', 'name="joint3" type="slide"', ARM), r"joint3 of .* is no hinge"),
+        (
+            re.sub("<position[^>]*joint3[^>]*/>", '<motor joint="joint3"/>', ARM),
+            r"joint3 has no position servo",
+        ),
+        (ARM, r"nothing tells the fingers of .*robot\.hand\.json"),
+    ],
+)
+def test_what_is_wrong_with_an_mjcf_is_told(tmp_path, text, told):
+    path = tmp_path / "robot.xml"
+    path.write_text(text)
+    assert re.search(told, refused(path)), refused(path)
+
+
+def test_a_file_of_another_kind_is_told(tmp_path):
+    (tmp_path / "robot.xml").write_bytes(np.random.default_rng(0).bytes(3000))
+    (tmp_path / "robot.urdf").write_text(URDF)
+    assert "cannot read" in refused(tmp_path / "robot.xml")
+    assert "<position> actuator" in refused(tmp_path / "robot.urdf")
+    assert "this is a folder" in refused(tmp_path)
+    assert "no such file" in refused(tmp_path / "gone.xml")
+
+
+def test_a_joint_of_the_arm_is_no_fingers(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(ARM)
+    finger = {"joints": {"joint3": [0.0, 1.0]}, "pads": ["base_shell"]}
+    thumb = {"joints": {"other": [0.0, 1.0]}, "pads": ["link1_shell"]}
+    described = {"fingers": {"middle": finger, "thumb": thumb}}
+    path.with_suffix(".hand.json").write_text(json.dumps(described))
+    assert "joint joint3 is told as a finger's" in refused(path)
+
+
+def test_bodies_without_a_name_are_the_robots(tmp_path):
+    path = tmp_path / "robot.xml"
+    path.write_text(ARM.replace("<worldbody>", '<worldbody><body><geom size="0.01"/></body>', 1))
+    world = GraspWorld.build([], robot=GraspRobot.of_file(path, "tool"))
+    model = world.own_model()
+    touch = TouchRecord(model, import_mujoco().MjData(model), world)
+    (unnamed,) = (k for k in range(1, model.nbody) if not model.body(k).name)
+    assert touch.robot[model.body_geomadr[unnamed]]
+
+
+def test_a_world_too_large_to_run_is_told(monkeypatch):
+    world, mujoco = GraspWorld.build([]), import_mujoco()
+
+    def overflow(_model, _data):
+        raise mujoco.FatalError("out of memory\nmax = 15728640")
+
+    monkeypatch.setattr(mujoco, "mj_forward", overflow)
+    with pytest.raises(InputError, match=r"this robot: out of memory max = 15728640"):
+        SimRobot(world)
+
+
+@pytest.mark.parametrize("hand", ["hand.xml", "servo_hand.xml"])
+def test_a_hand_without_an_arm_is_told(hand):
+    told = refused(PARTS / hand, "palm")
+    assert "has no arm: no joint lies between its base and the hand's frame 'palm'" in told
+
+
+def test_a_frame_that_is_not_there_is_told_with_those_that_are():
+    assert "there are tool" in refused(LBR_ARM, "tol")

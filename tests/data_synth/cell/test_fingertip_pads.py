@@ -1,0 +1,62 @@
+"""Contacts on a fingertip become an image whose forces add up, where they press."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth.cell.fingertip_pads import COLUMNS, PITCH_M, ROWS, FingertipPads
+from eyehand.data_synth.mujoco_import import import_mujoco
+
+FINGERTIP = """
+<mujoco><option cone="elliptic" gravity="0 0 0"/><worldbody>
+<body name="tip"><geom name="pad" type="box" size="0.006 0.008 0.0135"/>
+<site name="face" pos="0.006 0 0"/></body>
+<body name="ball" pos="{x} {y} {z}"><joint type="slide" axis="1 0 0"/>
+<geom name="ball" size="0.01" mass="0.1"/></body>
+</worldbody></mujoco>
+"""
+
+
+def pressed(y: float, z: float, side: float = 1.0) -> tuple[np.ndarray, float]:
+    """Forces of the tactels, and the contact's."""
+    mujoco = import_mujoco()
+    text = FINGERTIP.format(x=side * 0.0155, y=y, z=z)
+    model = mujoco.MjModel.from_xml_string(text)
+    data = mujoco.MjData(model)
+    mujoco.mj_step(model, data)
+    pads = FingertipPads(model, [model.geom("pad").id], [model.site("face").id])
+    (image,) = pads.read(data)
+    force = np.zeros(6)
+    mujoco.mj_contactForce(model, data, 0, force)
+    return (image.pressures * image.array.area).reshape(ROWS, COLUMNS), force[0]
+
+
+@pytest.mark.parametrize(("y", "z"), [(0.0, 0.0), (0.003, -0.004), (-0.007, 0.012)])
+def test_the_sum_is_the_contact_force(y: float, z: float):
+    forces, contact = pressed(y, z)
+    assert contact > 0.1
+    assert np.isclose(forces.sum(), contact)
+    assert (forces >= 0).all()
+
+
+def test_the_centre_of_pressure_is_where_it_presses():
+    forces, _ = pressed(0.001, -0.002)
+    rows = (np.arange(ROWS) - (ROWS - 1) / 2) * PITCH_M
+    columns = (np.arange(COLUMNS) - (COLUMNS - 1) / 2) * PITCH_M
+    along = (forces.sum(axis=1) @ rows) / forces.sum()
+    across = (forces.sum(axis=0) @ columns) / forces.sum()
+    # Along the finger is its z; x = along × outwards points along y.
+    assert abs(along + 0.002) < 0.0005
+    assert abs(across - 0.001) < 0.0007
+
+
+def test_what_presses_on_the_back_is_not_felt():
+    forces, contact = pressed(0.0, 0.0, side=-1.0)
+    assert contact > 0.1
+    assert not forces.any()
+
+
+def test_without_contact_there_is_no_pressure():
+    forces, _ = pressed(0.1, 0.0)
+    assert not forces.any()

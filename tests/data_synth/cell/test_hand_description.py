@@ -1,0 +1,105 @@
+"""A hand's description says what it needs, and what it lacks."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from eyehand.data_synth.cell import hand_description
+from eyehand.data_synth.cell.hand_description import (
+    FingerDescription,
+    HandDescription,
+    description_beside,
+    read_description,
+)
+from eyehand.errors import InputError
+
+ASSETS = Path(hand_description.__file__).parent / "assets"
+THUMB = {"joints": {"t": [0.0, 1.0]}, "pads": ["tp"]}
+FINGER = {"joints": {"f": [0.0, 1.0]}, "pads": ["fp"]}
+
+
+def test_the_description_beside_a_file_is_found():
+    hand = description_beside(ASSETS / "servo_hand.xml")
+
+    assert hand is not None
+    assert [finger.name for finger in hand.fingers] == ["left", "right", "thumb"]
+    assert hand.fingers[0].joints["left_knuckle"] == (-0.55, 0.40)
+    assert hand.pad_names[-2:] == ("thumb_distal", "palm_pad")
+    assert hand.joint_names[:3] == ("left_1", "left_2", "right_1")
+
+
+def test_a_hand_of_tendons_has_none():
+    assert description_beside(ASSETS / "hand.xml") is None
+
+
+def test_the_thumb_comes_last_wherever_it_is_written(tmp_path):
+    path = tmp_path / "a.hand.json"
+    path.write_text(json.dumps({"fingers": {"thumb": THUMB, "middle": FINGER}, "still": {"w": 1}}))
+
+    hand = read_description(path)
+
+    assert [finger.name for finger in hand.fingers] == ["middle", "thumb"]
+    assert hand.still == {"w": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("told", "says"),
+    [
+        ([], "no object 'fingers'"),
+        ({"fingers": {"thumb": THUMB}}, "last a 'thumb'"),
+        ({"fingers": {"middle": FINGER}}, "last a 'thumb'"),
+        ({"fingers": {"middle": {"pads": ["p"]}, "thumb": THUMB}}, "middle has no object 'joints'"),
+        ({"fingers": {"middle": {"joints": {"f": [0, 1]}}, "thumb": THUMB}}, "one pad at least"),
+        ({"fingers": {"middle": FINGER | {"joints": {"f": 1}}, "thumb": THUMB}}, "two places"),
+        ({"fingers": {"middle": FINGER | {"joints": {"f": [1, 1]}}, "thumb": THUMB}}, "no joint"),
+        ({"fingers": {"middle": FINGER, "thumb": FINGER}}, "f twice"),
+        ({"fingers": {"middle": FINGER, "thumb": THUMB}, "wrist": {}}, "unknown wrist"),
+        ({"fingers": {"middle": FINGER, "thumb": THUMB}, "prefix": 3}, "'prefix' must be"),
+        ({"fingers": {"middle": FINGER, "thumb": THUMB}, "still": {"w": "x"}}, "still w"),
+        ({"fingers": {"middle": FINGER, "thumb": THUMB}, "palm": "face"}, "palm must be a list"),
+    ],
+)
+def test_what_is_missing_is_named_with_the_file(tmp_path, told, says):
+    path = tmp_path / "a.hand.json"
+    path.write_text(json.dumps(told))
+
+    with pytest.raises(InputError, match=says) as error:
+        read_description(path)
+    assert str(path) in str(error.value)
+
+
+def test_a_file_that_is_no_json_is_told(tmp_path):
+    path = tmp_path / "a.hand.json"
+    path.write_text("{")
+
+    with pytest.raises(InputError, match="cannot read the hand's description"):
+        read_description(path)
+
+
+def test_places_must_be_finite():
+    with pytest.raises(InputError, match="finite"):
+        FingerDescription("middle", {"f": (0.0, float("nan"))}, ("p",))
+    with pytest.raises(InputError, match="none"):
+        HandDescription(())
+
+
+def test_a_prefix_stands_before_the_names_of_the_file_alone(tmp_path):
+    told = {
+        "prefix": "hand_",
+        "fingers": {"middle": FINGER, "thumb": THUMB},
+        "palm": ["face"],
+        "still": {"wrist": 0.5},
+    }
+    path = tmp_path / "robot.hand.json"
+    path.write_text(json.dumps(told))
+
+    read = read_description(path)
+
+    assert [finger.name for finger in read.fingers] == ["middle", "thumb"]
+    assert list(read.fingers[0].joints) == [f"hand_{name}" for name in FINGER["joints"]]
+    assert read.fingers[1].pads == tuple(f"hand_{name}" for name in THUMB["pads"])
+    assert read.palm == ("hand_face",)
+    assert read.still == {"hand_wrist": 0.5}

@@ -1,0 +1,31 @@
+"""A hand's frame is a site or a body; a name that is not there brings those that are."""
+
+from __future__ import annotations
+
+import pytest
+
+from eyehand.data_synth.cell.hand_frame import frame_of
+from eyehand.data_synth.cell.name_suggestions import near_names
+from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.errors import InputError
+
+MODEL = import_mujoco().MjModel.from_xml_string(
+    '<mujoco><worldbody><body name="hand"><geom size="0.1"/><site name="palm"/></body>'
+    "</worldbody></mujoco>"
+)
+
+
+def test_a_frame_is_a_site_or_a_body():
+    assert frame_of(MODEL, "palm") == (1, 0)
+    assert frame_of(MODEL, "hand") == (1, -1)
+
+
+def test_a_wrong_name_brings_the_right_ones():
+    with pytest.raises(InputError, match=r"'plam'.*there are palm, hand"):
+        frame_of(MODEL, "plam")
+
+
+def test_names_are_told_the_nearest_first_and_not_too_many():
+    assert near_names("plam", ["tool", "palm", ""]) == "there are palm, tool"
+    assert near_names("x", []) == "there are none with a name"
+    assert near_names("x", [f"link {k}" for k in range(20)]).endswith("link 7, …")

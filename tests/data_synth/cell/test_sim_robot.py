@@ -1,0 +1,174 @@
+"""The simulated robot moves as told, feels, sees, and says when it cannot go on."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.control import RobotModel
+from eyehand.data_synth.cell.grasp_cell import GraspCell
+from eyehand.data_synth.cell.grasp_robot import GraspRobot
+from eyehand.data_synth.cell.grasp_world import GraspWorld
+from eyehand.data_synth.cell.sim_robot import SimRobot
+from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+from eyehand.errors import InputError
+from eyehand.grasping.closing import Closing
+from eyehand.grasping.grip_options import GripOptions
+from eyehand.grasping.robot import HandCommand, Robot
+from eyehand.perception.superquadric import Superquadric
+
+OVER_THE_BOX = (-0.274, 1.138, 0.328, -1.277, -0.42, 0.791, -1.399)
+"""The palm looks straight down from 0.130 m at x = y = 0.05 m."""
+
+
+def ball(name: str, place: tuple[float, float, float], radius: float = 0.03) -> TabletopObject:
+    shape = Superquadric(
+        np.full(3, radius), (1.0, 1.0), RigidTransform.from_translation(place), "sphere"
+    )
+    return TabletopObject(name, shape, 0.1, (0.8, 0.3, 0.2))
+
+
+@pytest.fixture(scope="module")
+def world() -> GraspWorld:
+    return GraspWorld.build([ball("ball_1", (0.05, 0.02, 0.03))])
+
+
+def test_it_fulfils_the_protocol_and_its_reading_fits_the_hand_model(world: GraspWorld):
+    robot: Robot = SimRobot(world)
+    reading = robot.read()
+    hand = robot.hand
+    assert len(robot.joints) == len(reading.q) == 7
+    assert reading.hand.excursions.shape == reading.hand.tensions.shape == (len(hand.drives),)
+    assert reading.hand.angles.shape == (len(hand.joints),)
+    assert reading.hand.forces.shape == (len(hand.pads),)
+    assert len(reading.hand.tips) == len(hand.fingers)
+    assert np.allclose(reading.hand.excursions, 0.0, atol=1e-6)
+    assert reading.fault == ""
+
+
+def test_at_rest_it_stays_and_touches_nothing(world: GraspWorld):
+    robot = SimRobot(world)
+    reading = robot.read()
+    start = reading.q
+    for _ in range(100):
+        reading = robot.step(np.zeros(7))
+    assert np.isclose(reading.time, 0.4)
+    assert np.abs(reading.q - start).max() < 2e-3
+    assert robot.robot_contacts() == set()
+    assert not robot.lifted("ball_1")
+    assert not robot.in_tray("ball_1")
+    assert np.allclose(robot.object_pose("ball_1").translation, [0.05, 0.02, 0.03], atol=1e-3)
+
+
+def test_commanded_velocities_are_followed_without_lag(world: GraspWorld):
+    robot = SimRobot(world)
+    start = robot.read()
+    goal, errors = start.q.copy(), []
+    for k in range(250):
+        velocity = 0.4 * np.sin(2 * np.pi * k / 250) * np.array([1, -1, 1, 1, 1, 1, 1.0])
+        goal += robot.period * velocity
+        errors.append(np.abs(robot.step(velocity).q - goal).max())
+    assert max(errors) < 0.01
+
+
+def test_the_description_has_the_robot_where_it_stands(world: GraspWorld):
+    robot = SimRobot(world)
+    model = RobotModel.load(robot.description(np.zeros(5)), robot.frame, joints=robot.joints)
+    assert np.allclose(model.home, robot.read().q)
+    assert np.array_equal(model.speed[:3].round(3), [1.71, 1.71, 1.745])
+    palm = robot.data.site("robot_hand_palm")
+    state = model.at(robot.read().q)
+    assert np.allclose(state.position, palm.xpos, atol=1e-6)
+    assert np.allclose(state.rotation.ravel(), palm.xmat, atol=1e-6)
+
+
+def test_the_hand_goes_where_its_tendons_are_placed(world: GraspWorld):
+    robot = SimRobot(world)
+    hand = robot.hand
+    wanted = hand.pulled(0.06)
+    command = HandCommand(("place",) * len(hand.drives), wanted)
+    reading = robot.read()
+    for _ in range(250):
+        reading = robot.step(np.zeros(7), command)
+    assert np.abs(reading.hand.excursions - wanted).max() < 1e-3
+    posture = robot.world.robot.posture(wanted)
+    assert np.abs(reading.hand.angles - posture).max() < 0.06
+
+
+def test_it_closes_lifts_and_feels_what_it_holds():
+    shape = Superquadric(
+        np.array([0.025, 0.025, 0.04]),
+        (0.1, 0.1),
+        RigidTransform.from_translation([0.05, 0.05, 0.04]),
+        "box",
+    )
+    box = TabletopObject("box_1", shape, 0.3, (0.9, 0.6, 0.2))
+    robot = SimRobot(GraspWorld.build([box], robot=GraspRobot(rest=OVER_THE_BOX)))
+    still = np.zeros(7)
+    # It starts with the hand open over the box, the tips as low as its middle.
+    closing = Closing(robot.hand, "precision", 0.09, GripOptions())
+    reading = robot.read()
+    while closing.state not in ("holding", "empty") and reading.time < 3.5:
+        reading = robot.step(still, closing.step(reading.hand, robot.period))
+    assert closing.state == "holding"
+    assert robot.robot_contacts() == {"box_1"}
+
+    model = RobotModel.load(robot.description(np.zeros(5)), robot.frame, joints=robot.joints)
+    start = model.at(reading.q).position[2]
+    up = np.array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0])
+    for _ in range(150):
+        rates = np.asarray(np.linalg.pinv(model.at(reading.q).jacobian) @ up, dtype=np.float64)
+        reading = robot.step(rates, closing.step(reading.hand, robot.period))
+    assert robot.lifted("box_1")
+    assert abs(model.at(reading.q).position[2] - start - 0.09) < 0.003
+    assert robot.object_pose("box_1").translation[2] > 0.115
+    for finger, image in zip(robot.hand.fingers, reading.hand.tips, strict=True):
+        pad = reading.hand.forces[robot.hand.pads.index(f"{finger}_distal")]
+        assert pad > 1.0
+        assert np.isclose(image.pressures.sum() * image.array.area, pad, rtol=0.1)
+
+
+def test_the_camera_sees_the_object_and_neither_robot_nor_tray(world: GraspWorld):
+    robot = SimRobot(world)
+    frame = robot.look()
+    assert frame.T_world_camera is not None
+    seen = frame.depth > 0
+    points = frame.T_world_camera.apply(frame.intrinsics.rays()[seen] * frame.depth[seen, None])
+    cell = GraspCell()
+    assert not cell.tray_holds(points).any()
+    on_table = np.all(np.abs(points[:, :2]) < [0.6, 0.4], axis=1)
+    high = points[on_table & (points[:, 2] > 0.005)]
+    assert len(high) > 300
+    centre = robot.object_pose("ball_1").translation
+    assert np.abs(np.linalg.norm(high - centre, axis=1) - 0.03).max() < 0.002
+    again = robot.look()
+    assert np.array_equal(frame.depth, again.depth)
+
+
+def test_a_command_that_is_no_number_stops_it_for_good(world: GraspWorld):
+    robot = SimRobot(world)
+    reading = robot.step(np.full(7, np.nan))
+    assert "not finite" in reading.fault
+    later = robot.step(np.full(7, 0.5))
+    assert later.fault == reading.fault
+    assert np.array_equal(later.q, reading.q)
+
+
+def test_a_simulation_that_fails_says_so_and_gives_numbers(world: GraspWorld):
+    robot = SimRobot(world)
+    robot.data.qvel[-1] = 1e12
+    reading = robot.step(np.zeros(7))
+    assert "simulation failed" in reading.fault
+    assert np.isfinite(reading.q).all()
+    assert robot.step(np.zeros(7)).time == reading.time
+
+
+def test_wrong_shapes_and_names_are_refused(world: GraspWorld):
+    robot = SimRobot(world)
+    with pytest.raises(InputError, match="velocity"):
+        robot.step(np.zeros(6))
+    with pytest.raises(InputError, match="no object"):
+        robot.object_pose("box_9")
+    with pytest.raises(InputError, match="seed"):
+        SimRobot(world, seed=-1)

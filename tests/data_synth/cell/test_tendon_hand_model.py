@@ -1,0 +1,65 @@
+"""The hand's table of openings agrees with the hand when it is run."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth.cell.tendon_drives import HandDrives
+from eyehand.data_synth.cell.tendon_hand_model import HAND, hand_model
+from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.errors import InputError
+from eyehand.grasping.robot import HandCommand
+
+
+def test_the_hand_opens_from_closed_to_130_mm():
+    hand = hand_model()
+
+    assert hand.openings[0] == 0.0
+    assert hand.widest >= 0.130
+    assert hand.fingers == ("index", "middle", "ring", "thumb")
+    assert hand.pads[-1] == "palm_pad"
+    assert (hand.reaches > 0.08).all()
+    assert (hand.spreads > hand.openings).all()
+
+
+@pytest.mark.parametrize("opening", [0.005, 0.03, 0.08, 0.13])
+def test_placed_tendons_make_the_openings_of_the_table(opening):
+    mujoco = import_mujoco()
+    model = mujoco.MjModel.from_xml_path(str(HAND))
+    data = mujoco.MjData(model)
+    hand = hand_model()
+    drives = HandDrives(model, data)
+    model.opt.gravity[:] = 0.0
+    drives.command(HandCommand(("place",) * 5, hand.pulled(opening)))
+    for _ in range(600):
+        drives.apply()
+        mujoco.mj_step(model, data)
+
+    def half(name):
+        return np.abs(data.geom(name).xmat.reshape(3, 3)[0]) @ model.geom(name).size
+
+    inner = data.geom("middle_distal").xpos[0] + half("middle_distal")
+    outer = data.geom("thumb_distal").xpos[0] - half("thumb_distal")
+    assert outer - inner == pytest.approx(opening, abs=1.5e-3)
+    assert np.abs(data.qvel).max() < 0.05
+
+
+def test_a_hand_without_a_frame_is_refused_by_name():
+    spec = import_mujoco().MjSpec.from_file(str(HAND))
+    spec.site("palm").name = "other"
+
+    with pytest.raises(InputError, match="palm"):
+        hand_model(spec)
+
+
+def test_without_a_middle_finger_the_row_that_pinches_is_that_of_all_fingers(tmp_path):
+    path = tmp_path / "hand.xml"
+    path.write_text(HAND.read_text().replace("middle_", "third_").replace('"middle"', '"third"'))
+
+    hand, known = hand_model(path), hand_model()
+
+    assert hand.fingers == ("index", "third", "ring", "thumb")
+    np.testing.assert_allclose(hand.openings, known.openings)
+    assert hand.thickness == pytest.approx(known.thickness)
+    assert hand.middle_row > 2 * known.middle_row

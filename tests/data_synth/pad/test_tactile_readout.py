@@ -1,0 +1,62 @@
+"""The electronics: squashed, 12 bits, the same from the same seed, faults on demand."""
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth.pad.tactile_readout import FULL_SCALE, ReadoutOptions, TactileReadout
+from eyehand.errors import InputError
+
+
+def test_each_tactel_rises_with_pressure_in_its_own_way() -> None:
+    readout = TactileReadout.draw()
+    pressures = np.geomspace(1.0, 2e4, 200)
+    counts = np.array([readout.clean(np.full(256, p)) for p in pressures])
+    assert (np.diff(counts, axis=0) > 0).all()
+    assert np.std(counts[120]) > 50
+    assert counts.max() < FULL_SCALE + 1000
+
+
+def test_the_curve_is_the_formula() -> None:
+    readout = TactileReadout.draw(4, seed=3)
+    p = np.array([0.0, 100.0, 1e3, 1e4])
+    g, h = readout.exponents, readout.half_pressures
+    expected = readout.offsets + readout.spans * p**g / (p**g + h**g)
+    assert readout.clean(p) == pytest.approx(expected)
+
+
+def test_the_linear_range_is_near_to_linear_and_the_top_is_squashed() -> None:
+    readout = TactileReadout.draw(options=ReadoutOptions())
+    slope = np.diff([readout.clean(np.full(256, p)).mean() for p in (200.0, 400.0, 800.0, 1000.0)])
+    slope /= [200.0, 400.0, 200.0]
+    assert slope.max() < 1.15 * slope.min()
+    top = np.diff([readout.clean(np.full(256, p)).mean() for p in (9e3, 1e4)])[0] / 1e3
+    assert top < 0.25 * slope.min()
+
+
+def test_readings_are_twelve_bits_and_repeat_with_the_seed() -> None:
+    readout = TactileReadout.draw(seed=1)
+    pressures = np.linspace(0, 1e6, 256)
+    raw = readout.raw(pressures, np.random.default_rng(5))
+    assert raw.dtype == np.uint16
+    assert raw.max() <= FULL_SCALE
+    assert (raw == readout.raw(pressures, np.random.default_rng(5))).all()
+    assert (raw != readout.raw(pressures, np.random.default_rng(6))).any()
+    assert (TactileReadout.draw(seed=1).spans == readout.spans).all()
+    assert (TactileReadout.draw(seed=2).spans != readout.spans).all()
+
+
+def test_noise_has_the_asked_size() -> None:
+    readout = TactileReadout.draw(options=ReadoutOptions(noise=3.0))
+    rng = np.random.default_rng(0)
+    raw = np.array([readout.raw(np.full(256, 500.0), rng) for _ in range(200)], float)
+    assert raw.std(axis=0).mean() == pytest.approx(3.0, rel=0.03)
+
+
+def test_dead_and_saturated_tactels_do_not_answer() -> None:
+    readout = TactileReadout.draw(dead=(3, 7), saturated=(11,))
+    low, high = (readout.raw(np.full(256, p), None) for p in (0.0, 5e3))
+    changed = np.flatnonzero(low != high)
+    assert set(range(256)) - set(changed.tolist()) == {3, 7, 11}
+    assert high[11] == FULL_SCALE
+    with pytest.raises(InputError, match="faulty"):
+        TactileReadout.draw(4, dead=(4,))

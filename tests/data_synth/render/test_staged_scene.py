@@ -1,0 +1,147 @@
+"""What a staged scene shows lies where the numbers say, to the micrometre."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth import DepthNoise, Table
+from eyehand.data_synth.render.depth_noise import axial_sigma
+from eyehand.data_synth.render.staged_scene import (
+    StagedObject,
+    StagedScene,
+    StagedView,
+    noise_at_one_metre,
+    render_staged,
+    staged_frame,
+)
+from eyehand.data_synth.scenes.staged_solids import ball, bowl, box, cylinder, mug, tapered_box
+from eyehand.errors import InputError
+
+SMALL = StagedView(image_size=(320, 240))
+SCENE = StagedScene(
+    (
+        StagedObject(box(0.06, 0.05, 0.08), (-0.15, 0.0, 0.0), yaw=0.5, lean=0.2),
+        StagedObject(ball(0.04), (0.0, 0.05, 0.0)),
+        StagedObject(cylinder(0.03, 0.07), (0.12, -0.03, 0.01)),
+        StagedObject(bowl(0.06, 0.04), (0.02, -0.12, 0.0)),
+    ),
+    SMALL,
+)
+
+
+def seen_points(scene: StagedScene, label: int) -> np.ndarray:
+    """World points (n, 3) of the pixels with a label."""
+    frame, labels = staged_frame(scene)
+    assert frame.T_world_camera is not None
+    return frame.T_world_camera.apply(frame.points()[labels == label].astype(np.float64))
+
+
+def test_a_turned_and_leaning_box_shows_points_on_its_faces_only():
+    item = SCENE.objects[0]
+    local = item.rotation.inv().apply(seen_points(SCENE, 1) - item.at)
+    # Distance to the surface: the largest of the distances to the three pairs of faces.
+    outside = np.abs(local - [0, 0, 0.04]) - np.array([0.03, 0.025, 0.04])
+    assert len(local) > 300
+    assert np.abs(outside.max(axis=1)).max() < 1e-6
+
+
+def test_a_ball_and_a_cylinder_show_points_on_their_surface():
+    on_ball = np.linalg.norm(seen_points(SCENE, 2) - [0.0, 0.05, 0.04], axis=1)
+    assert np.abs(on_ball - 0.04).max() < 1e-6
+    local = seen_points(SCENE, 3) - [0.12, -0.03, 0.01]
+    top = np.abs(local[:, 2] - 0.07) < 1e-6
+    assert top.any()
+    # Facets lie up to 30 mm (1 - cos 1°) inside.
+    radius = np.hypot(*local[~top, :2].T)
+    assert np.abs(radius - 0.03).max() < 6e-6
+
+
+def test_a_bowl_shows_its_inside_and_its_outside():
+    local = seen_points(SCENE, 4) - [0.02, -0.12, 0.0]
+    across = np.hypot(local[:, 0], local[:, 1])
+    inside = (across / 0.056) ** 2 + ((local[:, 2] - 0.04) / 0.036) ** 2
+    outside = (across / 0.06) ** 2 + ((local[:, 2] - 0.04) / 0.04) ** 2
+    rim = np.abs(local[:, 2] - 0.04) < 1e-6
+    on_inside, on_outside = np.abs(inside - 1) < 0.01, np.abs(outside - 1) < 0.01
+    assert on_inside.sum() > 300
+    assert on_outside.sum() > 50
+    # What is left is the small step down to the foot.
+    assert np.mean(on_inside | on_outside | rim) > 0.97
+
+
+def test_the_rest_of_the_image_is_the_table_and_the_floor():
+    scene = replace(SCENE, table=Table(size=(0.5, 0.4), floor_drop=0.3))
+    z = seen_points(scene, 0)[:, 2]
+    flat = np.minimum(np.abs(z), np.abs(z + 0.3)) < 1e-5
+    # Between them the table's edge.
+    assert flat.mean() > 0.95
+    assert np.all((z < 1e-5) & (z > -0.3 - 1e-5))
+
+
+def test_a_mug_is_one_object_with_its_handle():
+    view = replace(SMALL, distance=0.4)
+    scene = StagedScene((StagedObject(mug(0.04, 0.09)),), view)
+    local = seen_points(scene, 1)
+    assert np.hypot(local[:, 0], local[:, 1]).max() > 0.06
+    assert set(np.unique(render_staged(scene).labels)) == {0, 1}
+    turned = StagedScene((StagedObject(mug(0.04, 0.09), yaw=np.pi),), view)
+    # The image of the turned mug is the mirrored image.
+    same = render_staged(turned).labels[:, ::-1] == render_staged(scene).labels
+    assert same.mean() > 0.999
+
+
+def test_of_two_objects_the_nearer_one_is_seen():
+    front = StagedObject(box(0.2, 0.02, 0.2), (0.0, -0.1, 0.0))
+    behind = StagedObject(tapered_box((0.05, 0.05), (0.02, 0.02), 0.05), (0.0, 0.1, 0.0))
+    scene = StagedScene((behind, front), replace(SMALL, elevation=0.3))
+    labels = render_staged(scene).labels
+    assert np.any(labels == 2)
+    assert not np.any(labels == 1)
+
+
+def test_shifting_the_view_moves_the_image_by_whole_pixels():
+    clean = render_staged(SCENE)
+    shifted = render_staged(replace(SCENE, view=replace(SMALL, shift=(-40.0, 10.0))))
+    assert np.array_equal(shifted.labels[10:, :-40], clean.labels[:-10, 40:])
+    assert np.allclose(shifted.depth[10:, :-40], clean.depth[:-10, 40:], atol=1e-6)
+
+
+def test_noise_is_as_strong_as_asked_for_and_follows_from_the_seed():
+    noise = noise_at_one_metre(0.002)
+    assert noise.axial * axial_sigma(np.array(1.0)) == pytest.approx(0.002)
+    clean, labels = staged_frame(SCENE)
+    noisy, same = staged_frame(SCENE, noise, 3)
+    again, _ = staged_frame(SCENE, noise, 3)
+    assert np.array_equal(labels, same)
+    assert np.array_equal(noisy.depth, again.depth)
+    error = (noisy.depth - clean.depth)[clean.valid] / axial_sigma(clean.depth[clean.valid])
+    assert error.std() * axial_sigma(np.array(1.0)) == pytest.approx(0.002, rel=0.02)
+
+
+def test_colour_is_drawn_when_asked_for():
+    red = StagedObject(box(0.1, 0.1, 0.1), colour=(0.9, 0.1, 0.1))
+    scene = StagedScene((red,), SMALL)
+    frame, labels = staged_frame(scene, colour=True)
+    assert frame.colour is not None
+    r, g, b = frame.colour[labels == 1].astype(float).mean(axis=0)
+    assert r > 2 * max(g, b)
+    assert staged_frame(scene)[0].colour is None
+
+
+def test_views_are_kept_and_cannot_be_written_to():
+    first = render_staged(SCENE)
+    assert render_staged(SCENE) is first
+    with pytest.raises(ValueError, match="read-only"):
+        first.depth[0, 0] = 1.0
+
+
+@pytest.mark.parametrize("bad", [{"elevation": np.pi / 2}, {"distance": 0.0}, {"distance": np.nan}])
+def test_impossible_views_are_refused(bad):
+    with pytest.raises(InputError):
+        StagedView(**bad)
+
+
+def test_a_negative_seed_is_refused():
+    with pytest.raises(InputError, match="seed"):
+        staged_frame(SCENE, DepthNoise.none(), -1)

@@ -1,0 +1,179 @@
+"""Objects that fall lie where physics left them: on the table, at rest, in nobody else."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from eyehand.data_synth import TabletopObject, TabletopOptions, TabletopScene, make_scene
+from eyehand.data_synth.render.depth_renderer import render_scene
+from eyehand.data_synth.render.rendered_view import RenderedView
+from eyehand.data_synth.scenes.family_rules import carried_count
+from eyehand.data_synth.scenes.tabletop_physics import TabletopPhysics
+from eyehand.data_synth.scenes.tabletop_scene import Family
+from eyehand.errors import InputError
+from eyehand.perception.superquadric import sample_surface
+
+FALLEN: tuple[Family, ...] = ("dropped", "piled")
+SEEDS = range(3)
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def options_of(family: Family) -> TabletopOptions:
+    return TabletopOptions(family=family, count_range=(4, 5))
+
+
+@cache
+def scene_of(family: Family, seed: int) -> TabletopScene:
+    return make_scene(seed, options_of(family))
+
+
+@cache
+def view_of(family: Family, seed: int) -> RenderedView:
+    return render_scene(scene_of(family, seed), colour=False)
+
+
+def physics_of(scene: TabletopScene) -> TabletopPhysics:
+    physics = TabletopPhysics(scene.objects, scene.table, no_creep=True)
+    for index, item in enumerate(scene.objects):
+        physics.put(index, item.shape.pose)
+    return physics
+
+
+def depth_inside(item: TabletopObject, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """How deep points lie inside the exact solid, m: along the ray to its middle where round."""
+    local = item.shape.pose.inv().apply(points)
+    a = item.shape.semi_axes
+    if item.kind == "box":
+        return np.min(a - np.abs(local), axis=1)
+    if item.kind == "cylinder":
+        level = a[0] - np.hypot(local[:, 0], local[:, 1])
+        return np.minimum(level, a[2] - np.abs(local[:, 2]))
+    e1, e2 = item.shape.exponents
+    x, y, z = np.abs(local / a).T
+    gauge = ((x ** (2 / e2) + y ** (2 / e2)) ** (e2 / e1) + z ** (2 / e1)) ** (e1 / 2)
+    return np.linalg.norm(local, axis=1) * (1 / gauge - 1)
+
+
+@pytest.mark.parametrize("family", FALLEN)
+def test_the_same_seed_gives_the_same_fall_to_the_last_bit(family: Family):
+    first, again = scene_of(family, 1), make_scene(1, options_of(family))
+    assert first.T_world_camera.as_matrix().tobytes() == again.T_world_camera.as_matrix().tobytes()
+    for one, other in zip(first.objects, again.objects, strict=True):
+        assert one.shape.pose.as_matrix().tobytes() == other.shape.pose.as_matrix().tobytes()
+
+
+@pytest.mark.parametrize("family", FALLEN)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_fell_is_at_rest(family: Family, seed: int):
+    scene = scene_of(family, seed)
+    physics = physics_of(scene)
+    physics.run(1.0)
+    assert physics.fastest() < 5e-3
+    for index, item in enumerate(scene.objects):
+        moved = physics.pose(index).translation - item.shape.pose.translation
+        assert np.linalg.norm(moved) < 2e-4, item.name
+
+
+@pytest.mark.parametrize("family", FALLEN)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_solid_lies_a_millimetre_inside_another_or_the_table(family: Family, seed: int):
+    scene = scene_of(family, seed)
+    rng = np.random.default_rng(seed)
+    clouds = [sample_surface(item.shape, 3000, rng) for item in scene.objects]
+    for k, item in enumerate(scene.objects):
+        for j, cloud in enumerate(clouds):
+            assert j == k or depth_inside(item, cloud).max() < 1e-3, (k, j)
+        assert clouds[k][:, 2].min() > -1e-3
+    assert physics_of(scene).deepest() < 1e-3
+
+
+@pytest.mark.parametrize("family", FALLEN)
+@pytest.mark.parametrize("seed", SEEDS)
+def test_everything_that_fell_lies_on_the_table_and_is_seen_whole(family: Family, seed: int):
+    scene = scene_of(family, seed)
+    half = np.array(scene.table.size) / 2
+    last = [scene.intrinsics.width - 1, scene.intrinsics.height - 1]
+    rng = np.random.default_rng(seed)
+    for item in scene.objects:
+        points = sample_surface(item.shape, 500, rng)
+        assert np.all(np.abs(points[:, :2]) <= half)
+        pixels = scene.intrinsics.project(scene.T_world_camera.inv().apply(points))
+        assert pixels.min() >= 0
+        assert np.all(pixels <= last)
+    labels = view_of(family, seed).labels
+    shown = np.bincount(labels.ravel(), minlength=len(scene.objects) + 1)[1:]
+    # The share is met on every other column and row: the full image may fall a little short.
+    assert shown.min() >= 0.8 * options_of(family).view.least_share * labels.size
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_dropped_objects_all_touch_the_table(seed: int):
+    scene = scene_of("dropped", seed)
+    physics = physics_of(scene)
+    physics.run(0.1)
+    assert physics.on_table() == set(range(len(scene.objects)))
+
+
+def test_dropped_cylinders_lie_more_often_than_those_that_are_put_down():
+    def lying(family: Family) -> int:
+        options = TabletopOptions(family=family, kinds=("cylinder",), count_range=(8, 8))
+        items = make_scene(0, options).objects + make_scene(1, options).objects
+        return sum(abs(float(item.shape.rotation[2, 2])) < 0.5 for item in items)
+
+    assert lying("dropped") > lying("separate")
+    assert 8 <= lying("dropped") < 16
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_piled_objects_lie_on_and_against_each_other(seed: int):
+    scene = scene_of("piled", seed)
+    physics = physics_of(scene)
+    count = len(scene.objects)
+    gaps = [physics.least_gap(k, [j for j in range(count) if j != k]) for k in range(count)]
+    physics.run(0.1)
+    assert np.mean(np.array(gaps) <= options_of("piled").touch_gap) >= 0.75
+    assert count - len(physics.on_table()) >= carried_count(count) >= 1
+
+
+def test_a_pile_covers_less_of_the_table_than_objects_dropped_apart():
+    def spread(family: Family) -> float:
+        places = [
+            np.array([item.shape.centre[:2] for item in scene_of(family, k).objects]) for k in SEEDS
+        ]
+        return float(np.median([np.ptp(spot, axis=0).max() for spot in places]))
+
+    assert spread("piled") < 0.6 * spread("dropped")
+
+
+def test_a_lifted_table_lifts_a_pile():
+    low = make_scene(1, TabletopOptions(family="piled", count_range=(3, 3)))
+    high = make_scene(1, TabletopOptions(family="piled", count_range=(3, 3), table_height=0.5))
+    for scene, height in ((low, 0.0), (high, 0.5)):
+        lowest = min(-float(item.shape.support(-UP)) for item in scene.objects)
+        assert lowest == pytest.approx(height, abs=5e-4)
+
+
+@pytest.mark.parametrize(
+    ("family", "changes", "told"),
+    [
+        ("dropped", {"table_size": (0.2, 0.2), "work_area": (0.2, 0.2)}, "too full"),
+        ("dropped", {"settle_time": 0.2}, "never at rest"),
+        ("piled", {"table_size": (0.1, 0.1), "work_area": (0.1, 0.1)}, "off the table"),
+        ("piled", {"pile_spread": 2.0, "pile_contact": 1.0}, "scattered|no pile|never at rest"),
+    ],
+)
+def test_a_fall_that_cannot_give_its_family_says_why(family: Family, changes: dict, told: str):
+    options = TabletopOptions(family=family, count_range=(9, 9), tries=2, **changes)
+    with pytest.raises(InputError, match=told):
+        make_scene(0, options)
+
+
+def test_the_more_of_a_pile_must_touch_the_fewer_roll_away():
+    options = TabletopOptions(family="piled", count_range=(4, 4), pile_contact=1.0)
+    scene = make_scene(0, options)
+    physics = physics_of(scene)
+    assert max(physics.least_gap(k, [j for j in range(4) if j != k]) for k in range(4)) <= 1e-3

@@ -1,0 +1,146 @@
+"""Folders of meshes and URDFs: read with volume and place, or refused by the file's name."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eyehand.data_synth.scenes.object_folder import DENSITY, read_objects
+from eyehand.errors import InputError
+
+CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+QUADS = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+TRIANGLES = [face for a, b, c, d in QUADS for face in ((a, b, c), (a, c, d))]
+
+
+def write_box(path: Path, size: tuple[float, float, float], triangles=TRIANGLES) -> None:
+    """A box with one corner at the origin, as OBJ or text STL."""
+    corners = CORNERS * size
+    if path.suffix == ".obj":
+        lines = [f"v {x} {y} {z}" for x, y, z in corners]
+        lines += [f"f {a + 1} {b + 1} {c + 1}" for a, b, c in triangles]
+    else:
+        lines = ["solid box"]
+        for face in triangles:
+            places = [f"vertex {x} {y} {z}" for x, y, z in corners[list(face)]]
+            lines += ["facet normal 0 0 0", "outer loop", *places, "endloop", "endfacet"]
+        lines.append("endsolid box")
+    path.write_text("\n".join(lines) + "\n")
+
+
+def write_urdf(path: Path, inside: str, links: int = 1) -> None:
+    """A URDF whose links all hold the same."""
+    made = "".join(f"<link name='l{n}'>{inside}</link>" for n in range(links))
+    path.write_text(f"<robot name='r'>{made}</robot>")
+
+
+def test_two_tiny_meshes_become_objects(tmp_path):
+    write_box(tmp_path / "carton.obj", (0.05, 0.06, 0.1))
+    (tmp_path / "toys").mkdir()
+    write_box(tmp_path / "toys" / "brick.stl", (0.04, 0.02, 0.02))
+    carton, brick = read_objects(tmp_path)
+    assert (carton.name, brick.name) == ("carton", "toys_brick")
+    assert carton.mass == pytest.approx(DENSITY * 0.05 * 0.06 * 0.1)
+    assert brick.mass == pytest.approx(DENSITY * 0.04 * 0.02 * 0.02)
+    assert np.ptp(carton.vertices, axis=0) == pytest.approx([0.05, 0.06, 0.1])
+    for item in (carton, brick):
+        assert item.vertices.max(axis=0) == pytest.approx(-item.vertices.min(axis=0))
+        assert item.faces.shape == (12, 3)
+
+
+def test_the_physics_takes_them(tmp_path):
+    from eyehand.data_synth.mujoco_import import import_mujoco
+
+    write_box(tmp_path / "carton.obj", (0.05, 0.06, 0.1))
+    (carton,) = read_objects(tmp_path)
+    mujoco = import_mujoco()
+    spec = mujoco.MjSpec()
+    spec.add_mesh(name="m", uservert=carton.vertices.ravel(), userface=carton.faces.ravel())
+    body = spec.worldbody.add_body(name="b")
+    body.add_freejoint()
+    body.add_geom(type=mujoco.mjtGeom.mjGEOM_MESH, meshname="m", mass=carton.mass)
+    model = spec.compile()
+    assert model.body("b").mass[0] == pytest.approx(carton.mass)
+    assert model.body("b").ipos == pytest.approx(np.zeros(3), abs=1e-9)
+
+
+def test_an_open_mesh_weighs_what_its_hull_does(tmp_path):
+    write_box(tmp_path / "open.obj", (0.05, 0.05, 0.05), TRIANGLES[2:])
+    (item,) = read_objects(tmp_path)
+    assert item.mass == pytest.approx(DENSITY * 0.05**3)
+
+
+def test_urdfs_bring_mass_scale_and_place_and_own_their_meshes(tmp_path):
+    write_box(tmp_path / "part.stl", (50, 60, 100))
+    write_urdf(
+        tmp_path / "carton.urdf",
+        "<inertial><mass value='0.3'/></inertial><collision>"
+        "<origin xyz='0 0 0.1' rpy='0 1.5707963267948966 0'/><geometry>"
+        "<mesh filename='package://part.stl' scale='0.001 0.001 0.001'/></geometry></collision>",
+    )
+    write_urdf(
+        tmp_path / "dumbbell.urdf",
+        "<visual><geometry><sphere radius='0.02'/></geometry></visual>"
+        "<visual><origin xyz='0 0 0.1'/><geometry><box size='.04 .04 .04'/></geometry></visual>",
+    )
+    carton, dumbbell = read_objects(tmp_path)
+    assert carton.mass == 0.3
+    assert np.ptp(carton.vertices, axis=0) == pytest.approx([0.1, 0.06, 0.05])
+    assert np.ptp(dumbbell.vertices, axis=0) == pytest.approx([0.04, 0.04, 0.14], abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("size", "told"),
+    [
+        ((50, 60, 100), r"box\.obj is 100 m long.*in mm, scale it by 0\.001"),
+        ((2, 0.1, 0.1), r"box\.obj is 2 m long, expected at most 0\.6 m$"),
+        ((0.004, 0.004, 0.004), r"box\.obj is 0\.004 m long, expected at least"),
+        ((0.1, 0.1, 0.0), r"box\.obj is 0 m thin"),
+        ((0.1, float("nan"), 0.1), r"box\.obj"),
+        ((0.011, 0.0011, 0.0011), r"box\.obj has a mass of 5\.\d+e-06 kg"),
+    ],
+)
+def test_unlikely_sizes_are_refused_by_name(tmp_path, size, told):
+    write_box(tmp_path / "box.obj", size)
+    with pytest.raises(InputError, match=told):
+        read_objects(tmp_path)
+
+
+@pytest.mark.parametrize(
+    ("inside", "links", "told"),
+    [
+        ("", 1, "neither collision nor visual"),
+        ("<visual><geometry/></visual>", 1, "geometry is empty"),
+        ("<visual><geometry><box size='1 2'/></geometry></visual>", 1, "expected 3 finite numbers"),
+        ("<visual><geometry><cone/></geometry></visual>", 1, "is a cone, expected box"),
+        ("<visual><geometry><mesh filename='no.stl'/></geometry></visual>", 1, "'no.stl' that is"),
+        ("", 2, "has 2 links, expected a URDF of one rigid link"),
+    ],
+)
+def test_urdfs_that_are_no_object_are_refused(tmp_path, inside, links, told):
+    write_urdf(tmp_path / "thing.urdf", inside, links)
+    with pytest.raises(InputError, match=f"thing.urdf.*{told}"):
+        read_objects(tmp_path)
+
+
+@pytest.mark.parametrize("name", ["a.obj", "a.stl", "a.urdf"])
+def test_files_of_something_else_are_refused_by_name(tmp_path, name):
+    (tmp_path / name).write_bytes(b"\x00\x01 this is no mesh <<")
+    with pytest.raises(InputError, match=name):
+        read_objects(tmp_path)
+
+
+def test_a_folder_must_be_there_and_hold_objects(tmp_path):
+    with pytest.raises(InputError, match="no such folder"):
+        read_objects(tmp_path / "none")
+    with pytest.raises(InputError, match="holds no objects"):
+        read_objects(tmp_path)
+
+
+def test_two_files_of_one_name_are_refused(tmp_path):
+    for name in ("box.obj", "box.stl"):
+        write_box(tmp_path / name, (0.05, 0.05, 0.05))
+    with pytest.raises(InputError, match="another file gives an object of the name box"):
+        read_objects(tmp_path)
