@@ -1,12 +1,12 @@
 """The control basis: tasks by priority, mapped to joint velocities."""
 
-from .approach import ApproachController, Cycle, refuge_postures
+from .approach import ApproachController, ControlStep, retreat_configurations
 from .collision_options import CollisionOptions, CoverOptions
 from .collision_world import CollisionWorld
 from .interval import Interval
 from .options import ControlOptions
 from .planned_approach import PlannedApproach
-from .planner import Way, plan
+from .planner import JointPath, plan
 from .planner_options import PlannerOptions
 from .point_aims import DistanceToAxis, DistanceToPoint, PointOnPlane, Position
 from .posture_aims import JointCentring, Manipulability, Posture
@@ -16,11 +16,10 @@ from .robot_state import RobotState
 from .safety import SafeMotion, safe_motion
 from .shapes import Box, Capsule, ConvexMesh, Cylinder, Ellipsoid, Obstacle, Sphere
 from .stack import StackSolution, solve_stack
-from .task import Aim, Task
+from .task import Task, TaskRows
 from .turn_aims import AxisAlignment, LookAt, Orientation, Pose
 
 __all__ = [
-    "Aim",
     "ApproachController",
     "AxisAlignment",
     "Box",
@@ -28,15 +27,16 @@ __all__ = [
     "CollisionOptions",
     "CollisionWorld",
     "ControlOptions",
+    "ControlStep",
     "ConvexMesh",
     "CoverOptions",
-    "Cycle",
     "Cylinder",
     "DistanceToAxis",
     "DistanceToPoint",
     "Ellipsoid",
     "Interval",
     "JointCentring",
+    "JointPath",
     "LookAt",
     "Manipulability",
     "Obstacle",
@@ -54,9 +54,9 @@ __all__ = [
     "Sphere",
     "StackSolution",
     "Task",
-    "Way",
+    "TaskRows",
     "plan",
-    "refuge_postures",
+    "retreat_configurations",
     "safe_motion",
     "solve_stack",
 ]

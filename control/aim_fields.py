@@ -1,4 +1,4 @@
-"""Checks of what aims are given, made once, so that their tasks need none in the loop."""
+"""Checks of what tasks are given, made once, so that their tasks need none in the loop."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ ROUNDED = 1e-6
 """How far a matrix may be from a rotation: what six printed digits leave."""
 
 
-def store(aim: object, **fields: object) -> None:
-    """Set checked fields of a frozen aim."""
+def store(task: object, **fields: object) -> None:
+    """Set checked fields of a frozen task."""
     for field, value in fields.items():
-        object.__setattr__(aim, field, value)
+        object.__setattr__(task, field, value)
 
 
-def vector(aim: str, field: str, value: ArrayLike, size: int | None = 3) -> NDArray[np.float64]:
+def vector(task: str, field: str, value: ArrayLike, size: int | None = 3) -> NDArray[np.float64]:
     """A read-only copy of finite numbers (size,); any length when size is None.
 
     Raises
@@ -33,10 +33,10 @@ def vector(aim: str, field: str, value: ArrayLike, size: int | None = 3) -> NDAr
     InputError
         With the field, its value and what would be right.
     """
-    return _numbers(aim, field, value, (size,))
+    return _numbers(task, field, value, (size,))
 
 
-def unit(aim: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
+def unit(task: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
     """A direction (3,) of any length as a unit vector.
 
     Raises
@@ -44,18 +44,18 @@ def unit(aim: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
     InputError
         If it is not three finite numbers, or has no length.
     """
-    direction = vector(aim, field, value)
+    direction = vector(task, field, value)
     length = float(np.linalg.norm(direction))
     if length < NO_LENGTH:
         raise InputError(
-            f"{aim}: {field} must be a direction of some length, got {direction.tolist()}"
+            f"{task}: {field} must be a direction of some length, got {direction.tolist()}"
         )
     direction = direction / length
     direction.flags.writeable = False
     return direction
 
 
-def rotation(aim: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.float64]:
+def rotation(task: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.float64]:
     """A rotation, or its matrix, as a matrix (3, 3).
 
     Raises
@@ -65,10 +65,10 @@ def rotation(aim: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.fl
     """
     if isinstance(value, Rotation):
         value = value.as_matrix()
-    matrix = _numbers(aim, field, value, (3, 3))
+    matrix = _numbers(task, field, value, (3, 3))
     if np.abs(matrix.T @ matrix - np.eye(3)).max() > ROUNDED or np.linalg.det(matrix) < 0.0:
         raise InputError(
-            f"{aim}: {field} must be a rotation (orthonormal columns, determinant 1), got "
+            f"{task}: {field} must be a rotation (orthonormal columns, determinant 1), got "
             f"{matrix.tolist()}"
         )
     matrix = Rotation.from_matrix(matrix).as_matrix()
@@ -76,7 +76,7 @@ def rotation(aim: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.fl
     return matrix
 
 
-def transform(aim: str, field: str, value: RigidTransform | ArrayLike) -> NDArray[np.float64]:
+def transform(task: str, field: str, value: RigidTransform | ArrayLike) -> NDArray[np.float64]:
     """A transform, or its matrix, as a matrix (4, 4) whose parts are still to be checked.
 
     Raises
@@ -88,16 +88,16 @@ def transform(aim: str, field: str, value: RigidTransform | ArrayLike) -> NDArra
     try:
         matrix = np.array(given, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{aim}: {field} must be numbers, got {value!r}") from error
+        raise InputError(f"{task}: {field} must be numbers, got {value!r}") from error
     if matrix.shape != (4, 4):
         raise InputError(
-            f"{aim}: {field} must be one transform or a matrix (4, 4), got {matrix.shape}"
+            f"{task}: {field} must be one transform or a matrix (4, 4), got {matrix.shape}"
         )
     return matrix
 
 
 def number(
-    aim: str, field: str, value: float, *, low: float = -math.inf, high: float = math.inf
+    task: str, field: str, value: float, *, low: float = -math.inf, high: float = math.inf
 ) -> float:
     """A finite number in [low, high].
 
@@ -106,13 +106,13 @@ def number(
     InputError
         With the field, its value and the range.
     """
-    given = _number(aim, field, value)
+    given = _number(task, field, value)
     if not low <= given <= high or math.isinf(given):
-        raise InputError(f"{aim}: {field} must be finite and in [{low:g}, {high:g}], got {value}")
+        raise InputError(f"{task}: {field} must be finite and in [{low:g}, {high:g}], got {value}")
     return given
 
 
-def rates(aim: str, gain: float, speed: float) -> None:
+def rates(task: str, gain: float, speed: float) -> None:
     """Check a gain (1/s) and a speed (inf: none).
 
     Raises
@@ -120,10 +120,10 @@ def rates(aim: str, gain: float, speed: float) -> None:
     InputError
         If one of them is not positive, or the gain is not finite.
     """
-    if not 0.0 < _number(aim, "gain", gain) < math.inf:
-        raise InputError(f"{aim}: gain must be finite and > 0, in 1/s, got {gain}")
-    if not _number(aim, "speed", speed) > 0.0:
-        raise InputError(f"{aim}: speed must be > 0 (inf: no limit), got {speed}")
+    if not 0.0 < _number(task, "gain", gain) < math.inf:
+        raise InputError(f"{task}: gain must be finite and > 0, in 1/s, got {gain}")
+    if not _number(task, "speed", speed) > 0.0:
+        raise InputError(f"{task}: speed must be > 0 (inf: no limit), got {speed}")
 
 
 def across(direction: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -136,27 +136,27 @@ def across(direction: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _numbers(
-    aim: str, field: str, value: object, shape: tuple[int | None, ...]
+    task: str, field: str, value: object, shape: tuple[int | None, ...]
 ) -> NDArray[np.float64]:
     try:
         array = np.array(value, dtype=np.float64)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{aim}: {field} must be numbers, got {value!r}") from error
+        raise InputError(f"{task}: {field} must be numbers, got {value!r}") from error
     wanted = "(n,)" if shape == (None,) else str(shape)
     if array.ndim != len(shape) or any(
         size not in (None, got) for size, got in zip(shape, array.shape, strict=True)
     ):
-        raise InputError(f"{aim}: {field} must have shape {wanted}, got {array.shape}: {value!r}")
+        raise InputError(f"{task}: {field} must have shape {wanted}, got {array.shape}: {value!r}")
     if not np.isfinite(array).all():
-        raise InputError(f"{aim}: {field} must be finite, got {array.tolist()}")
+        raise InputError(f"{task}: {field} must be finite, got {array.tolist()}")
     array.flags.writeable = False
     return array
 
 
-def _number(aim: str, field: str, value: float) -> float:
+def _number(task: str, field: str, value: float) -> float:
     if isinstance(value, str):
-        raise InputError(f"{aim}: {field} must be a number, got {value!r}")
+        raise InputError(f"{task}: {field} must be a number, got {value!r}")
     try:
         return float(value)
     except (TypeError, ValueError) as error:
-        raise InputError(f"{aim}: {field} must be a number, got {value!r}") from error
+        raise InputError(f"{task}: {field} must be a number, got {value!r}") from error

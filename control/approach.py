@@ -1,4 +1,4 @@
-"""The approach controller: aims, obstacles, joint angles in; joint velocities and a status out."""
+"""The approach controller: tasks, obstacles, joint angles in; joint velocities and a status out."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .compiled_cycle import CompiledCycle, Motion
+from .compiled_cycle import CompiledCycle, CycleResult
 from .options import ControlOptions
 from .posture_aims import Posture, centring_cost
 from .relaxation import relaxed_rate
-from .repulsion import require_stable, tempered_gradient
+from .repulsion import limited_gradient, require_stable
 from .safety import safe_motion
 from .stack import solve_stack
 
@@ -27,15 +27,15 @@ if TYPE_CHECKING:
     from .proximity import Proximity
     from .robot_model import RobotModel
     from .robot_state import RobotState
-    from .task import Aim, Task
+    from .task import Task, TaskRows
 
 Status = Literal["moving", "reached", "stuck", "infeasible"]
 """``stuck``: safe and no longer getting nearer; ``infeasible``: what must be kept cannot be."""
-Phase = Literal["approach", "retreat", "way"]
+Phase = Literal["approach", "retreat", "path"]
 """A motion that is stuck goes back to a posture of refuge before it tries again, or follows a way
 that a search found."""
 
-AT_REFUGE = 0.1
+AT_RETREAT_GOAL = 0.1
 """Norm of the joint differences at which a retreat has arrived, rad: it is but a new start."""
 PROGRESS_SHARE = 0.1
 """... or this share of the least so far, near the goal."""
@@ -47,13 +47,13 @@ RETREAT_PATIENCE = 0.3
 
 
 @dataclass(frozen=True)
-class Wish:
+class NominalMotion:
     """What tasks and avoidance want, before safety."""
 
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
-    tasks: tuple[Task, ...]
-    """The aims at this state."""
+    task_rows: tuple[TaskRows, ...]
+    """The tasks at this state."""
     beta: tuple[float, ...]
     """Weight of avoidance in each task (eq. 8)."""
     missing: tuple[float, ...]
@@ -61,7 +61,7 @@ class Wish:
 
 
 @dataclass(frozen=True)
-class Cycle:
+class ControlStep:
     """One control cycle."""
 
     velocity: NDArray[np.float64]
@@ -71,7 +71,7 @@ class Cycle:
     reason: str
     """Why it is stuck or infeasible, by name; empty otherwise."""
     phase: Phase
-    """Whether it heads for the aims or for a refuge, or follows a way."""
+    """Whether it heads for the tasks or for a refuge, or follows a way."""
     errors: tuple[float, ...]
     """By task: norm of what is left, m or rad."""
     clearance: float
@@ -86,13 +86,13 @@ class Cycle:
 
 
 class ApproachController:
-    """Drive a robot to a stack of aims among obstacles; one call a control cycle.
+    """Drive a robot to a stack of tasks among obstacles; one call a control cycle.
 
     Parameters
     ----------
     world
         The robot and what it must not touch.
-    aims
+    tasks
         Highest priority first.
     options
         See :class:`ControlOptions`.
@@ -100,25 +100,25 @@ class ApproachController:
     Raises
     ------
     InputError
-        If there is no aim, one is none, or the repulsion would oscillate at this control period.
+        If there is no task, one is none, or the repulsion would oscillate at this control period.
     """
 
     def __init__(
-        self, world: CollisionWorld, aims: Sequence[Aim], options: ControlOptions | None = None
+        self, world: CollisionWorld, tasks: Sequence[Task], options: ControlOptions | None = None
     ) -> None:
         self.world = world
         self.robot = world.robot
-        self._aims = _checked(aims)
-        self._counted = counted(self._aims)
+        self._tasks = _checked(tasks)
+        self._counted = counted(self._tasks)
         self._options = options or ControlOptions()
         require_stable(self.options, _lever(self.robot.at(self.robot.home)))
         self._cycles: dict[int, CompiledCycle] = {}
         self.restart()
 
     @property
-    def aims(self) -> tuple[Aim, ...]:
-        """Its aims, highest priority first; for others make another controller (some 50 µs)."""
-        return self._aims
+    def tasks(self) -> tuple[Task, ...]:
+        """Its tasks, highest priority first; for others make another controller (some 50 µs)."""
+        return self._tasks
 
     @property
     def options(self) -> ControlOptions:
@@ -131,7 +131,7 @@ class ApproachController:
         self._retreats = 0
         self._begin()
 
-    def step(self, q: NDArray[np.float64]) -> Cycle:
+    def step(self, q: NDArray[np.float64]) -> ControlStep:
         """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
 
         Raises
@@ -153,7 +153,7 @@ class ApproachController:
             reason = f"cannot keep the margin: {', '.join(blocking[:3]) or 'no reason'}"
         elif phase == "approach":
             status, reason = self._judge(q, motion)
-        return Cycle(
+        return ControlStep(
             velocity, status, reason, phase, errors, motion.clearance, motion.beta, blocking
         )
 
@@ -162,22 +162,25 @@ class ApproachController:
         self._stalled = 0.0
         self._clock = 0.0
 
-    def _motion(self, q: NDArray[np.float64]) -> Motion:
-        """Motion towards the aims, or towards a refuge with the aims watched."""
+    def _motion(self, q: NDArray[np.float64]) -> CycleResult:
+        """Motion towards the tasks, or towards a refuge with the tasks watched."""
         place = self._retreats if self._phase == "retreat" else 0
         cycle = self._cycles.get(place)
         if cycle is None:
-            aims, watched = self.aims, ()
+            tasks, watched = self.tasks, ()
             if place:
-                refuges = refuge_postures(self.robot)
-                refuge = refuges[(place - 1) % len(refuges)]
-                aims, watched = (Posture(refuge, speed=self.options.retreat_speed),), self.aims
-            cycle = CompiledCycle(self.world, aims, self.options, watched)
+                configurations = retreat_configurations(self.robot)
+                configuration = configurations[(place - 1) % len(configurations)]
+                tasks, watched = (
+                    (Posture(configuration, speed=self.options.retreat_speed),),
+                    self.tasks,
+                )
+            cycle = CompiledCycle(self.world, tasks, self.options, watched)
             self._cycles[place] = cycle
         motion = cycle.at(q)
         return plain_motion(cycle, q) if motion is None else motion
 
-    def _unhurried(self, q: NDArray[np.float64], motion: Motion) -> NDArray[np.float64]:
+    def _unhurried(self, q: NDArray[np.float64], motion: CycleResult) -> NDArray[np.float64]:
         """The way back (n,), rad/s, with the frame no faster than on the way there.
 
         Bounds that standing still keeps, a slower motion keeps too; inside the margin, where
@@ -188,7 +191,7 @@ class ApproachController:
             return motion.velocity
         return motion.velocity * (self.options.retreat_hand_speed / hand)
 
-    def _judge(self, q: NDArray[np.float64], motion: Motion) -> tuple[Status, str]:
+    def _judge(self, q: NDArray[np.float64], motion: CycleResult) -> tuple[Status, str]:
         errors = tuple([motion.errors[place] for place in self._counted])
         if max(errors) <= self.options.tolerance:
             self.restart()
@@ -206,7 +209,7 @@ class ApproachController:
 
     def _judge_retreat(self, left: float, feasible: bool) -> None:
         self._clock += self.options.dt
-        arrived = left < AT_REFUGE or self._stalled_for((left,)) > RETREAT_PATIENCE
+        arrived = left < AT_RETREAT_GOAL or self._stalled_for((left,)) > RETREAT_PATIENCE
         if arrived or self._clock > self.options.retreat_seconds or not feasible:
             self._phase = "approach"
             self._begin()
@@ -231,33 +234,35 @@ class ApproachController:
         return self._stalled
 
     def _what_blocks(
-        self, q: NDArray[np.float64], errors: tuple[float, ...], motion: Motion
+        self, q: NDArray[np.float64], errors: tuple[float, ...], motion: CycleResult
     ) -> str:
         options = self.options
         unmet = [
-            f"{self.aims[place].name} {error:.3g} off"
+            f"{self.tasks[place].name} {error:.3g} off"
             for place, error in zip(self._counted, errors, strict=True)
             if error > options.tolerance
         ]
         if motion.blocking:
             return f"{', '.join(unmet)}: held by {', '.join(motion.blocking[:3])}"
-        if len(self.aims) > 1 and errors[0] <= options.tolerance:
+        if len(self.tasks) > 1 and errors[0] <= options.tolerance:
             return f"{', '.join(unmet)}: the tasks above leave no way"
-        if motion.clearance < options.influence and _could_go(self.robot.at(q), self.aims, options):
+        if motion.clearance < options.influence and _could_go(
+            self.robot.at(q), self.tasks, options
+        ):
             return f"{', '.join(unmet)}: repulsion and goal are in balance"
         return f"{', '.join(unmet)}: out of reach from here"
 
 
-def counted(aims: Sequence[Aim]) -> tuple[int, ...]:
-    """Places of the aims by which a motion is reached or stuck: not those that only draw.
+def counted(tasks: Sequence[Task]) -> tuple[int, ...]:
+    """Places of the tasks by which a motion is reached or stuck: not those that only draw.
 
-    An aim says so by an attribute ``endless``; where all are, all count.
+    A task says so by an attribute ``endless``; where all are, all count.
     """
-    ending = [place for place, aim in enumerate(aims) if not getattr(aim, "endless", False)]
-    return tuple(ending or range(len(aims)))
+    ending = [place for place, task in enumerate(tasks) if not getattr(task, "endless", False)]
+    return tuple(ending or range(len(tasks)))
 
 
-def refuge_postures(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
+def retreat_configurations(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
     """Postures (n,) to try again from: home, and its mirror image in the joints' ranges.
 
     The image bends elbow and wrist the other way, which is what a way round often needs. A joint
@@ -269,8 +274,8 @@ def refuge_postures(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
     return robot.home, mirrored
 
 
-def plain_motion(cycle: CompiledCycle, q: NDArray[np.float64]) -> Motion:
-    """The motion of a cycle at joint angles q (n,), step by step in NumPy, for aims of any kind.
+def plain_motion(cycle: CompiledCycle, q: NDArray[np.float64]) -> CycleResult:
+    """The motion of a cycle at joint angles q (n,), step by step in NumPy, for tasks of any kind.
 
     Raises
     ------
@@ -280,40 +285,40 @@ def plain_motion(cycle: CompiledCycle, q: NDArray[np.float64]) -> Motion:
     world, options = cycle.world, cycle.options
     state = world.robot.at(q)
     proximity = world.proximity(state.q)
-    wish = task_motion(state, cycle.aims, proximity, options)
-    velocity, blocking, feasible = wish.velocity, (), True
+    nominal = task_motion(state, cycle.tasks, proximity, options)
+    velocity, blocking, feasible = nominal.velocity, (), True
     if options.safety:
-        rows = np.concatenate([task.jacobian for task in wish.tasks])
+        rows = np.concatenate([rows.jacobian for rows in nominal.task_rows])
         safe = safe_motion(velocity, rows, state, proximity, options, world.robot.joint_names)
         velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
     else:
         velocity = np.clip(velocity, -state.speed, state.speed)
-    watched = [aim.at(state).unmet for aim in cycle.watched]
-    errors = (*(task.unmet for task in wish.tasks), *watched)
+    watched = [task.at(state).unmet for task in cycle.watched]
+    errors = (*(rows.unmet for rows in nominal.task_rows), *watched)
     clearance = float(proximity.distance.min(initial=float("inf")))
-    return Motion(velocity, errors, wish.beta, clearance, blocking, feasible)
+    return CycleResult(velocity, errors, nominal.beta, clearance, blocking, feasible)
 
 
 def task_motion(
-    state: RobotState, aims: Sequence[Aim], proximity: Proximity, options: ControlOptions
-) -> Wish:
+    state: RobotState, tasks: Sequence[Task], proximity: Proximity, options: ControlOptions
+) -> NominalMotion:
     """Relaxed motion control (eq. 8): joint velocities that tasks and repulsion ask for.
 
     Every task's rate is bent by avoidance with its own β; what the tasks leave free goes against
     the gradients of the costs of nearness and of posture.
     """
-    tasks = tuple(aim.at(state) for aim in aims)
-    gradient = tempered_gradient(proximity, options)
+    task_rows = tuple(task.at(state) for task in tasks)
+    gradient = limited_gradient(proximity, options)
     rates, betas = [], []
-    for task in tasks:
-        rate, beta = relaxed_rate(task, gradient, options)
+    for rows in task_rows:
+        rate, beta = relaxed_rate(rows, gradient, options)
         rates.append(rate)
         betas.append(beta)
     free_motion = -options.centring * _centring_gradient(state, options.centring_power) - gradient
     solution = solve_stack(
-        tasks, rates, free_motion=free_motion, speed=state.speed, options=options
+        task_rows, rates, free_motion=free_motion, speed=state.speed, options=options
     )
-    return Wish(solution.velocity, tasks, tuple(betas), solution.missing)
+    return NominalMotion(solution.velocity, task_rows, tuple(betas), solution.missing)
 
 
 def _centring_gradient(state: RobotState, power: int) -> NDArray[np.float64]:
@@ -330,23 +335,23 @@ def _lever(state: RobotState) -> float:
     return float(np.linalg.norm(state.jacobian[:3], 2))
 
 
-def _could_go(state: RobotState, aims: tuple[Aim, ...], options: ControlOptions) -> bool:
+def _could_go(state: RobotState, tasks: tuple[Task, ...], options: ControlOptions) -> bool:
     """Whether the first task that is not met would move, were nothing near."""
-    tasks = [aim.at(state) for aim in aims]
-    missing = solve_stack(tasks, speed=state.speed, options=options).missing
-    for task, rest in zip(tasks, missing, strict=True):
-        if task.unmet > options.tolerance:
-            return rest < HELD_SHARE * float(np.linalg.norm(task.rate))
+    task_rows = [task.at(state) for task in tasks]
+    missing = solve_stack(task_rows, speed=state.speed, options=options).missing
+    for rows, rest in zip(task_rows, missing, strict=True):
+        if rows.unmet > options.tolerance:
+            return rest < HELD_SHARE * float(np.linalg.norm(rows.rate))
     return False
 
 
-def _checked(aims: Sequence[Aim]) -> tuple[Aim, ...]:
-    if not isinstance(aims, Iterable):
-        raise InputError(f"the controller needs a list of aims, got {aims!r}")
-    given = tuple(aims)
-    for aim in given:
-        if not callable(getattr(aim, "at", None)):
-            raise InputError(f"an aim must have a method `at`, as Position has; got {aim!r}")
+def _checked(tasks: Sequence[Task]) -> tuple[Task, ...]:
+    if not isinstance(tasks, Iterable):
+        raise InputError(f"the controller needs a list of tasks, got {tasks!r}")
+    given = tuple(tasks)
+    for task in given:
+        if not callable(getattr(task, "at", None)):
+            raise InputError(f"a task must have a method `at`, as Position has; got {task!r}")
     if not given:
-        raise InputError("the controller needs at least one aim")
+        raise InputError("the controller needs at least one task")
     return given

@@ -1,4 +1,4 @@
-"""The control cycle as one compiled call, for stacks of built-in aims."""
+"""The control cycle as one compiled call, for stacks of built-in tasks."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from .cycle_kernels import control_cycle
 from .mujoco_binding import mujoco
-from .packed_aims import pack_aims
+from .packed_aims import pack_tasks
 from .packed_options import pack_options
 from .proximity_tables import kernel_arguments
 from .safety import ACTIVE, held_joint, near_pair
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
     from .collision_world import CollisionWorld
     from .options import ControlOptions
     from .proximity_tables import ProximityTables
-    from .task import Aim
+    from .task import Task
 
 
-class Motion(NamedTuple):
+class CycleResult(NamedTuple):
     """What tasks, avoidance and safety come to in one posture."""
 
     velocity: NDArray[np.float64]
     """(n,), rad/s (m/s of sliding joints)."""
     errors: tuple[float, ...]
-    """By aim: norm of the error that counts; those of the stack, then those that are watched."""
+    """By task: norm of the error that counts; those of the stack, then those that are watched."""
     beta: tuple[float, ...]
-    """By aim of the stack: weight of avoidance."""
+    """By task of the stack: weight of avoidance."""
     clearance: float
     """Smallest distance of all pairs nearer than the cut-off, m; inf when none is."""
     blocking: tuple[str, ...]
@@ -42,9 +42,9 @@ class Motion(NamedTuple):
 
 
 class CompiledCycle:
-    """A stack of aims on a robot among obstacles, packed for the kernel.
+    """A stack of tasks on a robot among obstacles, packed for the kernel.
 
-    Obstacles may come, move and go; aims and options stay. It gives the figures of the plain
+    Obstacles may come, move and go; tasks and options stay. It gives the figures of the plain
     cycle to rounding, except where rounding decides: at a singular value that is lost, at a bound
     that is just not passed.
 
@@ -52,27 +52,27 @@ class CompiledCycle:
     ----------
     world
         The robot and what it must not touch.
-    aims
+    tasks
         The stack, highest priority first.
     options
         See :class:`ControlOptions`.
     watched
-        Aims of which only the errors are wanted.
+        Tasks of which only the errors are wanted.
     """
 
     def __init__(
         self,
         world: CollisionWorld,
-        aims: Sequence[Aim],
+        tasks: Sequence[Task],
         options: ControlOptions,
-        watched: Sequence[Aim] = (),
+        watched: Sequence[Task] = (),
     ) -> None:
         self.world = world
-        self.aims = tuple(aims)
+        self.tasks = tuple(tasks)
         self.watched = tuple(watched)
         self.options = options
         self._robot = robot = world.robot
-        rows = pack_aims((*aims, *watched), robot.n)
+        rows = pack_tasks((*tasks, *watched), robot.n)
         self.fits = (
             rows is not None
             and options.compiled
@@ -83,15 +83,15 @@ class CompiledCycle:
         """Whether the kernel can compute this cycle at all."""
         if rows is None or not self.fits:
             return
-        self._count, self._driven = len(rows), len(aims)
+        self._count, self._driven = len(rows), len(tasks)
         limits = np.column_stack([robot.lower, robot.upper, robot.speed])
         self._report = np.zeros(1 + 2 * len(rows) + 2 * robot.n)
         spans = robot.lower.tolist(), robot.upper.tolist()
         self._joints = list(zip(robot.joint_names, *spans, strict=True))
-        self._own = (self._report, rows, len(aims), pack_options(options), limits)
+        self._own = (self._report, rows, len(tasks), pack_options(options), limits)
         self._bind(world.tables)
 
-    def at(self, q: NDArray[np.float64]) -> Motion | None:
+    def at(self, q: NDArray[np.float64]) -> CycleResult | None:
         """The motion at joint positions (n,); None where the plain cycle has to say what is wrong.
 
         Raises
@@ -112,7 +112,9 @@ class CompiledCycle:
         told, count = self._report.tolist(), self._count
         beta = told[1 + count : 1 + count + self._driven]
         blocking = self._names(q, told[1 + 2 * count :], active) if active else ()
-        return Motion(velocity, tuple(told[1 : 1 + count]), tuple(beta), told[0], blocking, True)
+        return CycleResult(
+            velocity, tuple(told[1 : 1 + count]), tuple(beta), told[0], blocking, True
+        )
 
     def _bind(self, tables: ProximityTables) -> None:
         """Take the buffers of a world's present model."""

@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 
 from .kinematics_kernels import point_jacobian, posture
-from .nearest_kernels import nearest
+from .nearest_kernels import solve_qp
 from .packed_options import (
     BETA,
     CENTRING,
@@ -40,7 +40,7 @@ def control_cycle(
     q,
     velocity,
     report,
-    aims,
+    tasks,
     driven,
     options,
     limits,
@@ -69,7 +69,7 @@ def control_cycle(
     sharpness,
     cut_off,
 ):
-    """Joint velocities for packed aims among obstacles.
+    """Joint velocities for packed tasks among obstacles.
 
     Parameters
     ----------
@@ -78,12 +78,12 @@ def control_cycle(
     velocity
         (n,), to be filled, rad/s.
     report
-        (1 + 2 K + 2 n,), to be filled: clearance; by aim, the norm of the error that counts; by
-        aim, β; what holds the velocity back, a joint or n + a pair; its multipliers.
-    aims
+        (1 + 2 K + 2 n,), to be filled: clearance; by task, the norm of the error that counts; by
+        task, β; what holds the velocity back, a joint or n + a pair; its multipliers.
+    tasks
         (K, columns), see :mod:`packed_aims`.
     driven
-        The first so many aims are the stack; of the others only the errors are told.
+        The first so many tasks are the stack; of the others only the errors are told.
     options
         See :mod:`packed_options`.
     limits
@@ -97,12 +97,12 @@ def control_cycle(
     -------
     Number of bounds that hold the velocity back, or UNSETTLED.
     """
-    n, count = len(q), len(aims)
+    n, count = len(q), len(tasks)
     posture(model, data, q, qpos, joints[:, 0])
     # One block for many vectors: asking for memory takes longer than most of what follows.
     block = np.zeros((18, n))
     jacobian, work, gradient, free_motion = block[:6], block[6:12], block[12], block[13]
-    wish, low, high, strength = block[14], block[15], block[16], block[17]
+    nominal, low, high, strength = block[14], block[15], block[16], block[17]
     point_jacobian(origin, joints[:, 1], joints[:, 2], frame_moves, anchors, axes, jacobian)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     measured = measure_near(
@@ -131,11 +131,15 @@ def control_cycle(
     report[0] = _repel(near[:measured, 1], rows, options, gradient)
 
     most = max(6, n)
-    tasks, rates, error = np.empty((count, most, n)), np.empty((count, most)), np.empty(most)
+    task_jacobians, rates, error = (
+        np.empty((count, most, n)),
+        np.empty((count, most)),
+        np.empty(most),
+    )
     heights, sides = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    for aim in range(count):
+    for task in range(count):
         m, side, unmet = task_of(
-            aims[aim],
+            tasks[task],
             q,
             limits,
             origin,
@@ -143,15 +147,17 @@ def control_cycle(
             jacobian,
             work,
             error,
-            rates[aim],
-            tasks[aim],
+            rates[task],
+            task_jacobians[task],
         )
         if m == UNFIT:
             return UNSETTLED
-        report[1 + aim] = unmet
-        if aim < driven:
-            heights[aim], sides[aim] = m, side
-            report[1 + count + aim] = _relax(rates[aim, :m], tasks[aim], gradient, options)
+        report[1 + task] = unmet
+        if task < driven:
+            heights[task], sides[task] = m, side
+            report[1 + count + task] = _relax(
+                rates[task, :m], task_jacobians[task], gradient, options
+            )
     for joint in range(n):
         slope = centring_slope(q[joint], limits[joint], options[CENTRING_POWER], np.nan)
         free_motion[joint] = -options[CENTRING] * slope - gradient[joint]
@@ -159,26 +165,26 @@ def control_cycle(
         heights[:driven],
         sides[:driven],
         rates[:driven],
-        tasks[:driven],
+        task_jacobians[:driven],
         free_motion,
         limits[:, 2],
         options[NEAR_SINGULAR],
         options[DAMPING],
-        wish,
+        nominal,
     )
-    if not _finite(wish, report[1 : 1 + count], rows, least, near[:measured, 1]):
+    if not _finite(nominal, report[1 : 1 + count], rows, least, near[:measured, 1]):
         return UNSETTLED
     if options[SAFETY] == 0.0:
         for joint in range(n):
-            velocity[joint] = min(max(wish[joint], -limits[joint, 2]), limits[joint, 2])
+            velocity[joint] = min(max(nominal[joint], -limits[joint, 2]), limits[joint, 2])
         return 0
     joint_bounds(q, limits, options, low, high)
-    if allowed(wish, low, high, rows, least):
-        velocity[:] = wish
+    if allowed(nominal, low, high, rows, least):
+        velocity[:] = nominal
         return 0
     held_by = np.empty(n, np.int64)
-    cost = bending_cost(heights[:driven], tasks[:driven], options)
-    active = nearest(wish, cost, low, high, rows, least, velocity, held_by, strength)
+    cost = bending_cost(heights[:driven], task_jacobians[:driven], options)
+    active = solve_qp(nominal, cost, low, high, rows, least, velocity, held_by, strength)
     if active < 0 or not allowed(velocity, low, high, rows, least):
         return UNSETTLED
     first = 1 + 2 * count
@@ -191,7 +197,7 @@ def control_cycle(
 
 @njit(cache=True)
 def _repel(distance, rows, options, gradient):
-    """Fill the tempered gradient (n,), see `repulsion.tempered_gradient`; the least distance."""
+    """Fill the tempered gradient (n,), see `repulsion.limited_gradient`; the least distance."""
     clearance, square = np.inf, 0.0
     eta = options[ETA]
     for row in range(len(rows)):
@@ -231,7 +237,7 @@ def _relax(rate, rows, gradient, options):
 
 
 @njit(cache=True)
-def _finite(wish, errors, rows, least, distance):
+def _finite(nominal, errors, rows, least, distance):
     """Whether every number is; a sum is not as soon as one is not."""
-    total = wish.sum() + errors.sum() + least.sum() + distance.sum()
+    total = nominal.sum() + errors.sum() + least.sum() + distance.sum()
     return math.isfinite(total + rows.sum())

@@ -10,20 +10,20 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .task import Task
+from .task import TaskRows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .robot_state import RobotState
-    from .task import Aim
+    from .task import Task
 
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Keep the value of an aim of one row between two bounds, and leave it free there.
+    """Keep the value of a task of one row between two bounds, and leave it free there.
 
-    Well inside there is no row. Within speed / gain of the nearer bound (both are the aim's) there
+    Well inside there is no row. Within speed / gain of the nearer bound (both are the task's) there
     is one, with a side: the value may approach the bound at no more than gain times what is left,
     and the stack drops the row while the rest of the motion keeps to that. So nothing starts
     abruptly at the bound, and nothing crosses it. Outside the row brings the value back. With
@@ -33,22 +33,22 @@ class Interval:
     ------
     InputError
         If a bound is not a number, the lower is above the upper, both are infinite, or (by `at`)
-        the aim has more than one row.
+        the task has more than one row.
     """
 
-    aim: Aim
+    task: Task
     """Gives value, row, gain and speed; its own goal does not matter."""
     low: float
-    """Lower bound, units of the aim's value; -inf: none."""
+    """Lower bound, units of the task's value; -inf: none."""
     high: float
-    """Upper bound, units of the aim's value; inf: none."""
+    """Upper bound, units of the task's value; inf: none."""
     name: str = ""
-    """Name for reports; that of the aim when empty."""
+    """Name for reports; that of the task when empty."""
 
     def __post_init__(self) -> None:
-        if not callable(getattr(self.aim, "at", None)):
-            raise InputError(f"interval: an aim must have a method `at`, got {self.aim!r}")
-        name = self.name or self.aim.name
+        if not callable(getattr(self.task, "at", None)):
+            raise InputError(f"interval: a task must have a method `at`, got {self.task!r}")
+        name = self.name or self.task.name
         object.__setattr__(self, "name", name)
         try:
             low, high = float(self.low), float(self.high)
@@ -63,23 +63,23 @@ class Interval:
         object.__setattr__(self, "low", low)
         object.__setattr__(self, "high", high)
 
-    def at(self, state: RobotState) -> Task:
-        """Value: that of the aim; no rows well inside the interval, or where the aim has none."""
-        task = self.aim.at(state)
-        if len(task.value) == 0:
-            return task
-        if len(task.value) != 1:
+    def at(self, state: RobotState) -> TaskRows:
+        """Value: that of the task; no rows well inside the interval, or where the task has none."""
+        rows = self.task.at(state)
+        if len(rows.value) == 0:
+            return rows
+        if len(rows.value) != 1:
             raise InputError(
-                f"{self.name}: an interval needs an aim of 1 row, {task.name} has {len(task.value)}"
+                f"{self.name}: an interval needs a task of 1 row, {rows.name} has {len(rows.value)}"
             )
         return bounded(
             self.name,
-            float(task.value[0]),
-            task.jacobian,
+            float(rows.value[0]),
+            rows.jacobian,
             low=self.low,
             high=self.high,
-            gain=task.gain,
-            speed=task.speed,
+            gain=rows.gain,
+            speed=rows.speed,
         )
 
 
@@ -92,7 +92,7 @@ def bounded(
     high: float,
     gain: float,
     speed: float,
-) -> Task:
+) -> TaskRows:
     """The task of keeping a value with rows (1, n) in [low, high]; released well inside."""
     upper = high - value < value - low
     error = (high if upper else low) - value
@@ -100,9 +100,9 @@ def bounded(
     if low < high and inside * gain > speed:
         return released(name, jacobian.shape[1])
     side = 0 if low == high else -1 if upper else 1
-    return Task(name, np.array([value]), np.array([error]), jacobian, gain, speed, side)
+    return TaskRows(name, np.array([value]), np.array([error]), jacobian, gain, speed, side)
 
 
-def released(name: str, joints: int) -> Task:
+def released(name: str, joints: int) -> TaskRows:
     """A task without rows."""
-    return Task(name, np.empty(0), np.empty(0), np.empty((0, joints)))
+    return TaskRows(name, np.empty(0), np.empty(0), np.empty((0, joints)))

@@ -1,8 +1,8 @@
 """The nearest allowed velocity, compiled: the quadratic program of the safety level.
 
-A dual active-set method (Goldfarb and Idnani 1983): from the wish on, the bound that is passed most
-becomes active, and those that would pull the wrong way are let go. In coordinates in which the cost
-is a plain distance, an active set's solution is a projection, so the last one is exact. It is meant
+A dual active-set method (Goldfarb and Idnani 1983): from the nominal velocity on, the bound
+that is passed most becomes active, and those that would pull the wrong way are let go. In
+coordinates in which the cost is a plain distance, an active set's solution is a projection, so the last one is exact. It is meant
 for a few joints, where it takes a microsecond, and gives up where a solver has more to say.
 """
 
@@ -24,10 +24,10 @@ STEPS_PER_JOINT = 10
 
 
 @njit(cache=True)
-def nearest(wish, hessian, low, high, rows, least, velocity, held, strength):
+def solve_qp(nominal, hessian, low, high, rows, least, velocity, held, strength):
     """Fill the velocity (n,) that keeps all bounds at the least cost.
 
-    The cost is ½ (v - wish)ᵀ H (v - wish), the bounds low <= v <= high, rows v >= least, as in
+    The cost is ½ (v - nominal)ᵀ H (v - nominal), low <= v <= high, rows v >= least, as in
     :class:`safety.SafetyRows`; H (n, n) is positive definite, and is overwritten.
 
     Parameters
@@ -40,7 +40,7 @@ def nearest(wish, hessian, low, high, rows, least, velocity, held, strength):
     -------
     Number of active bounds, or GIVEN_UP.
     """
-    n = len(wish)
+    n = len(nominal)
     _factorise(hessian)
     block = np.zeros((3 * n + 5, n))
     normals, basis, triangle = block[:n], block[n : 2 * n], block[2 * n : 3 * n]
@@ -54,11 +54,11 @@ def nearest(wish, hessian, low, high, rows, least, velocity, held, strength):
             return GIVEN_UP
     count = 0
     for _ in range(STEPS_PER_JOINT * n):
-        _place(wish, hessian, away, velocity)
+        _place(nominal, hessian, away, velocity)
         bound = _most_passed(velocity, low, high, rows, least, lengths)
         if bound < 0:
             break
-        reach = _normal_of(bound, wish, hessian, low, high, rows, least, normal)
+        reach = _normal_of(bound, nominal, hessian, low, high, rows, least, normal)
         push = 0.0
         while True:
             square, outside = _split(normal, basis, count, along, pull)
@@ -97,7 +97,7 @@ def nearest(wish, hessian, low, high, rows, least, velocity, held, strength):
     else:
         return GIVEN_UP
     _project(basis, triangle, needed, count, away, strength)
-    _place(wish, hessian, away, velocity)
+    _place(nominal, hessian, away, velocity)
     for k in range(count):
         held[k] = active[k] % n if active[k] < 2 * n else active[k] - n
     return count
@@ -116,16 +116,16 @@ def _factorise(matrix):
 
 
 @njit(cache=True)
-def _place(wish, factor, away, velocity):
-    """Velocity wish + L⁻ᵀ away."""
-    n = len(wish)
+def _place(nominal, factor, away, velocity):
+    """Velocity nominal + L⁻ᵀ away."""
+    n = len(nominal)
     for i in range(n - 1, -1, -1):
         total = away[i]
         for k in range(i + 1, n):
             total -= factor[k, i] * velocity[k]
         velocity[i] = total / factor[i, i]
     for i in range(n):
-        velocity[i] += wish[i]
+        velocity[i] += nominal[i]
 
 
 @njit(cache=True)
@@ -146,19 +146,19 @@ def _most_passed(velocity, low, high, rows, least, lengths):
 
 
 @njit(cache=True)
-def _normal_of(bound, wish, factor, low, high, rows, least, normal):
-    """Fill a bound's normal L⁻¹ a, and give how far along it the bound is from the wish."""
-    n = len(wish)
+def _normal_of(bound, nominal, factor, low, high, rows, least, normal):
+    """Fill a bound's normal L⁻¹ a, and give how far along it the bound is from the nominal one."""
+    n = len(nominal)
     normal[:] = 0.0
     if bound < n:
         normal[bound] = 1.0
-        reach = low[bound] - wish[bound]
+        reach = low[bound] - nominal[bound]
     elif bound < 2 * n:
         normal[bound - n] = -1.0
-        reach = wish[bound - n] - high[bound - n]
+        reach = nominal[bound - n] - high[bound - n]
     else:
         normal[:] = rows[bound - 2 * n]
-        reach = least[bound - 2 * n] - _dot(normal, wish, n)
+        reach = least[bound - 2 * n] - _dot(normal, nominal, n)
     for i in range(n):
         for k in range(i):
             normal[i] -= factor[i, k] * normal[k]

@@ -71,12 +71,12 @@ class ControlOptions:
     retreat_speed: float = 1.5
     """Largest norm of the joint velocities on the way back, rad/s."""
     retreat_hand_speed: float = 0.25
-    """Largest speed of the controlled frame on the way back, m/s: what an aim has by default, the
+    """Largest speed of the controlled frame on the way back, m/s: what a task has by default, the
     reduced speed of ISO 10218-1 beside people."""
     retreat_seconds: float = 20.0
     """Longest way back, s; where it ends, the motion tries again."""
     compiled: bool = True
-    """Whether to use the compiled cycle where all aims are built in; same figures, some ten times
+    """Whether to use the compiled cycle where all tasks are built in; same figures, some ten times
     faster."""
     progress: float = 0.01
     """Decrease of the summed errors that counts as progress, m or rad (near the goal a tenth of

@@ -1,4 +1,4 @@
-"""Built-in aims as rows of numbers, for compiled kernels."""
+"""Built-in tasks as rows of numbers, for compiled kernels."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from .task import Aim
+    from .task import Task
 
 KIND, GAIN, SPEED, BOUNDED, LOW, HIGH, POINT, FIELDS = 0, 1, 2, 3, 4, 5, 6, 9
-"""Columns of a row: kind of aim, 1 if it is inside an :class:`Interval` with the two bounds that
+"""Columns of a row: kind of task, 1 if it is inside an :class:`Interval` with the two bounds that
 follow, point of the hand (3,), and from FIELDS on what the kind needs."""
 
 (
@@ -34,7 +34,7 @@ follow, point of the hand (3,), and from FIELDS on what the kind needs."""
     JOINT_CENTRING,
     POSTURE,
 ) = range(10)
-"""Kinds of aims."""
+"""Kinds of tasks."""
 
 FIELDS_MOST = 13
 """Most fields of a kind that do not grow with the number of joints: those of a pose."""
@@ -54,20 +54,20 @@ _BUILT_IN = {
 _NO_POINT = np.zeros(3)
 
 
-def pack_aims(aims: Sequence[Aim], joints: int) -> NDArray[np.float64] | None:
-    """Rows (K, columns) of built-in aims for a robot with so many joints.
+def pack_tasks(tasks: Sequence[Task], joints: int) -> NDArray[np.float64] | None:
+    """Rows (K, columns) of built-in tasks for a robot with so many joints.
 
     None where one is of another class (a subclass may do anything), or does not fit the robot: its
     own `at` then says what is wrong.
     """
-    rows = np.zeros((len(aims), FIELDS + max(FIELDS_MOST, 2 + joints)))
-    for row, aim in zip(rows, aims, strict=True):
-        if type(aim) is Interval:
-            row[BOUNDED], row[LOW], row[HIGH] = 1.0, aim.low, aim.high
-            aim = aim.aim
-        if type(aim) not in _BUILT_IN:
+    rows = np.zeros((len(tasks), FIELDS + max(FIELDS_MOST, 2 + joints)))
+    for row, task in zip(rows, tasks, strict=True):
+        if type(task) is Interval:
+            row[BOUNDED], row[LOW], row[HIGH] = 1.0, task.low, task.high
+            task = task.task
+        if type(task) not in _BUILT_IN:
             return None
-        kind, gain, speed, point, fields = _pack(aim)
+        kind, gain, speed, point, fields = _pack(task)
         sizes = {POSTURE: (joints,), JOINT_CENTRING: (2, 2 + joints)}.get(kind)
         if sizes is not None and len(fields) not in sizes:
             return None
@@ -77,34 +77,34 @@ def pack_aims(aims: Sequence[Aim], joints: int) -> NDArray[np.float64] | None:
     return rows
 
 
-def _pack(aim: Aim) -> tuple[int, float, float, NDArray[np.float64], list[float]]:
-    """Kind, gain, speed, point and fields of an aim, the fields in the order kernels read them."""
-    match aim:
+def _pack(task: Task) -> tuple[int, float, float, NDArray[np.float64], list[float]]:
+    """Kind, gain, speed, point and fields of a task, the fields in the order kernels read them."""
+    match task:
         case Position():
-            packed = POSITION, aim.point, [*aim.goal]
+            packed = POSITION, task.point, [*task.goal]
         case DistanceToPoint():
-            packed = DISTANCE_TO_POINT, aim.point, [*aim.centre, aim.distance]
+            packed = DISTANCE_TO_POINT, task.point, [*task.centre, task.distance]
         case DistanceToAxis():
-            fields = [*aim.point_on_axis, *aim._across.ravel(), aim.distance]
-            packed = DISTANCE_TO_AXIS, aim.point, fields
+            fields = [*task.point_on_axis, *task._across.ravel(), task.distance]
+            packed = DISTANCE_TO_AXIS, task.point, fields
         case PointOnPlane():
-            packed = POINT_ON_PLANE, aim.point, [*aim.normal, aim.offset]
+            packed = POINT_ON_PLANE, task.point, [*task.normal, task.offset]
         case Orientation():
-            packed = ORIENTATION, _NO_POINT, [*aim._goal.ravel()]
+            packed = ORIENTATION, _NO_POINT, [*task._goal.ravel()]
         case Pose():
-            fields = [*aim._rotation.ravel(), *aim._position, aim.turn_speed]
-            packed = POSE, aim.point, fields
+            fields = [*task._rotation.ravel(), *task._position, task.turn_speed]
+            packed = POSE, task.point, fields
         case AxisAlignment():
-            packed = AXIS_ALIGNMENT, _NO_POINT, [*aim._across.ravel(), *aim.goal, *aim.axis]
+            packed = AXIS_ALIGNMENT, _NO_POINT, [*task._across.ravel(), *task.goal, *task.axis]
         case LookAt():
-            fields = [*aim._across.ravel(), *aim.axis, *aim.target, aim.half_angle]
-            packed = LOOK_AT, aim.point, fields
+            fields = [*task._across.ravel(), *task.axis, *task.target, task.half_angle]
+            packed = LOOK_AT, task.point, fields
         case JointCentring():
-            reference = [] if aim.reference is None else [*aim.reference]
-            packed = JOINT_CENTRING, _NO_POINT, [aim.power, bool(reference), *reference]
+            reference = [] if task.reference is None else [*task.reference]
+            packed = JOINT_CENTRING, _NO_POINT, [task.power, bool(reference), *reference]
         case Posture():
-            packed = POSTURE, _NO_POINT, [*aim.goal]
+            packed = POSTURE, _NO_POINT, [*task.goal]
         case _:
-            raise TypeError(f"no built-in aim: {aim!r}")
+            raise TypeError(f"no built-in task: {task!r}")
     kind, point, fields = packed
-    return kind, aim.gain, aim.speed, point, [float(field) for field in fields]
+    return kind, task.gain, task.speed, point, [float(field) for field in fields]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import ApproachController, Cycle
+from .approach import ApproachController, ControlStep
 from .options import ControlOptions
 from .planner import plan
 from .planner_options import PlannerOptions
@@ -20,11 +20,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .collision_world import CollisionWorld
-    from .planner import Way
+    from .planner import JointPath
     from .robot_model import RobotModel
-    from .task import Aim
+    from .task import Task
 
-NEAR_WAY = 0.02
+PATH_TOLERANCE = 0.02
 """The robot is where the way wants it when no joint is farther off, rad or m."""
 SPEED_SHARE = 0.5
 """Share of the joint speed limits that a way is gone with: the rest is for catching up."""
@@ -44,7 +44,7 @@ class PlannedApproach:
     ----------
     world
         The robot and what it must not touch.
-    aims
+    tasks
         Highest priority first.
     options
         Of the controller; its retreats are left to the search.
@@ -63,7 +63,7 @@ class PlannedApproach:
     def __init__(
         self,
         world: CollisionWorld,
-        aims: Sequence[Aim],
+        tasks: Sequence[Task],
         options: ControlOptions | None = None,
         planner: PlannerOptions | None = None,
         *,
@@ -72,17 +72,17 @@ class PlannedApproach:
         self.options = replace(options or ControlOptions(), retreats=0)
         self.planner = planner or PlannerOptions()
         self.searches = searches
-        self.controller = ApproachController(world, aims, self.options)
+        self.controller = ApproachController(world, tasks, self.options)
         self.restart()
 
     def restart(self) -> None:
         """Forget ways and how the motion went."""
-        self.ways: list[Way] = []
+        self.paths: list[JointPath] = []
         """What the searches gave since the start, or since the last restart."""
         self._searched = 0
-        self._leave_way()
+        self._leave_path()
 
-    def step(self, q: NDArray[np.float64]) -> Cycle:
+    def step(self, q: NDArray[np.float64]) -> ControlStep:
         """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
 
         A motion that is stuck stops for a cycle; the one after it takes as long as the search.
@@ -105,54 +105,54 @@ class PlannedApproach:
         self._stuck = replace(cycle, velocity=np.zeros_like(cycle.velocity))
         return replace(self._stuck, status="moving", reason="")
 
-    def _search(self, q: NDArray[np.float64], cycle: Cycle) -> Cycle:
+    def _search(self, q: NDArray[np.float64], cycle: ControlStep) -> ControlStep:
         """Search for a way from where a cycle was stuck."""
         controller = self.controller
         self._stuck = None
         self._searched += 1
-        planner = replace(self.planner, seed=self.planner.seed + len(self.ways))
-        way = plan(controller.world, controller.aims, q, self.options, planner)
-        self.ways.append(way)
-        if not way:
-            return replace(cycle, reason=f"{cycle.reason}; no way found: {way.reason}")
-        self._track = retimed(way.postures, controller.robot, self.options.dt)
+        planner = replace(self.planner, seed=self.planner.seed + len(self.paths))
+        path = plan(controller.world, controller.tasks, q, self.options, planner)
+        self.paths.append(path)
+        if not path:
+            return replace(cycle, reason=f"{cycle.reason}; no way found: {path.reason}")
+        self._track = retimed(path.postures, controller.robot, self.options.dt)
         self._at = min(1, len(self._track) - 1)
         return replace(cycle, status="moving", reason="")
 
-    def _follow(self, q: NDArray[np.float64]) -> Cycle:
+    def _follow(self, q: NDArray[np.float64]) -> ControlStep:
         controller, options = self.controller, self.options
         state = controller.robot.at(q)
         proximity = controller.world.proximity(state.q)
         target = self._track[self._at]
-        wish = (target - state.q) / options.dt
-        wish = wish / max(float(np.max(np.abs(wish) / state.speed)), 1.0)
+        nominal = (target - state.q) / options.dt
+        nominal = nominal / max(float(np.max(np.abs(nominal) / state.speed)), 1.0)
         safe = safe_motion(
-            wish, state.jacobian, state, proximity, options, controller.robot.joint_names
+            nominal, state.jacobian, state, proximity, options, controller.robot.joint_names
         )
         after = state.q + options.dt * safe.velocity
-        if np.max(np.abs(target - after)) <= NEAR_WAY:
+        if np.max(np.abs(target - after)) <= PATH_TOLERANCE:
             self._at, self._held_up = self._at + 1, 0.0
         else:
             self._held_up += options.dt
         if self._at >= len(self._track) or self._held_up > HELD_UP_SECONDS:
-            self._leave_way()
-        errors = tuple(aim.at(state).unmet for aim in controller.aims)
-        return Cycle(
+            self._leave_path()
+        errors = tuple(task.at(state).unmet for task in controller.tasks)
+        return ControlStep(
             velocity=safe.velocity,
             status="moving" if safe.feasible else "infeasible",
             reason="" if safe.feasible else f"cannot keep the margin: {', '.join(safe.blocking)}",
-            phase="way",
+            phase="path",
             errors=errors,
             clearance=float(proximity.distance.min(initial=float("inf"))),
             beta=(0.0,) * len(errors),
             blocking=safe.blocking,
         )
 
-    def _leave_way(self) -> None:
+    def _leave_path(self) -> None:
         self._track = np.zeros((0, self.controller.robot.n))
         self._at = 0
         self._held_up = 0.0
-        self._stuck: Cycle | None = None
+        self._stuck: ControlStep | None = None
         self.controller.restart()
 
 
@@ -173,7 +173,7 @@ def retimed(postures: NDArray[np.float64], robot: RobotModel, dt: float) -> NDAr
     Returns
     -------
     ndarray
-        (M, n), linear between the given ones: no step moves the frame faster than an aim by
+        (M, n), linear between the given ones: no step moves the frame faster than a task by
         default does, nor a joint faster than a share of its limit.
     """
     places = np.array([robot.at(q).position for q in postures])

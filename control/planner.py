@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import ApproachController, counted, refuge_postures
+from .approach import ApproachController, counted, retreat_configurations
 from .planner_options import PlannerOptions
 from .point_aims import Position
 from .posture_aims import Posture
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 
     from .collision_world import CollisionWorld
     from .options import ControlOptions
-    from .task import Aim
+    from .task import Task
 
 
 FARTHEST_STEP = math.pi
-"""Longest step of all joints by which it is guessed where the aims lead, rad or m: beyond half a
+"""Longest step of all joints by which it is guessed where the tasks lead, rad or m: beyond half a
 turn a straight guess says nothing."""
 
 
 @dataclass(frozen=True)
-class Way:
+class JointPath:
     """A way found, or (false in a condition) why none was."""
 
     found: bool
-    """Whether the way ends with all aims reached."""
+    """Whether the way ends with all tasks reached."""
     postures: NDArray[np.float64]
     """Joint angles (N, n) along the way, the start first."""
     dt: float
@@ -62,7 +62,7 @@ class _Place:
     position: NDArray[np.float64]
     q: NDArray[np.float64]
     left: float
-    """Summed errors of the aims that count."""
+    """Summed errors of the tasks that count."""
     parent: int
     postures: NDArray[np.float64]
     """(N, n) from the parent's posture, that one not included."""
@@ -78,15 +78,15 @@ class _Rollout:
 
 def plan(
     world: CollisionWorld,
-    aims: Sequence[Aim],
+    tasks: Sequence[Task],
     q: NDArray[np.float64],
     options: ControlOptions,
     planner: PlannerOptions | None = None,
-) -> Way:
-    """Search for a way from joint angles q (n,) to where all aims are reached.
+) -> JointPath:
+    """Search for a way from joint angles q (n,) to where all tasks are reached.
 
     Each turn rolls the controller out, from the known place nearest to a drawn one towards that,
-    or from the place nearest to the goal towards the aims themselves; places from which the goal
+    or from the place nearest to the goal towards the tasks themselves; places from which the goal
     was tried in vain count as farther. Every place that a roll-out newly finds tries for the goal.
 
     Raises
@@ -96,7 +96,7 @@ def plan(
     """
     planner = planner or PlannerOptions()
     rng = np.random.default_rng(planner.seed)
-    search = _Search(world, tuple(aims), options, planner)
+    search = _Search(world, tuple(tasks), options, planner)
     search.add(-1, np.zeros((0, len(q))), np.asarray(q, dtype=np.float64))
     low, high = search.bounds()
     found = search.has_rollouts() and (search.try_goal(0) or search.try_refuges())
@@ -106,9 +106,9 @@ def plan(
             continue
         new = search.extend(rng.uniform(low, high))
         found = new >= 0 and search.try_goal(new)
-    return Way(
+    return JointPath(
         found,
-        search.way(len(search.places) - 1 if found else search.nearest_to_goal()),
+        search.path(len(search.places) - 1 if found else search.nearest_to_goal()),
         planner.dt,
         "" if found else search.reason,
         search.rollouts,
@@ -121,13 +121,13 @@ class _Search:
     def __init__(
         self,
         world: CollisionWorld,
-        aims: tuple[Aim, ...],
+        tasks: tuple[Task, ...],
         options: ControlOptions,
         planner: PlannerOptions,
     ) -> None:
         self.world = world
-        self.aims = aims
-        self.counted = [aims[place] for place in counted(aims)]
+        self.tasks = tasks
+        self.counted = [tasks[place] for place in counted(tasks)]
         self.options = replace(
             options,
             dt=planner.dt,
@@ -148,20 +148,20 @@ class _Search:
 
     def add(self, parent: int, postures: NDArray[np.float64], q: NDArray[np.float64]) -> int:
         state = self.world.robot.at(q)
-        left = sum(aim.at(state).unmet for aim in self.counted)
+        left = sum(task.at(state).unmet for task in self.counted)
         self.places.append(_Place(state.position, state.q, left, parent, postures))
         self.failures.append(0)
         return len(self.places) - 1
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Box (3,), (3,) in which places are drawn: about the start and what the aims point at."""
+        """Box (3,), (3,) in which places are drawn: about the start and what the tasks point at."""
         start = self.places[0]
         state = self.world.robot.at(start.q)
         ends = [start.position]
-        for aim in self.aims:
-            task = aim.at(state)
+        for task in self.tasks:
+            rows = task.at(state)
             # Where the frame would be if the error were taken away at once, in a straight line.
-            step = np.linalg.pinv(task.jacobian) @ task.error
+            step = np.linalg.pinv(rows.jacobian) @ rows.error
             # Near a singular posture that step would leave the world.
             step *= FARTHEST_STEP / max(float(np.linalg.norm(step)), FARTHEST_STEP)
             ends.append(start.position + state.jacobian[:3] @ step)
@@ -181,9 +181,9 @@ class _Search:
         return int(np.argmin([place.left for place in self.places]))
 
     def try_goal(self, index: int) -> bool:
-        """Head for the aims; whether they were reached, the last place then being the end."""
+        """Head for the tasks; whether they were reached, the last place then being the end."""
         place = self.places[index]
-        result = self.roll_out(place.q, self.aims)
+        result = self.roll_out(place.q, self.tasks)
         if result.reached:
             self.add(
                 index, result.postures, result.postures[-1] if len(result.postures) else place.q
@@ -197,10 +197,10 @@ class _Search:
         return False
 
     def try_refuges(self) -> bool:
-        """Go back to each posture of refuge and head for the aims from there."""
-        for refuge in refuge_postures(self.world.robot):
-            aim = Posture(refuge, speed=self.options.retreat_speed)
-            new = self._keep(0, self.roll_out(self.places[0].q, (aim,)))
+        """Go back to each posture of refuge and head for the tasks from there."""
+        for configuration in retreat_configurations(self.world.robot):
+            task = Posture(configuration, speed=self.options.retreat_speed)
+            new = self._keep(0, self.roll_out(self.places[0].q, (task,)))
             if new >= 0 and self.try_goal(new):
                 return True
         return False
@@ -212,9 +212,9 @@ class _Search:
         result = self.roll_out(self.places[index].q, (Position(target),))
         return self._keep(index, result)
 
-    def roll_out(self, q: NDArray[np.float64], aims: tuple[Aim, ...]) -> _Rollout:
+    def roll_out(self, q: NDArray[np.float64], tasks: tuple[Task, ...]) -> _Rollout:
         self.rollouts += 1
-        controller = ApproachController(self.world, aims, self.options)
+        controller = ApproachController(self.world, tasks, self.options)
         postures = []
         left = float("inf")
         reason = "longest roll-out"
@@ -229,7 +229,7 @@ class _Search:
         reached = reason == ""
         return _Rollout(np.array(postures).reshape(-1, len(q)), reached, reason, left)
 
-    def way(self, index: int) -> NDArray[np.float64]:
+    def path(self, index: int) -> NDArray[np.float64]:
         pieces = []
         while index > 0:
             pieces.append(self.places[index].postures)

@@ -1,6 +1,6 @@
-"""Aims for a point of the hand: at a place, at a distance from a point or an axis, on a plane.
+"""Tasks for a point of the hand: at a place, at a distance from a point or an axis, on a plane.
 
-What an object's symmetry leaves open, the aim leaves free: a sphere takes one row, not three.
+What an object's symmetry leaves open, the task leaves free: a sphere takes one row, not three.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .aim_fields import across, number, rates, store, unit, vector
-from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED, Task
+from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED, TaskRows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -56,10 +56,10 @@ class Position:
             point=vector(self.name, "point", self.point),
         )
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the point's position, m, world."""
         position, jacobian = state.point(self.point)
-        return Task(self.name, position, self.goal - position, jacobian, self.gain, self.speed)
+        return TaskRows(self.name, position, self.goal - position, jacobian, self.gain, self.speed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,7 @@ class DistanceToPoint:
             point=vector(self.name, "point", self.point),
         )
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the distance, m."""
         position, jacobian = state.point(self.point)
         value, row = length_row(position - self.centre, jacobian)
@@ -148,13 +148,13 @@ class DistanceToAxis:
             _across=across(direction),
         )
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the distance, m; with distance 0, the place across the line (2,), m."""
         position, jacobian = state.point(self.point)
         offset = self._across @ (position - self.point_on_axis)
         rows = self._across @ jacobian
         if self.distance == 0.0:
-            return Task(self.name, offset, -offset, rows, self.gain, self.speed)
+            return TaskRows(self.name, offset, -offset, rows, self.gain, self.speed)
         value, row = length_row(offset, rows)
         return _one_row(self.name, value, self.distance, row, self.gain, self.speed)
 
@@ -191,7 +191,7 @@ class PointOnPlane:
             point=vector(self.name, "point", self.point),
         )
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the point's coordinate along the normal, m."""
         position, jacobian = state.point(self.point)
         value = float(self.normal @ position)
@@ -214,5 +214,5 @@ def length_row(
 
 def _one_row(
     name: str, value: float, goal: float, row: NDArray[np.float64], gain: float, speed: float
-) -> Task:
-    return Task(name, np.array([value]), np.array([goal - value]), row[None], gain, speed)
+) -> TaskRows:
+    return TaskRows(name, np.array([value]), np.array([goal - value]), row[None], gain, speed)

@@ -1,4 +1,4 @@
-"""The tasks of :mod:`point_aims`, compiled: errors and rows from a packed aim's fields.
+"""The tasks of :mod:`point_aims`, compiled: errors and rows from a packed task's fields.
 
 Each kernel fills ``error`` (m,) and ``rows`` (m, n) and returns m; those of one row put the value
 into ``value`` (1,).

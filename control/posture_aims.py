@@ -1,4 +1,4 @@
-"""Aims for the posture as a whole: manipulability, and joints near the middle of their range."""
+"""Tasks for the posture as a whole: manipulability, and joints near the middle of their range."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eyehand.errors import InputError
 
 from .aim_fields import number, rates, store, vector
 from .interval import bounded
-from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED, Task
+from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED, TaskRows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -69,7 +69,7 @@ class Manipulability:
             raise InputError(f"{self.name}: goal must be > 0, got {self.goal}")
         store(self, goal=goal, rows=rows, point=vector(self.name, "point", self.point))
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the measure over the goal, (1,)."""
         if len(state.q) < len(self.rows):
             raise InputError(
@@ -122,7 +122,7 @@ class JointCentring:
     name: str = "joint centring"
     """Name for reports."""
     endless: ClassVar[bool] = True
-    """It never ends a motion, see :class:`Aim`."""
+    """It never ends a motion, see :class:`Task`."""
 
     def __post_init__(self) -> None:
         rates(self.name, self.gain, self.speed)
@@ -135,7 +135,7 @@ class JointCentring:
         if self.reference is not None:
             store(self, reference=vector(self.name, "reference", self.reference, None))
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the posture (n,), rad or m."""
         span = state.upper - state.lower
         ranged = np.isfinite(span) & (span > 0.0)
@@ -151,7 +151,7 @@ class JointCentring:
         else:
             reference = self.reference
         _, gradient = centring_cost(state.q, reference, weights, self.power)
-        return Task(self.name, state.q, -gradient, np.eye(len(state.q)), self.gain, self.speed)
+        return TaskRows(self.name, state.q, -gradient, np.eye(len(state.q)), self.gain, self.speed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -177,7 +177,7 @@ class Posture:
         rates(self.name, self.gain, self.speed)
         store(self, goal=vector(self.name, "goal", self.goal, None))
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the posture (n,), rad or m."""
         if self.goal.shape != state.q.shape:
             raise InputError(
@@ -185,7 +185,7 @@ class Posture:
                 f"{len(self.goal)}"
             )
         jacobian = np.eye(len(state.q))
-        return Task(self.name, state.q, self.goal - state.q, jacobian, self.gain, self.speed)
+        return TaskRows(self.name, state.q, self.goal - state.q, jacobian, self.gain, self.speed)
 
 
 def centring_cost(

@@ -10,14 +10,14 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .options import ControlOptions, Relaxation
-    from .task import Task
+    from .task import TaskRows
 
 LARGEST_BETA = 1.0
 """A dynamic β stops here: avoidance at full strength, even far from the goal."""
 
 
 def relaxed_rate(
-    task: Task, gradient: NDArray[np.float64], options: ControlOptions
+    task: TaskRows, gradient: NDArray[np.float64], options: ControlOptions
 ) -> tuple[NDArray[np.float64], float]:
     """Rate (m,) of a task bent by avoidance, and the β that bends it.
 

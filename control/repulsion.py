@@ -36,7 +36,7 @@ def repulsion_gradient(proximity: Proximity, options: ControlOptions) -> NDArray
     return -2.0 * options.eta * (depth @ proximity.rows)
 
 
-def tempered_gradient(proximity: Proximity, options: ControlOptions) -> NDArray[np.float64]:
+def limited_gradient(proximity: Proximity, options: ControlOptions) -> NDArray[np.float64]:
     """Gradient (n,) of :func:`repulsion_gradient`, held below what overshoots in one period.
 
     Where many pairs push at a time their gains add up (:func:`stable_eta`, the lever bounded by

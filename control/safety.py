@@ -1,4 +1,4 @@
-"""The safety level above all tasks: no wish of theirs passes a distance, a joint limit, a speed."""
+"""The safety level above all tasks: no nominal motion passes a distance, a joint limit, a speed."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ UNBOUNDED = 1e30
 TOLERANCE = 1e-10
 """By how much the solver may pass a bound, in rad/s or per unit row; its own 1e-6 would show."""
 GIVING_WAY = 1e6
-"""Cost of a squared violation, (m/s)^-2, beside 1 of a squared joint speed: the wish weighs nothing
-against it."""
+"""Cost of a squared violation, (m/s)^-2, beside 1 of a squared joint speed: the nominal motion
+weighs nothing against it."""
 ACTIVE = 1e-9
 """Multipliers above this mark a constraint that holds the motion back."""
 NEAR_LIMIT = 0.1
@@ -35,12 +35,12 @@ SLACK = 1e-9
 
 @dataclass(frozen=True)
 class SafeMotion:
-    """Joint velocities that keep what must be kept, nearest to those wished for."""
+    """Joint velocities that keep what must be kept, nearest to the nominal ones."""
 
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
     blocking: tuple[str, ...]
-    """What holds the wish back, strongest first: pairs of parts, joints at a limit."""
+    """What holds the nominal motion back, strongest first: pairs of parts, joints at a limit."""
     feasible: bool
     """False when what must be kept cannot all be kept, an obstacle moving in, say; the velocity is
     then the least violation."""
@@ -94,32 +94,32 @@ def safety_rows(
 
 
 def safe_motion(
-    wish: NDArray[np.float64],
+    nominal: NDArray[np.float64],
     task_rows: NDArray[np.float64],
     state: RobotState,
     proximity: Proximity,
     options: ControlOptions,
     joint_names: Sequence[str] = (),
 ) -> SafeMotion:
-    """Find the nearest safe joint velocity to a wish (n,), rad/s.
+    """Find the nearest safe joint velocity to a nominal one (n,), rad/s.
 
-    Nearest in |velocity - wish|² + task_weight |J (velocity - wish)|², with J (m, n) the rows of
-    the tasks: what must bend, bends where the tasks feel it least. When not all that is inside its
-    margin can leave at the speed asked, nothing goes deeper and the rest leaves as fast as it can.
+    Nearest in |velocity - nominal|² + task_weight |J (velocity - nominal)|², with J (m, n) the
+    rows of the tasks: what must bend, bends where the tasks feel it least. When not all that is
+    inside its margin can leave at the speed asked, nothing goes deeper and the rest leaves as fast as it can.
     What is not finite stops the robot.
     """
     rows = safety_rows(state, proximity, options)
-    lost = _not_finite(wish, task_rows, proximity, rows)
+    lost = _not_finite(nominal, task_rows, proximity, rows)
     if lost:
         return SafeMotion(np.zeros(len(rows.low)), lost, False)
-    if rows.allow(wish):
-        return SafeMotion(wish, (), True)
-    hessian = np.eye(len(wish)) + options.task_weight * task_rows.T @ task_rows
-    velocity, strength = _nearest(wish, hessian, rows)
+    if rows.allow(nominal):
+        return SafeMotion(nominal, (), True)
+    hessian = np.eye(len(nominal)) + options.task_weight * task_rows.T @ task_rows
+    velocity, strength = _nearest(nominal, hessian, rows)
     if velocity is not None and rows.allow(velocity):
         return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), True)
     still = safety_rows(state, proximity, options, recover=False)
-    velocity, strength, feasible = _without_recovery(wish, hessian, still, rows)
+    velocity, strength, feasible = _without_recovery(nominal, hessian, still, rows)
     return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), feasible)
 
 
@@ -135,43 +135,43 @@ def held_joint(name: str, q: float, lower: float, upper: float) -> str:
 
 
 def _without_recovery(
-    wish: NDArray[np.float64], hessian: NDArray[np.float64], still: SafetyRows, rows: SafetyRows
+    nominal: NDArray[np.float64], hessian: NDArray[np.float64], still: SafetyRows, rows: SafetyRows
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
     """Keep the bounds `still`, of `rows` what can be; else the speeds, of `still` what can be."""
-    velocity, strength = _giving_way(wish, hessian, still, rows)
+    velocity, strength = _giving_way(nominal, hessian, still, rows)
     if velocity is None or not still.allow(velocity):
         # Without a moving obstacle this comes of rounding only: the costs lie far apart.
-        velocity, strength = _nearest(wish, hessian, still)
+        velocity, strength = _nearest(nominal, hessian, still)
     if velocity is not None and still.allow(velocity):
         return velocity, strength, True
-    stop = np.zeros_like(wish)
+    stop = np.zeros_like(nominal)
     if still.allow(stop):
         return stop, strength, True
     bare = replace(still, least=np.full_like(still.least, -UNBOUNDED))
-    velocity, strength = _giving_way(wish, hessian, bare, still)
+    velocity, strength = _giving_way(nominal, hessian, bare, still)
     if velocity is None:
         return stop, strength, False
     return np.minimum(np.maximum(velocity, still.low), still.high), strength, False
 
 
 def _nearest(
-    wish: NDArray[np.float64], hessian: NDArray[np.float64], rows: SafetyRows
+    nominal: NDArray[np.float64], hessian: NDArray[np.float64], rows: SafetyRows
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
     """Velocity and what each joint (n) and each row (P) holds it back with; None: infeasible."""
     high = np.concatenate([rows.high, np.full(len(rows.least), UNBOUNDED)])
     low = np.concatenate([rows.low, rows.least])
-    return _solve(hessian, -hessian @ wish, rows.rows, low, high)
+    return _solve(hessian, -hessian @ nominal, rows.rows, low, high)
 
 
 def _giving_way(
-    wish: NDArray[np.float64], hessian: NDArray[np.float64], must: SafetyRows, should: SafetyRows
+    nominal: NDArray[np.float64], hessian: NDArray[np.float64], must: SafetyRows, should: SafetyRows
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
     """Keep the bounds `must`; of the tighter ones `should`, miss as little as possible.
 
     Each tighter bound gets a variable that takes up what it misses. The solver's own soft
     constraints would weigh a row by its length: what a short lever misses bends all joints.
     """
-    joints, pairs = len(wish), len(must.least)
+    joints, pairs = len(nominal), len(must.least)
     every = np.concatenate([np.eye(joints), must.rows])
     open_end = np.full(pairs, UNBOUNDED)
     low, high = np.concatenate([should.low, should.least]), np.concatenate([should.high, open_end])
@@ -191,7 +191,7 @@ def _giving_way(
     free = np.full(extra, UNBOUNDED)
     velocity, strength = _solve(
         weights,
-        np.concatenate([-hessian @ wish, np.zeros(extra)]),
+        np.concatenate([-hessian @ nominal, np.zeros(extra)]),
         constraints,
         np.concatenate([must.low, -free, must.least, low[tighter]]),
         np.concatenate([must.high, free, open_end, high[tighter]]),
@@ -218,7 +218,7 @@ def _solve(
 
 
 def _not_finite(
-    wish: NDArray[np.float64],
+    nominal: NDArray[np.float64],
     task_rows: NDArray[np.float64],
     proximity: Proximity,
     rows: SafetyRows,
@@ -228,10 +228,10 @@ def _not_finite(
     if not (math.isnan(rows.low.sum()) or math.isnan(rows.high.sum())) and all(
         # One dot product is finite exactly when all entries are, and costs a third of asking.
         math.isfinite(np.vdot(array, array))
-        for array in (wish, task_rows, proximity.rows, proximity.distance, proximity.drift)
+        for array in (nominal, task_rows, proximity.rows, proximity.distance, proximity.drift)
     ):
         return ()
-    names = [] if np.all(np.isfinite(wish)) else ["the wished velocity is not finite"]
+    names = [] if np.all(np.isfinite(nominal)) else ["the nominal velocity is not finite"]
     if not np.all(np.isfinite(task_rows)):
         names.append("the rows of the tasks are not finite")
     numbers = np.column_stack([proximity.rows, proximity.distance, proximity.drift])

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from .task import Task
+    from .task import TaskRows
 
 LOST = 1e-7
 """Singular values below this are no direction at all: rounding makes their vectors arbitrary."""
@@ -44,7 +44,7 @@ class StackSolution:
 
 
 def solve_stack(
-    tasks: Sequence[Task],
+    tasks: Sequence[TaskRows],
     rates: Sequence[NDArray[np.float64]] | None = None,
     *,
     free_motion: NDArray[np.float64] | None = None,
@@ -113,7 +113,7 @@ def _damped_gain(size: float, options: ControlOptions) -> float:
 
 
 def _solve(
-    tasks: Sequence[Task],
+    tasks: Sequence[TaskRows],
     rates: list[NDArray[np.float64]],
     dropped: list[bool],
     joints: int,
@@ -172,7 +172,7 @@ def _norm(vector: NDArray[np.float64]) -> float:
     return math.sqrt(np.vdot(vector, vector))
 
 
-def _joints(tasks: Sequence[Task]) -> int:
+def _joints(tasks: Sequence[TaskRows]) -> int:
     if not tasks:
         raise InputError("the stack needs at least one task")
     sizes = [task.jacobian.shape[1] for task in tasks]
@@ -182,7 +182,7 @@ def _joints(tasks: Sequence[Task]) -> int:
 
 
 def _check(
-    tasks: Sequence[Task],
+    tasks: Sequence[TaskRows],
     rates: list[NDArray[np.float64]],
     joints: int,
     free_motion: NDArray[np.float64] | None,

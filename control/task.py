@@ -24,7 +24,7 @@ DEFAULT_TURN_SPEED = 1.0
 
 
 @dataclass(frozen=True, eq=False)
-class Task:
+class TaskRows:
     """One task in one posture; its priority is its place in the stack.
 
     A task without rows is legal: it is released and asks for nothing.
@@ -94,10 +94,10 @@ class Task:
         return math.sqrt(np.vdot(self.error, self.error))
 
 
-class Aim(Protocol):
+class Task(Protocol):
     """What to reach, for any posture: `at` gives the task in the current one.
 
-    Aims check what they are given when they are made, so that `at` is fast. One with a true
+    Tasks check what they are given when they are made, so that `at` is fast. One with a true
     attribute `endless` only draws: a motion counts as reached without it.
     """
 
@@ -106,6 +106,6 @@ class Aim(Protocol):
         """Name for reports."""
         ...
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """The task in this posture; its number of rows may change from posture to posture."""
         ...

@@ -1,4 +1,4 @@
-"""Tasks of packed aims in one posture, compiled: errors, rows, commanded rates, sides."""
+"""Tasks of packed tasks in one posture, compiled: errors, rows, commanded rates, sides."""
 
 from __future__ import annotations
 
@@ -36,17 +36,17 @@ from .point_task_kernels import (
 from .turn_task_kernels import axis_alignment_task, look_at_task, orientation_task, pose_task
 
 UNFIT = -1
-"""Number of rows that says: an interval about an aim of several rows, which its `at` refuses."""
+"""Number of rows that says: an interval about a task of several rows, which its `at` refuses."""
 
 
 @njit(cache=True)
-def task_of(aim, q, ranges, position, axes, jacobian, work, error, rate, rows):
-    """Fill one task of a packed aim (see :mod:`packed_aims`).
+def task_of(task, q, ranges, position, axes, jacobian, work, error, rate, rows):
+    """Fill one task of a packed task (see :mod:`packed_aims`).
 
     Parameters
     ----------
-    aim
-        Row of `pack_aims`.
+    task
+        Row of `pack_tasks`.
     q
         (n,).
     ranges
@@ -61,14 +61,14 @@ def task_of(aim, q, ranges, position, axes, jacobian, work, error, rate, rows):
     Returns
     -------
     m, side, unmet
-        Number of rows (or UNFIT), side and norm of the error that counts, as in :class:`Task`.
+        Number of rows (or UNFIT), side and norm of the error that counts, as in :class:`TaskRows`.
     """
-    kind, gain, speed, fields = aim[KIND], aim[GAIN], aim[SPEED], aim[FIELDS:]
+    kind, gain, speed, fields = task[KIND], task[GAIN], task[SPEED], task[FIELDS:]
     point, value = np.zeros(3), np.zeros(1)
     linear, motion = work[:3], work[3:]
     side = 0
     if kind <= POINT_ON_PLANE or kind in (POSE, LOOK_AT):
-        moved_point(aim[POINT:FIELDS], position, axes, jacobian, point, linear)
+        moved_point(task[POINT:FIELDS], position, axes, jacobian, point, linear)
     if kind == POSITION:
         m = position_task(fields, point, linear, error, rows)
     elif kind == DISTANCE_TO_POINT:
@@ -99,10 +99,10 @@ def task_of(aim, q, ranges, position, axes, jacobian, work, error, rate, rows):
                 error[joint] = -centring_slope(q[joint], ranges[joint], fields[0], reference)
             else:
                 error[joint] = fields[joint] - q[joint]
-    if aim[BOUNDED] != 0.0 and m > 0:
+    if task[BOUNDED] != 0.0 and m > 0:
         if m > 1:
             return UNFIT, 0, 0.0
-        m, side = _bounded(value[0], aim[LOW], aim[HIGH], gain, speed, error)
+        m, side = _bounded(value[0], task[LOW], task[HIGH], gain, speed, error)
     size = _command(error[:m], gain, speed, rate)
     return m, side, max(0.0, side * error[0]) if side else size
 

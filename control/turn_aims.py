@@ -1,4 +1,4 @@
-"""Aims for how the hand is turned: an orientation, a pose, an axis, a look at a target.
+"""Tasks for how the hand is turned: an orientation, a pose, an axis, a look at a target.
 
 The value of each is a pair or triple of angles whose derivative is exactly the Jacobian given:
 the logarithm of the rotation, or of the direction, that is left.
@@ -16,7 +16,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from .aim_fields import across, number, rates, rotation, store, transform, unit, vector
 from .interval import bounded, released
 from .robot_state import skew
-from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED, DEFAULT_TURN_SPEED, Task
+from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED, DEFAULT_TURN_SPEED, TaskRows
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -70,10 +70,10 @@ class Orientation:
         rates(self.name, self.gain, self.speed)
         store(self, _goal=rotation(self.name, "goal", self.goal))
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: rotation vector (3,), rad, world axes, from the goal to the frame."""
         error, rows = turn_left(self._goal, state.rotation, state.jacobian[3:])
-        return Task(self.name, -error, error, rows, self.gain, self.speed)
+        return TaskRows(self.name, -error, error, rows, self.gain, self.speed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -115,7 +115,7 @@ class Pose:
             _rotation=rotation(self.name, "goal's rotation", matrix[:3, :3]),
         )
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the point's position over the rotation vector from the goal, (6,), world."""
         position, linear = state.point(self.point)
         away = self._position - position
@@ -125,7 +125,7 @@ class Pose:
             math.sqrt(away @ away) / self.speed, math.sqrt(turn @ turn) / self.turn_speed
         )
         speed = self.gain * math.sqrt(error @ error) / excess if excess > 1.0 else math.inf
-        return Task(
+        return TaskRows(
             self.name,
             np.concatenate([position, -turn]),
             error,
@@ -166,12 +166,12 @@ class AxisAlignment:
         goal = unit(self.name, "goal", self.goal)
         store(self, axis=unit(self.name, "axis", self.axis), goal=goal, _across=across(goal))
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: (2,), rad; its norm is the angle."""
         axis = state.rotation @ self.axis
         motion = -skew(axis) @ state.jacobian[3:]
         value, rows = direction_rows(axis, motion, self.goal, self._across)
-        return Task(self.name, value, -value, rows, self.gain, self.speed)
+        return TaskRows(self.name, value, -value, rows, self.gain, self.speed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,7 +216,7 @@ class LookAt:
             _across=across(axis),
         )
 
-    def at(self, state: RobotState) -> Task:
+    def at(self, state: RobotState) -> TaskRows:
         """Value: the target's angles across the axis (2,), rad, or its angle to the axis (1,)."""
         eye, linear = state.point(self.point)
         away = self.target - eye
@@ -231,7 +231,7 @@ class LookAt:
         look, motion = state.rotation.T @ look, state.rotation.T @ motion
         if self.half_angle == 0.0:
             value, rows = direction_rows(look, motion, self.axis, self._across)
-            return Task(self.name, value, -value, rows, self.gain, self.speed)
+            return TaskRows(self.name, value, -value, rows, self.gain, self.speed)
         angle, row = angle_row(look, motion, self.axis, self._across)
         return bounded(
             self.name,

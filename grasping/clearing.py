@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 
 from .closing import open_command
 from .frame_fusion import steady
-from .grasp_selection import Chosen, choose, way_of
+from .grasp_selection import Chosen, choose, grasp_key
 from .motion import bumped, go
 from .obstacles import surroundings
 from .pick import pick
@@ -239,7 +239,7 @@ def _tell(
 
 def _remember(memory: Memory, choice: Choice) -> None:
     place = choice.target.points.mean(axis=0)
-    memory.note(place, way_of(choice.plan))
+    memory.note(place, grasp_key(choice.plan))
 
 
 def _failed_in_a_row(picks: list[PickReport]) -> int:

@@ -1,4 +1,4 @@
-"""The approach of a plan as aims of the control basis, for the hand at any distance of the way."""
+"""The approach of a plan as tasks of the control basis, for the hand at any distance of the way."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .approach_tasks import approach_tasks
 from .palm_placement import GraspDepths, stance
 
 if TYPE_CHECKING:
-    from eyehand.control import Aim
+    from eyehand.control import Task
 
     from .hand_model import HandModel
     from .plan import ApproachTask, GraspPlan
@@ -32,10 +32,10 @@ HAND_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 """Axes of the hand's frame: from fingers to thumb, along the row of fingers, out of the palm."""
 
 
-def approach_aims(
+def control_tasks(
     plan: GraspPlan, hand: HandModel, back: float = 0.0, depths: GraspDepths | None = None
-) -> tuple[Aim, ...]:
-    """Give the aims that bring the hand to a grasp, or some way back from it.
+) -> tuple[Task, ...]:
+    """Give the tasks that bring the hand to a grasp, or some way back from it.
 
     Parameters
     ----------
@@ -50,9 +50,9 @@ def approach_aims(
 
     Returns
     -------
-    tuple of Aim
-        Highest priority first; aims of the hand's frame, its origin the middle of the palm, z out
-        of it. For any ``back`` they are the same aims with other goals.
+    tuple of Task
+        Highest priority first; tasks of the hand's frame, its origin the middle of the palm, z out
+        of it. For any ``back`` they are the same tasks with other goals.
 
     Raises
     ------
@@ -68,11 +68,11 @@ def approach_aims(
     rise = plan.grip.rise + float((centre - plan.grip.centre) @ plan.grip.up)
     grip = replace(plan.grip, centre=centre, rise=rise)
     place = stance(grip, plan.prototype, plan.opening, hand, depths or plan.depths)
-    return tuple(aim(task, back) for task in approach_tasks(grip, place))
+    return tuple(control_task(task, back) for task in approach_tasks(grip, place))
 
 
-def aim(task: ApproachTask, back: float = 0.0) -> Aim:
-    """Give one approach task as an aim, for the hand so far back from the grasp, m."""
+def control_task(task: ApproachTask, back: float = 0.0) -> Task:
+    """Give one approach task as a task, for the hand so far back from the grasp, m."""
     away = task.recedes * back
     name = task.says
     match task.name:

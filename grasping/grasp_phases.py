@@ -10,7 +10,7 @@ import numpy as np
 from eyehand.control import Position
 
 from .closing import Closing, preshape_command
-from .control_tasks import approach_aims
+from .control_tasks import control_tasks
 from .fingertips import bumped_tips
 from .motion import bumped, distance_left, go
 from .pick_state import Ended, Job
@@ -28,7 +28,7 @@ NEARLY_THERE = 0.012
 def pre_grasp(cell: Cell, job: Job) -> Ended | None:
     """Bring the open hand before the object, with as few rows as its symmetry allows."""
     hand, options = cell.robot.hand, cell.options
-    aims = approach_aims(job.plan, hand, job.back(cell))
+    tasks = control_tasks(job.plan, hand, job.back(cell))
     shape = preshape_command(hand, job.plan.opening, job.prototype)
     _off_the_tray(cell, job, shape)
     since = np.inf
@@ -36,18 +36,18 @@ def pre_grasp(cell: Cell, job: Job) -> Ended | None:
     def stop(reading: RobotReading) -> str:
         # At a joint's limit an error just over the tolerance may stay for ever.
         nonlocal since
-        since = min(since, reading.time) if job.there(cell, aims, reading.q) else np.inf
+        since = min(since, reading.time) if job.there(cell, tasks, reading.q) else np.inf
         near = reading.time - since > options.near_seconds
         return bumped(cell, reading) or ("near enough" if near else "")
 
     arrival = go(
         cell,
-        job.far(cell, aims, "there"),
+        job.far(cell, tasks, "there"),
         options.pre_grasp_seconds,
         command=lambda _: shape,
         stop=stop,
     )
-    if arrival or job.there(cell, aims, cell.reading.q):
+    if arrival or job.there(cell, tasks, cell.reading.q):
         return None
     return Ended("stuck", f"before the grasp: {arrival.reason}")
 
@@ -75,14 +75,14 @@ def approach(cell: Cell, job: Job) -> Ended | None:
     """Go straight to the grasp; where a finger meets the object too early, come again beside it."""
     hand, options = cell.robot.hand, cell.options
     for tried in range(options.contact_retries + 1):
-        aims = approach_aims(job.plan, hand, 0.0)
-        controller = job.near(cell, aims, options.approach_speed)
+        tasks = control_tasks(job.plan, hand, 0.0)
+        controller = job.near(cell, tasks, options.approach_speed)
         arrival = go(cell, controller, options.approach_seconds, stop=lambda r: _touch(cell, r))
-        left = distance_left(aims, controller.step(cell.reading.q).errors)
+        left = distance_left(tasks, controller.step(cell.reading.q).errors)
         if arrival or (arrival.end == "stopped" and left < NEARLY_THERE):
             return None
         if arrival.end != "stopped":
-            if job.there(cell, aims, cell.reading.q):
+            if job.there(cell, tasks, cell.reading.q):
                 return None
             return Ended("stuck", f"at the grasp: {arrival.reason}")
         reading = cell.reading.hand
@@ -93,7 +93,7 @@ def approach(cell: Cell, job: Job) -> Ended | None:
         if tried == options.contact_retries:
             return Ended("no_contact", f"{arrival.reason} was touched {left * 1e3:.0f} mm early")
         job.offset = job.offset + options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
-        back = job.near(cell, approach_aims(job.plan, hand, job.back(cell)), options.approach_speed)
+        back = job.near(cell, control_tasks(job.plan, hand, job.back(cell)), options.approach_speed)
         if not go(cell, back, options.approach_seconds):
             return Ended("stuck", f"backing off after {arrival.reason} was touched")
     return None
@@ -124,8 +124,8 @@ def close(cell: Cell, job: Job) -> Ended | None:
             cell.options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
         )
         shape = preshape_command(cell.robot.hand, job.plan.opening, job.prototype)
-        aims = approach_aims(job.plan, cell.robot.hand, job.back(cell))
-        back = job.near(cell, aims, cell.options.approach_speed)
+        tasks = control_tasks(job.plan, cell.robot.hand, job.back(cell))
+        back = job.near(cell, tasks, cell.options.approach_speed)
         if not go(cell, back, cell.options.approach_seconds, command=lambda _, to=shape: to):
             return ended
         again = approach(cell, job) or contact(cell, job)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from .control_tasks import approach_aims
+from .control_tasks import control_tasks
 from .motion import paced
 from .pick_state import TARGET, Choice, Job
 from .planning import grasp_plans
-from .reachable import way_there
+from .reachable import is_reachable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -99,7 +99,7 @@ def choose(
         for plan in plans:
             if not plan:
                 left[one.label] = plan.reason
-            elif way_of(plan) not in tried:
+            elif grasp_key(plan) not in tried:
                 again = SAME_AGAIN if plan.name in names else 1.0
                 offers.append((again * share * plan.score.total, one, plan))
     offers.sort(key=lambda offer: -offer[0])
@@ -121,21 +121,21 @@ def blocked(cell: Cell, job: Job, worlds: Worlds) -> str:
     Worlds are kept by object and shape of the hand: to measure them costs more than to look ahead.
     """
     hand, q = cell.robot.hand, cell.reading.q
-    before = approach_aims(job.plan, hand, job.back(cell))
+    before = control_tasks(job.plan, hand, job.back(cell))
     options = cell.options
-    aims = paced(before, options.transit_speed, options.transit_turn_speed, options.gain)
+    tasks = paced(before, options.transit_speed, options.transit_turn_speed, options.gain)
     key = (job.choice.target.label, round(job.plan.opening, 3), job.prototype)
     if key not in worlds:
         worlds[key] = job.world(cell, "there")
     world = worlds[key]
-    ahead = way_there(world, [aims], q, job.far_options(cell))
-    if not ahead and not job.there(cell, aims, ahead.q):
+    ahead = is_reachable(world, [tasks], q, job.far_options(cell))
+    if not ahead and not job.there(cell, tasks, ahead.q):
         return f"no way to before a {job.plan.name}: {ahead.reason}"
-    at = approach_aims(job.plan, hand, 0.0)
+    at = control_tasks(job.plan, hand, 0.0)
     itself = next((one for one in world.obstacles if one.name == TARGET), None)
     if itself is not None:
         world.remove(TARGET)
-    ahead = way_there(world, [at], ahead.q, job.near_options(cell))
+    ahead = is_reachable(world, [at], ahead.q, job.near_options(cell))
     if itself is not None:
         world.add(itself)
     if ahead or job.there(cell, at, ahead.q):
@@ -143,7 +143,7 @@ def blocked(cell: Cell, job: Job, worlds: Worlds) -> str:
     return f"no way to a {job.plan.name}: {ahead.reason}"
 
 
-def way_of(plan: GraspPlan) -> str:
+def grasp_key(plan: GraspPlan) -> str:
     """Name a way to grasp: the same for the hand turned by half, as that is no other way."""
     closing = plan.closing * np.sign(plan.closing[np.argmax(np.abs(plan.closing))] or 1.0)
     return f"{plan.name} facing {plan.palm.round(1)}, closing {closing.round(1)}"

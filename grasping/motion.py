@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import Aim, Cycle, RobotModel
+    from eyehand.control import ControlStep, RobotModel, Task
 
     from .cell import Cell
     from .robot import HandCommand, RobotReading
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
 """stuck: no way on; late: out of time; stopped: by what was watched for; fault: of the robot."""
 
-TURN_AIMS = (AxisAlignment, LookAt, Orientation)
+ROTATION_TASKS = (AxisAlignment, LookAt, Orientation)
 INFEASIBLE_SECONDS = 0.3
 """A motion that cannot keep its margins for so long has no way on: shorter is a passing squeeze."""
 
@@ -30,7 +30,7 @@ INFEASIBLE_SECONDS = 0.3
 class Controller(Protocol):
     """What gives joint velocities: an approach controller, with or without a search."""
 
-    def step(self, q: NDArray[np.float64]) -> Cycle:
+    def step(self, q: NDArray[np.float64]) -> ControlStep:
         """Give the cycle for joint angles q, (n,)."""
         ...
 
@@ -56,7 +56,7 @@ def go(
     command: Callable[[RobotReading], HandCommand | None] | None = None,
     stop: Callable[[RobotReading], str] | None = None,
 ) -> Arrival:
-    """Move until the controller has reached its aims, and stand still, however it ends.
+    """Move until the controller has reached its tasks, and stand still, however it ends.
 
     Parameters
     ----------
@@ -107,40 +107,45 @@ def bumped(cell: Cell, reading: RobotReading) -> str:
     return f"{pads} met what was not seen" if pads else ""
 
 
-def distance_left(aims: Sequence[Aim], errors: Sequence[float]) -> float:
-    """Largest error of the aims that are lengths, m; turns do not count."""
+def distance_left(tasks: Sequence[Task], errors: Sequence[float]) -> float:
+    """Largest error of the tasks that are lengths, m; turns do not count."""
     return max(
         (
             error
-            for aim, error in zip(aims, errors, strict=True)
-            if not isinstance(aim.aim if isinstance(aim, Interval) else aim, TURN_AIMS)
+            for task, error in zip(tasks, errors, strict=True)
+            if not isinstance(task.task if isinstance(task, Interval) else task, ROTATION_TASKS)
         ),
         default=0.0,
     )
 
 
-def paced(aims: Iterable[Aim], speed: float, turn_speed: float, gain: float) -> tuple[Aim, ...]:
-    """Give the aims with other speeds, m/s and rad/s, and another gain, 1/s."""
-    return tuple(_paced(aim, speed, turn_speed, gain) for aim in aims)
+def paced(tasks: Iterable[Task], speed: float, turn_speed: float, gain: float) -> tuple[Task, ...]:
+    """Give the tasks with other speeds, m/s and rad/s, and another gain, 1/s."""
+    return tuple(_paced(task, speed, turn_speed, gain) for task in tasks)
 
 
 def near_enough(
-    robot: RobotModel, aims: Iterable[Aim], q: NDArray[np.float64], slack: float, turn_slack: float
+    robot: RobotModel,
+    tasks: Iterable[Task],
+    q: NDArray[np.float64],
+    slack: float,
+    turn_slack: float,
 ) -> bool:
-    """Tell whether every aim is met within a distance, m, or an angle, rad, at joint angles q (n,).
+    """Return whether every task is met within a distance, m, or an angle, rad, at q (n,).
 
     At the edge of reach the hand's own compliance takes up a few degrees.
     """
     state = robot.at(q)
     return all(
-        aim.at(state).unmet <= (turn_slack if isinstance(aim, TURN_AIMS) else slack) for aim in aims
+        task.at(state).unmet <= (turn_slack if isinstance(task, ROTATION_TASKS) else slack)
+        for task in tasks
     )
 
 
-def _paced(aim: Aim, speed: float, turn_speed: float, gain: float) -> Aim:
-    if isinstance(aim, Interval):
-        return replace(aim, aim=_paced(aim.aim, speed, turn_speed, gain))
-    if isinstance(aim, Pose):
-        return replace(aim, speed=speed, turn_speed=turn_speed, gain=gain)
-    faster = turn_speed if isinstance(aim, TURN_AIMS) else speed
-    return replace(aim, speed=faster, gain=gain)  # pyright: ignore[reportArgumentType] - all aims are dataclasses with a speed
+def _paced(task: Task, speed: float, turn_speed: float, gain: float) -> Task:
+    if isinstance(task, Interval):
+        return replace(task, task=_paced(task.task, speed, turn_speed, gain))
+    if isinstance(task, Pose):
+        return replace(task, speed=speed, turn_speed=turn_speed, gain=gain)
+    faster = turn_speed if isinstance(task, ROTATION_TASKS) else speed
+    return replace(task, speed=faster, gain=gain)  # pyright: ignore[reportArgumentType] - all tasks are dataclasses with a speed

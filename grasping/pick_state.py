@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import Aim, ControlOptions, Obstacle, RobotModel
+    from eyehand.control import ControlOptions, Obstacle, RobotModel, Task
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
@@ -107,10 +107,10 @@ class Job:
         shape = preshape_command(cell.robot.hand, self.plan.opening, self.prototype)
         return cell.model(np.asarray(shape.values))
 
-    def there(self, cell: Cell, aims: Sequence[Aim], q: NDArray[np.float64]) -> bool:
-        """Tell whether aims are met well enough to go on, at joint angles q (n,)."""
+    def there(self, cell: Cell, tasks: Sequence[Task], q: NDArray[np.float64]) -> bool:
+        """Tell whether tasks are met well enough to go on, at joint angles q (n,)."""
         options = cell.options
-        return near_enough(self.model(cell), aims, q, options.slack, options.turn_slack)
+        return near_enough(self.model(cell), tasks, q, options.slack, options.turn_slack)
 
     def world(self, cell: Cell, target: Literal["there", "held", "ignored"]) -> CollisionWorld:
         """Give the arm and all that was seen.
@@ -144,44 +144,44 @@ class Job:
         return surroundings(self.choice.scene, self.choice.target, options)
 
     def far(
-        self, cell: Cell, aims: Sequence[Aim], target: Literal["there", "held"]
+        self, cell: Cell, tasks: Sequence[Task], target: Literal["there", "held"]
     ) -> PlannedApproach:
         """Control a long way, among all that was seen."""
         options = cell.options
         speed = options.carry_speed if target == "held" else options.transit_speed
-        wanted = paced(aims, speed, options.transit_turn_speed, options.gain)
+        wanted = paced(tasks, speed, options.transit_turn_speed, options.gain)
         world = self.world(cell, target)
         return PlannedApproach(world, wanted, self.far_options(cell), options.planner)
 
-    def straight(self, cell: Cell, aims: Sequence[Aim]) -> ApproachController:
+    def straight(self, cell: Cell, tasks: Sequence[Task]) -> ApproachController:
         """Control a long way with the object in the hand, without a search where it is stuck."""
         options = cell.options
         control = replace(self.far_options(cell), retreats=0, patience=options.down_patience)
-        wanted = paced(aims, options.carry_speed, options.transit_turn_speed, options.gain)
+        wanted = paced(tasks, options.carry_speed, options.transit_turn_speed, options.gain)
         return ApproachController(self.world(cell, "held"), wanted, control)
 
     def near(
         self,
         cell: Cell,
-        aims: Sequence[Aim],
+        tasks: Sequence[Task],
         speed: float,
     ) -> ApproachController:
         """Control a short way close to table, neighbours or tray."""
-        wanted = paced(aims, speed, cell.options.transit_turn_speed, cell.options.gain)
+        wanted = paced(tasks, speed, cell.options.transit_turn_speed, cell.options.gain)
         return ApproachController(self.world(cell, "ignored"), wanted, self.near_options(cell))
 
-    def down(self, cell: Cell, aims: Sequence[Aim]) -> ApproachController:
+    def down(self, cell: Cell, tasks: Sequence[Task]) -> ApproachController:
         """Control the way down into the tray: about there is there, and walls soon end it."""
         options = cell.options
         control = replace(
             self.near_options(cell), tolerance=options.off, patience=options.down_patience
         )
-        wanted = paced(aims, options.lift_speed, options.transit_turn_speed, options.gain)
+        wanted = paced(tasks, options.lift_speed, options.transit_turn_speed, options.gain)
         return ApproachController(self.world(cell, "held"), wanted, control)
 
-    def off(self, cell: Cell, aims: Sequence[Aim], speed: float) -> ApproachController:
+    def off(self, cell: Cell, tasks: Sequence[Task], speed: float) -> ApproachController:
         """Control a way off what the hand touches, with nothing in the way."""
-        wanted = paced(aims, speed, cell.options.transit_turn_speed, cell.options.gain)
+        wanted = paced(tasks, speed, cell.options.transit_turn_speed, cell.options.gain)
         world = CollisionWorld(self.model(cell), ())
         control = replace(self.near_options(cell), tolerance=cell.options.off)
         return ApproachController(world, wanted, control)
@@ -216,6 +216,6 @@ class Job:
         cell.rest(cell.options.open_seconds, open_command(cell.robot.hand))
         palm = cell.palm()
         back = palm.translation - self.back(cell) * palm.rotation.as_matrix()[:, 2]
-        aims = (Position(back if clear is None else clear), Orientation(palm.rotation))
+        tasks = (Position(back if clear is None else clear), Orientation(palm.rotation))
         speed = cell.options.lift_speed if clear is None else cell.options.transit_speed
-        go(cell, self.off(cell, aims, speed), cell.options.lift_seconds)
+        go(cell, self.off(cell, tasks, speed), cell.options.lift_seconds)

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import Aim, CollisionWorld
+    from eyehand.control import CollisionWorld, Task
 
 
 @dataclass(frozen=True)
 class LookAheadOptions:
-    """Options of :func:`way_there`."""
+    """Options of :func:`is_reachable`."""
 
     dt: float = 0.04
     """Period of the look-ahead, s: longer is faster, and follows obstacles less well."""
@@ -33,11 +33,11 @@ class LookAheadOptions:
 
 
 @dataclass(frozen=True)
-class WayThere:
+class Reachability:
     """How a look-ahead ended; true in a condition when every leg was done."""
 
     reached: bool
-    """Whether the last leg's aims were reached."""
+    """Whether the last leg's tasks were reached."""
     leg: int
     """Last leg that was begun, from 0."""
     reason: str
@@ -53,21 +53,21 @@ class WayThere:
         return self.reached
 
 
-def way_there(
+def is_reachable(
     world: CollisionWorld,
-    legs: Sequence[Sequence[Aim]],
+    legs: Sequence[Sequence[Task]],
     q: NDArray[np.float64],
     control: ControlOptions | None = None,
     options: LookAheadOptions | None = None,
-) -> WayThere:
-    """Roll the approach controller from joint angles q (n,) through legs of aims, one by one.
+) -> Reachability:
+    """Roll the approach controller from joint angles q (n,) through legs of tasks, one by one.
 
     Parameters
     ----------
     world
         The robot and what it must not touch.
     legs
-        Aims to reach in turn: those of the pre-grasp, then those of the grasp.
+        Tasks to reach in turn: those of the pre-grasp, then those of the grasp.
     q
         Where the arm is, (n,), rad.
     control
@@ -78,7 +78,7 @@ def way_there(
     Raises
     ------
     InputError
-        If q does not fit the robot, or a leg has no aim.
+        If q does not fit the robot, or a leg has no task.
     """
     options = options or LookAheadOptions()
     control = control or ControlOptions()
@@ -94,8 +94,8 @@ def way_there(
     )
     q = world.robot.checked(q)
     moved = 0.0
-    for leg, aims in enumerate(legs):
-        controller = ApproachController(world, aims, ahead)
+    for leg, tasks in enumerate(legs):
+        controller = ApproachController(world, tasks, ahead)
         reason = "no time left"
         for _ in range(round(options.seconds / options.dt)):
             cycle = controller.step(q)
@@ -105,5 +105,5 @@ def way_there(
             q = q + options.dt * cycle.velocity
             moved += options.dt
         if reason:
-            return WayThere(False, leg, reason, q, moved, time.perf_counter() - began)
-    return WayThere(True, len(legs) - 1, "", q, moved, time.perf_counter() - began)
+            return Reachability(False, leg, reason, q, moved, time.perf_counter() - began)
+    return Reachability(True, len(legs) - 1, "", q, moved, time.perf_counter() - began)

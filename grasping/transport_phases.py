@@ -31,8 +31,8 @@ def lift(cell: Cell, job: Job) -> Ended | None:
     options = cell.options
     palm = cell.palm()
     goal = palm.translation + options.lift_height * UP
-    aims = (Position(goal), Orientation(palm.rotation))
-    controller = job.off(cell, aims, options.lift_speed)
+    tasks = (Position(goal), Orientation(palm.rotation))
+    controller = job.off(cell, tasks, options.lift_speed)
     arrival = go(
         cell,
         controller,
@@ -78,10 +78,10 @@ def place(cell: Cell, job: Job) -> Ended | None:
     ball = solid is not None and solid.kind == "sphere"
     axis = -Z if ball else palm.rotation.inv().apply(UP)
     upright = AxisAlignment(axis, UP)
-    aims = (Position(high, carried), upright)
+    tasks = (Position(high, carried), upright)
     # Where the arm comes no nearer, over the tray is near enough; only else a way is searched.
     arrival = Arrival("stuck", "")
-    for controller in (job.straight(cell, aims), job.far(cell, aims, "held")):
+    for controller in (job.straight(cell, tasks), job.far(cell, tasks, "held")):
         arrival = go(
             cell,
             controller,

@@ -61,7 +61,7 @@ def run_mink(
     options
         mink's settings.
     reach
-        Cycle and time.
+        ControlStep and time.
 
     Returns
     -------

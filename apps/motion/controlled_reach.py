@@ -8,9 +8,9 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from eyehand.control.approach import ApproachController, Cycle
+    from eyehand.control.approach import ApproachController, ControlStep
     from eyehand.control.planned_approach import PlannedApproach
-    from eyehand.control.planner import Way
+    from eyehand.control.planner import JointPath
 
 
 class ControlledReach:
@@ -22,9 +22,9 @@ class ControlledReach:
         """Why the last cycle's motion did not go on, or what held it back; empty when neither."""
 
     @property
-    def ways(self) -> tuple[Way, ...]:
+    def paths(self) -> tuple[JointPath, ...]:
         """What its searches gave."""
-        return tuple(getattr(self._controller, "ways", ()))
+        return tuple(getattr(self._controller, "paths", ()))
 
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
         """Give the joint speeds (7,), rad/s, of a cycle; see `ReachMethod`."""
@@ -33,6 +33,6 @@ class ControlledReach:
         return cycle.velocity, "stuck" if cycle.status == "stuck" else ""
 
 
-def said(cycle: Cycle) -> str:
+def said(cycle: ControlStep) -> str:
     """Put a cycle's reason into words, or else what the safety level held back for."""
     return cycle.reason or ", ".join(cycle.blocking[:3])

@@ -74,7 +74,7 @@ def run_fig1() -> list[Fig1Run]:
 def run_once(scene: Fig1Scene, name: str, beta: Relaxation, *, safety: bool = False) -> Fig1Run:
     """Run the scene once, until the arm is at rest; joints do exactly as they are told."""
     options = fig1_options(beta, safety=safety)
-    controller = ApproachController(scene.world, [scene.aim], options)
+    controller = ApproachController(scene.world, [scene.reach_task], options)
     q, status = scene.start, "moving"
     postures, hand, clearance = [], [], []
     for _ in range(round(LONGEST / options.dt)):

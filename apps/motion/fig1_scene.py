@@ -56,7 +56,7 @@ class Fig1Scene:
     """Where it shall be (3,), m."""
 
     @property
-    def aim(self) -> Position:
+    def reach_task(self) -> Position:
         """The only task: two rows in the plane, which leave two joints free."""
         return Position(self.goal, name="hand")
 

@@ -89,21 +89,21 @@ def gain_sweeps() -> tuple[Sweep[Method], ...]:
 
 def _asked_gain(gain: float, seed: int, options: Method) -> Trial:
     world = lbr_world()
-    aim = Position(world.robot.at(world.robot.home).position)
+    task = Position(world.robot.at(world.robot.home).position)
     options = replace(options, beta=BETA)
     # What is refused tells where the limit lies; then the gain asked for is made of it.
-    largest = _told_eta(world, aim, replace(options, eta=1e5))
+    largest = _told_eta(world, task, replace(options, eta=1e5))
     asked = replace(options, eta=gain * largest)
     try:
-        ApproachController(world, [aim], asked)
+        ApproachController(world, [task], asked)
     except InputError as error:
         if gain <= 1.0:
             return Trial(False, f"refused: {error}", refused=True)
-        return _right_numbers(world, aim, asked, str(error))
+        return _right_numbers(world, task, asked, str(error))
     return Trial(gain <= 1.0, "" if gain <= 1.0 else "accepted")
 
 
-def _right_numbers(world: CollisionWorld, aim: Position, asked: Method, said: str) -> Trial:
+def _right_numbers(world: CollisionWorld, task: Position, asked: Method, said: str) -> Trial:
     """Whether the numbers that a refusal gives are indeed accepted."""
     eta = re.search(r"eta at most ([0-9.e+-]+)", said)
     period = re.search(r"dt at most ([0-9.e+-]+) ms", said)
@@ -114,15 +114,15 @@ def _right_numbers(world: CollisionWorld, aim: Position, asked: Method, said: st
         better.append(replace(asked, dt=float(period[1]) * 1e-3))
     for options in better:
         try:
-            ApproachController(world, [aim], options)
+            ApproachController(world, [task], options)
         except InputError as error:
             return Trial(False, f"what it says would do is refused too: {error}", refused=True)
     return Trial(True, refused=True)
 
 
-def _told_eta(world: CollisionWorld, aim: Position, options: Method) -> float:
+def _told_eta(world: CollisionWorld, task: Position, options: Method) -> float:
     try:
-        ApproachController(world, [aim], options)
+        ApproachController(world, [task], options)
     except InputError as error:
         found = re.search(r"eta at most ([0-9.e+-]+)", str(error))
         if found is not None:
@@ -162,11 +162,11 @@ def _raw_law(
 
 def _period(dt_ms: float, seed: int, options: Method) -> Trial:
     options = replace(options, dt=1e-3 * dt_ms)
-    world, aim = _past_a_ball(seed)
+    world, task = _past_a_ball(seed)
     try:
-        motion = simulate(world, [aim], options, 8.0, stop_when_reached=False)
+        motion = simulate(world, [task], options, 8.0, stop_when_reached=False)
     except InputError as error:
-        return _right_numbers(world, aim, options, str(error))
+        return _right_numbers(world, task, options, str(error))
     tail = motion.postures[-max(round(0.5 / options.dt), 4) :]
     swing = float(np.ptp(tail, axis=0).max())
     reached = motion.last.status in ("reached", "stuck")
@@ -175,13 +175,13 @@ def _period(dt_ms: float, seed: int, options: Method) -> Trial:
 
 
 def _switching(cycles: float, seed: int, options: Method) -> Trial:
-    world, aim = _past_a_ball(seed)
+    world, task = _past_a_ball(seed)
     # A second try starts with a jump of its own, which is not what is asked for here.
     options = replace(options, retreats=0)
     fixed = replace(options, beta=BETA)
     motion = simulate(
         world,
-        [aim],
+        [task],
         options,
         10.0,
         stop_when_reached=False,

@@ -125,10 +125,10 @@ def _conflict(apart_mm: float, seed: int, options: Method) -> Trial:
     first = hand + rng.uniform(-0.15, 0.15, 3)
     aside = rng.normal(size=3)
     second = first + 1e-3 * apart_mm * aside / np.linalg.norm(aside)
-    aims = [Position(first, name="upper"), Position(second, name="lower")]
+    tasks = [Position(first, name="upper"), Position(second, name="lower")]
     # A second try would leave the first goal for the second's sake.
     options = replace(options, retreats=0)
-    motion = simulate(world, aims, options, TRYING_S, stop_when_stuck=True)
+    motion = simulate(world, tasks, options, TRYING_S, stop_when_stuck=True)
     last = motion.last
     if apart_mm == 0.0:
         return judged(motion, options, passed=last.status == "reached")

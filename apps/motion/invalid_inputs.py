@@ -57,10 +57,10 @@ def wrong_inputs() -> tuple[WrongInput, ...]:
     world = lbr_world()
     home = world.robot.home
     goal = world.robot.at(home).position
-    aim = Position(goal)
+    task = Position(goal)
 
     def step(q: object) -> Callable[[], object]:
-        return lambda: ApproachController(world, [aim]).step(_any(q))
+        return lambda: ApproachController(world, [task]).step(_any(q))
 
     def position(value: object, **more: Any) -> Callable[[], object]:
         return lambda: Position(_any(value), **more)
@@ -77,7 +77,7 @@ def wrong_inputs() -> tuple[WrongInput, ...]:
         WrongInput("q of 6 joints", ("(7,)", "(6,)", "joint7"), step(home[:6])),
         WrongInput("q of two postures", ("(7,)", "(2, 7)"), step(np.stack([home, home]))),
         WrongInput("q of words", ("q", "7 numbers"), step(["a"] * 7)),
-        WrongInput("no aims", ("at least one aim",), lambda: ApproachController(world, [])),
+        WrongInput("no tasks", ("at least one task",), lambda: ApproachController(world, [])),
         WrongInput("goal with NaN", ("goal", "finite"), position([0.5, NAN, 0.4])),
         WrongInput("goal of 2 numbers", ("goal", "(2,)"), position([0.5, 0.4])),
         WrongInput("gain of 0", ("gain", "> 0"), position(goal, gain=0.0)),

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from eyehand.control.collision_world import CollisionWorld
     from eyehand.control.options import ControlOptions
     from eyehand.control.robot_state import RobotState
-    from eyehand.control.task import Aim
+    from eyehand.control.task import Task
 
 Keeping = Literal["clamp", "cost", "safety"]
 """``clamp``: joints stop at their limits; ``cost``: the same, and what the tasks leave free lowers
@@ -86,7 +86,7 @@ def _reach_goals(rows: float, seed: int, options: Method, *, keeping: Keeping) -
 
 
 def _reach(
-    world: CollisionWorld, goals: list[Aim], options: ControlOptions, keeping: Keeping
+    world: CollisionWorld, goals: list[Task], options: ControlOptions, keeping: Keeping
 ) -> tuple[bool, float]:
     """Whether a goal is reached from home, and how far a joint was past its limit, rad."""
     robot = world.robot
@@ -94,16 +94,16 @@ def _reach(
     for _ in range(round(LONGEST_S / options.dt)):
         state = robot.at(q)
         proximity = world.proximity(q)
-        wish = task_motion(state, goals, proximity, options)
-        error = float(np.linalg.norm(np.concatenate([t.error for t in wish.tasks])))
+        nominal = task_motion(state, goals, proximity, options)
+        error = float(np.linalg.norm(np.concatenate([t.error for t in nominal.task_rows])))
         if error < REACHED:
             return True, beyond
         best, stalled = (error, 0) if error < best - options.progress else (best, stalled + 1)
         if stalled * options.dt > options.patience:
             break
-        velocity = wish.velocity
+        velocity = nominal.velocity
         if keeping == "safety":
-            rows = np.concatenate([task.jacobian for task in wish.tasks])
+            rows = np.concatenate([task.jacobian for task in nominal.task_rows])
             velocity = safe_motion(velocity, rows, state, proximity, options).velocity
             q = q + options.dt * velocity
         else:
@@ -128,7 +128,7 @@ def _posture_at_limits(
             return q
 
 
-def _goals(state: RobotState, rows: int) -> list[Aim]:
+def _goals(state: RobotState, rows: int) -> list[Task]:
     """What of the hand's frame is a goal: its place, its place and z-axis, or all of it."""
     if rows == PLACE:
         return [Position(state.position)]

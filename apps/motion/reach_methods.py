@@ -80,10 +80,10 @@ def own_method(name: str, scene: ReachingScene) -> ControlledReach:
     if name not in OWN_METHODS:
         raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
     settings = OWN_METHODS[name]
-    world, aim = reaching_world(scene.obstacles), Position(scene.goal)
+    world, task = reaching_world(scene.obstacles), Position(scene.goal)
     if settings.planner is None:
-        return ControlledReach(ApproachController(world, (aim,), settings.options))
-    return ControlledReach(PlannedApproach(world, (aim,), settings.options, settings.planner))
+        return ControlledReach(ApproachController(world, (task,), settings.options))
+    return ControlledReach(PlannedApproach(world, (task,), settings.options, settings.planner))
 
 
 def reaching_world(

@@ -92,7 +92,7 @@ def run_reach(
     method
         Gives the joint speeds of each cycle.
     options
-        Cycle and time.
+        ControlStep and time.
 
     Returns
     -------

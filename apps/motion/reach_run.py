@@ -16,7 +16,7 @@ from .reach_outcome import run_reach
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.control.planner import Way
+    from eyehand.control.planner import JointPath
     from eyehand.data_synth.scenes.reaching import ReachingScene
 
     from .reach_outcome import ReachOptions, ReachOutcome
@@ -35,17 +35,17 @@ class ReachRecord:
     """The judgement."""
     reason: str
     """Why the method did not go on, in its own words; empty when it did, or says nothing."""
-    ways: tuple[Way, ...] = ()
+    paths: tuple[JointPath, ...] = ()
     """What its searches for a way gave."""
 
     @property
     def cycle_times_us(self) -> NDArray[np.float64]:
         """What each cycle took, searches left out (cycles,), µs."""
         times = self.outcome.cycle_times_us
-        if not self.ways:
+        if not self.paths:
             return times
         # A search sits in the cycle that asked for it, and dwarfs all others.
-        searching = np.argsort(times)[-len(self.ways) :]
+        searching = np.argsort(times)[-len(self.paths) :]
         return np.delete(times, searching)
 
     def row(self) -> dict[str, Any]:
@@ -62,10 +62,10 @@ class ReachRecord:
             "seconds": round(outcome.seconds, 4),
             "final_error_mm": round(1e3 * outcome.final_error, 3),
             "reason": self.reason,
-            "searches": len(self.ways),
-            "found": sum(bool(way) for way in self.ways),
-            "plan_ms": " ".join(f"{1e3 * way.seconds:.1f}" for way in self.ways),
-            "rollouts": sum(way.rollouts for way in self.ways),
+            "searches": len(self.paths),
+            "found": sum(bool(path) for path in self.paths),
+            "plan_ms": " ".join(f"{1e3 * path.seconds:.1f}" for path in self.paths),
+            "rollouts": sum(path.rollouts for path in self.paths),
         }
 
 
@@ -85,4 +85,4 @@ def run_method(method: str, scene: ReachingScene, reach: ReachOptions | None = N
         return ReachRecord(method, scene.seed, blocked, run_mink(scene, None, reach), "")
     own = own_method(method, scene)
     outcome = run_reach(scene, own, reach)
-    return ReachRecord(method, scene.seed, blocked, outcome, own.reason, own.ways)
+    return ReachRecord(method, scene.seed, blocked, outcome, own.reason, own.paths)

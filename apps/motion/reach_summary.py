@@ -55,11 +55,11 @@ def summary_row(
         "cycle_p50_us": round(float(np.percentile(cycles_us, 50)), 1),
         "cycle_p99_us": round(float(np.percentile(cycles_us, 99)), 1),
     }
-    ways = [way for record in records for way in record.ways]
-    if ways:
-        times = [1e3 * way.seconds for way in ways]
-        row["searches"] = len(ways)
-        row["ways_found"] = sum(bool(way) for way in ways)
+    paths = [path for record in records for path in record.paths]
+    if paths:
+        times = [1e3 * path.seconds for path in paths]
+        row["searches"] = len(paths)
+        row["ways_found"] = sum(bool(path) for path in paths)
         row["plan_p50_ms"] = round(float(np.percentile(times, 50)), 1)
         row["plan_p90_ms"] = round(float(np.percentile(times, 90)), 1)
     return row

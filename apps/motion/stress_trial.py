@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from eyehand.control.approach import Cycle
+    from eyehand.control.approach import ControlStep
     from eyehand.control.shapes import Obstacle
-    from eyehand.control.task import Aim
+    from eyehand.control.task import Task
 
 Method = ControlOptions
 """What is put under stress: the control basis with these options."""
@@ -47,7 +47,7 @@ class Motion:
     """Commanded by cycle (N, n), rad/s."""
     clearance: NDArray[np.float64]
     """Least distance before each cycle (N,), m; inf when nothing is near."""
-    cycles: tuple[Cycle, ...]
+    cycles: tuple[ControlStep, ...]
     """What the controller said, by cycle (N)."""
     dt: float
     """Length of a cycle, s."""
@@ -55,7 +55,7 @@ class Motion:
     """Joint speed limits (n,), rad/s."""
 
     @property
-    def last(self) -> Cycle:
+    def last(self) -> ControlStep:
         """The last cycle."""
         return self.cycles[-1]
 
@@ -106,7 +106,7 @@ def lbr_world(obstacles: Iterable[Obstacle] = (), *, home: ArrayLike | None = No
 
 def simulate(
     world: CollisionWorld,
-    aims: Sequence[Aim],
+    tasks: Sequence[Task],
     options: ControlOptions,
     seconds: float,
     *,
@@ -122,7 +122,7 @@ def simulate(
     ----------
     world
         Robot and obstacles.
-    aims
+    tasks
         Highest priority first.
     options
         Of the controller.
@@ -139,10 +139,10 @@ def simulate(
     in_turns
         Options of a second controller, and for how many cycles each of the two has its turn.
     """
-    controllers = [ApproachController(world, aims, options)]
+    controllers = [ApproachController(world, tasks, options)]
     other, turn = in_turns or (None, 1)
     if other is not None:
-        controllers.append(ApproachController(world, aims, other))
+        controllers.append(ApproachController(world, tasks, other))
     q = world.robot.home.copy() if start is None else np.array(start, dtype=np.float64)
     postures, velocities, clearance, cycles = [q], [], [], []
     stuck = 0

@@ -10,7 +10,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import ControlOptions, Proximity, RobotModel, Task, safe_motion, solve_stack
+from eyehand.control import (
+    ControlOptions,
+    Proximity,
+    RobotModel,
+    TaskRows,
+    safe_motion,
+    solve_stack,
+)
 from eyehand.data_synth.pad.calibration_bench import run_bench
 from eyehand.data_synth.pad.pad_scene import Arm, PadScene, pad_scene, padded_arm
 from eyehand.data_synth.pad.pad_simulation import CONTROL_RATE, PadSimulation
@@ -100,10 +107,10 @@ class Hand:
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = state.rotation, state.position
         rate = world_twist(pose, twist)
-        task = Task("touch", np.zeros(6), rate, state.jacobian)
-        wish = solve_stack([task], speed=state.speed, options=_CONTROL).velocity
+        task = TaskRows("touch", np.zeros(6), rate, state.jacobian)
+        nominal = solve_stack([task], speed=state.speed, options=_CONTROL).velocity
         safe = safe_motion(
-            wish, state.jacobian, state, _NOTHING_NEAR, _CONTROL, self.robot.joint_names
+            nominal, state.jacobian, state, _NOTHING_NEAR, _CONTROL, self.robot.joint_names
         )
         self.held_back = safe.blocking
         return safe.velocity

@@ -48,13 +48,13 @@ def start_posture(robot: RobotModel, T_world_pad: RigidTransform) -> NDArray[np.
         If the way there does not end at the pose.
     """
     options = ControlOptions(dt=STEP)
-    aim = Pose(T_world_pad)
+    task = Pose(T_world_pad)
     q = np.array(robot.home)
     for _ in range(STEPS):
-        task = aim.at(robot.at(q))
-        if np.abs(task.error).max() < CLOSE:
+        rows = task.at(robot.at(q))
+        if np.abs(rows.error).max() < CLOSE:
             return q
         q = np.clip(
-            q + STEP * solve_stack([task], options=options).velocity, robot.lower, robot.upper
+            q + STEP * solve_stack([rows], options=options).velocity, robot.lower, robot.upper
         )
     raise InputError(f"the arm does not reach {T_world_pad.translation} m with its pad turned so")

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from eyehand.control.robot_state import RobotState
-from eyehand.control.task import Aim
+from eyehand.control.task import Task
 from eyehand.data_synth.mujoco_import import import_mujoco
 
 mujoco = import_mujoco()
@@ -89,12 +89,12 @@ def mixed_state() -> Callable[[NDArray[np.float64]], RobotState]:
 
 @pytest.fixture(scope="session")
 def check_jacobian(arm_state) -> Callable[..., None]:
-    """Hold an aim's Jacobian to the central differences of its value, below 1e-6."""
+    """Hold a task's Jacobian to the central differences of its value, below 1e-6."""
 
-    def check(aim: Aim, q: NDArray[np.float64], *, of=arm_state, step: float = 1e-6) -> None:
-        task = aim.at(of(q))
+    def check(task: Task, q: NDArray[np.float64], *, of=arm_state, step: float = 1e-6) -> None:
+        rows = task.at(of(q))
         for joint, shift in enumerate(step * np.eye(len(q))):
-            slope = (aim.at(of(q + shift)).value - aim.at(of(q - shift)).value) / (2.0 * step)
-            assert np.abs(slope - task.jacobian[:, joint]).max() < 1e-6
+            slope = (task.at(of(q + shift)).value - task.at(of(q - shift)).value) / (2.0 * step)
+            assert np.abs(slope - rows.jacobian[:, joint]).max() < 1e-6
 
     return check

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control.approach import ApproachController, Cycle, refuge_postures
+from eyehand.control.approach import ApproachController, ControlStep, retreat_configurations
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.options import ControlOptions
 from eyehand.control.point_aims import PointOnPlane, Position
@@ -26,7 +26,7 @@ def world() -> CollisionWorld:
     return CollisionWorld(RobotModel.load(LBR_ARM, "tool"))
 
 
-def _run(controller: ApproachController, seconds: float = 60.0) -> tuple[Cycle, float]:
+def _run(controller: ApproachController, seconds: float = 60.0) -> tuple[ControlStep, float]:
     q = controller.robot.home
     dt = controller.options.dt
     for number in range(round(seconds / dt)):
@@ -43,8 +43,8 @@ def test_an_aim_that_only_draws_does_not_keep_a_motion_from_its_end(
 ) -> None:
     options = ControlOptions(compiled=compiled)
     # Off the middle of the ranges the error of centring grows on the way.
-    aims = [Position(GOAL), JointCentring(reference=world.robot.home)]
-    cycle, _ = _run(ApproachController(world, aims, options))
+    tasks = [Position(GOAL), JointCentring(reference=world.robot.home)]
+    cycle, _ = _run(ApproachController(world, tasks, options))
     assert cycle.status == "reached"
     assert cycle.errors[0] <= options.tolerance
     assert len(cycle.errors) == 2
@@ -94,13 +94,13 @@ def test_repulsion_that_holds_off_the_goal_is_said_so() -> None:
 def test_aims_stay_what_they_are(world: CollisionWorld) -> None:
     controller = ApproachController(world, [Position(GOAL)])
     with pytest.raises(AttributeError):
-        controller.aims = ()  # pyright: ignore[reportAttributeAccessIssue] -- that it is refused
+        controller.tasks = ()  # pyright: ignore[reportAttributeAccessIssue] -- that it is refused
 
 
-@pytest.mark.parametrize("aims", [[], Position(GOAL), [GOAL]])
-def test_what_is_no_list_of_aims_is_refused(world: CollisionWorld, aims: list) -> None:
-    with pytest.raises(InputError, match="aim"):
-        ApproachController(world, aims)
+@pytest.mark.parametrize("tasks", [[], Position(GOAL), [GOAL]])
+def test_what_is_no_list_of_aims_is_refused(world: CollisionWorld, tasks: list) -> None:
+    with pytest.raises(InputError, match="task"):
+        ApproachController(world, tasks)
 
 
 def test_joints_without_limits_have_a_refuge_and_a_plain_cycle() -> None:
@@ -117,6 +117,6 @@ def test_joints_without_limits_have_a_refuge_and_a_plain_cycle() -> None:
     )
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        np.testing.assert_allclose(refuge_postures(robot)[1], [-0.4, -0.5])
+        np.testing.assert_allclose(retreat_configurations(robot)[1], [-0.4, -0.5])
         assert np.all(np.isfinite(controller.step(robot.home).velocity))
         assert JointCentring().at(robot.at(robot.home)).error[0] == 0.0

@@ -25,7 +25,7 @@ from eyehand.data_synth.scenes.reaching import make_reaching_scene
 from eyehand.errors import InputError
 
 from .conftest import ARM, HOME
-from .test_task_kernels import any_aims, bounded
+from .test_task_kernels import any_tasks, bounded
 
 seeds = st.integers(0, 100_000)
 SAME = 1e-9
@@ -122,11 +122,11 @@ def test_a_cycle_is_the_plain_one_to_rounding(worlds, seed):
         beta=float(rng.choice([0.0, 1.0, 2.0])) if rng.random() < 0.4 else "dynamic",
     )
     q = any_posture(rng, world.robot)
-    choices = any_aims(rng, world.robot.n)
+    choices = any_tasks(rng, world.robot.n)
     choices += bounded(rng, world.robot.at(q), choices)
     chosen = rng.choice(len(choices), rng.integers(1, 5), replace=False)
-    aims = [choices[k] for k in chosen]
-    check(CompiledCycle(world, aims, options, choices[:2]), q)
+    tasks = [choices[k] for k in chosen]
+    check(CompiledCycle(world, tasks, options, choices[:2]), q)
 
 
 def test_few_cycles_are_left_to_the_plain_one(worlds):
@@ -179,21 +179,21 @@ def test_what_it_cannot_do_is_done_plainly():
     world = world_of(lbr(), 3)
     q = world.robot.home
     ready = ControlOptions()
-    for aims, options, where in (
+    for tasks, options, where in (
         ((Own(),), ready, world),
         ((AIM, Manipulability(0.01)), ready, world),
         ((AIM,), replace(ready, mode="paper"), world),
         ((AIM,), replace(ready, compiled=False), world),
         ((AIM,), ready, CollisionWorld(world.robot, options=CollisionOptions(compiled=False))),
     ):
-        assert CompiledCycle(where, aims, options).at(q) is None
-        assert ApproachController(where, aims, options).step(q).status == "moving"
+        assert CompiledCycle(where, tasks, options).at(q) is None
+        assert ApproachController(where, tasks, options).step(q).status == "moving"
 
 
 def test_what_is_wrong_is_told_as_before():
     world = world_of(lbr(), 1)
     several = Interval(Position(np.zeros(3)), 0.0, 1.0)
-    with pytest.raises(InputError, match="needs an aim of 1 row"):
+    with pytest.raises(InputError, match="needs a task of 1 row"):
         ApproachController(world, (several,)).step(world.robot.home)
     controller = ApproachController(world, (AIM,))
     with pytest.raises(InputError, match="q must be finite"):
@@ -204,8 +204,8 @@ def test_what_is_wrong_is_told_as_before():
         ApproachController(world, (Position(np.full(3, 1e200)),)).step(world.robot.home)
 
 
-def drive(world: CollisionWorld, aims, options: ControlOptions, q: np.ndarray, cycles: int):
-    controller = ApproachController(world, aims, options)
+def drive(world: CollisionWorld, tasks, options: ControlOptions, q: np.ndarray, cycles: int):
+    controller = ApproachController(world, tasks, options)
     way, statuses = [q], []
     for _ in range(cycles):
         cycle = controller.step(q)
@@ -224,13 +224,15 @@ def test_whole_motions_are_the_same(seed):
         Obstacle(one.name, Box(np.array(one.size)), one.T_world_shape) for one in scene.obstacles
     ]
     world = CollisionWorld(lbr(), obstacles)
-    aims = [Position(scene.goal)]
+    tasks = [Position(scene.goal)]
     if seed % 2:
-        aims += [AxisAlignment(np.array([0.0, 0.0, 1.0]), np.array([0.3, 0.0, -1.0]))]
-        aims += [Interval(DistanceToPoint(np.zeros(3), 1.0), 0.2, 0.7), JointCentring(4)]
+        tasks += [AxisAlignment(np.array([0.0, 0.0, 1.0]), np.array([0.3, 0.0, -1.0]))]
+        tasks += [Interval(DistanceToPoint(np.zeros(3), 1.0), 0.2, 0.7), JointCentring(4)]
     options = ControlOptions(dt=0.02, eta=1.5)
-    way, status = drive(world, aims, options, scene.start, 400)
-    plain_way, plain_status = drive(world, aims, replace(options, compiled=False), scene.start, 400)
+    way, status = drive(world, tasks, options, scene.start, 400)
+    plain_way, plain_status = drive(
+        world, tasks, replace(options, compiled=False), scene.start, 400
+    )
     assert np.all(np.isfinite(way))
     assert status == plain_status
     assert len(way) == len(plain_way)

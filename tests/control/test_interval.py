@@ -36,24 +36,24 @@ def height(**fields) -> PointOnPlane:
 def test_rows_side_and_rate_follow_from_the_nearer_bound(arm_state, low, high, rows, side, rate):
     state = arm_state(Q)
     z = float(state.position[2])
-    task = Interval(height(), z + low, z + high).at(state)
-    assert len(task.value) == rows
-    assert task.side == side
-    assert task.rate == pytest.approx([rate] * rows)
+    found = Interval(height(), z + low, z + high).at(state)
+    assert len(found.value) == rows
+    assert found.side == side
+    assert found.rate == pytest.approx([rate] * rows)
     outside = max(low, -high, 0.0)
-    assert task.unmet == pytest.approx(outside)
+    assert found.unmet == pytest.approx(outside)
 
 
 def test_a_value_driven_at_its_bound_stops_there_without_a_jump():
-    # Something pushes the value up at the aim's speed; the rate caps that as the stack would.
+    # Something pushes the value up at the task's speed; the rate caps that as the stack would.
     z, speeds = 0.0, []
-    aim = Interval(height(), -1.0, 0.2)
+    task = Interval(height(), -1.0, 0.2)
     for _ in range(800):
-        task = aim.at(_lifted(z))
-        speeds.append(min(PUSH, float(task.rate[0])) if task.side else PUSH)
+        rows = task.at(_lifted(z))
+        speeds.append(min(PUSH, float(rows.rate[0])) if rows.side else PUSH)
         z += 0.005 * speeds[-1]
     assert 0.199 < z < 0.2
-    # From the aim's speed down to rest in small steps: no more than gain × dt of the speed each.
+    # From the task's speed down to rest in small steps: no more than gain × dt of the speed each.
     assert np.abs(np.diff(speeds)).max() <= 0.1 * 2.0 * 0.005 + 1e-12
 
 
@@ -69,8 +69,8 @@ def test_rows_are_those_of_the_aim(arm_state, check_jacobian):
 def test_a_released_aim_stays_released(arm_state):
     state = arm_state(Q)
     ahead = state.position + 0.5 * state.rotation[:, 2]
-    task = Interval(LookAt(ahead, 1.0), 0.2, 0.4).at(state)
-    assert task.jacobian.shape == (0, 7)
+    rows = Interval(LookAt(ahead, 1.0), 0.2, 0.4).at(state)
+    assert rows.jacobian.shape == (0, 7)
 
 
 def test_names_come_from_the_aim():

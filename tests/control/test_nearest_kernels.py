@@ -5,17 +5,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from eyehand.control.nearest_kernels import GIVEN_UP, nearest
+from eyehand.control.nearest_kernels import GIVEN_UP, solve_qp
 from eyehand.control.safety import SafetyRows, _nearest
 
 seeds = st.integers(0, 100_000)
 
 
-def solve(wish, hessian, rows: SafetyRows):
-    n = len(wish)
+def solve(nominal, hessian, rows: SafetyRows):
+    n = len(nominal)
     velocity, held, strength = np.empty(n), np.zeros(n, np.int64), np.zeros(n)
-    count = nearest(
-        wish, hessian.copy(), rows.low, rows.high, rows.rows, rows.least, velocity, held, strength
+    count = solve_qp(
+        nominal,
+        hessian.copy(),
+        rows.low,
+        rows.high,
+        rows.rows,
+        rows.least,
+        velocity,
+        held,
+        strength,
     )
     return count, velocity, held[: max(count, 0)], strength[: max(count, 0)]
 
@@ -33,14 +41,14 @@ def case(seed: int, joints: int, *, feasible: bool = True):
     least = rows @ inside - rng.uniform(0.0, 0.1, pairs) * np.linalg.norm(rows, axis=1)
     if not feasible:
         least += rng.uniform(0.0, 0.5, pairs)
-    wish = 3.0 * rng.normal(size=joints)
-    return wish, np.eye(joints) + 20.0 * tasks.T @ tasks, SafetyRows(low, high, rows, least)
+    nominal = 3.0 * rng.normal(size=joints)
+    return nominal, np.eye(joints) + 20.0 * tasks.T @ tasks, SafetyRows(low, high, rows, least)
 
 
 @given(seed=seeds, joints=st.integers(1, 9))
 def test_bounds_are_kept_and_forces_balance(seed, joints):
-    wish, hessian, rows = case(seed, joints)
-    count, velocity, held, strength = solve(wish, hessian, rows)
+    nominal, hessian, rows = case(seed, joints)
+    count, velocity, held, strength = solve(nominal, hessian, rows)
     assert count != GIVEN_UP
     assert rows.allow(velocity)
     assert np.all(strength > -1e-9)
@@ -52,23 +60,23 @@ def test_bounds_are_kept_and_forces_balance(seed, joints):
             push[which] += much * (1.0 if velocity[which] < middle else -1.0)
         else:
             push += much * rows.rows[which - joints]
-    scale = 1.0 + np.abs(hessian @ wish).max()
-    np.testing.assert_allclose(hessian @ (velocity - wish), push, atol=1e-10 * scale)
+    scale = 1.0 + np.abs(hessian @ nominal).max()
+    np.testing.assert_allclose(hessian @ (velocity - nominal), push, atol=1e-10 * scale)
 
 
 @given(seed=seeds, joints=st.integers(2, 9))
 def test_it_is_the_solvers_answer(seed, joints):
-    wish, hessian, rows = case(seed, joints)
-    velocity = solve(wish, hessian, rows)[1]
-    other = _nearest(wish, hessian, rows)[0]
+    nominal, hessian, rows = case(seed, joints)
+    velocity = solve(nominal, hessian, rows)[1]
+    other = _nearest(nominal, hessian, rows)[0]
     assert other is not None
     np.testing.assert_allclose(velocity, other, atol=1e-7)
 
 
 @given(seed=seeds)
 def test_what_cannot_be_kept_is_given_up(seed):
-    wish, hessian, rows = case(seed, 7, feasible=False)
-    count, velocity, _, _ = solve(wish, hessian, rows)
+    nominal, hessian, rows = case(seed, 7, feasible=False)
+    count, velocity, _, _ = solve(nominal, hessian, rows)
     # The largest room that some velocity leaves to all rows: below zero, none keeps them.
     bounds = [*zip(rows.low, rows.high, strict=True), (None, 1.0)]
     grown = np.column_stack([-rows.rows, np.ones(len(rows.least))])
@@ -83,10 +91,10 @@ def test_what_cannot_be_kept_is_given_up(seed):
 
 def test_an_allowed_wish_stays():
     rows = SafetyRows(-np.ones(3), np.ones(3), np.ones((1, 3)), np.array([-1.0]))
-    wish = np.array([0.1, -0.2, 0.3])
-    count, velocity, _, _ = solve(wish, np.eye(3), rows)
+    nominal = np.array([0.1, -0.2, 0.3])
+    count, velocity, _, _ = solve(nominal, np.eye(3), rows)
     assert count == 0
-    assert np.array_equal(velocity, wish)
+    assert np.array_equal(velocity, nominal)
 
 
 def test_a_joint_that_must_stand_still_does():

@@ -10,16 +10,16 @@ from eyehand.apps.motion.reach_methods import reaching_world
 from eyehand.apps.motion.reach_outcome import ReachOptions, run_reach
 from eyehand.control import (
     CollisionWorld,
+    JointPath,
     PlannedApproach,
     PlannerOptions,
     PointOnPlane,
     Position,
     RobotModel,
-    Way,
     plan,
     planned_approach,
 )
-from eyehand.control.approach import Cycle
+from eyehand.control.approach import ControlStep
 from eyehand.control.options import ControlOptions
 from eyehand.control.planned_approach import retimed
 from eyehand.control.planner import _Search
@@ -29,11 +29,13 @@ from eyehand.data_synth.scenes.reaching import make_reaching_scene
 class _Helpless:
     """A controller that is stuck from the start."""
 
-    def __init__(self, world, aims, options):
-        self.world, self.robot, self.aims = world, world.robot, aims
-        self.still = Cycle(np.zeros(7), "stuck", "helpless", "approach", (1.0,), 1.0, (0.0,), ())
+    def __init__(self, world, tasks, options):
+        self.world, self.robot, self.tasks = world, world.robot, tasks
+        self.still = ControlStep(
+            np.zeros(7), "stuck", "helpless", "approach", (1.0,), 1.0, (0.0,), ()
+        )
 
-    def step(self, q) -> Cycle:
+    def step(self, q) -> ControlStep:
         return self.still
 
     def restart(self) -> None:
@@ -43,7 +45,7 @@ class _Helpless:
 class _Drifting(_Helpless):
     """One that is stuck and moves all the same."""
 
-    def step(self, q) -> Cycle:
+    def step(self, q) -> ControlStep:
         return replace(self.still, velocity=np.full(7, 0.1))
 
 
@@ -67,23 +69,23 @@ def test_a_way_found_is_followed_to_the_goal(monkeypatch):
     steps = int(np.ceil(np.abs(scene.witness - scene.start).max() / 0.01))
     shares = np.linspace(0.0, 1.0, steps)[:, None]
     postures = scene.start + shares * (scene.witness - scene.start)
-    way = Way(True, postures, 0.02, "", 1, 2, 0.0)
-    monkeypatch.setattr(planned_approach, "plan", lambda *_: way)
+    path = JointPath(True, postures, 0.02, "", 1, 2, 0.0)
+    monkeypatch.setattr(planned_approach, "plan", lambda *_: path)
     monkeypatch.setattr(planned_approach, "ApproachController", _Helpless)
     controller = PlannedApproach(world, (Position(scene.goal),))
     method = ControlledReach(controller)
     result = run_reach(scene, method, ReachOptions(longest=60.0))
     assert result.status == "reached"
-    assert method.ways == (way,)
+    assert method.paths == (path,)
 
 
 def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
     scene = make_reaching_scene(9, boxes=0)
     monkeypatch.setattr(planned_approach, "ApproachController", _Helpless)
-    none = Way(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
+    none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
     monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
-    world, aim = reaching_world(scene.obstacles), Position(scene.goal)
-    method = ControlledReach(PlannedApproach(world, (aim,)))
+    world, task = reaching_world(scene.obstacles), Position(scene.goal)
+    method = ControlledReach(PlannedApproach(world, (task,)))
     result = run_reach(scene, method)
     assert result.status == "stuck"
     assert "walled off" in method.reason
@@ -91,20 +93,20 @@ def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
 
 def test_a_search_stuck_behind_a_box_finds_a_way_that_is_clear_and_ends_at_the_goal():
     scene = make_reaching_scene(16)
-    world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
-    way = plan(world, aims, scene.start, ControlOptions(), PlannerOptions())
-    assert way
-    np.testing.assert_array_equal(way.postures[0], scene.start)
-    assert aims[0].at(world.robot.at(way.postures[-1])).unmet < 1e-3
-    clear = [world.proximity(q).distance.min(initial=1.0) for q in way.postures]
+    world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
+    path = plan(world, tasks, scene.start, ControlOptions(), PlannerOptions())
+    assert path
+    np.testing.assert_array_equal(path.postures[0], scene.start)
+    assert tasks[0].at(world.robot.at(path.postures[-1])).unmet < 1e-3
+    clear = [world.proximity(q).distance.min(initial=1.0) for q in path.postures]
     assert min(clear) > 0.008
 
 
 def test_the_same_seed_finds_the_same_way_when_roll_outs_are_the_limit():
     scene = make_reaching_scene(13)
-    world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
+    world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
     options = PlannerOptions(rollouts=12, seed=3)
-    first, second = (plan(world, aims, scene.start, ControlOptions(), options) for _ in range(2))
+    first, second = (plan(world, tasks, scene.start, ControlOptions(), options) for _ in range(2))
     # A try for the goal may follow the last roll-out counted.
     assert first.rollouts == second.rollouts <= 13
     np.testing.assert_array_equal(first.postures, second.postures)
@@ -112,29 +114,29 @@ def test_the_same_seed_finds_the_same_way_when_roll_outs_are_the_limit():
 
 def test_a_budget_of_no_roll_outs_ends_at_once_and_says_so():
     scene = make_reaching_scene(13)
-    world, aims = reaching_world(scene.obstacles), (Position(scene.goal),)
-    way = plan(world, aims, scene.start, ControlOptions(), PlannerOptions(rollouts=0))
-    assert not way
-    assert way.rollouts == 0
-    assert "no roll-outs" in way.reason
+    world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
+    path = plan(world, tasks, scene.start, ControlOptions(), PlannerOptions(rollouts=0))
+    assert not path
+    assert path.rollouts == 0
+    assert "no roll-outs" in path.reason
 
 
 def test_a_goal_inside_an_obstacle_has_no_way_and_the_reason_names_what_blocks():
     scene = make_reaching_scene(3)
     world = reaching_world(scene.obstacles)
     goal = scene.obstacles[0].T_world_shape.translation
-    way = plan(world, (Position(goal),), scene.start, ControlOptions(), PlannerOptions(rollouts=8))
-    assert not way
-    assert way.reason
-    assert np.all(np.isfinite(way.postures))
+    path = plan(world, (Position(goal),), scene.start, ControlOptions(), PlannerOptions(rollouts=8))
+    assert not path
+    assert path.reason
+    assert np.all(np.isfinite(path.postures))
 
 
 def test_the_robot_is_told_to_stop_before_a_search_takes_its_time(monkeypatch):
     searched = []
 
-    def search(world, aims, q, options, planner):
+    def search(world, tasks, q, options, planner):
         searched.append(planner.seed)
-        return Way(False, q[None], 0.02, "walled off", 1, 1, 0.0)
+        return JointPath(False, q[None], 0.02, "walled off", 1, 1, 0.0)
 
     monkeypatch.setattr(planned_approach, "plan", search)
     monkeypatch.setattr(planned_approach, "ApproachController", _Drifting)
@@ -150,12 +152,12 @@ def test_the_robot_is_told_to_stop_before_a_search_takes_its_time(monkeypatch):
 def test_a_goal_reached_brings_new_searches(monkeypatch):
     monkeypatch.setattr(planned_approach, "ApproachController", _Drifting)
     scene = make_reaching_scene(9, boxes=0)
-    none = Way(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
+    none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
     monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
     approach = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=1)
     for _ in range(3):
         approach.step(scene.start)
-    assert len(approach.ways) == 1
+    assert len(approach.paths) == 1
     controller = cast(_Drifting, approach.controller)
     stuck = controller.still
     controller.still = replace(stuck, status="reached")
@@ -163,7 +165,7 @@ def test_a_goal_reached_brings_new_searches(monkeypatch):
     controller.still = stuck
     for _ in range(3):
         approach.step(scene.start)
-    assert len(approach.ways) == 2
+    assert len(approach.paths) == 2
 
 
 def test_places_to_search_stay_near_in_a_singular_posture():
@@ -173,8 +175,8 @@ def test_places_to_search_stay_near_in_a_singular_posture():
     <body pos="0 0 .4"><joint axis="0 1 0" name="c" range="-170 170"/><geom size=".03"/>
     <site name="tip" pos="0 0 .3"/></body></body></body></worldbody></mujoco>"""
     world = CollisionWorld(RobotModel.load(arm, "tip"))
-    aims = (PointOnPlane(np.array([0.0, 0.0, 1.0]), 0.5),)
-    search = _Search(world, aims, ControlOptions(), PlannerOptions())
+    tasks = (PointOnPlane(np.array([0.0, 0.0, 1.0]), 0.5),)
+    search = _Search(world, tasks, ControlOptions(), PlannerOptions())
     search.add(-1, np.zeros((0, 3)), np.array([0.0, 1e-7, 0.0]))
     low, high = search.bounds()
     assert np.all(high - low < 8.0)

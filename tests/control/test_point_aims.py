@@ -1,4 +1,4 @@
-"""Aims for a point: Jacobians against finite differences, kinks, and what they refuse."""
+"""Tasks for a point: Jacobians against finite differences, kinks, and what they refuse."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from eyehand.errors import InputError
 POINT = np.array([0.03, -0.05, 0.1])
 
 
-def aims(rng: np.random.Generator):
+def tasks(rng: np.random.Generator):
     a, b = rng.normal(size=(2, 3))
     return [
         Position(a),
@@ -25,8 +25,8 @@ def aims(rng: np.random.Generator):
 def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed):
     rng = np.random.default_rng(seed)
     q = rng.uniform(-2.0, 2.0, 7)
-    for aim in aims(rng):
-        check_jacobian(aim, q)
+    for task in tasks(rng):
+        check_jacobian(task, q)
 
 
 def test_values_and_errors_are_the_geometry(arm_state):
@@ -57,15 +57,15 @@ def test_a_commanded_speed_is_the_speed_of_the_point(arm_state):
 
 def test_on_the_centre_and_on_the_axis_the_row_still_moves_the_point(arm_state):
     state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
-    for aim in (
+    for task in (
         DistanceToPoint(state.position, 0.1),
         DistanceToAxis(state.position, np.array([0.0, 0.0, 1.0]), 0.1),
     ):
-        task = aim.at(state)
-        assert task.error == pytest.approx([0.1])
-        assert np.linalg.norm(task.jacobian) > 0.1
-        ahead = arm_state(state.q + 1e-3 * np.linalg.pinv(task.jacobian)[:, 0])
-        assert aim.at(ahead).value[0] > 0.9e-3
+        rows = task.at(state)
+        assert rows.error == pytest.approx([0.1])
+        assert np.linalg.norm(rows.jacobian) > 0.1
+        ahead = arm_state(state.q + 1e-3 * np.linalg.pinv(rows.jacobian)[:, 0])
+        assert task.at(ahead).value[0] > 0.9e-3
 
 
 @pytest.mark.parametrize(
@@ -93,8 +93,8 @@ def test_bad_fields_are_refused(make, message):
 
 def test_what_an_aim_was_given_cannot_change_under_it():
     goal = np.zeros(3)
-    aim = Position(goal)
+    task = Position(goal)
     goal[0] = np.nan
-    assert np.all(aim.goal == 0.0)
+    assert np.all(task.goal == 0.0)
     with pytest.raises(ValueError, match="read-only"):
-        aim.goal[0] = 1.0
+        task.goal[0] = 1.0

@@ -1,4 +1,4 @@
-"""Posture aims: gradients against finite differences, singular postures, ranges."""
+"""Posture tasks: gradients against finite differences, singular postures, ranges."""
 
 import numpy as np
 import pytest
@@ -31,8 +31,8 @@ def test_rows_hold_for_joints_in_any_order():
     robot, shuffled = (RobotModel.load(LBR_ARM, "tool", joints=of) for of in (None, names))
     places = [robot.joint_names.index(name) for name in names]
     q = np.random.default_rng(5).uniform(-1.5, 1.5, 7)
-    aim = Manipulability(5.0, (0, 1, 2), POINT)
-    plain, other = aim.at(robot.at(q)), aim.at(shuffled.at(q[places]))
+    task = Manipulability(5.0, (0, 1, 2), POINT)
+    plain, other = task.at(robot.at(q)), task.at(shuffled.at(q[places]))
     np.testing.assert_allclose(other.jacobian[0], plain.jacobian[0, places], atol=1e-12)
     np.testing.assert_allclose(other.value, plain.value, atol=1e-12)
 
@@ -91,12 +91,12 @@ def test_centring_descends_eq_5(arm_state, power):
     rng = np.random.default_rng(power)
     q = rng.uniform(-2.0, 2.0, 7)
     state = arm_state(q)
-    task = JointCentring(power, gain=0.5, speed=np.inf).at(state)
+    rows = JointCentring(power, gain=0.5, speed=np.inf).at(state)
     middle, weights = (state.lower + state.upper) / 2.0, 1.0 / (state.upper - state.lower)
     for joint, shift in enumerate(1e-6 * np.eye(7)):
         ahead, _ = centring_cost(q + shift, middle, weights, power)
         behind, _ = centring_cost(q - shift, middle, weights, power)
-        assert task.rate[joint] == pytest.approx(-0.5 * (ahead - behind) / 2e-6, abs=1e-6)
+        assert rows.rate[joint] == pytest.approx(-0.5 * (ahead - behind) / 2e-6, abs=1e-6)
     assert centring_cost(q, middle, weights, power)[0] == pytest.approx(
         float(np.sum(weights * (q - middle) ** power))
     )

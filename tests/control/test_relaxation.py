@@ -9,15 +9,15 @@ from hypothesis import strategies as st
 
 from eyehand.control.options import ControlOptions
 from eyehand.control.relaxation import LARGEST_BETA, relaxation_weight, relaxed_rate
-from eyehand.control.task import Task
+from eyehand.control.task import TaskRows
 
 seeds = st.integers(0, 100_000)
 DYNAMIC = ControlOptions()
 
 
-def reach(rng: np.random.Generator, size: float = 1.0) -> Task:
+def reach(rng: np.random.Generator, size: float = 1.0) -> TaskRows:
     error = rng.normal(size=3)
-    return Task(
+    return TaskRows(
         "reach", np.zeros(3), size * error / np.linalg.norm(error), rng.normal(size=(3, 7)), 2.0
     )
 
@@ -57,7 +57,7 @@ def test_with_a_dynamic_weight_the_way_to_the_goal_outruns_avoidance(seed, push)
 
 
 def test_at_the_goal_nothing_holds_the_task_off():
-    there = Task("reach", np.zeros(3), np.zeros(3), np.eye(3))
+    there = TaskRows("reach", np.zeros(3), np.zeros(3), np.eye(3))
     rate, beta = relaxed_rate(there, np.full(3, 100.0), DYNAMIC)
     assert beta == 0.0
     assert np.array_equal(rate, np.zeros(3))
@@ -78,7 +78,7 @@ def test_the_weight_is_continuous_on_the_way_to_the_goal():
 @pytest.mark.parametrize("beta", [0.5, 1.0, "dynamic"])
 def test_the_sign_repels(beta):
     # One joint, the distance grows with it: cost falls along +q, so its gradient is negative.
-    task = Task("reach", np.zeros(1), np.array([-1.0]), np.eye(1))
+    task = TaskRows("reach", np.zeros(1), np.array([-1.0]), np.eye(1))
     rate, told = relaxed_rate(task, np.array([-0.4]), ControlOptions(beta=beta))
     assert told > 0.0
     assert rate[0] > -1.0
@@ -93,7 +93,7 @@ def test_nothing_near_bends_nothing():
 
 
 def test_a_released_task_is_left_alone():
-    empty = Task("bound", np.zeros(0), np.zeros(0), np.zeros((0, 7)))
+    empty = TaskRows("bound", np.zeros(0), np.zeros(0), np.zeros((0, 7)))
     rate, beta = relaxed_rate(empty, np.ones(7), DYNAMIC)
     assert rate.shape == (0,)
     assert math.isfinite(beta)

@@ -61,15 +61,15 @@ def case(seed: int, *, drift: float = 0.0, inside: float = 0.0):
     rows = rng.normal(size=(pairs, 7)) * 10.0 ** rng.uniform(-3, 0, (pairs, 1))
     distance = OPTIONS.margin + rng.uniform(-inside, 0.03, pairs)
     near = proximity(distance, rows, drift * rng.normal(size=pairs))
-    wish = rng.uniform(0.0, 3.0) * rng.normal(size=7)
-    return state, near, wish, rng.normal(size=(rng.integers(0, 6), 7))
+    nominal = rng.uniform(0.0, 3.0) * rng.normal(size=7)
+    return state, near, nominal, rng.normal(size=(rng.integers(0, 6), 7))
 
 
-def kkt_gap(velocity: Array, wish: Array, tasks: Array, rows: SafetyRows) -> float:
+def kkt_gap(velocity: Array, nominal: Array, tasks: Array, rows: SafetyRows) -> float:
     """How far a velocity is from the minimiser: what no active bound's force can balance."""
-    hessian = np.eye(len(wish)) + OPTIONS.task_weight * tasks.T @ tasks
-    pull = hessian @ (velocity - wish)
-    eye, close = np.eye(len(wish)), 1e-8
+    hessian = np.eye(len(nominal)) + OPTIONS.task_weight * tasks.T @ tasks
+    pull = hessian @ (velocity - nominal)
+    eye, close = np.eye(len(nominal)), 1e-8
     forces = np.concatenate(
         [
             eye[velocity < rows.low + close],
@@ -88,23 +88,23 @@ def kkt_gap(velocity: Array, wish: Array, tasks: Array, rows: SafetyRows) -> flo
 
 @given(seed=seeds)
 def test_every_bound_is_kept_and_the_velocity_is_the_nearest(seed):
-    state, near, wish, tasks = case(seed)
-    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    state, near, nominal, tasks = case(seed)
+    motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     rows = safety_rows(state, near, OPTIONS)
     assert motion.feasible
     assert passed(motion.velocity, rows) < 1e-9
-    assert kkt_gap(motion.velocity, wish, tasks, rows) < 1e-6
+    assert kkt_gap(motion.velocity, nominal, tasks, rows) < 1e-6
 
 
 def test_the_minimum_agrees_with_another_solver():
     for seed in range(15):
-        state, near, wish, tasks = case(seed)
+        state, near, nominal, tasks = case(seed)
         rows = safety_rows(state, near, OPTIONS)
         hessian = np.eye(7) + OPTIONS.task_weight * tasks.T @ tasks
         other = minimize(
-            lambda v, h=hessian, w=wish: 0.5 * (v - w) @ h @ (v - w),
+            lambda v, h=hessian, w=nominal: 0.5 * (v - w) @ h @ (v - w),
             np.zeros(7),
-            jac=lambda v, h=hessian, w=wish: h @ (v - w),
+            jac=lambda v, h=hessian, w=nominal: h @ (v - w),
             bounds=list(zip(rows.low, rows.high, strict=True)),
             constraints={
                 "type": "ineq",
@@ -116,41 +116,41 @@ def test_the_minimum_agrees_with_another_solver():
             method="SLSQP",
             options={"ftol": 1e-14, "maxiter": 500},
         )
-        velocity = safe_motion(wish, tasks, state, near, OPTIONS).velocity
+        velocity = safe_motion(nominal, tasks, state, near, OPTIONS).velocity
         assert np.allclose(velocity, other.x, atol=1e-3)
-        assert 0.5 * (velocity - wish) @ hessian @ (velocity - wish) < other.fun + 1e-6
+        assert 0.5 * (velocity - nominal) @ hessian @ (velocity - nominal) < other.fun + 1e-6
 
 
 @given(seed=seeds)
 def test_an_allowed_wish_is_granted(seed):
-    state, near, wish, tasks = case(seed)
+    state, near, nominal, tasks = case(seed)
     rows = safety_rows(state, near, OPTIONS)
     for _ in range(200):
-        if rows.allow(wish):
+        if rows.allow(nominal):
             break
-        wish = 0.8 * wish
-    motion = safe_motion(wish, tasks, state, near, OPTIONS)
-    assert np.array_equal(motion.velocity, wish)
+        nominal = 0.8 * nominal
+    motion = safe_motion(nominal, tasks, state, near, OPTIONS)
+    assert np.array_equal(motion.velocity, nominal)
     assert motion.feasible
     assert motion.blocking == ()
 
 
 @given(seed=seeds, inside=st.floats(0.0, 0.03))
 def test_standing_still_is_always_allowed_where_nothing_moves_in(seed, inside):
-    state, near, wish, tasks = case(seed, inside=inside)
+    state, near, nominal, tasks = case(seed, inside=inside)
     state = replace(state, q=np.random.default_rng(seed).uniform(-2.1, 2.1, 7))
     still = safety_rows(state, near, OPTIONS, recover=False)
     assert still.allow(np.zeros(7))
-    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     assert motion.feasible
     assert passed(motion.velocity, still) < 1e-9
 
 
 @given(seed=seeds, drift=st.floats(0.0, 0.5), inside=st.floats(0.0, 0.03))
 def test_it_is_infeasible_exactly_when_a_linear_program_says_so(seed, drift, inside):
-    state, near, wish, tasks = case(seed, drift=drift, inside=inside)
+    state, near, nominal, tasks = case(seed, drift=drift, inside=inside)
     assume(len(near.distance))
-    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     still = safety_rows(state, near, OPTIONS, recover=False)
     bounds = list(zip(still.low, still.high, strict=True))
     # The largest room t that all distances can have at once, by row length.
@@ -177,11 +177,13 @@ def test_it_is_infeasible_exactly_when_a_linear_program_says_so(seed, drift, ins
 def test_what_must_bend_bends_where_the_task_feels_it_least():
     # Both joints lead away from the wall, the task feels only the first.
     wall, tasks = proximity([0.01], [[1.0, 1.0]]), np.array([[1.0, 0.0]])
-    wish = np.array([-0.5, 0.0])
-    velocity = safe_motion(wish, tasks, robot([0, 0]), wall, OPTIONS).velocity
-    even = safe_motion(wish, tasks, robot([0, 0]), wall, ControlOptions(task_weight=0.0)).velocity
+    nominal = np.array([-0.5, 0.0])
+    velocity = safe_motion(nominal, tasks, robot([0, 0]), wall, OPTIONS).velocity
+    even = safe_motion(
+        nominal, tasks, robot([0, 0]), wall, ControlOptions(task_weight=0.0)
+    ).velocity
     assert np.allclose(even, [-0.25, 0.25])
-    change = velocity - wish
+    change = velocity - nominal
     assert change.sum() == pytest.approx(0.5)
     assert change[1] / change[0] == pytest.approx(1.0 + OPTIONS.task_weight)
 
@@ -203,7 +205,7 @@ def test_names_say_what_holds_the_wish_back_strongest_first():
 # Walls, corners, limits: motions over time
 
 
-def drive(q, wish, walls, steps, *, options=OPTIONS, **fields) -> Array:
+def drive(q, nominal, walls, steps, *, options=OPTIONS, **fields) -> Array:
     """Distances (steps, P) on the way of a planar point that wishes the same for ever.
 
     `walls(q, t)` gives its Proximity.
@@ -213,7 +215,7 @@ def drive(q, wish, walls, steps, *, options=OPTIONS, **fields) -> Array:
         near = walls(q, step * options.dt)
         path.append(near.distance)
         motion = safe_motion(
-            np.asarray(wish, dtype=float), np.zeros((0, 2)), robot(q, **fields), near, options
+            np.asarray(nominal, dtype=float), np.zeros((0, 2)), robot(q, **fields), near, options
         )
         assert np.all(np.isfinite(motion.velocity))
         q = q + options.dt * motion.velocity
@@ -248,12 +250,12 @@ def test_a_round_obstacle_is_passed_at_the_margin():
 
 
 @pytest.mark.parametrize("start", [-0.04, -0.001, 0.0, 0.009])
-@pytest.mark.parametrize("wish", [(-1.0, 0.0), (0.0, 0.0), (0.3, 0.9)])
-def test_inside_the_margin_the_distance_grows_until_it_is_kept(start, wish):
+@pytest.mark.parametrize("nominal", [(-1.0, 0.0), (0.0, 0.0), (0.3, 0.9)])
+def test_inside_the_margin_the_distance_grows_until_it_is_kept(start, nominal):
     def walls(q: Array, _time: float) -> Proximity:
         return disc(q, np.zeros(2), 0.1)
 
-    path = drive([0.1 + start, 0.0], wish, walls, 400)[:, 0]
+    path = drive([0.1 + start, 0.0], nominal, walls, 400)[:, 0]
     leaving = path[:-1] < OPTIONS.margin - 1e-4
     assert np.all(np.diff(path)[leaving] > 0.0)
     # At recovery speed when deep, and no slower than the damper's share near the margin.
@@ -308,20 +310,22 @@ def test_joints_outside_their_limits_come_back(start):
 def test_a_range_narrower_than_its_margins_leaves_its_middle():
     state = replace(robot([0.004]), lower=np.array([-0.005]), upper=np.array([0.005]))
     nothing = proximity([], np.zeros((0, 1)))
-    for wish in (-1.0, 0.0, 1.0):
-        velocity = safe_motion(np.array([wish]), np.zeros((0, 1)), state, nothing, OPTIONS).velocity
+    for nominal in (-1.0, 0.0, 1.0):
+        velocity = safe_motion(
+            np.array([nominal]), np.zeros((0, 1)), state, nothing, OPTIONS
+        ).velocity
         assert velocity[0] == pytest.approx(-OPTIONS.damper / OPTIONS.dt * 0.004)
 
 
 def test_joints_without_limits_and_speeds_are_free():
     state = replace(robot([9.0, 0.0], limit=np.inf), speed=np.array([np.inf, 1.0]))
     nothing = proximity([], np.zeros((0, 2)))
-    wish = np.array([50.0, 0.0])
+    nominal = np.array([50.0, 0.0])
     assert np.array_equal(
-        safe_motion(wish, np.zeros((0, 2)), state, nothing, OPTIONS).velocity, wish
+        safe_motion(nominal, np.zeros((0, 2)), state, nothing, OPTIONS).velocity, nominal
     )
     wall = proximity([0.01], [[-1.0, 0.0]])
-    velocity = safe_motion(wish, np.zeros((0, 2)), state, wall, OPTIONS).velocity
+    velocity = safe_motion(nominal, np.zeros((0, 2)), state, wall, OPTIONS).velocity
     assert np.allclose(velocity, 0.0, atol=1e-9)
 
 
@@ -396,7 +400,7 @@ def test_what_comes_at_a_part_that_cannot_move_is_named():
 
 SPOILT = [
     (where, value)
-    for where in ("wish", "tasks", "distance", "rows", "drift", "speed", "upper")
+    for where in ("nominal", "tasks", "distance", "rows", "drift", "speed", "upper")
     for value in (np.nan, np.inf, -np.inf)
     if np.isnan(value) or where not in ("speed", "upper")  # these may be infinite
 ]
@@ -404,11 +408,11 @@ SPOILT = [
 
 @pytest.mark.parametrize(("where", "value"), SPOILT)
 def test_what_is_not_finite_stops_the_robot_and_is_named(where, value):
-    wish, tasks, state = np.array([0.1, 0.1]), np.ones((1, 2)), robot([0, 0])
+    nominal, tasks, state = np.array([0.1, 0.1]), np.ones((1, 2)), robot([0, 0])
     near = proximity([0.2, 0.2], np.eye(2))
     spoilt = np.array([0.2, value])
-    if where == "wish":
-        wish = spoilt
+    if where == "nominal":
+        nominal = spoilt
     elif where == "tasks":
         tasks = spoilt[None]
     elif where == "rows":
@@ -417,11 +421,11 @@ def test_what_is_not_finite_stops_the_robot_and_is_named(where, value):
         near = replace(near, **{where: spoilt})
     else:
         state = replace(state, **{where: spoilt})
-    motion = safe_motion(wish, tasks, state, near, OPTIONS)
+    motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     assert np.array_equal(motion.velocity, np.zeros(2))
     assert not motion.feasible
     told = {
-        "wish": "wished velocity", "tasks": "rows of the tasks", "speed": "joint speed",
+        "nominal": "nominal velocity", "tasks": "rows of the tasks", "speed": "joint speed",
         "upper": "joint limit",
     }.get(where, "distance of link1 and box1")  # fmt: skip
     assert told in motion.blocking[0]
@@ -429,8 +433,8 @@ def test_what_is_not_finite_stops_the_robot_and_is_named(where, value):
 
 @given(seed=seeds, scale=st.floats(-12.0, 12.0))
 def test_numbers_of_any_size_give_finite_velocities_within_the_speeds(seed, scale):
-    state, near, wish, tasks = case(seed, drift=0.1, inside=0.02)
+    state, near, nominal, tasks = case(seed, drift=0.1, inside=0.02)
     near = replace(near, rows=near.rows * 10.0**scale)
-    for far in (wish, 10.0**scale * wish):
+    for far in (nominal, 10.0**scale * nominal):
         velocity = safe_motion(far, tasks, state, near, OPTIONS).velocity
         assert np.all(np.abs(velocity) <= state.speed + 1e-9)

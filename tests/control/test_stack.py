@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from eyehand.control.options import ControlOptions
 from eyehand.control.point_aims import DistanceToPoint, Position
 from eyehand.control.stack import LOST, damped_inverse, solve_stack
-from eyehand.control.task import Task
+from eyehand.control.task import TaskRows
 from eyehand.control.turn_aims import AxisAlignment, Orientation
 from eyehand.errors import InputError
 
@@ -19,9 +19,9 @@ PAPER = ControlOptions(mode="paper")
 seeds = st.integers(0, 100_000)
 
 
-def task(rows, rate, side: int = 0, name: str = "task") -> Task:
+def task(rows, rate, side: int = 0, name: str = "task") -> TaskRows:
     rows, rate = np.atleast_2d(np.asarray(rows, float)), np.atleast_1d(np.asarray(rate, float))
-    return Task(name, np.zeros(len(rate)), rate, rows, side=side)
+    return TaskRows(name, np.zeros(len(rate)), rate, rows, side=side)
 
 
 def rows_with(rng: np.random.Generator, singular: Array, joints: int) -> Array:
@@ -30,12 +30,12 @@ def rows_with(rng: np.random.Generator, singular: Array, joints: int) -> Array:
     return (left * singular) @ right[: len(singular)]
 
 
-def regular(rng: np.random.Generator, count: int, joints: int) -> Task:
+def regular(rng: np.random.Generator, count: int, joints: int) -> TaskRows:
     singular = rng.uniform(0.051, 2.0, count)
     return task(rows_with(rng, singular, joints), rng.normal(size=count))
 
 
-def any_task(rng: np.random.Generator, above: Task, joints: int) -> Task:
+def any_task(rng: np.random.Generator, above: TaskRows, joints: int) -> TaskRows:
     """A task that may be near-singular, or ask for the opposite of the one above."""
     count = int(rng.integers(1, 4))
     rows = rows_with(rng, 10.0 ** rng.uniform(-9, 0.3, count), joints)
@@ -201,10 +201,10 @@ def test_a_stretching_arm_stays_slow_and_steady():
         links = 0.3 * np.stack([np.cos(angles), np.sin(angles)])
         tips = np.cumsum(links[:, ::-1], axis=1)[:, ::-1]  # from each joint to the hand
         outward = tips[:, 0] / np.linalg.norm(tips[:, 0])
-        aim = task(np.stack([-tips[1], tips[0]]), speed * outward)
-        velocities.append(solve_stack([aim]).velocity)
+        one = task(np.stack([-tips[1], tips[0]]), speed * outward)
+        velocities.append(solve_stack([one]).velocity)
         if abs(bend) < 10.0 * step:
-            plain.append(np.linalg.pinv(aim.jacobian, rcond=1e-9) @ aim.rate)
+            plain.append(np.linalg.pinv(one.jacobian, rcond=1e-9) @ one.rate)
     assert np.linalg.norm(velocities, axis=1).max() <= speed / ControlOptions().near_singular
     # The gain's slope is at most 1/d² per singular value, which turns by at most 1.3 m/rad here.
     steepest = speed * 1.3 / ControlOptions().damping ** 2
@@ -345,7 +345,7 @@ def test_a_bound_that_another_one_keeps_is_not_held():
 def test_released_tasks_ask_for_nothing(mode):
     rng = np.random.default_rng(1)
     empty = task(np.zeros((0, 7)), np.zeros(0))
-    released = Task("bound", np.zeros(0), np.zeros(0), np.zeros((0, 7)), side=1)
+    released = TaskRows("bound", np.zeros(0), np.zeros(0), np.zeros((0, 7)), side=1)
     full, free, options = regular(rng, 3, 7), rng.normal(size=7), ControlOptions(mode=mode)
     with_it = solve_stack([empty, full, released], free_motion=free, options=options)
     without = solve_stack([full], free_motion=free, options=options)

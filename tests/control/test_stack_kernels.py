@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from eyehand.control.options import ControlOptions
 from eyehand.control.stack import solve_stack
 from eyehand.control.stack_kernels import orthogonalise, solve_levels
-from eyehand.control.task import Task
+from eyehand.control.task import TaskRows
 
 OPTIONS = ControlOptions()
 JOINTS = 7
@@ -45,7 +45,7 @@ def any_stack(rng, *, smallest=-3.0):
             rows[0] = tasks[0].jacobian[0]
         side = int(rng.choice([-1, 0, 1])) if count == 1 else 0
         rate = rng.normal(size=count) * 10.0 ** rng.uniform(-2, 0.5)
-        tasks.append(Task(f"task {k}", np.zeros(count), rate, rows, side=side))
+        tasks.append(TaskRows(f"task {k}", np.zeros(count), rate, rows, side=side))
     return tasks
 
 
@@ -78,7 +78,7 @@ def test_it_is_the_plain_stack(seed, limited):
 @given(seed=seeds)
 def test_lower_tasks_do_not_leak_into_upper_ones(seed):
     rng = np.random.default_rng(seed)
-    upper = Task(
+    upper = TaskRows(
         "upper", np.zeros(3), rng.normal(size=3), rows_with(rng, rng.uniform(0.051, 2.0, 3))
     )
     free, loose = 10.0 * rng.normal(size=JOINTS), np.full(JOINTS, np.inf)
@@ -98,7 +98,7 @@ def test_joint_speeds_are_kept(seed):
 def test_a_lost_direction_asks_for_nothing():
     rows = np.zeros((2, JOINTS))
     rows[0, 0], rows[1, 0] = 1.0, 1.0 + 1e-12
-    task = Task("twice", np.zeros(2), np.array([0.1, -0.1]), rows)
+    task = TaskRows("twice", np.zeros(2), np.array([0.1, -0.1]), rows)
     velocity = compiled([task], np.zeros(JOINTS), np.ones(JOINTS))
     assert np.abs(velocity).max() < 1e-9
 

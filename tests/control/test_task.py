@@ -8,25 +8,25 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eyehand.control.robot_state import skew
-from eyehand.control.task import Task
+from eyehand.control.task import TaskRows
 from eyehand.errors import InputError
 
 
-def one_row(error: float, **fields) -> Task:
-    return Task("one", np.zeros(1), np.array([error]), np.ones((1, 7)), **fields)
+def one_row(error: float, **fields) -> TaskRows:
+    return TaskRows("one", np.zeros(1), np.array([error]), np.ones((1, 7)), **fields)
 
 
 @given(seed=st.integers(0, 100_000), speed=st.floats(1e-3, 10.0))
 def test_the_rate_points_along_the_error_and_keeps_its_speed(seed, speed):
     error = np.random.default_rng(seed).normal(size=3)
-    task = Task("any", np.zeros(3), error, np.ones((3, 7)), gain=2.0, speed=speed)
+    task = TaskRows("any", np.zeros(3), error, np.ones((3, 7)), gain=2.0, speed=speed)
     size = min(speed, 2.0 * float(np.linalg.norm(error)))
     assert task.rate == pytest.approx(size * error / np.linalg.norm(error))
 
 
 def test_no_speed_is_no_limit_and_no_rows_are_no_rate():
     assert one_row(1e6, gain=2.0).rate == pytest.approx([2e6])
-    assert Task("none", np.zeros(0), np.zeros(0), np.zeros((0, 7))).rate.shape == (0,)
+    assert TaskRows("none", np.zeros(0), np.zeros(0), np.zeros((0, 7))).rate.shape == (0,)
 
 
 def test_only_the_error_on_the_forbidden_side_is_unmet():

@@ -1,4 +1,4 @@
-"""Compiled tasks against the aims' own, in general postures and where directions are lost."""
+"""Compiled tasks against the tasks' own, in general postures and where directions are lost."""
 
 from dataclasses import dataclass, replace
 
@@ -9,23 +9,23 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control.interval import Interval
-from eyehand.control.packed_aims import pack_aims
+from eyehand.control.packed_aims import pack_tasks
 from eyehand.control.point_aims import DistanceToAxis, DistanceToPoint, PointOnPlane, Position
 from eyehand.control.posture_aims import JointCentring, Manipulability, Posture
 from eyehand.control.robot_state import RobotState
-from eyehand.control.task import Aim
+from eyehand.control.task import Task
 from eyehand.control.task_kernels import UNFIT, task_of
 from eyehand.control.turn_aims import AxisAlignment, LookAt, Orientation, Pose
 
 seeds = st.integers(0, 100_000)
 ANGLES = [0.0, 1e-12, 1e-9, 1e-6, 0.02, 1.0, 3.0, np.pi - 1e-9, np.pi]
 DECIDED_BY_ROUNDING = (1e-12, 1e-9, np.pi - 1e-9)
-"""Angles from or to a direction whose way is but rounding, in the aim as in the kernel."""
+"""Angles from or to a direction whose way is but rounding, in the task as in the kernel."""
 
 
-def compiled(aim: Aim, state: RobotState):
+def compiled(task: Task, state: RobotState):
     """Error, commanded rate, rows, side and unmet norm, from the kernel."""
-    packed = pack_aims((aim,), len(state.q))
+    packed = pack_tasks((task,), len(state.q))
     assert packed is not None
     most = max(6, len(state.q))
     error, rate = np.full(most, np.nan), np.full(most, np.nan)
@@ -45,18 +45,18 @@ def compiled(aim: Aim, state: RobotState):
     return m, error[: max(m, 0)], rate[: max(m, 0)], rows[: max(m, 0)], side, unmet
 
 
-def check(aim: Aim, state: RobotState, tolerance: float = 1e-12) -> None:
-    m, error, rate, rows, side, unmet = compiled(aim, state)
-    task = aim.at(state)
-    assert m == len(task.error), aim
-    np.testing.assert_allclose(error, task.error, atol=tolerance, err_msg=aim.name)
-    np.testing.assert_allclose(rate, task.rate, atol=10 * tolerance, err_msg=aim.name)
-    np.testing.assert_allclose(rows, task.jacobian, atol=10 * tolerance, err_msg=aim.name)
-    assert side == task.side
-    assert unmet == pytest.approx(task.unmet, abs=tolerance)
+def check(task: Task, state: RobotState, tolerance: float = 1e-12) -> None:
+    m, error, rate, rows, side, unmet = compiled(task, state)
+    expected = task.at(state)
+    assert m == len(expected.error), task
+    np.testing.assert_allclose(error, expected.error, atol=tolerance, err_msg=task.name)
+    np.testing.assert_allclose(rate, expected.rate, atol=10 * tolerance, err_msg=task.name)
+    np.testing.assert_allclose(rows, expected.jacobian, atol=10 * tolerance, err_msg=task.name)
+    assert side == expected.side
+    assert unmet == pytest.approx(expected.unmet, abs=tolerance)
 
 
-def any_aims(rng: np.random.Generator, joints: int) -> list[Aim]:
+def any_tasks(rng: np.random.Generator, joints: int) -> list[Task]:
     """One of every kind, with points and axes off the frame's, gains and speeds of many sizes."""
 
     def some(size: float = 0.5):
@@ -84,20 +84,20 @@ def any_aims(rng: np.random.Generator, joints: int) -> list[Aim]:
     ]
 
 
-def bounded(rng: np.random.Generator, state: RobotState, aims: list[Aim]) -> list[Aim]:
+def bounded(rng: np.random.Generator, state: RobotState, tasks: list[Task]) -> list[Task]:
     """Intervals about those of one row: the value far inside, near a bound, or outside."""
-    found: list[Aim] = []
-    for aim in aims:
-        task = aim.at(state)
-        if len(task.value) != 1:
+    found: list[Task] = []
+    for task in tasks:
+        expected = task.at(state)
+        if len(expected.value) != 1:
             continue
-        value = float(task.value[0])
+        value = float(expected.value[0])
         low, high = value + np.sort(rng.normal(size=2) * 10.0 ** rng.uniform(-3, 0.5))
         found += [
-            Interval(aim, low, high),
-            Interval(aim, -np.inf, high),
-            Interval(aim, low, np.inf),
-            Interval(aim, low, low),
+            Interval(task, low, high),
+            Interval(task, -np.inf, high),
+            Interval(task, low, np.inf),
+            Interval(task, low, low),
         ]
     return found
 
@@ -106,9 +106,9 @@ def bounded(rng: np.random.Generator, state: RobotState, aims: list[Aim]) -> lis
 def test_every_kind_gives_the_task_of_its_aim(arm_state, mixed_state, seed):
     rng = np.random.default_rng(seed)
     for state in (arm_state(rng.uniform(-2.0, 2.0, 7)), mixed_state(rng.uniform(-0.9, 0.9, 8))):
-        aims = any_aims(rng, len(state.q))
-        for aim in [*aims, *bounded(rng, state, aims)]:
-            check(aim, state)
+        tasks = any_tasks(rng, len(state.q))
+        for task in [*tasks, *bounded(rng, state, tasks)]:
+            check(task, state)
 
 
 @given(seed=seeds, angle=st.sampled_from(ANGLES))
@@ -163,14 +163,14 @@ def test_centring_leaves_joints_without_a_range_alone(arm_state):
 
 @dataclass(frozen=True, eq=False)
 class _Own(Position):
-    """A user's aim that looks like a built-in one."""
+    """A user's task that looks like a built-in one."""
 
 
 def test_what_kernels_do_not_know_is_not_packed(arm_state):
     goal = np.zeros(3)
     known = Position(goal)
-    assert pack_aims((known, known), 7) is not None
-    for aim in (
+    assert pack_tasks((known, known), 7) is not None
+    for task in (
         _Own(goal),
         Manipulability(0.1),
         Interval(Interval(DistanceToPoint(goal, 0.1), 0.0, 0.2), 0.0, 0.1),
@@ -178,7 +178,7 @@ def test_what_kernels_do_not_know_is_not_packed(arm_state):
         Posture(np.zeros(6)),
         JointCentring(2, np.zeros(8)),
     ):
-        assert pack_aims((known, aim), 7) is None
+        assert pack_tasks((known, task), 7) is None
 
 
 def test_an_interval_about_several_rows_does_not_fit(arm_state):

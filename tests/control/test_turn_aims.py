@@ -1,4 +1,4 @@
-"""Aims for turns: Jacobians against finite differences, opposite directions, half turns."""
+"""Tasks for turns: Jacobians against finite differences, opposite directions, half turns."""
 
 import numpy as np
 import pytest
@@ -32,7 +32,7 @@ def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed)
     goal = Rotation.random(rng=rng)
     pose = RigidTransform.from_components(rng.normal(size=3), goal)
     target = rng.normal(size=3)
-    for aim in (
+    for task in (
         Orientation(goal),
         Pose(pose),
         Pose(pose, POINT),
@@ -40,7 +40,7 @@ def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed)
         LookAt(target, 0.0, AXIS, POINT),
         LookAt(target, 0.01, AXIS, POINT),
     ):
-        check_jacobian(aim, q)
+        check_jacobian(task, q)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-5, 1e-2, 3.0])
@@ -67,22 +67,22 @@ def test_the_turn_left_is_the_shortest_one(seed, angle):
 
 def test_a_half_turn_goes_the_way_with_its_largest_coordinate_positive():
     for axis in np.vstack([np.eye(3), -np.eye(3), [[0.6, -0.8, 0.0]]]):
-        task = Orientation(Rotation.from_rotvec(np.pi * axis)).at(turning(Rotation.identity()))
-        assert np.linalg.norm(task.error) == pytest.approx(np.pi)
-        assert task.error[np.argmax(np.abs(axis))] > 3.0 * np.abs(axis).max()
-        assert np.all(np.isfinite(task.jacobian))
+        rows = Orientation(Rotation.from_rotvec(np.pi * axis)).at(turning(Rotation.identity()))
+        assert np.linalg.norm(rows.error) == pytest.approx(np.pi)
+        assert rows.error[np.argmax(np.abs(axis))] > 3.0 * np.abs(axis).max()
+        assert np.all(np.isfinite(rows.jacobian))
 
 
 @given(seed=seeds)
 def test_an_orientation_is_reached_the_straight_way(seed):
     rng = np.random.default_rng(seed)
     rotation, goal = Rotation.random(2, rng=rng)
-    aim = Orientation(goal, gain=1.0, speed=np.inf)
-    start = aim.at(turning(rotation)).error
+    task = Orientation(goal, gain=1.0, speed=np.inf)
+    start = task.at(turning(rotation)).error
     for _ in range(40):
-        task = aim.at(turning(rotation))
-        assert np.cross(task.error, start) == pytest.approx(np.zeros(3), abs=1e-7)
-        rotation = Rotation.from_rotvec(0.3 * np.linalg.solve(task.jacobian, task.rate)) * rotation
+        rows = task.at(turning(rotation))
+        assert np.cross(rows.error, start) == pytest.approx(np.zeros(3), abs=1e-7)
+        rotation = Rotation.from_rotvec(0.3 * np.linalg.solve(rows.jacobian, rows.rate)) * rotation
     assert (rotation * goal.inv()).magnitude() < 1e-5
 
 
@@ -90,14 +90,14 @@ def test_an_orientation_is_reached_the_straight_way(seed):
 def test_alignment_leaves_the_angle_about_the_axis_free(seed):
     rng = np.random.default_rng(seed)
     rotation = Rotation.random(rng=rng)
-    aim = AxisAlignment(AXIS, rng.normal(size=3), gain=1.0, speed=np.inf)
+    task = AxisAlignment(AXIS, rng.normal(size=3), gain=1.0, speed=np.inf)
     for _ in range(60):
-        task = aim.at(turning(rotation))
+        rows = task.at(turning(rotation))
         axis = rotation.apply(AXIS / np.linalg.norm(AXIS))
-        assert task.jacobian.shape == (2, 3)
-        assert task.jacobian @ axis == pytest.approx(np.zeros(2), abs=1e-9)
-        rotation = Rotation.from_rotvec(0.2 * np.linalg.pinv(task.jacobian) @ task.rate) * rotation
-    assert rotation.apply(AXIS) @ aim.goal > (1.0 - 1e-9) * np.linalg.norm(AXIS)
+        assert rows.jacobian.shape == (2, 3)
+        assert rows.jacobian @ axis == pytest.approx(np.zeros(2), abs=1e-9)
+        rotation = Rotation.from_rotvec(0.2 * np.linalg.pinv(rows.jacobian) @ rows.rate) * rotation
+    assert rotation.apply(AXIS) @ task.goal > (1.0 - 1e-9) * np.linalg.norm(AXIS)
 
 
 @pytest.mark.parametrize("hinge", [0, 1])
@@ -105,14 +105,14 @@ def test_opposite_axes_turn_about_what_the_joints_offer(hinge):
     # One joint only, so that one of the two ways across does not move at all.
     z = np.array([0.0, 0.0, 1.0])
     rotation = Rotation.identity()
-    aim = AxisAlignment(z, -z, gain=1.0, speed=np.inf)
+    task = AxisAlignment(z, -z, gain=1.0, speed=np.inf)
     angular = np.eye(3)[:, [hinge]]
-    assert np.linalg.norm(aim.at(turning(rotation, angular)).error) == pytest.approx(np.pi)
+    assert np.linalg.norm(task.at(turning(rotation, angular)).error) == pytest.approx(np.pi)
     for _ in range(80):
-        task = aim.at(turning(rotation, angular))
-        assert np.all(np.isfinite(task.jacobian))
-        assert np.abs(task.jacobian).max() < 101.0
-        step = angular @ np.linalg.pinv(task.jacobian) @ task.rate
+        rows = task.at(turning(rotation, angular))
+        assert np.all(np.isfinite(rows.jacobian))
+        assert np.abs(rows.jacobian).max() < 101.0
+        step = angular @ np.linalg.pinv(rows.jacobian) @ rows.rate
         rotation = Rotation.from_rotvec(0.2 * step) * rotation
     assert rotation.apply(z) @ -z > 1.0 - 1e-9
 
@@ -123,10 +123,10 @@ def test_moving_the_eye_changes_the_look(arm_state):
         **{**vars(state), "jacobian": np.vstack([state.jacobian[:3], np.zeros((3, 7))])}
     )
     ahead = state.position + 0.2 * state.rotation[:, 2]
-    task = LookAt(ahead).at(frozen)
-    assert np.linalg.norm(task.error) == pytest.approx(0.0, abs=1e-7)
+    rows = LookAt(ahead).at(frozen)
+    assert np.linalg.norm(rows.error) == pytest.approx(0.0, abs=1e-7)
     # A step aside of 1 m/s turns the view by 1 / distance.
-    assert np.linalg.norm(task.jacobian, 2) == pytest.approx(
+    assert np.linalg.norm(rows.jacobian, 2) == pytest.approx(
         np.linalg.norm(state.rotation.T[:2] @ state.jacobian[:3], 2) / 0.2
     )
 
@@ -140,10 +140,10 @@ def test_a_cone_holds_only_at_its_rim(arm_state):
         (np.pi, 1, np.pi - 0.6),
     ):
         look = state.rotation @ [np.sin(angle), 0.0, np.cos(angle)]
-        task = LookAt(state.position + 0.5 * look, 0.6).at(state)
-        assert len(task.value) == rows
-        assert task.side == -rows
-        assert task.unmet == pytest.approx(unmet, abs=1e-9)
+        rows = LookAt(state.position + 0.5 * look, 0.6).at(state)
+        assert len(rows.value) == rows
+        assert rows.side == -rows
+        assert rows.unmet == pytest.approx(unmet, abs=1e-9)
 
 
 def test_a_target_in_the_eye_releases_the_look(arm_state):
@@ -160,12 +160,12 @@ def test_a_pose_keeps_both_speeds_and_is_a_position_above(arm_state):
             state.position + np.array([0.0, shift, 0.0]),
             Rotation.from_rotvec([turn, 0.0, 0.0]) * Rotation.from_matrix(state.rotation),
         )
-        task = Pose(goal, speed=0.2, turn_speed=0.9, gain=3.0).at(state)
+        rows = Pose(goal, speed=0.2, turn_speed=0.9, gain=3.0).at(state)
         share = min(1.0, 0.2 / (3.0 * shift), 0.9 / (3.0 * turn))
-        assert task.rate == pytest.approx(share * 3.0 * np.array([0, shift, 0, turn, 0, 0]))
+        assert rows.rate == pytest.approx(share * 3.0 * np.array([0, shift, 0, turn, 0, 0]))
         position = Position(goal.translation).at(state)
-        assert task.jacobian[:3] == pytest.approx(position.jacobian)
-        assert task.error[:3] == pytest.approx(position.error)
+        assert rows.jacobian[:3] == pytest.approx(position.jacobian)
+        assert rows.error[:3] == pytest.approx(position.error)
 
 
 def test_matrices_are_goals_too(arm_state):

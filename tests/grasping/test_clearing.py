@@ -202,9 +202,9 @@ def test_time_spent_in_vain_counts_as_planning():
 
 
 def test_the_distance_left_is_of_lengths_alone():
-    aims = (Position(np.zeros(3)), Orientation(np.eye(3)))
-    assert distance_left(aims, (0.003, 0.2)) == 0.003
-    assert distance_left(aims[1:], (0.2,)) == 0.0
+    tasks = (Position(np.zeros(3)), Orientation(np.eye(3)))
+    assert distance_left(tasks, (0.003, 0.2)) == 0.003
+    assert distance_left(tasks[1:], (0.2,)) == 0.0
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""An arm that follows a plan's aims ends with its palm where the grasp needs it."""
+"""An arm that follows a plan's tasks ends with its palm where the grasp needs it."""
 
 from dataclasses import replace
 
@@ -16,7 +16,7 @@ from eyehand.control import (
 from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping import grasp_plans
-from eyehand.grasping.control_tasks import approach_aims
+from eyehand.grasping.control_tasks import control_tasks
 from eyehand.grasping.nominal_hand import nominal_hand
 from eyehand.grasping.palm_placement import GraspDepths, closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
@@ -25,7 +25,7 @@ TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
 BACK = 0.08
 HAND = nominal_hand()
 PERIOD = 0.02
-# The bare arm of these tests has no hand to keep off things: the aims alone are tested.
+# The bare arm of these tests has no hand to keep off things: the tasks alone are tested.
 OPTIONS = ControlOptions(dt=PERIOD, eta=1.0, retreats=0)
 
 
@@ -67,7 +67,7 @@ def _states(world, plan, q):
     q = world.robot.home if q is None else q
     states = []
     for back in (BACK, 0.0):
-        controller = ApproachController(world, approach_aims(plan, HAND, back), OPTIONS)
+        controller = ApproachController(world, control_tasks(plan, HAND, back), OPTIONS)
         status = "moving"
         for _ in range(700):
             cycle = controller.step(q)
@@ -147,8 +147,8 @@ def test_the_rows_stay_the_same_all_the_way():
         for plan in grasp_plans(item, TABLE):
             kinds = [
                 [
-                    (type(aim), type(getattr(aim, "aim", None)))
-                    for aim in approach_aims(plan, HAND, back)
+                    (type(task), type(getattr(task, "task", None)))
+                    for task in control_tasks(plan, HAND, back)
                 ]
                 for back in (0.0, 0.2)
             ]
@@ -160,15 +160,15 @@ def test_aims_follow_tasks_that_touch_has_moved():
     plan = some(CARTON, "side power")
     off = np.array([0.004, -0.003, 0.0])
     moved = replace(plan, tasks=tuple(replace(t, point=t.point + off) for t in plan.tasks))
-    for aim, there in zip(approach_aims(plan, HAND), approach_aims(moved, HAND), strict=True):
-        if isinstance(aim, PointOnPlane):
+    for task, there in zip(control_tasks(plan, HAND), control_tasks(moved, HAND), strict=True):
+        if isinstance(task, PointOnPlane):
             assert isinstance(there, PointOnPlane)
-            assert there.offset - aim.offset == pytest.approx(aim.normal @ off)
+            assert there.offset - task.offset == pytest.approx(task.normal @ off)
 
 
 def test_a_refusal_has_no_approach():
     (plan,) = grasp_plans(thing("box", [0.2, 0.2, 0.1], (0.1, 0.1)), TABLE)
     with pytest.raises(InputError, match="refused"):
-        approach_aims(plan, HAND)
+        control_tasks(plan, HAND)
     with pytest.raises(InputError, match="back"):
-        approach_aims(some(BALL, "top power"), HAND, -0.1)
+        control_tasks(some(BALL, "top power"), HAND, -0.1)

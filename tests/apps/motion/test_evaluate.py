@@ -12,7 +12,7 @@ from eyehand.apps.motion.reach_methods import own_method
 from eyehand.apps.motion.reach_outcome import ReachOutcome
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
 from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
-from eyehand.control.planner import Way
+from eyehand.control.planner import JointPath
 from eyehand.data_synth.scenes.reaching import make_reaching_scene
 from eyehand.errors import InputError
 
@@ -98,10 +98,10 @@ def test_unknown_methods_are_refused_by_name():
 
 
 def test_searches_do_not_count_as_cycles():
-    way = Way(True, np.zeros((1, 7)), 0.02, "", 3, 2, 0.4)
+    path = JointPath(True, np.zeros((1, 7)), 0.02, "", 3, 2, 0.4)
     times = np.full(100, 150.0)
     times[40] = 4e5
-    record = ReachRecord("default + planner", 1, True, outcome(cycle_times_us=times), "", (way,))
+    record = ReachRecord("default + planner", 1, True, outcome(cycle_times_us=times), "", (path,))
     assert len(record.cycle_times_us) == 99
     assert record.cycle_times_us.max() == 150.0
     assert record.row()["plan_ms"] == "400.0"
