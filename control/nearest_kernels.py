@@ -2,7 +2,8 @@
 
 A dual active-set method (Goldfarb and Idnani 1983): from the nominal velocity on, the bound
 that is passed most becomes active, and those that would pull the wrong way are let go. In
-coordinates in which the cost is a plain distance, an active set's solution is a projection, so the last one is exact. It is meant
+coordinates in which the cost is a plain distance, an active
+set's solution is a projection, so the last one is exact. It is meant
 for a few joints, where it takes a microsecond, and gives up where a solver has more to say.
 """
 

@@ -105,7 +105,8 @@ def safe_motion(
 
     Nearest in |velocity - nominal|² + task_weight |J (velocity - nominal)|², with J (m, n) the
     rows of the tasks: what must bend, bends where the tasks feel it least. When not all that is
-    inside its margin can leave at the speed asked, nothing goes deeper and the rest leaves as fast as it can.
+    inside its margin can leave at the speed asked, nothing goes deeper and the rest
+    leaves as fast as it can.
     What is not finite stops the robot.
     """
     rows = safety_rows(state, proximity, options)
