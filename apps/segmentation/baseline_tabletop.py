@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from eyehand.perception.io import import_open3d
+from ..open3d_import import import_open3d
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -16,8 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 import cv2
 import numpy as np
 
-from eyehand.perception.io import import_open3d
-
+from ..open3d_import import import_open3d
 from .baseline_tabletop import STEP_SHARE, find_tabletop, finish, normals_of
 from .convex_patches import join_convex
 

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
+from eyehand.perception.io import read_mesh
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -130,17 +131,11 @@ def _checked(
 
 
 def _read_mesh(path: Path) -> Any:
-    """Read a file as one triangle mesh."""
+    """Read a file as one trimesh surface."""
     import trimesh
 
-    try:
-        surface = trimesh.load(path, force="mesh", skip_materials=True)
-    except Exception as error:  # Whatever the readers of broken files raise.
-        reason = " ".join(str(error).split()) or type(error).__name__
-        raise InputError(f"cannot read a mesh from {path}: {reason}") from error
-    if not isinstance(surface, trimesh.Trimesh):
-        raise InputError(f"{path} holds no mesh")
-    return surface
+    # trimesh merges equal corners of neighbouring triangles, which closes the surface.
+    return trimesh.Trimesh(*read_mesh(path))
 
 
 def _read_urdf(path: Path) -> tuple[Any, float | None]:

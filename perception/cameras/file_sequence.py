@@ -65,8 +65,6 @@ class FileSequence:
         ------
         InputError
             If a file cannot be read as a depth frame.
-        DeviceError
-            If a file's format needs open3d and that cannot be loaded.
         """
         for path in self.paths:
             yield read_frame(path, self.camera)

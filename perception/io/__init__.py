@@ -18,9 +18,8 @@ from .intrinsics import (
     read_intrinsics,
     write_intrinsics,
 )
-from .mesh import sample_triangles
+from .mesh import read_mesh, sample_triangles
 from .npz import read_arrays
-from .open3d_import import import_open3d
 from .pcd import read_pcd
 from .ply import read_ply
 from .ply_header import parse_ply_header
@@ -36,7 +35,6 @@ __all__ = [
     "atomic_write",
     "decode_depth",
     "find_camera_file",
-    "import_open3d",
     "intrinsics_from_matrix",
     "metres_from_units",
     "naming",
@@ -51,6 +49,7 @@ __all__ = [
     "read_cloud",
     "read_frame",
     "read_intrinsics",
+    "read_mesh",
     "read_pcd",
     "read_ply",
     "sample_triangles",

@@ -60,8 +60,6 @@ def read_frame(path: Path | str, camera: Path | str | None = None) -> DepthFrame
     ------
     InputError
         If the file cannot be used: the message says why, and what would be right.
-    DeviceError
-        If a compressed PCD file needs open3d and that cannot be loaded.
     """
     path = Path(path)
     camera = None if camera is None else Path(camera)

@@ -59,8 +59,6 @@ def read_cloud(
     ------
     InputError
         If the file is missing, damaged, of an unknown format, or holds no finite point.
-    DeviceError
-        If open3d is needed (compressed PCD, STL) and cannot be loaded.
     """
     path = Path(path)
     suffix = _checked_suffix(path, CLOUD_SUFFIXES)

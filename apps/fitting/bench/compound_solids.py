@@ -10,8 +10,9 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Superquadric
-from eyehand.perception.io import import_open3d
 from eyehand.perception.superquadric import mesh, sample_surface
+
+from ...open3d_import import import_open3d
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.stats import qmc
 
-from eyehand.perception.io import import_open3d, sample_triangles
+from eyehand.perception.io import sample_triangles
 
+from ...open3d_import import import_open3d
 from .true_solid import convex_parts, surface_mesh
 
 if TYPE_CHECKING:

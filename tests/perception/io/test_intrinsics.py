@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.apps.open3d_import import import_open3d
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics
 from eyehand.perception.io.intrinsics import (
@@ -21,7 +22,6 @@ from eyehand.perception.io.intrinsics import (
     read_intrinsics,
     write_intrinsics,
 )
-from eyehand.perception.io.open3d_import import import_open3d
 
 K = CameraIntrinsics(600.0, 610.0, 319.5, 241.25, 640, 480)
 FLAT = {"fx": 600, "fy": 610.0, "cx": 319.5, "cy": 241.25, "width": 640, "height": 480}

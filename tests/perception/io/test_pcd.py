@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
+from eyehand.apps.open3d_import import import_open3d
 from eyehand.errors import InputError
-from eyehand.perception.io.open3d_import import import_open3d
 from eyehand.perception.io.pcd import pcd_bytes, read_pcd
 from eyehand.perception.io.point_table import PointTable
 

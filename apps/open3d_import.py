@@ -1,4 +1,4 @@
-"""The one place that loads open3d: late, because it takes seconds, and with its libraries found."""
+"""The import of open3d, which only benchmarks use: late, because it takes seconds."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ DEBIAN_PACKAGES = "libgl1 libegl1 libx11-6 libidn2-0 libgomp1"
 
 
 def import_open3d() -> ModuleType:
-    """Load open3d, with the libusb of the `libusb-package` wheel put in reach first.
+    """Import open3d, after loading the libusb that the `libusb-package` wheel carries.
 
     Returns
     -------

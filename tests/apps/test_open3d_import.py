@@ -1,4 +1,4 @@
-"""open3d loads late, and says what is missing."""
+"""Tests of the import of open3d."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
+from eyehand.apps.open3d_import import import_open3d
 from eyehand.errors import DeviceError
-from eyehand.perception.io.open3d_import import import_open3d
 
 
 def test_reading_files_loads_no_heavy_package() -> None:
