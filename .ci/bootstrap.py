@@ -6,7 +6,7 @@ already as the lock says, it returns in a few milliseconds. Otherwise, in this o
 
 1. system libraries that the locked wheels load: installed with apt-get when root, else named;
 2. uv: the one on PATH, or its own copy in `.uv/`;
-3. `uv sync --frozen`, into a new `.venv` unless the one that is there was finished by this script.
+3. `uv sync --frozen --all-extras`, into a new `.venv` unless this script finished the present one.
 
 Standard library only: it runs before anything is installed.
 """
@@ -107,7 +107,8 @@ def sync(uv: Path) -> None:
     _say("installing the locked packages into .venv (about 1 GB to fetch if uv has none of them)")
     quiet = () if sys.stderr.isatty() else ("--quiet",)
     python = VENV / "bin" / "python"
-    _run(uv, "sync", "--frozen", "--reinstall-package", "eyehand", *quiet, "--python", python)
+    wanted = ("--frozen", "--all-extras", "--reinstall-package", "eyehand")
+    _run(uv, "sync", *wanted, *quiet, "--python", python)
     write_stamp()
 
 

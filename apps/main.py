@@ -10,6 +10,7 @@ import io
 import os
 import sys
 from importlib import metadata
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any, get_args
 
 if TYPE_CHECKING:
@@ -139,6 +140,33 @@ RENAMED: dict[str, str] = {
 }
 """Former command → what it is called now."""
 
+EXTRAS: dict[str, str] = {
+    "OpenGL": "sim",
+    "pyarrow": "sim",
+    "imageio_ffmpeg": "view",
+    "matplotlib": "view",
+    "pyvista": "view",
+    "viser": "view",
+    "vtkmodules": "view",
+    "depthai": "oak",
+    "gymnasium_robotics": "robots",
+    "distributed": "cluster",
+    "mink": "baselines",
+    "open3d": "baselines",
+}
+"""Module that the core install leaves out → the extra that installs it."""
+
+NEEDED: dict[str, tuple[str, ...]] = {
+    "demo": ("matplotlib", "imageio_ffmpeg"),
+    "evaluate": ("matplotlib",),
+    "evaluate grasp": ("matplotlib", "pyarrow"),
+    "chart": ("matplotlib",),
+    "chart grasp": ("matplotlib", "pyarrow"),
+    "stress": ("matplotlib",),
+    "experiment": ("matplotlib",),
+}
+"""Command or group → modules of extras that it needs, checked before it starts to work."""
+
 ABOUT = "eyehand: grasp unknown objects from one depth image and from touch."
 
 
@@ -152,6 +180,7 @@ def main(arguments: list[str] | None = None) -> None:
         print(metadata.version("eyehand"))
         sys.exit(0)
     _refuse_former_name(arguments)
+    _refuse_missing_extras(arguments)
     # Some terminals cannot encode every letter of the tables.
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -172,6 +201,21 @@ def _refuse_former_name(arguments: list[str]) -> None:
     if arguments[0] == "evaluate" and option.startswith("--") and option != "--help":
         print("eyehand: 'evaluate' is now 'evaluate grasp'", file=sys.stderr)
         sys.exit(2)
+
+
+def _refuse_missing_extras(arguments: list[str]) -> None:
+    """Exit with code 1 if the command needs an extra that is not installed."""
+    if "--help" in arguments or "-h" in arguments:
+        return
+    modules = NEEDED.get(" ".join(arguments[:2]), NEEDED.get(arguments[0], ()))
+    for module in modules:
+        if find_spec(module) is None:
+            print(f"eyehand: {_missing(module)}", file=sys.stderr)
+            sys.exit(1)
+
+
+def _missing(module: str) -> str:
+    return f"this command needs {module}: pip install 'eyehand[{EXTRAS[module]}]'"
 
 
 def _run(arguments: list[str]) -> int:
@@ -209,6 +253,12 @@ def _run(arguments: list[str]) -> int:
     except EyehandError as error:
         print(f"eyehand: {error}", file=sys.stderr)
         return error.exit_code
+    except ModuleNotFoundError as error:
+        module = (error.name or "").partition(".")[0]
+        if module not in EXTRAS:
+            raise
+        print(f"eyehand: {_missing(module)}", file=sys.stderr)
+        return 1
     except BrokenPipeError:
         # The reader of the pipe has closed it, as `| head` does.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -41,7 +41,7 @@ def import_open3d() -> ModuleType:
     except ModuleNotFoundError as error:
         raise DeviceError(
             f"cannot load open3d: the Python package {error.name or 'open3d'} is not installed; "
-            "install eyehand's dependencies (pip install open3d libusb-package)"
+            "pip install 'eyehand[baselines]'"
         ) from error
     except (ImportError, OSError) as error:
         fault = " ".join(str(error).split())

@@ -92,7 +92,7 @@ def shadow_hand() -> Any:
     if path is None:
         raise InputError(
             "the Shadow hand comes with gymnasium-robotics, which is not installed: "
-            "pip install 'eyehand[shadow]'"
+            "pip install 'eyehand[robots]'"
         )
     spec = mujoco.MjSpec.from_file(str(path))
     mount = spec.body(f"{PREFIX}hand mount")

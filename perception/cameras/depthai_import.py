@@ -42,7 +42,7 @@ def load_depthai() -> None:
         importlib.import_module("depthai")
     except ImportError as error:
         fault = " ".join(str(error).split())
-        raise DeviceError(f"cannot load depthai ({fault}): pip install 'depthai>=3.12'") from error
+        raise DeviceError(f"cannot load depthai ({fault}): pip install 'eyehand[oak]'") from error
 
 
 def queue_closed_error() -> type[Exception]:

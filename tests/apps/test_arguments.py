@@ -1,5 +1,8 @@
 """Parsing of command names and numbers, before any command runs."""
 
+import sys
+from types import SimpleNamespace
+
 import pytest
 
 from eyehand.apps.fitting.page_server import MOST_PORT, open_server
@@ -69,6 +72,27 @@ def test_renamed_commands_lead_to_existing_ones():
     for former, present in RENAMED.items():
         if " " in former:
             assert present in COMMANDS
+
+
+@pytest.mark.parametrize("command", ["stress fit", "demo", "chart grasp", "experiment fig1"])
+def test_missing_extra_is_named_before_the_command_works(capsys, monkeypatch, command):
+    monkeypatch.setattr("eyehand.apps.main.find_spec", lambda module: None)
+    code, err = run(capsys, *command.split())
+    assert code == 1
+    assert err == "eyehand: this command needs matplotlib: pip install 'eyehand[view]'\n"
+
+
+def test_module_missing_while_a_command_runs_names_its_extra(capsys, monkeypatch):
+    monkeypatch.setitem(sys.modules, "mink", None)
+    monkeypatch.setitem(COMMANDS, "synth", (f"{__name__}:needs_mink", ""))
+    monkeypatch.setitem(sys.modules, __name__, SimpleNamespace(needs_mink=needs_mink))
+    code, err = run(capsys, "synth")
+    assert code == 1
+    assert err == "eyehand: this command needs mink: pip install 'eyehand[baselines]'\n"
+
+
+def needs_mink() -> int:
+    raise ModuleNotFoundError("No module named 'mink'", name="mink")
 
 
 @pytest.mark.parametrize("alias", sorted(ALIASES))
