@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from eyehand.data_synth.render.gl_probe import gl_fault
+from eyehand.data_synth.render import gl_fault
 from eyehand.errors import InputError
 from eyehand.grasping import GraspTask
 
@@ -18,7 +18,7 @@ from .description_files import make_folder
 from .look_demo import look_demo
 
 if TYPE_CHECKING:
-    from eyehand.data_synth.cell.sim_robot import SimRobot
+    from eyehand.data_synth.cell import SimRobot
     from eyehand.grasping.cell import Cell
     from eyehand.grasping.clearing import ClearOptions
 

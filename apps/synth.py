@@ -16,7 +16,7 @@ from eyehand.data_synth import (
     render_frame,
     write_scene,
 )
-from eyehand.data_synth.scenes.tabletop_options import FEWEST_OBJECTS, MAX_OBJECTS
+from eyehand.data_synth.scenes import MAX_OBJECTS, MIN_OBJECTS
 from eyehand.errors import InputError
 
 from .console import print_json, say, show
@@ -57,7 +57,7 @@ def synth(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    fewest = FEWEST_OBJECTS[family]
+    fewest = MIN_OBJECTS[family]
     if not fewest <= objects <= MAX_OBJECTS:
         raise InputError(
             f"--objects must be {fewest} to {MAX_OBJECTS} for the family {family}, got {objects}"

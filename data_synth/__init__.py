@@ -1,21 +1,48 @@
-"""The simulated world: tabletop scenes with ground truth, and the depth camera that sees them."""
+"""The simulated world: random scenes, rendered depth images, a grasping cell and tactile pads.
 
-from .arms import LBR_ARM, PLANAR_ARM
-from .render.depth_noise import DepthNoise, add_depth_noise
-from .render.depth_renderer import Backend, open_renderer, render_scene
-from .render.rendered_view import DepthRenderer, RenderedView
-from .render.synthetic_camera import SyntheticCamera, render_frame
-from .scenes.dataset import SCHEMA, read_ground_truth, read_labels, write_scene
-from .scenes.reaching import ReachingScene, make_reaching_scene
-from .scenes.tabletop import make_scene
-from .scenes.tabletop_options import TabletopOptions, ViewOptions
-from .scenes.tabletop_scene import Family, Table, TabletopObject, TabletopScene
-from .scenes.viewpoint import look_at
+Each subpackage offers its public names: `scenes` (objects on a table, reaching scenes), `render`
+(depth renderers, noise, synthetic camera), `cell` (arm, hands and robot of a grasping cell) and
+`pad` (tactile pads). `cell` builds on `render`, and `render` on `scenes`. The names most often
+used are here as well.
+"""
+
+from .arms import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_SITE
+from .mujoco_import import import_mujoco
+from .render import (
+    Backend,
+    DepthNoise,
+    DepthRenderer,
+    RenderedView,
+    SyntheticCamera,
+    add_depth_noise,
+    open_renderer,
+    render_frame,
+    render_scene,
+)
+from .scenes import (
+    SCHEMA,
+    Family,
+    ReachingScene,
+    Table,
+    TabletopObject,
+    TabletopOptions,
+    TabletopScene,
+    ViewOptions,
+    look_at,
+    make_reaching_scene,
+    make_scene,
+    read_ground_truth,
+    read_labels,
+    write_scene,
+)
 
 __all__ = [
+    "HOME_KEY",
+    "JOINT_SPEED",
     "LBR_ARM",
     "PLANAR_ARM",
     "SCHEMA",
+    "TOOL_SITE",
     "Backend",
     "DepthNoise",
     "DepthRenderer",
@@ -29,6 +56,7 @@ __all__ = [
     "TabletopScene",
     "ViewOptions",
     "add_depth_noise",
+    "import_mujoco",
     "look_at",
     "make_reaching_scene",
     "make_scene",

@@ -12,7 +12,7 @@ import sys
 import threading
 from typing import TYPE_CHECKING
 
-from eyehand.data_synth.render.gl_probe import gl_module
+from eyehand.data_synth.render import gl_module
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import import_mujoco
 from eyehand.errors import DeviceError
 from eyehand.perception import FitOptions
 

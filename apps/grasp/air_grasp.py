@@ -8,14 +8,15 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.cell.grasp_robot import match_options
-from eyehand.data_synth.cell.hand_frame import frame_of
-from eyehand.data_synth.cell.pad_friction import grip_pads
-from eyehand.data_synth.cell.synergy_drives import SynergyDrives
-from eyehand.data_synth.cell.synergy_hand_model import synergy_hand_model
-from eyehand.data_synth.mujoco_import import import_mujoco
-from eyehand.data_synth.scenes.tabletop_scene import Table, TabletopObject
-from eyehand.data_synth.scenes.tabletop_spec import tabletop_spec
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.cell import (
+    SynergyDrives,
+    find_frame,
+    grip_pads,
+    match_options,
+    synergy_hand_model,
+)
+from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
 from eyehand.errors import InputError
 from eyehand.grasping.closing import Closing, preshape_command
 from eyehand.grasping.grip_options import GripOptions
@@ -24,7 +25,7 @@ from eyehand.grasping.hand_state import finger_forces
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from eyehand.data_synth.cell.hand_description import HandDescription
+    from eyehand.data_synth.cell import HandDescription
     from eyehand.grasping.hand_model import HandModel
     from eyehand.grasping.prototypes import Prototype
     from eyehand.perception.superquadric import Superquadric
@@ -211,7 +212,7 @@ def _root(model: Any, frame: str) -> RigidTransform:
     mujoco = import_mujoco()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
-    body, site = frame_of(model, frame)
+    body, site = find_frame(model, frame)
     place = data.site_xpos[site] if site >= 0 else data.xpos[body]
     turn = data.site_xmat[site] if site >= 0 else data.xmat[body]
     rotation = Rotation.from_matrix(turn.reshape(3, 3))

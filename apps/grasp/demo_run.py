@@ -14,7 +14,7 @@ from .demo_record import DemoRecord, Recorder
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from eyehand.data_synth.cell.sim_robot import SimRobot
+    from eyehand.data_synth.cell import SimRobot
     from eyehand.grasping.cell import Cell, Moment
     from eyehand.grasping.pick_state import Choice
     from eyehand.grasping.report import PickReport

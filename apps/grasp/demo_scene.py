@@ -8,8 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 from eyehand.data_synth import read_ground_truth
-from eyehand.data_synth.scenes.object_folder import read_objects
-from eyehand.data_synth.scenes.tabletop_options import MAX_OBJECTS
+from eyehand.data_synth.scenes import MAX_OBJECTS, read_objects
 from eyehand.errors import InputError
 
 from ..wording import counted
@@ -17,8 +16,7 @@ from .folder_scene import folder_scene
 from .scenes import GraspFamily, grasp_scene
 
 if TYPE_CHECKING:
-    from eyehand.data_synth.scenes.mesh_object import MeshObject
-    from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+    from eyehand.data_synth.scenes import MeshObject, TabletopObject
 
 DEFAULT_FAMILY: GraspFamily = "packed"
 """Objects beside one another: what tables look like."""

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.cell.sim_robot import SimRobot
+    from eyehand.data_synth.cell import SimRobot
     from eyehand.grasping import GraspPlan
     from eyehand.grasping.cell import Cell, Moment
     from eyehand.grasping.pick_state import Choice

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.cell.grasp_cell import GraspCell
-from eyehand.data_synth.scenes.mesh_object import MeshObject
-from eyehand.data_synth.scenes.object_folder import read_objects
+from eyehand.data_synth.cell import GraspCell
+from eyehand.data_synth.scenes import MeshObject, read_objects
 from eyehand.errors import InputError
 
 from .scenes import PACKED_AREA, PACKED_GAP, WORK_AREA
@@ -21,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.scenes.object_folder import FolderObject
+    from eyehand.data_synth.scenes import FolderObject
 
     from .scenes import GraspFamily
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+    from eyehand.data_synth.scenes import TabletopObject
 
 POINTS = 400
 """Points over each solid's whole surface: they stand for its cloud."""

@@ -13,7 +13,7 @@ from .force_plot import force_colour
 from .live_scene import EYE, LOOKED_AT, LiveScene
 
 if TYPE_CHECKING:
-    from eyehand.data_synth.cell.sim_robot import SimRobot
+    from eyehand.data_synth.cell import SimRobot
     from eyehand.grasping import GraspPlan
     from eyehand.grasping.cell import Cell, Moment
     from eyehand.grasping.pick_state import Choice

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Literal
 
 from eyehand.data_synth import TabletopOptions, make_scene
-from eyehand.data_synth.cell.grasp_cell import scene_options
-from eyehand.data_synth.scenes.tabletop_scene import TabletopScene
+from eyehand.data_synth.cell import scene_options
+from eyehand.data_synth.scenes import TabletopScene
 from eyehand.errors import InputError
 
 GraspFamily = Literal["single", "packed", "pile"]

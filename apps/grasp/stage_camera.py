@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.render.gl_renderer import GlRenderer
-from eyehand.data_synth.scenes.viewpoint import look_at
+from eyehand.data_synth.render import GlRenderer
+from eyehand.data_synth.scenes import look_at
 from eyehand.perception.frame import CameraIntrinsics
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.cell.sim_robot import SimRobot
+    from eyehand.data_synth.cell import SimRobot
 
 EYE, LOOKED_AT = (0.66, 0.92, 0.82), (0.165, -0.12, 0.13)
 """Where it stands and looks, m: before the table, above the hand, the tray in view."""

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.scenes.mesh_object import MeshObject
-from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+from eyehand.data_synth.scenes import MeshObject, TabletopObject
 from eyehand.errors import InputError
 from eyehand.perception import fit_superquadric
 
@@ -16,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.data_synth.cell.sim_robot import SimRobot
+    from eyehand.data_synth.cell import SimRobot
 
 POINTS = 2000
 """Points over a mesh's surface that its solid is fitted to."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.data_synth.arms import JOINT_SPEED, TOOL_SITE
-from eyehand.data_synth.scenes.arm_clearance import arm_spec, clearance_pairs
+from eyehand.data_synth import JOINT_SPEED, TOOL_SITE
+from eyehand.data_synth.scenes import arm_spec, clearance_pairs
 from eyehand.errors import DeviceError
 
 from .reach_outcome import ReachOptions, ReachOutcome, run_reach
@@ -16,7 +16,7 @@ from .reach_outcome import ReachOptions, ReachOutcome, run_reach
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.scenes.reaching import ReachingScene
+    from eyehand.data_synth.scenes import ReachingScene
 
 SOLVER = "daqp"
 

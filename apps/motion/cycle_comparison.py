@@ -13,7 +13,7 @@ from eyehand.control.approach import ApproachController
 from eyehand.control.collision_options import CollisionOptions
 from eyehand.control.options import ControlOptions
 from eyehand.control.point_aims import Position
-from eyehand.data_synth.scenes.reaching import make_reaching_scene
+from eyehand.data_synth.scenes import make_reaching_scene
 
 from .baseline_mink import MinkOptions, _MinkMethod
 from .reach_methods import DEFAULT, OWN_METHODS, reaching_world
@@ -22,7 +22,7 @@ from .reach_outcome import ReachOptions
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.scenes.reaching import ReachingScene
+    from eyehand.data_synth.scenes import ReachingScene
 
 PAIRS = 30
 """Pairs of parts that are near enough to be looked at: a hand's and an arm's worth."""

@@ -11,7 +11,7 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from eyehand.data_synth.scenes.reaching import MOST_BOXES
+from eyehand.data_synth.scenes import MAX_BOXES
 from eyehand.errors import InputError
 
 from ..bench.chart_style import Provenance, write_chart
@@ -94,8 +94,8 @@ def evaluate_motion(
         raise InputError(f"--scenes must be >= 1, got {scenes}")
     if seed < 0:
         raise InputError(f"--seed must be >= 0, got {seed}")
-    if not 0 <= boxes <= MOST_BOXES:
-        raise InputError(f"--boxes must be from 0 to {MOST_BOXES}, got {boxes}")
+    if not 0 <= boxes <= MAX_BOXES:
+        raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
     reach = ReachOptions(longest=longest)
     methods = _chosen(only, peer=peer)
     scenes = min(scenes, QUICK_SCENES) if quick else scenes

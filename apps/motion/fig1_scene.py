@@ -13,7 +13,7 @@ from eyehand.control.options import ControlOptions, Relaxation
 from eyehand.control.point_aims import Position
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Cylinder, Obstacle
-from eyehand.data_synth.arms import PLANAR_ARM, TOOL_SITE
+from eyehand.data_synth import PLANAR_ARM, TOOL_SITE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

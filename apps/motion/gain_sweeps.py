@@ -15,7 +15,7 @@ from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.point_aims import Position
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Obstacle, Sphere
-from eyehand.data_synth.arms import PLANAR_ARM, TOOL_SITE
+from eyehand.data_synth import PLANAR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
 from ..bench.sweep import Sweep, Trial

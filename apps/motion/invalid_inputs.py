@@ -18,7 +18,7 @@ from eyehand.control.options import ControlOptions
 from eyehand.control.point_aims import Position
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, ConvexMesh, Obstacle, Sphere
-from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
 from .stress_trial import lbr_world

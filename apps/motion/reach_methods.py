@@ -15,7 +15,7 @@ from eyehand.control.planner_options import PlannerOptions
 from eyehand.control.point_aims import Position
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Obstacle
-from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
 from .controlled_reach import ControlledReach
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from eyehand.control.collision_options import CollisionOptions
-    from eyehand.data_synth.scenes.reaching import ReachingObstacle, ReachingScene
+    from eyehand.data_synth.scenes import ReachingObstacle, ReachingScene
 
 DEFAULT = "default"
 """The controller as users get it."""

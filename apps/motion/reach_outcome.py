@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from eyehand.data_synth.scenes.arm_clearance import ArmClearance
+from eyehand.data_synth.scenes import ArmClearance
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.scenes.reaching import ReachingScene
+    from eyehand.data_synth.scenes import ReachingScene
 
 REACHED_M = 1e-3
 """The goal is reached when the tool is this near: what a hand's fingers make up for."""

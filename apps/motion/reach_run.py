@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.data_synth.scenes.reaching import make_reaching_scene, straight_path_is_blocked
+from eyehand.data_synth.scenes import make_reaching_scene, straight_path_is_blocked
 
 from .baseline_mink import run_mink
 from .reach_methods import PEER, own_method
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.control.planner import JointPath
-    from eyehand.data_synth.scenes.reaching import ReachingScene
+    from eyehand.data_synth.scenes import ReachingScene
 
     from .reach_outcome import ReachOptions, ReachOutcome
 

@@ -11,7 +11,7 @@ from eyehand.control.approach import ApproachController
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.options import ControlOptions
 from eyehand.control.robot_model import RobotModel
-from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
 
 from ..bench.sweep import Trial
 

@@ -8,19 +8,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.data_synth import DepthNoise, Table
-from eyehand.data_synth.render.staged_scene import (
-    StagedObject,
-    StagedScene,
-    StagedView,
-    noise_at_one_metre,
-)
-from eyehand.data_synth.scenes.staged_solids import ball, box, cylinder, superquadric, tapered_box
+from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, noise_at_one_metre
+from eyehand.data_synth.scenes import ball, box, cylinder, superquadric, tapered_box
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import BASE_NOISE, Method, try_scene
 
 if TYPE_CHECKING:
-    from eyehand.data_synth.scenes.staged_solids import StagedSolid
+    from eyehand.data_synth.scenes import StagedSolid
 
 COLOURS = (
     (0.72, 0.24, 0.20),

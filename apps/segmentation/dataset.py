@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from eyehand.data_synth import read_labels
-from eyehand.data_synth.scenes.dataset import DEPTH_FILE, LABELS_FILE
+from eyehand.data_synth.scenes import DEPTH_FILE, LABELS_FILE
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
 from eyehand.perception.io import (

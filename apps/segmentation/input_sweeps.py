@@ -6,7 +6,7 @@ import functools
 
 import numpy as np
 
-from eyehand.data_synth.render.staged_scene import staged_frame
+from eyehand.data_synth.render import staged_frame
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 

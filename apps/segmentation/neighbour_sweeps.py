@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from eyehand.data_synth.render.staged_scene import StagedObject, StagedScene, render_staged
-from eyehand.data_synth.scenes.staged_solids import box, cylinder, rod, tapered_box
+from eyehand.data_synth.render import StagedObject, StagedScene, render_staged
+from eyehand.data_synth.scenes import box, cylinder, rod, tapered_box
 
 from ..bench.sweep import Sweep, Trial
 from .camera_sweeps import COLOURS, MM, view_around

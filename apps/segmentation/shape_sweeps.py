@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from eyehand.data_synth.render.staged_scene import StagedObject, StagedScene
-from eyehand.data_synth.scenes.staged_solids import ball, bowl, box, mug, rod
+from eyehand.data_synth.render import StagedObject, StagedScene
+from eyehand.data_synth.scenes import ball, bowl, box, mug, rod
 
 from ..bench.sweep import Sweep, Trial
 from .camera_sweeps import COLOURS, MM, view_around

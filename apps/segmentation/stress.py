@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
-from eyehand.data_synth.render.staged_scene import render_staged
+from eyehand.data_synth.render import render_staged
 from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
 from ..bench.chart_style import draw_curve

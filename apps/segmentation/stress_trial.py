@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.render.staged_scene import noise_at_one_metre, staged_frame
+from eyehand.data_synth.render import noise_at_one_metre, staged_frame
 
 from ..bench.sweep import Trial
 from .score import score_segmentation
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth import DepthNoise
-    from eyehand.data_synth.render.staged_scene import StagedScene
+    from eyehand.data_synth.render import StagedScene
     from eyehand.perception import DepthFrame, Segmentation
 
 BASE_NOISE = noise_at_one_metre(0.001)

@@ -17,7 +17,7 @@ from eyehand.data_synth import (
     make_scene,
     render_scene,
 )
-from eyehand.data_synth.render.depth_noise import axial_sigma
+from eyehand.data_synth.render import axial_sigma
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame
 

@@ -18,11 +18,17 @@ from eyehand.control import (
     safe_motion,
     solve_stack,
 )
-from eyehand.data_synth.pad.calibration_bench import run_bench
-from eyehand.data_synth.pad.pad_scene import Arm, PadScene, pad_scene, padded_arm
-from eyehand.data_synth.pad.pad_simulation import CONTROL_RATE, PadSimulation
-from eyehand.data_synth.pad.tactile_pad import PAD_SITE
-from eyehand.data_synth.pad.tactile_readout import TactileReadout
+from eyehand.data_synth.pad import (
+    CONTROL_RATE,
+    PAD_SITE,
+    Arm,
+    PadScene,
+    PadSimulation,
+    TactileReadout,
+    pad_scene,
+    padded_arm,
+    run_bench,
+)
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureReader, calibrate, world_twist
 
@@ -31,8 +37,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad.pad_scene import PadOptions
-    from eyehand.data_synth.pad.pad_simulation import PadMoment
+    from eyehand.data_synth.pad import PadOptions, PadSample
     from eyehand.tactile import ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE
@@ -187,7 +192,7 @@ class ArmRig:
         self,
         *twists: NDArray[np.float64],
         move: Callable[[float], None] | None = None,
-    ) -> list[tuple[PadMoment, ...]]:
+    ) -> list[tuple[PadSample, ...]]:
         """Go through one cycle.
 
         Parameters

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad.touch_objects import CABLE_RADIUS
+from eyehand.data_synth.pad import CABLE_RADIUS
 
 from ..bench.chart_style import (
     BLUE,

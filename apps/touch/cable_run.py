@@ -9,8 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.pad.pad_scene import PlacedObject, pad_scene
-from eyehand.data_synth.pad.touch_objects import CABLE_RADIUS, Part, TouchObject
+from eyehand.data_synth.pad import CABLE_RADIUS, Part, PlacedObject, TouchObject, pad_scene
 from eyehand.tactile.cable import CableFollower, CableOptions
 from eyehand.tactile.phases import TouchPhases
 from eyehand.tactile.selection import PRESS

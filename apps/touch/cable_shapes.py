@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad.touch_objects import CABLE_RADIUS, TouchObject, cable
+from eyehand.data_synth.pad import CABLE_RADIUS, TouchObject, cable
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.data_synth.pad.calibration_bench import run_bench
-from eyehand.data_synth.pad.tactile_readout import TactileReadout
+from eyehand.data_synth.pad import TactileReadout, run_bench
 from eyehand.tactile import FeatureReader, calibrate, calibrate_linear
 
 from .feature_comparison import error_spread

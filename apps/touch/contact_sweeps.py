@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad.touch_objects import Part, TouchObject, pen, tilted_face, toy_box
+from eyehand.data_synth.pad import Part, TouchObject, pen, tilted_face, toy_box
 from eyehand.tactile import TactileServo, TouchPhases
 from eyehand.tactile.selection import CABLE, EDGE, PRESS, ROLL, TRACK
 

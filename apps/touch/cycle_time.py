@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.pad.pad_scene import PlacedObject, pad_scene
-from eyehand.data_synth.pad.touch_objects import toy_box
+from eyehand.data_synth.pad import PlacedObject, pad_scene, toy_box
 from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import CYCLE, ArmRig, home_pose

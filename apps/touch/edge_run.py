@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.pad.pad_scene import PlacedObject, pad_scene
-from eyehand.data_synth.pad.touch_objects import box_edge
+from eyehand.data_synth.pad import PlacedObject, box_edge, pad_scene
 from eyehand.tactile.phases import TouchPhases
 from eyehand.tactile.selection import EDGE
 from eyehand.tactile.servo import ServoGoal, TactileServo

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad.touch_surface import surface_distance
+from eyehand.data_synth.pad import surface_distance
 
 from ..bench.chart_style import (
     BLUE,

@@ -8,8 +8,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.pad.pad_scene import Arm, PadScene, PlacedObject, pad_scene
-from eyehand.data_synth.pad.touch_objects import TouchObject, unknown_object
+from eyehand.data_synth.pad import (
+    Arm,
+    PadScene,
+    PlacedObject,
+    TouchObject,
+    pad_scene,
+    unknown_object,
+)
 from eyehand.tactile import ContactFeatures
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import TouchPhases

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial import ConvexHull, KDTree
 
-from eyehand.data_synth.pad.touch_surface import surface_distance, top_surface
+from eyehand.data_synth.pad import surface_distance, top_surface
 
 from .explore_run import MOST_TILT_DEG
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad.touch_objects import TouchObject
+    from eyehand.data_synth.pad import TouchObject
 
     from .explore_run import ExploreRun
 

@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad.foam_column import FINE
-from eyehand.data_synth.pad.tactel_spread import spread_weights
+from eyehand.data_synth.pad import FINE, spread_weights
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad.foam import Foam
+    from eyehand.data_synth.pad import Foam
     from eyehand.tactile import TactileImage
 
 LEAST_PRESSURE = 200.0

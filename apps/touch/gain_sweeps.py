@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eyehand.data_synth.pad.touch_objects import pen, soft_ball, toy_box
+from eyehand.data_synth.pad import pen, soft_ball, toy_box
 from eyehand.tactile import PhaseOptions, ServoOptions, TactileServo, TouchPhases
 from eyehand.tactile.selection import TRACK
 
@@ -15,7 +15,7 @@ from .stress_world import CarriedPad, Electronics
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from eyehand.data_synth.pad.touch_objects import TouchObject
+    from eyehand.data_synth.pad import TouchObject
 
     from ..bench.sweep import Trial
 

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.pad.pad_scene import PlacedObject, pad_scene
-from eyehand.data_synth.pad.tactile_pad import IMAGE_RATE
-from eyehand.data_synth.pad.touch_objects import probe
+from eyehand.data_synth.pad import IMAGE_RATE, PlacedObject, pad_scene, probe
 from eyehand.errors import DeviceError
 from eyehand.tactile import SelectionMatrix, ServoGoal, TactileServo, TouchPhases
 

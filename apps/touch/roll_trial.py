@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.pad.pad_scene import PlacedObject, pad_scene
-from eyehand.data_synth.pad.touch_objects import tilted_face
+from eyehand.data_synth.pad import PlacedObject, pad_scene, tilted_face
 from eyehand.errors import DeviceError
 from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.pad.pad_scene import PlacedObject, pad_scene
+from eyehand.data_synth.pad import PlacedObject, pad_scene
 from eyehand.tactile import ContourFollower, ContourOptions
 from eyehand.tactile.phase_options import PhaseOptions
 from eyehand.tactile.phases import TouchPhases

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eyehand.data_synth.pad.touch_objects import Part, TouchObject, box_edge
+from eyehand.data_synth.pad import Part, TouchObject, box_edge
 
 if TYPE_CHECKING:
     from collections.abc import Callable

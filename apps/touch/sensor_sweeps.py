@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from eyehand.data_synth.pad.touch_objects import pen, soft_ball
+from eyehand.data_synth.pad import pen, soft_ball
 from eyehand.errors import InputError
 from eyehand.tactile import FeatureOptions, TactileServo, TouchPhases
 from eyehand.tactile.selection import TRACK

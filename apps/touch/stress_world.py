@@ -10,11 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from eyehand.data_synth.mujoco_import import import_mujoco
-from eyehand.data_synth.pad.calibration_bench import run_bench
-from eyehand.data_synth.pad.pad_simulation import CONTROL_RATE, PadSimulation
-from eyehand.data_synth.pad.tactile_pad import IMAGE_RATE, PAD_SITE, TactilePad
-from eyehand.data_synth.pad.tactile_readout import TactileReadout
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.pad import (
+    CONTROL_RATE,
+    IMAGE_RATE,
+    PAD_SITE,
+    PadSimulation,
+    TactilePad,
+    TactileReadout,
+    run_bench,
+)
 from eyehand.tactile import FeatureReader, calibrate
 
 if TYPE_CHECKING:
@@ -23,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad.touch_objects import TouchObject
+    from eyehand.data_synth.pad import TouchObject
     from eyehand.tactile import Calibration, ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE

@@ -8,9 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.pad.pad_scene import PlacedObject, pad_scene
-from eyehand.data_synth.pad.tactile_pad import IMAGE_RATE
-from eyehand.data_synth.pad.touch_objects import pen, soft_ball, toy_box
+from eyehand.data_synth.pad import IMAGE_RATE, PlacedObject, pad_scene, pen, soft_ball, toy_box
 from eyehand.errors import DeviceError
 from eyehand.tactile import ServoGoal, TactileServo, TouchPhases
 

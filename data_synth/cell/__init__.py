@@ -1,1 +1,46 @@
-"""The simulated grasping cell: arm, hands, drives, fingertip pads and the robot."""
+"""The simulated grasping cell.
+
+`GraspWorld` joins table, tray, camera, objects and a `GraspRobot` (arm and hand) in one MuJoCo
+model. `SimRobot` runs it behind the robot protocol of `eyehand.grasping`.
+"""
+
+from .fingertip_pads import tip_array
+from .grasp_cell import WORK_AREA_M, GraspCell, scene_options
+from .grasp_robot import HAND, PALM_BEFORE_FLANGE_M, GraspRobot, match_options
+from .grasp_world import GraspWorld
+from .hand_description import (
+    DESCRIPTION_SUFFIX,
+    FingerDescription,
+    HandDescription,
+    read_description,
+)
+from .hand_frame import find_frame
+from .pad_friction import grip_pads
+from .shadow_hand import SHADOW_HAND
+from .sim_robot import SimRobot
+from .synergy_drives import SynergyDrives
+from .synergy_hand_model import synergy_hand_model
+from .tendon_hand_model import tendon_hand_model
+
+__all__ = [
+    "DESCRIPTION_SUFFIX",
+    "HAND",
+    "PALM_BEFORE_FLANGE_M",
+    "SHADOW_HAND",
+    "WORK_AREA_M",
+    "FingerDescription",
+    "GraspCell",
+    "GraspRobot",
+    "GraspWorld",
+    "HandDescription",
+    "SimRobot",
+    "SynergyDrives",
+    "find_frame",
+    "grip_pads",
+    "match_options",
+    "read_description",
+    "scene_options",
+    "synergy_hand_model",
+    "tendon_hand_model",
+    "tip_array",
+]

@@ -1,8 +1,7 @@
-"""Whether a robot's file has an arm that can move its hand, told before anything is built of it."""
+"""Check that the arm of a robot file can move its hand, before a world is built with it."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -14,62 +13,104 @@ from ..mujoco_import import import_mujoco
 from .arm_servos import servo_of
 
 if TYPE_CHECKING:
-    from .grasp_robot import GraspRobot
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
 
 
-def check_arm(robot: GraspRobot, model: Any) -> None:
-    """Refuse a robot that cannot move its hand.
-
-    Parameters
-    ----------
-    robot
-        Whose joints and rest posture are looked at.
-    model
-        Its `MjModel`.
-
-    Raises
-    ------
-    InputError
-        If the file is a URDF, its base floats, no joint moves the hand's frame, one of those is no
-        hinge or a finger's as well, a joint has no name or no position servo, or the rest posture
-        is not finite or beyond the joints' limits.
-    """
-    path, frame = Path(robot.arm), robot.frame
+def check_file_format(path: Path) -> None:
+    """Raise an `InputError` for a URDF, which cannot describe servos."""
     if path.suffix.lower() == ".urdf":
         raise InputError(
             f"{path}: a URDF has no servos; write it as MJCF "
             f"(mujoco.MjSpec.from_file({path.name!r}).to_xml()) and give each of its joints a "
             "<position> actuator"
         )
-    if not robot.joints:
+
+
+def check_arm(
+    path: Path,
+    model: Any,
+    joints: Sequence[str],
+    hand_joints: Sequence[str],
+    finger_joints: Sequence[str],
+    frame: str,
+) -> None:
+    """Refuse a robot whose arm cannot move its hand.
+
+    Parameters
+    ----------
+    path
+        MJCF file of the robot, for messages.
+    model
+        Its `MjModel`.
+    joints
+        Names of the arm's joints, from base to tip.
+    hand_joints
+        Names of the hand's joints.
+    finger_joints
+        Joints that the hand's description names; empty for a hand of tendons.
+    frame
+        Site or body that is the hand's frame, for messages.
+
+    Raises
+    ------
+    InputError
+        If the base floats, no joint moves the hand's frame, or an arm joint is no hinge, belongs
+        to a finger, or has no name.
+    """
+    if not joints:
         raise InputError(
             f"{path} has no arm: no joint lies between its base and the hand's frame {frame!r}; "
             "give one file of arm and hand (CONTRIBUTING.md, Add a simulated robot, joins two)"
         )
     kinds = import_mujoco().mjtJoint
     if (model.jnt_type == int(kinds.mjJNT_FREE)).any():
-        raise InputError(f"{path} has a free joint: a robot's base is to stand still, take it out")
-    if not all((*robot.joints, *robot.hand_joints)):
+        raise InputError(f"{path} has a free joint: the base of a robot must be fixed; remove it")
+    if not all((*joints, *hand_joints)):
         raise InputError(f"{path} has joints without a name: name all of them")
-    for name in robot.joints:
+    for name in joints:
         if int(model.joint(name).type[0]) != int(kinds.mjJNT_HINGE):
             raise InputError(
                 f"joint {name} of {path} is no hinge: all joints between the base and the hand's "
                 f"frame {frame!r} must be"
             )
-    told = [] if robot.fingers is None else [j for f in robot.fingers.fingers for j in f.joints]
-    shared = [name for name in told if name in robot.joints]
+    shared = [name for name in finger_joints if name in joints]
     if shared:
         raise InputError(
-            f"joint {shared[0]} is told as a finger's, but lies between the base of {path} and the "
-            f"hand's frame {frame!r}: it is the arm's"
+            f"joint {shared[0]} is described as a finger's, but lies between the base of {path} "
+            f"and the hand's frame {frame!r}: it is the arm's"
         )
-    for name, place in zip(robot.joints, robot.home, strict=True):
+
+
+def check_rest_posture(
+    path: Path, model: Any, joints: Sequence[str], home: NDArray[np.float64]
+) -> None:
+    """Refuse an arm without position servos or with a rest posture outside its limits.
+
+    Parameters
+    ----------
+    path
+        MJCF file of the robot, for messages.
+    model
+        Its `MjModel`.
+    joints
+        Names of the arm's joints, from base to tip.
+    home
+        Arm joint angles at rest, (n,), rad.
+
+    Raises
+    ------
+    InputError
+        If a joint has no position servo, or its rest angle is not finite or outside its limits.
+    """
+    for name, angle in zip(joints, home, strict=True):
         number = int(model.joint(name).id)
         servo_of(model, number, name)
         low, high = model.jnt_range[number] if model.jnt_limited[number] else (-np.inf, np.inf)
-        if not (np.isfinite(place) and low <= place <= high):
+        if not (np.isfinite(angle) and low <= angle <= high):
             raise InputError(
-                f"{path}: joint {name} rests at {place:g} rad, must lie in [{low:.4g}, {high:.4g}];"
+                f"{path}: joint {name} rests at {angle:g} rad, must lie in [{low:.4g}, {high:.4g}];"
                 f" the keyframe {HOME_KEY!r} sets the rest posture"
             )

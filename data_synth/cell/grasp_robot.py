@@ -13,15 +13,15 @@ from eyehand.errors import InputError
 
 from ..arms import HOME_KEY, LBR_ARM, TOOL_SITE
 from ..mujoco_import import import_mujoco
-from .arm_check import check_arm
-from .hand_description import EXAMPLE, SUFFIX, HandDescription, description_beside
-from .hand_frame import frame_of
+from .arm_check import check_arm, check_file_format, check_rest_posture
+from .hand_description import DESCRIPTION_SUFFIX, EXAMPLE, HandDescription, description_beside
+from .hand_frame import find_frame
 from .pad_friction import grip_pads
 from .spec_cleanup import plain_sizes
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
 from .tendon_drives import HandDrives
-from .tendon_hand_model import hand_model
+from .tendon_hand_model import tendon_hand_model
 from .tendon_posture import tendon_posture
 
 if TYPE_CHECKING:
@@ -90,14 +90,19 @@ class GraspRobot:
             If a file cannot be read, or its arm cannot move the hand.
         """
         made = cls(path, hand=None, frame=frame, fingers=description_beside(path))
-        check_arm(made, made._model)
+        path, model = Path(path), made._model
+        check_file_format(path)
+        described = () if made.fingers is None else made.fingers.fingers
+        finger_joints = tuple(joint for finger in described for joint in finger.joints)
+        check_arm(path, model, made.joints, made.hand_joints, finger_joints, frame)
+        check_rest_posture(path, model, made.joints, made.home)
         return made
 
     @functools.cached_property
     def joints(self) -> tuple[str, ...]:
         """Names of the hinges between the world and the hand's frame, from base to tip."""
         model = self._model
-        body, _ = frame_of(model, self.frame)
+        body, _ = find_frame(model, self.frame)
         names = []
         while body > 0:
             first = model.body_jntadr[body]
@@ -216,14 +221,14 @@ class GraspRobot:
         if self.fingers is None and self.hand is None and not self.drives:
             raise InputError(
                 f"nothing tells the fingers of {self.arm}: describe them in "
-                f"{Path(self.arm).with_suffix(SUFFIX)}, as {EXAMPLE}"
+                f"{Path(self.arm).with_suffix(DESCRIPTION_SUFFIX)}, as {EXAMPLE}"
             )
         if self.fingers is None and self.hand is None:
-            return hand_model(
+            return tendon_hand_model(
                 self._hand_alone(), frame=HAND_PREFIX + self.frame, prefix=HAND_PREFIX
             )
         if self.fingers is None:
-            return hand_model(self.hand)
+            return tendon_hand_model(self.hand)
         return synergy_hand_model(self._model, self.fingers, self.frame, prefix=self.hand_prefix)
 
     def description(
@@ -253,7 +258,7 @@ class GraspRobot:
         mujoco = import_mujoco()
         spec, alone = self.spec(), mujoco.MjSpec()
         match_options(alone, spec)
-        body, _ = frame_of(self._model, self.frame)
+        body, _ = find_frame(self._model, self.frame)
         root = next(part for part in spec.bodies if part.name == self._model.body(body).name)
         alone.worldbody.add_frame().attach_body(root, HAND_PREFIX, "")
         return alone

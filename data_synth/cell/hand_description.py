@@ -12,7 +12,7 @@ from eyehand.errors import InputError
 
 THUMB = "thumb"
 """Name of the finger that the others oppose."""
-SUFFIX = ".hand.json"
+DESCRIPTION_SUFFIX = ".hand.json"
 """A hand's description lies beside its MJCF: ``robot.xml``, ``robot.hand.json``."""
 
 EXAMPLE = (
@@ -111,7 +111,7 @@ def description_beside(path: Path) -> HandDescription | None:
     InputError
         If the file is there and does not hold a description.
     """
-    beside = Path(path).with_suffix(SUFFIX)
+    beside = Path(path).with_suffix(DESCRIPTION_SUFFIX)
     return read_description(beside) if beside.is_file() else None
 
 

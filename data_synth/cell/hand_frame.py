@@ -10,7 +10,7 @@ from ..mujoco_import import import_mujoco
 from .name_suggestions import near_names
 
 
-def frame_of(model: Any, frame: str) -> tuple[int, int]:
+def find_frame(model: Any, frame: str) -> tuple[int, int]:
     """Numbers of the body that carries a frame, and of its site; -1 where it is the body's own.
 
     Raises

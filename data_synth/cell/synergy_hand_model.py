@@ -13,7 +13,7 @@ from eyehand.grasping.hand_names import PINCER_FINGER
 from ..mujoco_import import import_mujoco
 from .geom_extent import extent
 from .hand_description import THUMB, HandDescription
-from .hand_frame import frame_of
+from .hand_frame import find_frame
 from .synergy_drives import SynergyDrives
 
 if TYPE_CHECKING:
@@ -104,7 +104,7 @@ class _Posed:
         self.drives = SynergyDrives(model, self._data, description, prefix=prefix)
         self.pads = [[model.geom(prefix + g).id for g in f.pads] for f in description.fingers]
         self.tips = [pads[-1] for pads in self.pads]
-        body, self._site = frame_of(model, frame)
+        body, self._site = find_frame(model, frame)
         self._body = body
         self.geoms = [
             g

@@ -40,7 +40,7 @@ _WRAPS = {"wrap": False, "thumb_wrap": True}
 """Tendons of the outer joints, and whether they are the thumb's."""
 
 
-def hand_model(spec: Any = HAND, *, frame: str = PALM_SITE, prefix: str = "") -> HandModel:
+def tendon_hand_model(spec: Any = HAND, *, frame: str = PALM_SITE, prefix: str = "") -> HandModel:
     """Measure a hand by its kinematics.
 
     Fingers are found by their pads' names (``index_distal``), the thumb by the name ``thumb``.

@@ -1,1 +1,62 @@
-"""The simulated tactile pad: foam contact, readout, touch objects and the calibration bench."""
+"""The simulated tactile pad.
+
+A foam bed presses on objects and feels them (`TactilePad`), an arm carries it (`pad_scene`),
+`PadSimulation` advances time, and `run_bench` loads it for calibration.
+"""
+
+from .calibration_bench import BenchOptions, run_bench
+from .foam import Foam
+from .foam_column import FINE
+from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
+from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
+from .tactel_spread import spread_weights
+from .tactile_pad import IMAGE_RATE, PAD_SITE, PadOptions, TactilePad
+from .tactile_readout import TactileReadout
+from .touch_objects import (
+    CABLE_RADIUS,
+    Part,
+    TouchObject,
+    box_edge,
+    cable,
+    pen,
+    probe,
+    soft_ball,
+    tilted_face,
+    toy_box,
+    unknown_object,
+)
+from .touch_surface import surface_distance, top_surface
+
+__all__ = [
+    "CABLE_RADIUS",
+    "CONTROL_RATE",
+    "FINE",
+    "IMAGE_RATE",
+    "PAD_SITE",
+    "Arm",
+    "BenchOptions",
+    "Foam",
+    "PadOptions",
+    "PadSample",
+    "PadScene",
+    "PadSimulation",
+    "Part",
+    "PlacedObject",
+    "TactilePad",
+    "TactileReadout",
+    "TouchObject",
+    "box_edge",
+    "cable",
+    "pad_scene",
+    "padded_arm",
+    "pen",
+    "probe",
+    "run_bench",
+    "soft_ball",
+    "spread_weights",
+    "surface_distance",
+    "tilted_face",
+    "top_surface",
+    "toy_box",
+    "unknown_object",
+]

@@ -32,7 +32,7 @@ MOST_SUBSTEPS = 16
 
 
 @dataclass(frozen=True)
-class PadMoment:
+class PadSample:
     """What was so when an image was taken, of one pad."""
 
     time: float
@@ -166,7 +166,7 @@ class PadSimulation:
         velocity: NDArray[np.float64] | None = None,
         duration: float = 1.0 / CONTROL_RATE,
         move: Callable[[float], None] | None = None,
-    ) -> list[tuple[PadMoment, ...]]:
+    ) -> list[tuple[PadSample, ...]]:
         """Let time go on.
 
         Parameters
@@ -196,7 +196,7 @@ class PadSimulation:
             raise InputError(f"duration must be > 0 s, got {duration}")
         begin, end = self.time, self.time + duration
         origin = self.joints
-        seen: list[tuple[PadMoment, ...]] = []
+        seen: list[tuple[PadSample, ...]] = []
         while self.time < end - _SAME_TIME:
             due = (self._images + 1) * self._period
             goal = min(due, end)
@@ -260,9 +260,9 @@ class PadSimulation:
         self._mujoco.mj_forward(self.model, self.data)
         self._update()
 
-    def _look(self) -> tuple[PadMoment, ...]:
+    def _look(self) -> tuple[PadSample, ...]:
         return tuple(
-            PadMoment(self.time, pad.read(self._rng), pad.force, pad.centre, self.joints)
+            PadSample(self.time, pad.read(self._rng), pad.force, pad.centre, self.joints)
             for pad in self.pads
         )
 

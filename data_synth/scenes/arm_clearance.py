@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -13,13 +13,26 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
 
-    from .reaching import ReachingObstacle
 
 HORIZON_M = 1.0
 """Gaps are told up to here; what is farther does not matter to anybody."""
 
 _JOINT_BODIES = ("link4", "link6")
+
+
+class ReachingObstacle(NamedTuple):
+    """A fixed solid that the arm must not touch."""
+
+    name: str
+    """Name, unique in the scene."""
+    kind: str
+    """Shape; always "box" so far."""
+    size: tuple[float, float, float]
+    """Half extents along the solid's own axes, m."""
+    T_world_shape: RigidTransform
+    """Pose; the arm's foot is the world's origin."""
 
 
 class ArmClearance:

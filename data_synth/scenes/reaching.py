@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
-from .arm_clearance import ArmClearance
+from .arm_clearance import ArmClearance, ReachingObstacle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-MOST_BOXES = 12
+MAX_BOXES = 12
 """With more there is hardly a posture left that touches none."""
 
 HALF_EXTENT_M = (0.05, 0.20)
@@ -48,19 +48,6 @@ JOINT_RANGE_SHARE = 0.95
 _TRIES = 600
 """Boxes drawn for one start and goal before these are drawn anew."""
 _ROUTES = 50
-
-
-class ReachingObstacle(NamedTuple):
-    """A solid that the arm must not touch."""
-
-    name: str
-    """Unique in its scene."""
-    kind: str
-    """What its size means; so far always "box"."""
-    size: tuple[float, float, float]
-    """Half extents along its own axes, m."""
-    T_world_shape: RigidTransform
-    """Its pose; the arm's foot is the world's origin."""
 
 
 @dataclass(frozen=True)
@@ -106,8 +93,8 @@ def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
     """
     if seed < 0:
         raise InputError(f"seed must be a whole number >= 0, got {seed}")
-    if not 0 <= boxes <= MOST_BOXES:
-        raise InputError(f"boxes must be a whole number from 0 to {MOST_BOXES}, got {boxes}")
+    if not 0 <= boxes <= MAX_BOXES:
+        raise InputError(f"boxes must be a whole number from 0 to {MAX_BOXES}, got {boxes}")
     rng = np.random.default_rng(seed)
     alone = ArmClearance()
     for _ in range(_ROUTES):

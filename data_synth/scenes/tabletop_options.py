@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 MAX_OBJECTS = 15
 """More do not fit on a table with room for a hand between them."""
-FEWEST_OBJECTS: dict[Family, int] = {
+MIN_OBJECTS: dict[Family, int] = {
     "separate": 0,
     "touching": 2,
     "stacked": 2,
@@ -151,7 +151,7 @@ class TabletopOptions:
             raise InputError(f"kinds must name one or more of {', '.join(STRAIGHT_KINDS)}")
         for kind in self.kinds:
             _check_name("kinds", kind, STRAIGHT_KINDS)
-        fewest = FEWEST_OBJECTS[self.family]
+        fewest = MIN_OBJECTS[self.family]
         check_range("count_range", self.count_range, fewest, MAX_OBJECTS, "objects")
         if any(count != int(count) for count in self.count_range):
             raise InputError(f"count_range must hold whole numbers, got {self.count_range}")

@@ -13,7 +13,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.main import main
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import import_mujoco
 from eyehand.perception import Superquadric, read_cloud, write_cloud
 from eyehand.perception.superquadric import PARAMETERS, sample_surface
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.main import main
-from eyehand.data_synth.cell.grasp_robot import GraspRobot
+from eyehand.data_synth.cell import GraspRobot
 from eyehand.perception import DepthFrame, read_frame, write_cloud
 from eyehand.perception.cameras import record_frames
 

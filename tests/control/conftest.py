@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from eyehand.control.robot_state import RobotState
 from eyehand.control.task import Task
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import import_mujoco
 
 mujoco = import_mujoco()
 

@@ -20,8 +20,8 @@ from eyehand.control.robot_model import RobotModel
 from eyehand.control.safety import safety_rows
 from eyehand.control.shapes import Box, Capsule, Cylinder, Ellipsoid, Obstacle, Sphere
 from eyehand.control.turn_aims import AxisAlignment
-from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
-from eyehand.data_synth.scenes.reaching import make_reaching_scene
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
+from eyehand.data_synth.scenes import make_reaching_scene
 from eyehand.errors import InputError
 
 from .conftest import ARM, HOME

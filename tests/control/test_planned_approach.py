@@ -23,7 +23,7 @@ from eyehand.control.approach import ControlStep
 from eyehand.control.options import ControlOptions
 from eyehand.control.planned_approach import retimed
 from eyehand.control.planner import _Search
-from eyehand.data_synth.scenes.reaching import make_reaching_scene
+from eyehand.data_synth.scenes import make_reaching_scene
 
 
 class _Helpless:

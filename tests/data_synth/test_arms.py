@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.data_synth.arms import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_SITE
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_SITE, import_mujoco
 
 mujoco = import_mujoco()
 

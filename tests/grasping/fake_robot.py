@@ -7,15 +7,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.cell.grasp_robot import GraspRobot
-from eyehand.data_synth.cell.tendon_hand_model import hand_model
+from eyehand.data_synth.cell import GraspRobot, tendon_hand_model
 from eyehand.grasping.robot import HandCommand, HandReading, RobotReading
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
 PERIOD = 0.004
 ROBOT = GraspRobot()
 assert ROBOT.hand is not None
-HAND = hand_model(ROBOT.hand)
+HAND = tendon_hand_model(ROBOT.hand)
 FELT = 3.0
 """N on each pad that touches."""
 

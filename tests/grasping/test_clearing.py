@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.known_scene import known_scene
 from eyehand.control import Orientation, Position
-from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import ClearOptions, Memory, clear_table

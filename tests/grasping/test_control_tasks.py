@@ -13,7 +13,7 @@ from eyehand.control import (
     PointOnPlane,
     RobotModel,
 )
-from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping import grasp_plans
 from eyehand.grasping.control_tasks import control_tasks

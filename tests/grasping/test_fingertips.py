@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.data_synth.cell.fingertip_pads import tip_array
+from eyehand.data_synth.cell import tip_array
 from eyehand.grasping.fingertips import bumped_tips, fingertip_contacts
 from eyehand.grasping.robot import HandReading
 from eyehand.tactile import TactileImage

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.known_scene import known_scene
-from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import SelectOptions, grasp_plans
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.closing import preshape_command

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control import Box, CollisionWorld, Obstacle, Position, RobotModel
-from eyehand.data_synth.arms import LBR_ARM, TOOL_SITE
+from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping.reachable import is_reachable
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
-from eyehand.data_synth.scenes.convex_mesh import hull_mesh
+from eyehand.data_synth.scenes import hull_mesh
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray

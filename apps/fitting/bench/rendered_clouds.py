@@ -19,7 +19,7 @@ from eyehand.data_synth import (
     open_renderer,
     render_frame,
 )
-from eyehand.data_synth.scenes.viewpoint import camera_intrinsics
+from eyehand.data_synth.scenes import camera_intrinsics
 from eyehand.errors import InputError
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import MIN_EXPONENT

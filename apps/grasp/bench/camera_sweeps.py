@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import CollisionWorld, PlannedApproach, Posture
-from eyehand.data_synth.cell.grasp_cell import GraspCell
-from eyehand.data_synth.scenes.viewpoint import look_at
+from eyehand.data_synth.cell import GraspCell
+from eyehand.data_synth.scenes import look_at
 from eyehand.grasping.motion import go
 
 from ...bench.sweep import Sweep, Trial
@@ -22,7 +22,7 @@ from .stress_trial import Bench, Method, bench_of
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from eyehand.data_synth.cell.sim_robot import SimRobot
+    from eyehand.data_synth.cell import SimRobot
     from eyehand.perception import DepthFrame
 
 SOMETHING = f"{PLACED}; where nothing can be seen, the robot says so and stays"

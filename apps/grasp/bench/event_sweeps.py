@@ -14,7 +14,7 @@ from .stress_solids import standing
 from .stress_trial import Bench, Method, bench_of
 
 if TYPE_CHECKING:
-    from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+    from eyehand.data_synth.scenes import TabletopObject
     from eyehand.grasping.report import Phase
     from eyehand.perception import DepthFrame, Scene
 

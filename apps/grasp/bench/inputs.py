@@ -104,7 +104,7 @@ def trial_extras(
         robot can be built of them.
     """
     if objects is not None:
-        from eyehand.data_synth.scenes.object_folder import read_objects
+        from eyehand.data_synth.scenes import read_objects
 
         read_objects(objects)
     if robot is not None and not robot.is_file():

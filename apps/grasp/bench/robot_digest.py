@@ -6,7 +6,7 @@ import hashlib
 from pathlib import Path
 from xml.etree import ElementTree
 
-from eyehand.data_synth.cell.hand_description import SUFFIX
+from eyehand.data_synth.cell import DESCRIPTION_SUFFIX
 
 DIGITS = 12
 """Letters of a digest: enough to tell any two robots apart."""
@@ -25,7 +25,7 @@ def robot_digest(path: Path) -> str:
         MJCF file. What it includes or names is read with it, as far as it is there, and
         ``robot.hand.json`` beside ``robot.xml``.
     """
-    files = [path, path.with_suffix(SUFFIX), *_named(path)]
+    files = [path, path.with_suffix(DESCRIPTION_SUFFIX), *_named(path)]
     digest = hashlib.sha256()
     for file in dict.fromkeys(files):
         if file.is_file():

@@ -12,7 +12,7 @@ from .stress_trial import Ended, Method, bench_of
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+    from eyehand.data_synth.scenes import TabletopObject
 
 PLACED = "in the tray at the end"
 """What is right where nothing else is asked."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+from eyehand.data_synth.scenes import TabletopObject
 from eyehand.perception.superquadric import Superquadric
 
 if TYPE_CHECKING:

@@ -8,11 +8,8 @@ from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 
-from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.cell.grasp_cell import GraspCell
-from eyehand.data_synth.cell.grasp_world import GraspWorld
-from eyehand.data_synth.cell.sim_robot import SimRobot
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import DepthNoise, import_mujoco
+from eyehand.data_synth.cell import GraspCell, GraspWorld, SimRobot
 from eyehand.grasping.cell import Cell, Moment
 from eyehand.grasping.clearing import ClearOptions, clear_table
 from eyehand.grasping.pick_options import PickOptions
@@ -31,7 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+    from eyehand.data_synth.scenes import TabletopObject
     from eyehand.grasping.report import ClearReport, Phase
     from eyehand.perception import DepthFrame, Scene
 

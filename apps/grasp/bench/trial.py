@@ -10,9 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.cell.grasp_robot import GraspRobot
-from eyehand.data_synth.cell.grasp_world import GraspWorld
-from eyehand.data_synth.cell.sim_robot import SimRobot
+from eyehand.data_synth.cell import GraspRobot, GraspWorld, SimRobot
 from eyehand.grasping import GraspTask, SelectOptions
 from eyehand.grasping.cell import Cell, Moment
 from eyehand.grasping.clearing import ClearOptions, clear_table
@@ -29,8 +27,7 @@ from .untried import Untried, untried_objects
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from eyehand.data_synth.scenes.mesh_object import MeshObject
-    from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+    from eyehand.data_synth.scenes import MeshObject, TabletopObject
     from eyehand.grasping.pick_state import Choice
     from eyehand.grasping.report import ClearReport, PickReport
     from eyehand.perception import DepthFrame, Scene

@@ -9,7 +9,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.apps.fitting.robot_files import primitive, robot_files
 from eyehand.apps.fitting.solid_files import solid_files
 from eyehand.apps.mesh_file import mesh_bytes
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import import_mujoco
 from eyehand.errors import DeviceError
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import mesh

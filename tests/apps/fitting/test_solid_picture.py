@@ -8,7 +8,7 @@ from eyehand.apps.fitting.gl_child import GlChild
 from eyehand.apps.fitting.panel_look import SOLID
 from eyehand.apps.fitting.picture_scene import picture_scene
 from eyehand.apps.fitting.solid_picture import fit_picture
-from eyehand.data_synth.render.gl_probe import gl_fault
+from eyehand.data_synth.render import gl_fault
 
 
 def decoded(png: bytes) -> np.ndarray:

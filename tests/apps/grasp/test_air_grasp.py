@@ -9,10 +9,8 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.air_grasp import grasp_in_air
-from eyehand.data_synth.cell import shadow_hand
-from eyehand.data_synth.cell.hand_description import SUFFIX, read_description
-from eyehand.data_synth.cell.shadow_hand import SHADOW_HAND
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.cell import DESCRIPTION_SUFFIX, SHADOW_HAND, read_description, shadow_hand
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Superquadric
 
@@ -32,7 +30,7 @@ def solid(kind, width, length, height):
 
 def servo_hand():
     return import_mujoco().MjSpec.from_file(str(SERVO_HAND)), read_description(
-        SERVO_HAND.with_suffix(SUFFIX)
+        SERVO_HAND.with_suffix(DESCRIPTION_SUFFIX)
     )
 
 

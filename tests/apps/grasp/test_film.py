@@ -13,9 +13,9 @@ from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
 from eyehand.apps.grasp.film import Film, FilmOptions
 from eyehand.apps.grasp.film_frame import METER_FULL, Aside, Caption, film_frame, stage_size
 from eyehand.apps.grasp.stage_camera import EYE, FOCAL_WIDTHS, LOOKED_AT, StageCamera
-from eyehand.data_synth.cell.grasp_cell import WORK_AREA_M, GraspCell
-from eyehand.data_synth.render.gl_probe import gl_fault
-from eyehand.data_synth.scenes.viewpoint import look_at
+from eyehand.data_synth.cell import WORK_AREA_M, GraspCell
+from eyehand.data_synth.render import gl_fault
+from eyehand.data_synth.scenes import look_at
 from eyehand.errors import InputError
 
 SIZE = (320, 180)
@@ -79,7 +79,7 @@ def test_an_error_leaves_no_film(tmp_path):
 NAMES = ("index", "middle", "ring", "thumb", "palm")
 
 
-def frame_of(force, seen=None, size=(960, 540), names=NAMES):
+def find_frame(force, seen=None, size=(960, 540), names=NAMES):
     wide, high = stage_size(size)
     caption = Caption("grip", "pick 1: box", "0 of 2 in the tray", 2.0)
     aside = Aside(seen, names, force)
@@ -96,7 +96,7 @@ def test_the_cell_is_never_covered(size, fingers):
     wide, high = stage_size(size)
     names = [*(f"finger {k}" for k in range(fingers)), "palm"]
     seen = np.full((300, 400, 3), 255, np.uint8)
-    frame = frame_of(np.full(len(names), 99.0), seen, size, names)
+    frame = find_frame(np.full(len(names), 99.0), seen, size, names)
     assert frame.shape == (size[1], size[0], 3)
     assert (frame[:high, size[0] - wide :] == 200).all()
     assert (frame[:high, : size[0] - wide] == 255).all(axis=2).sum() > 500
@@ -104,7 +104,7 @@ def test_the_cell_is_never_covered(size, fingers):
 
 def test_force_bars_grow_with_the_force_and_mark_what_is_beyond_them():
     forces = [0.0, METER_FULL / 2, METER_FULL, 10 * METER_FULL]
-    none, half, full, over = (frame_of(np.array([0.0, one, 0, 0, 0])) for one in forces)
+    none, half, full, over = (find_frame(np.array([0.0, one, 0, 0, 0])) for one in forces)
     assert len(changed_columns(none, full)) > 1.5 * len(changed_columns(none, half))
     red = (over[..., 0] > 230) & (over[..., 1] < 120)
     assert red.sum() > 20
@@ -113,8 +113,8 @@ def test_force_bars_grow_with_the_force_and_mark_what_is_beyond_them():
 
 
 def test_meters_bear_the_hand_s_own_names():
-    other = frame_of(None, names=("thumb", "middle", "ring", "index", "palm"))
-    assert (frame_of(None) != other).any()
+    other = find_frame(None, names=("thumb", "middle", "ring", "index", "palm"))
+    assert (find_frame(None) != other).any()
 
 
 def test_the_tray_is_counted_by_what_lies_in_it(tmp_path):

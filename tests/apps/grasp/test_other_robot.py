@@ -10,10 +10,8 @@ import numpy as np
 import pytest
 
 from eyehand.apps.grasp.bench.trial import GraspTrial, make_cell, run_trial
-from eyehand.data_synth.arms import LBR_ARM
-from eyehand.data_synth.cell import grasp_robot
-from eyehand.data_synth.cell.grasp_robot import PALM_BEFORE_FLANGE_M, GraspRobot, match_options
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import LBR_ARM, import_mujoco
+from eyehand.data_synth.cell import PALM_BEFORE_FLANGE_M, GraspRobot, grasp_robot, match_options
 from eyehand.errors import InputError
 
 ASSETS = Path(grasp_robot.__file__).parent / "assets"

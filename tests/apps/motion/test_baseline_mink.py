@@ -6,7 +6,7 @@ import numpy as np
 
 from eyehand.apps.motion.baseline_mink import MinkOptions, run_mink
 from eyehand.apps.motion.reach_outcome import ReachOptions
-from eyehand.data_synth.scenes.reaching import make_reaching_scene
+from eyehand.data_synth.scenes import make_reaching_scene
 
 
 def test_mink_reaches_in_an_empty_scene_no_faster_than_its_cap():

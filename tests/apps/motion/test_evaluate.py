@@ -13,7 +13,7 @@ from eyehand.apps.motion.reach_outcome import ReachOutcome
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
 from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
 from eyehand.control.planner import JointPath
-from eyehand.data_synth.scenes.reaching import make_reaching_scene
+from eyehand.data_synth.scenes import make_reaching_scene
 from eyehand.errors import InputError
 
 

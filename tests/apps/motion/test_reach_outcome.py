@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.motion.reach_outcome import STANDSTILL_S, ReachOptions, run_reach
-from eyehand.data_synth.scenes.arm_clearance import ArmClearance
-from eyehand.data_synth.scenes.reaching import make_reaching_scene
+from eyehand.data_synth.scenes import ArmClearance, make_reaching_scene
 from eyehand.errors import InputError
 
 EMPTY = make_reaching_scene(0, boxes=0)

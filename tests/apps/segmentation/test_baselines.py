@@ -5,8 +5,8 @@ import pytest
 
 from eyehand.apps.segmentation.baselines import PEERS, Peer
 from eyehand.apps.segmentation.score import score_segmentation
-from eyehand.data_synth.render.staged_scene import StagedObject, StagedScene, staged_frame
-from eyehand.data_synth.scenes.staged_solids import ball
+from eyehand.data_synth.render import StagedObject, StagedScene, staged_frame
+from eyehand.data_synth.scenes import ball
 
 BALLS = StagedScene(
     (StagedObject(ball(0.05), (-0.1, 0.0, 0.0)), StagedObject(ball(0.06), (0.1, 0.02, 0.0)))

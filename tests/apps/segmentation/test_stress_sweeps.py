@@ -9,7 +9,7 @@ import pytest
 from eyehand.apps.bench.sweep import Sweep
 from eyehand.apps.segmentation.stress_sweeps import segmentation_sweeps
 from eyehand.apps.segmentation.stress_trial import TrialPicture
-from eyehand.data_synth.render.staged_scene import StagedScene
+from eyehand.data_synth.render import StagedScene
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, Segmentation
 

@@ -15,14 +15,14 @@ from eyehand.apps.segmentation.stress_trial import (
     try_scene,
 )
 from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.render.staged_scene import (
+from eyehand.data_synth.render import (
     StagedObject,
     StagedScene,
     StagedView,
     render_staged,
     staged_frame,
 )
-from eyehand.data_synth.scenes.staged_solids import ball, box
+from eyehand.data_synth.scenes import ball, box
 from eyehand.perception import DepthFrame, Segmentation, SupportPlane
 
 SCENE = StagedScene(

@@ -10,7 +10,7 @@ from eyehand.apps.segmentation.synthetic_frames import (
     synthetic_sources,
 )
 from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.render.depth_noise import axial_sigma
+from eyehand.data_synth.render import axial_sigma
 from eyehand.errors import InputError
 
 

@@ -5,8 +5,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.touch.arm_rig import CYCLE, ArmRig, RigOptions, home_pose
-from eyehand.data_synth.pad.pad_scene import Arm, PlacedObject, pad_scene
-from eyehand.data_synth.pad.touch_objects import pen
+from eyehand.data_synth.pad import Arm, PlacedObject, pad_scene, pen
 from eyehand.errors import InputError
 
 AT_ONCE = RigOptions(lag=0.0, latency=0)

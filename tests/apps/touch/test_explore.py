@@ -8,10 +8,14 @@ import pytest
 from eyehand.apps.main import main
 from eyehand.apps.touch.explore_truth import height_map, on_ridges, reachable_surface
 from eyehand.apps.touch.felt_points import felt_points, unspread
-from eyehand.data_synth.pad.foam import Foam
-from eyehand.data_synth.pad.tactel_spread import spread_weights
-from eyehand.data_synth.pad.touch_objects import Part, TouchObject, unknown_object
-from eyehand.data_synth.pad.touch_surface import surface_distance
+from eyehand.data_synth.pad import (
+    Foam,
+    Part,
+    TouchObject,
+    spread_weights,
+    surface_distance,
+    unknown_object,
+)
 from eyehand.errors import InputError
 from eyehand.perception.io import read_cloud
 from eyehand.tactile import TactileArray, TactileImage

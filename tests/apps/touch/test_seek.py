@@ -8,7 +8,7 @@ import pytest
 
 from eyehand.apps.main import main
 from eyehand.apps.touch.seek_shapes import SHAPES
-from eyehand.data_synth.pad.touch_surface import top_surface
+from eyehand.data_synth.pad import top_surface
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:

@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.tendon_drives import PALM_PAD, HandDrives
-from eyehand.data_synth.cell.tendon_hand_model import HAND, hand_model
-from eyehand.data_synth.mujoco_import import import_mujoco
-from eyehand.data_synth.scenes.tabletop_scene import Table, TabletopObject
-from eyehand.data_synth.scenes.tabletop_spec import tabletop_spec
+from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
+from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
 from eyehand.grasping.closing import Closing, preshape_command
 from eyehand.grasping.grip_options import GripOptions
 from eyehand.grasping.hand_state import curl, finger_forces
@@ -151,7 +150,7 @@ class HandBench:
         mujoco = import_mujoco()
         self._mujoco, self._item, self._options, self._watch = mujoco, item, options, watch
         self._prototype: Prototype = prototype
-        self.hand: HandModel = hand_model(spec)
+        self.hand: HandModel = tendon_hand_model(spec)
         half = options.scale * half_extents(item)
         self._opening = min(2.0 * half[0] + options.clearance, self.hand.widest)
         flat = item.shape.exponents[approach == "side"] < ROUND_EXPONENT

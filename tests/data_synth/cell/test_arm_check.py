@@ -8,12 +8,9 @@ import re
 import numpy as np
 import pytest
 
-from eyehand.data_synth import LBR_ARM
+from eyehand.data_synth import LBR_ARM, import_mujoco
+from eyehand.data_synth.cell import GraspRobot, GraspWorld, SimRobot
 from eyehand.data_synth.cell.contact_record import TouchRecord
-from eyehand.data_synth.cell.grasp_robot import GraspRobot
-from eyehand.data_synth.cell.grasp_world import GraspWorld
-from eyehand.data_synth.cell.sim_robot import SimRobot
-from eyehand.data_synth.mujoco_import import import_mujoco
 from eyehand.errors import InputError
 
 PARTS = LBR_ARM.parent
@@ -54,7 +51,7 @@ def with_line(line, before="</mujoco>"):
             ARM.replace(HOME, 'name="home" qpos="0 9.6'),
             r"joint2 rests at 9.6 rad, must lie in \[-2",
         ),
-        (FLOATING, r"has a free joint: a robot's base is to stand still"),
+        (FLOATING, r"has a free joint: the base of a robot must be fixed"),
         (re.sub('name="joint3"', "", ARM), r"cannot|without a name"),
         (re.sub('name="joint3"', 'name="joint3" type="slide"', ARM), r"joint3 of .* is no hinge"),
         (
@@ -86,7 +83,7 @@ def test_a_joint_of_the_arm_is_no_fingers(tmp_path):
     thumb = {"joints": {"other": [0.0, 1.0]}, "pads": ["link1_shell"]}
     described = {"fingers": {"middle": finger, "thumb": thumb}}
     path.with_suffix(".hand.json").write_text(json.dumps(described))
-    assert "joint joint3 is told as a finger's" in refused(path)
+    assert "joint joint3 is described as a finger's" in refused(path)
 
 
 def test_bodies_without_a_name_are_the_robots(tmp_path):

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.fingertip_pads import COLUMNS, PITCH_M, ROWS, FingertipPads
-from eyehand.data_synth.mujoco_import import import_mujoco
 
 FINGERTIP = """
 <mujoco><option cone="elliptic" gravity="0 0 0"/><worldbody>

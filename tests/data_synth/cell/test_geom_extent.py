@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.geom_extent import extent
-from eyehand.data_synth.mujoco_import import import_mujoco
 
 ROUNDING = 1e-9
 ANGLE = st.floats(-3.0, 3.0)

@@ -9,8 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from eyehand.control import RobotModel
-from eyehand.data_synth.cell.grasp_cell import WORK_AREA_M, GraspCell
-from eyehand.data_synth.cell.grasp_robot import GraspRobot
+from eyehand.data_synth.cell import WORK_AREA_M, GraspCell, GraspRobot
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.cell.grasp_cell import WORK_AREA_M, GraspCell, scene_options
-from eyehand.data_synth.cell.grasp_robot import GraspRobot
-from eyehand.data_synth.cell.grasp_world import GraspWorld
-from eyehand.data_synth.cell.sim_robot import SimRobot
-from eyehand.data_synth.scenes.mesh_object import MeshObject
-from eyehand.data_synth.scenes.tabletop import make_scene
+from eyehand.data_synth.cell import (
+    WORK_AREA_M,
+    GraspCell,
+    GraspRobot,
+    GraspWorld,
+    SimRobot,
+    scene_options,
+)
+from eyehand.data_synth.scenes import MeshObject, make_scene
 from eyehand.errors import InputError
 
 ARM_WITH_CLAW = """

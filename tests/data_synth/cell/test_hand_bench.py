@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+from eyehand.data_synth.scenes import TabletopObject
 from eyehand.perception.superquadric import Superquadric
 
 from .hand_bench import BenchOptions, bench_grasp

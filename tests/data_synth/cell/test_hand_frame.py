@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from eyehand.data_synth.cell.hand_frame import frame_of
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.cell import find_frame
 from eyehand.data_synth.cell.name_suggestions import near_names
-from eyehand.data_synth.mujoco_import import import_mujoco
 from eyehand.errors import InputError
 
 MODEL = import_mujoco().MjModel.from_xml_string(
@@ -16,13 +16,13 @@ MODEL = import_mujoco().MjModel.from_xml_string(
 
 
 def test_a_frame_is_a_site_or_a_body():
-    assert frame_of(MODEL, "palm") == (1, 0)
-    assert frame_of(MODEL, "hand") == (1, -1)
+    assert find_frame(MODEL, "palm") == (1, 0)
+    assert find_frame(MODEL, "hand") == (1, -1)
 
 
 def test_a_wrong_name_brings_the_right_ones():
     with pytest.raises(InputError, match=r"'plam'.*there are palm, hand"):
-        frame_of(MODEL, "plam")
+        find_frame(MODEL, "plam")
 
 
 def test_names_are_told_the_nearest_first_and_not_too_many():

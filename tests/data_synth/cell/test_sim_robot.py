@@ -7,11 +7,8 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.control import RobotModel
-from eyehand.data_synth.cell.grasp_cell import GraspCell
-from eyehand.data_synth.cell.grasp_robot import GraspRobot
-from eyehand.data_synth.cell.grasp_world import GraspWorld
-from eyehand.data_synth.cell.sim_robot import SimRobot
-from eyehand.data_synth.scenes.tabletop_scene import TabletopObject
+from eyehand.data_synth.cell import GraspCell, GraspRobot, GraspWorld, SimRobot
+from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.closing import Closing
 from eyehand.grasping.grip_options import GripOptions

@@ -8,21 +8,21 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.data_synth.cell import hand_description
-from eyehand.data_synth.cell.hand_description import (
-    SUFFIX,
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.cell import (
+    DESCRIPTION_SUFFIX,
     FingerDescription,
     HandDescription,
+    hand_description,
     read_description,
+    synergy_hand_model,
 )
 from eyehand.data_synth.cell.synergy_drives import HINGE_ARM_M, TAPER, SynergyDrives
-from eyehand.data_synth.cell.synergy_hand_model import synergy_hand_model
-from eyehand.data_synth.mujoco_import import import_mujoco
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand
 
 FILE = Path(hand_description.__file__).parent / "assets" / "servo_hand.xml"
-HAND = read_description(FILE.with_suffix(SUFFIX))
+HAND = read_description(FILE.with_suffix(DESCRIPTION_SUFFIX))
 
 
 def hand(description=HAND):

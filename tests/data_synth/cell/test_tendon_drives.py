@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.tendon_drives import HandDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND
-from eyehand.data_synth.mujoco_import import import_mujoco
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand
 

@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.tendon_drives import HandDrives
-from eyehand.data_synth.cell.tendon_hand_model import HAND, hand_model
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand
 
 
 def test_the_hand_opens_from_closed_to_130_mm():
-    hand = hand_model()
+    hand = tendon_hand_model()
 
     assert hand.openings[0] == 0.0
     assert hand.widest >= 0.130
@@ -28,7 +28,7 @@ def test_placed_tendons_make_the_openings_of_the_table(opening):
     mujoco = import_mujoco()
     model = mujoco.MjModel.from_xml_path(str(HAND))
     data = mujoco.MjData(model)
-    hand = hand_model()
+    hand = tendon_hand_model()
     drives = HandDrives(model, data)
     model.opt.gravity[:] = 0.0
     drives.command(HandCommand(("place",) * 5, hand.pulled(opening)))
@@ -50,14 +50,14 @@ def test_a_hand_without_a_frame_is_refused_by_name():
     spec.site("palm").name = "other"
 
     with pytest.raises(InputError, match="palm"):
-        hand_model(spec)
+        tendon_hand_model(spec)
 
 
 def test_without_a_middle_finger_the_row_that_pinches_is_that_of_all_fingers(tmp_path):
     path = tmp_path / "hand.xml"
     path.write_text(HAND.read_text().replace("middle_", "third_").replace('"middle"', '"third"'))
 
-    hand, known = hand_model(path), hand_model()
+    hand, known = tendon_hand_model(path), tendon_hand_model()
 
     assert hand.fingers == ("index", "third", "ring", "thumb")
     np.testing.assert_allclose(hand.openings, known.openings)

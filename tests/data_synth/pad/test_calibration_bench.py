@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.data_synth.pad.calibration_bench import BenchOptions, run_bench
-from eyehand.data_synth.pad.tactile_readout import TactileReadout
+from eyehand.data_synth.pad import BenchOptions, TactileReadout, run_bench
 from eyehand.errors import InputError
 from eyehand.tactile import calibrate
 

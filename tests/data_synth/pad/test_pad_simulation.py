@@ -6,15 +6,18 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.mujoco_import import import_mujoco
-from eyehand.data_synth.pad.pad_scene import Arm, PlacedObject, pad_scene, padded_arm
-from eyehand.data_synth.pad.pad_simulation import PadSimulation
-from eyehand.data_synth.pad.tactile_pad import TactilePad
-from eyehand.data_synth.pad.touch_objects import (
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.pad import (
+    Arm,
+    PadSimulation,
     Part,
+    PlacedObject,
+    TactilePad,
     TouchObject,
     box_edge,
     cable,
+    pad_scene,
+    padded_arm,
     pen,
     probe,
     soft_ball,

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.data_synth.pad.touch_objects import Part, TouchObject, unknown_object
-from eyehand.data_synth.pad.touch_surface import surface_distance, top_surface
+from eyehand.data_synth.pad import Part, TouchObject, surface_distance, top_surface, unknown_object
 
 PARTS = (
     Part("sphere", (0.03,), (0.01, 0.0, 0.0)),

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from eyehand.data_synth import DepthNoise, add_depth_noise
-from eyehand.data_synth.render.depth_noise import axial_sigma
+from eyehand.data_synth.render import axial_sigma
 from eyehand.errors import InputError
 from eyehand.perception.frame import CameraIntrinsics
 

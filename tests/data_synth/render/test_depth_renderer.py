@@ -22,7 +22,7 @@ from eyehand.data_synth import (
     render_scene,
 )
 from eyehand.data_synth.render import depth_renderer as depth_renderer_module
-from eyehand.data_synth.render.gl_probe import gl_fault
+from eyehand.data_synth.render import gl_fault
 from eyehand.data_synth.scenes.tabletop_scene import solid_volume
 from eyehand.errors import DeviceError, InputError
 from eyehand.perception.frame import CameraIntrinsics

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from eyehand.data_synth.render.gl_probe import gl_fault, gl_module
+from eyehand.data_synth.render import gl_fault, gl_module
 
 
 @pytest.fixture(autouse=True)

@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth import DepthNoise, Table
-from eyehand.data_synth.render.depth_noise import axial_sigma
-from eyehand.data_synth.render.staged_scene import (
+from eyehand.data_synth.render import (
     StagedObject,
     StagedScene,
     StagedView,
+    axial_sigma,
     noise_at_one_metre,
     render_staged,
     staged_frame,
 )
-from eyehand.data_synth.scenes.staged_solids import ball, bowl, box, cylinder, mug, tapered_box
+from eyehand.data_synth.scenes import ball, bowl, box, cylinder, mug, tapered_box
 from eyehand.errors import InputError
 
 SMALL = StagedView(image_size=(320, 240))

@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.mujoco_import import import_mujoco
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.scenes import ReachingObstacle, make_reaching_scene
 from eyehand.data_synth.scenes.arm_clearance import (
     HORIZON_M,
     ArmClearance,
     arm_spec,
     clearance_pairs,
 )
-from eyehand.data_synth.scenes.reaching import ReachingObstacle, make_reaching_scene
 
 mujoco = import_mujoco()
 coal = import_module("coal")

@@ -9,11 +9,10 @@ import pytest
 from numpy.typing import NDArray
 
 from eyehand.data_synth import TabletopObject, TabletopOptions, TabletopScene, make_scene
-from eyehand.data_synth.render.depth_renderer import render_scene
-from eyehand.data_synth.render.rendered_view import RenderedView
+from eyehand.data_synth.render import RenderedView, render_scene
+from eyehand.data_synth.scenes import Family
 from eyehand.data_synth.scenes.family_rules import carried_count
 from eyehand.data_synth.scenes.tabletop_physics import TabletopPhysics
-from eyehand.data_synth.scenes.tabletop_scene import Family
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import sample_surface
 

@@ -51,7 +51,7 @@ def test_two_tiny_meshes_become_objects(tmp_path):
 
 
 def test_the_physics_takes_them(tmp_path):
-    from eyehand.data_synth.mujoco_import import import_mujoco
+    from eyehand.data_synth import import_mujoco
 
     write_box(tmp_path / "carton.obj", (0.05, 0.06, 0.1))
     (carton,) = read_objects(tmp_path)

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.data_synth.scenes.arm_clearance import ArmClearance
+from eyehand.data_synth.scenes import ArmClearance
 from eyehand.data_synth.scenes.reaching import (
     LEAST_CLEARANCE_M,
     LEAST_TRAVEL_M,

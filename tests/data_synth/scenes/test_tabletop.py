@@ -9,9 +9,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from eyehand.data_synth import TabletopOptions, TabletopScene, ViewOptions, make_scene
-from eyehand.data_synth.scenes.tabletop_options import MAX_OBJECTS
+from eyehand.data_synth.scenes import MAX_OBJECTS, Family
 from eyehand.data_synth.scenes.tabletop_physics import TabletopPhysics
-from eyehand.data_synth.scenes.tabletop_scene import Family
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Kind, sample_surface
 
