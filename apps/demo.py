@@ -11,7 +11,7 @@ from cyclopts import Parameter
 
 from eyehand.data_synth.render import gl_fault
 from eyehand.errors import InputError
-from eyehand.grasping import GraspTask
+from eyehand.grasping import GraspPurpose
 
 from .console import print_json, say, show
 from .description_files import make_folder
@@ -41,7 +41,7 @@ def demo(
     seed: int = 0,
     objects: int | Path | None = None,
     scene: Annotated[str, Parameter(name=("--scene", "--family"))] = "packed",
-    task: GraspTask = "lift",
+    purpose: GraspPurpose = "lift",
     failures: int | None = None,
     robot: Path | None = None,
     hand_frame: str = "",
@@ -73,7 +73,7 @@ def demo(
     scene
         How they stand: packed, pile or single; or a ground_truth.json (or its folder) as
         `eyehand synth` writes it.
-    task
+    purpose
         What the grasps are for.
     failures
         Failed picks in a row after which it ends; default: 6, evaluate ends after 2.
@@ -104,7 +104,9 @@ def demo(
         from .grasp.demo_scene import USUAL_OBJECTS
 
         count = USUAL_OBJECTS if objects is None else objects
-        return look_demo(frame, camera, seed=seed, objects=count, task=task, out=out, json=json)
+        return look_demo(
+            frame, camera, seed=seed, objects=count, purpose=purpose, out=out, json=json
+        )
     if camera is not None:
         raise InputError("--camera goes with a frame: eyehand demo FRAME --camera FILE")
     if (robot is None) != (not hand_frame):
@@ -121,7 +123,7 @@ def demo(
         family=table.family,
         seed=seed,
         objects=len(table.objects),
-        task=task,
+        purpose=purpose,
         objects_dir=table.folder,
         robot="" if robot is None else str(robot),
         hand_frame=hand_frame,

@@ -12,7 +12,7 @@ import numpy as np
 
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
 from eyehand.errors import InputError
-from eyehand.grasping import GraspTask, SelectOptions
+from eyehand.grasping import GraspPurpose, SelectOptions
 from eyehand.perception import read_frame
 
 from .console import print_json, say, show
@@ -50,7 +50,7 @@ def look_demo(
     *,
     seed: int,
     objects: int,
-    task: GraspTask,
+    purpose: GraspPurpose,
     out: Path,
     json: bool,
 ) -> int:
@@ -62,7 +62,7 @@ def look_demo(
         Your own depth frame in place of the real one shown, and its camera file.
     seed, objects
         Of the synthetic scene.
-    task
+    purpose
         What the grasps are for.
     out
         Output folder.
@@ -82,7 +82,7 @@ def look_demo(
     scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
     synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
     ready_kernels()
-    select = SelectOptions(task=task)
+    select = SelectOptions(purpose=purpose)
     found = describe(synthetic, select)
     score = score_segmentation(found.scene.segmentation.labels, truth)
     shown = [

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.grasping import GraspTask, SelectOptions
+from eyehand.grasping import GraspPurpose, SelectOptions
 from eyehand.perception.io import FRAME_SUFFIXES, read_frame
 
 from .console import print_json, say, show
@@ -33,7 +33,7 @@ def perceive_command(
     oak: bool = False,
     record: Path | None = None,
     frames: Annotated[int | None, Parameter(name="--frames")] = None,
-    task: GraspTask = "lift",
+    purpose: GraspPurpose = "lift",
     out: Path = Path("out/perceive"),
     json: bool = False,
 ) -> int:
@@ -54,7 +54,7 @@ def perceive_command(
         With --oak: also record what the camera sees to this .mcap file.
     frames
         Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
-    task
+    purpose
         What the grasp is for.
     out
         Output folder; frames of a stream go to numbered folders inside.
@@ -73,7 +73,7 @@ def perceive_command(
         if seen == 0:
             ready_kernels()
         seen += 1
-        found = describe(depth_frame, SelectOptions(task=task))
+        found = describe(depth_frame, SelectOptions(purpose=purpose))
         folder = out if name is None else out / name
         write_description(folder, found, source)
         show(description_table(found, source), json_wanted=json)

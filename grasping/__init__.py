@@ -15,7 +15,7 @@ from .hand_model import HandModel
 from .palm_placement import GraspDepths
 from .plan import ApproachTask, GraspPlan, Score
 from .planning import SelectOptions, grasp_plans, select_prototype
-from .prototypes import Approach, GraspTask, Prototype, PrototypeLimits, WeightEstimate
+from .prototypes import Approach, GraspPurpose, Prototype, PrototypeLimits, WeightEstimate
 from .report import ClearReport, PickReport
 from .robot import HandCommand, HandReading, Robot, RobotReading
 
@@ -34,7 +34,7 @@ __all__ = [
     "Extents",
     "GraspDepths",
     "GraspPlan",
-    "GraspTask",
+    "GraspPurpose",
     "Grip",
     "GripOptions",
     "HandCommand",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from .hand_clearance import Neighbours
     from .hand_model import HandModel
-    from .prototypes import Approach, GraspTask, Prototype, PrototypeLimits
+    from .prototypes import Approach, GraspPurpose, Prototype, PrototypeLimits
 
 KINDS_OF_GRASP: tuple[tuple[Prototype, Approach], ...] = (
     ("pincer", "top"),
@@ -82,7 +82,7 @@ class Circumstances:
     """Visible share of the outline, 0-1."""
     narrowest: float
     """Smallest horizontal width, m."""
-    task: GraspTask
+    purpose: GraspPurpose
     """What follows."""
     limits: PrototypeLimits
     """Sizes that the prototypes suit."""
@@ -161,7 +161,7 @@ def _candidate(
         mass=given.mass,
         visible=given.visible,
         narrowest=given.narrowest,
-        task=given.task,
+        purpose=given.purpose,
         limits=limits,
         makeshift=makeshift,
     )

@@ -16,12 +16,12 @@ from .prototypes import (
     MAKESHIFT,
     PALM_AWAY,
     PRECISION_FALLBACK,
+    PURPOSE_PREFERENCE,
     PUSHED,
     SHALLOW,
     SIDE_PRECISION,
     SLENDER,
     SQUEEZED,
-    TASK_PREFERENCE,
     TOPPLES,
 )
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from .grasp_geometry import Grip
     from .hand_model import HandModel
     from .palm_placement import Stance
-    from .prototypes import GraspTask, Prototype, PrototypeLimits
+    from .prototypes import GraspPurpose, Prototype, PrototypeLimits
 
 MOST_OFF_MIDDLE = 0.35
 """Share of the height by which the palm may be off the middle from the side: more misses it."""
@@ -59,11 +59,11 @@ def judge(
     mass: float,
     visible: float,
     narrowest: float,
-    task: GraspTask,
+    purpose: GraspPurpose,
     limits: PrototypeLimits,
     makeshift: bool = False,
 ) -> Judgement:
-    """Judge a prototype by sizes, weight, table, doubt and task; neighbours are judged apart.
+    """Judge a prototype by sizes, weight, table, doubt and purpose; neighbours are judged apart.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def judge(
         Share of the object's outline that is visible, 0-1.
     narrowest
         Its smallest horizontal width, m.
-    task, limits
+    purpose, limits
         What follows, and the sizes that the prototypes suit.
     makeshift
         Whether a pincer takes what is too wide for it, as where there is room for no more.
@@ -88,7 +88,7 @@ def judge(
     slender = grip.height / narrowest
     terms = {
         **fit.terms,
-        "task": TASK_PREFERENCE[task][prototype],
+        "purpose": PURPOSE_PREFERENCE[purpose][prototype],
         "certainty": _between(grip.doubt, (0.0, MOST_DOUBT), DOUBTED) * (0.5 + 0.5 * visible),
         "stands": _between(slender, SLENDER, TOPPLES),
     }

@@ -17,7 +17,7 @@ from .hand_clearance import neighbour_points
 from .nominal_hand import nominal_hand
 from .palm_placement import GraspDepths
 from .plan import GraspPlan, Score
-from .prototypes import GraspTask, PrototypeLimits, WeightEstimate
+from .prototypes import GraspPurpose, PrototypeLimits, WeightEstimate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +37,7 @@ class SelectOptions:
     """Sizes that the prototypes suit."""
     weight: WeightEstimate = field(default_factory=WeightEstimate)
     """Density range behind the mass estimate."""
-    task: GraspTask = "lift"
+    purpose: GraspPurpose = "lift"
     """What happens after the grasp."""
     least_visible: float = 0.25
     """Least visible share of the outline for a fit to be trusted: lower dares more."""
@@ -72,7 +72,7 @@ def grasp_plans(
     up
         Up direction (3,) where there is no support plane; default z.
     options
-        Limits of the hand, task and trust.
+        Limits of the hand, purpose and trust.
 
     Returns
     -------
@@ -84,12 +84,12 @@ def grasp_plans(
     Raises
     ------
     InputError
-        If the task is not one of the known ones, or up is no direction.
+        If the purpose is not one of the known ones, or up is no direction.
     """
     options = options or SelectOptions()
-    if options.task not in get_args(GraspTask):
+    if options.purpose not in get_args(GraspPurpose):
         raise InputError(
-            f"task must be one of {', '.join(get_args(GraspTask))}, got {options.task!r}"
+            f"purpose must be one of {', '.join(get_args(GraspPurpose))}, got {options.purpose!r}"
         )
     solid = scene_object.fit.superquadric
     if solid is None or not scene_object.fit:
@@ -115,7 +115,7 @@ def grasp_plans(
         mass=mass[1],
         visible=scene_object.visible_share,
         narrowest=extents.width,
-        task=options.task,
+        purpose=options.purpose,
         limits=options.limits,
         depths=options.depths,
     )

@@ -15,7 +15,7 @@ Prototype = Literal["power", "precision", "pincer"]
 Approach = Literal["side", "top"]
 """Where the palm comes from, relative to the support plane."""
 
-GraspTask = Literal["lift", "move", "hand-over", "use"]
+GraspPurpose = Literal["lift", "move", "hand-over", "use"]
 """What happens after the grasp."""
 
 
@@ -69,7 +69,7 @@ class PrototypeLimits:
     """Free space beside the fingers from which on neighbours are of no concern."""
 
 
-TASK_PREFERENCE: dict[GraspTask, dict[Prototype, float]] = {
+PURPOSE_PREFERENCE: dict[GraspPurpose, dict[Prototype, float]] = {
     "lift": {"power": 1.0, "precision": 0.9, "pincer": 0.9},
     "move": {"power": 1.0, "precision": 0.85, "pincer": 0.8},
     "hand-over": {"power": 0.7, "precision": 1.0, "pincer": 0.9},

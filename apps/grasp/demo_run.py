@@ -55,7 +55,7 @@ def run_demo(
     source
         What stands on it, in words.
     trial
-        Seed, task, friction and robot.
+        Seed, purpose, friction and robot.
     built
         The cell and its robot, as :func:`~.trial.cell_of` makes them of the trial.
     onlookers
@@ -64,7 +64,7 @@ def run_demo(
         When to end.
     """
     began, watching = time.process_time(), 0.0
-    select = SelectOptions(task=trial.task)
+    select = SelectOptions(purpose=trial.purpose)
     cell, robot = built
     recorder = Recorder(cell)
     joined = time.process_time()

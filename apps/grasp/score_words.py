@@ -13,7 +13,7 @@ SCORE_WORDS: dict[str, str] = {
     "height": "it is tall enough to be wrapped",
     "weight": "it is light enough for fingertips",
     "fallback": "it is wrapped or pinched, as tips that close on anything hold less surely",
-    "task": "this kind of grasp suits what the object is lifted for",
+    "purpose": "this kind of grasp suits what the object is lifted for",
     "certainty": "its sides were seen, not guessed",
     "stands": "it does not topple when touched",
     "side": "fingers close across its short side",

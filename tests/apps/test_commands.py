@@ -236,7 +236,7 @@ BAD = {
     "bad noise": (["fit", "a.ply", "--noise-mm", "-1"], "--noise-mm"),
     "endless noise": (["fit", "a.ply", "--noise-mm", "inf"], "--noise-mm"),
     "frames of a file": (["perceive", "x.png", "--frames", "3"], "--frames"),
-    "bad task": (["demo", "--task", "juggle"], "juggle"),
+    "bad purpose": (["demo", "--purpose", "juggle"], "juggle"),
     "no scene": (["demo", "--scene", "crowded"], "crowded"),
     "crowd": (["demo", "--objects", "16"], "--objects"),
     "negative seed": (["demo", "--seed", "-1"], "--seed"),

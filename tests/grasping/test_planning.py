@@ -252,14 +252,14 @@ def test_an_up_without_a_direction_is_refused():
 
 def test_the_task_changes_the_choice():
     item = can(0.0375, 0.08)
-    lift = select_prototype(item, TABLE, options=SelectOptions(task="lift"))
-    give = select_prototype(item, TABLE, options=SelectOptions(task="hand-over"))
+    lift = select_prototype(item, TABLE, options=SelectOptions(purpose="lift"))
+    give = select_prototype(item, TABLE, options=SelectOptions(purpose="hand-over"))
     assert (lift.prototype, give.prototype) == ("power", "precision")
 
 
 def test_an_unknown_task_names_the_known_ones():
     with pytest.raises(InputError, match="lift, move, hand-over, use"):
-        select_prototype(ball(0.04), TABLE, options=SelectOptions(task="juggle"))  # type: ignore[arg-type]  # the wrong word is the test
+        select_prototype(ball(0.04), TABLE, options=SelectOptions(purpose="juggle"))  # type: ignore[arg-type]  # the wrong word is the test
 
 
 def test_the_plan_turns_with_the_scene():

@@ -60,7 +60,7 @@ def evaluate_grasp(
     known: bool = True,
     camera: bool = True,
     count: int = 5,
-    task: Literal["lift", "move", "hand-over", "use"] = "lift",
+    purpose: Literal["lift", "move", "hand-over", "use"] = "lift",
     perception: str = "default",
     control: str = "default",
     objects: Path | None = None,
@@ -98,7 +98,7 @@ def evaluate_grasp(
         Run each row with the camera.
     count
         Objects of a packed or piled scene, 1 to 15.
-    task
+    purpose
         What objects are lifted for.
     perception
         Dial of perception: default, fast, fine.
@@ -131,7 +131,7 @@ def evaluate_grasp(
         scenes, count = min(scenes, QUICK_SCENES), min(count, QUICK_OBJECTS)
     machines = chosen_machines(jobs, cluster)
     dials = checked_dials(perception, control)
-    more = trial_extras(task, objects, robot, hand_frame)
+    more = trial_extras(purpose, objects, robot, hand_frame)
     if family is friction is shake is None and dials == ("default", "default"):
         conditions = usual_conditions(camera=camera, known=known)
     else:

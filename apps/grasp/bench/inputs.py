@@ -93,7 +93,7 @@ def checked_dials(perception: str, control: str) -> tuple[str, str]:
 
 
 def trial_extras(
-    task: str, objects: Path | None, robot: Path | None, hand_frame: str
+    purpose: str, objects: Path | None, robot: Path | None, hand_frame: str
 ) -> dict[str, Any]:
     """Check what comes from files, and name it as trials do: on any machine, with its whole path.
 
@@ -116,7 +116,7 @@ def trial_extras(
 
         cell_of((), GraspTrial(robot=str(robot), hand_frame=hand_frame))
     return {
-        "task": task,
+        "purpose": purpose,
         "objects_dir": str(objects.resolve()) if objects else "",
         "robot": str(robot.resolve()) if robot else "",
         "hand_frame": hand_frame,

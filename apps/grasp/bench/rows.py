@@ -36,7 +36,7 @@ TRIAL_COLUMNS = {
     "friction": _NUMBER,
     "shake": _NUMBER,
     "known": _FLAG,
-    "task": _TEXT,
+    "purpose": _TEXT,
     "perception": _TEXT,
     "control": _TEXT,
     "objects_dir": _TEXT,

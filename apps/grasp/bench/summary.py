@@ -126,16 +126,16 @@ def worst_scenes(records: Sequence[Record], most: int) -> list[dict[str, Any]]:
 def again(record: Record) -> str:
     """Command that shows a scene again, or runs it where the demo has no such conditions."""
     if not record["known"] and not record["objects_dir"] and not _unusual(record):
-        task = "" if record["task"] in (None, "lift") else f" --task {record['task']}"
+        purpose = "" if record["purpose"] in (None, "lift") else f" --purpose {record['purpose']}"
         return (
             f"eyehand demo --scene {record['family']} --seed {record['seed']} "
-            f"--objects {record['objects']} --failures {FAILURES}{task}{_files(record)} "
+            f"--objects {record['objects']} --failures {FAILURES}{purpose}{_files(record)} "
             f"--out {AGAIN}/{record['key']}"
         )
     words = ["eyehand evaluate grasp", "--scenes 1", f"--seed {record['seed']}"]
     words.append(f"--family {record['family']}")
     words += [f"--{name} {_word(record[name])}" for name in _unusual(record)]
-    words += [] if record["task"] in (None, "lift") else [f"--task {record['task']}"]
+    words += [] if record["purpose"] in (None, "lift") else [f"--purpose {record['purpose']}"]
     words.append("--no-camera" if record["known"] else "--no-known")
     if record["family"] != "single":
         words.append(f"--count {record['objects']}")

@@ -56,7 +56,7 @@ class GraspTrial:
     """How long each object is shaken after the lift, s."""
     known: bool = False
     """Whether the true solids are known, in place of the camera's view."""
-    task: GraspTask = "lift"
+    purpose: GraspPurpose = "lift"
     """What the grasps are for."""
     perception: str = DEFAULT
     """Setting of perception by name."""
@@ -147,7 +147,7 @@ def run_trial(trial: GraspTrial, watch: Callable[[Moment], None] | None = None) 
     began = time.process_time()
     cell, robot = make_cell(trial, watch)
     scorer = Scorer(cell, robot)
-    report = clear_table(cell, SelectOptions(task=trial.task), ClearOptions(), scorer.told)
+    report = clear_table(cell, SelectOptions(purpose=trial.purpose), ClearOptions(), scorer.told)
     return scorer.result(trial, report, time.process_time() - began)
 
 

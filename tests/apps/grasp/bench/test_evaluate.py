@@ -57,7 +57,7 @@ def run(made_up, monkeypatch, capsys):
 
 def records(made_up, conditions, seeds=range(4)):
     """Rows of made-up scenes."""
-    jobs = scene_jobs(conditions, seeds, 3, {"task": "lift"})
+    jobs = scene_jobs(conditions, seeds, 3, {"purpose": "lift"})
     return [
         row for job in jobs for row in scene_records(job, attempt(made_up.run_made_up, job.trial))
     ]

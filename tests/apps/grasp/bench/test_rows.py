@@ -16,7 +16,7 @@ OPTIONS = {"scenes": "any", "version": "1"}
 
 @pytest.fixture
 def jobs():
-    return scene_jobs([Condition("packed"), Condition("pile")], range(3), 4, {"task": "lift"})
+    return scene_jobs([Condition("packed"), Condition("pile")], range(3), 4, {"purpose": "lift"})
 
 
 def test_rows_come_back_as_they_were_told(tmp_path, jobs, made_up):
@@ -28,7 +28,7 @@ def test_rows_come_back_as_they_were_told(tmp_path, jobs, made_up):
     picks = [row for row in rows if row["record"] == PICK]
     assert [row["key"] for row in scenes] == [job.key for job in jobs]
     assert sum(row["placed"] for row in scenes) == sum(row["success"] for row in picks)
-    assert {row["task"] for row in rows} == {"lift"}
+    assert {row["purpose"] for row in rows} == {"lift"}
     assert {row["curl"] for row in picks} == {None}, "not a number is no figure"
     assert {row["rows"] for row in picks} == {4}
     file = parquet.read_schema(tmp_path / "rows" / f"{jobs[0].key}.parquet")

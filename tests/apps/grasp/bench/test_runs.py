@@ -110,18 +110,18 @@ def test_rows_are_named_by_what_sets_them_apart(condition, name):
 
 def test_conditions_share_their_seeds_and_keys_tell_all_apart():
     rows = [Condition("single"), Condition("packed"), Condition("packed", known=True)]
-    planned = scene_jobs(rows, range(5, 8), 4, {"task": "lift"})
+    planned = scene_jobs(rows, range(5, 8), 4, {"purpose": "lift"})
     assert [job.trial["seed"] for job in planned] == [5, 5, 5, 6, 6, 6, 7, 7, 7]
     assert {job.trial["objects"] for job in planned if job.row == "single"} == {1}
     assert len({job.key for job in planned}) == len(planned)
-    assert planned == scene_jobs(rows, range(5, 8), 4, {"task": "lift"})
+    assert planned == scene_jobs(rows, range(5, 8), 4, {"purpose": "lift"})
 
 
 def test_jobs_fit_the_trials_and_rows_the_results():
     from eyehand.apps.grasp.bench.trial import GraspTrial, PickRow, TrialResult
     from eyehand.apps.grasp.bench.untried import Untried
 
-    extras = {"task": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
+    extras = {"purpose": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
     (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
     assert set(job.trial) == {field.name for field in fields(GraspTrial)} == set(TRIAL_COLUMNS)
     assert GraspTrial(**job.trial).objects == 5
