@@ -11,7 +11,7 @@ import numpy as np
 
 from eyehand.data_synth import DepthNoise
 from eyehand.data_synth.cell import GraspRobot, GraspWorld, SimRobot
-from eyehand.grasping import GraspTask, SelectOptions
+from eyehand.grasping import GraspPurpose, SelectOptions
 from eyehand.grasping.cell import Cell, Moment
 from eyehand.grasping.clearing import ClearOptions, clear_table
 from eyehand.grasping.tray import Tray
