@@ -1,10 +1,9 @@
-# Needs Python 3.11 to 3.14, make and git, and nothing done before: every target that runs
-# something builds .venv first, by `ready`.
+# Needs Python 3.11 to 3.14, make and git. Every target that runs something builds .venv first.
 #
 #   make test ARGS="-k frame"     passes arguments on to what the target runs
 
 .DEFAULT_GOAL := help
-.PHONY: help ready demo test check bench clean
+.PHONY: help ready demo test test-slow check bench clean
 
 ARGS =
 BIN = .venv/bin
@@ -15,16 +14,19 @@ PYTHON = $(shell for python in python3 python3.14 python3.13 python3.12 python3.
 	if $$python -c '$(IN_RANGE)' 2>/dev/null; then echo $$python; break; fi; done)
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / {printf "  make %-6s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-10s %s\n", $$1, $$2}' $(MAKEFILE_LIST)
 
 demo: ready ## let a simulated robot clear a table; report and film go to out/demo
 	@$(BIN)/eyehand demo $(ARGS)
 
 # One thread per worker: the workers already fill the cores.
-test: export OMP_NUM_THREADS = 1
-test: export OPENBLAS_NUM_THREADS = 1
-test: ready ## run the tests, in as many processes as there are cores
-	@$(BIN)/pytest -n $(WORKERS) $(ARGS)
+test test-slow: export OMP_NUM_THREADS = 1
+test test-slow: export OPENBLAS_NUM_THREADS = 1
+test: ready ## run the tests without the slow ones, in one process per core
+	@$(BIN)/pytest -n $(WORKERS) -m "not slow" $(ARGS)
+
+test-slow: ready ## run the slow tests: whole stress sweeps and long trials
+	@$(BIN)/pytest -n $(WORKERS) -m slow $(ARGS)
 
 check: ready ## lint, formatting and types
 	@$(BIN)/ruff check
