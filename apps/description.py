@@ -9,8 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.grasping import GraspPlan, SelectOptions, select_prototype
-from eyehand.perception import DepthFrame, PerceiveOptions, Scene, perceive
-from eyehand.perception.warm_up import kernels_are_cached, warm_up
+from eyehand.perception import (
+    DepthFrame,
+    PerceiveOptions,
+    Scene,
+    kernels_are_cached,
+    perceive,
+    warm_up,
+)
 
 from .console import say
 

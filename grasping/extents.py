@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.perception.perpendicular import perpendicular_pair
+from eyehand.perception import perpendicular_pair
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

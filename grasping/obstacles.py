@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Obstacle, Sphere
 from eyehand.errors import InputError
-from eyehand.perception.perpendicular import perpendicular_pair
+from eyehand.perception import perpendicular_pair
 from eyehand.perception.superquadric import mesh
 
 from .fit_uncertainty import side_doubt

@@ -1,33 +1,77 @@
-"""From one depth frame to a described scene."""
+"""From one depth frame to a described scene: support plane, objects, and a solid for each.
 
-from .frame import CameraIntrinsics, DepthFrame
-from .io.depth_frame import read_frame, write_frame
-from .io.intrinsics import read_intrinsics, write_intrinsics
-from .io.point_cloud import read_cloud, write_cloud
-from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, perceive
-from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
-from .superquadric import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
+Each name loads its module at first use. The solvers and compiled kernels behind `perceive` need
+numba and SciPy, which take longer to import than everything else together.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .frame import CameraIntrinsics, DepthFrame
+    from .io import (
+        read_cloud,
+        read_frame,
+        read_intrinsics,
+        write_cloud,
+        write_frame,
+        write_intrinsics,
+    )
+    from .kernel_cache import kernels_are_cached, warm_up
+    from .perpendicular import perpendicular_pair
+    from .robot_mask import mask_points, mask_robot
+    from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, perceive
+    from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
+    from .stored_front import FrontFormat, StoredFront
+    from .superquadric import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
+    from .visibility import outline
 
 __all__ = [
     "SUPPORT",
     "CameraIntrinsics",
     "DepthFrame",
     "FitOptions",
+    "FrontFormat",
     "PerceiveOptions",
     "Scene",
     "SceneObject",
     "Segmentation",
     "SegmentationOptions",
+    "StoredFront",
     "Superquadric",
     "SuperquadricFit",
     "SupportPlane",
     "fit_superquadric",
+    "kernels_are_cached",
+    "mask_points",
+    "mask_robot",
+    "outline",
     "perceive",
+    "perpendicular_pair",
     "read_cloud",
     "read_frame",
     "read_intrinsics",
     "segment",
+    "warm_up",
     "write_cloud",
     "write_frame",
     "write_intrinsics",
 ]
+
+_MODULES = (
+    *("frame", "perpendicular", "stored_front", "io", "robot_mask"),
+    *("segmentation", "superquadric", "visibility", "scene", "kernel_cache"),
+)
+"""Modules that hold the public names, the quickest to import first."""
+
+
+def __getattr__(name: str) -> object:
+    """Import the module of a public name when the name is first used."""
+    if name in __all__:
+        for module in _MODULES:
+            members = vars(import_module(f".{module}", __name__))
+            if name in members:
+                return globals().setdefault(name, members[name])
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -18,7 +18,7 @@ MARGIN_PX = 3
 """Pixels beside the robot's outline that are taken with it: there depth is mixed and jittered."""
 
 
-def without_robot(
+def mask_robot(
     depth: NDArray[np.float32], robot: NDArray[np.bool_], margin: int = MARGIN_PX
 ) -> NDArray[np.float32]:
     """Give a depth image (H, W), m, with no reading on and near the robot's pixels.
@@ -41,7 +41,7 @@ def without_robot(
     return np.where(robot, np.float32(0.0), depth)
 
 
-def without_places(
+def mask_points(
     frame: DepthFrame, taken: Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 ) -> NDArray[np.float32]:
     """Give the depth image (H, W), m, of a frame without readings of certain places.

@@ -9,8 +9,8 @@ from rich import box
 from rich.table import Table
 
 from eyehand.apps.console import say, show
+from eyehand.perception import StoredFront
 from eyehand.perception.io import atomic_write
-from eyehand.perception.stored_front import StoredFront
 
 from .chart_style import write_chart
 from .machine import machine_line
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from eyehand.perception.stored_front import FrontFormat
+    from eyehand.perception import FrontFormat
 
     from .chart_style import Provenance
     from .comparison import Contestant

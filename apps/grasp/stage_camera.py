@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.data_synth.render import GlRenderer
 from eyehand.data_synth.scenes import look_at
-from eyehand.perception.frame import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

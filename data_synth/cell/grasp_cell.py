@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception.frame import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics
 
 from ..mujoco_import import import_mujoco
 from ..scenes.tabletop_options import TabletopOptions

@@ -10,8 +10,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand, RobotReading
-from eyehand.perception.frame import CameraIntrinsics, DepthFrame
-from eyehand.perception.robot_mask import without_places, without_robot
+from eyehand.perception import CameraIntrinsics, DepthFrame, mask_points, mask_robot
 
 from ..mujoco_import import import_mujoco
 from ..render.depth_noise import DepthNoise, add_depth_noise
@@ -201,9 +200,9 @@ class SimRobot:
         rng = np.random.default_rng([self._seed, self._looks])
         self._looks += 1
         depth = add_depth_noise(view.depth, cell.intrinsics, rng, self._noise)
-        depth = without_robot(depth, view.labels == 1)
+        depth = mask_robot(depth, view.labels == 1)
         frame = DepthFrame(depth, cell.intrinsics, cell.T_world_camera)
-        return replace(frame, depth=without_places(frame, self._world.tray_region))
+        return replace(frame, depth=mask_points(frame, self._world.tray_region))
 
     def picture(
         self, size: tuple[int, int] = (1280, 720), T_world_camera: RigidTransform | None = None

@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception.frame import CameraIntrinsics
+    from eyehand.perception import CameraIntrinsics
 
 AXIAL_BASE_M = 0.0012
 AXIAL_GROWTH_PER_M = 0.0019

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.perception.frame import CameraIntrinsics
+    from eyehand.perception import CameraIntrinsics
 
 NEAR_M = 0.02
 """Nothing closer is drawn. MuJoCo's depth is reversed floating point: 1e-7 m at 1 m with this."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.perception.frame import CameraIntrinsics
+    from eyehand.perception import CameraIntrinsics
 
 SHADOW_SLACK = 1e-3
 """Share of the way from a light at which a surface does not shade itself."""

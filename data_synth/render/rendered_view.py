@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.perception.frame import CameraIntrinsics
+    from eyehand.perception import CameraIntrinsics
 
 
 @dataclass(frozen=True)

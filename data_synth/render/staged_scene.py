@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception.frame import CameraIntrinsics, DepthFrame
+from eyehand.perception import CameraIntrinsics, DepthFrame
 
 from ..mujoco_import import import_mujoco
 from ..scenes.staged_solids import Ball, StagedSolid

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.perception.frame import DepthFrame
+from eyehand.perception import DepthFrame
 
 from ..scenes.tabletop import make_scene
 from ..scenes.tabletop_scene import TabletopScene

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, get_args
 import numpy as np
 
 from eyehand.errors import DeviceError, InputError
-from eyehand.perception.frame import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics
 from eyehand.perception.io import (
     atomic_write,
     decode_depth,
@@ -29,7 +29,7 @@ from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception.frame import DepthFrame
+    from eyehand.perception import DepthFrame
 
 SCHEMA = "eyehand.ground_truth/1"
 """Name and version of the form of `ground_truth.json`."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.perception.frame import CameraIntrinsics
+    from eyehand.perception import CameraIntrinsics
 
     from .tabletop_scene import Table, TabletopObject
 

@@ -10,7 +10,7 @@ import numpy as np
 if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.perception.frame import CameraIntrinsics
+    from eyehand.perception import CameraIntrinsics
     from eyehand.perception.superquadric import Kind, Superquadric
 
 Family = Literal["separate", "touching", "stacked", "dropped", "piled"]

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.perception.frame import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics
 from eyehand.perception.superquadric import mesh
 
 if TYPE_CHECKING:

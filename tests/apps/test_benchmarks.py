@@ -3,8 +3,7 @@
 import pytest
 
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
-from eyehand.perception import fit_superquadric, perceive, segment
-from eyehand.perception.warm_up import warm_up
+from eyehand.perception import fit_superquadric, perceive, segment, warm_up
 
 
 @pytest.fixture(scope="module")

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from eyehand.data_synth import DepthNoise, add_depth_noise
 from eyehand.data_synth.render import axial_sigma
 from eyehand.errors import InputError
-from eyehand.perception.frame import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics
 
 CAMERA = CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)
 NONE = DepthNoise.none()

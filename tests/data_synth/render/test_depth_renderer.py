@@ -25,7 +25,7 @@ from eyehand.data_synth.render import depth_renderer as depth_renderer_module
 from eyehand.data_synth.render import gl_fault
 from eyehand.data_synth.scenes.tabletop_scene import solid_volume
 from eyehand.errors import DeviceError, InputError
-from eyehand.perception.frame import CameraIntrinsics
+from eyehand.perception import CameraIntrinsics
 from eyehand.perception.superquadric import Kind, Superquadric
 
 # Nothing about this camera is symmetric: a swapped axis or half a pixel shows.

@@ -14,7 +14,7 @@ from eyehand.data_synth import (
     render_frame,
 )
 from eyehand.errors import InputError
-from eyehand.perception.cameras.protocol import Camera
+from eyehand.perception.cameras import Camera
 
 OPTIONS = TabletopOptions(count_range=(2, 3), view=ViewOptions(image_size=(160, 120)))
 

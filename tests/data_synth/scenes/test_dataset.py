@@ -23,7 +23,7 @@ from eyehand.data_synth import (
     write_scene,
 )
 from eyehand.errors import InputError
-from eyehand.perception.frame import DepthFrame
+from eyehand.perception import DepthFrame
 from eyehand.perception.io import read_frame
 
 VIEW = ViewOptions(image_size=(160, 120))

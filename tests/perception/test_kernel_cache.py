@@ -9,7 +9,7 @@ import eyehand.perception.segmentation as room
 
 SCRIPT = """
 import importlib, pkgutil
-from eyehand.perception.warm_up import warm_up
+from eyehand.perception.kernel_cache import warm_up
 import eyehand.perception.segmentation as room
 warm_up()
 for module in pkgutil.iter_modules(room.__path__):
