@@ -10,7 +10,7 @@ import numpy as np
 from .frame import CameraIntrinsics, DepthFrame
 from .scene import perceive
 from .segmentation import SegmentationOptions, segment
-from .segmentation.local_planes import plane_sums
+from .segmentation.local_planes import fit_centred_windows
 from .superquadric.levenberg_marquardt import descend
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 def kernels_are_cached() -> bool:
     """Whether an earlier run left compiled kernels on disk for this version of the code."""
-    for kernel in (plane_sums, descend):
+    for kernel in (fit_centred_windows, descend):
         folder = Path(kernel.stats.cache_path or ".")
         source = Path(kernel.py_func.__code__.co_filename)
         pattern = f"{source.stem}.{kernel.py_func.__qualname__}-*.nbi"

@@ -13,7 +13,7 @@ from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
 from eyehand.errors import InputError
 from eyehand.perception import segment
-from eyehand.perception.segmentation.budget import FORMAT, STORED_FRONT
+from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
 from ..bench.chart_style import Provenance
 from ..bench.comparison import Contestant
@@ -53,7 +53,7 @@ WORDS = ChartWords(
     caption="F, bF: mean overlap and boundary F; %75: objects with F > 75 %; all in %",
     worst_shown_pct=40.0,
 )
-PLACE = FrontPlace(FORMAT, STORED_FRONT, "SegmentationOptions")
+PLACE = FrontPlace(FRONT_FORMAT, STORED_FRONT, "SegmentationOptions")
 CHART_FILE = "segmentation.png"
 STORED_SIZE = (480, 640)
 """Rows and columns of the frames for which the front is stored, px."""

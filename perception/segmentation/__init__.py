@@ -1,7 +1,34 @@
-"""Model-free segmentation of one depth frame."""
+"""Segmentation of one depth frame into objects, without object models or training data.
 
+:func:`segment` takes a :class:`~eyehand.perception.DepthFrame` and returns a
+:class:`Segmentation`. Its labels have the frame's size.
+
+>>> import numpy as np
+>>> from eyehand.perception import CameraIntrinsics, DepthFrame
+>>> from eyehand.perception.segmentation import SegmentationOptions, segment
+>>> depth = np.full((120, 160), 0.8, np.float32)  # a table, seen from straight above
+>>> depth[40:80, 60:100] = 0.7  # a box of 10 cm height
+>>> frame = DepthFrame(depth, CameraIntrinsics(140.0, 140.0, 79.5, 59.5, 160, 120))
+>>> found = segment(frame, SegmentationOptions(max_extent=0.5))
+>>> found.count
+1
+>>> int(found.mask(1).sum())
+1600
+
+:meth:`SegmentationOptions.for_budget` selects the options for a time budget. It reads the points
+in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FRONT_FORMAT``.
+"""
+
+from .budget import FRONT_FORMAT, STORED_FRONT
 from .options import SegmentationOptions
 from .result import Segmentation, SupportPlane
 from .segment import segment
 
-__all__ = ["Segmentation", "SegmentationOptions", "SupportPlane", "segment"]
+__all__ = [
+    "FRONT_FORMAT",
+    "STORED_FRONT",
+    "Segmentation",
+    "SegmentationOptions",
+    "SupportPlane",
+    "segment",
+]

@@ -1,8 +1,8 @@
-"""What may be an object: readings above a support, within reach of the robot."""
+"""Candidate pixels: readings above a support and within reach of the robot."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
@@ -11,60 +11,75 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .options import SegmentationOptions
     from .support_plane import Support
-    from .working_image import View
+    from .working_image import WorkingImage
 
+MIN_HEIGHT = 0.006
+"""Minimum height of an object's points above the support, m. A lower value finds flat objects, a
+higher one ignores wavy tables."""
+SUPPORT_SIGMAS = 3.0
+"""Half width of the band around a support that counts as the support, in σ of its own readings."""
+OVERHANG = 0.15
+"""Maximum distance of an object's points outside the support's bounds in plan, m. A higher value
+keeps more of what extends over the edge, and more of walls and people behind it."""
 BLOCK = 8
 """Side of the blocks in which candidates are counted, px."""
 MIN_BLOCK = 6
-"""Candidates that make a block count, px: fewer are noise."""
+"""Minimum candidates of a block that counts, px. Fewer are noise."""
 MARGIN = 2
-"""Blocks kept around the candidates, for the windows at their edge."""
+"""Blocks kept around the candidates, because the windows at their edge need these pixels."""
+
+
+class SupportZone(NamedTuple):
+    """The space above one support, as :func:`mark_above` needs it, camera frame."""
+
+    axes: NDArray[np.float64]
+    """The support's normal and its two plan axes as rows, (3, 3)."""
+    offset: float
+    """Offset of the plane, m."""
+    relative_band: float
+    """Band above the plane that still counts as the support, divided by squared depth, 1/m."""
+    low: NDArray[np.float64]
+    """Lower bounds in plan, (2,), m."""
+    high: NDArray[np.float64]
+    """Upper bounds in plan, (2,), m."""
 
 
 def above_support(
-    view: View, supports: list[Support], options: SegmentationOptions
+    image: WorkingImage, supports: list[Support], max_range: float
 ) -> NDArray[np.bool_]:
-    """Mark readings that may belong to objects, (H, W) bool.
+    """Mark the readings that may belong to objects, (H, W) bool.
 
-    A candidate lies higher than ``min_height`` and the waves of the support's own readings above
-    a support, not farther than ``overhang`` outside of its hull's bounds in plan, and neither in
-    nor under another, higher support: a table's edge and legs stand on the floor. Without a
-    support every reading within ``max_range`` is a candidate.
+    A candidate is above a support by more than ``MIN_HEIGHT`` and more than the scatter of the
+    support's own readings. In plan it is at most ``OVERHANG`` outside the support's bounds. It
+    is not in or below a higher support: the edge and the legs of a table are no objects on the
+    floor. Without a support each reading within `max_range` m is a candidate.
     """
-    depth = view.depth
+    depth = image.depth
     if not supports:
-        return (depth > 0) & (depth <= np.float32(options.max_range))
+        return (depth > 0) & (depth <= np.float32(max_range))
     above = np.zeros(depth.shape, np.bool_)
-    under = np.zeros(depth.shape, np.bool_)
-    k = view.intrinsics
-    rays_u = (np.arange(k.width) - k.cx) / k.fx
-    rays_v = (np.arange(k.height) - k.cy) / k.fy
-    # The highest first: what lies below it, in plan, is its own edge and legs.
+    below = np.zeros(depth.shape, np.bool_)
+    k = image.intrinsics
+    rays = (np.arange(k.width) - k.cx) / k.fx, (np.arange(k.height) - k.cy) / k.fy
+    # The highest support is nearest to the camera and comes first. It hides what is below it.
     for support in sorted(supports, key=lambda support: support.plane.offset):
-        low, high = support.hull.min(axis=0), support.hull.max(axis=0)
-        mark_above(
-            depth,
-            rays_u,
-            rays_v,
+        zone = SupportZone(
             np.vstack([support.plane.normal, support.axes]),
             support.plane.offset,
-            options.plane_sigmas * support.plane.tolerance / support.depth**2,
-            options.min_height,
-            low.astype(np.float64) - options.overhang,
-            high.astype(np.float64) + options.overhang,
-            options.max_range,
-            above,
-            under,
+            SUPPORT_SIGMAS * support.plane.tolerance / support.depth**2,
+            support.hull.min(axis=0).astype(np.float64) - OVERHANG,
+            support.hull.max(axis=0).astype(np.float64) + OVERHANG,
         )
+        mark_above(depth, rays, zone, max_range, above, below)
     return above
 
 
-def candidate_window(
-    above: NDArray[np.bool_], options: SegmentationOptions
-) -> tuple[slice, slice] | None:
-    """Rows and columns that hold all candidates (H, W) worth a look; None when there are none."""
+def candidate_window(above: NDArray[np.bool_], min_patch: int) -> tuple[slice, slice] | None:
+    """Return the rows and columns around all candidates (H, W), or None if there are too few.
+
+    Connected groups of fewer than `min_patch` px do not count.
+    """
     rows, columns = above.shape
     down, across = -(-rows // BLOCK), -(-columns // BLOCK)
     counts = count_blocks(above, down, across, BLOCK)
@@ -74,7 +89,7 @@ def candidate_window(
     if count < 2:
         return None
     sizes = np.bincount(parts.ravel(), weights=counts.ravel(), minlength=count)
-    keep = np.flatnonzero(sizes[1:] >= options.min_patch) + 1
+    keep = np.flatnonzero(sizes[1:] >= min_patch) + 1
     if keep.size == 0:
         return None
     left, top, width, height = stats[keep, :4].T
@@ -87,22 +102,11 @@ def candidate_window(
 
 
 @njit(cache=True, nogil=True)
-def mark_above(
-    depth,
-    rays_u,
-    rays_v,
-    axes,
-    offset,
-    waves,
-    min_height,
-    low,
-    high,
-    max_range,
-    above,
-    under,
-):
-    """Mark what lies above one support but under none before, then what is under this one."""
+def mark_above(depth, rays, zone, max_range, above, below):
+    """Mark pixels above one support, but not below an earlier one; then pixels below this one."""
     rows, columns = depth.shape
+    rays_u, rays_v = rays
+    axes, low, high = zone.axes, zone.low, zone.high
     for v in range(rows):
         n = axes[0, 1] * rays_v[v] + axes[0, 2]
         a = axes[1, 1] * rays_v[v] + axes[1, 2]
@@ -111,24 +115,24 @@ def mark_above(
             z = np.float64(depth[v, u])
             if z <= 0 or z > max_range:
                 continue
-            height = z * (n + axes[0, 0] * rays_u[u]) + offset
-            # A depth camera's errors grow with z²: so does the height of a wave.
-            band = max(waves * z * z, min_height)
+            height = z * (n + axes[0, 0] * rays_u[u]) + zone.offset
+            # The errors of a depth camera grow with z², and so does the scatter of a plane.
+            band = max(zone.relative_band * z * z, MIN_HEIGHT)
             x = z * (a + axes[1, 0] * rays_u[u])
             y = z * (b + axes[2, 0] * rays_u[u])
             if x < low[0] or x > high[0] or y < low[1] or y > high[1]:
                 continue
-            if under[v, u]:
+            if below[v, u]:
                 continue
             if height > band:
                 above[v, u] = True
             elif not above[v, u]:
-                under[v, u] = True
+                below[v, u] = True
 
 
 @njit(cache=True, nogil=True)
 def count_blocks(mask, down, across, side):
-    """Marked pixels per block of side x side pixels, (down, across)."""
+    """Count the marked pixels of each block of side x side pixels, (down, across)."""
     rows, columns = mask.shape
     counts = np.zeros((down, across), np.int32)
     for v in range(rows):

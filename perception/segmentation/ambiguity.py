@@ -1,88 +1,96 @@
-"""What geometry cannot tell is said, and cut only where something else tells."""
+"""Objects that geometry alone cannot separate: split them by other evidence, or report them."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from scipy import ndimage
 
 from .colour_cut import colour_cut
+from .regions import number_with_reasons
 from .split_solids import split_mask
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .options import SegmentationOptions
+    from .working_image import WorkingImage
 
-FLAT = "two of its parts go over into one another without an edge"
-HIDDEN = "its parts were joined behind something nearer"
+FLAT = "two of its parts meet without an edge"
+HIDDEN = "its parts were joined behind an occluder"
 COLOURED = "two plain colours meet on it along a straight edge"
-CUT = "it was cut from its neighbour along a colour edge alone"
-SOLIDS = "it was cut from its neighbour because two solids fit better than one"
-
-Doubt = tuple[int, int, str]
-"""Flat indices of a pixel on either part, and why the parts may be two objects."""
+CUT = "it was split from its neighbour along a colour edge alone"
+SOLIDS = "it was split from its neighbour because two solids fit better than one"
 
 
-def settle_doubts(
+class UncertainJoin(NamedTuple):
+    """Two parts that were joined although they may be two objects."""
+
+    pixel_a: int
+    """Flat index of a pixel of the first part."""
+    pixel_b: int
+    """Flat index of a pixel of the second part."""
+    reason: str
+    """Why they may be two objects."""
+
+
+def resolve_ambiguity(
     labels: NDArray[np.int32],
-    doubts: list[Doubt],
-    disparity: NDArray[np.float32],
-    colour: NDArray[np.uint8] | None,
-    camera: CameraIntrinsics,
+    uncertain: list[UncertainJoin],
+    image: WorkingImage,
     options: SegmentationOptions,
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
-    """Cut objects where colour or two solids speak for it, and name those left in doubt.
+    """Split objects by their colours or by fits of two solids, and report the ambiguous ones.
 
     Parameters
     ----------
     labels
-        Objects 1..n, (H, W).
-    doubts
-        What the joining stages were not sure of.
-    disparity
-        (H, W), 1/m.
-    colour
-        (H, W, 3) uint8, or None.
-    camera
-        Its intrinsics.
+        Objects 1..n by size, (H, W).
+    uncertain
+        Joins of earlier stages that may be wrong.
+    image
+        Image of the objects.
     options
-        ``colour_edges`` cuts along colour edges, ``split_solids`` by comparing fits; without
-        them such objects are only named.
+        ``colour_edges`` splits along colour edges, ``split_solids`` by fits of solids. Without
+        them the objects are only reported.
 
     Returns
     -------
     labels, ambiguous
-        New labels, and label → reason.
+        New labels by size, and label → reason.
     """
     ambiguous: dict[int, str] = {}
     flat = labels.ravel()
-    for a, b, reason in doubts:
+    for a, b, reason in uncertain:
         if flat[a] == flat[b] > 0:
             ambiguous.setdefault(int(flat[a]), reason)
-    if colour is None and not (options.split_solids and ambiguous):
-        return labels, ambiguous
-    labels = labels.copy()
-    following = int(labels.max(initial=0))
-    for label, box in enumerate(ndimage.find_objects(labels), start=1):
-        if box is None:
-            continue
-        mask = labels[box] == label
-        local = camera.cropped(*box)
-        second = None
-        reason = CUT
-        if colour is not None:
-            second = colour_cut(mask, disparity[box], colour[box], local, options)
-            if second is not None and not options.colour_edges:
-                ambiguous.setdefault(label, COLOURED)
-                second = None
-        if second is None and options.split_solids and label in ambiguous:
-            second, reason = split_mask(mask, disparity[box], local, options), SOLIDS
-        if second is None:
-            continue
-        following += 1
-        labels[box][second] = following
-        ambiguous[label] = ambiguous[following] = reason
-    return labels, ambiguous
+    if image.colour is not None or (options.split_solids and ambiguous):
+        labels = labels.copy()
+        following = int(labels.max(initial=0))
+        for label, box in enumerate(ndimage.find_objects(labels), start=1):
+            if box is None:
+                continue
+            mask = labels[box] == label
+            part, reason = _second_part(mask, image.cropped(box), label in ambiguous, options)
+            if part is not None:
+                following += 1
+                labels[box][part] = following
+                ambiguous[label] = ambiguous[following] = reason
+            elif reason:
+                ambiguous.setdefault(label, reason)
+    return number_with_reasons(labels, ambiguous) if ambiguous else (labels, ambiguous)
+
+
+def _second_part(
+    mask: NDArray[np.bool_], image: WorkingImage, ambiguous: bool, options: SegmentationOptions
+) -> tuple[NDArray[np.bool_] | None, str]:
+    """Return the part of an object to split off, or None; and the reason of its ambiguity or ""."""
+    part = colour_cut(mask, image)
+    if part is not None and options.colour_edges:
+        return part, CUT
+    reason = "" if part is None else COLOURED
+    if options.split_solids and (ambiguous or reason):
+        part = split_mask(mask, image, options.min_object)
+        return part, reason if part is None else SOLIDS
+    return None, reason

@@ -1,27 +1,26 @@
-"""The most accurate settings for a time budget, from a front that was measured once and stored."""
+"""Select the most accurate options for a time budget, from a stored Pareto front."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from eyehand.errors import InputError
 
 from ..stored_front import FrontFormat, StoredFront, affordable
-from .options import SegmentationOptions
 
 STORED_FRONT = Path(__file__).parent / "front.json"
-"""What ``eyehand chart segmentation --store`` wrote last."""
+"""The file that ``eyehand chart segmentation --store`` writes."""
 
 
 @dataclass(frozen=True)
 class FrontPoint:
-    """One setting that no other beats in both time and accuracy."""
+    """One point of the Pareto front of time against accuracy."""
 
     name: str
-    """How it differs from the default, in words."""
+    """Difference from the default options, in words."""
     dials: dict[str, int | bool]
-    """Options that were turned, by field name, all of them; the others keep their defaults."""
+    """Values of all charted options by field name. The other options have their defaults."""
     median_ms: float
     """Median time of a 640x480 frame on the machine of the stored front, ms."""
     overlap_f_pct: float
@@ -29,60 +28,56 @@ class FrontPoint:
     boundary_f_pct: float
     """Mean boundary F, per cent."""
     found_pct: float
-    """Mean share of objects with an own F above 0.75, per cent."""
-
-    def options(self) -> SegmentationOptions:
-        """Turn the dials."""
-        return replace(SegmentationOptions(), **self.dials)
+    """Mean share of objects with an F of their own above 0.75, per cent."""
 
 
-FORMAT = FrontFormat(
+FRONT_FORMAT = FrontFormat(
     "eyehand.segmentation_front/1", FrontPoint, "eyehand chart segmentation --store"
 )
-"""How the front is kept."""
+"""File format of the front."""
 
 
-def options_for_budget(
+def select_point(
     milliseconds: float,
     *,
     slower: float = 1.0,
     threads: int = 2,
     front: StoredFront[FrontPoint] | None = None,
-) -> SegmentationOptions:
-    """Pick the most accurate stored settings that keep to a time budget.
+) -> FrontPoint:
+    """Return the most accurate stored point within a time budget.
 
     Parameters
     ----------
     milliseconds
-        Longest median time of a 640x480 frame, ms. Single frames vary about the median, so leave
-        room for them.
+        Maximum median time of a 640x480 frame, ms. Single frames take more or less than the
+        median, so leave a margin.
     slower
-        How many times slower this machine is than that of the stored front; below 1 when it is
-        faster. ``eyehand chart segmentation --quick`` measures and prints it.
+        Time on this machine divided by the time on the machine of the stored front.
+        ``eyehand chart segmentation --quick`` measures and prints it.
     threads
-        Most threads the segmentation may take, >= 1.
+        Maximum number of threads, >= 1.
     front
-        Points to choose from; the stored ones by default.
+        Points to select from. Default: the stored ones.
 
     Returns
     -------
-    SegmentationOptions
-        Settings whose stored time times `slower` is at most `milliseconds`.
+    FrontPoint
+        Its stored time, multiplied by `slower`, is at most `milliseconds`.
 
     Raises
     ------
     InputError
-        If a value is not positive or no point is that fast; the message tells what the fastest
-        one costs.
+        If a value is not positive, or if no point is fast enough. The message then gives the time
+        of the fastest one.
     """
     if threads < 1:
         raise InputError(f"threads must be >= 1, got {threads}")
-    front = FORMAT.read(STORED_FRONT) if front is None else front
+    front = FRONT_FORMAT.read(STORED_FRONT) if front is None else front
     allowed = [point for point in front.points if point.dials.get("threads", 1) <= threads]
     if not allowed:
-        raise InputError(f"no stored setting of the segmentation runs on {threads} threads")
+        raise InputError(f"no stored options of the segmentation use <= {threads} threads")
     points = affordable(allowed, milliseconds, slower, "segmentation", _accuracy)
-    return max(points, key=lambda point: point.overlap_f_pct).options()
+    return max(points, key=lambda point: point.overlap_f_pct)
 
 
 def _accuracy(point: FrontPoint) -> str:

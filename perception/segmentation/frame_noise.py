@@ -1,4 +1,4 @@
-"""How noisy a frame is, measured on the frame itself."""
+"""Measure the noise of a frame on the frame itself."""
 
 from __future__ import annotations
 
@@ -7,35 +7,43 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .local_planes import plane_of_moments
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .options import SegmentationOptions
-
-ACROSS = 54
-"""Windows across the image that are measured: some 2000 in all are plenty for a quantile."""
+MIN_NOISE = 1e-3
+"""Minimum noise σ of disparity, 1/m. Without it any rounding would separate the pixels of a
+noise-free frame."""
+NOISE_QUANTILE = 0.4
+"""Quantile of the windows' residuals that is the noise. It lies below the median because the
+residual of a window across an edge is not noise."""
+WINDOWS_ACROSS = 54
+"""Windows across the image that are measured. Some 2000 windows in all give a stable quantile."""
 MIN_SHARE = 0.5
-"""Least share of a window's pixels with readings."""
+"""Minimum share of a window's pixels with readings."""
 
 
-def frame_noise(disparity: NDArray[np.float32], options: SegmentationOptions) -> float:
-    """Noise σ of a disparity image (H, W), 1/m: a low quantile of planes' residuals on a grid."""
-    radius = options.window // 2
-    step = max(disparity.shape[1] // ACROSS, 1)
-    residuals = window_residuals(disparity, radius, step, MIN_SHARE)
+def frame_noise(disparity: NDArray[np.float32], window: int) -> float:
+    """Return the noise σ of a disparity image (H, W), 1/m.
+
+    It is a quantile of the residuals of planes, fitted to windows of side `window` px on a grid.
+    """
+    step = max(disparity.shape[1] // WINDOWS_ACROSS, 1)
+    residuals = window_residuals(disparity, window // 2, step, MIN_SHARE)
     residuals = residuals[residuals >= 0]
     if residuals.size == 0:
-        return options.min_noise
-    return max(float(np.quantile(residuals, options.noise_quantile)), options.min_noise)
+        return MIN_NOISE
+    return max(float(np.quantile(residuals, NOISE_QUANTILE)), MIN_NOISE)
 
 
 @njit(cache=True, nogil=True)
 def window_residuals(q, radius, step, min_share):
-    """Rms residual of a plane per window on a grid, 1/m; -1 = too few readings."""
+    """Return the rms residual of a plane per window on a grid, 1/m; -1 = too few readings."""
     rows, columns = q.shape
     down, across = (rows + step - 1) // step, (columns + step - 1) // step
     residuals = np.full((down, across), -1.0)
-    least = max(min_share * (2 * radius + 1) ** 2, 4.0)
+    min_count = max(min_share * (2 * radius + 1) ** 2, 4.0)
     for k in range(down):
         for m in range(across):
             v, u = k * step, m * step
@@ -56,15 +64,10 @@ def window_residuals(q, radius, step, min_share):
                     sxq += dx * here
                     syq += dy * here
                     sqq += here * here
-            if n < least:
+            if n < min_count:
                 continue
-            mx, my, mq = sx / n, sy / n, sq / n
-            cxx, cyy, cxy = sxx / n - mx * mx, syy / n - my * my, sxy / n - mx * my
-            cxq, cyq = sxq / n - mx * mq, syq / n - my * mq
-            determinant = cxx * cyy - cxy * cxy
-            if determinant < 1e-3 * cxx * cyy or cxx < 0.1 or cyy < 0.1:
-                continue
-            b = (cxq * cyy - cyq * cxy) / determinant
-            c = (cyq * cxx - cxq * cxy) / determinant
-            residuals[k, m] = np.sqrt(max(sqq / n - mq * mq - b * cxq - c * cyq, 0.0))
+            moments = sx, sy, sxx, syy, sxy, sq, sxq, syq, sqq
+            fitted, _, _, _, residual = plane_of_moments(n, moments)
+            if fitted:
+                residuals[k, m] = residual
     return residuals

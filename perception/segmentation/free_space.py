@@ -7,82 +7,66 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from .convexity import SHUFFLE, pixels_by_label
+from .label_pixels import LINES, line_end, pixels_by_label, sample_pixel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
-    from .options import SegmentationOptions
+    from .working_image import WorkingImage
 
+FREE_DEPTH = 0.003
+"""Minimum distance of a point in free space from the surface behind it, m."""
+FREE_SIGMAS = 3.0
+"""The same in disparity, in σ. Both must hold."""
+MAX_CROSSING_SHARE = 0.25
+"""Maximum share of the lines between two parts of one object that cross free space. A lower value
+splits bent objects, a higher one joins neighbours that touch."""
 STEPS = 6
-"""Parts into which a line is cut; its inner points are looked at."""
+"""Parts into which a line is divided. The points between them are tested."""
 
 
-def crossings(
+def count_free_lines(
     patches: NDArray[np.int32],
     pairs: NDArray[np.int64],
     hollow: NDArray[np.bool_],
-    disparity: NDArray[np.float32],
-    noise: float,
-    camera: CameraIntrinsics,
-    options: SegmentationOptions,
+    image: WorkingImage,
 ) -> NDArray[np.int64]:
-    """Count the lines between patches that cross space seen to be free.
+    """Count the lines between patches that cross free space.
 
     Parameters
     ----------
     patches
         Labels (H, W), 0 = none.
     pairs
-        (K, 2) patch numbers.
+        (K, 2) patch numbers. ``LINES`` lines are tested for each pair.
     hollow
-        (n + 1,): patches that are the inside of something; looking into a vessel past its wall is
-        no proof of two solids.
-    disparity
-        (H, W), 1/m, 0 = no reading.
-    noise
-        σ of disparity, 1/m.
-    camera
-        Its intrinsics.
-    options
-        ``line_samples`` lines a pair; a point is in free space where it lies ``free_depth``
-        and ``plane_sigmas`` σ in front of what was measured behind it.
+        (n + 1,) bool: patches that are the inside of a vessel. A line in front of them may cross
+        free space although its ends belong to one object.
+    image
+        Image of the patches.
 
     Returns
     -------
     NDArray
-        (K,) number of lines that cross free space.
+        (K,) lines that cross free space.
     """
-    order, starts = pixels_by_label(patches, int(patches.max(initial=0)))
+    pixels = pixels_by_label(patches, int(patches.max(initial=0)))
+    margin = FREE_SIGMAS * image.noise
     return count_crossings(
-        order,
-        starts,
-        pairs,
-        patches,
-        hollow,
-        disparity,
-        (camera.fx, camera.fy, camera.cx, camera.cy),
-        options.line_samples,
-        options.free_depth,
-        options.plane_sigmas * noise,
+        pixels, pairs, patches, hollow, image.disparity, image.pinhole, margin, LINES
     )
 
 
 @njit(cache=True, nogil=True)
-def count_crossings(order, starts, pairs, patches, hollow, q, camera, samples, free_depth, margin):
-    """Lines of each pair that cross free space; see :func:`crossings`."""
-    fx, fy, cx, cy = camera
+def count_crossings(pixels, pairs, patches, hollow, q, pinhole, margin, lines):
+    """Count for each pair the lines, of so many, that cross free space."""
+    fx, fy, cx, cy = pinhole
     columns = q.shape[1]
     counts = np.zeros(len(pairs), np.int64)
     for k in range(len(pairs)):
-        a, b = pairs[k]
-        size_a, size_b = starts[a + 1] - starts[a], starts[b + 1] - starts[b]
-        for i in range(samples):
-            # A fixed shuffle pairs every part of one patch with every part of the other.
-            j = (i * SHUFFLE + 7) % samples
-            pa = order[starts[a] + (2 * i + 1) * size_a // (2 * samples)]
-            pb = order[starts[b] + (2 * j + 1) * size_b // (2 * samples)]
+        for i in range(lines):
+            pa = sample_pixel(pixels, pairs[k, 0], i, lines)
+            pb = sample_pixel(pixels, pairs[k, 1], line_end(i, lines), lines)
             va, ua = pa // columns, pa % columns
             vb, ub = pb // columns, pb % columns
             qa, qb = q[va, ua], q[vb, ub]
@@ -94,13 +78,13 @@ def count_crossings(order, starts, pairs, patches, hollow, q, camera, samples, f
             for step in range(1, STEPS):
                 t = step / STEPS
                 z = za + (zb - za) * t
+                # A line between two pixels of the image stays inside the image.
                 u = int(np.rint((xa + (xb - xa) * t) / z * fx + cx))
                 v = int(np.rint((ya + (yb - ya) * t) / z * fy + cy))
-                # Between two pixels of the image a line stays inside it.
-                seen = q[v, u]
+                measured = q[v, u]
                 if hollow[patches[v, u]]:
                     continue
-                if seen > 0 and seen + margin < 1.0 / (z + free_depth):
+                if measured > 0 and measured + margin < 1.0 / (z + FREE_DEPTH):
                     counts[k] += 1
                     break
     return counts

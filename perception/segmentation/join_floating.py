@@ -1,4 +1,4 @@
-"""Nothing floats: a piece that stands on nothing belongs to what it hangs on."""
+"""Join pieces that nothing supports to the region that they hang on, such as handles."""
 
 from __future__ import annotations
 
@@ -6,64 +6,89 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .convexity import pixels_by_label
-from .regions import ABOVE, BELOW, LEFT, RIGHT, Borders, region_borders
-
-LOW, HIGH = 0.02, 0.98
-"""Quantiles between which a piece's heights lie: outliers are no edge."""
+from .label_pixels import pixels_by_label
+from .regions import (
+    ABOVE,
+    BELOW,
+    HIGH_QUANTILE,
+    LEFT,
+    LOW_QUANTILE,
+    MIN_BORDER,
+    RIGHT,
+    Borders,
+    merge_regions,
+    region_borders,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
-    from .options import SegmentationOptions
     from .result import SupportPlane
+    from .working_image import WorkingImage
+
+MIN_FREE_SHARE = 0.8
+"""Minimum share of a hanging piece's lower edge with free space below it. A lower value joins what
+stands behind a low object, a higher one leaves handles separate."""
+MAX_AREA = 0.006
+"""Maximum visible area of a hanging piece, m²: the area of a handle or a knob."""
+MAX_SIZE_SHARE = 0.5
+"""Maximum size of a hanging piece, as a share of the region that it hangs on."""
+MIN_CLEARANCE = 0.4
+"""Minimum height of a hanging piece above the support, as a share of its own height. A ball seen
+from 60° above begins at a third, because its belly hides its foot."""
 
 
 def join_floating(
     labels: NDArray[np.int32],
-    disparity: NDArray[np.float32],
+    image: WorkingImage,
     planes: LocalPlanes,
-    camera: CameraIntrinsics,
     support: SupportPlane,
-    options: SegmentationOptions,
 ) -> NDArray[np.int32]:
-    """Join pieces (H, W) that nothing carries to the region they touch most: handles, lids' rims.
+    """Join hanging pieces to the region that they touch most, and number the regions by size.
 
-    A piece is carried where it goes over into the support or another region along its lower
-    edge, and may be where something nearer hides that edge or nothing was measured. Where most
-    of its lower edge steps off to what lies far behind, it hangs, unless it begins so low for
-    its height that its foot may be hidden by its own belly, as a ball's is.
+    A piece is supported where its lower edge touches the support or another region. It may be
+    supported where something nearer hides that edge, or where a reading is missing. A piece
+    hangs where most of its lower edge is a depth step to something behind it.
+
+    Parameters
+    ----------
+    labels
+        Regions 1..n by size, (H, W).
+    image
+        Their image.
+    planes
+        Its local planes.
+    support
+        The support plane, camera frame.
     """
-    borders = region_borders(labels, disparity, planes, options)
-    order, starts = pixels_by_label(labels, borders.contact.shape[0] - 1)
-    sizes = np.diff(starts)
+    borders = region_borders(labels, image, planes)
     count = borders.contact.shape[0] - 1
+    order, starts = pixels_by_label(labels, count)
+    sizes = np.diff(starts)
     parent = np.arange(count + 1, dtype=np.int32)
     down = downwards(support)
-    # Small pieces first: a handle hangs on a pot, never the other way round.
+    # A handle hangs on a pot, and never the other way round, so the smallest piece comes first.
     for label in range(count, 0, -1):
-        if _free_share(label, down, borders) < options.free_share:
+        if _free_share(label, down, borders) < MIN_FREE_SHARE:
             continue
         touching = borders.contact[label].sum(axis=1)
         touching[0] = 0
         partner = int(np.argmax(touching))
-        if sizes[label] > options.hanging_share * sizes[partner]:
+        if sizes[label] > MAX_SIZE_SHARE * sizes[partner]:
             continue
-        pixels = order[starts[label] : starts[label + 1]]
-        area, low, high = _measure(pixels, disparity, camera, support)
-        if area > options.max_hanging or low < options.hanging_height * (high - low):
+        area, low, high = _measure(order[starts[label] : starts[label + 1]], image, support)
+        if area > MAX_AREA or low < MIN_CLEARANCE * (high - low):
             continue
-        if touching[partner] >= options.min_border:
+        if touching[partner] >= image.length(MIN_BORDER):
             parent[label] = partner
     for label in range(1, count + 1):
         parent[label] = _root(parent, label)
-    return parent[labels]
+    return merge_regions(labels, parent)
 
 
 def downwards(support: SupportPlane) -> int:
-    """Image direction (`RIGHT`, `LEFT`, `BELOW`, `ABOVE`) nearest to that of gravity."""
+    """Return the image direction nearest to gravity: `RIGHT`, `LEFT`, `BELOW` or `ABOVE`."""
     x, y = -support.normal[0], -support.normal[1]
     if abs(x) > abs(y):
         return RIGHT if x > 0 else LEFT
@@ -71,6 +96,7 @@ def downwards(support: SupportPlane) -> int:
 
 
 def _free_share(label: int, down: int, borders: Borders) -> float:
+    """Return the share of a region's lower edge with free space below it."""
     contact = borders.contact[label, :, down].sum()
     free = borders.before[label, :, down].sum()
     up = (LEFT, RIGHT, ABOVE, BELOW)[down]
@@ -79,29 +105,24 @@ def _free_share(label: int, down: int, borders: Borders) -> float:
 
 
 def _measure(
-    pixels: NDArray[np.integer],
-    disparity: NDArray[np.float32],
-    camera: CameraIntrinsics,
-    support: SupportPlane,
+    pixels: NDArray[np.integer], image: WorkingImage, support: SupportPlane
 ) -> tuple[float, float, float]:
-    """Area of a region as if it faced the camera, m², its least and greatest height, m."""
-    pixels = pixels[disparity.flat[pixels] > 0]
+    """Return a region's area as if it faced the camera, m², and its lowest and highest point, m."""
+    pixels = pixels[image.disparity.flat[pixels] > 0]
     if pixels.size == 0:
         return 0.0, 0.0, 0.0
-    rows, columns = np.divmod(pixels, disparity.shape[1])
-    z = 1.0 / disparity[rows, columns].astype(np.float64)
-    points = np.column_stack(
-        [(columns - camera.cx) / camera.fx * z, (rows - camera.cy) / camera.fy * z, z]
-    )
-    low, high = np.quantile(support.height(points), (LOW, HIGH))
-    return float((z**2).sum()) / (camera.fx * camera.fy), float(low), float(high)
+    points = image.points(*np.divmod(pixels, image.disparity.shape[1]))
+    low, high = np.quantile(support.height(points), (LOW_QUANTILE, HIGH_QUANTILE))
+    k = image.intrinsics
+    return float((points[:, 2] ** 2).sum()) / (k.fx * k.fy), float(low), float(high)
 
 
 def _root(parent: NDArray[np.int32], label: int) -> int:
-    seen = {label}
+    """Follow parents to the last one; the smallest label where they form a cycle."""
+    visited = {label}
     while parent[label] != label:
         label = int(parent[label])
-        if label in seen:
-            return min(seen)
-        seen.add(label)
+        if label in visited:
+            return min(visited)
+        visited.add(label)
     return label

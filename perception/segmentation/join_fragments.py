@@ -1,4 +1,4 @@
-"""Fragments too small to be an object of their own go to the large one that they touch."""
+"""Join fragments too small to be objects to the large region that they touch."""
 
 from __future__ import annotations
 
@@ -6,37 +6,67 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .regions import region_borders
+from .regions import number_by_size, region_borders
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .local_planes import LocalPlanes
-    from .options import SegmentationOptions
+    from .working_image import WorkingImage
+
+MAX_FRAGMENT = 600
+"""Regions below this size are fragments if they touch a far larger one, px at the reference
+width."""
+MIN_BORDER_SHARE = 0.3
+"""Minimum share of a fragment's outline that touches the region that it joins."""
+MAX_SIZE_SHARE = 0.12
+"""Maximum size of a fragment, as a share of that region."""
 
 
 def join_fragments(
     labels: NDArray[np.int32],
-    disparity: NDArray[np.float32],
+    pieces: NDArray[np.int32],
+    image: WorkingImage,
     planes: LocalPlanes,
-    options: SegmentationOptions,
+    min_object: int,
 ) -> NDArray[np.int32]:
-    """Join regions (H, W) below ``fragment`` px to a far larger one along much of their border."""
-    borders = region_borders(labels, disparity, planes, options)
-    sizes = np.bincount(labels.ravel(), minlength=1)
+    """Join fragments to a far larger region along much of their border.
+
+    Parameters
+    ----------
+    labels
+        Regions (H, W), 0 = none.
+    pieces
+        Further regions (H, W) where `labels` is 0, too small to be objects.
+    image
+        Image of both.
+    planes
+        Its local planes.
+    min_object
+        Minimum size of an object, px.
+
+    Returns
+    -------
+    NDArray
+        (H, W) int32: the regions of at least `min_object` px 1..n, largest first.
+    """
+    small = (labels == 0) & (pieces > 0)
+    regions = number_by_size(np.where(small, pieces + labels.max(initial=0), labels))
+    borders = region_borders(regions, image, planes)
+    sizes = np.bincount(regions.ravel(), minlength=1)
     parent = np.arange(len(sizes), dtype=np.int32)
     for label in range(len(sizes) - 1, 0, -1):
-        if sizes[label] >= options.fragment:
+        if sizes[label] >= image.area(MAX_FRAGMENT):
             continue
-        # What shows far behind an edge is another object, however little of it is seen.
+        # A surface far behind an edge is another object, even if only a little of it is visible.
         touching = borders.close[label].copy()
         touching[0] = 0
         partner = int(np.argmax(touching))
-        if touching[partner] < options.fragment_border * borders.perimeter(label):
+        if touching[partner] < MIN_BORDER_SHARE * borders.perimeter(label):
             continue
-        if sizes[label] <= options.fragment_share * sizes[partner]:
+        if sizes[label] <= MAX_SIZE_SHARE * sizes[partner]:
             parent[label] = partner
     for label in range(1, len(sizes)):
-        # A fragment's partner is larger, so its own partner is already settled.
+        # A fragment's partner is larger, so the parent of the partner is already final.
         parent[label] = parent[parent[label]]
-    return parent[labels]
+    return number_by_size(parent[regions], min_object)

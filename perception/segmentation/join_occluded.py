@@ -1,108 +1,141 @@
-"""Parts of one object on both sides of something nearer."""
+"""Join the parts of one object on both sides of an occluder."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from .ambiguity import HIDDEN, Doubt
-from .convexity import pixels_by_label
-from .free_space import crossings
+from .ambiguity import HIDDEN, UncertainJoin
+from .free_space import MAX_CROSSING_SHARE, count_free_lines
+from .label_pixels import LINES, pixels_by_label
+from .local_planes import STEP_SIGMAS
+from .regions import merge_regions
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
-    from .options import SegmentationOptions
+    from .working_image import WorkingImage
 
-LOOK, MATCH = range(2)
+MAX_REACH = 160
+"""Maximum distance behind an occluder over which a surface is continued, px at the reference
+width."""
+MAX_ERROR_SIGMAS = 4.0
+"""Maximum error of a continued surface, in σ."""
+ERROR_GROWTH_SIGMAS = 0.25
+"""Growth of that error with the distance, in σ per px, because the slope is uncertain too."""
+MAX_SLOPE_SIGMAS = 0.9
+"""Maximum change of slope of a continued surface, in σ per px."""
+MAX_ANGLE = 0.4
+"""Maximum angle between the two ends of a continued surface, rad."""
+MAX_DENT = 0.15
+"""The same where the surface bends inwards, rad. The surface of a convex solid never does."""
+MIN_AGREEING_SHARE = 0.2
+"""Minimum share of the border pixels that see the other region and agree with it. A lower value
+joins regions that are aligned by chance."""
+MIN_AGREEING = 12
+"""Minimum number of such pixels at the reference width."""
+MIN_DISTANCE = 3
+"""Minimum distance of the two ends of a continued surface, px."""
+REACHING, AGREEING = range(2)
+"""Columns of the votes: pixels that reach the other region, and those that agree with it."""
+
+
+class ContinuationLimits(NamedTuple):
+    """Thresholds of :func:`continuation_votes`."""
+
+    reach: int
+    """Maximum distance behind an occluder, px."""
+    inset: int
+    """Distance from the outline at which planes are read, px."""
+    min_step: np.float32
+    """Minimum disparity in front of the surface of an occluder, 1/m."""
+    max_error: np.float32
+    """Maximum error in disparity, 1/m."""
+    error_growth: np.float32
+    """Growth of the error with the distance, 1/(m px)."""
+    max_slope: np.float32
+    """Maximum change of slope, 1/(m px)."""
+    focal: float
+    """Focal length, px."""
+    max_turn: np.float32
+    """Tangent of the maximum angle between the ends."""
+    max_dent: np.float32
+    """Tangent of the maximum angle where the surface bends inwards."""
 
 
 def join_occluded(
-    labels: NDArray[np.int32],
-    disparity: NDArray[np.float32],
-    planes: LocalPlanes,
-    camera: CameraIntrinsics,
-    options: SegmentationOptions,
-) -> tuple[NDArray[np.int32], list[Doubt]]:
-    """Join regions (H, W) whose surfaces continue one another behind an occluder.
+    labels: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes, window: int
+) -> tuple[NDArray[np.int32], list[UncertainJoin]]:
+    """Join regions whose surfaces continue each other behind an occluder.
 
-    From every border pixel of a region its plane is followed in eight directions for as long as
-    what was measured lies before that plane, or nothing was measured. Where it comes out on
-    another region, that region's plane must lie in its continuation, and may not bend inwards.
-    Two regions are joined when enough of the pixels that see the other one agree, and the lines
-    between them cross no free space: between two balls behind a third they would.
+    The plane of each border pixel is followed in eight directions, while the readings are in
+    front of it or missing. Where it comes out on another region, that region's plane must
+    continue it and must not bend inwards. Two regions are joined if enough pixels agree, and if
+    the lines between them do not cross free space, as those between two balls would.
+
+    Parameters
+    ----------
+    labels
+        Regions 1..n by size, (H, W).
+    image
+        Their image.
+    planes
+        Its local planes.
+    window
+        Side of the windows of the plane fit, px. Planes nearer to an outline are not used.
 
     Returns
     -------
-    labels, doubts
-        New labels, and the pairs that were joined: two objects may just be aligned.
+    labels, uncertain
+        New labels by size, and all joins: two objects may be aligned by chance.
     """
     count = int(labels.max(initial=0))
     if count < 2:
         return labels, []
-    votes = hidden_votes(
-        labels,
-        disparity,
-        planes.value,
-        planes.slope_u,
-        planes.slope_v,
-        count,
-        options.hidden_reach,
-        options.window // 2 + 2,
-        np.float32(options.grow_sigmas * planes.noise),
-        np.float32(options.hidden_sigmas * planes.noise),
-        np.float32(options.hidden_growth * planes.noise),
-        np.float32(options.hidden_slope_sigmas * planes.noise),
-        camera.fx,
-        np.float32(np.tan(options.hidden_angle)),
-        np.float32(np.tan(options.hidden_dent)),
+    limits = ContinuationLimits(
+        image.length(MAX_REACH),
+        window // 2 + 2,
+        np.float32(STEP_SIGMAS * image.noise),
+        np.float32(MAX_ERROR_SIGMAS * image.noise),
+        np.float32(ERROR_GROWTH_SIGMAS * image.noise),
+        np.float32(MAX_SLOPE_SIGMAS * image.noise),
+        image.intrinsics.fx,
+        np.float32(np.tan(MAX_ANGLE)),
+        np.float32(np.tan(MAX_DENT)),
     )
-    parent = np.arange(count + 1, dtype=np.int32)
-    order, starts = pixels_by_label(labels, count)
-    doubts: list[Doubt] = []
-    look = votes[..., LOOK] + votes[..., LOOK].T
-    match = votes[..., MATCH] + votes[..., MATCH].T
-    share = match / np.maximum(look, 1)
-    likely = np.argwhere(np.triu((match >= options.min_hidden) & (share >= options.hidden_share)))
+    votes = continuation_votes(labels, image.disparity, planes, count, limits)
+    reaching = votes[..., REACHING] + votes[..., REACHING].T
+    agreeing = votes[..., AGREEING] + votes[..., AGREEING].T
+    share = agreeing / np.maximum(reaching, 1)
+    enough = (agreeing >= image.length(MIN_AGREEING)) & (share >= MIN_AGREEING_SHARE)
+    likely = np.argwhere(np.triu(enough))
     if not len(likely):
         return labels, []
-    solid = np.zeros(count + 1, bool)
-    crossed = crossings(labels, likely, solid, disparity, planes.noise, camera, options)
+    crossed = count_free_lines(labels, likely, np.zeros(count + 1, bool), image)
+    parent = np.arange(count + 1, dtype=np.int32)
+    order, starts = pixels_by_label(labels, count)
+    uncertain: list[UncertainJoin] = []
     for (a, b), lines in zip(likely.tolist(), crossed, strict=True):
-        if lines <= options.crossing_share * options.line_samples:
-            doubts.append((int(order[starts[a]]), int(order[starts[b]]), HIDDEN))
+        if lines <= MAX_CROSSING_SHARE * LINES:
+            uncertain.append(UncertainJoin(int(order[starts[a]]), int(order[starts[b]]), HIDDEN))
             low, high = sorted((int(parent[a]), int(parent[b])))
             parent[parent == high] = low
-    return parent[labels], doubts
+    return merge_regions(labels, parent), uncertain
 
 
 @njit(cache=True, nogil=True)
-def hidden_votes(
-    labels,
-    q,
-    value,
-    slope_u,
-    slope_v,
-    count,
-    reach,
-    inset,
-    min_step,
-    tolerance,
-    growth,
-    max_slope,
-    focal,
-    max_turn,
-    max_dent,
-):
-    """Count per pair the pixels that see the other behind something, and that agree with it."""
+def continuation_votes(labels, q, planes, count, limits):
+    """Count for each pair of regions the pixels of the first that reach and agree with the second.
+
+    Returns (count + 1, count + 1, 2) int32.
+    """
     rows, columns = labels.shape
     votes = np.zeros((count + 1, count + 1, 2), np.int32)
     best = np.zeros(count + 1, np.int8)
-    landed = np.empty(8, np.int32)
+    reached = np.empty(8, np.int32)
     for v in range(rows):
         for u in range(columns):
             a = labels[v, u]
@@ -116,56 +149,79 @@ def hidden_votes(
                         continue
                     if labels[y, x] == a:
                         continue
-                    # Readings at an outline are bent: the plane is taken from further inside.
-                    iv, iu = v - inset * dv, u - inset * du
-                    if iv < 0 or iu < 0 or iv >= rows or iu >= columns:
+                    b, agrees = _follow_plane(labels, q, planes, limits, (v, u), (dv, du))
+                    if b == 0:
                         continue
-                    if labels[iv, iu] != a or value[iv, iu] <= 0:
-                        continue
-                    slope = slope_u[iv, iu] * du + slope_v[iv, iu] * dv
-                    start = value[iv, iu] + slope * inset
-                    for step in range(1, reach):
-                        y, x = v + step * dv, u + step * du
-                        if y < 0 or x < 0 or y >= rows or x >= columns:
-                            break
-                        if q[y, x] <= 0:
-                            continue
-                        allowed = tolerance + growth * (step + inset)
-                        b = labels[y, x]
-                        if q[y, x] - start - slope * step > max(allowed, min_step):
-                            if b == 0:
-                                break
-                            continue
-                        if b == 0 or b == a or step < 3:
-                            break
-                        y, x = y + inset * dv, x + inset * du
-                        if y < 0 or x < 0 or y >= rows or x >= columns:
-                            break
-                        if labels[y, x] != b or value[y, x] <= 0:
-                            break
-                        way = step + inset
-                        allowed = tolerance + growth * (way + inset)
-                        # A plane turned by a small angle changes its slope by q / f of that.
-                        slope_tolerance = min(max_slope, max_turn * value[y, x] / focal)
-                        back = slope_u[y, x] * du + slope_v[y, x] * dv
-                        good = (
-                            abs(value[y, x] - start - slope * way) <= allowed
-                            and abs(value[y, x] - back * way - start) <= allowed
-                            and abs(slope_u[y, x] - slope_u[iv, iu]) <= slope_tolerance
-                            and abs(slope_v[y, x] - slope_v[iv, iu]) <= slope_tolerance
-                            # Between the ends of two solids that face each other the surface
-                            # would have to bend inwards.
-                            and back - slope <= max_dent * value[y, x] / focal
-                        )
-                        if best[b] == 0:
-                            landed[hits] = b
-                            hits += 1
-                        best[b] = max(best[b], 2 if good else 1)
-                        break
+                    if best[b] == 0:
+                        reached[hits] = b
+                        hits += 1
+                    best[b] = max(best[b], 2 if agrees else 1)
             for k in range(hits):
-                b = landed[k]
-                votes[a, b, 0] += 1
+                b = reached[k]
+                votes[a, b, REACHING] += 1
                 if best[b] == 2:
-                    votes[a, b, 1] += 1
+                    votes[a, b, AGREEING] += 1
                 best[b] = 0
     return votes
+
+
+@njit(cache=True, nogil=True)
+def _follow_plane(labels, q, planes, limits, pixel, direction):
+    """Follow a border pixel's plane behind an occluder.
+
+    Return the label of the region where it comes out, or 0, and whether the region continues it.
+    """
+    value, slope_u, slope_v, inset = planes.value, planes.slope_u, planes.slope_v, limits.inset
+    rows, columns = labels.shape
+    (v, u), (dv, du) = pixel, direction
+    a = labels[v, u]
+    # The readings at an outline are distorted, so the plane is read further inside.
+    iv, iu = v - inset * dv, u - inset * du
+    if iv < 0 or iu < 0 or iv >= rows or iu >= columns:
+        return 0, False
+    if labels[iv, iu] != a or value[iv, iu] <= 0:
+        return 0, False
+    slope = slope_u[iv, iu] * du + slope_v[iv, iu] * dv
+    start = value[iv, iu] + slope * inset
+    for step in range(1, limits.reach):
+        y, x = v + step * dv, u + step * du
+        if y < 0 or x < 0 or y >= rows or x >= columns:
+            break
+        if q[y, x] <= 0:
+            continue
+        max_error = limits.max_error + limits.error_growth * (step + inset)
+        b = labels[y, x]
+        if q[y, x] - start - slope * step > max(max_error, limits.min_step):
+            if b == 0:
+                break
+            continue
+        if b == 0 or b == a or step < MIN_DISTANCE:
+            break
+        y, x = y + inset * dv, x + inset * du
+        if y < 0 or x < 0 or y >= rows or x >= columns:
+            break
+        if labels[y, x] != b or value[y, x] <= 0:
+            break
+        ends = (iv, iu), (y, x)
+        return b, _continues(planes, limits, ends, direction, start, step + inset)
+    return 0, False
+
+
+@njit(cache=True, nogil=True)
+def _continues(planes, limits, ends, direction, start, distance):
+    """Return whether the planes at both ends of a hidden surface continue each other."""
+    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
+    ((iv, iu), (y, x)), (dv, du) = ends, direction
+    max_error = limits.max_error + limits.error_growth * (distance + limits.inset)
+    # A plane turned by a small angle changes its slope by q / f times that angle.
+    max_slope = min(limits.max_slope, limits.max_turn * value[y, x] / limits.focal)
+    slope = slope_u[iv, iu] * du + slope_v[iv, iu] * dv
+    back = slope_u[y, x] * du + slope_v[y, x] * dv
+    return (
+        abs(value[y, x] - start - slope * distance) <= max_error
+        and abs(value[y, x] - back * distance - start) <= max_error
+        and abs(slope_u[y, x] - slope_u[iv, iu]) <= max_slope
+        and abs(slope_v[y, x] - slope_v[iv, iu]) <= max_slope
+        # Between two solids that face each other the surface would bend inwards.
+        and back - slope <= limits.max_dent * value[y, x] / limits.focal
+    )

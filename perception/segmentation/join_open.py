@@ -1,4 +1,4 @@
-"""The inside of a vessel belongs to its outside: bowls, mugs, pots."""
+"""Join the inside of a vessel to its outside: bowls, mugs, pots."""
 
 from __future__ import annotations
 
@@ -7,70 +7,82 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from .convexity import region_turns
-from .regions import Borders, fill_holes, region_borders
+from .convexity import HOLLOW, region_convexity
+from .regions import MAX_GAP, MIN_BORDER, Borders, fill_holes, number_by_size, region_borders
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
-    from .options import SegmentationOptions
+    from .working_image import WorkingImage
 
+MIN_HOLLOW = 300
+"""Minimum size of the inside of a vessel, px at the reference width. Noise can make fewer pixels
+hollow."""
+MIN_RIM_SHARE = 0.25
+"""Minimum share of a vessel's mouth along which its outside is visible. A lower value joins
+neighbours."""
+MAX_FLOOR = 2.0
+"""Maximum size of a vessel's floor, as a multiple of the visible inside. A higher value fills wide
+pots, and takes the table between objects for a floor."""
 RING = 2
-"""Width of the strip around a vessel's mouth in which its outside is looked for, px."""
+"""Width of the strip around a vessel's mouth in which its outside is searched, px."""
 
 
 def join_open(
-    labels: NDArray[np.int32],
-    disparity: NDArray[np.float32],
-    planes: LocalPlanes,
-    camera: CameraIntrinsics,
-    options: SegmentationOptions,
+    labels: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes
 ) -> NDArray[np.int32]:
-    """Join hollow regions (H, W) to the region before them, and give them their floor.
+    """Join hollow regions to the region in front of them, and number the regions by size.
 
-    Only the inside of something curves towards the viewer, and the near wall of the vessel hides
-    its lower edge. A region whose normals converge, and of whose outline (with the floor, which
-    may be too close to the table to stand out) a good part lies behind or against another
-    region, is that region's inside.
+    Only the inside of a vessel curves towards the camera, and the near wall hides its lower edge.
+    The mouth is such a region together with its floor, which may be too close to the table to be
+    a region. The mouth joins the region along a good part of its outline.
+
+    Parameters
+    ----------
+    labels
+        Regions 1..n by size, (H, W).
+    image
+        Their image.
+    planes
+        Its local planes.
     """
-    borders = region_borders(labels, disparity, planes, options)
+    borders = region_borders(labels, image, planes)
     sizes = np.bincount(labels.ravel())
-    turns = region_turns(labels, disparity, planes, camera)
+    convexity = region_convexity(labels, image, planes)
     hollow = [
         label
         for label in range(1, borders.contact.shape[0])
-        if sizes[label] >= options.min_hollow
-        and turns[label] < -options.hollow_turn
-        and _neighbour_share(label, borders) > 0
+        if sizes[label] >= image.area(MIN_HOLLOW)
+        and convexity[label] < HOLLOW
+        and _has_neighbour(label, borders)
     ]
     if not hollow:
         return labels
+    disparity = image.disparity
     joined = labels.copy()
     floors = _enclosed(labels, disparity)
     for label in hollow:
         inside = labels == label
-        mouth = inside | _floor(inside, floors, options)
-        # The wall of a vessel lies before its inside or touches it; what lies behind is no wall.
+        mouth = inside | _floor(inside, floors, image.length(MAX_GAP) // 2)
+        # The wall of a vessel is in front of its inside or touches it.
         nearer = borders.before[:, label].sum(axis=1) + borders.contact[:, label].sum(axis=1)
-        walls = np.where(nearer[labels] >= options.min_border, joined, 0)
-        outside = _outside(_convex(mouth), walls, disparity, options)
+        walls = np.where(nearer[labels] >= image.length(MIN_BORDER), joined, 0)
+        outside = _outside(_convex_hull(mouth), walls, disparity)
         if outside == 0:
             continue
         joined[mouth] = outside
         whole = joined == outside
         joined[fill_holes(whole) & (joined == 0) & (disparity > 0)] = outside
-    return joined
+    return number_by_size(joined)
 
 
-def _neighbour_share(label: int, borders: Borders) -> float:
-    touching = borders.contact[label, 1:].sum() + borders.before[1:, label].sum()
-    return float(touching / max(borders.perimeter(label), 1))
+def _has_neighbour(label: int, borders: Borders) -> bool:
+    return bool(borders.contact[label, 1:].sum() + borders.before[1:, label].sum() > 0)
 
 
 def _enclosed(labels: NDArray[np.int32], disparity: NDArray[np.float32]) -> NDArray[np.int32]:
-    """Connected background pixels, numbered from 1; the largest part, the table, is 0."""
+    """Number the connected parts of the background from 1; the largest one, the table, is 0."""
     empty = ((labels == 0) & (disparity > 0)).astype(np.uint8)
     _, parts, stats, _ = cv2.connectedComponentsWithStats(empty, connectivity=4)
     stats[0, cv2.CC_STAT_AREA] = 0
@@ -78,20 +90,17 @@ def _enclosed(labels: NDArray[np.int32], disparity: NDArray[np.float32]) -> NDAr
     return np.where(parts == largest, 0, parts).astype(np.int32)
 
 
-def _floor(
-    inside: NDArray[np.bool_], floors: NDArray[np.int32], options: SegmentationOptions
-) -> NDArray[np.bool_]:
-    """Enclosed background that borders a hollow region and is not much larger than that."""
-    ring = _ring(inside, options.gap_reach // 2)
-    touching = np.bincount(floors[ring], minlength=int(floors.max(initial=0)) + 1)
+def _floor(inside: NDArray[np.bool_], floors: NDArray[np.int32], reach: int) -> NDArray[np.bool_]:
+    """Return the enclosed background within `reach` px of a hollow region, if small enough."""
+    touching = np.bincount(floors[_ring(inside, reach)], minlength=int(floors.max(initial=0)) + 1)
     touching[0] = 0
     sizes = np.bincount(floors.ravel(), minlength=touching.size)
-    near = (touching > 0) & (sizes < options.max_floor * np.count_nonzero(inside))
+    near = (touching > 0) & (sizes < MAX_FLOOR * np.count_nonzero(inside))
     return near[floors]
 
 
-def _convex(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Image convex hull: what lies in a vessel is not its outside."""
+def _convex_hull(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Return the image convex hull of a mask. An object in it is not the vessel's outside."""
     outlines, _ = cv2.findContours(
         mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
     )
@@ -106,16 +115,13 @@ def _ring(mask: NDArray[np.bool_], width: int) -> NDArray[np.bool_]:
 
 
 def _outside(
-    mouth: NDArray[np.bool_],
-    labels: NDArray[np.int32],
-    disparity: NDArray[np.float32],
-    options: SegmentationOptions,
+    mouth: NDArray[np.bool_], labels: NDArray[np.int32], disparity: NDArray[np.float32]
 ) -> int:
-    """Region along the largest part of the mouth's outline, 0 when that part is too small."""
+    """Return the region along the largest part of the mouth's outline, 0 if that part is small."""
     around = labels[_ring(mouth, RING) & (disparity > 0)]
     if around.size == 0:
         return 0
     counts = np.bincount(around)
     counts[0] = 0
     best = int(np.argmax(counts))
-    return best if counts[best] >= options.min_rim_share * around.size else 0
+    return best if counts[best] >= MIN_RIM_SHARE * around.size else 0

@@ -1,7 +1,7 @@
-"""A plane in disparity around every pixel, with windows that stay on their own side of an edge.
+"""A plane in disparity around every pixel, fitted to windows that do not cross an edge.
 
-In disparity q = 1/z a plane in space is linear in pixel coordinates, and the noise of stereo and
-structured light does not depend on distance, so one threshold serves the whole image.
+In disparity q = 1/z a plane in space is linear in pixel coordinates. The noise of stereo and
+structured light in disparity does not depend on distance, so one threshold fits the whole image.
 """
 
 from __future__ import annotations
@@ -11,148 +11,195 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from .row_bands import in_bands
+from .row_bands import run_in_row_bands
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from ..frame import CameraIntrinsics
     from .options import SegmentationOptions
+    from .working_image import WorkingImage
 
-SETTLED = 2.0
-"""Squared error of a centred window, in σ², below which no other window is looked for."""
+GOOD_FIT = 2.0
+"""Maximum squared error of a centred window, in σ², at which no shifted window is tried."""
+SHIFT_GAIN = 0.6
+"""A shifted window must have an error below this share of the centred one's. A lower value keeps
+windows centred (smoother), a higher one makes creases sharper (noisier)."""
 MIN_WINDOW_SHARE = 0.3
-"""Least share of a window's pixels with readings for a plane to be trusted."""
+"""Minimum share of a window's pixels with readings. A plane through fewer is unreliable."""
+STEP_SIGMAS = 6.0
+"""Minimum step in disparity between two separate surfaces, in σ. A lower value splits noisy
+surfaces, a higher one joins surfaces across small steps."""
+CREASE_SIGMAS = 18.0
+"""Maximum change of slope at a crease, in σ per px. A larger change counts as a step. A lower value
+separates faces seen at a grazing angle, a higher one joins what is behind a round rim."""
 
 
 class LocalPlanes(NamedTuple):
-    """Per-pixel planes ``q(u', v') = value + slope_u (u'-u) + slope_v (v'-v)``; NaN-free."""
+    """Per-pixel planes ``q(u', v') = value + slope_u (u'-u) + slope_v (v'-v)``, without NaN."""
 
     value: NDArray[np.float32]
-    """Plane's disparity at the pixel, (H, W), 1/m; 0 = no plane."""
+    """Disparity of the plane at the pixel, (H, W), 1/m; 0 = no plane."""
     slope_u: NDArray[np.float32]
     """Slope along columns, (H, W), 1/(m px)."""
     slope_v: NDArray[np.float32]
     """Slope along rows, (H, W), 1/(m px)."""
     rms: NDArray[np.float32]
-    """Residual of the window centred on the pixel, (H, W), 1/m; -1 = none."""
-    noise: float = 0.0
-    """Noise σ of disparity, 1/m."""
+    """Residual of the window centred on the pixel, (H, W), 1/m; -1 = no plane."""
 
 
-def fit_local_planes(
-    disparity: NDArray[np.float32], noise: float, options: SegmentationOptions
-) -> LocalPlanes:
-    """Fit a plane around every pixel of a disparity image (H, W), 1/m, 0 = no reading.
+def fit_local_planes(image: WorkingImage, options: SegmentationOptions) -> LocalPlanes:
+    """Fit a plane in disparity around every pixel by least squares.
 
-    Least squares from running sums over a square window; where a window shifted to one of eight
-    sides explains the pixel clearly better (Kuwahara et al. 1976), that plane is taken. `noise`
-    is σ of disparity, 1/m.
+    With ``shift_windows`` the window may be shifted to one of eight sides where this fits the
+    pixel clearly better (Kuwahara et al. 1976).
     """
     radius = options.window // 2
-    value, slope_u, slope_v, rms = in_bands(
-        lambda q: plane_sums(q, radius, MIN_WINDOW_SHARE), (disparity,), radius, options.threads
-    )
-    if options.shift_windows:
-        value, slope_u, slope_v = in_bands(
-            lambda q, value, slope_u, slope_v, rms: pick_windows(
-                q, value, slope_u, slope_v, rms, radius, noise, options.shift_gain
-            ),
-            (disparity, value, slope_u, slope_v, rms),
+    centred = LocalPlanes(
+        *run_in_row_bands(
+            lambda q: fit_centred_windows(q, radius, MIN_WINDOW_SHARE),
+            (image.disparity,),
             radius,
             options.threads,
         )
-    return LocalPlanes(value, slope_u, slope_v, rms, noise)
+    )
+    if not options.shift_windows:
+        return centred
+    value, slope_u, slope_v = run_in_row_bands(
+        lambda q, *planes: select_windows(q, LocalPlanes(*planes), radius, image.noise, SHIFT_GAIN),
+        (image.disparity, *centred),
+        radius,
+        options.threads,
+    )
+    return LocalPlanes(value, slope_u, slope_v, centred.rms)
+
+
+def plane_normals(planes: LocalPlanes, camera: CameraIntrinsics) -> NDArray[np.float32]:
+    """Return the unit normals towards the camera, (H, W, 3) float32; 0 where there is no plane.
+
+    A plane n·X = 1 in space has q = n·(x/z, y/z, 1). So its value and slopes determine n.
+    """
+    return _normals(planes, (camera.fx, camera.fy, camera.cx, camera.cy))
 
 
 @njit(cache=True, nogil=True)
-def plane_sums(q, radius, min_share):
-    """Fit a plane per centred window: value and slopes at its centre, rms residual, -1 = none."""
+def fit_centred_windows(q, radius, min_share):
+    """Fit a plane to the window around each pixel; return value, slopes and rms as `LocalPlanes`.
+
+    Each step moves the running sums of the window by one row or column. It shifts their origin
+    by one pixel before it adds and removes readings.
+    """
     rows, columns = q.shape
     value = np.zeros((rows, columns), np.float32)
     slope_u = np.zeros((rows, columns), np.float32)
     slope_v = np.zeros((rows, columns), np.float32)
     rms = np.full((rows, columns), np.float32(-1.0))
-    least = max(min_share * (2 * radius + 1) ** 2, 4.0)
-    # Sums over a column of the window, with v relative to the current row.
-    n, sv, svv = np.zeros(columns), np.zeros(columns), np.zeros(columns)
-    sq, svq, sqq = np.zeros(columns), np.zeros(columns), np.zeros(columns)
+    min_count = max(min_share * (2 * radius + 1) ** 2, 4.0)
+    sums = np.zeros((6, columns))
     for v in range(-radius, rows):
-        entering, leaving = v + radius, v - radius - 1
-        for u in range(columns):
-            # Shift the origin down by one row before adding and dropping rows.
-            svv[u] += n[u] - 2.0 * sv[u]
-            sv[u] -= n[u]
-            svq[u] -= sq[u]
-            if entering < rows and q[entering, u] > 0:
-                x = np.float64(q[entering, u])
-                n[u] += 1.0
-                sv[u] += radius
-                svv[u] += radius * radius
-                sq[u] += x
-                svq[u] += radius * x
-                sqq[u] += x * x
-            if leaving >= 0 and q[leaving, u] > 0:
-                x = np.float64(q[leaving, u])
-                offset = -radius - 1.0
-                n[u] -= 1.0
-                sv[u] -= offset
-                svv[u] -= offset * offset
-                sq[u] -= x
-                svq[u] -= offset * x
-                sqq[u] -= x * x
-        if v < 0:
-            continue
-        tn = tv = tvv = tq = tvq = tqq = tu = tuu = tuv = tuq = 0.0
-        for u in range(-radius, columns):
-            tuu += tn - 2.0 * tu
-            tuv -= tv
-            tuq -= tq
-            tu -= tn
-            right, left = u + radius, u - radius - 1
-            if right < columns:
-                tn += n[right]
-                tv += sv[right]
-                tvv += svv[right]
-                tq += sq[right]
-                tvq += svq[right]
-                tqq += sqq[right]
-                tu += radius * n[right]
-                tuu += radius * radius * n[right]
-                tuv += radius * sv[right]
-                tuq += radius * sq[right]
-            if left >= 0:
-                offset = -radius - 1.0
-                tn -= n[left]
-                tv -= sv[left]
-                tvv -= svv[left]
-                tq -= sq[left]
-                tvq -= svq[left]
-                tqq -= sqq[left]
-                tu -= offset * n[left]
-                tuu -= offset * offset * n[left]
-                tuv -= offset * sv[left]
-                tuq -= offset * sq[left]
-            if u < 0 or tn < least or q[v, u] <= 0:
-                continue
-            mu, mv, mq = tu / tn, tv / tn, tq / tn
-            cuu, cvv, cuv = tuu / tn - mu * mu, tvv / tn - mv * mv, tuv / tn - mu * mv
-            cuq, cvq = tuq / tn - mu * mq, tvq / tn - mv * mq
-            determinant = cuu * cvv - cuv * cuv
-            if determinant < 1e-3 * cuu * cvv or cuu < 0.1 or cvv < 0.1:
-                continue
-            b = (cuq * cvv - cvq * cuv) / determinant
-            c = (cvq * cuu - cuq * cuv) / determinant
-            residual = tqq / tn - mq * mq - b * cuq - c * cvq
-            value[v, u] = mq - b * mu - c * mv
-            slope_u[v, u] = b
-            slope_v[v, u] = c
-            rms[v, u] = np.sqrt(max(residual, 0.0))
+        _move_column_sums(q, v, radius, sums)
+        if v >= 0:
+            planes = value[v], slope_u[v], slope_v[v], rms[v]
+            _fit_row(q[v], radius, min_count, sums, planes)
     return value, slope_u, slope_v, rms
 
 
 @njit(cache=True, nogil=True)
-def pick_windows(q, value, slope_u, slope_v, rms, radius, noise, gain):
-    """Replace planes by those of the best of eight shifted windows where that is clearly better."""
+def _move_column_sums(q, v, radius, sums):
+    """Move the sums over each column of the window (6, W) to row v: of 1, v, v², q, v q, q²."""
+    rows, columns = q.shape
+    n, sv, svv, sq, svq, sqq = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    entering, leaving = v + radius, v - radius - 1
+    for u in range(columns):
+        svv[u] += n[u] - 2.0 * sv[u]
+        sv[u] -= n[u]
+        svq[u] -= sq[u]
+        if entering < rows and q[entering, u] > 0:
+            x = np.float64(q[entering, u])
+            n[u] += 1.0
+            sv[u] += radius
+            svv[u] += radius * radius
+            sq[u] += x
+            svq[u] += radius * x
+            sqq[u] += x * x
+        if leaving >= 0 and q[leaving, u] > 0:
+            x = np.float64(q[leaving, u])
+            offset = -radius - 1.0
+            n[u] -= 1.0
+            sv[u] -= offset
+            svv[u] -= offset * offset
+            sq[u] -= x
+            svq[u] -= offset * x
+            sqq[u] -= x * x
+
+
+@njit(cache=True, nogil=True)
+def _fit_row(q, radius, min_count, sums, planes):
+    """Fit the planes of one row of pixels from the column sums."""
+    columns = len(q)
+    n, sv, svv, sq, svq, sqq = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    value, slope_u, slope_v, rms = planes
+    tn = tv = tvv = tq = tvq = tqq = tu = tuu = tuv = tuq = 0.0
+    for u in range(-radius, columns):
+        tuu += tn - 2.0 * tu
+        tuv -= tv
+        tuq -= tq
+        tu -= tn
+        right, left = u + radius, u - radius - 1
+        if right < columns:
+            tn += n[right]
+            tv += sv[right]
+            tvv += svv[right]
+            tq += sq[right]
+            tvq += svq[right]
+            tqq += sqq[right]
+            tu += radius * n[right]
+            tuu += radius * radius * n[right]
+            tuv += radius * sv[right]
+            tuq += radius * sq[right]
+        if left >= 0:
+            offset = -radius - 1.0
+            tn -= n[left]
+            tv -= sv[left]
+            tvv -= svv[left]
+            tq -= sq[left]
+            tvq -= svq[left]
+            tqq -= sqq[left]
+            tu -= offset * n[left]
+            tuu -= offset * offset * n[left]
+            tuv -= offset * sv[left]
+            tuq -= offset * sq[left]
+        if u < 0 or tn < min_count or q[u] <= 0:
+            continue
+        moments = tu, tv, tuu, tvv, tuv, tq, tuq, tvq, tqq
+        fitted, at, along_u, along_v, residual = plane_of_moments(tn, moments)
+        if fitted:
+            value[u], slope_u[u], slope_v[u], rms[u] = at, along_u, along_v, residual
+
+
+@njit(cache=True, nogil=True)
+def plane_of_moments(n, moments):
+    """Return whether the sums of n readings determine a plane; its value, slopes and rms residual.
+
+    `moments` holds the sums of u, v, u², v², u v, q, u q, v q and q² about the window's centre.
+    """
+    su, sv, suu, svv, suv, sq, suq, svq, sqq = moments
+    mu, mv, mq = su / n, sv / n, sq / n
+    cuu, cvv, cuv = suu / n - mu * mu, svv / n - mv * mv, suv / n - mu * mv
+    cuq, cvq = suq / n - mu * mq, svq / n - mv * mq
+    determinant = cuu * cvv - cuv * cuv
+    if determinant < 1e-3 * cuu * cvv or cuu < 0.1 or cvv < 0.1:
+        return False, 0.0, 0.0, 0.0, 0.0
+    b = (cuq * cvv - cvq * cuv) / determinant
+    c = (cvq * cuu - cuq * cuv) / determinant
+    residual = sqq / n - mq * mq - b * cuq - c * cvq
+    return True, mq - b * mu - c * mv, b, c, np.sqrt(max(residual, 0.0))
+
+
+@njit(cache=True, nogil=True)
+def select_windows(q, planes, radius, noise, gain):
+    """Return value and slopes of the best window, where a shifted one is clearly better."""
+    value, slope_u, slope_v, rms = planes.value, planes.slope_u, planes.slope_v, planes.rms
     rows, columns = q.shape
     new_value, new_u, new_v = value.copy(), slope_u.copy(), slope_v.copy()
     for v in range(rows):
@@ -162,9 +209,9 @@ def pick_windows(q, value, slope_u, slope_v, rms, radius, noise, gain):
                 continue
             best = np.float32(1e9)
             if rms[v, u] >= 0:
-                miss = value[v, u] - here
-                best = rms[v, u] * rms[v, u] + miss * miss
-                if best < SETTLED * noise * noise:
+                error = value[v, u] - here
+                best = rms[v, u] * rms[v, u] + error * error
+                if best < GOOD_FIT * noise * noise:
                     continue
                 best *= gain * gain
             for dv in (-radius, 0, radius):
@@ -173,11 +220,30 @@ def pick_windows(q, value, slope_u, slope_v, rms, radius, noise, gain):
                     if y < 0 or x < 0 or y >= rows or x >= columns or rms[y, x] < 0:
                         continue
                     at = value[y, x] - slope_u[y, x] * du - slope_v[y, x] * dv
-                    miss = at - here
-                    cost = rms[y, x] * rms[y, x] + miss * miss
+                    error = at - here
+                    cost = rms[y, x] * rms[y, x] + error * error
                     if cost < best:
                         best = cost
                         new_value[v, u] = at
                         new_u[v, u] = slope_u[y, x]
                         new_v[v, u] = slope_v[y, x]
     return new_value, new_u, new_v
+
+
+@njit(cache=True, nogil=True)
+def _normals(planes, pinhole):
+    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
+    fx, fy, cx, cy = pinhole
+    rows, columns = value.shape
+    normals = np.zeros((rows, columns, 3), np.float32)
+    for v in range(rows):
+        for u in range(columns):
+            if value[v, u] <= 0:
+                continue
+            x, y = slope_u[v, u] * fx, slope_v[v, u] * fy
+            z = value[v, u] - slope_u[v, u] * (u - cx) - slope_v[v, u] * (v - cy)
+            scale = -1.0 / np.sqrt(x * x + y * y + z * z)
+            normals[v, u, 0] = x * scale
+            normals[v, u, 1] = y * scale
+            normals[v, u, 2] = z * scale
+    return normals

@@ -1,4 +1,4 @@
-"""What a segmentation says: one label per object, the support plane, and the time it took."""
+"""The result of a segmentation: labels, support planes, ambiguous objects, times."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class SupportPlane:
-    """The plane that carries the objects: ``normal · x + offset = 0``."""
+    """A plane that objects stand on: ``normal · x + offset = 0``."""
 
     normal: NDArray[np.float64]
-    """Unit normal, (3,), towards the side on which objects stand."""
+    """Unit normal, (3,), towards the objects."""
     offset: float
-    """Offset, m."""
+    """Offset, m: the height of the frame's origin above the plane."""
     tolerance: float = 0.0
-    """Spread of the plane's own readings about it, one σ, m."""
+    """Standard deviation of the plane's own readings about it, m."""
 
     def height(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Signed height of points (…, 3) above the plane, (…,), m."""
+        """Return the signed heights (…,) of points (…, 3) above the plane, m."""
         return np.asarray(points) @ self.normal + self.offset
 
     def moved(self, T_a_b: RigidTransform) -> SupportPlane:
-        """Give the plane in frame a, from frame b."""
+        """Return the plane in frame a, for a plane in frame b."""
         normal = T_a_b.rotation.apply(self.normal)
         offset = self.offset - float(normal @ T_a_b.translation)
         return SupportPlane(normal, offset, self.tolerance)
@@ -37,20 +37,21 @@ class SupportPlane:
 
 @dataclass(frozen=True)
 class Segmentation:
-    """Objects of one frame."""
+    """The objects of one frame."""
 
     labels: NDArray[np.int32]
     """(H, W) int32: 0 = not an object, 1..n = objects, largest first."""
     support: SupportPlane | None
-    """Support plane in the camera frame; None when no plane was found."""
+    """The support plane in the camera frame, or None when no plane was found."""
     noise: float
-    """Disparity noise σ measured on this frame, 1/m."""
+    """Noise σ of disparity, measured on this frame, 1/m."""
     timings: dict[str, float]
-    """Seconds per stage, in the order the data flows."""
+    """Time of each stage, s, in the order of the stages."""
     ambiguous: dict[int, str] = field(default_factory=dict)
-    """Label → why geometry cannot tell whether it is one object: no entry where it can."""
+    """Label → reason why the region may be more, or less, than one object. Objects without such a
+    reason have no entry."""
     other_supports: tuple[SupportPlane, ...] = ()
-    """Further planes that carry things, as a shelf or the floor beside a table."""
+    """Further support planes in the camera frame, such as a shelf or the floor beside a table."""
 
     @property
     def count(self) -> int:
@@ -58,10 +59,10 @@ class Segmentation:
         return int(self.labels.max(initial=0))
 
     def boxes(self) -> dict[int, tuple[slice, slice]]:
-        """Rows and columns that hold each object, by label."""
+        """Return the rows and columns of each object's bounding box, by label."""
         found = ndimage.find_objects(self.labels)
         return {number: box for number, box in enumerate(found, start=1) if box is not None}
 
     def mask(self, label: int) -> NDArray[np.bool_]:
-        """Pixels of one object, (H, W) bool."""
+        """Return the mask of one object, (H, W) bool."""
         return self.labels == label

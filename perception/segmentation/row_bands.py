@@ -1,4 +1,4 @@
-"""Row kernels on several threads: each takes a band of rows and the rows around it."""
+"""Run image functions on several threads, each on a band of rows."""
 
 from __future__ import annotations
 
@@ -14,40 +14,45 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MIN_ROWS = 32
-"""Bands of fewer rows cost more than they save."""
+"""Minimum rows of a band. The overhead of a smaller band exceeds the time that it saves."""
 
 
-def in_bands(
-    kernel: Callable[..., tuple[NDArray, ...]],
+def run_in_row_bands(
+    function: Callable[..., tuple[NDArray, ...]],
     images: Sequence[NDArray],
     overlap: int,
     threads: int,
 ) -> tuple[NDArray, ...]:
-    """Run ``kernel(*images)`` in bands of rows, with the result of one call on whole images.
+    """Run ``function(*images)`` on bands of rows and join the results.
 
     Parameters
     ----------
-    kernel
-        Takes images (H, ...) and returns images of as many rows; row v of the result may depend
-        on rows v - overlap to v + overlap only. It runs in parallel only where it releases the
-        interpreter's lock (numba: ``nogil``), which costs microseconds where numba's own
-        threading layers cost milliseconds on a loaded machine.
+    function
+        Takes images (H, ...) and returns images with the same number of rows. Row v of a result
+        may depend only on the rows from v - overlap to v + overlap. The bands run in parallel
+        only if it releases the interpreter's lock (numba: ``nogil``). Threads of this kind cost
+        microseconds; numba's own threading layers cost milliseconds on a loaded machine.
     images
-        Inputs, all with equally many rows.
+        Arguments of `function`, all with the same number of rows.
     overlap
-        Rows on either side that a row's result depends on.
+        Rows on each side that a row of the result depends on.
     threads
-        Bands, at most.
+        Maximum number of bands.
+
+    Returns
+    -------
+    tuple of NDArray
+        The result of one call on the whole images.
     """
     rows = images[0].shape[0]
     bands = min(threads, rows // MIN_ROWS)
     if bands < 2:
-        return kernel(*images)
+        return function(*images)
     edges = np.linspace(0, rows, bands + 1).round().astype(int)
 
     def run(k: int) -> tuple[NDArray, ...]:
         first, last = max(edges[k] - overlap, 0), min(edges[k + 1] + overlap, rows)
-        results = kernel(*(image[first:last] for image in images))
+        results = function(*(image[first:last] for image in images))
         return tuple(result[edges[k] - first : edges[k + 1] - first] for result in results)
 
     parts = in_threads(run, range(bands), bands)

@@ -1,4 +1,4 @@
-"""One depth frame in, one label per object out."""
+"""Segment one depth frame: the stages in their order."""
 
 from __future__ import annotations
 
@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from .above_support import above_support, candidate_window
-from .ambiguity import settle_doubts
-from .convexity import pixels_by_label
+from .ambiguity import resolve_ambiguity
 from .frame_noise import frame_noise
 from .grow_patches import grow_patches
 from .join_floating import join_floating
@@ -19,143 +18,121 @@ from .join_open import join_open
 from .local_planes import fit_local_planes
 from .merge_patches import merge_patches
 from .options import SegmentationOptions
-from .regions import largest_regions
+from .regions import number_by_size, number_with_reasons
 from .result import Segmentation
-from .smooth_patches import linked_pixels, plane_normals, smooth_patches
+from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_plane import find_supports
-from .supported_regions import standing_regions
+from .supported_regions import supported_regions
 from .upsample import upsample_labels
-from .working_image import inverse, view_of
+from .working_image import inverse, working_image
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..frame import DepthFrame
     from .support_plane import Support
-    from .working_image import View
+    from .working_image import WorkingImage
 
 
 def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Segmentation:
-    """Segment a depth frame into objects without any model of them.
+    """Segment a depth frame into objects, without models of them.
 
     Parameters
     ----------
     frame
         Depth frame of any size.
     options
-        Thresholds; the defaults suit structured-light and stereo cameras at 0.4-2 m.
+        Options of all stages.
 
     Returns
     -------
     Segmentation
-        Labels (H, W) int32, largest object first, the support plane in the camera frame, the
-        frame's own noise, the seconds of every stage, and what is ambiguous. At most 200 objects,
-        the largest. A frame without objects gives zeros; without a support plane everything that
-        is a smooth solid counts as an object.
+        Labels (H, W) int32, largest object first; the support planes in the camera frame; the
+        measured noise; the times of the stages; the ambiguous objects. At most 200 objects are
+        kept, the largest ones. A frame without objects gives zeros. Without a support plane
+        every smooth solid counts as an object.
     """
     options = options or SegmentationOptions()
-    clock = _Stages()
-    view = view_of(frame, options.stride, median=options.median)
-    options = options.scaled(view.intrinsics.width)
-    clock.done("view")
-    noise = frame_noise(view.disparity, options)
-    clock.done("noise")
-    supports = find_supports(view, noise, options)
-    clock.done("support")
-    above = above_support(view, supports, options)
-    window = candidate_window(above, options)
-    clock.done("above")
-    labels = np.zeros(view.depth.shape, np.int32)
+    clock = _StageClock()
+    image = working_image(frame, options.stride, median=options.median)
+    options = options.scaled(image.intrinsics.width)
+    clock.finish("image")
+    image = image._replace(noise=frame_noise(image.disparity, options.window))
+    clock.finish("noise")
+    supports = find_supports(image, options)
+    clock.finish("support")
+    above = above_support(image, supports, options.max_range)
+    window = candidate_window(above, image.area(MIN_PATCH))
+    clock.finish("candidates")
+    labels = np.zeros(image.depth.shape, np.int32)
     ambiguous: dict[int, str] = {}
     if window is not None:
-        labels[window], ambiguous = _segment_window(
-            view, above, window, noise, supports, options, clock
+        candidates = np.ascontiguousarray(above[window])
+        labels[window], ambiguous = _segment_candidates(
+            image.cropped(window), candidates, supports, options, clock
         )
     if options.stride > 1:
         labels = upsample_labels(labels, inverse(frame.depth), options.stride)
-        labels, ambiguous = _renumbered(labels, ambiguous)
-        clock.done("upsample")
-    planes = tuple(support.plane for support in supports)
+        labels, ambiguous = number_with_reasons(labels, ambiguous)
+        clock.finish("upsample")
+    planes = [support.plane for support in supports]
     return Segmentation(
-        labels, planes[0] if planes else None, noise, clock.seconds, ambiguous, planes[1:]
+        labels,
+        planes[0] if planes else None,
+        image.noise,
+        clock.seconds,
+        ambiguous,
+        tuple(planes[1:]),
     )
 
 
-def _segment_window(
-    view: View,
-    above: NDArray[np.bool_],
-    window: tuple[slice, slice],
-    noise: float,
+def _segment_candidates(
+    image: WorkingImage,
+    candidates: NDArray[np.bool_],
     supports: list[Support],
     options: SegmentationOptions,
-    clock: _Stages,
+    clock: _StageClock,
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
-    """Label the part of the image that holds all candidates."""
-    depth = np.ascontiguousarray(view.depth[window])
-    q = np.ascontiguousarray(view.disparity[window])
-    above = np.ascontiguousarray(above[window])
-    camera = view.intrinsics.cropped(*window)
-    planes = fit_local_planes(q, noise, options)
-    clock.done("local_planes")
-    linked = linked_pixels(planes, plane_normals(planes, camera), options)
-    clock.done("links")
-    patches = smooth_patches(linked * above, options.min_patch)
-    clock.done("patches")
-    patches, planes = grow_patches(q, planes, patches, above, options)
-    clock.done("grow")
-    labels, doubts = merge_patches(patches, q, planes, camera, options)
-    clock.done("merge")
-    labels = standing_regions(labels, depth, camera, supports, options.min_patch, options)
-    pieces = labels
-    labels = largest_regions(labels, options.min_object)
-    clock.done("stand")
+    """Label the objects among the candidate pixels (H, W), and report the ambiguous ones."""
+    min_patch = image.area(MIN_PATCH)
+    planes = fit_local_planes(image, options)
+    clock.finish("local_planes")
+    linked = linked_pixels(image, planes)
+    clock.finish("links")
+    patches = label_patches(linked * candidates, min_patch)
+    clock.finish("patches")
+    patches, planes = grow_patches(image, planes, patches, candidates, options.window)
+    clock.finish("grow")
+    labels, flat = merge_patches(patches, image, planes, options.min_object)
+    clock.finish("merge")
+    pieces = supported_regions(labels, image, supports, min_patch, options.max_extent)
+    labels = number_by_size(pieces, options.min_object)
+    clock.finish("supported")
     if supports:
-        labels = join_floating(labels, q, planes, camera, supports[0].plane, options)
-    labels = largest_regions(labels, 1)
-    clock.done("floating")
+        labels = join_floating(labels, image, planes, supports[0].plane)
+    clock.finish("floating")
     if options.join_open:
-        labels = join_open(labels, q, planes, camera, options)
-    labels = largest_regions(labels, 1)
-    clock.done("open")
+        labels = join_open(labels, image, planes)
+    clock.finish("open")
+    hidden = []
     if options.join_occluded:
-        labels, hidden = join_occluded(labels, q, planes, camera, options)
-        doubts += hidden
-    labels = largest_regions(labels, 1)
-    clock.done("occluded")
-    # Crumbs take no part in the joins above, but belong to something.
-    crumbs = (labels == 0) & (pieces > 0)
-    labels = np.where(crumbs, pieces + labels.max(initial=0), labels)
-    labels = join_fragments(largest_regions(labels, 1), q, planes, options)
-    labels = largest_regions(labels, options.min_object)
-    clock.done("fragments")
-    colour = None if view.colour is None else view.colour[window]
-    labels, ambiguous = settle_doubts(labels, doubts, q, colour, camera, options)
-    if ambiguous:
-        labels, ambiguous = _renumbered(labels, ambiguous)
-    clock.done("doubts")
+        labels, hidden = join_occluded(labels, image, planes, options.window)
+    clock.finish("occluded")
+    labels = join_fragments(labels, pieces, image, planes, options.min_object)
+    clock.finish("fragments")
+    labels, ambiguous = resolve_ambiguity(labels, flat + hidden, image, options)
+    clock.finish("ambiguity")
     return labels, ambiguous
 
 
-def _renumbered(
-    labels: NDArray[np.int32], names: dict[int, str]
-) -> tuple[NDArray[np.int32], dict[int, str]]:
-    """Number labels by size again, and what is known of them with them."""
-    ordered = largest_regions(labels, 1)
-    order, starts = pixels_by_label(labels, int(labels.max(initial=0)))
-    new = {
-        label: int(ordered.flat[order[starts[label]]])
-        for label in names
-        if label + 1 < len(starts) and starts[label] < starts[label + 1]
-    }
-    return ordered, {new[label]: names[label] for label in sorted(new, key=new.__getitem__)}
+class _StageClock:
+    """The time of each stage, s: from the end of the stage before to its own end."""
 
-
-class _Stages:
     def __init__(self) -> None:
         self.seconds: dict[str, float] = {}
         self._last = time.perf_counter()
 
-    def done(self, stage: str) -> None:
+    def finish(self, stage: str) -> None:
         now = time.perf_counter()
         self.seconds[stage] = now - self._last
         self._last = now

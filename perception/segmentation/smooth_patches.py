@@ -1,4 +1,4 @@
-"""Smooth patches: pixels whose local planes continue one another."""
+"""Smooth patches: connected pixels whose local planes continue each other."""
 
 from __future__ import annotations
 
@@ -8,33 +8,40 @@ import cv2
 import numpy as np
 from numba import njit
 
+from .local_planes import plane_normals
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .local_planes import LocalPlanes
-    from .options import SegmentationOptions
+    from .working_image import WorkingImage
+
+MIN_PATCH = 40
+"""Minimum size of a patch, px at the reference width. A lower value keeps thin objects, a higher
+one rejects clutter from noise."""
+LINK_ANGLE = 0.14
+"""Maximum angle between the planes of linked neighbours, rad. A lower value splits curved surfaces,
+a higher one merges across shallow creases."""
+LINK_SIGMAS = 3.0
+"""Maximum distance of a plane from its neighbour's, in σ of disparity. A lower value splits noisy
+surfaces, a higher one merges across small steps."""
 
 
-def linked_pixels(
-    planes: LocalPlanes, normals: NDArray[np.float32], options: SegmentationOptions
-) -> NDArray[np.uint8]:
-    """1 where a pixel continues into its right and lower neighbours, (H, W) uint8.
+def linked_pixels(image: WorkingImage, planes: LocalPlanes) -> NDArray[np.uint8]:
+    """Mark pixels linked to their right and lower neighbours by 1, (H, W) uint8.
 
     Two neighbours are linked when their normals agree and each plane extrapolates to the other.
     """
     return links(
-        planes.value,
-        planes.slope_u,
-        planes.slope_v,
-        normals,
-        np.float32(np.cos(options.link_angle)),
-        np.float32(options.link_sigmas * planes.noise),
+        planes,
+        plane_normals(planes, image.intrinsics),
+        np.float32(np.cos(LINK_ANGLE)),
+        np.float32(LINK_SIGMAS * image.noise),
     )
 
 
-def smooth_patches(linked: NDArray[np.uint8], min_patch: int) -> NDArray[np.int32]:
-    """Label connected linked pixels, (H, W) int32: 1..n = patches of at least min_patch px."""
+def label_patches(linked: NDArray[np.uint8], min_patch: int) -> NDArray[np.int32]:
+    """Label connected linked pixels (H, W): 1..n = patches of at least `min_patch` px, int32."""
     count, labels, stats, _ = cv2.connectedComponentsWithStats(linked, connectivity=4)
     keep = stats[:, cv2.CC_STAT_AREA] >= min_patch
     keep[0] = False
@@ -43,38 +50,12 @@ def smooth_patches(linked: NDArray[np.uint8], min_patch: int) -> NDArray[np.int3
     return np.take(renumber, np.asarray(labels, dtype=np.int32))
 
 
-def plane_normals(planes: LocalPlanes, camera: CameraIntrinsics) -> NDArray[np.float32]:
-    """Unit normals towards the camera, (H, W, 3) float32; zero where there is no plane.
-
-    A plane n·X = 1 has q = n·(x/z, y/z, 1), so slopes and value give n without any neighbour.
-    """
-    return _normals(
-        planes.value, planes.slope_u, planes.slope_v, camera.fx, camera.fy, camera.cx, camera.cy
-    )
-
-
 @njit(cache=True, nogil=True)
-def _normals(value, slope_u, slope_v, fx, fy, cx, cy):
+def links(planes, normals, min_cosine, max_gap):
+    """Compute :func:`linked_pixels` from normals (H, W, 3) and thresholds."""
+    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
     rows, columns = value.shape
-    normals = np.zeros((rows, columns, 3), np.float32)
-    for v in range(rows):
-        for u in range(columns):
-            if value[v, u] <= 0:
-                continue
-            x, y = slope_u[v, u] * fx, slope_v[v, u] * fy
-            z = value[v, u] - slope_u[v, u] * (u - cx) - slope_v[v, u] * (v - cy)
-            scale = -1.0 / np.sqrt(x * x + y * y + z * z)
-            normals[v, u, 0] = x * scale
-            normals[v, u, 1] = y * scale
-            normals[v, u, 2] = z * scale
-    return normals
-
-
-@njit(cache=True, nogil=True)
-def links(value, slope_u, slope_v, normals, min_cosine, max_gap):
-    """Links of all pixels; see :func:`linked_pixels`."""
-    rows, columns = value.shape
-    inner = np.zeros((rows, columns), np.uint8)
+    linked = np.zeros((rows, columns), np.uint8)
     for v in range(rows - 1):
         for u in range(columns - 1):
             q = value[v, u]
@@ -95,5 +76,5 @@ def links(value, slope_u, slope_v, normals, min_cosine, max_gap):
                 across += normals[v, u, k] * normals[v, u + 1, k]
                 down += normals[v, u, k] * normals[v + 1, u, k]
             if across >= min_cosine and down >= min_cosine:
-                inner[v, u] = 1
-    return inner
+                linked[v, u] = 1
+    return linked

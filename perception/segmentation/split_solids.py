@@ -1,4 +1,4 @@
-"""Two solids instead of one, where two explain an object clearly better."""
+"""Split an object where two solids fit it clearly better than one."""
 
 from __future__ import annotations
 
@@ -11,40 +11,37 @@ from ..superquadric import fit_superquadric
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
-    from .options import SegmentationOptions
+    from .working_image import WorkingImage
 
+MIN_GAIN = 2.0
+"""Minimum ratio of the spread about one solid to the spread about two."""
+MIN_SPREAD = 0.004
+"""Minimum spread about one solid for an object to be split, m."""
 SAMPLES = 600
-"""Points of an object on which one solid and two are compared."""
+"""Points of an object to which the solids are fitted."""
 ROUNDS = 10
-"""Steps of the two means: more change nothing."""
+"""Iterations of the two means. More change nothing."""
 
 
 def split_mask(
-    mask: NDArray[np.bool_],
-    disparity: NDArray[np.float32],
-    camera: CameraIntrinsics,
-    options: SegmentationOptions,
+    mask: NDArray[np.bool_], image: WorkingImage, min_object: int
 ) -> NDArray[np.bool_] | None:
-    """Pixels (H, W) of the second solid, or None where one explains the object as well.
+    """Return the pixels (H, W) of the second solid, or None where one solid fits well enough.
 
-    Two means of the points, started at the ends of their main axis, propose the halves; each
-    half and the whole are fitted with the simplest solid. Two win when the whole's spread is more
-    than ``split_gain`` times that of the halves, and above ``split_spread``.
+    The k-means algorithm with two means proposes the halves. It starts from the two sides of the
+    centroid along the main axis. The simplest solid is fitted to the whole and to each half, of
+    at least `min_object` px.
     """
-    rows, columns = np.nonzero(mask & (disparity > 0))
-    z = 1.0 / disparity[rows, columns].astype(np.float64)
-    points = np.column_stack(
-        [(columns - camera.cx) / camera.fx * z, (rows - camera.cy) / camera.fy * z, z]
-    )
-    second = _two_means(points)
-    if min(np.count_nonzero(second), np.count_nonzero(~second)) < options.min_object:
+    rows, columns = np.nonzero(mask & (image.disparity > 0))
+    points = image.points(rows, columns)
+    second = _second_half(points)
+    if min(np.count_nonzero(second), np.count_nonzero(~second)) < min_object:
         return None
     whole = _spread(points)
-    if whole < options.split_spread:
+    if whole < MIN_SPREAD:
         return None
     halves = max(_spread(points[second]), _spread(points[~second]))
-    if whole < options.split_gain * halves:
+    if whole < MIN_GAIN * halves:
         return None
     found = np.zeros(mask.shape, bool)
     found[rows[second], columns[second]] = True
@@ -57,7 +54,8 @@ def _spread(points: NDArray[np.float64]) -> float:
     return fit.spread if fit else np.inf
 
 
-def _two_means(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _second_half(points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Divide points (N, 3) by two means; return the mask of one half."""
     centred = points - points.mean(axis=0)
     _, axes = np.linalg.eigh(centred.T @ centred)
     second = centred @ axes[:, -1] > 0

@@ -1,4 +1,4 @@
-"""The planes that carry objects, from planes that single pixels already know."""
+"""Detection of the planes that objects stand on."""
 
 from __future__ import annotations
 
@@ -9,185 +9,195 @@ import numpy as np
 from numba import njit
 
 from ..perpendicular import perpendicular_pair
-from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, plane_sums
+from .above_support import SUPPORT_SIGMAS
+from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
 from .result import SupportPlane
-from .smooth_patches import plane_normals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..frame import CameraIntrinsics
     from .options import SegmentationOptions
-    from .working_image import View
+    from .working_image import WorkingImage
 
+CANDIDATES = 120
+"""Planes that are tried as the support. More find smaller tables and take longer."""
 SAMPLES = 2000
-"""Pixels on which candidate planes are scored; more ranks similar planes better."""
+"""Pixels on which candidate planes are scored. More rank similar planes more reliably."""
 COARSE_WIDTH = 160
 """Columns of the reduced image on which hypotheses are fitted."""
 COARSE_RADIUS = 4
-"""Half side of their windows, reduced px."""
-WIDE_SHARE = 0.5
-"""Least share of a wide window with readings."""
+"""Half side of the windows in that image, px."""
+COARSE_SHARE = 0.5
+"""Minimum share of such a window's pixels with readings."""
+COARSE_SIGMAS = 2.5
+"""Maximum residual of a hypothesis' window, in σ. A larger one is a curved surface."""
 LOCATE_WIDTH = 320
 """Columns of the reduced image in which the plane's outline is found."""
 MAX_SUPPORTS = 4
-"""Planes looked for; more than a few shelves no camera sees."""
-APART = 0.02
-"""Least distance between two supports, m."""
-COARSE_NOISE = 2.5
-"""Largest residual of a hypothesis' window, in σ: larger lets bent surfaces vote."""
-NEAREST_SHARE = 0.6
-"""Readings nearer than this share of the median depth weigh no more than those at it."""
+"""Maximum number of supports."""
+MIN_DISTANCE = 0.02
+"""Minimum distance between two supports, m."""
+MIN_AREA = 0.15
+"""Minimum visible area of a further support, m². Smaller parallel planes are faces of objects."""
+MAX_TILT = 0.35
+"""Maximum angle between the normal and the vertical where the camera's pose is known, rad."""
+HEIGHT_TOLERANCE = 0.05
+"""Maximum distance of a support from the known height of the table, m."""
+NEAR_SHARE = 0.6
+"""Readings nearer than this share of the median depth weigh no more than those at it. Otherwise a
+gripper in front of the lens would outweigh the table."""
 MIN_INLIERS = 12
-"""Fewer samples than this determine no plane."""
+"""Minimum number of samples that determine a plane."""
 MIN_COSINE = 0.95
-"""Agreement of normals for a pixel to speak for a candidate plane."""
+"""Minimum cosine between the normals of a sample and of its plane."""
 REFITS = 3
-"""Least-squares refits of the winner, each on the inliers of the last."""
+"""Least-squares fits of the best plane, each to the inliers of the one before."""
 MIN_SHARE = 0.03
-"""Least share of the readings that a support plane must explain."""
+"""Minimum share of the samples that are inliers of a support."""
 BEND_BANDS = 8.0
-"""How many bands below the plane a surface that bends away from it still is next to it."""
+"""Depth below a plane, in bands, up to which a surface beside it counts as its continuation."""
 BEND_MAX_SHARE = 0.15
-"""A plane with a larger share of the image is a support even if its far end is wavy."""
+"""Share of the image above which a plane is a support even if its edge bends away."""
 BEND_SHARE = 0.5
-"""Share of a plane's surroundings that bend away for it to be the top of a curved surface."""
+"""Minimum share of a plane's surroundings that bend away when it is the top of a round object."""
 MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
 
 class Support(NamedTuple):
-    """A plane that objects may stand on, and where it was seen."""
+    """A plane that objects may stand on, and its visible part."""
 
     plane: SupportPlane
     """The plane, camera frame."""
     hull: NDArray[np.float32]
-    """Convex hull of the plane's largest connected part, in plane coordinates, (K, 2), m."""
+    """Convex hull of the plane's largest connected part, in plan coordinates, (K, 2), m."""
     axes: NDArray[np.float64]
-    """Plane coordinate axes as rows, (2, 3)."""
+    """Axes of the plan coordinates as rows, (2, 3), camera frame."""
     depth: float
-    """Median depth at which the plane's spread was measured, m."""
+    """Median depth at which the scatter of the plane was measured, m."""
 
 
-def find_supports(
-    view: View,
-    noise: float,
-    options: SegmentationOptions,
-) -> list[Support]:
-    """Find the support plane by one-point RANSAC (a pixel with its local plane is a hypothesis).
+class PlaneSamples(NamedTuple):
+    """Readings on which candidate planes are scored."""
 
-    The hypotheses are planes fitted to wide windows on every few pixels: a support is large, and
-    the wider the window the surer its normal. Where clutter leaves no window that wide, the
-    pixels' own planes take their place. With the camera's place known only planes within
-    ``max_tilt`` of horizontal count, and with ``table_height`` only those at that height. The
-    plane with the most readings wins, near ones weighing more. Parallel planes too large to be
-    the face of an object (``min_table``) are supports as well: a shelf, or the floor beside a
-    table. The sampling grid is fixed, so equal frames give equal planes.
+    disparity: NDArray[np.float64]
+    """(N,), 1/m."""
+    rays: NDArray[np.float64]
+    """Directions with z = 1, (N, 3)."""
+    normals: NDArray[np.float64]
+    """Unit normals of their local planes, (N, 3)."""
+    weights: NDArray[np.float64]
+    """(N,), 1/m²; 0 = explained by an earlier plane."""
+
+
+def find_supports(image: WorkingImage, options: SegmentationOptions) -> list[Support]:
+    """Detect the support planes by RANSAC in which one pixel's local plane is a hypothesis.
+
+    The hypotheses come from wide windows on a reduced image. A support is large, and a wider
+    window gives a more accurate normal. If no window is flat enough, the pixels' own planes are
+    used.
+
+    The plane with the largest weight of inliers is the first support. If the camera's pose is
+    known, a support must be horizontal within ``MAX_TILT``. With ``table_height`` it must also
+    lie at that height. Parallel planes of at least ``MIN_AREA`` are further supports, such as a
+    shelf or the floor beside a table. The samples lie on a fixed grid, so equal frames give equal
+    planes.
 
     Returns
     -------
-    list
-        The winner first; empty when nothing carries.
+    list of Support
+        The best one first; empty when no plane is found.
     """
-    stride = max(view.intrinsics.width // COARSE_WIDTH, 1)
-    coarse = np.ascontiguousarray(view.disparity[::stride, ::stride])
-    wide = LocalPlanes(*plane_sums(coarse, COARSE_RADIUS, WIDE_SHARE), noise)
-    found = _vote(view, wide, stride, options)
+    stride = max(image.intrinsics.width // COARSE_WIDTH, 1)
+    coarse = np.ascontiguousarray(image.disparity[::stride, ::stride])
+    planes = LocalPlanes(*fit_centred_windows(coarse, COARSE_RADIUS, COARSE_SHARE))
+    found = _detect_planes(image, planes, stride, options.table_height)
     if not found and stride > 1:
         radius = options.window // 2
-        own = LocalPlanes(*plane_sums(view.disparity, radius, MIN_WINDOW_SHARE), noise)
-        found = _vote(view, own, 1, options)
+        planes = LocalPlanes(*fit_centred_windows(image.disparity, radius, MIN_WINDOW_SHARE))
+        found = _detect_planes(image, planes, 1, options.table_height)
     supports = [
         support
         for k, (plane, depth) in enumerate(found)
-        if (support := _locate(plane, depth, k > 0, view, noise, options)) is not None
+        if (support := _locate(plane, depth, k > 0, image)) is not None
     ]
     return supports if found and supports and supports[0].plane is found[0][0] else []
 
 
-def _vote(
-    view: View,
-    planes: LocalPlanes,
-    stride: int,
-    options: SegmentationOptions,
+def _detect_planes(
+    image: WorkingImage, planes: LocalPlanes, stride: int, table_height: float | None
 ) -> list[tuple[SupportPlane, float]]:
-    """Planes that explain most, and the median depths of their readings, best first."""
-    noise = planes.noise
-    normals = plane_normals(planes, view.intrinsics.reduced(stride))
-    smooth = (planes.rms >= 0) & (planes.rms < COARSE_NOISE * noise)
-    rows, columns = np.nonzero(smooth)
+    """Return the planes with the most inliers and the median depths of these, best first."""
+    normals = plane_normals(planes, image.intrinsics.reduced(stride))
+    flat = (planes.rms >= 0) & (planes.rms < COARSE_SIGMAS * image.noise)
+    rows, columns = np.nonzero(flat)
     if rows.size == 0:
         return []
     step = max(rows.size // SAMPLES, 1)
     rows, columns = rows[::step], columns[::step]
     sample_normals = normals[rows, columns].astype(np.float64)
     rows, columns = rows * stride, columns * stride
-    k = view.intrinsics
-    z = view.depth[rows, columns].astype(np.float64)
+    k = image.intrinsics
+    z = image.depth[rows, columns].astype(np.float64)
     rays = np.ones((rows.size, 3))
     rays[:, 0], rays[:, 1] = (columns - k.cx) / k.fx, (rows - k.cy) / k.fy
     points = rays * z[:, None]
 
-    chosen = np.arange(0, rows.size, max(rows.size // options.plane_candidates, 1))
-    chosen = chosen[_plausible(points[chosen], sample_normals[chosen], view, options)]
-    if chosen.size == 0:
+    tried = np.arange(0, rows.size, max(rows.size // CANDIDATES, 1))
+    tried = tried[_is_plausible(points[tried], sample_normals[tried], image, table_height)]
+    if tried.size == 0:
         return []
-    candidates = sample_normals[chosen]
-    offsets = -np.einsum("ij,ij->i", candidates, points[chosen])
-    # Weighing by squared disparity prefers the table at hand to a floor that fills more pixels;
-    # the cap keeps a gripper before the lens from outweighing both.
-    nearest = NEAREST_SHARE * float(np.median(z))
-    weights = 1.0 / np.maximum(z, nearest) ** 2
+    candidates = sample_normals[tried]
+    offsets = -np.einsum("ij,ij->i", candidates, points[tried])
+    # The weight of squared disparity prefers the table to a floor that fills more pixels.
+    weights = 1.0 / np.maximum(z, NEAR_SHARE * float(np.median(z))) ** 2
     found: list[tuple[SupportPlane, float]] = []
     free = np.ones(rows.size, bool)
-    tolerance = options.plane_sigmas * noise
+    tolerance = SUPPORT_SIGMAS * image.noise
     while len(found) < MAX_SUPPORTS:
-        votes = (1.0 / z, rays, sample_normals, weights * free)
-        scores = plane_scores(candidates, offsets, *votes, tolerance)
-        best = int(np.argmax(scores))
-        inlier = plane_inliers(
-            candidates[best], offsets[best], *votes, options.plane_sigmas * noise
-        )
-        if inlier.sum() < MIN_SHARE * rows.size:
+        samples = PlaneSamples(1.0 / z, rays, sample_normals, weights * free)
+        best = int(np.argmax(plane_scores(candidates, offsets, samples, tolerance)))
+        inliers = plane_inliers(candidates[best], offsets[best], samples, tolerance)
+        if inliers.sum() < MIN_SHARE * rows.size:
             break
-        # Whatever the refit makes of them, these readings have had their say.
-        free &= ~inlier
-        fitted = _refit(-candidates[best] / offsets[best], rays, z, inlier, noise, options)
+        free &= ~inliers
+        fitted = _refit(-candidates[best] / offsets[best], rays, z, inliers, tolerance)
         if fitted is None:
             break
-        plane, inlier = fitted
-        # Each sample stands for as many pixels as any other, and a pixel at z for (z / f)².
+        plane, inliers = fitted
+        # Each sample represents the same number of pixels, and a pixel at z the area (z / f)².
         share = step * stride**2 / (k.fx * k.fy)
-        slant = np.abs(rays @ plane.normal)[inlier]
-        area = float((share * z[inlier] ** 2 / np.maximum(slant, 1e-3)).sum())
-        level = not found or abs(float(plane.normal @ found[0][0].normal)) > MIN_COSINE
-        if level and (not found or area >= options.min_table):
-            found.append((plane, float(np.median(z[inlier]))))
+        slant = np.abs(rays @ plane.normal)[inliers]
+        area = float((share * z[inliers] ** 2 / np.maximum(slant, 1e-3)).sum())
+        parallel = not found or abs(float(plane.normal @ found[0][0].normal)) > MIN_COSINE
+        if parallel and (not found or area >= MIN_AREA):
+            found.append((plane, float(np.median(z[inliers]))))
         elif not found:
             break
-        # The same surface must not win twice: its edge of the band goes with it.
-        free &= np.abs(points @ plane.normal + plane.offset) > APART
-        parallel = np.abs(candidates @ found[0][0].normal) > MIN_COSINE
-        candidates, offsets = candidates[parallel], offsets[parallel]
+        # Remove the whole neighbourhood of the plane, so that its edge does not win next.
+        free &= np.abs(points @ plane.normal + plane.offset) > MIN_DISTANCE
+        remaining = np.abs(candidates @ found[0][0].normal) > MIN_COSINE
+        candidates, offsets = candidates[remaining], offsets[remaining]
         if not len(candidates):
             break
     return found
 
 
-def _plausible(
+def _is_plausible(
     points: NDArray[np.float64],
     normals: NDArray[np.float64],
-    view: View,
-    options: SegmentationOptions,
+    image: WorkingImage,
+    table_height: float | None,
 ) -> NDArray[np.bool_]:
-    """Which planes may carry something, by what is known of the camera's place."""
-    if view.T_world_camera is None:
+    """Mark the planes that are horizontal and at the known height, as far as the pose is known."""
+    if image.T_world_camera is None:
         return np.ones(len(points), bool)
-    up = view.T_world_camera.rotation.inv().apply([0.0, 0.0, 1.0])
-    plausible = normals @ up >= np.cos(options.max_tilt)
-    if options.table_height is not None:
-        height = view.T_world_camera.apply(points)[:, 2]
-        plausible &= np.abs(height - options.table_height) <= options.table_tolerance
+    up = image.T_world_camera.rotation.inv().apply([0.0, 0.0, 1.0])
+    plausible = normals @ up >= np.cos(MAX_TILT)
+    if table_height is not None:
+        height = image.T_world_camera.apply(points)[:, 2]
+        plausible &= np.abs(height - table_height) <= HEIGHT_TOLERANCE
     return plausible
 
 
@@ -195,41 +205,36 @@ def _refit(
     n: NDArray[np.floating],
     rays: NDArray[np.float64],
     z: NDArray[np.float64],
-    inlier: NDArray[np.bool_],
-    noise: float,
-    options: SegmentationOptions,
+    inliers: NDArray[np.bool_],
+    tolerance: float,
 ) -> tuple[SupportPlane, NDArray[np.bool_]] | None:
+    """Fit the plane n·X = 1 to its inliers; return it and its new inliers, None if too few."""
     q = 1.0 / z
     for _ in range(REFITS):
-        n, *_ = np.linalg.lstsq(rays[inlier], q[inlier], rcond=None)
-        inlier = np.abs(rays @ n - q) < options.plane_sigmas * noise
-        if np.count_nonzero(inlier) < MIN_INLIERS:
+        n, *_ = np.linalg.lstsq(rays[inliers], q[inliers], rcond=None)
+        inliers = np.abs(rays @ n - q) < tolerance
+        if np.count_nonzero(inliers) < MIN_INLIERS:
             return None
     length = np.linalg.norm(n)
     normal, offset = -n / length, 1.0 / length
-    spread = np.abs((rays[inlier] * z[inlier, None]) @ normal + offset)
-    return SupportPlane(normal, float(offset), float(MAD_TO_SIGMA * np.median(spread))), inlier
+    heights = np.abs((rays[inliers] * z[inliers, None]) @ normal + offset)
+    return SupportPlane(normal, float(offset), float(MAD_TO_SIGMA * np.median(heights))), inliers
 
 
 def _locate(
-    plane: SupportPlane,
-    depth: float,
-    extra: bool,
-    view: View,
-    noise: float,
-    options: SegmentationOptions,
+    plane: SupportPlane, depth: float, further: bool, image: WorkingImage
 ) -> Support | None:
-    """Find the plane's part of the image, on every few pixels."""
-    stride = max(view.intrinsics.width // LOCATE_WIDTH, 1)
-    k = view.intrinsics.reduced(stride)
-    z = np.ascontiguousarray(view.depth[::stride, ::stride])
-    # Per pixel the height is depth * (n·ray) + offset, and n·ray is linear in the pixel.
+    """Find the visible part of a plane; None if there is none, or if it is a round object's top."""
+    stride = max(image.intrinsics.width // LOCATE_WIDTH, 1)
+    k = image.intrinsics.reduced(stride)
+    z = np.ascontiguousarray(image.depth[::stride, ::stride])
+    # The height of a pixel is depth * (n·ray) + offset, and n·ray is linear in its coordinates.
     nx, ny, nz = plane.normal
     ray_u = (nx * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
     ray_v = (ny * (np.arange(k.height) - k.cy) / k.fy + nz).astype(np.float32)
     height = z * (ray_u[None, :] + ray_v[:, None]) + np.float32(plane.offset)
-    band = z * np.float32(options.plane_sigmas * noise * abs(plane.offset))
-    band = np.maximum(band, np.float32(options.plane_sigmas * plane.tolerance))
+    band = z * np.float32(SUPPORT_SIGMAS * image.noise * abs(plane.offset))
+    band = np.maximum(band, np.float32(SUPPORT_SIGMAS * plane.tolerance))
     inliers = (z > 0) & (np.abs(height) < band)
     count, labels, stats, _ = cv2.connectedComponentsWithStats(
         inliers.astype(np.uint8), connectivity=4
@@ -239,7 +244,7 @@ def _locate(
     largest = labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
     small = np.count_nonzero(largest) < BEND_MAX_SHARE * largest.size
     height[z <= 0] = -np.inf
-    if small and not extra and _bends_away(largest, height, band):
+    if small and not further and _bends_away(largest, height, band):
         return None
     axes = perpendicular_pair(plane.normal)
     return Support(plane, _hull(largest, plane, k, axes), axes, depth)
@@ -248,7 +253,7 @@ def _locate(
 def _bends_away(
     plane: NDArray[np.bool_], height: NDArray[np.float32], band: NDArray[np.float32]
 ) -> bool:
-    """Whether the surface goes on below the plane all around: the top of a ball, no support."""
+    """Return whether the surface continues below the plane all around, as on top of a ball."""
     ring = cv2.dilate(plane.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
     ring &= ~plane & np.isfinite(height)
     below = ring & (height < 0) & (height > -BEND_BANDS * band)
@@ -261,7 +266,10 @@ def _hull(
     k: CameraIntrinsics,
     axes: NDArray[np.float64],
 ) -> NDArray[np.float32]:
-    # A projection keeps convexity, so the image's few hull pixels give the hull on the plane.
+    """Return the hull of a mask in plan coordinates, from the mask's hull in the image.
+
+    This is exact because a projection keeps convexity.
+    """
     outlines, _ = cv2.findContours(
         mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
     )
@@ -274,8 +282,9 @@ def _hull(
 
 
 @njit(cache=True, nogil=True)
-def plane_scores(candidates, offsets, q, rays, normals, weights, tolerance):
-    """Weight of the readings that speak for each plane: candidates (C, 3), offsets (C,)."""
+def plane_scores(candidates, offsets, samples, tolerance):
+    """Return the weight of the inliers of each plane: candidates (C, 3), offsets (C,)."""
+    q, rays, normals, weights = samples
     scores = np.zeros(len(candidates))
     for k in range(len(candidates)):
         a, b, c = candidates[k, 0], candidates[k, 1], candidates[k, 2]
@@ -291,14 +300,8 @@ def plane_scores(candidates, offsets, q, rays, normals, weights, tolerance):
 
 
 def plane_inliers(
-    candidate: NDArray[np.float64],
-    offset: float,
-    q: NDArray[np.float64],
-    rays: NDArray[np.float64],
-    normals: NDArray[np.float64],
-    weights: NDArray[np.float64],
-    tolerance: float,
+    candidate: NDArray[np.float64], offset: float, samples: PlaneSamples, tolerance: float
 ) -> NDArray[np.bool_]:
-    """Readings of weight > 0 on a plane and with its normal, (N,) bool."""
-    near = np.abs(rays @ candidate / offset + q) < tolerance
-    return near & (normals @ candidate > MIN_COSINE) & (weights > 0)
+    """Mark the samples of weight > 0 that are on a plane and have its normal, (N,) bool."""
+    near = np.abs(samples.rays @ candidate / offset + samples.disparity) < tolerance
+    return near & (samples.normals @ candidate > MIN_COSINE) & (samples.weights > 0)

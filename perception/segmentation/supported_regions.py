@@ -1,4 +1,4 @@
-"""Which regions can be objects that stand on a support."""
+"""Select the regions that can be objects on a support."""
 
 from __future__ import annotations
 
@@ -8,33 +8,48 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from .regions import MAX_REGIONS
+from .above_support import OVERHANG
+from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
-    from .options import SegmentationOptions
     from .support_plane import Support
+    from .working_image import WorkingImage
 
-MIDDLE_PIXELS = 400
-"""Pixels that stand for an object when its middle and its extent are looked for."""
-LOW, HIGH = 0.02, 0.98
-"""Quantiles of a region's points between which its extent is measured: outliers are no size."""
+HULL_MARGIN = 0.01
+"""Maximum distance of an object's centre outside the support's hull, m."""
+CENTRE_PIXELS = 400
+"""Pixels of a region from which its centre and extent are computed."""
 
 
-def standing_regions(
+def supported_regions(
     labels: NDArray[np.int32],
-    depth: NDArray[np.float32],
-    camera: CameraIntrinsics,
+    image: WorkingImage,
     supports: list[Support],
     min_size: int,
-    options: SegmentationOptions,
+    max_extent: float,
 ) -> NDArray[np.int32]:
-    """Number regions (H, W) by size, without what is too small, too large or stands elsewhere.
+    """Number the regions by size and drop those that cannot be objects.
 
-    Small is below `min_size` px, large above ``max_extent``; with supports a region's middle
-    must lie over the hull of one of them.
+    Parameters
+    ----------
+    labels
+        Regions (H, W), 0 = none.
+    image
+        Their image.
+    supports
+        The centre of an object is over the hull of one of them. Without any this is not checked.
+    min_size
+        Minimum size of a region, px.
+    max_extent
+        Maximum diagonal of a region's bounding box, m.
+
+    Returns
+    -------
+    NDArray
+        (H, W) int32: 1..n = kept regions, largest first. Only the ``MAX_REGIONS`` largest ones are
+        checked. Smaller ones are kept.
     """
     sizes = np.bincount(labels.ravel(), minlength=1)
     sizes[0] = 0
@@ -43,47 +58,44 @@ def standing_regions(
     boxes = ndimage.find_objects(labels)
     renumber = np.zeros(len(sizes), np.int32)
     following = 1
-    for place, label in enumerate(order):
-        # In clutter of thousands of pieces only the large ones are worth a closer look.
-        if place < MAX_REGIONS and not _stands(
-            labels, int(label), boxes[label - 1], depth, camera, supports, options
-        ):
-            continue
+    for rank, label in enumerate(order):
+        if rank < MAX_REGIONS:
+            mask = labels[boxes[label - 1]] == label
+            if not _is_supported(mask, boxes[label - 1], image, supports, max_extent):
+                continue
         renumber[label] = following
         following += 1
     return np.take(renumber, labels)
 
 
-def _stands(
-    labels: NDArray[np.int32],
-    label: int,
+def _is_supported(
+    mask: NDArray[np.bool_],
     box: tuple[slice, slice],
-    depth: NDArray[np.float32],
-    camera: CameraIntrinsics,
+    image: WorkingImage,
     supports: list[Support],
-    options: SegmentationOptions,
+    max_extent: float,
 ) -> bool:
-    rows, columns = np.nonzero(labels[box] == label)
-    step = max(rows.size // MIDDLE_PIXELS, 1)
+    rows, columns = np.nonzero(mask)
+    step = max(rows.size // CENTRE_PIXELS, 1)
     rows, columns = rows[::step] + box[0].start, columns[::step] + box[1].start
-    z = depth[rows, columns].astype(np.float64)
-    points = np.column_stack(
-        [(columns - camera.cx) / camera.fx * z, (rows - camera.cy) / camera.fy * z, z]
-    )
-    extent = np.quantile(points, HIGH, axis=0) - np.quantile(points, LOW, axis=0)
-    if np.linalg.norm(extent) > options.max_extent:
+    k = image.intrinsics
+    z = image.depth[rows, columns].astype(np.float64)
+    points = np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])
+    extent = np.quantile(points, HIGH_QUANTILE, axis=0) - np.quantile(points, LOW_QUANTILE, axis=0)
+    if np.linalg.norm(extent) > max_extent:
         return False
-    # What the image's border cuts off stands on a part of the support that was not seen either.
+    # An object that the image's border cuts off may stand on a part of the support outside it.
+    height, width = image.depth.shape
     cut = (
         rows.min() == 0
         or columns.min() == 0
-        or rows.max() >= labels.shape[0] - step
-        or columns.max() >= labels.shape[1] - step
+        or rows.max() >= height - step
+        or columns.max() >= width - step
     )
-    margin = options.overhang if cut else options.hull_margin
+    margin = OVERHANG if cut else HULL_MARGIN
     for support in supports:
-        middle = np.median(points @ support.axes.T, axis=0)
-        inside = cv2.pointPolygonTest(support.hull, (float(middle[0]), float(middle[1])), True)
+        centre = np.median(points @ support.axes.T, axis=0)
+        inside = cv2.pointPolygonTest(support.hull, (float(centre[0]), float(centre[1])), True)
         if inside > -margin:
             return True
     return not supports

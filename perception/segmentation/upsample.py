@@ -1,4 +1,4 @@
-"""Labels of a reduced image, back at the frame's own size."""
+"""Convert the labels of a reduced image to the frame's own size."""
 
 from __future__ import annotations
 
@@ -14,12 +14,14 @@ if TYPE_CHECKING:
 def upsample_labels(
     labels: NDArray[np.int32], disparity: NDArray[np.float32], stride: int
 ) -> NDArray[np.int32]:
-    """Give every reading the label of that of its four coarse neighbours that lies nearest.
+    """Give each reading the label of one of its four coarse neighbours, the nearest in disparity.
+
+    This is joint bilateral upsampling (Kopf et al. 2007): outlines follow the frame's depth steps.
 
     Parameters
     ----------
     labels
-        (ceil(H / stride), ceil(W / stride)), of pixels (0, stride, 2 stride, …).
+        (ceil(H / stride), ceil(W / stride)), of the pixels (0, stride, 2 stride, …).
     disparity
         (H, W), 1/m, 0 = no reading.
     stride
@@ -28,15 +30,14 @@ def upsample_labels(
     Returns
     -------
     NDArray
-        (H, W) int32; nearest in disparity, as joint bilateral upsampling has it (Kopf et al.
-        2007), so that outlines follow the frame's own depth steps.
+        (H, W) int32; 0 where there is no reading.
     """
     return nearest_labels(labels, disparity, stride)
 
 
 @njit(cache=True, nogil=True)
 def nearest_labels(labels, q, stride):
-    """Labels at full size; see :func:`upsample_labels`."""
+    """Compute :func:`upsample_labels`."""
     rows, columns = q.shape
     down, across = labels.shape
     full = np.zeros((rows, columns), np.int32)

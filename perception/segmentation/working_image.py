@@ -1,4 +1,4 @@
-"""The image that the stages work on: reduced, smoothed, as depth and as disparity."""
+"""The image that all stages work on: reduced, filtered, as depth and as disparity."""
 
 from __future__ import annotations
 
@@ -13,37 +13,88 @@ if TYPE_CHECKING:
 
     from ..frame import CameraIntrinsics, DepthFrame
 
+REFERENCE_WIDTH = 640
+"""Width of the image for which all constants in pixels are given, px."""
 
-class View(NamedTuple):
-    """One depth frame as the stages see it; 0 = no reading."""
+
+class WorkingImage(NamedTuple):
+    """One depth frame, or a part of it, as the stages use it; 0 = no reading."""
 
     depth: NDArray[np.float32]
     """(H, W), m."""
     disparity: NDArray[np.float32]
-    """(H, W), 1/m."""
+    """Inverse depth, (H, W), 1/m."""
     intrinsics: CameraIntrinsics
     """Camera of this image."""
-    T_world_camera: RigidTransform | None
-    """Place of the camera, where it is known."""
-    colour: NDArray[np.uint8] | None
-    """(H, W, 3) RGB, where there is colour."""
+    T_world_camera: RigidTransform | None = None
+    """Pose of the camera, or None where it is unknown."""
+    colour: NDArray[np.uint8] | None = None
+    """(H, W, 3) RGB, or None."""
+    noise: float = 0.0
+    """Noise σ of disparity, 1/m."""
+    scale: float = 1.0
+    """Width of the whole image divided by ``REFERENCE_WIDTH``."""
+
+    @property
+    def pinhole(self) -> tuple[float, float, float, float]:
+        """fx, fy, cx, cy of the camera, px, for the compiled functions."""
+        k = self.intrinsics
+        return k.fx, k.fy, k.cx, k.cy
+
+    def length(self, pixels: int) -> int:
+        """Convert a length in px from the reference width to this image, at least 1."""
+        return max(round(pixels * self.scale), 1)
+
+    def area(self, pixels: int) -> int:
+        """Convert an area in px from the reference width to this image, at least 1."""
+        return scaled_area(pixels, self.scale)
+
+    def points(self, rows: NDArray[np.intp], columns: NDArray[np.intp]) -> NDArray[np.float64]:
+        """Return the points (N, 3) of pixels with readings, from disparity, camera frame, m."""
+        z = 1.0 / self.disparity[rows, columns].astype(np.float64)
+        k = self.intrinsics
+        return np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])
+
+    def cropped(self, window: tuple[slice, slice]) -> WorkingImage:
+        """Return the part of the image in a window of rows and columns."""
+        return self._replace(
+            depth=np.ascontiguousarray(self.depth[window]),
+            disparity=np.ascontiguousarray(self.disparity[window]),
+            intrinsics=self.intrinsics.cropped(*window),
+            colour=None if self.colour is None else self.colour[window],
+        )
 
 
-def view_of(frame: DepthFrame, stride: int, *, median: bool) -> View:
-    """Take every `stride`-th row and column, with a 3x3 median over disparity or without."""
-    # A copy: kernels compile once more for the frame's read-only array.
+def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -> WorkingImage:
+    """Select every `stride`-th row and column, and optionally filter disparity by a 3x3 median.
+
+    A pixel without a reading stays without one. A reading with too few neighbours for the median
+    stays as it is. The noise is not measured here.
+    """
+    # The copy is writable: for the frame's read-only array all kernels would compile once more.
     depth = frame.depth[::stride, ::stride].copy()
     disparity = inverse(depth)
     if median:
-        smooth = cv2.medianBlur(disparity, 3)
-        # Where a reading has too few neighbours it stays as it is; none is made up.
-        disparity = np.where((disparity > 0) & (smooth > 0), smooth, disparity)
+        filtered = cv2.medianBlur(disparity, 3)
+        disparity = np.where((disparity > 0) & (filtered > 0), filtered, disparity)
         depth = inverse(disparity)
     colour = None if frame.colour is None else frame.colour[::stride, ::stride]
     camera = frame.intrinsics.reduced(stride)
-    return View(depth, disparity, camera, frame.T_world_camera, colour)
+    return WorkingImage(
+        depth, disparity, camera, frame.T_world_camera, colour, scale=image_scale(camera.width)
+    )
 
 
 def inverse(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Depth to disparity or back, 0 stays 0."""
+    """Convert depth to disparity or back; 0 stays 0."""
     return np.divide(1.0, image, out=np.zeros_like(image), where=image > 0)
+
+
+def image_scale(width: int) -> float:
+    """Return the width of an image divided by the reference width."""
+    return width / REFERENCE_WIDTH
+
+
+def scaled_area(pixels: int, scale: float) -> int:
+    """Convert an area in px from the reference width, at least 1."""
+    return max(round(pixels * scale**2), 1)

@@ -3,8 +3,12 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from eyehand.perception import CameraIntrinsics
 from eyehand.perception.segmentation.local_planes import LocalPlanes
+from eyehand.perception.segmentation.working_image import WorkingImage, inverse
 
+NOISE = 1e-3
+"""Noise σ of disparity, 1/m."""
 BLOCK = 4
 """Side of the square pieces that random regions are made of, px."""
 
@@ -31,4 +35,11 @@ def random_planes(
     rms = np.where(value > 0, 0.002 * rng.random(labels.shape), -1.0)
     planes = (image.astype(np.float32) for image in (value, *slopes, rms))
     labels[q == 0] = 0
-    return labels, q.astype(np.float32), LocalPlanes(*planes, noise=1e-3)
+    return labels, q.astype(np.float32), LocalPlanes(*planes)
+
+
+def image_of(q: NDArray[np.float32], camera: CameraIntrinsics | None = None) -> WorkingImage:
+    """Return a disparity image (H, W) as the image that the stages work on, at its full scale."""
+    rows, columns = q.shape
+    camera = camera or CameraIntrinsics(20.0, 21.0, columns / 2, rows / 2, columns, rows)
+    return WorkingImage(inverse(q), q, camera, noise=NOISE)

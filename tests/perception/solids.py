@@ -14,11 +14,13 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.segmentation.working_image import View, inverse
+from eyehand.perception.segmentation.working_image import WorkingImage, working_image
 
 CAMERA = CameraIntrinsics(260.0, 260.0, 159.5, 119.5, 320, 240)
 EYE = 0.6
 """Height of the camera over the table, m."""
+EXACT_NOISE = 1e-3
+"""Noise σ of disparity that the stages assume for exact frames, 1/m."""
 FAR = 5.0
 """Readings end here, m of depth."""
 TABLE_AXES = np.array([[1.0, 0.0, 0.0], [0.0, -0.6, 0.8], [0.0, -0.8, -0.6]])
@@ -118,11 +120,9 @@ class BowlInside(NamedTuple):
         return self.bowl.below_rim(sphere(self.bowl, rays)[1], rays)
 
 
-def exact_view(frame: DepthFrame) -> View:
-    """Give a frame as the stages see it, without any smoothing."""
-    return View(
-        frame.depth.copy(), inverse(frame.depth), frame.intrinsics, frame.T_world_camera, None
-    )
+def exact_image(frame: DepthFrame) -> WorkingImage:
+    """Return a frame as the image that the stages work on, without a filter, and its noise."""
+    return working_image(frame)._replace(noise=EXACT_NOISE)
 
 
 def heights(frame: DepthFrame) -> NDArray[np.float64]:

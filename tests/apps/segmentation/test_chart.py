@@ -15,7 +15,7 @@ from eyehand.apps.segmentation.baselines import PEERS
 from eyehand.apps.segmentation.comparison import FIGURES
 from eyehand.apps.segmentation.dials import BOARD
 from eyehand.perception import DepthFrame
-from eyehand.perception.segmentation.budget import FORMAT
+from eyehand.perception.segmentation import FRONT_FORMAT
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
@@ -114,10 +114,10 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
     ]
     made = chart_segmentation.Provenance("two frames", 5, 2)
     chart = DialChart(chart_segmentation.WORDS, settings, own, [], made)
-    place = FrontPlace(FORMAT, path, "SegmentationOptions")
+    place = FrontPlace(FRONT_FORMAT, path, "SegmentationOptions")
     assert chart.publish(tmp_path / "a.png", place, store=False, json=False) is None
     chart.store(place)
-    front = FORMAT.read(path)
+    front = FRONT_FORMAT.read(path)
     assert [point.name for point in front.points] == ["stride 2", "default"]
     assert front.default_ms == 40.0
     assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)

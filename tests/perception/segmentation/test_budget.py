@@ -5,10 +5,10 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.perception.segmentation import SegmentationOptions
 from eyehand.perception.segmentation.budget import (
-    FORMAT,
+    FRONT_FORMAT,
     STORED_FRONT,
     FrontPoint,
-    options_for_budget,
+    select_point,
 )
 from eyehand.perception.stored_front import StoredFront
 
@@ -32,43 +32,43 @@ FRONT = StoredFront(
     [(4.0, 4, 1), (9.99, 4, 1), (10.0, 2, 1), (30.0, 1, 2), (40.0, 1, 1), (1e6, 1, 1)],
 )
 def test_the_most_accurate_point_that_fits_is_taken(budget, stride, threads):
-    options = options_for_budget(budget, front=FRONT)
-    assert options == SegmentationOptions(stride=stride, threads=threads)
+    point = select_point(budget, front=FRONT)
+    assert point.dials == {"stride": stride, "threads": threads}
 
 
 def test_a_slower_machine_gets_a_cheaper_point():
-    assert options_for_budget(10.0, slower=1.01, front=FRONT).stride == 4
-    assert options_for_budget(8.0, slower=0.8, front=FRONT).stride == 2
+    assert select_point(10.0, slower=1.01, front=FRONT).dials["stride"] == 4
+    assert select_point(8.0, slower=0.8, front=FRONT).dials["stride"] == 2
 
 
 def test_no_more_threads_than_allowed():
-    assert options_for_budget(30.0, threads=1, front=FRONT).stride == 2
+    assert select_point(30.0, threads=1, front=FRONT).dials["stride"] == 2
 
 
 def test_a_budget_below_the_fastest_is_refused_and_told_its_cost():
     with pytest.raises(InputError, match=r"as fast as 3 ms: the fastest, stride 4, takes 4 ms"):
-        options_for_budget(3.0, front=FRONT)
+        select_point(3.0, front=FRONT)
     with pytest.raises(InputError, match=r"takes 12 ms, 3 times the stored 4 ms"):
-        options_for_budget(10.0, slower=3.0, front=FRONT)
+        select_point(10.0, slower=3.0, front=FRONT)
 
 
 @pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
 def test_what_is_no_budget_is_refused(budget):
     with pytest.raises(InputError, match="budget"):
-        options_for_budget(budget, front=FRONT)
+        select_point(budget, front=FRONT)
 
 
 def test_what_is_no_machine_is_refused():
     with pytest.raises(InputError, match="slower"):
-        options_for_budget(10.0, slower=0.0, front=FRONT)
+        select_point(10.0, slower=0.0, front=FRONT)
     with pytest.raises(InputError, match="threads"):
-        options_for_budget(10.0, threads=0, front=FRONT)
+        select_point(10.0, threads=0, front=FRONT)
 
 
 def test_a_front_survives_its_file(tmp_path):
     path = tmp_path / "front.json"
-    path.write_text(FORMAT.text(FRONT))
-    assert FORMAT.read(path) == FRONT
+    path.write_text(FRONT_FORMAT.text(FRONT))
+    assert FRONT_FORMAT.read(path) == FRONT
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "other/1"}'])
@@ -76,17 +76,17 @@ def test_a_file_that_is_no_front_is_refused(tmp_path, text):
     path = tmp_path / "front.json"
     path.write_text(text)
     with pytest.raises(InputError, match="--store"):
-        FORMAT.read(path)
+        FRONT_FORMAT.read(path)
 
 
 def test_the_stored_front_is_a_front_and_rises_to_the_most_accurate():
-    front = FORMAT.read(STORED_FRONT)
+    front = FRONT_FORMAT.read(STORED_FRONT)
     times = [point.median_ms for point in front.points]
     shares = [point.overlap_f_pct for point in front.points]
     assert times == sorted(times)
     assert shares == sorted(shares)
-    assert SegmentationOptions.for_budget(1e4) == front.points[-1].options()
+    assert SegmentationOptions.for_budget(1e4) == SegmentationOptions(**front.points[-1].dials)
     fastest = front.points[0]
-    assert SegmentationOptions.for_budget(fastest.median_ms) == fastest.options()
+    assert SegmentationOptions.for_budget(fastest.median_ms) == SegmentationOptions(**fastest.dials)
     with pytest.raises(InputError, match=fastest.name):
         SegmentationOptions.for_budget(0.5 * fastest.median_ms)

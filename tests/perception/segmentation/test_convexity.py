@@ -4,14 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_planes import random_planes
-from solids import Ball, Bowl, Box, solid_frame
+from random_planes import image_of, random_planes
+from solids import Ball, Bowl, Box, exact_image, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
-from eyehand.perception.segmentation.convexity import SAMPLES, pixels_by_label, region_turns
-from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.smooth_patches import plane_normals
-from eyehand.perception.segmentation.working_image import inverse
+from eyehand.perception.segmentation.convexity import SAMPLES, region_convexity
+from eyehand.perception.segmentation.label_pixels import pixels_by_label
+from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_normals
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 
@@ -38,7 +37,7 @@ def reference(labels, q, planes, camera):
 @settings(max_examples=15)
 def test_turns_equal_the_sums_over_all_pairs(seed, count):
     labels, q, planes = random_planes(seed, count=count)
-    got = region_turns(labels, q, planes, CAMERA)
+    got = region_convexity(labels, image_of(q, CAMERA), planes)
     assert np.allclose(got, reference(labels, q, planes, CAMERA), atol=1e-5)
 
 
@@ -63,10 +62,9 @@ def test_pixels_are_sorted_by_label(seed):
 )
 def test_solids_bulge_and_insides_are_hollow(solid, low, high):
     frame, labels = solid_frame([solid], plates=())
-    q = inverse(frame.depth)
-    planes = fit_local_planes(q, 1e-3, SegmentationOptions().scaled(320))
-    turn = region_turns(labels, q, planes, frame.intrinsics)[1]
-    assert low <= turn <= high
+    image = exact_image(frame)
+    planes = fit_local_planes(image, SegmentationOptions().scaled(320))
+    assert low <= region_convexity(labels, image, planes)[1] <= high
 
 
 def test_a_flat_region_does_not_turn():
@@ -74,4 +72,6 @@ def test_a_flat_region_does_not_turn():
     flat = planes._replace(
         value=np.ones_like(q), slope_u=np.zeros_like(q), slope_v=np.zeros_like(q)
     )
-    assert region_turns(labels, np.ones_like(q), flat, CAMERA)[1] == pytest.approx(0.0, abs=1e-9)
+    assert region_convexity(labels, image_of(np.ones_like(q), CAMERA), flat)[1] == pytest.approx(
+        0.0, abs=1e-9
+    )

@@ -5,10 +5,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eyehand.perception import SegmentationOptions
-from eyehand.perception.segmentation.frame_noise import frame_noise, window_residuals
+from eyehand.perception.segmentation.frame_noise import MIN_NOISE, frame_noise, window_residuals
 
-OPTIONS = SegmentationOptions()
+WINDOW = 9
 
 
 def reference(q, v, u, radius):
@@ -54,7 +53,7 @@ def test_readings_in_one_line_give_no_plane():
 def test_without_readings_enough_the_floor_is_the_noise():
     q = np.zeros((20, 20), np.float32)
     q[3, 4] = 1.0
-    assert frame_noise(q, OPTIONS) == OPTIONS.min_noise
+    assert frame_noise(q, WINDOW) == MIN_NOISE
 
 
 @given(a=st.floats(-0.002, 0.002), b=st.floats(-0.002, 0.002), sigma=st.sampled_from([0.003, 0.01]))
@@ -64,11 +63,11 @@ def test_the_slope_of_a_plane_is_no_noise(a, b, sigma):
     noise = sigma * np.random.default_rng(1).normal(size=u.shape)
     q = (1.0 + a * u + b * v + noise).astype(np.float32)
     # Three of a window's 81 degrees of freedom go to its plane.
-    assert frame_noise(q, OPTIONS) == pytest.approx(sigma, rel=0.08)
+    assert frame_noise(q, WINDOW) == pytest.approx(sigma, rel=0.08)
 
 
 def test_edges_are_no_noise():
     rng = np.random.default_rng(2)
     u = np.indices((120, 160))[1]
     stripes = 1.0 + 0.2 * (u // 40) + 0.001 * rng.normal(size=u.shape)
-    assert frame_noise(stripes.astype(np.float32), OPTIONS) < 0.0013
+    assert frame_noise(stripes.astype(np.float32), WINDOW) < 0.0013

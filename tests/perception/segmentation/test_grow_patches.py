@@ -3,15 +3,15 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_planes import random_planes
+from random_planes import image_of, random_planes
 from scipy import ndimage
 
-from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation import grow_patches as module
 from eyehand.perception.segmentation.grow_patches import grow_patches, grow_rings
-from eyehand.perception.segmentation.local_planes import LocalPlanes
+from eyehand.perception.segmentation.local_planes import STEP_SIGMAS, LocalPlanes
 
 CROSS = ndimage.generate_binary_structure(2, 1)
-OPTIONS = SegmentationOptions()
+WINDOW = 9
 
 
 def reference(q, value, slope_u, slope_v, patches, allowed, max_gap, rings):
@@ -54,22 +54,23 @@ def test_rings_equal_a_sweep_over_all_pixels(seed, gap, rings, free):
     rng = np.random.default_rng(seed)
     patches = np.where(rng.random(q.shape) < free, 0, labels).astype(np.int32)
     allowed = (q > 0) & (rng.random(q.shape) < 0.9)
-    inputs = q, planes.value, planes.slope_u, planes.slope_v, patches, allowed
-    got = grow_rings(*inputs, np.float32(gap), rings)
-    for mine, other in zip(got, reference(*inputs, np.float32(gap), rings), strict=True):
+    got = grow_rings(q, planes, patches, allowed, np.float32(gap), rings)
+    expected = reference(q, *planes[:3], patches, allowed, np.float32(gap), rings)
+    for mine, other in zip(got, expected, strict=True):
         assert np.array_equal(mine, other)
 
 
 def test_no_more_rings_than_asked_for_and_none_over_what_is_forbidden():
     q = np.ones((5, 30), np.float32)
     flat = np.zeros_like(q)
+    planes = LocalPlanes(q, flat, flat, flat)
     patches = np.zeros(q.shape, np.int32)
     patches[:, 0] = 1
     allowed = np.ones(q.shape, bool)
-    grown = grow_rings(q, q, flat, flat, patches, allowed, np.float32(0.01), 7)[0]
+    grown = grow_rings(q, planes, patches, allowed, np.float32(0.01), 7)[0]
     assert np.array_equal(grown, np.tile(np.arange(30) < 8, (5, 1)))
     allowed[:, 4] = False
-    grown = grow_rings(q, q, flat, flat, patches, allowed, np.float32(0.01), 7)[0]
+    grown = grow_rings(q, planes, patches, allowed, np.float32(0.01), 7)[0]
     assert np.array_equal(grown, np.tile(np.arange(30) < 4, (5, 1)))
 
 
@@ -81,14 +82,14 @@ def roof(rows=30, columns=40, crease=20, slope=0.01):
     patches = np.where(abs(u - crease) > 5, truth, 0).astype(np.int32)
     sloping = np.where(u < crease, np.float32(slope), np.float32(-slope))
     value = np.where(patches > 0, q, np.float32(0.0))
-    planes = LocalPlanes(value, sloping * (patches > 0), np.zeros_like(q), np.zeros_like(q), 1e-3)
+    planes = LocalPlanes(value, sloping * (patches > 0), np.zeros_like(q), np.zeros_like(q))
     return q, truth, patches, planes
 
 
 def test_pixels_beside_a_crease_go_to_the_plane_that_they_lie_on():
     q, truth, patches, planes = roof()
     allowed = np.ones(q.shape, bool)
-    grown, carried = grow_patches(q, planes, patches, allowed, OPTIONS)
+    grown, carried = grow_patches(image_of(q), planes, patches, allowed, WINDOW)
     # The crease itself lies on both planes.
     off = np.arange(40) != 20
     assert np.array_equal(grown[:, off], truth[:, off])
@@ -100,17 +101,17 @@ def test_what_no_plane_reaches_is_a_patch_of_its_own_if_it_is_large_enough():
     q, _, patches, planes = roof()
     q[3:12, 16:24] += 0.2
     q[20:22, 18:20] += 0.2
-    grown, _ = grow_patches(q, planes, patches, np.ones(q.shape, bool), OPTIONS)
+    grown, _ = grow_patches(image_of(q), planes, patches, np.ones(q.shape, bool), WINDOW)
     assert np.all(grown[3:12, 16:24] == 3)
     assert not grown[20:22, 18:20].any()
     assert grown.max() == 3
 
 
-def test_a_rim_that_falls_off_is_taken_in_a_second_round():
+def test_a_rim_that_falls_off_is_taken_in_a_second_round(monkeypatch):
     q, _, patches, planes = roof()
     allowed = np.ones(q.shape, bool)
     q[:, 18:23] -= 0.02
-    narrow = SegmentationOptions(rim_sigmas=OPTIONS.grow_sigmas, min_patch=1000)
-    wide = SegmentationOptions(min_patch=1000)
-    assert not grow_patches(q, planes, patches, allowed, narrow)[0][:, 18:23].any()
-    assert grow_patches(q, planes, patches, allowed, wide)[0][:, 18:23].all()
+    monkeypatch.setattr(module, "MIN_PATCH", 1000)
+    assert grow_patches(image_of(q), planes, patches, allowed, WINDOW)[0][:, 18:23].all()
+    monkeypatch.setattr(module, "RIM_SIGMAS", STEP_SIGMAS)
+    assert not grow_patches(image_of(q), planes, patches, allowed, WINDOW)[0][:, 18:23].any()

@@ -2,26 +2,25 @@
 
 import numpy as np
 import pytest
-from solids import CAMERA, EYE, TABLE_AXES, Ball, Box, Plate, solid_frame
+from solids import EYE, TABLE_AXES, Ball, Box, Plate, exact_image, solid_frame
 
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation import SupportPlane
+from eyehand.perception.segmentation import join_floating as module
 from eyehand.perception.segmentation.join_floating import downwards, join_floating
 from eyehand.perception.segmentation.local_planes import fit_local_planes
 from eyehand.perception.segmentation.regions import ABOVE, BELOW, LEFT, RIGHT
-from eyehand.perception.segmentation.working_image import inverse
 
 OPTIONS = SegmentationOptions().scaled(320)
 TABLE = SupportPlane(TABLE_AXES[2], EYE)
 POT = Ball(0.0, 0.7, 0.08, 0.08)
 
 
-def joined(*solids, options=OPTIONS):
+def joined(*solids):
     """Labels of exact solids before and after."""
     frame, labels = solid_frame(list(solids), (Plate(),))
-    q = inverse(frame.depth)
-    planes = fit_local_planes(q, 1e-3, options)
-    return labels, join_floating(labels, q, planes, CAMERA, TABLE, options)
+    image = exact_image(frame)
+    return labels, join_floating(labels, image, fit_local_planes(image, OPTIONS), TABLE)
 
 
 @pytest.mark.parametrize("side", [-1, 1])
@@ -52,17 +51,13 @@ def test_what_hangs_without_touching_is_itself():
     assert np.array_equal(same, labels)
 
 
-def test_a_large_piece_is_no_handle():
-    labels, whole = joined(POT, Box(0.115, 0.7, (0.1, 0.03, 0.05), base=0.08))
-    assert whole.max() == 1
-    small = SegmentationOptions(hanging_share=0.1).scaled(320)
-    assert np.array_equal(
-        joined(POT, Box(0.115, 0.7, (0.1, 0.03, 0.05), base=0.08), options=small)[1], labels
-    )
-    small = SegmentationOptions(max_hanging=0.001).scaled(320)
-    assert np.array_equal(
-        joined(POT, Box(0.115, 0.7, (0.1, 0.03, 0.05), base=0.08), options=small)[1], labels
-    )
+@pytest.mark.parametrize(("limit", "value"), [("MAX_SIZE_SHARE", 0.1), ("MAX_AREA", 0.001)])
+def test_keeps_large_piece(monkeypatch, limit, value):
+    solids = POT, Box(0.115, 0.7, (0.1, 0.03, 0.05), base=0.08)
+    assert joined(*solids)[1].max() == 1
+    monkeypatch.setattr(module, limit, value)
+    labels, same = joined(*solids)
+    assert np.array_equal(same, labels)
 
 
 def test_one_region_or_none_is_left_alone():

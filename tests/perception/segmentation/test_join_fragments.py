@@ -2,12 +2,18 @@
 
 import numpy as np
 import pytest
+from random_planes import image_of
 
-from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation import join_fragments as module
 from eyehand.perception.segmentation.join_fragments import join_fragments
 from eyehand.perception.segmentation.local_planes import LocalPlanes
 
-OPTIONS = SegmentationOptions(fragment=50, fragment_share=0.05, fragment_border=0.3)
+
+@pytest.fixture(autouse=True)
+def limits(monkeypatch):
+    """Set the limits for a scene of small regions."""
+    monkeypatch.setattr(module, "MAX_FRAGMENT", 50)
+    monkeypatch.setattr(module, "MAX_SIZE_SHARE", 0.05)
 
 
 def scene(depths=(1.0, 1.0, 1.0)):
@@ -18,9 +24,9 @@ def scene(depths=(1.0, 1.0, 1.0)):
     return labels, (1.0 / np.array(depths)[labels]).astype(np.float32)
 
 
-def joined(labels, q, options=OPTIONS):
+def joined(labels, q):
     flat = np.zeros_like(q)
-    return join_fragments(labels, q, LocalPlanes(q, flat, flat, flat, 1e-3), options)
+    return join_fragments(labels, labels, image_of(q), LocalPlanes(q, flat, flat, flat), 1)
 
 
 @pytest.mark.parametrize("behind", [0.0, 0.015, -0.3])
@@ -36,16 +42,13 @@ def test_what_shows_far_behind_an_edge_is_another_object():
 
 
 @pytest.mark.parametrize(
-    "options",
-    [
-        SegmentationOptions(fragment=40, fragment_share=0.05),
-        SegmentationOptions(fragment=50, fragment_share=0.02),
-        SegmentationOptions(fragment=50, fragment_share=0.05, fragment_border=0.35),
-    ],
+    ("limit", "value"),
+    [("MAX_FRAGMENT", 40), ("MAX_SIZE_SHARE", 0.02), ("MIN_BORDER_SHARE", 0.35)],
 )
-def test_pieces_too_large_or_too_loose_stay(options):
+def test_keeps_large_or_loose_pieces(monkeypatch, limit, value):
+    monkeypatch.setattr(module, limit, value)
     labels, q = scene()
-    assert np.array_equal(joined(labels, q, options), labels)
+    assert np.array_equal(joined(labels, q), labels)
 
 
 def test_a_fragment_of_a_fragment_goes_all_the_way():

@@ -5,12 +5,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_planes import random_planes
-from solids import CAMERA, Ball, Box, Plate, solid_frame
+from solids import Ball, Box, Plate, exact_image, solid_frame
 
 from eyehand.perception import SegmentationOptions
-from eyehand.perception.segmentation.join_occluded import hidden_votes, join_occluded
+from eyehand.perception.segmentation.join_occluded import (
+    ContinuationLimits,
+    continuation_votes,
+    join_occluded,
+)
 from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.working_image import inverse
 
 OPTIONS = SegmentationOptions().scaled(320)
 WAYS = [(dv, du) for dv in (-1, 0, 1) for du in (-1, 0, 1) if (dv, du) != (0, 0)]
@@ -83,29 +86,16 @@ def test_votes_equal_a_walk_from_every_pixel(seed, missing):
     labels, q, planes = random_planes(seed, 24, 24, count=4, missing=missing)
     # One region stands before the others: most ways lead behind it.
     q[labels == 1] += np.float32(0.3)
-    got = hidden_votes(
-        labels,
-        q,
-        planes.value,
-        planes.slope_u,
-        planes.slope_v,
-        4,
-        REACH,
-        INSET,
-        MIN_STEP,
-        TOLERANCE,
-        GROWTH,
-        MAX_SLOPE,
-        FOCAL,
-        MAX_TURN,
-        MAX_DENT,
+    limits = ContinuationLimits(
+        REACH, INSET, MIN_STEP, TOLERANCE, GROWTH, MAX_SLOPE, FOCAL, MAX_TURN, MAX_DENT
     )
+    got = continuation_votes(labels, q, planes, 4, limits)
     assert np.array_equal(got, reference(labels, q, planes, 4))
 
 
 def joined(labels, frame):
-    q = inverse(frame.depth)
-    return join_occluded(labels, q, fit_local_planes(q, 1e-3, OPTIONS), CAMERA, OPTIONS)[0]
+    image = exact_image(frame)
+    return join_occluded(labels, image, fit_local_planes(image, OPTIONS), OPTIONS.window)[0]
 
 
 def objects(labels, frame):

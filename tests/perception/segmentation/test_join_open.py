@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
-from solids import CAMERA, Ball, Bowl, Box, Plate, Solid, heights, solid_frame
+from solids import Ball, Bowl, Box, Plate, Solid, exact_image, heights, solid_frame
 
 from eyehand.perception import SegmentationOptions, segment
 from eyehand.perception.segmentation.join_open import join_open
 from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.working_image import inverse
+from eyehand.perception.segmentation.regions import number_by_size
 
 OPTIONS = SegmentationOptions().scaled(320)
 BOWL = Bowl(0.0, 0.65, 0.12, 0.12, 0.11)
@@ -19,9 +19,8 @@ def joined(solids, change=lambda labels: labels):
     """Labels of exact surfaces before and after."""
     frame, labels = solid_frame(solids, (Plate(),))
     labels = change(labels)
-    q = inverse(frame.depth)
-    planes = fit_local_planes(q, 1e-3, OPTIONS)
-    return labels, join_open(labels, q, planes, CAMERA, OPTIONS)
+    image = exact_image(frame)
+    return labels, join_open(labels, image, fit_local_planes(image, OPTIONS))
 
 
 def test_the_inside_joins_the_outside():
@@ -49,7 +48,7 @@ def test_its_floor_which_is_too_close_to_the_table_to_stand_out_joins_too():
 )
 def test_what_lies_in_or_beside_a_bowl_stays_itself(other):
     labels, whole = joined([*VESSEL, other])
-    assert np.array_equal(whole, np.where(labels == 2, 1, labels))
+    assert np.array_equal(whole, number_by_size(np.where(labels == 2, 1, labels)))
 
 
 def test_concave_neighbours_are_no_vessel():

@@ -5,17 +5,20 @@ import pytest
 from balls import CAMERA, ball_frame
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_planes import image_of
+from solids import exact_image
 
 from eyehand.perception import SegmentationOptions
-from eyehand.perception.segmentation.frame_noise import frame_noise
+from eyehand.perception.segmentation.frame_noise import MIN_NOISE, frame_noise
 from eyehand.perception.segmentation.local_planes import (
+    GOOD_FIT,
     MIN_WINDOW_SHARE,
-    SETTLED,
+    LocalPlanes,
+    fit_centred_windows,
     fit_local_planes,
-    pick_windows,
-    plane_sums,
+    plane_normals,
+    select_windows,
 )
-from eyehand.perception.segmentation.smooth_patches import plane_normals
 
 
 def reference(q, v, u, radius):
@@ -38,7 +41,7 @@ def test_running_sums_equal_least_squares(seed, radius, share):
     rng = np.random.default_rng(seed)
     q = rng.uniform(0.8, 1.2, (20, 24)).astype(np.float32)
     q[rng.random(q.shape) < share] = 0.0
-    value, slope_u, slope_v, rms = plane_sums(q, radius, 0.5)
+    value, slope_u, slope_v, rms = fit_centred_windows(q, radius, 0.5)
     fitted = np.argwhere(rms >= 0)
     for v, u in fitted[:: max(len(fitted) // 20, 1)]:
         expected = reference(q, v, u, radius)
@@ -48,25 +51,25 @@ def test_running_sums_equal_least_squares(seed, radius, share):
 
 def test_a_plane_in_space_gives_its_normal_and_no_residual():
     frame, labels = ball_frame([])
-    disparity = np.divide(1, frame.depth, out=np.zeros_like(frame.depth), where=frame.valid)
-    planes = fit_local_planes(disparity, 1e-3, SegmentationOptions())
+    image = exact_image(frame)
+    planes = fit_local_planes(image, SegmentationOptions())
     normals = plane_normals(planes, CAMERA)
     inner = (planes.value > 0) & (labels == 0)
-    assert frame_noise(disparity, SegmentationOptions()) == SegmentationOptions().min_noise
+    assert frame_noise(image.disparity, 9) == MIN_NOISE
     assert np.allclose(normals[inner], [0.0, -0.8, -0.6], atol=1e-3)
 
 
 def test_shifted_windows_keep_a_step_sharp():
     q = np.full((40, 40), 1.0, np.float32)
     q[:, 20:] = 1.3
-    planes = fit_local_planes(q, 1e-3, SegmentationOptions())
+    planes = fit_local_planes(image_of(q), SegmentationOptions())
     assert np.allclose(planes.value, q, atol=1e-4)
 
 
 def test_noise_is_measured_on_the_frame():
     rng = np.random.default_rng(0)
     q = (1.0 + rng.normal(size=(120, 160)) * 0.01).astype(np.float32)
-    assert frame_noise(q, SegmentationOptions()) == pytest.approx(0.01, rel=0.05)
+    assert frame_noise(q, 9) == pytest.approx(0.01, rel=0.05)
 
 
 def reference_windows(q, planes, radius, noise, gain):
@@ -84,7 +87,7 @@ def reference_windows(q, planes, radius, noise, gain):
                     costs.append(rms[y, x] ** 2 + (at - here) ** 2)
                     found.append((at, slope_u[y, x], slope_v[y, x]))
         centred = rms[v, u] ** 2 + (value[v, u] - here) ** 2 if rms[v, u] >= 0 else np.inf
-        settled = centred < SETTLED * noise**2
+        settled = centred < GOOD_FIT * noise**2
         if costs and not settled and min(costs) < gain**2 * centred:
             for image, new in zip(chosen, found[int(np.argmin(costs))], strict=True):
                 image[v, u] = new
@@ -103,8 +106,8 @@ def test_the_best_of_nine_windows_is_taken(seed, radius, noise, gain):
     q = rng.normal(1.0, 0.01, (12, 15)).astype(np.float32)
     q[:, 7:] += 0.2
     q[rng.random(q.shape) < 0.2] = 0.0
-    planes = plane_sums(q, radius, 0.5)
-    got = pick_windows(q, *planes, radius, noise, gain)
+    planes = fit_centred_windows(q, radius, 0.5)
+    got = select_windows(q, LocalPlanes(*planes), radius, noise, gain)
     for mine, other in zip(got, reference_windows(q, planes, radius, noise, gain), strict=True):
         assert np.allclose(mine, other, atol=1e-6)
 
@@ -112,6 +115,6 @@ def test_the_best_of_nine_windows_is_taken(seed, radius, noise, gain):
 def test_without_shifted_windows_every_plane_is_the_centred_one():
     q = np.full((20, 20), 1.0, np.float32)
     q[:, 10:] = 1.3
-    planes = fit_local_planes(q, 1e-3, SegmentationOptions(shift_windows=False))
-    for mine, other in zip(planes[:4], plane_sums(q, 4, MIN_WINDOW_SHARE), strict=True):
+    planes = fit_local_planes(image_of(q), SegmentationOptions(shift_windows=False))
+    for mine, other in zip(planes[:4], fit_centred_windows(q, 4, MIN_WINDOW_SHARE), strict=True):
         assert np.array_equal(mine, other)

@@ -5,13 +5,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_planes import random_planes
-from solids import Ball, Box, heights, solid_frame
+from solids import Ball, Box, exact_image, heights, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
-from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.merge_patches import border_votes, merge_patches
-from eyehand.perception.segmentation.smooth_patches import plane_normals
-from eyehand.perception.segmentation.working_image import inverse
+from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_normals
+from eyehand.perception.segmentation.merge_patches import BorderLimits, border_votes, merge_patches
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 OPTIONS = SegmentationOptions().scaled(320)
@@ -62,16 +60,8 @@ def reference(patches, q, planes, camera, limits, reach):
 def test_votes_equal_those_of_every_pair_of_pixels(seed, reach, count):
     patches, q, planes = random_planes(seed, count=count, missing=0.05)
     limits = np.float32(0.02), np.float32(0.004), np.float32(0.003)
-    pairs, votes = border_votes(
-        patches,
-        q,
-        planes.value,
-        planes.slope_u,
-        planes.slope_v,
-        (CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy),
-        *limits,
-        reach,
-    )
+    pinhole = CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy
+    pairs, votes = border_votes(patches, q, planes, pinhole, BorderLimits(*limits, reach))
     expected = reference(patches, q, planes, CAMERA, limits, reach)
     assert np.array_equal(pairs, expected[0])
     assert np.array_equal(votes[:, :2], expected[1][:, :2])
@@ -83,9 +73,9 @@ def merged(solids, parts=lambda labels, points: labels):
     frame, labels = solid_frame(solids)
     height = heights(frame)
     patches = parts(labels, np.dstack([frame.points()[..., 0], height])).astype(np.int32)
-    q = inverse(frame.depth)
-    planes = fit_local_planes(q, 1e-3, OPTIONS)
-    objects, _ = merge_patches(patches, q, planes, frame.intrinsics, OPTIONS)
+    image = exact_image(frame)
+    planes = fit_local_planes(image, OPTIONS)
+    objects, _ = merge_patches(patches, image, planes, OPTIONS.min_object)
     assert np.array_equal(objects > 0, patches > 0)
     return [set(np.unique(objects[patches == k])) for k in range(1, patches.max() + 1)]
 
@@ -120,8 +110,8 @@ def test_two_solids_stay_two(solids):
 
 def test_one_patch_or_none_is_left_alone():
     frame, labels = solid_frame([Ball(0.0, 0.65, 0.1, 0.1)])
-    q = inverse(frame.depth)
-    planes = fit_local_planes(q, 1e-3, OPTIONS)
+    image = exact_image(frame)
+    planes = fit_local_planes(image, OPTIONS)
     for patches in (labels, np.zeros_like(labels)):
-        objects, _ = merge_patches(patches, q, planes, frame.intrinsics, OPTIONS)
+        objects, _ = merge_patches(patches, image, planes, OPTIONS.min_object)
         assert np.array_equal(objects, patches)

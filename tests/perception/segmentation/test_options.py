@@ -2,13 +2,15 @@
 
 from dataclasses import fields, replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
-from eyehand.perception import SegmentationOptions
-from eyehand.perception.segmentation.options import MIN_WINDOW, REFERENCE_WIDTH
+from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions
+from eyehand.perception.segmentation.options import MIN_WINDOW
+from eyehand.perception.segmentation.working_image import REFERENCE_WIDTH, working_image
 
 DEFAULT = SegmentationOptions()
 NUMBERS = [
@@ -16,7 +18,7 @@ NUMBERS = [
     for field in fields(SegmentationOptions)
     if field.name != "table_height" and not isinstance(field.default, bool)
 ]
-WHOLE = ["window", "stride", "threads", "line_samples", "min_patch", "min_object", "bend_reach"]
+WHOLE = ["window", "stride", "threads", "min_object"]
 
 
 @pytest.mark.parametrize("name", NUMBERS)
@@ -37,7 +39,7 @@ def test_a_table_may_stand_anywhere(value):
     assert SegmentationOptions(table_height=value).table_height == value
 
 
-@pytest.mark.parametrize("name", ["stride", "threads", "line_samples"])
+@pytest.mark.parametrize("name", ["stride", "threads", "min_object"])
 @pytest.mark.parametrize("value", [1.5, 2.001])
 def test_what_is_counted_is_whole(name, value):
     with pytest.raises(InputError, match=f"{name} must be a whole number and > 0, got {value}"):
@@ -62,48 +64,39 @@ def test_scaled_options_are_valid_whole_pixels(width, window):
     assert all(isinstance(getattr(scaled, name), int) for name in WHOLE)
 
 
-def test_lengths_grow_with_the_width_and_areas_with_its_square():
-    options = SegmentationOptions(
-        window=9, gap_reach=16, hidden_reach=160, min_patch=40, min_object=150
-    )
+def test_window_scales_with_width_and_area_with_its_square():
+    options = SegmentationOptions(window=9, min_object=150)
     half, twice = options.scaled(320), options.scaled(1280)
     assert (half.window, twice.window) == (5, 17)
-    assert (half.gap_reach, twice.gap_reach) == (8, 32)
-    assert (half.hidden_reach, twice.hidden_reach) == (80, 320)
-    assert (half.min_patch, twice.min_patch) == (10, 160)
     assert (half.min_object, twice.min_object) == (38, 600)
 
 
+@pytest.mark.parametrize(
+    ("width", "lengths", "areas"),
+    [(320, (8, 80), (10, 38)), (1280, (32, 320), (160, 600)), (1, (1, 1), (1, 1))],
+)
+def test_constants_in_pixels_scale_with_width(width, lengths, areas):
+    camera = CameraIntrinsics(width, width, 0.0, 0.0, width, 1)
+    image = working_image(DepthFrame(np.ones((1, width), np.float32), camera))
+    assert (image.length(16), image.length(160)) == lengths
+    assert (image.area(40), image.area(150)) == areas
+
+
 @given(width=st.integers(1, 5000))
-def test_metres_radians_sigmas_and_shares_do_not_scale(width):
+def test_other_options_do_not_scale(width):
     scaled = DEFAULT.scaled(width)
-    pixels = {
-        "window",
-        "min_patch",
-        "min_border",
-        "bend_reach",
-        "gap_reach",
-        "hidden_reach",
-        "min_hidden",
-        "min_hollow",
-        "fragment",
-        "min_object",
-    }
-    kept = {name: getattr(scaled, name) for name in vars(DEFAULT) if name not in pixels}
-    assert replace(DEFAULT, **kept) == DEFAULT
+    assert replace(scaled, window=DEFAULT.window, min_object=DEFAULT.min_object) == DEFAULT
 
 
 @pytest.mark.parametrize(
     ("name", "value"),
     [
         ("stride", 2.0),
-        ("plane_candidates", 60.5),
-        ("noise_quantile", 1.5),
+        ("min_object", 60.5),
         ("min_object", None),
         ("window", "9"),
         ("window", 9.5),
         ("median", 0),
-        ("line_samples", 2000),
         ("table_height", float("nan")),
     ],
 )

@@ -6,27 +6,29 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_planes import random_planes
+from random_planes import image_of, random_planes
 
-from eyehand.perception import SegmentationOptions
+from eyehand.perception.segmentation import regions
 from eyehand.perception.segmentation.local_planes import LocalPlanes
 from eyehand.perception.segmentation.regions import (
     ABOVE,
     BELOW,
+    CLOSE_GAP,
     LEFT,
     MAX_REGIONS,
     RIGHT,
     border_counts,
     fill_holes,
-    largest_regions,
+    number_by_size,
     region_borders,
 )
 
-FLAT = LocalPlanes(*(np.zeros((6, 9), np.float32) for _ in range(4)), noise=1e-3)
+FLAT = LocalPlanes(*(np.zeros((6, 9), np.float32) for _ in range(4)))
 
 
-def reference(labels, q, value, slope_u, slope_v, count, max_step, max_crease, gap_reach, close):
+def reference(labels, q, planes, count, max_step, max_crease, max_gap):
     """Borders from the list of readings of every row and column."""
+    value, slope_u, slope_v = planes[:3]
     contact, before = np.zeros((2, count + 1, count + 1, 4), int)
     near_enough, blind = np.zeros((count + 1, count + 1), int), np.zeros((count + 1, 4), int)
     lines = [([(v, u) for u in range(q.shape[1])], slope_u, RIGHT, LEFT) for v in range(q.shape[0])]
@@ -41,15 +43,15 @@ def reference(labels, q, value, slope_u, slope_v, count, max_step, max_crease, g
         for i, j in pairwise(known):
             one, other = pixels[i], pixels[j]
             a, b = labels[one], labels[other]
-            if j - i > gap_reach + 1:
+            if j - i > max_gap + 1:
                 blind[a, ahead] += 1
                 blind[b, back] += 1
                 continue
             if a == b:
                 continue
             behind = 1.0 / float(q[other]) - 1.0 / float(q[one])
-            near_enough[a, b] += behind >= -close
-            near_enough[b, a] += behind <= close
+            near_enough[a, b] += behind >= -CLOSE_GAP
+            near_enough[b, a] += behind <= CLOSE_GAP
             rise = float(q[other]) - float(q[one])
             near, far = (rise - float(slope[at]) * (j - i) for at in (one, other))
             step = abs(near) + abs(far) - min(abs(far - near), max_crease)
@@ -67,9 +69,8 @@ def reference(labels, q, value, slope_u, slope_v, count, max_step, max_crease, g
 @settings(max_examples=20)
 def test_counts_equal_those_of_every_pair_of_readings(seed, gap, missing):
     labels, q, planes = random_planes(seed, missing=missing)
-    images = labels, q, planes.value, planes.slope_u, planes.slope_v
-    settings = 4, np.float32(0.006), np.float32(0.004), gap, 0.02
-    got, expected = border_counts(*images, *settings), reference(*images, *settings)
+    inputs = labels, q, planes, 4, np.float32(0.006), np.float32(0.004), gap
+    got, expected = border_counts(*inputs), reference(*inputs)
     for mine, other in zip(got, expected, strict=True):
         assert np.array_equal(mine, other)
 
@@ -79,7 +80,7 @@ def test_a_step_has_a_near_side_and_a_level_border_is_contact():
     labels[:, 3:6], labels[:, 6:] = 1, 2
     q = np.where(labels == 2, np.float32(0.8), np.float32(1.0))
     planes = FLAT._replace(value=q)
-    borders = region_borders(labels, q, planes, SegmentationOptions())
+    borders = region_borders(labels, image_of(q), planes)
     assert borders.contact[0, 1, RIGHT] == borders.contact[1, 0, LEFT] == 6
     assert borders.before[1, 2, RIGHT] == 6
     assert not borders.before[2].any()
@@ -91,12 +92,12 @@ def test_a_step_has_a_near_side_and_a_level_border_is_contact():
 
 
 @pytest.mark.parametrize(("width", "contact"), [(4, 6), (5, 0)])
-def test_regions_are_neighbours_over_a_narrow_strip_without_readings(width, contact):
+def test_regions_are_neighbours_over_a_narrow_strip_without_readings(monkeypatch, width, contact):
     labels = np.zeros((6, 9), np.int32)
     labels[:, :2], labels[:, 2 + width :] = 1, 2
     q = np.where(labels > 0, np.float32(1.0), np.float32(0.0))
-    options = SegmentationOptions(gap_reach=4)
-    borders = region_borders(labels, q, FLAT._replace(value=q), options)
+    monkeypatch.setattr(regions, "MAX_GAP", 4)
+    borders = region_borders(labels, image_of(q), FLAT._replace(value=q))
     assert borders.contact[1, 2, RIGHT] == contact
     assert borders.blind[1, RIGHT] == 6 - contact
 
@@ -104,15 +105,15 @@ def test_regions_are_neighbours_over_a_narrow_strip_without_readings(width, cont
 def test_regions_are_numbered_by_size_and_small_ones_dropped():
     labels = np.array([[7, 7, 7, 2], [2, 7, 0, 5], [9, 9, 2, 0]], np.int32)
     expected = np.array([[1, 1, 1, 2], [2, 1, 0, 0], [3, 3, 2, 0]])
-    assert np.array_equal(largest_regions(labels, 2), expected)
-    assert not largest_regions(labels, 5).any()
-    assert not largest_regions(np.zeros_like(labels), 1).any()
+    assert np.array_equal(number_by_size(labels, 2), expected)
+    assert not number_by_size(labels, 5).any()
+    assert not number_by_size(np.zeros_like(labels), 1).any()
 
 
 def test_of_very_many_regions_the_largest_are_kept():
     labels = np.arange(1, MAX_REGIONS + 51, dtype=np.int32)
     labels = np.concatenate([labels, labels[-20:]])[None]
-    kept = largest_regions(labels, 1)
+    kept = number_by_size(labels, 1)
     assert kept.max() == MAX_REGIONS
     assert (kept[0, -20:] > 0).all()
 

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_planes import image_of
 
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.row_bands import MIN_ROWS, in_bands
+from eyehand.perception.segmentation.row_bands import MIN_ROWS, run_in_row_bands
 
 
 def row_sums(reach):
@@ -34,7 +35,7 @@ def test_bands_equal_one_call(rows, threads, reach, seed):
     images = tuple(np.random.default_rng(seed).integers(0, 1000, (2, rows, 3)))
     expected = row_sums(reach)(*images)
     for mine, other in zip(
-        in_bands(row_sums(reach), images, reach, threads), expected, strict=True
+        run_in_row_bands(row_sums(reach), images, reach, threads), expected, strict=True
     ):
         assert np.array_equal(mine, other)
 
@@ -50,7 +51,7 @@ def test_there_are_no_more_bands_than_threads_and_none_too_thin(rows, threads, b
         calls.append((threading.current_thread(), len(image)))
         return (image,)
 
-    in_bands(kernel, (np.zeros((rows, 2)),), 1, threads)
+    run_in_row_bands(kernel, (np.zeros((rows, 2)),), 1, threads)
     assert len(calls) == bands
     assert len({thread for thread, _ in calls} - {threading.main_thread()}) <= bands - 1
     # Each has its share and one row of overlap on every inner side.
@@ -63,8 +64,9 @@ def test_local_planes_do_not_depend_on_the_number_of_threads(threads):
     q = rng.uniform(0.9, 1.1, (3 * MIN_ROWS + 7, 40)).astype(np.float32)
     q[:, 20:] += 0.4
     q[rng.random(q.shape) < 0.1] = 0.0
-    one = fit_local_planes(q, 0.01, SegmentationOptions())
-    several = fit_local_planes(q, 0.01, SegmentationOptions(threads=threads))
+    image = image_of(q)._replace(noise=0.01)
+    one = fit_local_planes(image, SegmentationOptions())
+    several = fit_local_planes(image, SegmentationOptions(threads=threads))
     for mine, other in zip(several[:4], one[:4], strict=True):
         assert np.allclose(mine, other, atol=1e-5)
 
@@ -74,4 +76,4 @@ def test_an_error_in_a_band_reaches_the_caller():
         raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        in_bands(kernel, (np.zeros((2 * MIN_ROWS, 2)),), 0, 2)
+        run_in_row_bands(kernel, (np.zeros((2 * MIN_ROWS, 2)),), 0, 2)

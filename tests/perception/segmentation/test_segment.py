@@ -109,7 +109,7 @@ def test_random_frames_of_any_size_give_finite_results(seed, height, width, shar
     depth[rng.random((height, width)) < share] = 0.0
     depth[0, 0] = 1.0
     camera = CameraIntrinsics(50.0, 50.0, width / 2, height / 2, width, height)
-    found = segment(DepthFrame(depth, camera), SegmentationOptions(min_patch=1, min_object=1))
+    found = segment(DepthFrame(depth, camera), SegmentationOptions(min_object=1))
     assert found.labels.shape == (height, width)
     assert found.labels.min() >= 0
     assert np.isfinite(found.noise)
@@ -117,7 +117,7 @@ def test_random_frames_of_any_size_give_finite_results(seed, height, width, shar
 
 
 @pytest.mark.parametrize(
-    "bad", [{"window": 8}, {"window": 1}, {"min_noise": 0.0}, {"min_object": -1}]
+    "bad", [{"window": 8}, {"window": 1}, {"max_range": 0.0}, {"min_object": -1}]
 )
 def test_impossible_options_are_refused(bad):
     with pytest.raises(InputError):

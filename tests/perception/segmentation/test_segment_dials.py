@@ -6,6 +6,7 @@ from solids import Ball, Box, Plate, solid_frame
 
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions, segment
+from eyehand.perception.segmentation.frame_noise import MIN_NOISE
 
 SOLIDS = [
     Box(-0.14, 0.62, (0.1, 0.1, 0.12), yaw=0.6),
@@ -86,7 +87,7 @@ def test_an_empty_table_has_no_candidates_and_no_later_stages():
     found = segment(frame)
     assert found.count == 0
     assert found.labels.shape == frame.depth.shape
-    assert list(found.timings) == ["view", "noise", "support", "above"]
+    assert list(found.timings) == ["image", "noise", "support", "candidates"]
     assert found.boxes() == {}
 
 
@@ -102,7 +103,7 @@ def test_one_reading_is_no_object(at):
     found = segment(DepthFrame(depth, ALONE))
     assert found.count == 0
     assert found.support is None
-    assert found.noise == SegmentationOptions().min_noise
+    assert found.noise == MIN_NOISE
 
 
 def test_one_pixel_is_no_object():

@@ -3,18 +3,18 @@
 import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from random_planes import random_planes
+from random_planes import NOISE, random_planes
 from scipy import ndimage
-from solids import Box, solid_frame
+from solids import Box, exact_image, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
-from eyehand.perception.segmentation.local_planes import fit_local_planes
+from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_normals
 from eyehand.perception.segmentation.smooth_patches import (
+    MIN_PATCH,
+    label_patches,
     linked_pixels,
-    plane_normals,
-    smooth_patches,
+    links,
 )
-from eyehand.perception.segmentation.working_image import inverse
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 
@@ -57,16 +57,16 @@ def test_normals_equal_numpys(seed, missing):
 def test_links_equal_numpys(seed, angle, sigmas):
     _, _, planes = random_planes(seed, missing=0.02)
     normals = plane_normals(planes, CAMERA)
-    options = SegmentationOptions(link_angle=angle, link_sigmas=sigmas)
-    expected = reference_links(planes, normals, np.cos(angle), np.float32(sigmas * planes.noise))
-    assert np.array_equal(linked_pixels(planes, normals, options), expected)
+    limits = np.float32(np.cos(angle)), np.float32(sigmas * NOISE)
+    expected = reference_links(planes, normals, np.cos(angle), limits[1])
+    assert np.array_equal(links(planes, normals, *limits), expected)
 
 
 @given(seed=st.integers(0, 10_000), min_patch=st.integers(1, 12))
 @settings(max_examples=15)
 def test_patches_are_the_connected_parts_that_are_large_enough(seed, min_patch):
     linked = (np.random.default_rng(seed).random((14, 17)) < 0.55).astype(np.uint8)
-    patches = smooth_patches(linked, min_patch)
+    patches = label_patches(linked, min_patch)
     parts = np.zeros(linked.shape, np.int32)
     ndimage.label(linked, output=parts)
     kept = {k for k in range(1, parts.max() + 1) if (parts == k).sum() >= min_patch}
@@ -77,11 +77,9 @@ def test_patches_are_the_connected_parts_that_are_large_enough(seed, min_patch):
 
 def test_faces_of_a_box_and_the_table_are_patches_of_their_own():
     frame, labels = solid_frame([Box(0.0, 0.6, (0.15, 0.15, 0.15), yaw=0.6)])
-    q = inverse(frame.depth)
-    options = SegmentationOptions().scaled(320)
-    planes = fit_local_planes(q, options.min_noise, options)
-    normals = plane_normals(planes, frame.intrinsics)
-    patches = smooth_patches(linked_pixels(planes, normals, options), options.min_patch)
+    image = exact_image(frame)
+    planes = fit_local_planes(image, SegmentationOptions().scaled(320))
+    patches = label_patches(linked_pixels(image, planes), image.area(MIN_PATCH))
     on_box = np.bincount(patches[labels == 1], minlength=patches.max() + 1)
     on_table = np.bincount(patches[labels == 0], minlength=patches.max() + 1)
     assert patches.max() == 4

@@ -2,14 +2,13 @@
 
 import numpy as np
 import pytest
-from solids import CAMERA, EYE, TABLE_AXES, Ball, Box, Plate, solid_frame
+from solids import CAMERA, EYE, TABLE_AXES, Ball, Box, Plate, exact_image, solid_frame
 
-from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.support_plane import Support
-from eyehand.perception.segmentation.supported_regions import standing_regions
+from eyehand.perception.segmentation.supported_regions import supported_regions
 
-OPTIONS = SegmentationOptions()
+MAX_EXTENT = 0.8
 FOOT = -EYE * TABLE_AXES[2]
 """The table coordinates' origin, in the camera's frame."""
 
@@ -24,9 +23,9 @@ def table(x, y, z=0.0) -> Support:
 WIDE = table((-0.3, 0.3), (0.4, 1.0))
 
 
-def standing(solids, supports, min_size=40, options=OPTIONS):
+def standing(solids, supports, min_size=40, max_extent=MAX_EXTENT):
     frame, labels = solid_frame(solids, (Plate(),))
-    found = standing_regions(labels, frame.depth, CAMERA, supports, min_size, options)
+    found = supported_regions(labels, exact_image(frame), supports, min_size, max_extent)
     return labels, found
 
 
@@ -46,9 +45,8 @@ def test_a_middle_may_lie_a_margin_beyond(beyond, stays):
     ball = Ball(0.2, 0.7, 0.04, 0.04)
     frame, labels = solid_frame([ball], (Plate(),))
     edge = float(np.median(frame.points()[labels == 1][:, 0])) - beyond
-    options = SegmentationOptions(hull_margin=0.01)
     hull = [table((-0.3, edge), (0.4, 1.0))]
-    assert standing([ball], hull, options=options)[1].any() == stays
+    assert standing([ball], hull)[1].any() == stays
 
 
 def test_over_any_of_several_supports_is_enough():
@@ -64,7 +62,7 @@ def test_without_a_support_everything_stays_but_what_is_too_large_or_too_small()
     labels, found = standing(solids, [], min_size=100)
     assert 0 < np.count_nonzero(labels == 3) < 100
     assert np.array_equal(found, np.where(labels == 1, 1, 0))
-    labels, found = standing(solids, [], min_size=1, options=SegmentationOptions(max_extent=3.0))
+    labels, found = standing(solids, [], min_size=1, max_extent=3.0)
     assert np.array_equal(found, np.array([0, 2, 1, 3])[labels])
 
 
@@ -73,9 +71,11 @@ def test_a_few_outliers_are_no_extent():
     depth = frame.depth.copy()
     rows, columns = np.nonzero(labels)
     depth[rows[::100], columns[::100]] = 3.0
-    assert standing_regions(labels, depth, CAMERA, [], 40, OPTIONS).any()
+    image = exact_image(DepthFrame(depth, frame.intrinsics))
+    assert supported_regions(labels, image, [], 40, MAX_EXTENT).any()
     depth[rows[::10], columns[::10]] = 3.0
-    assert not standing_regions(labels, depth, CAMERA, [], 40, OPTIONS).any()
+    image = exact_image(DepthFrame(depth, frame.intrinsics))
+    assert not supported_regions(labels, image, [], 40, MAX_EXTENT).any()
 
 
 def test_what_the_image_cuts_off_may_stand_where_the_table_was_not_seen():
@@ -88,5 +88,5 @@ def test_what_the_image_cuts_off_may_stand_where_the_table_was_not_seen():
 
 def test_no_regions_give_no_regions():
     labels = np.zeros((240, 320), np.int32)
-    depth = np.ones(labels.shape, np.float32)
-    assert not standing_regions(labels, depth, CAMERA, [WIDE], 40, OPTIONS).any()
+    image = exact_image(DepthFrame(np.ones(labels.shape, np.float32), CAMERA))
+    assert not supported_regions(labels, image, [WIDE], 40, MAX_EXTENT).any()

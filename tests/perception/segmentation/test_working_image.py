@@ -8,7 +8,7 @@ from scipy import ndimage
 from solids import T_TABLE_CAMERA
 
 from eyehand.perception import CameraIntrinsics, DepthFrame
-from eyehand.perception.segmentation.working_image import inverse, view_of
+from eyehand.perception.segmentation.working_image import inverse, working_image
 
 
 def random_frame(seed: int, missing: float = 0.3) -> DepthFrame:
@@ -25,32 +25,32 @@ def random_frame(seed: int, missing: float = 0.3) -> DepthFrame:
 @settings(max_examples=15)
 def test_a_stride_takes_pixels_and_changes_none(seed, stride):
     frame = random_frame(seed)
-    view = view_of(frame, stride, median=False)
-    assert np.array_equal(view.depth, frame.depth[::stride, ::stride])
-    assert view.colour is not None
+    image = working_image(frame, stride, median=False)
+    assert np.array_equal(image.depth, frame.depth[::stride, ::stride])
+    assert image.colour is not None
     assert frame.colour is not None
-    assert np.array_equal(view.colour, frame.colour[::stride, ::stride])
-    assert np.allclose(view.intrinsics.rays(), frame.intrinsics.rays()[::stride, ::stride])
-    assert view.T_world_camera is T_TABLE_CAMERA
+    assert np.array_equal(image.colour, frame.colour[::stride, ::stride])
+    assert np.allclose(image.intrinsics.rays(), frame.intrinsics.rays()[::stride, ::stride])
+    assert image.T_world_camera is T_TABLE_CAMERA
 
 
 @given(seed=st.integers(0, 10_000), missing=st.sampled_from([0.0, 0.3, 0.8]))
 @settings(max_examples=15)
 def test_the_median_is_that_of_nine_disparities_and_makes_up_none(seed, missing):
     frame = random_frame(seed, missing)
-    view = view_of(frame, 1, median=True)
+    image = working_image(frame, 1, median=True)
     raw = inverse(frame.depth)
     median = ndimage.median_filter(raw, 3, mode="nearest")
-    assert np.array_equal(view.disparity, np.where((raw > 0) & (median > 0), median, raw))
-    assert np.array_equal(view.depth > 0, frame.valid)
-    assert np.allclose(view.depth * view.disparity, frame.valid)
+    assert np.array_equal(image.disparity, np.where((raw > 0) & (median > 0), median, raw))
+    assert np.array_equal(image.depth > 0, frame.valid)
+    assert np.allclose(image.depth * image.disparity, frame.valid)
 
 
 def test_a_stride_that_meets_no_reading_gives_an_empty_view():
     depth = np.zeros((8, 8), np.float32)
     depth[1::2, 1::2] = 1.0
     frame = DepthFrame(depth, CameraIntrinsics(9.0, 9.0, 3.5, 3.5, 8, 8))
-    assert not view_of(frame, 2, median=True).depth.any()
+    assert not working_image(frame, 2, median=True).depth.any()
 
 
 @pytest.mark.parametrize("value", [0.0, 1e-4, 0.5, 1.0, 1e4])

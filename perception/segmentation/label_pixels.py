@@ -1,0 +1,58 @@
+"""Access to the pixels of labelled regions, and evenly spread samples of them."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from numba import njit
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+LINES = 48
+"""Straight lines that are tested between two regions. More are more reliable and take longer."""
+SHUFFLE = 1009
+"""A prime above the number of lines: its multiples pair every part of a region with every other."""
+
+
+class LabelPixels(NamedTuple):
+    """Flat pixel indices of all regions, sorted by label."""
+
+    order: NDArray[np.int32]
+    """Flat pixel indices, those of label 1 first."""
+    starts: NDArray[np.int64]
+    """(n + 2,): pixels of label k are ``order[starts[k]:starts[k + 1]]``."""
+
+
+@njit(cache=True, nogil=True)
+def pixels_by_label(labels, count):
+    """Return the `LabelPixels` of the labels 1..count of an image (H, W)."""
+    flat = labels.ravel()
+    starts = np.zeros(count + 2, np.int64)
+    for label in flat:
+        if label > 0:
+            starts[label + 1] += 1
+    for label in range(1, count + 2):
+        starts[label] += starts[label - 1]
+    order = np.empty(starts[count + 1], np.int32)
+    following = starts.copy()
+    for k in range(flat.size):
+        label = flat[k]
+        if label > 0:
+            order[following[label]] = k
+            following[label] += 1
+    return LabelPixels(order, starts)
+
+
+@njit(cache=True, nogil=True)
+def sample_pixel(pixels, label, i, samples):
+    """Return the flat index of the i-th of `samples` pixels spread evenly over a region."""
+    size = pixels.starts[label + 1] - pixels.starts[label]
+    return pixels.order[pixels.starts[label] + (2 * i + 1) * size // (2 * samples)]
+
+
+@njit(cache=True, nogil=True)
+def line_end(i, samples):
+    """Return the sample of the second region at which the i-th line from the first one ends."""
+    return (i * SHUFFLE + 7) % samples
