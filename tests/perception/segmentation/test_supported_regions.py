@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from solids import CAMERA, EYE, TABLE_AXES, Ball, Box, Plate, exact_image, solid_frame
 
+from eyehand.perception import DepthFrame
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.support_plane import Support
 from eyehand.perception.segmentation.supported_regions import supported_regions
