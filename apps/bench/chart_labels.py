@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .chart_style import INK, PEER, TEXT
+from .chart_style import GREY, INK, TEXT
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -40,7 +40,7 @@ Box = tuple[float, float, float, float]
 
 
 @dataclass(frozen=True)
-class PointName:
+class PointLabel:
     """A name for a point."""
 
     x: float
@@ -53,8 +53,8 @@ class PointName:
     bold: bool = False
 
 
-def name_points(
-    axes: Axes, names: Sequence[PointName], lines: Sequence[Sequence[tuple[float, float]]]
+def label_points(
+    axes: Axes, names: Sequence[PointLabel], lines: Sequence[Sequence[tuple[float, float]]]
 ) -> list[Box]:
     """Write each name near its point, where there is room, with a thin line to it when far.
 
@@ -132,7 +132,7 @@ class _Around:
 
 
 def _best_place(
-    axes: Axes, name: PointName, point: NDArray[np.float64], around: _Around
+    axes: Axes, name: PointLabel, point: NDArray[np.float64], around: _Around
 ) -> tuple[int, float, Box]:
     size, pixels = _text_size(axes, name), _pixels_per_point(axes)
     best: tuple[float, int, float, Box] | None = None
@@ -150,7 +150,7 @@ def _best_place(
 
 def _write(
     axes: Axes,
-    name: PointName,
+    name: PointLabel,
     point: NDArray[np.float64],
     box: Box,
     angle: int,
@@ -162,7 +162,7 @@ def _write(
     share = np.clip(near / [box[2] - box[0], box[3] - box[1]], 0.0, 1.0)
     line = {
         "arrowstyle": "-",
-        "color": PEER,
+        "color": GREY,
         "linewidth": 0.7,
         "shrinkA": 1,
         "shrinkB": 4,
@@ -238,7 +238,7 @@ def _gap(points: NDArray[np.float64], box: Box) -> float:
     return float(np.linalg.norm(points - nearest, axis=1).min(initial=np.inf))
 
 
-def _text_size(axes: Axes, name: PointName) -> tuple[float, float]:
+def _text_size(axes: Axes, name: PointLabel) -> tuple[float, float]:
     """Width and height of a name, px."""
     text = axes.text(
         0.5,

@@ -1,8 +1,8 @@
-"""The one look of all charts: sizes, colours, axes, footer, and the files they become.
+"""The style of all charts: sizes, colours, axes, footer, and the files written.
 
-A chart is made in four steps: :func:`new_chart`, drawing on its axes, :func:`sign` with where the
-figures come from, :func:`write_chart`. matplotlib is used without its global state, so charts can
-be made anywhere, in any number, without a screen.
+A chart is made in four steps: :func:`new_chart`, drawing on its axes, :func:`add_footer` with the
+origin of the figures, :func:`write_chart`. matplotlib is used without its global state, so charts
+need no screen and no clean-up.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ INK = "#22262B"
 """Text that matters."""
 FAINT = "#6B7280"
 """Text that explains."""
-PEER = "#9AA1AB"
+GREY = "#9AA1AB"
 """What others made."""
 RULE = "#E4E7EB"
 """Grid lines."""
@@ -135,7 +135,7 @@ def new_chart(
     return figure, panels
 
 
-def name_axes(axes: Axes, x: str, y: str, *, panel: str = "") -> None:
+def label_axes(axes: Axes, x: str, y: str, *, panel: str = "") -> None:
     """Name both axes, each with its unit in brackets, and the panel where there are several."""
     axes.set_xlabel(x, size=LABEL, color=INK, labelpad=6)
     axes.set_ylabel(y, size=LABEL, color=INK, labelpad=6)
@@ -143,7 +143,7 @@ def name_axes(axes: Axes, x: str, y: str, *, panel: str = "") -> None:
         axes.set_title(panel, size=LABEL, color=INK, weight="bold", loc="left", pad=8)
 
 
-def time_axis(axes: Axes, fastest_ms: float, slowest_ms: float) -> None:
+def set_time_axis(axes: Axes, fastest_ms: float, slowest_ms: float) -> None:
     """Make x a logarithmic time axis from `fastest_ms` to `slowest_ms`, labelled for people."""
     _check_span("time axis", fastest_ms, slowest_ms)
     if fastest_ms <= 0:
@@ -153,11 +153,11 @@ def time_axis(axes: Axes, fastest_ms: float, slowest_ms: float) -> None:
     short = slowest_ms < SHORT_TIME_AXIS * fastest_ms
     steps = FINE_TIME_STEPS_MS if short else TIME_STEPS_MS
     ticks = [step for step in steps if fastest_ms <= step <= slowest_ms]
-    axes.set_xticks(ticks, [time_text(step) for step in ticks])
+    axes.set_xticks(ticks, [format_time(step) for step in ticks])
     axes.set_xticks([], minor=True)
 
 
-def share_axis(
+def set_percent_axis(
     axes: Axes,
     lowest: float,
     highest: float,
@@ -235,7 +235,7 @@ def mark_limit(axes: Axes, x: float, text: str) -> None:
     )
 
 
-def name_curves(axes: Axes, *, where: Corner = "lower left") -> None:
+def add_legend(axes: Axes, *, where: Corner = "lower left") -> None:
     """Put the legend of all named curves into a corner of the axes."""
     axes.legend(
         loc=where,
@@ -249,7 +249,7 @@ def name_curves(axes: Axes, *, where: Corner = "lower left") -> None:
     )
 
 
-def sign(figure: Figure, made: Provenance) -> None:
+def add_footer(figure: Figure, made: Provenance) -> None:
     """Write data, seed, frame count and machine into the footer."""
     height = figure.get_size_inches()[1]
     seed = "no randomness" if made.seed is None else f"seed {made.seed}"
@@ -287,7 +287,7 @@ def write_chart(figure: Figure, path: Path, rows: Sequence[Mapping[str, Any]]) -
     write_csv(path.with_suffix(".csv"), rows)
 
 
-def time_text(milliseconds: float) -> str:
+def format_time(milliseconds: float) -> str:
     """A time for people: ``0.5 ms``, ``20 ms``, ``2 s``, ``1 min``."""
     if milliseconds >= 60e3:
         return f"{milliseconds / 60e3:.3g} min"
@@ -299,7 +299,7 @@ def time_text(milliseconds: float) -> str:
 def _bare(axes: Axes) -> None:
     for side in ("top", "right", "left"):
         axes.spines[side].set_visible(False)
-    axes.spines["bottom"].set_color(PEER)
+    axes.spines["bottom"].set_color(GREY)
     axes.grid(True, color=RULE, linewidth=0.8)
     axes.set_axisbelow(True)
     axes.tick_params(which="both", length=0, labelsize=TEXT, labelcolor=INK, pad=5)

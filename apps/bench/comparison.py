@@ -28,22 +28,22 @@ WARM_UP = -1
 
 
 @dataclass(frozen=True)
-class Contestant(Generic[Case, Answer]):
-    """A way to do it."""
+class Method(Generic[Case, Answer]):
+    """A method at one setting."""
 
-    method: str
-    """Whose it is."""
     name: str
-    """At which setting."""
+    """Name of the method."""
+    setting: str
+    """Name of its setting."""
     run: Callable[[Case], Answer]
-    """Does it. The same case gives the same answer."""
+    """Solve a case. The same case must give the same answer."""
 
 
 @dataclass(frozen=True)
-class Tally(Generic[Case, Answer, Score]):
+class MethodResult(Generic[Case, Answer, Score]):
     """What a contestant took and reached, case by case."""
 
-    contestant: Contestant[Case, Answer]
+    method: Method[Case, Answer]
     wall_ms: NDArray[np.float64]
     """Wall time of the fastest round, (cases,), ms."""
     cpu_ms: NDArray[np.float64]
@@ -52,12 +52,12 @@ class Tally(Generic[Case, Answer, Score]):
     """What its answers are worth, by case."""
 
 
-def take_turns(
-    contestants: Sequence[Contestant[Case, Answer]],
+def compare_methods(
+    methods: Sequence[Method[Case, Answer]],
     cases: Iterable[Case],
     score: Callable[[Case, Answer], Score],
     rounds: int,
-) -> list[Tally[Case, Answer, Score]]:
+) -> list[MethodResult[Case, Answer, Score]]:
     """Let all contestants do all cases.
 
     Parameters
@@ -74,20 +74,20 @@ def take_turns(
 
     Returns
     -------
-    list of Tally
+    list of MethodResult
         In the order of the contestants.
     """
     times: list[NDArray[np.float64]] = []
-    scores: list[list[Score]] = [[] for _ in contestants]
+    scores: list[list[Score]] = [[] for _ in methods]
     opencv_threads = cv2.getNumThreads()
     # Threads are a dial of some contestants: what they call must not take more by itself.
     cv2.setNumThreads(1)
     try:
         for case in cases:
-            fastest = np.full((len(contestants), 2), np.inf)
+            fastest = np.full((len(methods), 2), np.inf)
             for turn in range(0 if times else WARM_UP, rounds):
-                for index, contestant in enumerate(contestants):
-                    answer, seconds = _timed(contestant, case)
+                for index, method in enumerate(methods):
+                    answer, seconds = _timed(method, case)
                     if turn >= 0:
                         fastest[index] = np.minimum(fastest[index], seconds)
                     if turn == 0:
@@ -97,15 +97,13 @@ def take_turns(
         cv2.setNumThreads(opencv_threads)
     by_contestant = np.moveaxis(np.array(times), 0, -1)
     return [
-        Tally(contestant, wall_ms, cpu_ms, tuple(own))
-        for contestant, (wall_ms, cpu_ms), own in zip(
-            contestants, by_contestant, scores, strict=True
-        )
+        MethodResult(method, wall_ms, cpu_ms, tuple(own))
+        for method, (wall_ms, cpu_ms), own in zip(methods, by_contestant, scores, strict=True)
     ]
 
 
-def _timed(contestant: Contestant[Case, Answer], case: Case) -> tuple[Answer, tuple[float, float]]:
+def _timed(method: Method[Case, Answer], case: Case) -> tuple[Answer, tuple[float, float]]:
     """Answer, and wall and processor time in s."""
     cpu, wall = time.process_time(), time.perf_counter()
-    answer = contestant.run(case)
+    answer = method.run(case)
     return answer, (time.perf_counter() - wall, time.process_time() - cpu)

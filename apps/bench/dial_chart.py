@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 from rich import box
 from rich.table import Table
 
@@ -15,7 +16,7 @@ from eyehand.perception.io import atomic_write
 from .chart_style import write_chart
 from .machine import machine_line
 from .pareto import simplest_front
-from .pareto_chart import ChartPoint, PeerCurve, pareto_chart
+from .pareto_chart import BaselineCurve, ChartPoint, pareto_chart
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -26,7 +27,7 @@ if TYPE_CHECKING:
     from eyehand.perception import FrontFormat
 
     from .chart_style import Provenance
-    from .comparison import Contestant
+    from .comparison import Method, MethodResult
     from .dials import DialSetting
 
 SAME_TIME = 1.05
@@ -35,15 +36,21 @@ SAME_TIME = 1.05
 
 @dataclass(frozen=True)
 class Measured:
-    """What a contestant took and reached over all cases."""
+    """Time and figures of one method over all cases."""
 
-    contestant: Contestant[Any, Any]
+    method: Method[Any, Any]
     median_ms: float
     """Median over cases of the fastest round's wall time, ms."""
     median_cpu_ms: float
     """The same of processor time, of all threads: less shaken by what else runs, ms."""
     figures: Mapping[str, float]
-    """What it reached, by name with the unit as suffix."""
+    """Accuracy figures by name, with the unit as suffix."""
+
+    @classmethod
+    def of(cls, result: MethodResult[Any, Any, Any], figures: Mapping[str, float]) -> Measured:
+        """Take the median times of a comparison's result, and add figures."""
+        wall, cpu = (round(float(np.median(ms)), 3) for ms in (result.wall_ms, result.cpu_ms))
+        return cls(result.method, wall, cpu, figures)
 
 
 @dataclass(frozen=True)
@@ -79,7 +86,7 @@ class FrontPlace:
 
 @dataclass(frozen=True)
 class DialChart:
-    """Own settings and peers, measured on the same cases."""
+    """Own settings and baselines, measured on the same cases."""
 
     words: ChartWords
     settings: Sequence[DialSetting[Any]]
@@ -87,7 +94,7 @@ class DialChart:
     own: Sequence[Measured]
     """What each of them reached."""
     others: Sequence[Measured]
-    """What peers reached."""
+    """What baselines reached."""
     made: Provenance
     """Where the figures come from."""
 
@@ -119,7 +126,7 @@ class DialChart:
             self.front,
             0,
             [
-                PeerCurve(method, tuple(self._point(result) for result in curve))
+                BaselineCurve(method, tuple(self._point(result) for result in curve))
                 for method, curve in self._curves().items()
             ],
             self.words.accuracy,
@@ -128,9 +135,9 @@ class DialChart:
         )
 
     def table(self) -> Table:
-        """Tabulate the front, the default, and each peer at its best."""
+        """Tabulate the front, the default, and each baseline at its best."""
         table = Table(
-            title="the Pareto front, the default, and each peer at its best",
+            title="the Pareto front, the default, and each baseline at its best",
             title_justify="left",
             box=box.SIMPLE_HEAD,
             pad_edge=False,
@@ -211,16 +218,16 @@ class DialChart:
     def _curves(self) -> dict[str, list[Measured]]:
         curves: dict[str, list[Measured]] = {}
         for result in self.others:
-            curves.setdefault(result.contestant.method, []).append(result)
+            curves.setdefault(result.method.name, []).append(result)
         return curves
 
     def _point(self, result: Measured) -> ChartPoint:
-        return ChartPoint(result.contestant.name, result.median_ms, result.figures[self.words.gain])
+        return ChartPoint(result.method.setting, result.median_ms, result.figures[self.words.gain])
 
     def _cells(self, result: Measured) -> tuple[str, ...]:
         return (
-            result.contestant.method,
-            result.contestant.name,
+            result.method.name,
+            result.method.setting,
             f"{result.median_ms:.1f}",
             *(f"{result.figures[key]:.1f}" for key in self.words.columns),
         )
@@ -228,8 +235,8 @@ class DialChart:
 
 def _row(result: Measured, default: bool, on_front: bool) -> dict[str, Any]:
     return {
-        "method": result.contestant.method,
-        "name": result.contestant.name,
+        "method": result.method.name,
+        "name": result.method.setting,
         "default": default,
         "front": on_front,
         "median_ms": result.median_ms,

@@ -94,10 +94,10 @@ def simplest_front(
         ):
             kept.append(point)
     front = pareto_front([costs[point] for point in kept], [gains[point] for point in kept])
-    return worthwhile(gains, [kept[index] for index in front], same_gain)
+    return thin_front(gains, [kept[index] for index in front], same_gain)
 
 
-def worthwhile(gains: Sequence[float], front: Sequence[int], least: float) -> list[int]:
+def thin_front(gains: Sequence[float], front: Sequence[int], least: float) -> list[int]:
     """Thin a front to the points that gain at least `least` over the cheaper point kept before.
 
     Differences below what a repetition would give (the noise of a measurement) are no reason to

@@ -1,4 +1,4 @@
-"""The chart of a dial: time against accuracy, the Pareto front, the default, and peers in grey."""
+"""The chart of a stage: accuracy against time, the Pareto front, the default, baselines in grey."""
 
 from __future__ import annotations
 
@@ -6,30 +6,30 @@ from dataclasses import dataclass, replace
 from math import dist, log
 from typing import TYPE_CHECKING, Any
 
-from .chart_labels import PointName, name_points
+from .chart_labels import PointLabel, label_points
 from .chart_style import (
     BLUE,
     FAINT,
     FOOT,
+    GREY,
     HEADER,
     INK,
     LEFT,
     LINE,
     MARGIN,
-    PEER,
     SKY,
     TEXT,
     VERMILION,
     WIDTH,
     Provenance,
-    name_axes,
+    add_footer,
+    format_time,
+    label_axes,
     new_chart,
-    share_axis,
-    sign,
-    time_axis,
-    time_text,
+    set_percent_axis,
+    set_time_axis,
 )
-from .pareto import worthwhile
+from .pareto import thin_front
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-PEER_MARKS = ("o", "s", "D", "^", "v", "p", "h", "<", ">")
+BASELINE_MARKERS = ("o", "s", "D", "^", "v", "p", "h", "<", ">")
 HEIGHT = 5.2
 """Of the figure without its key, inches."""
 NAMED_GAIN = 0.03
@@ -82,8 +82,8 @@ class ChartPoint:
 
 
 @dataclass(frozen=True)
-class PeerCurve:
-    """A peer, along its dial."""
+class BaselineCurve:
+    """A baseline, along its dial."""
 
     name: str
     points: tuple[ChartPoint, ...]
@@ -95,14 +95,14 @@ def pareto_chart(
     own: Sequence[ChartPoint],
     front: Sequence[int],
     default: int,
-    peers: Sequence[PeerCurve],
+    baselines: Sequence[BaselineCurve],
     accuracy: str,
     made: Provenance,
     *,
     worst_shown_pct: float = WORST_SHOWN_PCT,
     best_shown_pct: float = BEST_SHOWN_PCT,
 ) -> Figure:
-    """Draw accuracy against time: own settings, their front, the default, and peers.
+    """Draw accuracy against time: own settings, their front, the default, and baselines.
 
     Parameters
     ----------
@@ -114,20 +114,20 @@ def pareto_chart(
         Which of them are the Pareto front, by rising time.
     default
         Which of them users get.
-    peers
+    baselines
         Curves of others, in grey.
     accuracy
         Name of the accuracy, for the axis.
     made
         For the footer; the time is that of one of its cases.
     worst_shown_pct
-        Peers' points that are worse are left out, for they would press all others together.
+        Baselines' points that are worse are left out, for they would press all others together.
     best_shown_pct
         Where better points are drawn; text tells what they are.
     """
     own = [_drawable(point, best_shown_pct) for point in own]
     star = own[default]
-    shown = [_shown(curve, worst_shown_pct, best_shown_pct) for curve in peers]
+    shown = [_shown(curve, worst_shown_pct, best_shown_pct) for curve in baselines]
     every = [*own, *(point for curve in shown for point in curve.points)]
     view = _view(every, worst_shown_pct)
     if len(own) <= FEW_POINTS:
@@ -136,16 +136,16 @@ def pareto_chart(
         named = _worth_naming(own, front, star, view)
     below = KEY_LINE * _key_lines(len(named)) + KEY_GAP
     figure, (axes,) = new_chart(title, subtitle, height=HEIGHT + below, below=below)
-    time_axis(axes, *view.times_ms)
-    share_axis(axes, *view.shares_pct, stretched=True, capped=_capped(every, best_shown_pct))
-    name_axes(
+    set_time_axis(axes, *view.times_ms)
+    set_percent_axis(axes, *view.shares_pct, stretched=True, capped=_capped(every, best_shown_pct))
+    label_axes(
         axes,
         f"time per {made.each}, median (logarithmic)",
         f"{accuracy} (logarithmic in error)",
     )
     steps = _steps([own[index] for index in front], view.times_ms[1])
-    for curve, mark in zip(shown, PEER_MARKS * len(shown), strict=False):
-        _draw_peer(axes, curve, mark)
+    for curve, mark in zip(shown, BASELINE_MARKERS * len(shown), strict=False):
+        _draw_baseline(axes, curve, mark)
     axes.plot(
         [point.time_ms for point in own],
         [point.accuracy_pct for point in own],
@@ -180,17 +180,17 @@ def pareto_chart(
         zorder=5,
     )
     _name(axes, own, star, shown, steps)
-    sign(figure, made)
+    add_footer(figure, made)
     return figure
 
 
-def _shown(curve: PeerCurve, worst_shown_pct: float, best_shown_pct: float) -> PeerCurve:
+def _shown(curve: BaselineCurve, worst_shown_pct: float, best_shown_pct: float) -> BaselineCurve:
     points = [
         _drawable(point, best_shown_pct)
         for point in curve.points
         if point.accuracy_pct >= worst_shown_pct
     ]
-    return PeerCurve(curve.name, tuple(points))
+    return BaselineCurve(curve.name, tuple(points))
 
 
 def _drawable(point: ChartPoint, best_shown_pct: float) -> ChartPoint:
@@ -221,12 +221,12 @@ def _steps(front: Sequence[ChartPoint], end_ms: float) -> list[tuple[float, floa
     return corners
 
 
-def _draw_peer(axes: Axes, curve: PeerCurve, mark: str) -> None:
+def _draw_baseline(axes: Axes, curve: BaselineCurve, mark: str) -> None:
     axes.plot(
         [point.time_ms for point in curve.points],
         [point.accuracy_pct for point in curve.points],
         marker=mark,
-        color=PEER,
+        color=GREY,
         linewidth=1.1,
         markersize=5.0,
         markeredgecolor="white",
@@ -272,7 +272,7 @@ def _worth_naming(
     gains = [-log(100 - point.accuracy_pct) for point in own]
     kept, least = list(front), NAMED_GAIN
     while len(kept) > MOST_NAMES or least == NAMED_GAIN:
-        kept, least = worthwhile(gains, front, least), 1.2 * least
+        kept, least = thin_front(gains, front, least), 1.2 * least
     # The best has the first right to a place, then the fastest.
     chosen: list[int] = []
     for index in dict.fromkeys([*kept[-1:], *kept]):
@@ -331,7 +331,7 @@ def _write_key(figure: Figure, named: Sequence[ChartPoint]) -> None:
 
 
 def _short_time(point: ChartPoint) -> str:
-    return time_text(float(f"{point.time_ms:.2g}"))
+    return format_time(float(f"{point.time_ms:.2g}"))
 
 
 def _key_lines(names: int) -> int:
@@ -342,12 +342,12 @@ def _name(
     axes: Axes,
     own: Sequence[ChartPoint],
     default: ChartPoint,
-    peers: Sequence[PeerCurve],
+    baselines: Sequence[BaselineCurve],
     steps: list[tuple[float, float]],
 ) -> None:
-    """Name the default, and the peers at their best points."""
+    """Name the default, and the baselines at their best points."""
     names = [
-        PointName(
+        PointLabel(
             default.time_ms,
             default.accuracy_pct,
             f"default: {default.written_pct:.1f} % in {_short_time(default)}",
@@ -355,15 +355,15 @@ def _name(
             bold=True,
         )
     ]
-    for curve in peers:
+    for curve in baselines:
         if curve.points:
             best = max(curve.points, key=lambda point: point.accuracy_pct)
             names.append(
-                PointName(best.time_ms, best.accuracy_pct, curve.name, "right", colour=FAINT)
+                PointLabel(best.time_ms, best.accuracy_pct, curve.name, "right", colour=FAINT)
             )
     lines = [
         steps,
         *([(p.time_ms, p.accuracy_pct)] for p in own),
-        *([(p.time_ms, p.accuracy_pct) for p in curve.points] for curve in peers),
+        *([(p.time_ms, p.accuracy_pct) for p in curve.points] for curve in baselines),
     ]
-    name_points(axes, names, lines)
+    label_points(axes, names, lines)

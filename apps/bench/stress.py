@@ -10,15 +10,15 @@ from rich.table import Table
 from eyehand.apps.console import print_json, say, show, tracked
 from eyehand.errors import InputError
 
-from .sweep import SweepResult, iterate_steps, value_text
+from .sweep import SweepResult, format_value, iterate_steps
 from .sweep_chart import point_rows, sweep_rows, write_stress_chart
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
-    from .sweep import Method, Sweep
-    from .sweep_chart import Telling
+    from .sweep import Sweep, Tested
+    from .sweep_chart import ReportSpec
 
 CHART_FILES = ("stress.png", "stress.csv")
 """What every stress command writes: its chart, and the figures in it."""
@@ -41,7 +41,7 @@ def stress_seeds(seeds: int | None, seed: int, usual: int) -> range:
 
 
 def run_sweeps(
-    sweeps: Sequence[Sweep[Method]], seeds: range, method: Method, *, quick: bool
+    sweeps: Sequence[Sweep[Tested]], seeds: range, method: Tested, *, quick: bool
 ) -> list[SweepResult]:
     """Run sweeps with a progress bar; `quick` tries their easiest, bound and hardest value."""
     wanted = [sweep.shortened() if quick else sweep for sweep in sweeps]
@@ -53,7 +53,7 @@ def run_sweeps(
 
 def tell_stress(
     results: Sequence[SweepResult],
-    telling: Telling,
+    telling: ReportSpec,
     seeds: range,
     *,
     out: Path,
@@ -110,7 +110,7 @@ def tell_stress(
     return 1 if broken else 0
 
 
-def _table(results: Sequence[SweepResult], telling: Telling) -> Table:
+def _table(results: Sequence[SweepResult], telling: ReportSpec) -> Table:
     title = telling.title
     table = Table(
         title=f"{title[:1].lower()}{title[1:]} (fewer than 90 % of trials right)",
@@ -126,8 +126,8 @@ def _table(results: Sequence[SweepResult], telling: Telling) -> Table:
         table.add_row(
             sweep.name,
             sweep.axis,
-            "" if sweep.holds_to is None else value_text(sweep.holds_to, sweep.unit),
-            "never" if broken is None else value_text(broken, sweep.unit),
+            "" if sweep.holds_to is None else format_value(sweep.holds_to, sweep.unit),
+            "never" if broken is None else format_value(broken, sweep.unit),
             "" if seconds is None else f"{1e3 * seconds:.0f}",
             result.shown.worst.note,
             style="bold red" if result.faults else None,

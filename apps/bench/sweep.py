@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-Method = TypeVar("Method")
+Tested = TypeVar("Tested")
 """What is put under stress: a function, of whatever the stage's trials hand it."""
 
 BROKEN_BELOW = 0.9
@@ -44,7 +44,7 @@ class Trial:
 
 
 @dataclass(frozen=True)
-class Sweep(Generic[Method]):
+class Sweep(Generic[Tested]):
     """One way to make the task harder.
 
     Raises
@@ -63,7 +63,7 @@ class Sweep(Generic[Method]):
     """From easy to hard, in the unit."""
     holds_to: float | None
     """The bound: up to this value the method must not break; None where it may from the start."""
-    attempt: Callable[[float, int, Method], Trial]
+    attempt: Callable[[float, int, Tested], Trial]
     """Try a method once, at a value and with a seed that fixes all but the difficulty."""
     right: str
     """What counts as passed, in words."""
@@ -78,7 +78,7 @@ class Sweep(Generic[Method]):
                 f"bound of sweep {self.name} must be one of {self.values}, got {self.holds_to}"
             )
 
-    def shortened(self) -> Sweep[Method]:
+    def shortened(self) -> Sweep[Tested]:
         """The same sweep at its easiest, at its bound, and at its hardest value."""
         kept = {self.values[0], self.holds_to, self.values[-1]}
         return replace(self, values=tuple(value for value in self.values if value in kept))
@@ -157,13 +157,13 @@ class SweepResult:
             dirty = [trial for trial in step.trials if not trial.clean]
             if dirty or (step.broken and step.value in required):
                 trial = dirty[0] if dirty else step.worst
-                at = f"{self.sweep.name} at {value_text(step.value, self.sweep.unit)}"
+                at = f"{self.sweep.name} at {format_value(step.value, self.sweep.unit)}"
                 passed = sum(trial.passed for trial in step.trials)
                 lines.append(f"{at}: {passed} of {len(step.trials)} right; {trial.note}")
         return tuple(lines)
 
 
-def run_sweep(sweep: Sweep[Method], seeds: Sequence[int], method: Method) -> SweepResult:
+def run_sweep(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> SweepResult:
     """Try every value with every seed.
 
     An exception of the method is a failed and unclean trial, not the end of the sweep.
@@ -176,18 +176,18 @@ def run_sweep(sweep: Sweep[Method], seeds: Sequence[int], method: Method) -> Swe
     return SweepResult(sweep, tuple(iterate_steps(sweep, seeds, method)))
 
 
-def iterate_steps(sweep: Sweep[Method], seeds: Sequence[int], method: Method) -> Iterator[Step]:
+def iterate_steps(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> Iterator[Step]:
     """Yield the steps of a sweep as they are done."""
     if not seeds:
         raise InputError("a sweep needs one seed at least, got none")
     used = seeds if sweep.repeats is None else seeds[: sweep.repeats]
     for value in sweep.values:
-        yield Step(value, tuple(attempted(sweep.attempt, value, seed, method) for seed in used))
+        yield Step(value, tuple(run_guarded(sweep.attempt, value, seed, method) for seed in used))
 
 
-def chosen_sweeps(
-    sweeps: Sequence[Sweep[Method]], only: Sequence[str] = (), others: Sequence[str] = ()
-) -> tuple[Sweep[Method], ...]:
+def select_sweeps(
+    sweeps: Sequence[Sweep[Tested]], only: Sequence[str] = (), others: Sequence[str] = ()
+) -> tuple[Sweep[Tested], ...]:
     """Give the sweeps that are named, in their own order; all when none is.
 
     Parameters
@@ -211,13 +211,13 @@ def chosen_sweeps(
     return tuple(sweep for sweep in sweeps if not only or sweep.name in only)
 
 
-def value_text(value: float, unit: str) -> str:
+def format_value(value: float, unit: str) -> str:
     """A value with its unit: ``5 mm``, ``640 px``, ``5°``, ``12``."""
     number = f"{value:g}" if abs(value) < MOST_PLAIN else f"{value:.0f}"
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
-def attempted(attempt: Callable[..., Trial], *arguments: Any) -> Trial:
+def run_guarded(attempt: Callable[..., Trial], *arguments: Any) -> Trial:
     """Make an attempt; an exception of the method is an unclean trial."""
     try:
         return attempt(*arguments)

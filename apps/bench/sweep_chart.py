@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Any
 from .chart_style import (
     FAINT,
     GREEN,
+    GREY,
     INK,
     LABEL,
     MARGIN,
     PANEL_NAME,
-    PEER,
     TEXT,
     VERMILION,
     WIDTH,
     Provenance,
+    add_footer,
     new_chart,
-    sign,
     write_chart,
 )
-from .sweep import BROKEN_BELOW, Step, value_text
+from .sweep import BROKEN_BELOW, Step, format_value
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -54,7 +54,7 @@ KEY_PLACE = 0.52
 
 
 @dataclass(frozen=True)
-class Telling:
+class ReportSpec:
     """How the sweeps of one stage are told: its words, its figures, its curves."""
 
     stage: str
@@ -78,7 +78,7 @@ class Telling:
 
 
 def write_stress_chart(
-    path: Path, results: Sequence[SweepResult], telling: Telling, seeds: int, first_seed: int
+    path: Path, results: Sequence[SweepResult], telling: ReportSpec, seeds: int, first_seed: int
 ) -> None:
     """Draw every sweep, from easy to hard, with where it breaks.
 
@@ -127,7 +127,7 @@ def write_stress_chart(
             panel.set_axis_off()
     if telling.keyed:
         _add_key(figure, panels[0])
-    sign(figure, Provenance(telling.data, first_seed, seeds, telling.each))
+    add_footer(figure, Provenance(telling.data, first_seed, seeds, telling.each))
     write_chart(figure, path, point_rows(results, telling))
 
 
@@ -148,7 +148,7 @@ def sweep_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
     ]
 
 
-def point_rows(results: Sequence[SweepResult], telling: Telling) -> list[dict[str, Any]]:
+def point_rows(results: Sequence[SweepResult], telling: ReportSpec) -> list[dict[str, Any]]:
     """One row a sweep and value: share of right trials, and the stage's own figures."""
     return [
         {
@@ -177,14 +177,14 @@ def milliseconds(step: Step) -> float | None:
 
 
 def _draw(
-    axes: Axes, result: SweepResult, telling: Telling, wide: float, *, shares_named: bool
+    axes: Axes, result: SweepResult, telling: ReportSpec, wide: float, *, shares_named: bool
 ) -> None:
     sweep = result.sweep
     # Equal steps: the values are chosen by how much harder each makes it.
     places = list(range(len(sweep.values)))
     held = len(sweep.bounded())
     axes.axvspan(-0.5, held - 0.5, color=GREEN, alpha=0.1, linewidth=0)
-    axes.axhline(100 * BROKEN_BELOW, color=PEER, linewidth=0.7, zorder=1.5)
+    axes.axhline(100 * BROKEN_BELOW, color=GREY, linewidth=0.7, zorder=1.5)
     telling.draw(axes, places, result.steps)
     named = [max(held - 1, 0), places[-1], 0, *places]
     broken = None
@@ -195,7 +195,7 @@ def _draw(
     axes.set_xlim(-0.5, len(places) - 0.5)
     axes.set_ylim(-4, 104)
     axes.set_yticks([0, 50, 100], ["0 %", "50 %", "100 %"] if shares_named else [""] * 3)
-    words = [value_text(value, "") for value in sweep.values]
+    words = [format_value(value, "") for value in sweep.values]
     ticks = _apart(named, words, wide / len(places))
     axes.set_xticks(ticks, [words[k] for k in ticks])
     axes.tick_params(labelsize=TEXT - 1.5, pad=3)

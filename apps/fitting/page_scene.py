@@ -9,7 +9,7 @@ import numpy as np
 from eyehand.perception.superquadric import mesh
 from eyehand.perception.superquadric.wireframe import feature_curves
 
-from ..bench.chart_style import INK, PEER
+from ..bench.chart_style import GREY, INK
 from .panel_look import SOLID, SOLID_OPACITY
 from .picture_scene import (
     colour_limit_mm,
@@ -154,7 +154,7 @@ class PageScene:
             f"{self._node}/support",
             self._shown(np.array(square)).astype(np.float32),
             np.array([[0, 2, 1], [0, 3, 2]], np.uint32),
-            color=_rgb(PEER),
+            color=_rgb(GREY),
             opacity=0.18,
             side="double",
             cast_shadow=False,

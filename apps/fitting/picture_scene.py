@@ -9,7 +9,7 @@ import numpy as np
 from eyehand.perception.superquadric import mesh
 from eyehand.perception.superquadric.wireframe import feature_curves
 
-from ..bench.chart_style import BLUE, PEER, VERMILION
+from ..bench.chart_style import BLUE, GREY, VERMILION
 from ..scene_json import fit_parts
 from .picture_parts import PictureScene, View
 
@@ -96,7 +96,7 @@ def colour_limit_mm(residuals: NDArray[np.float64]) -> float:
 
 def residual_colours(residuals: NDArray[np.float64], limit_mm: float) -> NDArray[np.float64]:
     """Colours (N, 3), 0-1, of distances in m; all grey where the limit is 0."""
-    inside, on, outside = (_rgb(colour) for colour in (BLUE, PEER, VERMILION))
+    inside, on, outside = (_rgb(colour) for colour in (BLUE, GREY, VERMILION))
     if limit_mm <= 0:
         return np.broadcast_to(on, (len(residuals), 3)).copy()
     t = np.clip(1e3 * residuals / limit_mm, -1.0, 1.0)[:, None]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bench.chart_style import BLUE, FAINT, GREEN, INK, ORANGE, PEER, PURPLE, RULE, SKY
+from ..bench.chart_style import BLUE, FAINT, GREEN, GREY, INK, ORANGE, PURPLE, RULE, SKY
 from ..bench.chart_style import VERMILION as WRONG
 
 if TYPE_CHECKING:
@@ -137,7 +137,7 @@ def _force_axis(y: _Scale, step: float, highest: float) -> list[str]:
         height = y(float(value))
         parts.append(
             f'<line x1="{LEFT}" x2="{WIDTH - RIGHT}" y1="{height:.1f}" y2="{height:.1f}" '
-            f'stroke="{PEER if value == 0 else RULE}" stroke-width="1"/>'
+            f'stroke="{GREY if value == 0 else RULE}" stroke-width="1"/>'
         )
         unit = " N" if value + step > highest + step / 2 else ""
         parts.append(_text(LEFT - 7, height + 4, f"{value:g}{unit}", FAINT, "end"))

@@ -1,1 +1,1 @@
-"""Motions of an arm judged: reaching scenes run by the control basis and by a peer."""
+"""Motions of an arm judged: reaching scenes run by the control basis and by a baseline."""

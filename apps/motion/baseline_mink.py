@@ -1,4 +1,4 @@
-"""The peer in reaching: mink, a library for differential inverse kinematics on MuJoCo."""
+"""The baseline in reaching: mink, a library for differential inverse kinematics on MuJoCo."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ SOLVER = "daqp"
 
 @dataclass(frozen=True)
 class MinkOptions:
-    """Settings of the peer, chosen for its success on seeds 0 to 119; most hardly matter there."""
+    """Settings of the baseline, chosen for its success on seeds 0 to 119. Most hardly matter."""
 
     speed: float = 0.25
     """Cap on the tool's commanded speed, m/s."""
@@ -136,7 +136,7 @@ def _import_mink() -> Any:
         import mink
     except ImportError as error:
         raise DeviceError(
-            f"cannot run the peer: {error.name or 'mink'} is not installed; install it with "
+            f"cannot run the baseline: {error.name or 'mink'} is not installed; install it with "
             "`uv sync` or `pip install mink --no-deps qpsolvers daqp`"
         ) from error
     return mink

@@ -16,10 +16,12 @@ from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Obstacle, Sphere
 
 from ..bench.sweep import Sweep, Trial
-from .stress_trial import SLACK_M, Method, MotionFigures, judged, lbr_world, simulate
+from .stress_trial import SLACK_M, MotionFigures, judged, lbr_world, simulate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from eyehand.control.options import ControlOptions
 
 JUMP_PCT = 1.0
 """Largest change of the gradient, of its length, that counts as smooth."""
@@ -52,7 +54,7 @@ _HAND = """
 """
 
 
-def contact_sweeps() -> tuple[Sweep[Method], ...]:
+def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """Sweeps over what is near."""
     parallel = [
         Sweep(
@@ -95,7 +97,9 @@ def contact_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _parallel(step_deg: float, seed: int, options: Method, *, cover: CoverOptions | None) -> Trial:
+def _parallel(
+    step_deg: float, seed: int, options: ControlOptions, *, cover: CoverOptions | None
+) -> Trial:
     rng = np.random.default_rng([seed, 8])
     robot = RobotModel.load(_HAND, "tool")
     pose = RigidTransform.from_components(np.zeros(3), Rotation.identity())
@@ -114,7 +118,7 @@ def _parallel(step_deg: float, seed: int, options: Method, *, cover: CoverOption
     return Trial(smooth, note, clean=clean, picture=MotionFigures(jump_pct=jump))
 
 
-def _penetration(depth_mm: float, seed: int, options: Method) -> Trial:
+def _penetration(depth_mm: float, seed: int, options: ControlOptions) -> Trial:
     rng = np.random.default_rng([seed, 9])
     world, outward = _ball_at_hand(rng, LARGE_RADIUS)
     robot = world.robot
@@ -136,7 +140,7 @@ def _penetration(depth_mm: float, seed: int, options: Method) -> Trial:
     return judged(motion, options, passed=out and deeper < SLACK_M, note=note, margin=False)
 
 
-def _flying_ball(speed: float, seed: int, options: Method) -> Trial:
+def _flying_ball(speed: float, seed: int, options: ControlOptions) -> Trial:
     rng = np.random.default_rng([seed, 10])
     world, outward = _ball_at_hand(rng)
     robot = world.robot

@@ -1,4 +1,4 @@
-"""One control cycle with 30 distance pairs, timed in turns: plain, compiled, and the peer's."""
+"""One control cycle with 30 distance pairs, timed in turns: plain, compiled, and the baseline's."""
 
 from __future__ import annotations
 
@@ -46,19 +46,19 @@ _Step = Callable[[], object]
 
 
 def cycle_rows(
-    seed: int, *, peer: bool, rounds: int = ROUNDS, postures: int = POSTURES
+    seed: int, *, baseline: bool, rounds: int = ROUNDS, postures: int = POSTURES
 ) -> list[dict[str, Any]]:
     """Time one cycle of each form on the same postures, in turns.
 
-    Every form measures all pairs that can touch, and looks at the 30 nearest; the peer has the
+    Every form measures all pairs that can touch, and looks at the 30 nearest; the baseline has the
     same limits: joint ranges, joint speeds, distances.
 
     Parameters
     ----------
     seed
         Of the first scene that a posture is taken from.
-    peer
-        Whether the peer takes part.
+    baseline
+        Whether the baseline takes part.
     rounds
         Turns of each form at each posture.
     postures
@@ -67,9 +67,9 @@ def cycle_rows(
     Returns
     -------
     list of dict
-        Rows `cycle numpy`, `cycle compiled` and, with the peer, `cycle mink`.
+        Rows `cycle numpy`, `cycle compiled` and, with the baseline, `cycle mink`.
     """
-    turns = [_forms(make_reaching_scene(seed + k, boxes=BOXES), peer) for k in range(postures)]
+    turns = [_forms(make_reaching_scene(seed + k, boxes=BOXES), baseline) for k in range(postures)]
     for forms in turns:
         for step in forms.values():
             _burst(step)
@@ -90,13 +90,13 @@ def cycle_rows(
     ]
 
 
-def _forms(scene: ReachingScene, peer: bool) -> dict[str, _Step]:
+def _forms(scene: ReachingScene, baseline: bool) -> dict[str, _Step]:
     posture, cut_off = _crowded(scene)
     forms = {
         name: _own_step(scene, posture, cut_off, compiled=compiled)
         for name, compiled in (("numpy", False), ("compiled", True))
     }
-    if peer:
+    if baseline:
         method = _MinkMethod(scene, replace(MinkOptions(), detection=cut_off), ReachOptions().dt)
         forms["mink"] = lambda: method(posture)
     return forms

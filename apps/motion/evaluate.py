@@ -1,4 +1,4 @@
-"""`eyehand evaluate motion`: cluttered reaching scenes, run by the control basis and by a peer."""
+"""`eyehand evaluate motion`: reaching in clutter by the control basis and by a baseline."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from ..console import print_json, say, show, tracked
 from ..description_files import make_folder
 from .cycle_comparison import PAIRS, cycle_rows
 from .reach_chart import bench_chart
-from .reach_methods import METHODS, PEER, PLANNED
+from .reach_methods import BASELINE, METHODS, PLANNED
 from .reach_outcome import ReachOptions
 from .reach_run import ReachRecord, run_scene
 from .reach_summary import summary_row
@@ -58,7 +58,7 @@ def evaluate_motion(
     boxes: int = 5,
     longest: float = ReachOptions.longest,
     only: list[str] | None = None,
-    peer: bool = True,
+    baseline: bool = True,
     quick: bool = False,
     out: Path = Path("out/evaluate_motion"),
     json: bool = False,
@@ -81,7 +81,7 @@ def evaluate_motion(
         Simulated time after which a reach is given up, s.
     only
         Run this method alone; can be given several times.
-    peer
+    baseline
         Whether mink runs the same scenes.
     quick
         Four scenes: a first look.
@@ -97,7 +97,7 @@ def evaluate_motion(
     if not 0 <= boxes <= MAX_BOXES:
         raise InputError(f"--boxes must be from 0 to {MAX_BOXES}, got {boxes}")
     reach = ReachOptions(longest=longest)
-    methods = _chosen(only, peer=peer)
+    methods = _chosen(only, baseline=baseline)
     scenes = min(scenes, QUICK_SCENES) if quick else scenes
     make_folder(out)
     seeds = range(seed, seed + scenes)
@@ -116,9 +116,9 @@ def evaluate_motion(
     ]
     say(f"timing one cycle with {PAIRS} distance pairs")
     cycles = (
-        cycle_rows(seed, peer=PEER in methods, rounds=1, postures=QUICK_POSTURES)
+        cycle_rows(seed, baseline=BASELINE in methods, rounds=1, postures=QUICK_POSTURES)
         if quick
-        else cycle_rows(seed, peer=PEER in methods)
+        else cycle_rows(seed, baseline=BASELINE in methods)
     )
     write_csv(out / "scenes.csv", [record.row() for record in records])
     made = Provenance(f"7-joint arm among {boxes} boxes, 5 ms cycles", seed, scenes, "scene")
@@ -140,13 +140,15 @@ def evaluate_motion(
     return 0
 
 
-def _chosen(only: list[str] | None, *, peer: bool) -> list[str]:
+def _chosen(only: list[str] | None, *, baseline: bool) -> list[str]:
     for name in only or []:
         if name not in METHODS:
             raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
-    chosen = [name for name in METHODS if name in (only or METHODS) and (peer or name != PEER)]
+    chosen = [
+        name for name in METHODS if name in (only or METHODS) and (baseline or name != BASELINE)
+    ]
     if not chosen:
-        raise InputError(f"--no-peer leaves nothing of {', '.join(only or [])}")
+        raise InputError(f"--no-baseline leaves nothing of {', '.join(only or [])}")
     return chosen
 
 

@@ -13,18 +13,18 @@ from ..bench.chart_style import (
     FAINT,
     FOOT,
     GREEN,
+    GREY,
     HEADER,
     INK,
     LABEL,
     MARGIN,
     PANEL_NAME,
-    PEER,
     RULE,
     TEXT,
     WIDTH,
     Provenance,
+    add_footer,
     new_chart,
-    sign,
     write_chart,
 )
 from .fig1_run import fig1_rows
@@ -123,7 +123,7 @@ def write_fig1(path: Path, scene: Fig1Scene, runs: Sequence[Fig1Run]) -> None:
         panel.set_title(name, size=LABEL, color=INK, weight="bold", loc="left", pad=6)
         panel.set_xlabel(told, size=TEXT - 0.5, color=FAINT, labelpad=5, loc="left")
     _draw_table(figure, height, (FOOT - TIGHTER + TABLE) / height, by_name)
-    sign(figure, Provenance("planar arm, 5 ms cycle, no safety level", None, 1, "scene"))
+    add_footer(figure, Provenance("planar arm, 5 ms cycle, no safety level", None, 1, "scene"))
     write_chart(figure, path, fig1_rows(runs))
 
 
@@ -255,7 +255,7 @@ def _draw_table(figure: Figure, height: float, top: float, by_name: Mapping[str,
             put(told(by_name[name]), right, row, color=INK, ha="right", **bold)
     rule = top - 1.28 * ROW / height
     figure.add_artist(
-        Line2D([MARGIN / WIDTH, 1 - MARGIN / WIDTH], [rule, rule], color=PEER, linewidth=0.7)
+        Line2D([MARGIN / WIDTH, 1 - MARGIN / WIDTH], [rule, rule], color=GREY, linewidth=0.7)
     )
 
 

@@ -19,10 +19,12 @@ from eyehand.data_synth import PLANAR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
 from ..bench.sweep import Sweep, Trial
-from .stress_trial import Method, MotionFigures, judged, lbr_world, simulate
+from .stress_trial import MotionFigures, judged, lbr_world, simulate
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+    from eyehand.control.options import ControlOptions
 
 BETA = 5.0
 """Fixed weight at which gains are tried: the heaviest of the paper's figure."""
@@ -41,7 +43,7 @@ CHATTER = 1e-3
 """Largest change of a joint's speed between cycles at the goal, rad/s."""
 
 
-def gain_sweeps() -> tuple[Sweep[Method], ...]:
+def gain_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """Sweeps over gains."""
     return (
         Sweep(
@@ -87,7 +89,7 @@ def gain_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _asked_gain(gain: float, seed: int, options: Method) -> Trial:
+def _asked_gain(gain: float, seed: int, options: ControlOptions) -> Trial:
     world = lbr_world()
     task = Position(world.robot.at(world.robot.home).position)
     options = replace(options, beta=BETA)
@@ -103,7 +105,9 @@ def _asked_gain(gain: float, seed: int, options: Method) -> Trial:
     return Trial(gain <= 1.0, "" if gain <= 1.0 else "accepted")
 
 
-def _right_numbers(world: CollisionWorld, task: Position, asked: Method, said: str) -> Trial:
+def _right_numbers(
+    world: CollisionWorld, task: Position, asked: ControlOptions, said: str
+) -> Trial:
     """Whether the numbers that a refusal gives are indeed accepted."""
     eta = re.search(r"eta at most ([0-9.e+-]+)", said)
     period = re.search(r"dt at most ([0-9.e+-]+) ms", said)
@@ -120,7 +124,7 @@ def _right_numbers(world: CollisionWorld, task: Position, asked: Method, said: s
     return Trial(True, refused=True)
 
 
-def _told_eta(world: CollisionWorld, task: Position, options: Method) -> float:
+def _told_eta(world: CollisionWorld, task: Position, options: ControlOptions) -> float:
     try:
         ApproachController(world, [task], options)
     except InputError as error:
@@ -130,7 +134,7 @@ def _told_eta(world: CollisionWorld, task: Position, options: Method) -> float:
     raise InputError(f"eta = {options.eta:g} is accepted; where is the limit?")
 
 
-def _raw_gain(gain: float, seed: int, options: Method) -> Trial:
+def _raw_gain(gain: float, seed: int, options: ControlOptions) -> Trial:
     world, start, goal = _hand_before_plate(seed, options.influence)
     options = replace(options, beta=BETA, centring=0.0)
     # Where repulsion and goal are in balance does not depend on η, but the gain there does: let
@@ -149,7 +153,7 @@ def _raw_gain(gain: float, seed: int, options: Method) -> Trial:
 
 
 def _raw_law(
-    world: CollisionWorld, goal: Position, q: NDArray[np.float64], options: Method
+    world: CollisionWorld, goal: Position, q: NDArray[np.float64], options: ControlOptions
 ) -> tuple[NDArray[np.float64], list[float]]:
     """Where eq. 8 leads, with nothing above it, and the least distance on the way, by step."""
     distances = []
@@ -160,7 +164,7 @@ def _raw_law(
     return q, distances
 
 
-def _period(dt_ms: float, seed: int, options: Method) -> Trial:
+def _period(dt_ms: float, seed: int, options: ControlOptions) -> Trial:
     options = replace(options, dt=1e-3 * dt_ms)
     world, task = _past_a_ball(seed)
     try:
@@ -174,7 +178,7 @@ def _period(dt_ms: float, seed: int, options: Method) -> Trial:
     return judged(motion, options, passed=reached and swing < 1e-2, note=note)
 
 
-def _switching(cycles: float, seed: int, options: Method) -> Trial:
+def _switching(cycles: float, seed: int, options: ControlOptions) -> Trial:
     world, task = _past_a_ball(seed)
     # A second try starts with a jump of its own, which is not what is asked for here.
     options = replace(options, retreats=0)

@@ -7,11 +7,12 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.control.options import ControlOptions
 from eyehand.control.point_aims import Position
 from eyehand.control.shapes import Box, Obstacle, Sphere
 
 from ..bench.sweep import Sweep, Trial
-from .stress_trial import SETTLED_STEP, Method, judged, lbr_world, simulate
+from .stress_trial import SETTLED_STEP, judged, lbr_world, simulate
 
 SHOULDER = np.array([0.0, 0.0, 0.34])
 """Where the arm's first two axes meet, m: it reaches a ball about it."""
@@ -25,7 +26,7 @@ TRIES = 2
 """Trials a value of those long runs."""
 
 
-def goal_sweeps() -> tuple[Sweep[Method], ...]:
+def goal_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """Sweeps over goals."""
     return (
         Sweep(
@@ -71,7 +72,7 @@ def goal_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _out_of_reach(beyond_mm: float, seed: int, options: Method) -> Trial:
+def _out_of_reach(beyond_mm: float, seed: int, options: ControlOptions) -> Trial:
     rng = np.random.default_rng([seed, 1])
     turn, rise = rng.uniform(-2.0, 2.0), rng.uniform(0.2, 1.2)
     outward = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
@@ -87,7 +88,7 @@ def _out_of_reach(beyond_mm: float, seed: int, options: Method) -> Trial:
     return judged(motion, options, passed=passed, note=note)
 
 
-def _inside(depth_mm: float, seed: int, options: Method) -> Trial:
+def _inside(depth_mm: float, seed: int, options: ControlOptions) -> Trial:
     world = lbr_world()
     rng = np.random.default_rng([seed, 2])
     hand = world.robot.at(world.robot.home).position
@@ -102,7 +103,7 @@ def _inside(depth_mm: float, seed: int, options: Method) -> Trial:
     return judged(motion, options, passed=passed)
 
 
-def _behind_wall(width_cm: float, seed: int, options: Method) -> Trial:
+def _behind_wall(width_cm: float, seed: int, options: ControlOptions) -> Trial:
     world = lbr_world()
     rng = np.random.default_rng([seed, 3])
     hand = world.robot.at(world.robot.home).position
@@ -118,7 +119,7 @@ def _behind_wall(width_cm: float, seed: int, options: Method) -> Trial:
     return judged(motion, options, passed=stuck or last.status == "reached")
 
 
-def _conflict(apart_mm: float, seed: int, options: Method) -> Trial:
+def _conflict(apart_mm: float, seed: int, options: ControlOptions) -> Trial:
     world = lbr_world()
     rng = np.random.default_rng([seed, 4])
     hand = world.robot.at(world.robot.home).position

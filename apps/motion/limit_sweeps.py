@@ -15,7 +15,7 @@ from eyehand.control.safety import safe_motion
 from eyehand.control.turn_aims import AxisAlignment, Pose
 
 from ..bench.sweep import Sweep, Trial
-from .stress_trial import Method, lbr_world
+from .stress_trial import lbr_world
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -48,7 +48,7 @@ REACHED = 1e-3
 """Norm of the error, m and rad, that counts as reached."""
 
 
-def limit_sweeps() -> tuple[Sweep[Method], ...]:
+def limit_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """One sweep for each way."""
     told = {"clamp": "clamped joints", "cost": "cost of eq. 5", "safety": "bounds of the program"}
     return tuple(
@@ -66,7 +66,7 @@ def limit_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _reach_goals(rows: float, seed: int, options: Method, *, keeping: Keeping) -> Trial:
+def _reach_goals(rows: float, seed: int, options: ControlOptions, *, keeping: Keeping) -> Trial:
     world = _world()
     options = replace(options, dt=CYCLE_S, safety=keeping == "safety")
     if keeping == "clamp":

@@ -4,22 +4,22 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..bench.chart_labels import PointName, name_points
+from ..bench.chart_labels import PointLabel, label_points
 from ..bench.chart_style import (
     BLUE,
     FAINT,
+    GREY,
     INK,
     LINE,
-    PEER,
     VERMILION,
     Provenance,
-    name_axes,
+    add_footer,
+    label_axes,
     new_chart,
-    share_axis,
-    sign,
+    set_percent_axis,
 )
+from .reach_methods import BASELINE as BASELINE_METHOD
 from .reach_methods import DEFAULT
-from .reach_methods import PEER as PEER_METHOD
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -48,15 +48,15 @@ def bench_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
     """
     figure, (axes,) = new_chart(
         "Reaching among boxes: time per cycle against success",
-        "success with 95 % interval; ○ touched something in some scene, ● never; grey: the peer",
+        "success with 95 % interval; ○ touched something in some scene, ● never; grey: baseline",
     )
     times = [row["cycle_p50_us"] for row in rows]
     _time_axis(axes, min(times) / ROOM, max(times) * ROOM)
     low = min(row["success_low_pct"] for row in rows) - FREE_BELOW
     high = max(row["success_high_pct"] for row in rows) + FREE_ABOVE
-    share_axis(axes, max(low, 0.0), high)
+    set_percent_axis(axes, max(low, 0.0), high)
     axes.set_yticks([tick for tick in range(0, 101, 10) if max(low, 0.0) <= tick <= high])
-    name_axes(
+    label_axes(
         axes,
         "time per control cycle, median (logarithmic)",
         "goal reached to 1 mm, nothing touched",
@@ -69,12 +69,12 @@ def bench_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
         lines.append([(x, row["success_pct"])])
     # The default has the first right to a place.
     names.sort(key=lambda name: not name.bold)
-    name_points(axes, names, lines)
-    sign(figure, made)
+    label_points(axes, names, lines)
+    add_footer(figure, made)
     return figure
 
 
-def _draw(axes: Axes, row: Mapping[str, Any]) -> PointName:
+def _draw(axes: Axes, row: Mapping[str, Any]) -> PointLabel:
     name, x, y = row["name"], row["cycle_p50_us"], row["success_pct"]
     colour = _colour(name)
     axes.plot(
@@ -98,7 +98,7 @@ def _draw(axes: Axes, row: Mapping[str, Any]) -> PointName:
         markeredgewidth=1.6 if row["contacts"] else 1.2,
         zorder=5 if star else 4,
     )
-    return PointName(x, y, _words(row), "right", colour=_ink(name), bold=star)
+    return PointLabel(x, y, _words(row), "right", colour=_ink(name), bold=star)
 
 
 def _words(row: Mapping[str, Any]) -> str:
@@ -111,13 +111,13 @@ def _words(row: Mapping[str, Any]) -> str:
 
 
 def _colour(name: str) -> str:
-    if name == PEER_METHOD:
-        return PEER
+    if name == BASELINE_METHOD:
+        return GREY
     return VERMILION if name == DEFAULT else BLUE
 
 
 def _ink(name: str) -> str:
-    if name == PEER_METHOD:
+    if name == BASELINE_METHOD:
         return FAINT
     return VERMILION if name == DEFAULT else INK
 

@@ -1,4 +1,4 @@
-"""Who reaches: the control basis with more and more of its parts, and the peer."""
+"""Who reaches: the control basis with more and more of its parts, and the baseline."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 DEFAULT = "default"
 """The controller as users get it."""
 PLANNED = "default + planner"
-PEER = "mink"
+BASELINE = "mink"
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ OWN_METHODS: dict[str, ReachMethodSettings] = {
     ),
 }
 """The control basis' rows, from its barest form to its fullest."""
-METHODS: tuple[str, ...] = (*OWN_METHODS, PEER)
+METHODS: tuple[str, ...] = (*OWN_METHODS, BASELINE)
 """All rows."""
 
 

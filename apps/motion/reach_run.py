@@ -10,7 +10,7 @@ import numpy as np
 from eyehand.data_synth.scenes import make_reaching_scene, straight_path_is_blocked
 
 from .baseline_mink import run_mink
-from .reach_methods import PEER, own_method
+from .reach_methods import BASELINE, own_method
 from .reach_outcome import run_reach
 
 if TYPE_CHECKING:
@@ -81,7 +81,7 @@ def run_scene(method: str, seed: int, boxes: int, reach: ReachOptions | None = N
 def run_method(method: str, scene: ReachingScene, reach: ReachOptions | None = None) -> ReachRecord:
     """Run a method in a scene."""
     blocked = straight_path_is_blocked(scene)
-    if method == PEER:
+    if method == BASELINE:
         return ReachRecord(method, scene.seed, blocked, run_mink(scene, None, reach), "")
     own = own_method(method, scene)
     outcome = run_reach(scene, own, reach)

@@ -11,7 +11,7 @@ from eyehand.apps.console import show
 from eyehand.apps.description_files import make_folder
 from eyehand.control.options import ControlOptions
 
-from ..bench.chart_style import PEER, VERMILION, draw_curve
+from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import (
     draw_bars,
     draw_dotted,
@@ -21,8 +21,8 @@ from ..bench.shares import (
     worst,
 )
 from ..bench.stress import run_sweeps, stress_seeds, tell_stress
-from ..bench.sweep import chosen_sweeps
-from ..bench.sweep_chart import Telling
+from ..bench.sweep import select_sweeps
+from ..bench.sweep_chart import ReportSpec
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
 from .goal_sweeps import goal_sweeps
@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ..bench.sweep import Step, Sweep
-    from .stress_trial import Method
 
 SEEDS, QUICK_SEEDS = 10, 1
 """Trials a value when no number is asked for; long runs take fewer."""
@@ -82,7 +81,7 @@ def stress_motion(
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
     wanted = list(only or ())
     named = [name for name in wanted if name != INPUTS]
-    sweeps = chosen_sweeps(control_sweeps(), named, [INPUTS]) if named or not wanted else ()
+    sweeps = select_sweeps(control_sweeps(), named, [INPUTS]) if named or not wanted else ()
     make_folder(out)
     results = run_sweeps(sweeps, tried, ControlOptions(), quick=quick)
     with_inputs = INPUTS in wanted or not wanted
@@ -101,14 +100,14 @@ def stress_motion(
     )
 
 
-def control_sweeps() -> tuple[Sweep[Method], ...]:
+def control_sweeps() -> tuple[Sweep[ControlOptions], ...]:
     """All sweeps, in reading order."""
     return (*goal_sweeps(), *limit_sweeps(), *gain_sweeps(), *contact_sweeps())
 
 
-def control_telling() -> Telling:
+def control_telling() -> ReportSpec:
     """How the sweeps are told: what is right, what is refused, and the worst that was measured."""
-    return Telling(
+    return ReportSpec(
         stage="motion",
         title="Where the control basis breaks",
         subtitle="Share of motions that end as they should",
@@ -143,7 +142,7 @@ def _figures(step: Step) -> dict[str, Any]:
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
     refusals = [refused_pct(step) for step in steps]
     unclean = [unclean_pct(step) for step in steps]
-    draw_bars(axes, places, refusals, "refused, or infeasible", PEER, 0.45)
+    draw_bars(axes, places, refusals, "refused, or infeasible", GREY, 0.45)
     draw_bars(axes, places, unclean, "a limit or a margin broken", VERMILION, 0.75)
     draw_dotted(axes, places, [score_pct(step) for step in steps], "goals reached")
     draw_curve(axes, places, [100 * step.share for step in steps], "right")

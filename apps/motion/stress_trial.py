@@ -24,8 +24,6 @@ if TYPE_CHECKING:
     from eyehand.control.shapes import Obstacle
     from eyehand.control.task import Task
 
-Method = ControlOptions
-"""What is put under stress: the control basis with these options."""
 
 SLACK_M = 5e-4
 """By how much a distance may fall below its margin: what linearising over a cycle costs."""

@@ -1,7 +1,7 @@
-"""What all peers start from and end with, so that a chart compares what is between.
+"""First and last step of all baselines: find the table, and clean the labels.
 
-The table is found by Open3D's RANSAC on every fourth row and column, which spares the peers nine
-tenths of the time that the plane costs on the full cloud, at no loss on the frames looked at.
+Open3D's RANSAC finds the table on every fourth row and column. The full cloud takes ten times as
+long and gave no better plane on the frames that were compared.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ PLANE_BAND_M = 0.01
 """Points this near the plane are the plane's."""
 PLANE_TRIES = 300
 CLEARANCE_M = 0.004
-"""Best of 4, 8 and 12 mm for most peers: more cuts off feet, less brings the table's waves in."""
+"""Best of 4, 8 and 12 mm for most baselines. More cuts off low objects, less keeps table noise."""
 OUTSIDE_M = 0.01
 """How far outside the table's hull an object's points may lie."""
 MIN_OBJECT_PX = 400
-"""Smaller segments are noise: the best of 100, 200, 400 and 800 for most peers."""
+"""Smaller segments are noise: the best of 100, 200, 400 and 800 for most baselines."""
 STEP_SHARE = 0.008
 """A step in depth by more than this share of it is an edge."""
 NORMAL_WINDOW = 7

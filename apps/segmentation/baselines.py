@@ -1,10 +1,10 @@
-"""Training-free segmentations that others would reach for, as peers in the chart.
+"""Training-free segmentations that others would reach for, as baselines in the chart.
 
 Each is the shortest honest form of its method, made of library calls, over the same table
-(`peer_tabletop.py`). Each has one dial that is swept in the chart, so that its best setting for
+(`baseline_tabletop.py`). Each has one dial that is swept in the chart, so that its best setting for
 the charted frames shows. Its other constants were chosen by mean overlap F over every second frame
 of the mOSD learn half and twelve synthetic frames with realistic noise (seeds 9000 to 9011,
-separate, touching and stacked): a chart of the learn half flatters the peers a little, one of
+separate, touching and stacked): a chart of the learn half flatters the baselines a little, one of
 synthetic seeds from 0 shows them frames that nothing was chosen on.
 """
 
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Segmenter(Protocol):
-    """A peer at one setting of its dial."""
+    """A baseline at one setting of its dial."""
 
     def __call__(self, frame: DepthFrame, dial: float, /) -> NDArray[np.int32]:
         """Label the objects of a frame, (H, W) int32; 0 = not an object."""
@@ -35,7 +35,7 @@ class Segmenter(Protocol):
 
 
 @dataclass(frozen=True)
-class Peer:
+class Baseline:
     """A segmentation that others would reach for."""
 
     name: str
@@ -175,43 +175,43 @@ FAR = 100.0
 EDGE_BLUR = 3.0
 """Pixels."""
 
-PEERS: tuple[Peer, ...] = (
-    Peer(
+BASELINES: tuple[Baseline, ...] = (
+    Baseline(
         "depth steps",
         "the least that can be done: cut where depth jumps",
         "step (share of depth)",
         (0.008, 0.012, 0.02),
         depth_steps,
     ),
-    Peer(
+    Baseline(
         "Open3D DBSCAN",
         "the recipe of most tutorials: plane away, cluster the rest",
         "voxel (m)",
         (0.003, 0.004, 0.006, 0.01),
         open3d_dbscan,
     ),
-    Peer(
+    Baseline(
         "normal edges",
         "real-time segmentation by normal edges, after Ueckermann et al. 2013",
         "angle (rad)",
         (0.3, 0.35, 0.4, 0.5),
         normal_edges,
     ),
-    Peer(
+    Baseline(
         "SLIC + LCCP",
         "local convexity of patches, after Stein et al. 2014, the strongest in PCL",
         "patch (px)",
         (40, 60, 90, 150),
         slic_lccp,
     ),
-    Peer(
+    Baseline(
         "Felzenszwalb",
         "the classic graph-based segmentation, on geometry in place of colour",
         "scale",
         (4000, 8000, 16000),
         felzenszwalb_normals,
     ),
-    Peer(
+    Baseline(
         "watershed",
         "the classic of image segmentation, on depth and normal edges",
         "depth of minima",

@@ -12,7 +12,7 @@ from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, noi
 from eyehand.data_synth.scenes import ball, box, cylinder, superquadric, tapered_box
 
 from ..bench.sweep import Sweep, Trial
-from .stress_trial import BASE_NOISE, Method, try_scene
+from .stress_trial import BASE_NOISE, SegmentCallable, try_scene
 
 if TYPE_CHECKING:
     from eyehand.data_synth.scenes import StagedSolid
@@ -33,7 +33,7 @@ NOISE_DRAWS = 10
 MM = 1e-3
 
 
-def camera_sweeps() -> tuple[Sweep[Method], ...]:
+def camera_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
     """Sweeps of noise, lost readings, image size and angle of view."""
     every = "all 5 separate objects found, none more"
     return (
@@ -156,30 +156,30 @@ def view_around(
     )
 
 
-def _noise(sigma: float, seed: int, method: Method) -> Trial:
+def _noise(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, ordinary_scene(seed), seed, noise_at_one_metre(sigma * MM))
 
 
-def _kinect(scale: float, seed: int, method: Method) -> Trial:
+def _kinect(scale: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, ordinary_scene(seed), seed, DepthNoise.realistic(scale))
 
 
-def _dropout(share: float, seed: int, method: Method) -> Trial:
+def _dropout(share: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, ordinary_scene(seed), seed, dropout=share / 100)
 
 
-def _holes(share: float, seed: int, method: Method) -> Trial:
+def _holes(share: float, seed: int, method: SegmentCallable) -> Trial:
     noise = replace(BASE_NOISE, hole_share=share / 100)
     return try_scene(method, ordinary_scene(seed), seed, noise)
 
 
-def _image_size(width: float, seed: int, method: Method) -> Trial:
+def _image_size(width: float, seed: int, method: SegmentCallable) -> Trial:
     scene = ordinary_scene(seed)
     size = (int(width), IMAGE_HEIGHTS.get(int(width), int(width) * 3 // 4))
     return try_scene(method, replace(scene, view=replace(scene.view, image_size=size)), seed)
 
 
-def _grazing(elevation: float, seed: int, method: Method) -> Trial:
+def _grazing(elevation: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 3])
     solids = [box(0.07, 0.05, rng.uniform(0.04, 0.1)), cylinder(0.035, 0.08), ball(0.035)]
     objects = tuple(
@@ -192,7 +192,7 @@ def _grazing(elevation: float, seed: int, method: Method) -> Trial:
     return try_scene(method, StagedScene(objects, view), seed)
 
 
-def _empty(sigma: float, seed: int, method: Method) -> Trial:
+def _empty(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 7])
     view = view_around(rng, elevation=(25, 65), distance=(0.6, 1.1), turn=180.0)
     # Every other table ends inside the view, over the floor.
@@ -200,7 +200,7 @@ def _empty(sigma: float, seed: int, method: Method) -> Trial:
     return try_scene(method, StagedScene((), view, table), seed, noise_at_one_metre(sigma * MM))
 
 
-def _repeat(sigma: float, seed: int, method: Method) -> Trial:
+def _repeat(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     scene = ordinary_scene(seed)
     trials = [
         try_scene(method, scene, NOISE_DRAWS * seed + draw, noise_at_one_metre(sigma * MM))

@@ -16,11 +16,11 @@ from eyehand.perception import segment
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
 from ..bench.chart_style import Provenance
-from ..bench.comparison import Contestant
+from ..bench.comparison import Method
 from ..bench.dial_chart import ChartWords, DialChart, FrontPlace
 from ..bench.machine import machine_line
-from .baselines import PEERS, Peer
-from .comparison import run_contest
+from .baselines import BASELINES, Baseline
+from .comparison import compare_segmentations
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
 from .dials import BOARD
 from .evaluate import SYNTHETIC
@@ -68,7 +68,7 @@ def chart_segmentation(
     seed: int = 0,
     frames: int | None = None,
     quick: bool = False,
-    peers: bool = True,
+    baselines: bool = True,
     store: bool = False,
     out: Path = Path("out/chart_segmentation"),
     json: bool = False,
@@ -92,8 +92,8 @@ def chart_segmentation(
     frames
         Frames, spread evenly over the data set; default: all of a folder, 20 synthetic ones.
     quick
-        Few settings, one of each peer, 2 frames: seconds in place of minutes, for a first look.
-    peers
+        Few settings, one of each baseline, 2 frames: seconds in place of minutes, for a first look.
+    baselines
         Chart other methods too.
     store
         Keep the front for SegmentationOptions.for_budget.
@@ -126,12 +126,12 @@ def chart_segmentation(
     make_folder(out)
     ready_kernels()
     settings = BOARD.settings(quick=quick)
-    rivals = PEERS if peers else ()
-    contestants = [_own(setting) for setting in settings] + [
-        contestant for peer in rivals for contestant in _rival(peer, quick=quick)
+    rivals = BASELINES if baselines else ()
+    methods = [_own(setting) for setting in settings] + [
+        method for baseline in rivals for method in _baseline_methods(baseline, quick=quick)
     ]
-    results = run_contest(
-        contestants,
+    results = compare_segmentations(
+        methods,
         tracked(sources, "segmenting", len(sources)),
         QUICK_ROUNDS if quick else ROUNDS,
     )
@@ -174,21 +174,21 @@ def _data_name(dataset: str, sources: Sequence[FrameSource], *, synthetic: bool)
     return f"synthetic scenes ({', '.join(families)}), {SYNTHETIC_NOISE} noise"
 
 
-def _own(setting: DialSetting[SegmentationOptions]) -> Contestant:
-    return Contestant(OWN, setting.name, partial(_labels, options=setting.options))
+def _own(setting: DialSetting[SegmentationOptions]) -> Method:
+    return Method(OWN, setting.name, partial(_labels, options=setting.options))
 
 
 def _labels(frame: DepthFrame, *, options: SegmentationOptions) -> NDArray[np.int32]:
     return segment(frame, options).labels
 
 
-def _rival(peer: Peer, *, quick: bool) -> list[Contestant]:
-    values = peer.settings[len(peer.settings) // 2 :][:1] if quick else peer.settings
+def _baseline_methods(baseline: Baseline, *, quick: bool) -> list[Method]:
+    values = baseline.settings[len(baseline.settings) // 2 :][:1] if quick else baseline.settings
     return [
-        Contestant(peer.name, f"{peer.dial} {value:g}", partial(_run_peer, peer, value))
+        Method(baseline.name, f"{baseline.dial} {value:g}", partial(_run_baseline, baseline, value))
         for value in values
     ]
 
 
-def _run_peer(peer: Peer, value: float, frame: DepthFrame) -> NDArray[np.int32]:
-    return peer.run(frame, value)
+def _run_baseline(baseline: Baseline, value: float, frame: DepthFrame) -> NDArray[np.int32]:
+    return baseline.run(frame, value)

@@ -1,7 +1,8 @@
-"""Time and score many segmentations on the same frames, in turns."""
+"""Compare segmentation methods on the same frames."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from eyehand.perception.io import naming
 
-from ..bench.comparison import Contestant, take_turns
+from ..bench.comparison import Method, compare_methods
 from ..bench.dial_chart import Measured
 from .score import score_segmentation
 
@@ -22,46 +23,43 @@ if TYPE_CHECKING:
 
     from .dataset import FrameSource, LabelledFrame
 
-    Segmenter = Contestant[DepthFrame, NDArray[np.int32]]
+    SegmentationMethod = Method[DepthFrame, NDArray[np.int32]]
     NamedFrame = tuple[str, LabelledFrame]
 
 FIGURES: tuple[str, ...] = ("overlap_f_pct", "boundary_f_pct", "found_pct")
 """Means over frames of overlap F, boundary F, and the share of objects with an own F above 0.75."""
 
 
-def run_contest(
-    contestants: Sequence[Segmenter], sources: Iterable[FrameSource], rounds: int
+def compare_segmentations(
+    methods: Sequence[SegmentationMethod], sources: Iterable[FrameSource], rounds: int
 ) -> list[Measured]:
-    """Let all contestants segment all frames, pixels without a reading left out of the score.
+    """Segment all frames with all methods. Pixels without a reading do not count in the score.
 
     Parameters
     ----------
-    contestants
-        Who takes part; they give labels (H, W) of a frame, 0 = not an object.
+    methods
+        The methods. Each returns labels (H, W) of a frame, 0 = not an object.
     sources
-        The frames; at least one.
+        At least one frame.
     rounds
-        See :func:`take_turns`.
+        See :func:`compare_methods`.
 
     Returns
     -------
     list of Measured
-        In the order of the contestants, with the figures of FIGURES.
+        In the order of the methods, with the figures of FIGURES.
 
     Raises
     ------
     InputError
-        If a frame cannot be read or segmented; the message names it.
+        If a frame cannot be read or segmented. The message names the frame.
     """
-    named = [Contestant(c.method, c.name, partial(_labels, c)) for c in contestants]
-    tallies = take_turns(named, _loaded(sources), _shares, rounds)
-    results = []
-    for contestant, tally in zip(contestants, tallies, strict=True):
-        wall, cpu = (round(float(np.median(ms)), 3) for ms in (tally.wall_ms, tally.cpu_ms))
-        shares = np.round(100 * np.mean(tally.scores, axis=0), 2).tolist()
-        figures: dict[str, float] = dict(zip(FIGURES, shares, strict=True))
-        results.append(Measured(contestant, wall, cpu, figures))
-    return results
+    named = [replace(method, run=partial(_labels, method)) for method in methods]
+    measured = []
+    for result in compare_methods(named, _loaded(sources), _shares, rounds):
+        shares = np.round(100 * np.mean(result.scores, axis=0), 2).tolist()
+        measured.append(Measured.of(result, dict(zip(FIGURES, shares, strict=True))))
+    return measured
 
 
 def _loaded(sources: Iterable[FrameSource]) -> Iterator[NamedFrame]:
@@ -71,10 +69,10 @@ def _loaded(sources: Iterable[FrameSource]) -> Iterator[NamedFrame]:
         yield source.name, labelled
 
 
-def _labels(contestant: Segmenter, case: NamedFrame) -> NDArray[np.int32]:
+def _labels(method: SegmentationMethod, case: NamedFrame) -> NDArray[np.int32]:
     name, labelled = case
     with naming(name):
-        return contestant.run(labelled.frame)
+        return method.run(labelled.frame)
 
 
 def _shares(case: NamedFrame, labels: NDArray[np.int32]) -> tuple[float, float, float]:

@@ -12,7 +12,7 @@ from eyehand.perception import CameraIntrinsics, DepthFrame
 
 from ..bench.sweep import Sweep, Trial
 from .camera_sweeps import MM, ordinary_scene
-from .stress_trial import BASE_NOISE, Method, TrialPicture, timed_segment
+from .stress_trial import BASE_NOISE, SegmentCallable, TrialPicture, timed_segment
 
 FOCAL_SHARE = 0.82
 """Focal length over image width of the cameras here."""
@@ -26,7 +26,7 @@ REFERENCE_LOOKS = 3
 CLEAN = "no crash, no garbage, no object made up"
 
 
-def input_sweeps() -> tuple[Sweep[Method], ...]:
+def input_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
     """Sweeps of wrong units, missing and impossible readings, tiny images and clutter."""
     return (
         Sweep(
@@ -88,20 +88,20 @@ def input_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _millimetres(distance: float, seed: int, method: Method) -> Trial:
+def _millimetres(distance: float, seed: int, method: SegmentCallable) -> Trial:
     frame, _ = staged_frame(ordinary_scene(seed), BASE_NOISE, seed)
     depth = frame.depth / np.median(frame.depth[frame.valid]) * np.float32(distance)
     return _refused(method, depth, frame.intrinsics, "millimetres")
 
 
-def _nan(count: float, seed: int, method: Method) -> Trial:
+def _nan(count: float, seed: int, method: SegmentCallable) -> Trial:
     frame, _ = staged_frame(ordinary_scene(seed), BASE_NOISE, seed)
     depth = frame.depth.copy()
     depth.flat[np.random.default_rng(seed).permutation(depth.size)[: int(count)]] = np.nan
     return _refused(method, depth, frame.intrinsics, "NaN")
 
 
-def _readings(count: float, seed: int, method: Method) -> Trial:
+def _readings(count: float, seed: int, method: SegmentCallable) -> Trial:
     frame, truth = staged_frame(ordinary_scene(seed), BASE_NOISE, seed)
     if count == 0:
         return _refused(method, np.zeros_like(frame.depth), frame.intrinsics, "no reading")
@@ -115,7 +115,7 @@ def _readings(count: float, seed: int, method: Method) -> Trial:
     return Trial(not note, note, clean=not fault, seconds=seconds, picture=picture)
 
 
-def _tiny_image(side: float, seed: int, method: Method) -> Trial:
+def _tiny_image(side: float, seed: int, method: SegmentCallable) -> Trial:
     size = int(side)
     rng = np.random.default_rng([seed, size])
     depth = np.full((size, size), TABLE_M, np.float32)
@@ -134,11 +134,11 @@ def _tiny_image(side: float, seed: int, method: Method) -> Trial:
     )
 
 
-def _tiny_objects(count: float, seed: int, method: Method) -> Trial:
+def _tiny_objects(count: float, seed: int, method: SegmentCallable) -> Trial:
     return _in_time(method, *_studded(int(count), seed))
 
 
-def _chaos(share: float, seed: int, method: Method) -> Trial:
+def _chaos(share: float, seed: int, method: SegmentCallable) -> Trial:
     frame, truth = staged_frame(ordinary_scene(seed), BASE_NOISE, seed)
     rng = np.random.default_rng([seed, 71])
     wild = rng.uniform(0.3, 3.0, frame.depth.shape).astype(np.float32)
@@ -166,7 +166,7 @@ def _studded(count: int, seed: int) -> tuple[DepthFrame, np.ndarray]:
     return DepthFrame((clean + noise).astype(np.float32), _camera(wide, high)), truth
 
 
-def _in_time(method: Method, frame: DepthFrame, truth: np.ndarray) -> Trial:
+def _in_time(method: SegmentCallable, frame: DepthFrame, truth: np.ndarray) -> Trial:
     # The better of two: a shared machine can stop any one of them.
     found, seconds, fault = timed_segment(method, frame)
     seconds = min(seconds, timed_segment(method, frame)[1])
@@ -184,12 +184,14 @@ def _in_time(method: Method, frame: DepthFrame, truth: np.ndarray) -> Trial:
 
 
 @functools.cache
-def _ordinary_seconds(method: Method) -> float:
+def _ordinary_seconds(method: SegmentCallable) -> float:
     frame, _ = staged_frame(ordinary_scene(0), BASE_NOISE, 0)
     return float(np.median([timed_segment(method, frame)[1] for _ in range(REFERENCE_LOOKS)]))
 
 
-def _refused(method: Method, depth: np.ndarray, camera: CameraIntrinsics, reason: str) -> Trial:
+def _refused(
+    method: SegmentCallable, depth: np.ndarray, camera: CameraIntrinsics, reason: str
+) -> Trial:
     """Right is an `InputError` that names the reason."""
     try:
         frame = DepthFrame(depth, camera)

@@ -11,14 +11,14 @@ from eyehand.data_synth.scenes import box, cylinder, rod, tapered_box
 
 from ..bench.sweep import Sweep, Trial
 from .camera_sweeps import COLOURS, MM, view_around
-from .stress_trial import Method, try_scene
+from .stress_trial import SegmentCallable, try_scene
 
 RED, BLUE, GREEN = COLOURS[:3]
 TWO = "both objects found, none more"
 TWO_OR_UNSURE = "both found, or one that is marked as ambiguous"
 
 
-def neighbour_sweeps() -> tuple[Sweep[Method], ...]:
+def neighbour_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
     """Sweeps of gaps, leans, stacks, flush faces, occluders and the image's border."""
     return (
         Sweep(
@@ -114,7 +114,7 @@ def neighbour_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _gap(gap: float, seed: int, method: Method) -> Trial:
+def _gap(gap: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 11])
     wide, other = rng.uniform(0.05, 0.09, 2)
     tall, low = rng.uniform(0.08, 0.12), rng.uniform(0.04, 0.07)
@@ -126,7 +126,7 @@ def _gap(gap: float, seed: int, method: Method) -> Trial:
     return try_scene(method, StagedScene(objects, view_around(rng, (35, 50), turn=25.0)), seed)
 
 
-def _gap_aligned(gap: float, seed: int, method: Method) -> Trial:
+def _gap_aligned(gap: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 13])
     wide, deep, tall = rng.uniform(0.05, 0.09, 3)
     objects = tuple(
@@ -136,7 +136,7 @@ def _gap_aligned(gap: float, seed: int, method: Method) -> Trial:
     return try_scene(method, StagedScene(objects, view_around(rng, (35, 50), turn=25.0)), seed)
 
 
-def _lean(gap: float, seed: int, method: Method) -> Trial:
+def _lean(gap: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 17])
     wide, tall = 0.03, rng.uniform(0.09, 0.12)
     lean = np.radians(rng.uniform(12, 25))
@@ -151,7 +151,7 @@ def _lean(gap: float, seed: int, method: Method) -> Trial:
     return try_scene(method, StagedScene(objects, view_around(rng, (35, 50), turn=40.0)), seed)
 
 
-def _stack(narrower: float, seed: int, method: Method) -> Trial:
+def _stack(narrower: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 19])
     x, y = rng.uniform(0.08, 0.1, 2)
     low, high = rng.uniform(0.04, 0.07, 2)
@@ -165,7 +165,7 @@ def _stack(narrower: float, seed: int, method: Method) -> Trial:
     )
 
 
-def _tapered_stack(taper: float, seed: int, method: Method) -> Trial:
+def _tapered_stack(taper: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 23])
     x, y = rng.uniform(0.075, 0.095, 2)
     tall = rng.uniform(0.05, 0.065)
@@ -180,11 +180,11 @@ def _tapered_stack(taper: float, seed: int, method: Method) -> Trial:
     )
 
 
-def _flush(step: float, seed: int, method: Method) -> Trial:
+def _flush(step: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, _flush_scene(step, seed, same=True), seed, colour=True, ambiguous=True)
 
 
-def _flush_colour(step: float, seed: int, method: Method) -> Trial:
+def _flush_colour(step: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, _flush_scene(step, seed, same=False), seed, colour=True)
 
 
@@ -202,20 +202,20 @@ def _flush_scene(step: float, seed: int, *, same: bool) -> StagedScene:
     return StagedScene(objects, view_around(rng, (35, 50), turn=30.0))
 
 
-def _occluded_box(width: float, seed: int, method: Method) -> Trial:
+def _occluded_box(width: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 31])
     behind = StagedObject(box(0.18, 0.06, rng.uniform(0.06, 0.08)), (0.0, 0.04, 0.0), colour=RED)
     return _behind_a_bar(behind, width, rng, seed, method)
 
 
-def _occluded_roll(width: float, seed: int, method: Method) -> Trial:
+def _occluded_roll(width: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 37])
     behind = StagedObject(rod(rng.uniform(0.03, 0.04), 0.18), (0.0, 0.04, 0.0), colour=RED)
     return _behind_a_bar(behind, width, rng, seed, method)
 
 
 def _behind_a_bar(
-    behind: StagedObject, width: float, rng: np.random.Generator, seed: int, method: Method
+    behind: StagedObject, width: float, rng: np.random.Generator, seed: int, method: SegmentCallable
 ) -> Trial:
     # Tall enough to hide the far edge of what stands behind, seen from 32° above.
     bar = StagedObject(box(width * MM, 0.015, 0.19), (0.0, -0.06, 0.0), colour=BLUE)
@@ -223,7 +223,7 @@ def _behind_a_bar(
     return try_scene(method, StagedScene((behind, bar), view), seed)
 
 
-def _border(share: float, seed: int, method: Method) -> Trial:
+def _border(share: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 41])
     objects = (
         StagedObject(box(*rng.uniform(0.06, 0.1, 3)), yaw=rng.uniform(0, np.pi), colour=RED),

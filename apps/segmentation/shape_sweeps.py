@@ -9,7 +9,7 @@ from eyehand.data_synth.scenes import ball, bowl, box, mug, rod
 
 from ..bench.sweep import Sweep, Trial
 from .camera_sweeps import COLOURS, MM, view_around
-from .stress_trial import Method, try_scene
+from .stress_trial import SegmentCallable, try_scene
 
 RED, BLUE, GREEN = COLOURS[:3]
 BESIDE = StagedObject(box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, colour=BLUE)
@@ -17,7 +17,7 @@ BESIDE = StagedObject(box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, colour=
 TWO = "it and the box beside it found, none more"
 
 
-def shape_sweeps() -> tuple[Sweep[Method], ...]:
+def shape_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
     """Sweeps of flat and slim things, mugs, bowls, and balls in bowls."""
     return (
         Sweep(
@@ -77,7 +77,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _flat(height: float, seed: int, method: Method) -> Trial:
+def _flat(height: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 43])
     solid = box(rng.uniform(0.08, 0.12), rng.uniform(0.06, 0.08), height * MM)
     return _beside_box(
@@ -85,7 +85,7 @@ def _flat(height: float, seed: int, method: Method) -> Trial:
     )
 
 
-def _slim(thickness: float, seed: int, method: Method) -> Trial:
+def _slim(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 47])
     solid = rod(thickness * MM / 2, 0.15)
     return _beside_box(
@@ -93,7 +93,7 @@ def _slim(thickness: float, seed: int, method: Method) -> Trial:
     )
 
 
-def _board(thickness: float, seed: int, method: Method) -> Trial:
+def _board(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 53])
     solid = box(thickness * MM, rng.uniform(0.06, 0.1), rng.uniform(0.06, 0.1))
     turn = np.radians(rng.uniform(-3, 3))
@@ -103,19 +103,19 @@ def _board(thickness: float, seed: int, method: Method) -> Trial:
     return try_scene(method, StagedScene(objects, view), seed)
 
 
-def _mug(yaw: float, seed: int, method: Method) -> Trial:
+def _mug(yaw: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 59])
     solid = mug(rng.uniform(0.036, 0.044), rng.uniform(0.08, 0.105))
     item = StagedObject(solid, (-0.05, 0.0, 0.0), np.radians(yaw), colour=GREEN)
     return _beside_box(item, rng, seed, method)
 
 
-def _bowl(depth: float, seed: int, method: Method) -> Trial:
+def _bowl(depth: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 61])
     return _beside_box(StagedObject(bowl(0.07, depth * MM), (-0.05, 0.0, 0.0)), rng, seed, method)
 
 
-def _in_bowl(diameter: float, seed: int, method: Method) -> Trial:
+def _in_bowl(diameter: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 67])
     wall, depth = 0.004, 0.05
     outside = bowl(0.08, depth, wall)
@@ -131,7 +131,7 @@ def _beside_box(
     item: StagedObject,
     rng: np.random.Generator,
     seed: int,
-    method: Method,
+    method: SegmentCallable,
     *more: StagedObject,
 ) -> Trial:
     view = view_around(rng, (30, 55), turn=20.0, target=(0.04, 0.0, 0.03))

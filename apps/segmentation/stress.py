@@ -15,8 +15,8 @@ from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
 from ..bench.chart_style import draw_curve
 from ..bench.stress import run_sweeps, stress_seeds, tell_stress
-from ..bench.sweep import value_text
-from ..bench.sweep_chart import Telling, milliseconds, percent
+from ..bench.sweep import format_value
+from ..bench.sweep_chart import ReportSpec, milliseconds, percent
 from .pictures import ScoredFrame, write_sheet
 from .score import score_segmentation
 from .stress_sweeps import segmentation_sweeps
@@ -92,9 +92,9 @@ def stress_segmentation(
     )
 
 
-def segmentation_telling() -> Telling:
+def segmentation_telling() -> ReportSpec:
     """How the segmentation's sweeps are told: the share that is right, and mean overlap F."""
-    return Telling(
+    return ReportSpec(
         stage="segmentation",
         title="Where the segmentation breaks",
         subtitle="share of trials that are right, in %",
@@ -126,6 +126,6 @@ def _picture(result: SweepResult) -> ScoredFrame | None:
     if picture.scene is not None:
         colour = render_staged(picture.scene, colour=True).colour
         frame = DepthFrame(frame.depth, frame.intrinsics, frame.T_world_camera, colour)
-    name = f"{result.sweep.name}, {value_text(step.value, result.sweep.unit)}"
+    name = f"{result.sweep.name}, {format_value(step.value, result.sweep.unit)}"
     score = score_segmentation(picture.labels, picture.truth, ignore=~frame.valid)
     return ScoredFrame(name, frame, picture.truth, picture.labels, score)

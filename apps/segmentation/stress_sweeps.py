@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from ..bench.sweep import chosen_sweeps
+from ..bench.sweep import select_sweeps
 from .camera_sweeps import camera_sweeps
 from .input_sweeps import input_sweeps
 from .neighbour_sweeps import neighbour_sweeps
@@ -14,10 +14,10 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from ..bench.sweep import Sweep
-    from .stress_trial import Method
+    from .stress_trial import SegmentCallable
 
 
-def segmentation_sweeps(only: Sequence[str] = ()) -> tuple[Sweep[Method], ...]:
+def segmentation_sweeps(only: Sequence[str] = ()) -> tuple[Sweep[SegmentCallable], ...]:
     """Give all sweeps, or those named.
 
     Raises
@@ -25,6 +25,6 @@ def segmentation_sweeps(only: Sequence[str] = ()) -> tuple[Sweep[Method], ...]:
     InputError
         If there is no sweep of a name.
     """
-    return chosen_sweeps(
+    return select_sweeps(
         (*camera_sweeps(), *neighbour_sweeps(), *shape_sweeps(), *input_sweeps()), only
     )

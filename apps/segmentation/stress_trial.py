@@ -26,7 +26,7 @@ BASE_NOISE = noise_at_one_metre(0.001)
 LONGEST_S = 5.0
 """A frame that takes longer hangs a robot, whatever comes out."""
 
-Method = Callable[["DepthFrame"], "Segmentation"]
+SegmentCallable = Callable[["DepthFrame"], "Segmentation"]
 """What is put under stress: one depth frame in, one label per object out."""
 
 
@@ -45,7 +45,7 @@ class TrialPicture:
 
 
 def try_scene(
-    method: Method,
+    method: SegmentCallable,
     scene: StagedScene,
     seed: int,
     noise: DepthNoise = BASE_NOISE,
@@ -82,7 +82,7 @@ def try_scene(
 
 
 def try_frame(
-    method: Method,
+    method: SegmentCallable,
     frame: DepthFrame,
     truth: NDArray[np.int32],
     *,
@@ -114,7 +114,7 @@ def try_frame(
     return Trial(whole or admitted, note, score=score.f, seconds=seconds, picture=picture)
 
 
-def timed_segment(method: Method, frame: DepthFrame) -> tuple[Segmentation, float, str]:
+def timed_segment(method: SegmentCallable, frame: DepthFrame) -> tuple[Segmentation, float, str]:
     """Segment a frame: the result, its time in s, and what is not clean about it."""
     found, seconds = _timed(method, frame)
     if seconds > LONGEST_S:
@@ -123,7 +123,7 @@ def timed_segment(method: Method, frame: DepthFrame) -> tuple[Segmentation, floa
     return found, seconds, _fault(found, frame, seconds)
 
 
-def _timed(method: Method, frame: DepthFrame) -> tuple[Segmentation, float]:
+def _timed(method: SegmentCallable, frame: DepthFrame) -> tuple[Segmentation, float]:
     began = time.perf_counter()
     found = method(frame)
     return found, time.perf_counter() - began

@@ -11,15 +11,15 @@ from eyehand.data_synth.pad import CABLE_RADIUS
 from ..bench.chart_style import (
     BLUE,
     FAINT,
+    GREY,
     LINE,
-    PEER,
     TEXT,
     VERMILION,
     Provenance,
-    name_axes,
-    name_curves,
+    add_footer,
+    add_legend,
+    label_axes,
     new_chart,
-    sign,
 )
 from .cable_run import SETTLING
 
@@ -68,13 +68,13 @@ def cable_picture(runs: Sequence[CableRun], seed: int, cables: int) -> Figure:
             label=f"{1e3 * run.speed:.0f} mm/s: {1e3 * run.rms:.2f} mm rms",
             zorder=4 - number,
         )
-    below.axhline(0.0, color=PEER, linewidth=1.0, zorder=1)
+    below.axhline(0.0, color=GREY, linewidth=1.0, zorder=1)
     reach = max(0.5, 1.5e3 * max(float(np.abs(run.errors).max()) for run in runs))
     below.set_ylim(-reach, reach)
     below.set_xlim(left=0.0)
-    name_axes(below, "way along the cable [mm]", "error across [mm]", panel="Error")
-    name_curves(below, where="lower right")
-    sign(
+    label_axes(below, "way along the cable [mm]", "error across [mm]", panel="Error")
+    add_legend(below, where="lower right")
+    add_footer(
         figure,
         Provenance("cables of 6 mm, simulated 16 × 16 pad and arm", seed, cables, "cable"),
     )
@@ -118,7 +118,7 @@ def _map(axes: Axes, runs: Sequence[CableRun]) -> None:
     axes.set_aspect("equal", adjustable="datalim")
     low, high = _seen(shape.line)[0].min(), _seen(shape.line)[0].max()
     axes.set_xlim(low - 15.0, high + 15.0)
-    name_axes(axes, "along the table [mm]", "across [mm]", panel="Path")
+    label_axes(axes, "along the table [mm]", "across [mm]", panel="Path")
 
 
 def _seen(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

@@ -11,15 +11,15 @@ from rich.table import Table
 
 from ..bench.chart_style import (
     BLUE,
+    GREY,
     INK,
     LINE,
-    PEER,
     VERMILION,
     Provenance,
-    name_axes,
-    name_curves,
+    add_footer,
+    add_legend,
+    label_axes,
     new_chart,
-    sign,
 )
 from ..console import tracked
 from ..description_files import make_folder
@@ -125,7 +125,7 @@ def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
         height=5.0,
     )
     ends = np.array([-2.5, 2.5])
-    left.plot(ends, ends, color=PEER, linewidth=LINE, label="real")
+    left.plot(ends, ends, color=GREY, linewidth=LINE, label="real")
     for number, path in enumerate(paths):
         real, felt = 1e3 * path.real[:, 0], 1e3 * path.estimated[:, 0]
         shown = np.linspace(0, len(real) - 1, PLACES).round().astype(int)
@@ -144,10 +144,10 @@ def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
     right.axhline(0.0, color=INK, linewidth=0.8)
     high = 1.5 * max(float(np.abs(p.estimated - p.real)[:, 0].max()) for p in paths) * 1e3
     right.set_ylim(-high, high)
-    name_axes(
+    label_axes(
         left, "real place [mm]; tactels are at both ends", "place [mm]", panel="Felt and real"
     )
-    name_axes(
+    label_axes(
         right,
         "real place [mm]; tactels are at both ends",
         "estimated less real [mm]",
@@ -155,9 +155,9 @@ def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
     )
     left.set_xticks([-2.5, 0, 2.5], ["−2.5", "0", "2.5"])
     right.set_xticks([-2.5, 0, 2.5], ["−2.5", "0", "2.5"])
-    name_curves(left, where="upper left")
-    name_curves(right, where="upper left")
-    sign(figure, made)
+    add_legend(left, where="upper left")
+    add_legend(right, where="upper left")
+    add_footer(figure, made)
     return figure
 
 

@@ -8,15 +8,15 @@ import numpy as np
 
 from ..bench.chart_style import (
     BLUE,
+    GREY,
     INK,
     LINE,
-    PEER,
     VERMILION,
     Provenance,
-    name_axes,
-    name_curves,
+    add_footer,
+    add_legend,
+    label_axes,
     new_chart,
-    sign,
 )
 from .edge_run import ALIGN_SECONDS
 
@@ -49,19 +49,19 @@ def edge_picture(runs: Sequence[EdgeRun], seed: int) -> Figure:
             alpha=0.8,
             label=None if number else "each trial",
         )
-    left.axhline(0.0, color=PEER, linewidth=1.0, zorder=1)
-    name_axes(left, "time since touch [s]", "pad against edge [°]", panel="Coming into line")
-    name_curves(left, where="lower right")
+    left.axhline(0.0, color=GREY, linewidth=1.0, zorder=1)
+    label_axes(left, "time since touch [s]", "pad against edge [°]", panel="Coming into line")
+    add_legend(left, where="lower right")
     run = runs[0]
     late = run.times >= ALIGN_SECONDS
     times = run.times[late] - ALIGN_SECONDS
     edge = run.edge_deg[late] - run.edge_deg[late][0]
     right.plot(times, edge, color=INK, linewidth=1.2, linestyle=(0, (4, 3)), label="edge", zorder=4)
     right.plot(times, edge + run.errors_deg[late], color=VERMILION, linewidth=LINE, label="pad")
-    name_axes(right, "time [s]", "direction [°]", panel="The edge is turned")
+    label_axes(right, "time [s]", "direction [°]", panel="The edge is turned")
     right.set_ylim(top=1.35 * float(np.abs(edge).max()))
-    name_curves(right, where="upper right")
-    sign(
+    add_legend(right, where="upper right")
+    add_footer(
         figure,
         Provenance("box edge on the simulated 16 × 16 pad and arm", seed, len(runs), "trial"),
     )

@@ -14,9 +14,9 @@ from ..bench.chart_style import (
     TEXT,
     VERMILION,
     Provenance,
-    name_axes,
+    add_footer,
+    label_axes,
     new_chart,
-    sign,
 )
 from .explore_truth import height_map
 
@@ -71,7 +71,7 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
             left.plot(x, y, color=INK, linewidth=0.9, zorder=4)
         left.plot([], [], "o", color=colour, markersize=6, label=name)
     left.plot([], [], color=INK, linewidth=0.9, label="way of a pad")
-    name_axes(left, "x [mm]", "y [mm]", panel="Scanned both ways")
+    label_axes(left, "x [mm]", "y [mm]", panel="Scanned both ways")
     left.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, -0.24),
@@ -92,9 +92,9 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
     bar.set_label("off the surface, inside it negative [mm]", size=TEXT - 1, color=INK)
     bar.ax.tick_params(labelsize=TEXT - 1, length=0)
     bar.outline.set_visible(False)
-    name_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms_mm:.2f} mm rms")
+    label_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms_mm:.2f} mm rms")
     made = Provenance("two simulated 16 × 16 pads on arms", seed, len(run.points), "felt point")
-    sign(figure, made)
+    add_footer(figure, made)
     return figure
 
 

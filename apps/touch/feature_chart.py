@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..bench.chart_labels import PointName, name_points
+from ..bench.chart_labels import PointLabel, label_points
 from ..bench.chart_style import (
     BLUE,
     COLOURS,
@@ -14,11 +14,11 @@ from ..bench.chart_style import (
     ORANGE,
     VERMILION,
     Provenance,
+    add_footer,
+    add_legend,
     draw_curve,
-    name_axes,
-    name_curves,
+    label_axes,
     new_chart,
-    sign,
 )
 
 if TYPE_CHECKING:
@@ -48,7 +48,7 @@ def feature_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
     )
     _directions(left, [row for row in rows if row["feature"] == "orientation"])
     _centres(right, [row for row in rows if row["feature"] == "centre"])
-    sign(figure, made)
+    add_footer(figure, made)
     return figure
 
 
@@ -57,7 +57,9 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     errors = [row["error_p50_deg"] for row in rows] + [row["error_p95_deg"] for row in rows]
     _log_x(axes, min(times) / ROOM, max(times) * ROOM, TIMES_US)
     _log_y(axes, min(errors) / ROOM, max(errors) * ROOM, ANGLES_DEG)
-    name_axes(axes, "time from the region on [µs]", "error of a line's direction [°]", panel="Line")
+    label_axes(
+        axes, "time from the region on [µs]", "error of a line's direction [°]", panel="Line"
+    )
     hough = list(dict.fromkeys(row["method"] for row in rows if row["angles"]))
     names, lines = [], []
     for number, method in enumerate(hough):
@@ -87,17 +89,17 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
             zorder=5,
         )
         words = f"{row['method']}\n{y:.2g}°, {x:.2g} µs"
-        names.append(PointName(x, y, words, "right", colour=colour, bold=default))
+        names.append(PointLabel(x, y, words, "right", colour=colour, bold=default))
         lines.append([(x, y), (x, row["error_p95_deg"])])
-    name_points(axes, names, lines)
-    name_curves(axes, where="lower right")
+    label_points(axes, names, lines)
+    add_legend(axes, where="lower right")
 
 
 def _centres(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     errors = [row["error_p50_mm"] for row in rows] + [row["error_p95_mm"] for row in rows]
     axes.set_xlim(-2, max(row["threshold_pct"] for row in rows) + 2)
     _log_y(axes, min(errors) / ROOM, max(errors) * ROOM, GAPS_MM)
-    name_axes(
+    label_axes(
         axes,
         "threshold [% of the peak; 0: the noise]",
         "error of a probe's place [mm]",
@@ -120,7 +122,7 @@ def _centres(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         )
         for place, row in zip(x, own, strict=True):
             _upright(axes, place, row, "mm", colour)
-    name_curves(axes, where="lower right")
+    add_legend(axes, where="lower right")
 
 
 def _upright(axes: Axes, x: float, row: Mapping[str, Any], unit: str, colour: str) -> None:

@@ -12,13 +12,13 @@ from rich.table import Table
 from ..bench.chart_style import (
     BLUE,
     GREEN,
-    PEER,
+    GREY,
     RULE,
     VERMILION,
     Provenance,
-    name_axes,
+    add_footer,
+    label_axes,
     new_chart,
-    sign,
 )
 from ..console import tracked
 from ..description_files import make_folder
@@ -107,11 +107,11 @@ def _picture(trials: Sequence[RollTrial], row: Mapping[str, Any], made: Provenan
                 alpha=1.0 if first else 0.3,
             )
         axes.axvspan(DISPLACED, DISPLACED + DISPLACING, color=RULE, alpha=0.6, zorder=0, lw=0)
-        axes.axhline(goal, color=PEER, linewidth=1.0, zorder=1)
+        axes.axhline(goal, color=GREY, linewidth=1.0, zorder=1)
         axes.set_xlim(0.0, SECONDS)
-        name_axes(axes, "time since the landing [s]" if number == 2 else "", unit, panel=name)
+        label_axes(axes, "time since the landing [s]" if number == 2 else "", unit, panel=name)
     panels[0].axhspan(-1, 1, color=RULE, alpha=0.6, zorder=0, lw=0)
-    sign(figure, made)
+    add_footer(figure, made)
     return figure
 
 

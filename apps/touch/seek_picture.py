@@ -10,16 +10,16 @@ from ..bench.chart_style import (
     BLUE,
     FAINT,
     GREEN,
+    GREY,
     INK,
     LABEL,
     MARGIN,
-    PEER,
     TEXT,
     VERMILION,
     WIDTH,
     Provenance,
+    add_footer,
     new_chart,
-    sign,
 )
 
 if TYPE_CHECKING:
@@ -90,7 +90,7 @@ def seek_picture(runs: Sequence[SeekRun], seed: int) -> Figure:
     _imprints(figure, panels[len(runs)], runs)
     _key(figure)
     spots = sum(len(run.spots) for run in runs)
-    sign(figure, Provenance("simulated 16 × 16 pad on an arm", seed, spots, "spot"))
+    add_footer(figure, Provenance("simulated 16 × 16 pad on an arm", seed, spots, "spot"))
     return figure
 
 
@@ -141,7 +141,7 @@ def _map(axes: Axes, run: SeekRun) -> None:
         run.shape.name.capitalize(), size=LABEL, color=INK, weight="bold", loc="left", pad=6
     )
     axes.set_title(_said(run), size=TEXT - 0.5, color=FAINT, loc="right", pad=6)
-    axes.plot([HALF_VIEW - 50.0, HALF_VIEW], [-HALF_VIEW] * 2, color=PEER, linewidth=2.0)
+    axes.plot([HALF_VIEW - 50.0, HALF_VIEW], [-HALF_VIEW] * 2, color=GREY, linewidth=2.0)
     axes.annotate(
         "50 mm",
         (HALF_VIEW - 25.0, -HALF_VIEW),
@@ -182,7 +182,7 @@ def _imprints(figure: Figure, panel: Axes, runs: Sequence[SeekRun]) -> None:
         cell.set_xticks([])
         cell.set_yticks([])
         for edge in cell.spines.values():
-            edge.set_color(PEER)
+            edge.set_color(GREY)
         cell.set_xlabel(KIND_NAMES[spot.kind], size=TEXT - 0.5, color=INK, labelpad=3)
 
 

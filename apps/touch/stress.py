@@ -9,11 +9,11 @@ from cyclopts import Parameter
 
 from eyehand.apps.description_files import make_folder
 
-from ..bench.chart_style import PEER, VERMILION, draw_curve
+from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst
 from ..bench.stress import run_sweeps, stress_seeds, tell_stress
-from ..bench.sweep import chosen_sweeps
-from ..bench.sweep_chart import Telling
+from ..bench.sweep import select_sweeps
+from ..bench.sweep_chart import ReportSpec
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
 from .sensor_sweeps import sensor_sweeps
@@ -66,7 +66,7 @@ def stress_touch(
         Print one JSON object on stdout; the table goes to stderr.
     """
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
-    sweeps = chosen_sweeps(touch_sweeps(), only or ())
+    sweeps = select_sweeps(touch_sweeps(), only or ())
     make_folder(out)
     results = run_sweeps(sweeps, tried, None, quick=quick)
     return tell_stress(results, touch_telling(), tried, out=out, json=json, quick=quick)
@@ -77,9 +77,9 @@ def touch_sweeps() -> tuple[Sweep[None], ...]:
     return (*gain_sweeps(), *contact_sweeps(), *sensor_sweeps())
 
 
-def touch_telling() -> Telling:
+def touch_telling() -> ReportSpec:
     """How the sweeps are told: what was held, what ended with a name, the worst forces."""
-    return Telling(
+    return ReportSpec(
         stage="touch",
         title="Where the tactile servo breaks",
         subtitle="Share of contacts that are held as they should",
@@ -113,6 +113,6 @@ def _unnamed_pct(step: Step) -> float:
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
     named = [refused_pct(step) for step in steps]
     unnamed = [_unnamed_pct(step) for step in steps]
-    draw_bars(axes, places, named, "ended with a name, backed off", PEER, 0.45)
+    draw_bars(axes, places, named, "ended with a name, backed off", GREY, 0.45)
     draw_bars(axes, places, unnamed, "missed without a name", VERMILION, 0.6, named)
     draw_curve(axes, places, [100 * step.share for step in steps], "held")

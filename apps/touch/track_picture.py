@@ -9,15 +9,15 @@ import numpy as np
 from ..bench.chart_style import (
     BLUE,
     GREEN,
+    GREY,
     INK,
-    PEER,
     RULE,
     VERMILION,
     Provenance,
-    name_axes,
-    name_curves,
+    add_footer,
+    add_legend,
+    label_axes,
     new_chart,
-    sign,
 )
 from .track_trial import OBJECTS, PIXEL, PRESSURE
 
@@ -77,18 +77,18 @@ def track_picture(
         response = next(row["response_time_s"] for row in rows if row["name"] == trial.name)
         value = float(np.interp(response, run.time, run.averaged)) / PRESSURE
         below.plot(response, value, "o", color=colour, markersize=7, markeredgecolor="white")
-    above.axhline(0.0, color=PEER, linewidth=1.0, zorder=1)
+    above.axhline(0.0, color=GREY, linewidth=1.0, zorder=1)
     below.axhspan(0.95, 1.05, color=RULE, zorder=0)
-    below.axhline(1.0, color=PEER, linewidth=1.0, zorder=1)
+    below.axhline(1.0, color=GREY, linewidth=1.0, zorder=1)
     for axes in (above, below):
         axes.set_xlim(0.0, SHOWN)
-    name_axes(above, "time since the landing [s]", "offset [pixel]", panel="Place of the contact")
-    name_axes(below, "time since the landing [s]", "pressure [kPa]", panel="Pressure")
+    label_axes(above, "time since the landing [s]", "offset [pixel]", panel="Place of the contact")
+    label_axes(below, "time since the landing [s]", "pressure [kPa]", panel="Pressure")
     above.legend(
         loc="lower right", ncols=3, fontsize=9, labelcolor=INK, framealpha=0.9, edgecolor="none"
     )
-    name_curves(below, where="lower right")
-    sign(figure, made)
+    add_legend(below, where="lower right")
+    add_footer(figure, made)
     return figure
 
 

@@ -15,12 +15,12 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Superquadric, SuperquadricFit
 
-PEERS: dict[str, str] = {
+BASELINES: dict[str, str] = {
     "moments": "eyehand.apps.fitting.bench.classic_fitters:moments_fit",
     "radial": "eyehand.apps.fitting.bench.classic_fitters:radial_fit",
     "ems": "eyehand.apps.fitting.bench.ems:ems_fit",
 }
-"""Name of a peer → ``module:function``, a `Fitter`."""
+"""Name of a baseline → ``module:function``, a `Fitter`."""
 
 
 class Fitter(Protocol):
@@ -53,27 +53,27 @@ class Fitter(Protocol):
         ...
 
 
-def find_peer(name: str) -> Fitter:
-    """Import a peer by its name in the table, or as ``module:function``, also from this folder.
+def find_baseline(name: str) -> Fitter:
+    """Import a baseline by its name in the table, or as ``module:function``, also from this folder.
 
     Raises
     ------
     InputError
         If there is no such name, module or function.
     """
-    where = PEERS.get(name, name)
+    where = BASELINES.get(name, name)
     module, colon, function = where.partition(":")
     if not (module and colon and function):
-        known = f" or one of {', '.join(PEERS)}" if PEERS else ""
-        raise InputError(f"a peer must be module:function{known}, got {name!r}")
+        known = f" or one of {', '.join(BASELINES)}" if BASELINES else ""
+        raise InputError(f"a baseline must be module:function{known}, got {name!r}")
     here = str(Path.cwd())
     sys.path.insert(0, here)
     try:
         found = getattr(import_module(module), function)
     except (ImportError, AttributeError) as error:
-        raise InputError(f"there is no peer {name!r}: {error}") from error
+        raise InputError(f"there is no baseline {name!r}: {error}") from error
     finally:
         sys.path.remove(here)
     if not callable(found):
-        raise InputError(f"the peer {name!r} must be a function, got a {type(found).__name__}")
+        raise InputError(f"the baseline {name!r} must be a function, got a {type(found).__name__}")
     return cast("Fitter", found)

@@ -17,17 +17,17 @@ from eyehand.perception import FitOptions
 from eyehand.perception.superquadric.budget import FORMAT, STORED_FRONT
 
 from ...bench.chart_style import Provenance
-from ...bench.comparison import Contestant, take_turns
+from ...bench.comparison import Method, compare_methods
 from ...bench.dial_chart import ChartWords, DialChart, FrontPlace, Measured
 from ...bench.machine import machine_line
-from .baselines import PEERS, find_peer
+from .baselines import BASELINES, find_baseline
 from .clouds import Group, fit_case
-from .comparison import FAILED, own_fitter, peer_fitter
+from .comparison import FAILED, baseline_fitter, own_fitter
 from .dials import BOARD, NO_LADDER, POINTS
 from .score import overlap
 
 if TYPE_CHECKING:
-    from ...bench.comparison import Tally
+    from ...bench.comparison import MethodResult
     from .clouds import FitCase
     from .comparison import FitAnswer
 
@@ -39,8 +39,8 @@ ROUNDS, QUICK_ROUNDS = 2, 1
 """How often each cloud is fitted at each setting; the fastest time counts."""
 LADDERLESS_POINTS = (300, 500, 1000, 2000, 4000)
 """Points of our own fits that only look for a general superquadric."""
-PEER_POINTS, QUICK_PEER_POINTS = (250, 1000), (1000,)
-"""Points of the cloud that peers are given: the dial that all of them have."""
+BASELINE_POINTS, QUICK_BASELINE_POINTS = (250, 1000), (1000,)
+"""Points of the cloud that baselines are given: the dial that all of them have."""
 WORDS = ChartWords(
     title="Superquadric fit: time against accuracy",
     gain="iou_p10_pct",
@@ -60,8 +60,8 @@ def chart_fit(
     seed: int = 0,
     cases: int | None = None,
     quick: bool = False,
-    peers: bool = True,
-    peer: list[str] | None = None,
+    baselines: bool = True,
+    baseline: list[str] | None = None,
     store: bool = False,
     out: Path = Path("out/chart_fit"),
     json: bool = False,
@@ -81,9 +81,9 @@ def chart_fit(
         Clouds of each of the three groups; default: 30.
     quick
         Few settings, 2 clouds a group: seconds in place of minutes, for a first look.
-    peers
+    baselines
         Chart the known other fitters too.
-    peer
+    baseline
         A further one, as for eyehand evaluate fit. Can be given several times.
     store
         Keep the front for FitOptions.for_budget.
@@ -100,17 +100,21 @@ def chart_fit(
         raise InputError("--store needs all settings: leave --quick out")
     each = cases or (QUICK_CASES if quick else CASES)
     settings = BOARD.settings(quick=quick)
-    names = [*(PEERS if peers else ()), *(peer or [])]
-    contestants = [
+    names = [*(BASELINES if baselines else ()), *(baseline or [])]
+    methods = [
         *(own_fitter(setting.name, setting.options) for setting in settings),
         *_without_ladder(quick=quick),
-        *(rival for name in dict.fromkeys(names) for rival in _rivals(name, quick=quick)),
+        *(
+            baseline
+            for name in dict.fromkeys(names)
+            for baseline in _baseline_methods(name, quick=quick)
+        ),
     ]
     make_folder(out)
     ready_kernels()
     wanted = [(group, seed + k) for k in range(each) for group in GROUPS]
-    tallies = take_turns(
-        contestants,
+    compared = compare_methods(
+        methods,
         (
             fit_case(group, case_seed, max(POINTS))
             for group, case_seed in tracked(wanted, "fitting", len(wanted))
@@ -118,7 +122,7 @@ def chart_fit(
         _overlap,
         QUICK_ROUNDS if quick else ROUNDS,
     )
-    results = [_measured(tally) for tally in tallies]
+    results = [_measured(result) for result in compared]
     data = f"single objects ({', '.join(GROUPS)}), up to {max(POINTS)} points"
     made = Provenance(data, seed, len(wanted), "cloud")
     chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
@@ -137,42 +141,37 @@ def chart_fit(
     return 0
 
 
-def _without_ladder(*, quick: bool) -> list[Contestant[FitCase, FitAnswer]]:
+def _without_ladder(*, quick: bool) -> list[Method[FitCase, FitAnswer]]:
     """Ours when it tells no kind: a curve beside the front, for it answers less."""
     fitters = [
         own_fitter(f"{count} points", FitOptions(kinds=NO_LADDER, points=count))
-        for count in (QUICK_PEER_POINTS if quick else LADDERLESS_POINTS)
+        for count in (QUICK_BASELINE_POINTS if quick else LADDERLESS_POINTS)
     ]
-    return [replace(fitter, method="ours, no ladder") for fitter in fitters]
+    return [replace(fitter, name="ours, no ladder") for fitter in fitters]
 
 
-def _rivals(name: str, *, quick: bool) -> list[Contestant[FitCase, FitAnswer]]:
-    rival = peer_fitter(name, find_peer(name))
+def _baseline_methods(name: str, *, quick: bool) -> list[Method[FitCase, FitAnswer]]:
+    baseline = baseline_fitter(name, find_baseline(name))
     return [
-        Contestant(rival.method, f"{count} points", partial(_run_on, rival, count))
-        for count in (QUICK_PEER_POINTS if quick else PEER_POINTS)
+        Method(baseline.name, f"{count} points", partial(_run_on, baseline, count))
+        for count in (QUICK_BASELINE_POINTS if quick else BASELINE_POINTS)
     ]
 
 
-def _run_on(rival: Contestant[FitCase, FitAnswer], count: int, case: FitCase) -> FitAnswer:
+def _run_on(baseline: Method[FitCase, FitAnswer], count: int, case: FitCase) -> FitAnswer:
     # Points come in random order: the first ones are a fair choice.
-    return rival.run(replace(case, points=case.points[:count]))
+    return baseline.run(replace(case, points=case.points[:count]))
 
 
 def _overlap(case: FitCase, answer: FitAnswer) -> float:
     return overlap(case.truth, answer.parts, case.seed)
 
 
-def _measured(tally: Tally[FitCase, FitAnswer, float]) -> Measured:
-    met = 100 * np.array(tally.scores)
+def _measured(result: MethodResult[FitCase, FitAnswer, float]) -> Measured:
+    met = 100 * np.array(result.scores)
     figures = {
         "iou_p10_pct": np.quantile(met, 0.1),
         "iou_median_pct": np.median(met),
         "failed_pct": 100 * np.mean(met < 100 * FAILED),
     }
-    return Measured(
-        tally.contestant,
-        round(float(np.median(tally.wall_ms)), 3),
-        round(float(np.median(tally.cpu_ms)), 3),
-        {key: round(float(value), 2) for key, value in figures.items()},
-    )
+    return Measured.of(result, {key: round(float(v), 2) for key, v in figures.items()})

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 EXPONENTS = (0.1, 1.9)
 """Bounds of the exponents: Solina and Bajcsy keep them within 0.1 and 1; the wider half lets the
-peers reach pinched shapes too."""
+baselines reach pinched shapes too."""
 SMALLEST = 0.01
 """Smallest semi-axis, in root mean squares of the cloud's radius."""
 LARGEST = 10.0
@@ -43,7 +43,7 @@ Residuals = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "NDArray[np
 
 
 class Cloud(NamedTuple):
-    """A cloud in the frame in which peers work."""
+    """A cloud in the frame in which baselines work."""
 
     points: NDArray[np.float64]
     """(N, 3), about their mean, in units of their root mean square radius."""

@@ -12,7 +12,7 @@ from eyehand.perception.superquadric import sample_surface
 
 from ...bench.sweep import Sweep, Trial
 from .clouds import DISTANCE, POINTS, USUAL_NOISE
-from .stress_trial import RIGHT, Method, try_fit, try_following, try_refusal
+from .stress_trial import RIGHT, FitCallable, try_fit, try_following, try_refusal
 from .stress_views import Look, moved, one_view, usual_solid
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ TOWARDS_FAR = np.array([0.6, -0.64, 0.48])
 """Where clouds far from the origin lie."""
 
 
-def cloud_sweeps() -> tuple[Sweep[Method], ...]:
+def cloud_sweeps() -> tuple[Sweep[FitCallable], ...]:
     """Sweeps of point count, noise, outliers, share of the surface seen, and distance."""
     return (
         Sweep(
@@ -88,19 +88,19 @@ def cloud_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _points(count: float, seed: int, method: Method) -> Trial:
+def _points(count: float, seed: int, method: FitCallable) -> Trial:
     look = one_view(*usual_solid(seed), _random(seed, 1), count=int(count))
     if count < LEAST_POINTS:
         return try_refusal(method, look, f"{count:.0f} points are too few")
     return try_fit(method, look, seed)
 
 
-def _noise(sigma: float, seed: int, method: Method) -> Trial:
+def _noise(sigma: float, seed: int, method: FitCallable) -> Trial:
     look = one_view(*usual_solid(seed), _random(seed, 2), noise=sigma * MM)
     return try_fit(method, look, seed)
 
 
-def _outliers(share: float, seed: int, method: Method) -> Trial:
+def _outliers(share: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 3)
     solid, origin = usual_solid(seed)
     look = one_view(solid, origin, rng)
@@ -112,7 +112,7 @@ def _outliers(share: float, seed: int, method: Method) -> Trial:
     return try_fit(method, look, seed)
 
 
-def _seen(share: float, seed: int, method: Method) -> Trial:
+def _seen(share: float, seed: int, method: FitCallable) -> Trial:
     """Of the whole surface, the share that lies farthest along some direction."""
     rng = _random(seed, 4)
     solid, origin = usual_solid(seed)
@@ -122,7 +122,7 @@ def _seen(share: float, seed: int, method: Method) -> Trial:
     return try_fit(method, Look(points, solid), seed)
 
 
-def _occluded(share: float, seed: int, method: Method) -> Trial:
+def _occluded(share: float, seed: int, method: FitCallable) -> Trial:
     """One view, of which something with a straight edge leaves but a share; the edge is known."""
     rng = _random(seed, 5)
     solid, origin = usual_solid(seed)
@@ -143,7 +143,7 @@ def _occluded(share: float, seed: int, method: Method) -> Trial:
     return try_fit(method, Look(left, solid, origin, hidden=hidden), seed)
 
 
-def _far(distance: float, seed: int, method: Method) -> Trial:
+def _far(distance: float, seed: int, method: FitCallable) -> Trial:
     look = _at_home(seed)
     T = RigidTransform.from_translation(distance * TOWARDS_FAR)
     return try_following(method, look, moved(look, T), T, seed)

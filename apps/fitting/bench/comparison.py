@@ -11,7 +11,7 @@ import numpy as np
 from eyehand.errors import InputError
 from eyehand.perception import Superquadric, SuperquadricFit, fit_superquadric
 
-from ...bench.comparison import Contestant
+from ...bench.comparison import Method
 from .score import FitScore, score_fit
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import FitOptions
 
-    from ...bench.comparison import Tally
+    from ...bench.comparison import MethodResult
     from .baselines import Fitter
     from .clouds import FitCase
 
@@ -54,14 +54,14 @@ class GradedFit:
     score: FitScore
 
 
-def own_fitter(name: str, options: FitOptions) -> Contestant[FitCase, FitAnswer]:
+def own_fitter(name: str, options: FitOptions) -> Method[FitCase, FitAnswer]:
     """Ours, at some options."""
-    return Contestant(OWN, name, partial(_own_answer, options))
+    return Method(OWN, name, partial(_own_answer, options))
 
 
-def peer_fitter(name: str, fitter: Fitter) -> Contestant[FitCase, FitAnswer]:
+def baseline_fitter(name: str, fitter: Fitter) -> Method[FitCase, FitAnswer]:
     """Another's. What it raises is an answer without a solid: failing on a cloud is a result."""
-    return Contestant(name, name, partial(_peer_answer, name, fitter))
+    return Method(name, name, partial(_baseline_answer, name, fitter))
 
 
 def grade(case: FitCase, answer: FitAnswer) -> GradedFit:
@@ -70,7 +70,7 @@ def grade(case: FitCase, answer: FitAnswer) -> GradedFit:
 
 
 def case_rows(
-    cases: Sequence[FitCase], tally: Tally[FitCase, FitAnswer, GradedFit]
+    cases: Sequence[FitCase], result: MethodResult[FitCase, FitAnswer, GradedFit]
 ) -> list[dict[str, Any]]:
     """Give all figures of one fitter, a row a cloud."""
     return [
@@ -78,7 +78,7 @@ def case_rows(
             "group": case.group,
             "seed": case.seed,
             "solid": case.name,
-            "method": tally.contestant.method,
+            "method": result.method.name,
             "iou_pct": round(100 * graded.score.iou, 2),
             "mean_distance_mm": _millimetres(graded.score.mean_distance),
             "max_distance_mm": _millimetres(graded.score.max_distance),
@@ -89,7 +89,7 @@ def case_rows(
             "fit_ms": round(float(milliseconds), 3),
             "reason": graded.answer.reason,
         }
-        for case, graded, milliseconds in zip(cases, tally.scores, tally.wall_ms, strict=True)
+        for case, graded, milliseconds in zip(cases, result.scores, result.wall_ms, strict=True)
     ]
 
 
@@ -118,14 +118,14 @@ def _own_answer(options: FitOptions, case: FitCase) -> FitAnswer:
     )
 
 
-def _peer_answer(name: str, fitter: Fitter, case: FitCase) -> FitAnswer:
+def _baseline_answer(name: str, fitter: Fitter, case: FitCase) -> FitAnswer:
     try:
         given = fitter(case.points, case.view_origin, case.support_plane)
     except Exception as error:
         return FitAnswer((), f"{type(error).__name__}: {error}")
     if given is not None and not isinstance(given, Superquadric | SuperquadricFit):
         raise InputError(
-            f"the peer {name} must give a Superquadric, a SuperquadricFit or None, "
+            f"the baseline {name} must give a Superquadric, a SuperquadricFit or None, "
             f"got a {type(given).__name__}"
         )
     return _answer(given)

@@ -12,20 +12,20 @@ from rich.table import Table
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 
-from ...bench.comparison import take_turns
+from ...bench.comparison import compare_methods
 from ...bench.csv_table import write_csv
 from ...bench.machine import machine_line
 from ...console import print_json, say, show, tracked
 from ...description import ready_kernels
 from ...description_files import make_folder
-from .baselines import find_peer
+from .baselines import find_baseline
 from .clouds import Group, fit_case
-from .comparison import OWN, case_rows, grade, own_fitter, peer_fitter, summary_rows
+from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summary_rows
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ...bench.comparison import Contestant
+    from ...bench.comparison import Method
     from .clouds import FitCase
     from .comparison import FitAnswer
 
@@ -41,7 +41,7 @@ def evaluate_fit(
     seed: int = 0,
     cases: int = 25,
     groups: list[Group] | None = None,
-    peer: list[str] | None = None,
+    baseline: list[str] | None = None,
     optimiser: str | None = None,
     points: int | None = None,
     max_parts: int | None = None,
@@ -63,7 +63,7 @@ def evaluate_fit(
         Clouds per group.
     groups
         Kinds of clouds; default: all.
-    peer
+    baseline
         Another fitter on the same clouds: a known name, or module:function, a Python function
         f(points, view_origin, support_plane) that gives a Superquadric, a SuperquadricFit or None.
         Can be given several times.
@@ -91,7 +91,7 @@ def evaluate_fit(
     dials = {"optimiser": optimiser, "points": points, "max_parts": max_parts}
     given = {name: value for name, value in dials.items() if value is not None}
     own = replace(base, **given)
-    peers = [peer_fitter(name, find_peer(name)) for name in peer or []]
+    baselines = [baseline_fitter(name, find_baseline(name)) for name in baseline or []]
     make_folder(out)
     ready_kernels()
     rows: list[dict[str, Any]] = []
@@ -100,8 +100,8 @@ def evaluate_fit(
         if group == "compound" and max_parts is None:
             # What parts are worth shows beside one solid.
             split = own_fitter(IN_PARTS, replace(own, max_parts=PARTS))
-            fitters.append(replace(split, method=IN_PARTS))
-        rows += _fitted([*fitters, *peers], group, range(seed, seed + cases))
+            fitters.append(replace(split, name=IN_PARTS))
+        rows += _fitted([*fitters, *baselines], group, range(seed, seed + cases))
     summary = summary_rows(rows)
     write_csv(out / "cases.csv", rows)
     show(_table(summary, seed, cases), json_wanted=json)
@@ -112,13 +112,13 @@ def evaluate_fit(
 
 
 def _fitted(
-    contestants: Sequence[Contestant[FitCase, FitAnswer]], group: Group, seeds: range
+    methods: Sequence[Method[FitCase, FitAnswer]], group: Group, seeds: range
 ) -> list[dict[str, Any]]:
     """Rows of all contestants over the clouds of a group."""
     clouds = [fit_case(group, seed) for seed in tracked(seeds, f"drawing {group}", len(seeds))]
     turns = tracked(clouds, f"fitting {group}", len(clouds))
-    tallies = take_turns(contestants, turns, grade, rounds=1)
-    return [row for tally in tallies for row in case_rows(clouds, tally)]
+    results = compare_methods(methods, turns, grade, rounds=1)
+    return [row for result in results for row in case_rows(clouds, result)]
 
 
 _COLUMNS = {

@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from .clouds import POINTS
 from .extremes import Extreme
 from .stress_trial import (
-    Method,
+    FitCallable,
     try_following,
     try_no_silent_failure,
     try_nothing_made_up,
@@ -74,7 +74,7 @@ def _refused() -> list[Extreme]:
     changed = [(name, says, _on_points(make)) for name, says, make in spoilt] + changed
 
     def extreme(name: str, says: str, change: Callable[[Look], Look]) -> Extreme:
-        def attempt(seed: int, method: Method) -> Trial:
+        def attempt(seed: int, method: FitCallable) -> Trial:
             return try_refusal(method, change(_usual(seed)), says)
 
         return Extreme(name, "refuse", attempt, says)
@@ -98,7 +98,7 @@ def _following() -> list[Extreme]:
     def extreme(
         name: str, T: RigidTransform, here: Callable[[int], Look], change: Callable[[Look], Look]
     ) -> Extreme:
-        def attempt(seed: int, method: Method) -> Trial:
+        def attempt(seed: int, method: FitCallable) -> Trial:
             return try_following(method, here(seed), moved(change(here(seed)), T), T, seed)
 
         return Extreme(name, "follow", attempt)
@@ -151,13 +151,13 @@ def _degrading() -> list[Extreme]:
     ]
 
     def spoilt(name: str, change: Callable[[Look], Look]) -> Extreme:
-        def attempt(seed: int, method: Method) -> Trial:
+        def attempt(seed: int, method: FitCallable) -> Trial:
             return try_no_silent_failure(method, change(_usual(seed)), seed)
 
         return Extreme(name, "degrade", attempt)
 
     def formless(name: str, make: Callable[[np.random.Generator], Points]) -> Extreme:
-        def attempt(seed: int, method: Method) -> Trial:
+        def attempt(seed: int, method: FitCallable) -> Trial:
             points = make(np.random.default_rng([seed, 37]))
             look = Look(points, view_origin=np.array([0.0, 0.0, 0.7]))
             return try_nothing_made_up(method, look)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from rich import box
 from rich.table import Table
 
-from ...bench.sweep import Trial, attempted
-from .stress_trial import Method
+from ...bench.sweep import Trial, run_guarded
+from .stress_trial import FitCallable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ class Extreme:
     name: str
     """What the cloud is, in words."""
     expected: Expectation
-    attempt: Callable[[int, Method], Trial]
+    attempt: Callable[[int, FitCallable], Trial]
     """Try a method once, with the seed of the solid and its points."""
     says: str = ""
     """Words that a refusal must hold."""
@@ -68,9 +68,11 @@ class ExtremeResult:
         return f"{name}: must {expected}, {passed} of {len(self.trials)} did; {self.happened}"
 
 
-def run_extreme(extreme: Extreme, seeds: Sequence[int], method: Method) -> ExtremeResult:
+def run_extreme(extreme: Extreme, seeds: Sequence[int], method: FitCallable) -> ExtremeResult:
     """Try an extreme with every seed; an exception is an unclean trial."""
-    return ExtremeResult(extreme, tuple(attempted(extreme.attempt, seed, method) for seed in seeds))
+    return ExtremeResult(
+        extreme, tuple(run_guarded(extreme.attempt, seed, method) for seed in seeds)
+    )
 
 
 def extreme_rows(results: Sequence[ExtremeResult]) -> list[dict[str, Any]]:

@@ -14,7 +14,7 @@ from eyehand.perception import Superquadric
 from ...bench.sweep import Sweep, Trial
 from .cloud_sweeps import FINE, MM
 from .clouds import DISTANCE, POINTS
-from .stress_trial import Method, try_fit, try_nothing_made_up
+from .stress_trial import FitCallable, try_fit, try_nothing_made_up
 from .stress_views import Look, one_view
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ CORNER = np.ones(3) / np.sqrt(3)
 """Where a box shows three faces alike."""
 
 
-def solid_sweeps() -> tuple[Sweep[Method], ...]:
+def solid_sweeps() -> tuple[Sweep[FitCallable], ...]:
     """Sweeps of the angle of view, exponents, aspect ratios, sheets and wires."""
     return (
         *_view_sweeps(),
@@ -81,7 +81,7 @@ def solid_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _view_sweeps() -> tuple[Sweep[Method], ...]:
+def _view_sweeps() -> tuple[Sweep[FitCallable], ...]:
     return (
         Sweep(
             name="face-on",
@@ -122,7 +122,7 @@ def _view_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _exponent_sweeps() -> tuple[Sweep[Method], ...]:
+def _exponent_sweeps() -> tuple[Sweep[FitCallable], ...]:
     sharper = (1, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05)
     return (
         Sweep(
@@ -176,7 +176,7 @@ def posed(
     return Superquadric(semi_axes, exponents, pose, kind)
 
 
-def _face_on(angle: float, seed: int, method: Method) -> Trial:
+def _face_on(angle: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 1)
     solid = posed(rng.uniform(0.025, 0.06, 3), (EDGE, EDGE), rng, "box")
     across = CORNER - [0.0, 0.0, CORNER[2]]
@@ -184,7 +184,7 @@ def _face_on(angle: float, seed: int, method: Method) -> Trial:
     return _viewed(solid, np.radians(angle), across, rng, seed, method)
 
 
-def _can(angle: float, seed: int, method: Method) -> Trial:
+def _can(angle: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 2)
     radius, height = rng.uniform(0.02, 0.045), rng.uniform(0.03, 0.08)
     solid = posed(np.array([radius, radius, height]), (EDGE, 1.0), rng, "cylinder")
@@ -197,14 +197,14 @@ def _viewed(
     across: NDArray[np.float64],
     rng: np.random.Generator,
     seed: int,
-    method: Method,
+    method: FitCallable,
 ) -> Trial:
     """View a solid at an angle from its z-axis, towards `across`."""
     towards = np.cos(angle) * np.array([0.0, 0.0, 1.0]) + np.sin(angle) * across
     return try_fit(method, one_view(solid, solid.to_parent(DISTANCE * towards), rng), seed)
 
 
-def _from_above(elevation: float, seed: int, method: Method) -> Trial:
+def _from_above(elevation: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 3)
     half = rng.uniform(0.025, 0.06, 3)
     turn = Rotation.from_euler("z", rng.uniform(0, 2 * np.pi))
@@ -218,19 +218,19 @@ def _from_above(elevation: float, seed: int, method: Method) -> Trial:
 
 
 def _exponents(
-    pair: Callable[[float], tuple[float, float]], value: float, seed: int, method: Method
+    pair: Callable[[float], tuple[float, float]], value: float, seed: int, method: FitCallable
 ) -> Trial:
     rng = _random(seed, 4)
     return _anyhow(posed(rng.uniform(0.025, 0.06, 3), pair(value), rng), rng, seed, method)
 
 
-def _rod(aspect: float, seed: int, method: Method) -> Trial:
+def _rod(aspect: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 5)
     thick = LONGEST / aspect
     return _anyhow(posed(np.array([thick, thick, LONGEST]), _edges(rng), rng), rng, seed, method)
 
 
-def _plate(aspect: float, seed: int, method: Method) -> Trial:
+def _plate(aspect: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 6)
     half = np.array([LONGEST, LONGEST, LONGEST / aspect])
     return _anyhow(posed(half, _edges(rng), rng), rng, seed, method)
@@ -242,7 +242,7 @@ def _edges(rng: np.random.Generator) -> tuple[float, float]:
     return choices[int(rng.integers(len(choices)))]
 
 
-def _anyhow(solid: Superquadric, rng: np.random.Generator, seed: int, method: Method) -> Trial:
+def _anyhow(solid: Superquadric, rng: np.random.Generator, seed: int, method: FitCallable) -> Trial:
     """View a solid from anywhere that shows three of its sides: face-on is a sweep of its own."""
     towards = np.zeros(3)
     while np.abs(towards).min() < LEAST_SLANT:
@@ -252,20 +252,20 @@ def _anyhow(solid: Superquadric, rng: np.random.Generator, seed: int, method: Me
     return try_fit(method, look, seed)
 
 
-def _sheet(sigma: float, seed: int, method: Method) -> Trial:
+def _sheet(sigma: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 7)
     flat = np.column_stack([rng.uniform(-SHEET, SHEET, (POINTS, 2)), np.zeros(POINTS)])
     return _no_solid(flat, sigma * MM, rng, method)
 
 
-def _wire(sigma: float, seed: int, method: Method) -> Trial:
+def _wire(sigma: float, seed: int, method: FitCallable) -> Trial:
     rng = _random(seed, 8)
     straight = rng.uniform(-SHEET, SHEET, (POINTS, 1)) * [1.0, 0.0, 0.0]
     return _no_solid(straight, sigma * MM, rng, method)
 
 
 def _no_solid(
-    points: NDArray[np.float64], noise: float, rng: np.random.Generator, method: Method
+    points: NDArray[np.float64], noise: float, rng: np.random.Generator, method: FitCallable
 ) -> Trial:
     points = points + noise * rng.normal(size=points.shape)
     origin = np.array([0.0, 0.0, DISTANCE])

@@ -13,16 +13,16 @@ from eyehand.apps.console import show, tracked
 from eyehand.apps.description import ready_kernels
 from eyehand.apps.description_files import make_folder
 
-from ...bench.chart_style import COLOURS, PEER, SKY, VERMILION, draw_curve
+from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, refused_pct, share_pct
 from ...bench.stress import run_sweeps, stress_seeds, tell_stress
-from ...bench.sweep import chosen_sweeps
-from ...bench.sweep_chart import Telling, milliseconds, percent
-from .baselines import find_peer
+from ...bench.sweep import select_sweeps
+from ...bench.sweep_chart import ReportSpec, milliseconds, percent
+from .baselines import find_baseline
 from .extreme_clouds import extremes
 from .extremes import extreme_rows, extreme_table, run_extreme
 from .stress_sweeps import fit_sweeps
-from .stress_trial import FAILED, RIGHT, fit_method, peer_method
+from .stress_trial import FAILED, RIGHT, baseline_method, fit_method
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,7 +47,7 @@ def stress_fit(
     seeds: int | None = None,
     seed: int = 0,
     quick: bool = False,
-    peer: str | None = None,
+    baseline: str | None = None,
     out: Path = Path("out/stress_fit"),
     json: bool = False,
 ) -> int:
@@ -68,8 +68,8 @@ def stress_fit(
         The first seed; solids, views and noise follow from it alone.
     quick
         Try each sweep at its easiest value, its bound and its hardest value only.
-    peer
-        Put another fitter under the same stress: a peer's name, or module:function. It is held
+    baseline
+        Put another fitter under the same stress: a baseline's name, or module:function. It is held
         to no bound, and meets the extreme clouds only when they are asked for.
     out
         Output folder.
@@ -78,12 +78,12 @@ def stress_fit(
     """
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
     wanted = list(only or ())
-    with_extremes = EXTREMES in wanted or not (wanted or peer)
+    with_extremes = EXTREMES in wanted or not (wanted or baseline)
     named = [name for name in wanted if name != EXTREMES]
-    sweeps = chosen_sweeps(fit_sweeps(), named, [EXTREMES]) if named or not wanted else ()
+    sweeps = select_sweeps(fit_sweeps(), named, [EXTREMES]) if named or not wanted else ()
     method = fit_method
-    if peer is not None:
-        method = peer_method(find_peer(peer))
+    if baseline is not None:
+        method = baseline_method(find_baseline(baseline))
         sweeps = [replace(sweep, holds_to=None) for sweep in sweeps]
     make_folder(out)
     ready_kernels()
@@ -96,22 +96,22 @@ def stress_fit(
         show(extreme_table(extreme_results), json_wanted=json)
     return tell_stress(
         results,
-        fit_telling(peer),
+        fit_telling(baseline),
         tried,
         out=out,
         json=json,
         quick=quick,
-        faults=[result.fault for result in extreme_results if result.fault and not peer],
-        peer=peer,
+        faults=[result.fault for result in extreme_results if result.fault and not baseline],
+        baseline=baseline,
         extremes=extreme_rows(extreme_results),
     )
 
 
-def fit_telling(peer: str | None = None) -> Telling:
+def fit_telling(baseline: str | None = None) -> ReportSpec:
     """How the fit's sweeps are told: IoU with the true solid, refusals, silent failures."""
-    return Telling(
+    return ReportSpec(
         stage="fit",
-        title=f"Where {peer or 'the fit'} breaks",
+        title=f"Where {baseline or 'the fit'} breaks",
         subtitle=f"IoU with the true solid (right: {100 * RIGHT:.0f} % or more)",
         data="one view of a random solid, 1000 points, 1 mm noise where nothing else is said",
         each="cloud",
@@ -142,7 +142,7 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
     silent = [silent_pct(step) for step in steps]
     refused = [refused_pct(step) for step in steps]
     draw_bars(axes, places, silent, "failed silently", VERMILION, 0.75)
-    draw_bars(axes, places, refused, "refused", PEER, 0.45, silent)
+    draw_bars(axes, places, refused, "refused", GREY, 0.45, silent)
     draw_dotted(axes, places, [100 * step.share for step in steps], "right")
     for label, number, pick in (("IoU, worst", WORST, min), ("IoU, median", MEDIAN, np.median)):
         known = [(x, step.scores) for x, step in zip(places, steps, strict=True) if step.scores]

@@ -9,9 +9,9 @@ from .solid_sweeps import solid_sweeps
 
 if TYPE_CHECKING:
     from ...bench.sweep import Sweep
-    from .stress_trial import Method
+    from .stress_trial import FitCallable
 
 
-def fit_sweeps() -> tuple[Sweep[Method], ...]:
+def fit_sweeps() -> tuple[Sweep[FitCallable], ...]:
     """All sweeps of the fit."""
     return (*cloud_sweeps(), *solid_sweeps())

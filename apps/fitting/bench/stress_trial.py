@@ -50,7 +50,7 @@ class Answer:
     """Why there is none, or why it must not be used; empty when it may."""
 
 
-Method = Callable[[Look], Answer]
+FitCallable = Callable[[Look], Answer]
 """What is put under stress: one look in, one solid or a reason out."""
 
 
@@ -70,12 +70,12 @@ def fit_method(look: Look) -> Answer:
     return _answer(fit)
 
 
-def peer_method(peer: Fitter) -> Method:
+def baseline_method(baseline: Fitter) -> FitCallable:
     """Put another's fit under the same stress."""
-    return lambda look: _answer(peer(look.points, look.view_origin, look.support_plane))
+    return lambda look: _answer(baseline(look.points, look.view_origin, look.support_plane))
 
 
-def try_fit(method: Method, look: Look, seed: int) -> Trial:
+def try_fit(method: FitCallable, look: Look, seed: int) -> Trial:
     """Fit a look; right is a solid that meets the truth by an IoU of RIGHT or more."""
     answer, seconds, fault = timed_fit(method, look)
     if fault:
@@ -89,7 +89,7 @@ def try_fit(method: Method, look: Look, seed: int) -> Trial:
     return Trial(right, note, score=met, seconds=seconds)
 
 
-def try_refusal(method: Method, look: Look, says: str) -> Trial:
+def try_refusal(method: FitCallable, look: Look, says: str) -> Trial:
     """Fit what must be refused; right is a reason that says so by name."""
     answer, seconds, fault = timed_fit(method, look)
     if fault:
@@ -101,14 +101,14 @@ def try_refusal(method: Method, look: Look, says: str) -> Trial:
     return Trial(False, f"not refused: {outline(answer.solids)}", seconds=seconds)
 
 
-def try_no_silent_failure(method: Method, look: Look, seed: int) -> Trial:
+def try_no_silent_failure(method: FitCallable, look: Look, seed: int) -> Trial:
     """Fit what may not be met; right is a refusal, or a solid that has not failed."""
     trial = try_fit(method, look, seed)
     right = trial.refused or (trial.score or 0.0) >= FAILED
     return replace(trial, passed=True, note="") if trial.clean and right else trial
 
 
-def try_nothing_made_up(method: Method, look: Look) -> Trial:
+def try_nothing_made_up(method: FitCallable, look: Look) -> Trial:
     """Fit points that are of no solid; right is a refusal or a solid that keeps to the points.
 
     A solid keeps to the points when it nowhere reaches beyond them by more than SLACK and
@@ -126,7 +126,9 @@ def try_nothing_made_up(method: Method, look: Look) -> Trial:
     return Trial(right, note, seconds=seconds)
 
 
-def try_following(method: Method, here: Look, there: Look, T: RigidTransform, seed: int) -> Trial:
+def try_following(
+    method: FitCallable, here: Look, there: Look, T: RigidTransform, seed: int
+) -> Trial:
     """Fit the same look in two frames; right is the same solid in both, to FOLLOWS of its size.
 
     `T` maps from here to there, after the change of units. Where the look is of a solid, the score
@@ -150,7 +152,7 @@ def try_following(method: Method, here: Look, there: Look, T: RigidTransform, se
     return Trial(not note, note, score=met, seconds=seconds)
 
 
-def timed_fit(method: Method, look: Look) -> tuple[Answer, float, str]:
+def timed_fit(method: FitCallable, look: Look) -> tuple[Answer, float, str]:
     """Fit a look: the answer, its time in s, and what is not clean about it."""
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
@@ -213,7 +215,7 @@ def _followed(solid: Superquadric, larger: float, T: RigidTransform) -> Superqua
     return replace(solid, semi_axes=larger * solid.semi_axes, pose=T * pose)
 
 
-def _timed(method: Method, look: Look) -> tuple[Answer, float]:
+def _timed(method: FitCallable, look: Look) -> tuple[Answer, float]:
     began = time.perf_counter()
     answer = method(look)
     return answer, time.perf_counter() - began

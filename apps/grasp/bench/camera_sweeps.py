@@ -17,12 +17,13 @@ from eyehand.grasping.motion import go
 from ...bench.sweep import Sweep, Trial
 from .event_sweeps import can
 from .shape_sweeps import MM, PLACED
-from .stress_trial import Bench, Method, bench_of
+from .stress_trial import Bench, bench_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from eyehand.data_synth.cell import SimRobot
+    from eyehand.grasping.pick_options import PickOptions
     from eyehand.perception import DepthFrame
 
 SOMETHING = f"{PLACED}; where nothing can be seen, the robot says so and stays"
@@ -59,7 +60,7 @@ class OddEyedRobot:
         return self._change(self._robot.look())
 
 
-def seeing_sweeps() -> tuple[Sweep[Method], ...]:
+def seeing_sweeps() -> tuple[Sweep[PickOptions], ...]:
     """Sweeps over what the camera gives."""
     return (
         Sweep(
@@ -128,14 +129,14 @@ def seeing_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def _turned_camera(angle_deg: float, seed: int, options: Method, *, axis: Axis) -> Trial:
+def _turned_camera(angle_deg: float, seed: int, options: PickOptions, *, axis: Axis) -> Trial:
     usual = GraspCell()
     turned = replace(usual, T_world_camera=usual.T_world_camera * _turn(angle_deg, axis))
     bench = bench_of([can(seed)], seed, options, known=False, places=turned)
     return _says_so(bench)
 
 
-def _wrong_pose(angle_deg: float, seed: int, options: Method, *, axis: Axis) -> Trial:
+def _wrong_pose(angle_deg: float, seed: int, options: PickOptions, *, axis: Axis) -> Trial:
     bench = bench_of([can(seed)], seed, options, known=False)
     turn = _turn(angle_deg, axis)
 
@@ -147,7 +148,7 @@ def _wrong_pose(angle_deg: float, seed: int, options: Method, *, axis: Axis) -> 
     return bench.clear().judged()
 
 
-def _lost_depth(lost_pct: float, seed: int, options: Method) -> Trial:
+def _lost_depth(lost_pct: float, seed: int, options: PickOptions) -> Trial:
     bench = bench_of([can(seed)], seed, options, known=False)
     rng = np.random.default_rng([seed, 24])
 
@@ -161,7 +162,7 @@ def _lost_depth(lost_pct: float, seed: int, options: Method) -> Trial:
     return _says_so(bench)
 
 
-def _robot_in_view(share_pct: float, seed: int, options: Method) -> Trial:
+def _robot_in_view(share_pct: float, seed: int, options: PickOptions) -> Trial:
     bench = bench_of([can(seed)], seed, options, known=False)
     cell = bench.cell
     goal = cell.home + 0.01 * share_pct * (IN_SIGHT - cell.home)
@@ -173,7 +174,7 @@ def _robot_in_view(share_pct: float, seed: int, options: Method) -> Trial:
     return _says_so(bench)
 
 
-def _only_table(distance_mm: float, seed: int, options: Method) -> Trial:
+def _only_table(distance_mm: float, seed: int, options: PickOptions) -> Trial:
     usual = GraspCell()
     middle = np.array([-0.1, 0.05, 0.0])
     eye = middle + MM * distance_mm * np.array([-0.3, 0.0, 0.954])

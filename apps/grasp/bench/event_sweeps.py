@@ -11,10 +11,11 @@ from scipy.spatial.transform import RigidTransform
 from ...bench.sweep import Sweep, Trial
 from .shape_sweeps import MM, PLACED
 from .stress_solids import standing
-from .stress_trial import Bench, Method, bench_of
+from .stress_trial import Bench, bench_of
 
 if TYPE_CHECKING:
     from eyehand.data_synth.scenes import TabletopObject
+    from eyehand.grasping.pick_options import PickOptions
     from eyehand.grasping.report import Phase
     from eyehand.perception import DepthFrame, Scene
 
@@ -33,7 +34,7 @@ PHASES_TOLD = "from pre-grasp (1) to place (7)"
 """The same for people."""
 
 
-def event_sweeps() -> tuple[Sweep[Method], ...]:
+def event_sweeps() -> tuple[Sweep[PickOptions], ...]:
     """Sweeps over what happens to the object."""
     numbers = tuple(float(k + 1) for k in range(len(PHASES)))
     return (
@@ -126,7 +127,7 @@ def _level(seed: int) -> np.ndarray:
     return np.array([np.cos(angle), np.sin(angle), 0.0])
 
 
-def _beside_truth(error_mm: float, seed: int, options: Method) -> Trial:
+def _beside_truth(error_mm: float, seed: int, options: PickOptions) -> Trial:
     bench = bench_of([can(seed)], seed, options)
     see, by = bench.cell.see, MM * error_mm * _level(seed)
 
@@ -137,7 +138,7 @@ def _beside_truth(error_mm: float, seed: int, options: Method) -> Trial:
     return bench.clear().judged()
 
 
-def _far(distance_mm: float, seed: int, options: Method) -> Trial:
+def _far(distance_mm: float, seed: int, options: PickOptions) -> Trial:
     away = FAR_CORNER - BASE
     # From beside it, the way to what is near does not lead along the corner.
     spread = np.random.default_rng([seed, 23]).uniform(-0.02, 0.02)
@@ -147,14 +148,14 @@ def _far(distance_mm: float, seed: int, options: Method) -> Trial:
     return ended.judged(ended.refused or not ended.left)
 
 
-def _moved(distance_mm: float, seed: int, options: Method) -> Trial:
+def _moved(distance_mm: float, seed: int, options: PickOptions) -> Trial:
     bench = bench_of([can(seed)], seed, options)
     by = MM * distance_mm * _level(seed)
     bench.after_look = lambda: bench.put("can", bench.robot.object_pose("can").translation + by)
     return bench.clear().judged()
 
 
-def _vanished(number: float, seed: int, options: Method) -> Trial:
+def _vanished(number: float, seed: int, options: PickOptions) -> Trial:
     bench = disturbed(bench_of([can(seed)], seed, options), number)
     bench.disturb = lambda: bench.vanish("can")
     ended = bench.clear()
@@ -164,7 +165,7 @@ def _vanished(number: float, seed: int, options: Method) -> Trial:
     return ended.judged(right, f"{outcomes}; {ended.report.stopped}")
 
 
-def _held(seconds: float, seed: int, options: Method) -> Trial:
+def _held(seconds: float, seed: int, options: PickOptions) -> Trial:
     long = replace(options, check_seconds=seconds)
     bench = bench_of([can(seed, HELD_MASS)], seed, long, friction=0.6)
     ended = bench.clear()

@@ -13,7 +13,7 @@ from eyehand.data_synth import import_mujoco
 
 from ...bench.sweep import Sweep, Trial
 from .event_sweeps import PHASES, PHASES_TOLD, can, disturbed
-from .stress_trial import Bench, Method, bench_of
+from .stress_trial import Bench, bench_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth.cell import SimRobot
+    from eyehand.grasping.pick_options import PickOptions
     from eyehand.grasping.robot import HandCommand, RobotReading
 
 NAN = float("nan")
@@ -60,7 +61,7 @@ class SpoiledRobot:
         return self._robot.step(velocity, command)
 
 
-def fault_sweeps() -> tuple[Sweep[Method], ...]:
+def fault_sweeps() -> tuple[Sweep[PickOptions], ...]:
     """Sweeps over what fails and when."""
     numbers = tuple(float(k + 1) for k in range(len(PHASES)))
     kinds: tuple[tuple[str, str, Callable[[Bench], None], str], ...] = (
@@ -84,7 +85,7 @@ def fault_sweeps() -> tuple[Sweep[Method], ...]:
 
 
 def _failing(
-    number: float, seed: int, options: Method, *, happens: Callable[[Bench], None], says: str
+    number: float, seed: int, options: PickOptions, *, happens: Callable[[Bench], None], says: str
 ) -> Trial:
     bench = disturbed(bench_of([can(seed)], seed, options), number)
     bench.cell.robot = SpoiledRobot(bench.robot)  # pyright: ignore[reportAttributeAccessIssue] - passes all else on

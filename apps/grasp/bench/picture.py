@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ...bench.chart_style import BLUE, INK, ORANGE, TEXT, Provenance, name_axes, new_chart, sign
+from ...bench.chart_style import (
+    BLUE,
+    INK,
+    ORANGE,
+    TEXT,
+    Provenance,
+    add_footer,
+    label_axes,
+    new_chart,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -40,7 +49,7 @@ def rates_picture(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
     axes.set_xlim(max(0.0, 10 * (least // 10)), 100.5)
     axes.xaxis.set_major_formatter("{x:g} %")
     axes.grid(False, axis="y")
-    name_axes(axes, "share of picks, share of objects", "")
+    label_axes(axes, "share of picks, share of objects", "")
     for name, _, colour, _ in BOTH:
         axes.plot([], [], "o-", color=colour, label=name, linewidth=2)
     axes.legend(
@@ -51,7 +60,7 @@ def rates_picture(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
         fontsize=TEXT,
         labelcolor=INK,
     )
-    sign(figure, made)
+    add_footer(figure, made)
     return figure
 
 

@@ -7,12 +7,13 @@ from typing import TYPE_CHECKING
 
 from ...bench.sweep import Sweep, Trial
 from .stress_solids import standing
-from .stress_trial import Ended, Method, bench_of
+from .stress_trial import Ended, bench_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from eyehand.data_synth.scenes import TabletopObject
+    from eyehand.grasping.pick_options import PickOptions
 
 PLACED = "in the tray at the end"
 """What is right where nothing else is asked."""
@@ -27,7 +28,7 @@ CLEAR_OF_TRAY = (-0.1, 0.0)
 """Where what is long lies, m."""
 
 
-def shape_sweeps() -> tuple[Sweep[Method], ...]:
+def shape_sweeps() -> tuple[Sweep[PickOptions], ...]:
     """Sweeps over the object's shape."""
     return (
         Sweep(
@@ -101,7 +102,7 @@ def shape_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def load_sweeps() -> tuple[Sweep[Method], ...]:
+def load_sweeps() -> tuple[Sweep[PickOptions], ...]:
     """Sweeps over weight, friction and what stands beside the object."""
     return (
         Sweep(
@@ -141,7 +142,7 @@ def load_sweeps() -> tuple[Sweep[Method], ...]:
 
 
 def tried(
-    objects: Sequence[TabletopObject], seed: int, options: Method, *, friction: float = 1.0
+    objects: Sequence[TabletopObject], seed: int, options: PickOptions, *, friction: float = 1.0
 ) -> Ended:
     """Clear a table of objects whose poses are known."""
     return bench_of(objects, seed, options, friction=friction).clear(len(objects) + 2)
@@ -155,8 +156,8 @@ def _shape(
     holds_to: float,
     make: Callable[[float, int], TabletopObject],
     rolling: float | None = None,
-) -> Sweep[Method]:
-    def attempt(value: float, seed: int, options: Method) -> Trial:
+) -> Sweep[PickOptions]:
+    def attempt(value: float, seed: int, options: PickOptions) -> Trial:
         bench = bench_of([make(value, seed)], seed, options)
         if rolling is not None:
             bench.set_rolling(rolling)
@@ -170,7 +171,7 @@ def _ball(diameter_mm: float, seed: int, mass: float) -> TabletopObject:
     return standing("sphere", (across, across, across), seed, mass=mass)
 
 
-def _wide(width_mm: float, seed: int, options: Method) -> Trial:
+def _wide(width_mm: float, seed: int, options: PickOptions) -> Trial:
     width = MM * width_mm
     ended = tried([standing("box", (width, width, 0.08), seed)], seed, options)
     refused = ended.refused and "width" in ended.says
@@ -179,17 +180,17 @@ def _wide(width_mm: float, seed: int, options: Method) -> Trial:
     return ended.judged(refused or not ended.left)
 
 
-def _heavy(mass: float, seed: int, options: Method) -> Trial:
+def _heavy(mass: float, seed: int, options: PickOptions) -> Trial:
     item = standing("cylinder", (0.06, 0.06, 0.12), seed, mass=mass)
     return tried([item], seed, options, friction=HARD_FRICTION).judged()
 
 
-def _slippery(friction: float, seed: int, options: Method) -> Trial:
+def _slippery(friction: float, seed: int, options: PickOptions) -> Trial:
     item = standing("cylinder", (0.06, 0.06, 0.12), seed, mass=0.3)
     return tried([item], seed, options, friction=friction).judged()
 
 
-def _beside(gap_mm: float, seed: int, options: Method, *, sides: tuple[float, ...]) -> Trial:
+def _beside(gap_mm: float, seed: int, options: PickOptions, *, sides: tuple[float, ...]) -> Trial:
     wide, thick = 0.045, 0.05
     away = 0.5 * (wide + thick) + MM * gap_mm
     walls = [

@@ -11,7 +11,7 @@ from eyehand.apps.description_files import make_folder
 from eyehand.apps.grasp.ready import ready_grasping
 from eyehand.grasping.pick_options import PickOptions
 
-from ...bench.chart_style import PEER, VERMILION, draw_curve
+from ...bench.chart_style import GREY, VERMILION, draw_curve
 from ...bench.shares import (
     draw_bars,
     draw_dotted,
@@ -21,8 +21,8 @@ from ...bench.shares import (
     worst,
 )
 from ...bench.stress import run_sweeps, stress_seeds, tell_stress
-from ...bench.sweep import chosen_sweeps
-from ...bench.sweep_chart import Telling, milliseconds
+from ...bench.sweep import select_sweeps
+from ...bench.sweep_chart import ReportSpec, milliseconds
 from .camera_sweeps import seeing_sweeps
 from .event_sweeps import event_sweeps
 from .fault_sweeps import fault_sweeps
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from ...bench.sweep import Step, Sweep
-    from .stress_trial import Method
 
 SEEDS, QUICK_SEEDS = 2, 1
 """Trials a value when no number is asked for; what fails on purpose takes one."""
@@ -80,7 +79,7 @@ def stress_grasp(
         Print one JSON object on stdout; the table goes to stderr.
     """
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
-    sweeps = chosen_sweeps(grasp_sweeps(), only or (QUICK if quick else ()))
+    sweeps = select_sweeps(grasp_sweeps(), only or (QUICK if quick else ()))
     make_folder(out)
     ready_grasping()
     results = run_sweeps(sweeps, tried, PickOptions(), quick=quick)
@@ -88,7 +87,7 @@ def stress_grasp(
     return tell_stress(results, telling, tried, out=out, json=json, quick=quick)
 
 
-def grasp_sweeps() -> tuple[Sweep[Method], ...]:
+def grasp_sweeps() -> tuple[Sweep[PickOptions], ...]:
     """All sweeps, in reading order."""
     return (
         *shape_sweeps(),
@@ -99,9 +98,9 @@ def grasp_sweeps() -> tuple[Sweep[Method], ...]:
     )
 
 
-def grasp_telling(names: Collection[str]) -> Telling:
+def grasp_telling(names: Collection[str]) -> ReportSpec:
     """How sweeps of these names are told: what is right, put away, refused or unclean."""
-    return Telling(
+    return ReportSpec(
         stage="grasp",
         title="Where picking breaks",
         subtitle="Share of trials that end as they should",
@@ -143,7 +142,7 @@ def _figures(step: Step) -> dict[str, Any]:
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
     refused = [refused_pct(step) for step in steps]
     unclean = [unclean_pct(step) for step in steps]
-    draw_bars(axes, places, refused, "not tried, and told why", PEER, 0.45)
+    draw_bars(axes, places, refused, "not tried, and told why", GREY, 0.45)
     draw_bars(axes, places, unclean, "unclean: touched, flung or claimed wrongly", VERMILION, 0.75)
     draw_dotted(axes, places, [score_pct(step) for step in steps], "objects put away")
     draw_curve(axes, places, [100 * step.share for step in steps], "right")

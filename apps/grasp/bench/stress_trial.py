@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
     from .trial import PickRow
 
-Method = PickOptions
-"""What is put under stress: a pick with these options."""
 
 FLUNG_SPEED = 3.0
 """An object faster than this was flung, m/s: what drops from the hand at its highest is slower."""
@@ -260,7 +258,7 @@ class Ended:
 def bench_of(
     objects: Sequence[TabletopObject],
     seed: int,
-    options: Method,
+    options: PickOptions,
     *,
     friction: float = 1.0,
     known: bool = True,

@@ -8,15 +8,15 @@ import pytest
 
 from eyehand.apps.bench.chart_style import (
     Provenance,
+    add_footer,
+    add_legend,
     draw_curve,
+    format_time,
+    label_axes,
     mark_limit,
-    name_axes,
-    name_curves,
     new_chart,
-    share_axis,
-    sign,
-    time_axis,
-    time_text,
+    set_percent_axis,
+    set_time_axis,
     write_chart,
 )
 from eyehand.apps.bench.machine import core_count, machine_line
@@ -27,11 +27,11 @@ def test_a_chart_becomes_a_wide_picture_and_its_table(tmp_path):
     figure, axes = new_chart("Noise", "F against noise", columns=2, height=4.0)
     for panel in axes:
         draw_curve(panel, [0, 1, 2], [99, 98, 50], "separate")
-        name_axes(panel, "noise (mm)", "overlap F", panel="separate")
-        share_axis(panel, 0, 100)
+        label_axes(panel, "noise (mm)", "overlap F", panel="separate")
+        set_percent_axis(panel, 0, 100)
         mark_limit(panel, 1.5, "breaks")
-        name_curves(panel)
-    sign(figure, Provenance("made-up figures", seed=3, frames=20))
+        add_legend(panel)
+    add_footer(figure, Provenance("made-up figures", seed=3, frames=20))
     path = tmp_path / "noise.png"
     write_chart(figure, path, [{"noise_mm": 0, "f_pct": 99.5}, {"noise_mm": 1, "note": "ä, b"}])
     picture = cv2.imread(str(path))
@@ -49,7 +49,7 @@ def test_a_chart_becomes_a_wide_picture_and_its_table(tmp_path):
 
 def test_the_footer_names_seed_frames_and_machine():
     figure, _ = new_chart("Title", "subtitle")
-    sign(figure, Provenance("real frames", seed=None, frames=1))
+    add_footer(figure, Provenance("real frames", seed=None, frames=1))
     footer = figure.texts[-1].get_text()
     assert footer == f"real frames; 1 frame, no randomness\n{machine_line()}"
     assert f"{core_count()} cores" in footer
@@ -60,19 +60,19 @@ def test_the_footer_names_seed_frames_and_machine():
     [(0.5, "0.5 ms"), (20, "20 ms"), (1000, "1 s"), (2500, "2.5 s"), (60e3, "1 min")],
 )
 def test_times_are_written_for_people(milliseconds, text):
-    assert time_text(milliseconds) == text
+    assert format_time(milliseconds) == text
 
 
 def test_a_time_axis_is_logarithmic_with_round_labels():
     _, axes = new_chart("Title", "subtitle")
-    time_axis(axes[0], 8, 1500)
+    set_time_axis(axes[0], 8, 1500)
     labels = [label.get_text() for label in axes[0].get_xticklabels()]
     assert labels == ["10 ms", "20 ms", "50 ms", "100 ms", "200 ms", "500 ms", "1 s"]
 
 
 def test_on_a_stretched_axis_halving_the_error_is_one_step():
     _, axes = new_chart("Title", "subtitle")
-    share_axis(axes[0], 40, 98, stretched=True)
+    set_percent_axis(axes[0], 40, 98, stretched=True)
     heights = axes[0].transData.transform([(0, 80), (0, 90), (0, 95)])[:, 1]
     assert np.diff(heights)[0] == pytest.approx(np.diff(heights)[1])
     assert "90 %" in [label.get_text() for label in axes[0].get_yticklabels()]
@@ -85,9 +85,9 @@ def test_what_cannot_be_charted_is_refused(tmp_path):
     with pytest.raises(InputError, match="no rows"):
         write_chart(figure, tmp_path / "chart.png", [])
     with pytest.raises(InputError, match="above 0"):
-        time_axis(axes[0], 0, 10)
+        set_time_axis(axes[0], 0, 10)
     with pytest.raises(InputError, match="below 100"):
-        share_axis(axes[0], 40, 100, stretched=True)
+        set_percent_axis(axes[0], 40, 100, stretched=True)
     with pytest.raises(InputError, match="do not fit"):
         new_chart("Title", "subtitle", rows=5, height=3.0)
     assert not list(tmp_path.iterdir())

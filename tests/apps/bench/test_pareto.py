@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eyehand.apps.bench.pareto import pareto_front, simplest_front, worthwhile
+from eyehand.apps.bench.pareto import pareto_front, simplest_front, thin_front
 from eyehand.errors import InputError
 
 # Few distinct values, so that ties occur.
@@ -84,9 +84,9 @@ def test_an_exact_front():
 
 def test_thinning_drops_steps_that_gain_too_little():
     gains = [80.0, 80.2, 80.9, 81.0, 83.0]
-    assert worthwhile(gains, [0, 1, 2, 3, 4], 0.5) == [0, 2, 4]
-    assert worthwhile(gains, [0, 1, 2, 3, 4], 0.0) == [0, 1, 2, 3, 4]
-    assert worthwhile(gains, [], 0.5) == []
+    assert thin_front(gains, [0, 1, 2, 3, 4], 0.5) == [0, 2, 4]
+    assert thin_front(gains, [0, 1, 2, 3, 4], 0.0) == [0, 1, 2, 3, 4]
+    assert thin_front(gains, [], 0.5) == []
 
 
 def test_what_is_no_set_of_points_is_refused():

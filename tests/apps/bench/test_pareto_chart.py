@@ -9,16 +9,16 @@ from hypothesis import strategies as st
 from matplotlib.figure import Figure
 from matplotlib.text import Annotation
 
-from eyehand.apps.bench.chart_labels import PointName, name_points
-from eyehand.apps.bench.chart_style import Provenance, new_chart, share_axis, time_axis
+from eyehand.apps.bench.chart_labels import PointLabel, label_points
+from eyehand.apps.bench.chart_style import Provenance, new_chart, set_percent_axis, set_time_axis
 from eyehand.apps.bench.pareto import pareto_front
-from eyehand.apps.bench.pareto_chart import ChartPoint, PeerCurve, pareto_chart
+from eyehand.apps.bench.pareto_chart import BaselineCurve, ChartPoint, pareto_chart
 
 
-def draw(own: list[ChartPoint], default: int, peers: Sequence[PeerCurve] = ()) -> Figure:
+def draw(own: list[ChartPoint], default: int, baselines: Sequence[BaselineCurve] = ()) -> Figure:
     """The chart of some settings."""
     front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
-    return pareto_chart("Title", "subtitle", own, front, default, peers, "overlap F", MADE)
+    return pareto_chart("Title", "subtitle", own, front, default, baselines, "overlap F", MADE)
 
 
 MADE = Provenance("made-up figures", 1, 1)
@@ -38,14 +38,14 @@ def points(count: int, seed: int) -> list[ChartPoint]:
 @given(st.integers(1, 8), st.integers(0, 10**6))
 def test_names_keep_clear_of_each_other_and_of_the_border(count, seed):
     _, (axes,) = new_chart("Title", "subtitle")
-    time_axis(axes, 1, 1000)
-    share_axis(axes, 50, 99, stretched=True)
+    set_time_axis(axes, 1, 1000)
+    set_percent_axis(axes, 50, 99, stretched=True)
     rng = np.random.default_rng(seed)
     names = [
-        PointName(float(np.exp(rng.uniform(1, 6))), float(rng.uniform(60, 98)), f"method {k}")
+        PointLabel(float(np.exp(rng.uniform(1, 6))), float(rng.uniform(60, 98)), f"method {k}")
         for k in range(count)
     ]
-    boxes = name_points(axes, names, [[(name.x, name.y)] for name in names])
+    boxes = label_points(axes, names, [[(name.x, name.y)] for name in names])
     left, bottom, right, top = axes.bbox.extents
     for index, box in enumerate(boxes):
         assert left <= box[0] < box[2] <= right
@@ -59,9 +59,9 @@ def test_names_keep_clear_of_each_other_and_of_the_border(count, seed):
 
 def test_a_name_is_where_it_is_said_to_be():
     _, (axes,) = new_chart("Title", "subtitle")
-    time_axis(axes, 1, 1000)
-    share_axis(axes, 0, 100)
-    (box,) = name_points(axes, [PointName(30.0, 50.0, "a name", "right")], [])
+    set_time_axis(axes, 1, 1000)
+    set_percent_axis(axes, 0, 100)
+    (box,) = label_points(axes, [PointLabel(30.0, 50.0, "a name", "right")], [])
     (text,) = axes.texts
     drawn = text.get_window_extent()
     assert [drawn.x0, drawn.y0, drawn.x1, drawn.y1] == pytest.approx(box, abs=2.5)
@@ -70,15 +70,15 @@ def test_a_name_is_where_it_is_said_to_be():
 @pytest.mark.parametrize("top", [106, 115])
 def test_the_line_to_a_name_crosses_no_other_name_nor_where_there_is_room_a_point(top):
     figure, (axes,) = new_chart("Title", "subtitle")
-    time_axis(axes, 8, 292)
-    share_axis(axes, 15, top)
+    set_time_axis(axes, 8, 292)
+    set_percent_axis(axes, 15, top)
     star, near = (19.1, 96.5), (18.8, 99.5)
     names = [
-        PointName(*star, "default: 96.5 %, never touched", "right", bold=True),
-        PointName(*near, "default + planner: 99.5 %, never touched\nplanning 15 ms", "right"),
+        PointLabel(*star, "default: 96.5 %, never touched", "right", bold=True),
+        PointLabel(*near, "default + planner: 99.5 %, never touched\nplanning 15 ms", "right"),
     ]
     spans = [[(19.1, 93.0), (19.1, 98.3)], [(18.8, 97.2), (18.8, 99.9)]]
-    first, _ = name_points(axes, names, [[star], [near], *spans])
+    first, _ = label_points(axes, names, [[star], [near], *spans])
     figure.canvas.draw()
     line = next(text for text in axes.texts if isinstance(text, Annotation) and "+" in str(text))
     assert line.arrow_patch is not None
@@ -90,15 +90,18 @@ def test_the_line_to_a_name_crosses_no_other_name_nor_where_there_is_room_a_poin
         assert np.linalg.norm(along - axes.transData.transform(star), axis=1).min() > 10
 
 
-def test_the_default_the_front_and_the_peers_are_named():
+def test_the_default_the_front_and_the_baselines_are_named():
     own = points(20, seed=4)
-    peers = [PeerCurve("a peer", tuple(points(3, seed=5))), PeerCurve("poor", (own[0],))]
-    figure = draw(own, 12, peers)
+    baselines = [
+        BaselineCurve("a baseline", tuple(points(3, seed=5))),
+        BaselineCurve("poor", (own[0],)),
+    ]
+    figure = draw(own, 12, baselines)
     axes = figure.axes[0]
     on_axes = [text.get_text() for text in axes.texts]
     best = own[12]
     assert f"default: {best.accuracy_pct:.1f} % in {best.time_ms:.0f} ms" in on_axes
-    assert {"a peer", "poor"} <= set(on_axes)
+    assert {"a baseline", "poor"} <= set(on_axes)
     key = [text.get_text() for text in figure.texts]
     numbers = [text for text in key if text.isdigit()]
     assert numbers == [str(k) for k in range(1, len(numbers) + 1)]

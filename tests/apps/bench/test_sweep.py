@@ -9,12 +9,12 @@ from eyehand.apps.bench.sweep import (
     Sweep,
     SweepResult,
     Trial,
+    format_value,
     run_sweep,
-    value_text,
 )
 from eyehand.apps.bench.sweep_chart import point_rows, sweep_rows, write_stress_chart
 from eyehand.apps.segmentation.stress import segmentation_telling
-from eyehand.apps.segmentation.stress_trial import Method
+from eyehand.apps.segmentation.stress_trial import SegmentCallable
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, Segmentation
 
@@ -29,14 +29,14 @@ def sweep(attempt, *, values=(0, 1, 2, 3), holds_to: float | None = 1, repeats=N
 
 
 def passes_below(limit: float):
-    def attempt(value: float, seed: int, method: Method) -> Trial:
+    def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
         return Trial(value < limit, "" if value < limit else "wrong", score=0.5, seconds=0.1)
 
     return attempt
 
 
 def test_a_sweep_breaks_at_the_first_value_where_too_few_pass():
-    def attempt(value: float, seed: int, method: Method) -> Trial:
+    def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
         # At 2, one of ten is wrong, which is allowed; at 3, two of ten.
         return Trial(seed >= {2: 1, 3: 2}.get(int(value), 0))
 
@@ -54,7 +54,7 @@ def test_a_bound_that_is_not_held_is_told_with_what_was_wrong():
 
 
 def test_what_comes_after_the_bound_may_be_wrong_but_not_unclean():
-    def attempt(value: float, seed: int, method: Method) -> Trial:
+    def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
         return Trial(value < 2, clean=value < 3, note="NaN" if value == 3 else "")
 
     result = run_sweep(sweep(attempt), [0], nothing)
@@ -63,7 +63,7 @@ def test_what_comes_after_the_bound_may_be_wrong_but_not_unclean():
 
 
 def test_a_crash_is_an_unclean_trial_and_not_the_end():
-    def attempt(value: float, seed: int, method: Method) -> Trial:
+    def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
         if value == 2:
             raise ZeroDivisionError("division\nby zero")
         return Trial(True)
@@ -79,7 +79,7 @@ def test_a_crash_is_an_unclean_trial_and_not_the_end():
 def test_the_method_and_every_seed_reach_every_attempt():
     seen = []
 
-    def attempt(value: float, seed: int, method: Method) -> Trial:
+    def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
         assert method is nothing
         seen.append((value, seed))
         return Trial(True)
@@ -101,7 +101,7 @@ def test_without_a_bound_answers_may_be_wrong_but_not_unclean():
     assert run_sweep(free, [0], nothing).faults == ()
     assert free.shortened().values == (0, 3)
 
-    def crash(value: float, seed: int, method: Method) -> Trial:
+    def crash(value: float, seed: int, method: SegmentCallable) -> Trial:
         raise ValueError("trouble")
 
     assert len(run_sweep(sweep(crash, holds_to=None), [0], nothing).faults) == 4
@@ -130,10 +130,10 @@ def test_a_sweep_without_seeds_is_refused():
 
 
 def test_values_are_told_with_their_unit():
-    assert value_text(5, "mm") == "5 mm"
-    assert value_text(0.5, "") == "0.5"
-    assert value_text(15, "°") == "15°"
-    assert value_text(307200, "px") == "307200 px"
+    assert format_value(5, "mm") == "5 mm"
+    assert format_value(0.5, "") == "0.5"
+    assert format_value(15, "°") == "15°"
+    assert format_value(307200, "px") == "307200 px"
 
 
 def results() -> list[SweepResult]:

@@ -1,4 +1,4 @@
-"""The peer runs with the limits it was given."""
+"""The baseline runs with the limits it was given."""
 
 from __future__ import annotations
 

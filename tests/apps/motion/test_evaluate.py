@@ -75,7 +75,7 @@ def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, caps
         (("--longest", 0), "dt must be > 0 s and at most longest, got dt 0.005, longest 0.0"),
         (("--boxes", 13), "--boxes must be from 0 to 12, got 13"),
         (("--only", "magic"), "unknown method 'magic'; choose from: null space only,"),
-        (("--only", "mink", "--no-peer"), "--no-peer leaves nothing of mink"),
+        (("--only", "mink", "--no-baseline"), "--no-baseline leaves nothing of mink"),
     ],
 )
 def test_wrong_input_is_told_in_one_line(arguments, said, tmp_path, capsys):
@@ -132,7 +132,7 @@ def test_wilson_intervals_are_those_of_the_books(wins, tries, low, high):
 
 
 def test_the_cycle_contest_has_the_same_pairs_for_all():
-    rows = cycle_rows(0, peer=True, rounds=1, postures=1)
+    rows = cycle_rows(0, baseline=True, rounds=1, postures=1)
     assert [row["name"] for row in rows] == ["cycle numpy", "cycle compiled", "cycle mink"]
     assert {row["pairs"] for row in rows} == {30}
     assert all(0 < row["cycle_p50_us"] <= row["cycle_p99_us"] for row in rows)

@@ -1,9 +1,9 @@
-"""Every peer on a scene that it must get right, and on an empty table."""
+"""Every baseline on a scene that it must get right, and on an empty table."""
 
 import numpy as np
 import pytest
 
-from eyehand.apps.segmentation.baselines import PEERS, Peer
+from eyehand.apps.segmentation.baselines import BASELINES, Baseline
 from eyehand.apps.segmentation.score import score_segmentation
 from eyehand.data_synth.render import StagedObject, StagedScene, staged_frame
 from eyehand.data_synth.scenes import ball
@@ -13,10 +13,10 @@ BALLS = StagedScene(
 )
 
 
-@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
-def test_two_separate_balls_are_two_objects(peer: Peer):
+@pytest.mark.parametrize("baseline", BASELINES, ids=lambda baseline: baseline.name)
+def test_two_separate_balls_are_two_objects(baseline: Baseline):
     frame, truth = staged_frame(BALLS)
-    labels = peer.run(frame, peer.settings[len(peer.settings) // 2])
+    labels = baseline.run(frame, baseline.settings[len(baseline.settings) // 2])
     assert labels.shape == frame.depth.shape
     assert labels.dtype == np.int32
     score = score_segmentation(labels, truth)
@@ -24,14 +24,14 @@ def test_two_separate_balls_are_two_objects(peer: Peer):
     assert score.f > 0.95
 
 
-@pytest.mark.parametrize("peer", PEERS, ids=lambda peer: peer.name)
-def test_an_empty_table_has_no_objects(peer: Peer):
+@pytest.mark.parametrize("baseline", BASELINES, ids=lambda baseline: baseline.name)
+def test_an_empty_table_has_no_objects(baseline: Baseline):
     frame, _ = staged_frame(StagedScene(()))
-    assert not peer.run(frame, peer.settings[0]).any()
+    assert not baseline.run(frame, baseline.settings[0]).any()
 
 
-def test_every_peer_says_why_it_is_there():
-    for peer in PEERS:
-        assert peer.why
-        assert "\n" not in peer.why
-        assert len(set(peer.settings)) == len(peer.settings) >= 3
+def test_every_baseline_says_why_it_is_there():
+    for baseline in BASELINES:
+        assert baseline.why
+        assert "\n" not in baseline.why
+        assert len(set(baseline.settings)) == len(baseline.settings) >= 3

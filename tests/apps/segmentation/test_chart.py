@@ -7,11 +7,11 @@ import cv2
 import numpy as np
 import pytest
 
-from eyehand.apps.bench.comparison import Contestant
+from eyehand.apps.bench.comparison import Method
 from eyehand.apps.bench.dial_chart import DialChart, FrontPlace, Measured
 from eyehand.apps.main import main
 from eyehand.apps.segmentation import chart as chart_segmentation
-from eyehand.apps.segmentation.baselines import PEERS
+from eyehand.apps.segmentation.baselines import BASELINES
 from eyehand.apps.segmentation.comparison import FIGURES
 from eyehand.apps.segmentation.dials import BOARD
 from eyehand.perception import DepthFrame
@@ -28,8 +28,8 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
 
 def test_a_quick_chart_of_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     # The others have a test of their own and take seconds.
-    fast = [peer for peer in PEERS if peer.name in ("depth steps", "Open3D DBSCAN")]
-    monkeypatch.setattr(chart_segmentation, "PEERS", fast)
+    fast = [baseline for baseline in BASELINES if baseline.name in ("depth steps", "Open3D DBSCAN")]
+    monkeypatch.setattr(chart_segmentation, "BASELINES", fast)
     code, out, err = run("--quick", "--frames", 1, "--json", "--out", tmp_path, capsys=capsys)
     assert code == 0
     picture = cv2.imread(str(tmp_path / "segmentation.png"))
@@ -61,11 +61,11 @@ def test_a_quick_chart_of_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     assert "Pareto front" in err
 
 
-def test_peers_can_be_left_out_and_a_folder_charted(tmp_path, capsys):
+def test_baselines_can_be_left_out_and_a_folder_charted(tmp_path, capsys):
     code, _, _ = run_synth(tmp_path / "data", capsys)
     assert code == 0
     code, out, _ = run(
-        "--dataset", tmp_path / "data", "--quick", "--no-peers", "--json", "--out", tmp_path,
+        "--dataset", tmp_path / "data", "--quick", "--no-baselines", "--json", "--out", tmp_path,
         capsys=capsys,
     )  # fmt: skip
     assert code == 0
@@ -109,7 +109,7 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
     settings = [BOARD.setting(), BOARD.setting({"stride": 2}), BOARD.setting({"stride": 4})]
     figures = [(40.0, 97.0), (12.0, 93.0), (15.0, 80.0)]
     own = [
-        Measured(Contestant("eyehand", setting.name, nothing), ms, ms, dict.fromkeys(FIGURES, f))
+        Measured(Method("eyehand", setting.name, nothing), ms, ms, dict.fromkeys(FIGURES, f))
         for setting, (ms, f) in zip(settings, figures, strict=True)
     ]
     made = chart_segmentation.Provenance("two frames", 5, 2)

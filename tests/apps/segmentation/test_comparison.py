@@ -5,8 +5,8 @@ import time
 import numpy as np
 import pytest
 
-from eyehand.apps.bench.comparison import Contestant
-from eyehand.apps.segmentation.comparison import FIGURES, run_contest
+from eyehand.apps.bench.comparison import Method
+from eyehand.apps.segmentation.comparison import FIGURES, compare_segmentations
 from eyehand.apps.segmentation.dataset import FrameSource, LabelledFrame
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
@@ -26,16 +26,16 @@ def source(number: int) -> FrameSource:
 def test_everyone_gets_every_frame_before_the_next_comes():
     calls = []
 
-    def contestant(name: str, labels: np.ndarray) -> Contestant:
+    def method(name: str, labels: np.ndarray) -> Method:
         def run(frame: DepthFrame) -> np.ndarray:
             calls.append((int(frame.depth[0, 0]), name))
             return labels
 
-        return Contestant("test", name, run)
+        return Method("test", name, run)
 
     half = np.where(TRUTH == 1, 1, 0).astype(np.int32)
-    results = run_contest(
-        [contestant("all", TRUTH), contestant("half", half)], [source(0), source(1)], rounds=2
+    results = compare_segmentations(
+        [method("all", TRUTH), method("half", half)], [source(0), source(1)], rounds=2
     )
     turn = ["all", "half"]
     # A first round on the first frame warms up.
@@ -53,6 +53,6 @@ def test_the_fastest_round_counts():
         time.sleep(next(waits))
         return TRUTH
 
-    (result,) = run_contest([Contestant("test", "sleeper", run)], [source(0)], rounds=3)
+    (result,) = compare_segmentations([Method("test", "sleeper", run)], [source(0)], rounds=3)
     assert 10 <= result.median_ms < 30
     assert result.median_cpu_ms < 10

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eyehand.apps.bench.sweep import chosen_sweeps
+from eyehand.apps.bench.sweep import select_sweeps
 from eyehand.apps.touch.stress import stress_touch, touch_sweeps
 from eyehand.apps.touch.stress_trial import ContactFigures, judged
 
@@ -21,7 +21,7 @@ QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.
      ("light", 1.0), ("dead", 5.0), ("coming", 5.0)],
 )  # fmt: skip
 def test_contacts_within_the_bounds_are_held(name, value):
-    (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
+    (sweep,) = select_sweeps(touch_sweeps(), (name,))
     trial = sweep.attempt(value, 0, None)
     assert trial.passed, trial.note
 
@@ -34,7 +34,7 @@ def test_contacts_within_the_bounds_are_held(name, value):
      ("coming", 20.0, "steady_miss")],
 )  # fmt: skip
 def test_past_the_limit_the_end_has_a_name_and_the_pad_backs_off(name, value, outcome):
-    (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
+    (sweep,) = select_sweeps(touch_sweeps(), (name,))
     trial = sweep.attempt(value, 0, None)
     assert isinstance(trial.picture, ContactFigures)
     assert trial.picture.outcome == outcome
@@ -45,7 +45,7 @@ def test_past_the_limit_the_end_has_a_name_and_the_pad_backs_off(name, value, ou
 
 @pytest.mark.parametrize("name", ["dead", "saturated"])
 def test_a_pad_without_a_living_tactel_is_refused_before_it_moves(name):
-    (sweep,) = chosen_sweeps(touch_sweeps(), (name,))
+    (sweep,) = select_sweeps(touch_sweeps(), (name,))
     trial = sweep.attempt(100.0, 0, None)
     assert (trial.passed, trial.refused, trial.clean) == (False, True, True)
     assert trial.note == "0 of 256 tactels work"

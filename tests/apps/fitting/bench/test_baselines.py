@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.apps.fitting.bench.baselines import PEERS, find_peer
+from eyehand.apps.fitting.bench.baselines import BASELINES, find_baseline
 from eyehand.apps.fitting.bench.classic_fitters import (
     gauge_at,
     moments_fit,
@@ -92,5 +92,5 @@ def test_gauge_and_radial_distance_are_those_of_the_solid():
     assert np.array_equal(distances < 0, solid.contains(points))
 
 
-def test_peers_are_found_by_name():
-    assert {find_peer(name) for name in PEERS} >= set(FITTERS)
+def test_baselines_are_found_by_name():
+    assert {find_baseline(name) for name in BASELINES} >= set(FITTERS)

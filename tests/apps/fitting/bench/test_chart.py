@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.bench.chart_style import Provenance
-from eyehand.apps.bench.comparison import Contestant
+from eyehand.apps.bench.comparison import Method
 from eyehand.apps.bench.dial_chart import DialChart, FrontPlace, Measured
 from eyehand.apps.fitting.bench.chart import GROUPS, WORDS
 from eyehand.apps.fitting.bench.comparison import OWN
@@ -20,7 +20,7 @@ from eyehand.perception.superquadric.budget import FORMAT, options_for_budget
 
 
 def ball(points, view_origin, support_plane):
-    """A peer that knows one shape."""
+    """A baseline that knows one shape."""
     radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
     pose = RigidTransform.from_translation(points.mean(axis=0))
     return Superquadric(np.full(3, radius), (1.0, 1.0), pose)
@@ -34,9 +34,9 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
     return int(leaving.value.code or 0), printed.out, printed.err
 
 
-def test_a_quick_chart_beside_a_peer(tmp_path, capsys):
+def test_a_quick_chart_beside_a_baseline(tmp_path, capsys):
     code, out, err = run(
-        "--quick", "--cases", 1, "--no-peers", "--peer", f"{__name__}:ball", "--json",
+        "--quick", "--cases", 1, "--no-baselines", "--baseline", f"{__name__}:ball", "--json",
         "--out", tmp_path, capsys=capsys,
     )  # fmt: skip
     assert code == 0
@@ -55,10 +55,10 @@ def test_a_quick_chart_beside_a_peer(tmp_path, capsys):
     own = [row for row in report["rows"] if row["method"] == "eyehand"]
     assert [row["name"] for row in own if row["default"]] == ["default"]
     assert any(row["front"] for row in own)
-    ladderless, rival = (row for row in report["rows"] if row["method"] != "eyehand")
+    ladderless, baseline = (row for row in report["rows"] if row["method"] != "eyehand")
     assert ladderless["method"] == "ours, no ladder"
-    assert rival["name"] == "1000 points"
-    assert rival["iou_median_pct"] < own[0]["iou_median_pct"]
+    assert baseline["name"] == "1000 points"
+    assert baseline["iou_median_pct"] < own[0]["iou_median_pct"]
     assert "Pareto front" in err
 
 
@@ -68,7 +68,7 @@ def test_a_quick_chart_beside_a_peer(tmp_path, capsys):
         (["--quick", "--store"], "--store needs all settings"),
         (["--cases", 0], "--cases must be >= 1"),
         (["--seed", -1], "--seed must be >= 0"),
-        (["--peer", "nobody"], "a peer must be module:function"),
+        (["--baseline", "nobody"], "a baseline must be module:function"),
     ],
 )
 def test_what_cannot_be_charted_is_refused_in_one_line(arguments, message, tmp_path, capsys):
@@ -110,7 +110,7 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
     ]
     own = [
         Measured(
-            Contestant(OWN, setting.name, lambda case: None),
+            Method(OWN, setting.name, lambda case: None),
             ms,
             ms,
             {"iou_p10_pct": p10, "iou_median_pct": p10 + 2, "failed_pct": 0.0},

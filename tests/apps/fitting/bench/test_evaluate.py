@@ -17,7 +17,7 @@ HERE = f"{__name__}:"
 
 
 def ball_of_points(points, view_origin, support_plane):
-    """A peer that knows one shape."""
+    """A baseline that knows one shape."""
     radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
     pose = RigidTransform.from_translation(points.mean(axis=0))
     return Superquadric(np.full(3, radius), (1.0, 1.0), pose)
@@ -29,12 +29,12 @@ def ours_again(points, view_origin, support_plane) -> SuperquadricFit:
 
 
 def breaks(points, view_origin, support_plane):
-    """A peer with a fault."""
+    """A baseline with a fault."""
     raise ZeroDivisionError("no points after filtering")
 
 
 def forgets(points, view_origin, support_plane):
-    """A peer of the wrong kind."""
+    """A baseline of the wrong kind."""
     return points.mean(axis=0)
 
 
@@ -66,10 +66,12 @@ def test_a_quick_run_prints_a_row_per_group(tmp_path, capsys):
     assert one["iou_median_pct"] < parts["iou_median_pct"]
 
 
-def test_peers_meet_the_same_clouds(tmp_path, capsys):
-    peers = [f"--peer={HERE}{peer.__name__}" for peer in (ball_of_points, ours_again, breaks)]
+def test_baselines_meet_the_same_clouds(tmp_path, capsys):
+    baselines = [
+        f"--baseline={HERE}{baseline.__name__}" for baseline in (ball_of_points, ours_again, breaks)
+    ]
     code, out, err = run(
-        "--groups", "view-1mm", "--cases", 3, "--json", "--out", tmp_path, *peers, capsys=capsys
+        "--groups", "view-1mm", "--cases", 3, "--json", "--out", tmp_path, *baselines, capsys=capsys
     )
     assert code == 0
     own, ball, again, broken = json.loads(out)["rows"]
@@ -105,10 +107,10 @@ def test_dials_reach_the_fit(tmp_path, capsys, monkeypatch):
     [
         (["--cases", 0], "--cases must be >= 1"),
         (["--seed", -1], "--seed must be >= 0"),
-        (["--peer", "nobody"], "a peer must be module:function"),
-        (["--peer", "no_such_module:fit"], "there is no peer 'no_such_module:fit'"),
-        (["--peer", f"{HERE}nothing"], "there is no peer"),
-        (["--peer", f"{HERE}HERE"], "must be a function, got a str"),
+        (["--baseline", "nobody"], "a baseline must be module:function"),
+        (["--baseline", "no_such_module:fit"], "there is no baseline 'no_such_module:fit'"),
+        (["--baseline", f"{HERE}nothing"], "there is no baseline"),
+        (["--baseline", f"{HERE}HERE"], "must be a function, got a str"),
         (["--optimiser", "hope"], "optimiser must be one of"),
         (["--budget-ms", "0.0001"], "no fit is as fast as 0.0001 ms"),
     ],
@@ -122,9 +124,16 @@ def test_what_cannot_be_evaluated_is_refused_in_one_line(arguments, message, tmp
     assert not (tmp_path / "out").exists()
 
 
-def test_a_peer_that_gives_no_solid_is_refused(tmp_path, capsys):
+def test_a_baseline_that_gives_no_solid_is_refused(tmp_path, capsys):
     code, _, err = run(
-        "--quick", "--groups", "full", "--peer", f"{HERE}forgets", "--out", tmp_path, capsys=capsys
+        "--quick",
+        "--groups",
+        "full",
+        "--baseline",
+        f"{HERE}forgets",
+        "--out",
+        tmp_path,
+        capsys=capsys,
     )
     assert code == 2
     assert "must give a Superquadric, a SuperquadricFit or None, got a ndarray" in err

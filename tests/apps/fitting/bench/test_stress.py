@@ -55,14 +55,25 @@ def test_extreme_clouds_alone_make_a_table_and_no_chart(tmp_path, capsys, monkey
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_peer_is_held_to_no_bound(tmp_path, capsys):
+def test_a_baseline_is_held_to_no_bound(tmp_path, capsys):
     code, out, err = run(
-        *("--only", "noise", "--quick", "--seeds", 1, "--peer", "ems", "--json", "--out", tmp_path),
+        *(
+            "--only",
+            "noise",
+            "--quick",
+            "--seeds",
+            1,
+            "--baseline",
+            "ems",
+            "--json",
+            "--out",
+            tmp_path,
+        ),
         capsys=capsys,
     )
     assert code == 0, err
     report = json.loads(out)
-    assert (report["peer"], report["extremes"]) == ("ems", [])
+    assert (report["baseline"], report["extremes"]) == ("ems", [])
     (noise,) = report["rows"]
     assert (noise["holds_to"], noise["bound_kept"]) == (None, True)
     assert report["points"][-1]["right_pct"] == 0
@@ -73,7 +84,7 @@ def test_a_peer_is_held_to_no_bound(tmp_path, capsys):
     ("arguments", "says"),
     [
         (("--only", "cup"), "extremes"),
-        (("--peer", "nobody"), "nobody"),
+        (("--baseline", "nobody"), "nobody"),
         (("--seeds", 0), "--seeds"),
         (("--seed", -1), "--seed"),
     ],

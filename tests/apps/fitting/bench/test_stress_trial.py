@@ -10,11 +10,11 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.apps.fitting.bench import stress_trial as stress_fit_trial
 from eyehand.apps.fitting.bench.stress_trial import (
     Answer,
-    Method,
+    FitCallable,
     apart,
+    baseline_method,
     fit_method,
     overshoot,
-    peer_method,
     try_fit,
     try_following,
     try_no_silent_failure,
@@ -36,7 +36,7 @@ def sized(factor: float) -> Superquadric:
     return replace(BALL, semi_axes=factor * BALL.semi_axes)
 
 
-def always(*solids: Superquadric, reason: str = "") -> Method:
+def always(*solids: Superquadric, reason: str = "") -> FitCallable:
     """A method that gives the same answer to every look."""
     return lambda look: Answer(solids, reason)
 
@@ -138,12 +138,12 @@ def test_options_follow_the_unit_of_a_look():
 def test_another_fitter_is_a_method():
     seen = []
 
-    def peer(points, view_origin, support_plane):
+    def baseline(points, view_origin, support_plane):
         seen.append((points, view_origin, support_plane))
         return BALL if len(seen) == 1 else None
 
-    assert peer_method(peer)(LOOK) == Answer((BALL,), "")
-    assert peer_method(peer)(LOOK).reason == "no solid found"
+    assert baseline_method(baseline)(LOOK) == Answer((BALL,), "")
+    assert baseline_method(baseline)(LOOK).reason == "no solid found"
     assert seen[0][0] is LOOK.points
     assert seen[0][1] is CAMERA
     assert seen[0][2] is None
