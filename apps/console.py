@@ -1,4 +1,4 @@
-"""What commands say: people read stderr, machines read one JSON object on stdout."""
+"""Terminal output: messages go to stderr, and `--json` prints one JSON object on stdout."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 
 def stderr_console() -> Console:
-    """Console for progress and tables."""
+    """Return the console for progress bars."""
     from rich.console import Console
 
     return Console(stderr=True, highlight=False)
 
 
 def say(message: str) -> None:
-    """One line for people."""
+    """Print one line on stderr."""
     print(message, file=sys.stderr, flush=True)
 
 
 def show(table: Table, *, json_wanted: bool) -> None:
-    """Print a table on stdout, or on stderr where stdout belongs to JSON."""
+    """Print a table on stdout, or on stderr if stdout is reserved for JSON."""
     from rich.console import Console
 
     console = Console(stderr=json_wanted, highlight=False)
@@ -44,7 +44,7 @@ def print_json(
 
 
 def tracked(items: Iterable[Any], what: str, total: int | None = None) -> Iterator[Any]:
-    """Iterate with a progress bar on stderr, where that is a terminal."""
+    """Iterate with a progress bar on stderr if stderr is a terminal."""
     from rich.progress import track
 
     console = stderr_console()

@@ -1,4 +1,4 @@
-"""`eyehand demo`: a simulated robot clears a table of unknown objects; report and film stay."""
+"""`eyehand demo`: a simulated robot clears a table of unknown objects, with report and film."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from eyehand.errors import InputError
 from eyehand.grasping import GraspPurpose
 
 from .console import print_json, say, show
-from .description_files import make_folder
-from .look_demo import look_demo
+from .output_files import make_folder
+from .perception_demo import perception_demo
 
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
@@ -27,16 +27,16 @@ if TYPE_CHECKING:
     from .grasp.film import Film
 
 DEFAULT_PORT = 8080
-"""Where the live page is looked for first."""
+"""Port of the live page unless it is taken."""
 FILM_FILE = "demo.mp4"
-"""The film in the output folder."""
+"""File name of the film."""
 
 
 def demo(
     frame: Path | None = None,
     /,
     *,
-    look: bool = False,
+    perception_only: Annotated[bool, Parameter(name=("--perception-only", "--look"))] = False,
     camera: Path | None = None,
     seed: int = 0,
     objects: int | Path | None = None,
@@ -53,42 +53,43 @@ def demo(
 ) -> int:
     """Clear a table of unknown objects with a simulated robot that sees one noisy depth view.
 
-    Prints a row for every pick and writes report.html, one page that needs no network, and a
-    short film, demo.mp4. With --look, or a frame of your own, only perception is shown, on a
-    synthetic frame whose truth is known and on a real one.
+    The command prints a row for every pick. It writes report.html, a page without external files,
+    and demo.mp4, a short film. With --perception-only, or with your own frame, it shows perception
+    alone, on a synthetic frame with known truth and on a real one.
 
     Parameters
     ----------
     frame
-        A depth frame of your own to look at (implies --look).
-    look
-        Show only what is seen, on two single frames; nothing is grasped.
+        Your own depth frame (implies --perception-only).
+    perception_only
+        Perceive two single frames. Nothing is grasped.
     camera
-        Camera file of your frame.
+        Camera file of your own frame.
     seed
         Seed of the scene and of the camera's noise.
     objects
-        How many objects, 1 to 15 (default 5); or a folder of your own meshes (.obj, .stl) or URDFs
-        to see picked, at most 5 of them drawn by the seed.
+        Number of objects, 1 to 15 (default 5), or a folder of your own meshes (.obj, .stl) or
+        URDFs. At most 5 objects are drawn from a folder, by the seed.
     scene
-        How they stand: packed, pile or single; or a ground_truth.json (or its folder) as
-        `eyehand synth` writes it.
+        Arrangement of the objects (packed, pile or single), or a ground_truth.json written by
+        `eyehand synth` (or its folder).
     purpose
-        What the grasps are for.
+        What the objects are grasped for.
     failures
-        Failed picks in a row after which it ends; default: 6, evaluate ends after 2.
+        Number of failed picks in a row that ends the demo (default 6; `evaluate grasp` uses 2).
     robot
-        MJCF file of another arm with its hand; robot.hand.json beside robot.xml tells the fingers
-        of a hand whose motors move joints.
+        MJCF file of another arm with its hand. For a hand whose motors drive joints,
+        robot.hand.json beside robot.xml describes the fingers.
     hand_frame
-        With --robot: its site or body whose origin is in the palm, z out of it, x from the
-        fingers to the thumb.
+        With --robot: the site or body in the palm. Its z axis points out of the palm, its x axis
+        from the fingers to the thumb.
     video
-        Make the film.
+        Record the film.
     view
-        Show it live in the browser, with pause, steps and speed; ends by Ctrl-C. No film is made.
+        Show the demo live in the browser, with pause, single steps and speed. Ctrl-C ends it. No
+        film is recorded.
     port
-        With --view: where the page is served; the next free port when it is taken.
+        With --view: port of the page. If it is taken, the next free port is used.
     out
         Output folder.
     json
@@ -98,19 +99,21 @@ def demo(
         raise InputError(f"--seed must be >= 0, got {seed}")
     if failures is not None and failures < 1:
         raise InputError(f"--failures must be >= 1, got {failures}")
-    if look or frame is not None:
+    if perception_only or frame is not None:
         if isinstance(objects, Path):
-            raise InputError(f"--objects must be a number with --look or a frame, got {objects}")
+            raise InputError(
+                f"--objects must be a number with --perception-only or a frame, got {objects}"
+            )
         from .grasp.demo_scene import USUAL_OBJECTS
 
         count = USUAL_OBJECTS if objects is None else objects
-        return look_demo(
+        return perception_demo(
             frame, camera, seed=seed, objects=count, purpose=purpose, out=out, json=json
         )
     if camera is not None:
-        raise InputError("--camera goes with a frame: eyehand demo FRAME --camera FILE")
+        raise InputError("--camera needs a frame: eyehand demo FRAME --camera FILE")
     if (robot is None) != (not hand_frame):
-        raise InputError("--robot FILE and --hand-frame NAME go together")
+        raise InputError("--robot FILE and --hand-frame NAME must be given together")
     from eyehand.grasping.clearing import ClearOptions
 
     from .grasp.bench.trial import GraspTrial, cell_of
@@ -129,7 +132,7 @@ def demo(
         hand_frame=hand_frame,
     )
     ending = ClearOptions(failures=failures or FAILURES)
-    # Built before anything is written, as it finds what is wrong with scene and robot.
+    # Building the cell validates scene and robot, so it comes before the first written file.
     built = cell_of(table.objects, trial)
     make_folder(out)
     ready_grasping()
@@ -144,27 +147,26 @@ def demo(
         record = run_demo(table.source, trial, built, joined, ending)
     if film is not None:
         record = replace(record, film=film.path, film_cpu_seconds=film.cpu_seconds)
-    leave(record, out, json)
+    write_results(record, out, json)
     return 0
 
 
-def leave(record: DemoRecord, out: Path, json: bool) -> None:
-    """Write the page, and print the table.
+def write_results(record: DemoRecord, out: Path, json: bool) -> None:
+    """Write the report and print the table.
 
     Parameters
     ----------
     record
-        The run.
+        The finished demo.
     out
-        Where the page goes; a film of an earlier run is removed there, as it would be taken for
-        this one's.
+        Folder of the report. The film of an earlier run is removed from it unless this run has one.
     json
         Print one JSON object on stdout.
 
     Raises
     ------
     InputError
-        If something cannot be written or removed there.
+        If a file cannot be written or removed.
     """
     from .grasp.demo_report import write_report
     from .grasp.demo_table import demo_rows, demo_table
@@ -172,10 +174,10 @@ def leave(record: DemoRecord, out: Path, json: bool) -> None:
     page = out / "report.html"
     write_report(page, record)
     if record.film is None:
-        _forget_film(out / FILM_FILE)
+        _remove_film(out / FILM_FILE)
     show(demo_table(record), json_wanted=json)
     files = [str(page)] if record.film is None else [str(page), str(record.film)]
-    say(f"look at {' and '.join(files)}")
+    say(f"open {' and '.join(files)}")
     if json:
         result, film_cpu = record.result, record.film_cpu_seconds
         print_json(
@@ -197,24 +199,22 @@ def leave(record: DemoRecord, out: Path, json: bool) -> None:
 
 
 def _film(path: Path) -> Film | None:
-    """Open the film where there is something to draw it with."""
+    """Open the film, or return None if OpenGL is not available."""
     from .grasp.film import Film
 
     fault = gl_fault()
     if fault:
-        say(f"no film: there is no OpenGL to draw it with ({fault})")
+        say(f"no film, because OpenGL is not available ({fault})")
         return None
     return Film(path)
 
 
-def _forget_film(path: Path) -> None:
+def _remove_film(path: Path) -> None:
     """Remove the film of an earlier run."""
     try:
         path.unlink(missing_ok=True)
     except OSError as error:
-        raise InputError(
-            f"{path}, of an earlier run, cannot be removed: {error.strerror}"
-        ) from error
+        raise InputError(f"cannot remove {path} of an earlier run: {error.strerror}") from error
 
 
 def _live(
@@ -226,14 +226,14 @@ def _live(
     out: Path,
     json: bool,
 ) -> int:
-    """Show it live until Ctrl-C, which is how it ends well."""
+    """Run the demo with a live page until Ctrl-C."""
     from .grasp.demo_run import run_demo
     from .grasp.live_cell import LiveCell
 
     with LiveCell(port) as live:
-        say(f"watch at {live.address}; Ctrl-C ends")
+        say(f"live page at {live.address}; Ctrl-C ends it")
         try:
-            leave(run_demo(source, trial, built, [live.join], ending), out, json)
+            write_results(run_demo(source, trial, built, [live.join], ending), out, json)
             live.finish()
             live.wait()
         except KeyboardInterrupt:

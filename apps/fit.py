@@ -1,4 +1,4 @@
-"""`eyehand fit`: the simplest solid for point clouds, surfaces and objects of depth frames."""
+"""`eyehand fit`: fit the simplest solid to point clouds, meshes and objects of depth frames."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from eyehand.errors import InputError
 from eyehand.perception.superquadric import OptimiserName
 
 from .console import print_json, say, show, tracked
-from .description import ready_kernels
-from .description_files import make_folder
 from .fitting.fit_choice import FitChoice, KindChoice
 from .fitting.fit_inputs import read_inputs
 from .fitting.robot_files import WATER
 from .mesh_file import MeshFormat
+from .output_files import make_folder
+from .perceived_frame import load_kernels
 from .scene_json import fit_json, fit_parts
 
 if TYPE_CHECKING:
@@ -50,34 +50,34 @@ def fit_command(
     page: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Fit a superquadric to each cloud, as simple as its points allow.
+    """Fit the simplest solid that explains the points to each cloud.
 
     Parameters
     ----------
     clouds
-        Files: .ply, .pcd, .npz (points), .xyz, .txt, .csv, surfaces .obj, .stl, in metres; or
-        depth frames (.png, .npz, organised .pcd or .ply) with --label.
+        Point clouds (.ply, .pcd, .npz, .xyz, .txt, .csv) or meshes (.obj, .stl) in metres, or depth
+        frames (.png, .npz, organised .pcd or .ply) with --label.
     label
-        Object of a depth frame, as the frame's segmentation numbers them; may be repeated. Its
-        camera and support plane come from the frame. 0 takes all readings as one cloud.
+        Label of an object in the segmentation of a depth frame. It may be repeated. Camera and
+        support plane come from the frame. 0 takes all readings as one cloud.
     camera
         Camera file of depth frames; default: <frame>.json or camera.json beside the frame.
     view_origin
-        Place of the camera in the cloud's frame, m: tells what the view shows to be empty.
+        Camera position in the frame of the cloud, m. It shows which space was seen to be free.
     plane
-        Support plane a b c d with a x + b y + c z + d = 0, normal towards the object.
+        Support plane a b c d with a x + b y + c z + d = 0, with the normal towards the object.
     kind
-        Solid to fit; auto takes the simplest that explains the points.
+        Kind of solid. auto selects the simplest one that explains the points.
     noise_mm
-        Expected noise of the points, one standard deviation, mm.
+        Expected standard deviation of the points, mm.
     budget_ms
-        Time a fit may take, ms: takes the most accurate stored setting that keeps to it.
+        Time limit of a fit, ms. The most accurate stored setting within it is used.
     max_parts
-        Most solids that one object may be split into, where one does not explain it.
+        Maximum number of solids per object, where one solid does not explain it.
     points
-        Points used: more is more accurate and slower.
+        Number of points used. More points are more accurate and slower.
     optimiser
-        Final refinement of the chosen solid; lm is the fastest.
+        Optimiser of the final refinement. lm is the fastest.
     out
         Output folder: <name>_solid.json, .png and mesh, <name>_body.xml (MJCF) and .urdf.
     mesh
@@ -85,11 +85,11 @@ def fit_command(
     density
         Density of the solid in the MJCF and URDF files, kg/m³.
     view
-        Show clouds and solids on a live page with a slider for each number; Ctrl-C ends it.
+        Show clouds and solids on a live page with a slider for each parameter. Ctrl-C ends it.
     port
-        Port of the live page; the next free one if it is taken.
+        Port of the live page. If it is taken, the next free port is used.
     page
-        Write a page (.html) that shows clouds and solids by itself.
+        Write a self-contained .html page that shows clouds and solids.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
@@ -108,7 +108,7 @@ def fit_command(
         make_folder(out)
     if page is not None:
         make_folder(page.parent)
-    ready_kernels()
+    load_kernels()
     fits = [
         fitted
         for item in tracked(inputs, "fitting", len(inputs))
@@ -143,16 +143,18 @@ def _unit(plane: Sequence[float] | None) -> np.ndarray | None:
         return None
     length = float(np.linalg.norm(plane[:3]))
     if not np.all(np.isfinite(plane)) or not length > 0:
-        raise InputError(f"--plane needs 4 finite numbers and a normal that is not 0, got {plane}")
+        raise InputError(f"--plane needs 4 finite numbers and a non-zero normal, got {plane}")
     return np.asarray(plane, dtype=np.float64) / length
 
 
 def _check_names(inputs: Sequence[CloudInput | FrameInput]) -> None:
-    """Refuse clouds whose results would overwrite one another."""
+    """Reject clouds whose output files would have the same name."""
     stems = [stem for item in inputs for stem in item.stems]
     twice = sorted({stem for stem in stems if stems.count(stem) > 1})
     if twice:
-        raise InputError(f"clouds of the same name {', '.join(twice)} need a folder each for --out")
+        raise InputError(
+            f"clouds with the same name ({', '.join(twice)}) need a separate --out folder each"
+        )
 
 
 def _write(folder: Path, fits: Sequence[FittedCloud], mesh: MeshFormat, density: float) -> None:
@@ -218,7 +220,7 @@ def _table(fits: Sequence[FittedCloud]) -> Table:
 
 
 def _note(fitted: FittedCloud) -> str:
-    """What a person should know of a fit besides its numbers."""
+    """Return the remark on a fit: failure, other kinds, unseen sides, taper."""
     fit = fitted.fit
     if fit.reason:
         return fit.reason

@@ -1,4 +1,4 @@
-"""A triangle mesh as the bytes of a PLY, STL or OBJ file."""
+"""Encoding of triangle meshes as PLY, STL or OBJ files."""
 
 from __future__ import annotations
 
@@ -9,16 +9,26 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MeshFormat = Literal["ply", "stl", "obj"]
-"""PLY and STL are binary with normals, OBJ is text."""
+"""File format. PLY and STL are binary with normals, OBJ is text."""
 
 OBJ_HEADER = "eyehand fit, metres"
 
 
 def mesh_bytes(vertices: NDArray[np.float64], faces: NDArray[np.int64], form: MeshFormat) -> bytes:
-    """Encode vertices (V, 3) in m and faces (T, 3), counter-clockwise seen from outside."""
+    """Encode a mesh as the bytes of a file.
+
+    Parameters
+    ----------
+    vertices
+        Positions (V, 3), m.
+    faces
+        Vertex indices (T, 3), counter-clockwise seen from outside.
+    form
+        File format.
+    """
     import trimesh
 
-    # process=False keeps vertices as they are: merging them would lose nothing but our order.
+    # process=False keeps the order of the vertices.
     surface = trimesh.Trimesh(vertices, faces, process=False)
     if form == "ply":
         encoded = surface.export(file_type="ply", vertex_normal=True)

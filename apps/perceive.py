@@ -13,9 +13,9 @@ from eyehand.grasping import GraspPurpose, SelectOptions
 from eyehand.perception.io import FRAME_SUFFIXES, read_frame
 
 from .console import print_json, say, show
-from .description import describe, ready_kernels
-from .description_files import write_description
-from .description_table import description_rows, description_table
+from .output_files import write_perceived_frame
+from .perceived_frame import load_kernels, perceive_and_plan
+from .scene_table import scene_rows, scene_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -37,9 +37,9 @@ def perceive_command(
     out: Path = Path("out/perceive"),
     json: bool = False,
 ) -> int:
-    """Describe what a depth camera sees: segments, a fitted solid each, a proposed grasp each.
+    """Segment a depth frame, fit a solid to each object, and propose a grasp for each.
 
-    Writes scene.json, labels.png and overlay.png to the output folder and prints a table.
+    The command writes scene.json, labels.png and overlay.png and prints a table.
 
     Parameters
     ----------
@@ -62,27 +62,27 @@ def perceive_command(
         Print one JSON object on stdout; the table goes to stderr.
     """
     if (frame is None) == (not oak):
-        raise InputError("give either a frame file or --oak: eyehand perceive FRAME, or --oak")
+        raise InputError("give either a frame file or --oak")
     if record is not None and not oak:
-        raise InputError("--record goes with --oak: files are already recorded")
+        raise InputError("--record needs --oak")
     if frames is not None and frames < 1:
         raise InputError(f"--frames must be >= 1, got {frames}")
     rows = []
-    seen = 0
+    count = 0
     for name, source, depth_frame in _frames(frame, camera, oak, record, frames):
-        if seen == 0:
-            ready_kernels()
-        seen += 1
-        found = describe(depth_frame, SelectOptions(purpose=purpose))
+        if count == 0:
+            load_kernels()
+        count += 1
+        found = perceive_and_plan(depth_frame, SelectOptions(purpose=purpose))
         folder = out if name is None else out / name
-        write_description(folder, found, source)
-        show(description_table(found, source), json_wanted=json)
+        write_perceived_frame(folder, found, source)
+        show(scene_table(found, source), json_wanted=json)
         say(f"pictures and scene.json in {folder}")
-        rows += description_rows(found, name)
-    if seen == 0:
+        rows += scene_rows(found, name)
+    if count == 0:
         raise InputError(f"{frame} holds no frame")
     if json:
-        print_json("perceive", None, rows, frames=seen, out=str(out))
+        print_json("perceive", None, rows, frames=count, out=str(out))
     return 0
 
 
@@ -102,13 +102,13 @@ def _frames(
         assert path is not None
         if not path.is_dir() and path.suffix.lower() not in FRAME_SUFFIXES:
             raise InputError(
-                f"{path}: suffix {path.suffix!r} is no frame format, expected one of "
+                f"{path}: suffix {path.suffix!r} is not a frame format, expected one of "
                 f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))}"
             )
         if count not in (None, 1):
-            raise InputError(f"--frames goes with --oak or a recording: {path} is one frame")
+            raise InputError(f"--frames needs --oak or a recording, and {path} is one frame")
         yield None, str(path), read_frame(path, camera)
         return
-    # islice stops before it asks for a frame too many, which a live camera would have to take.
+    # islice does not request a frame beyond the last one, so that a live camera does not wait.
     for number, frame in enumerate(islice(stream.frames(), count)):
         yield f"{number:04d}", f"{source}, frame {number}", frame

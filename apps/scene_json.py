@@ -1,4 +1,4 @@
-"""A perceived scene as JSON: schema version, SI units, quaternions labelled w, x, y, z."""
+"""Plain data of scenes, solids and fits for JSON files: SI units, quaternions as w, x, y, z."""
 
 from __future__ import annotations
 
@@ -23,12 +23,12 @@ PARAMETER_UNITS = {
     **dict.fromkeys(("cx", "cy", "cz"), "m"),
     **dict.fromkeys(("k1", "k2"), "1"),
 }
-"""Of a covariance's rows and columns: semi-axes, exponents, turn about the solid's own axes,
-centre in the cloud's frame, taper."""
+"""Units of the rows and columns of a covariance: semi-axes, exponents, rotation about the local
+axes, centre in the frame of the cloud, taper."""
 
 
 def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[str, Any]:
-    """Give a scene with its grasp plans as plain data; every number is finite."""
+    """Return a scene with its grasp plans as plain data. Every number is finite."""
     support = scene.support
     return {
         "schema": SCENE_SCHEMA,
@@ -49,7 +49,7 @@ def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[s
 
 
 def solid_json(solid: Superquadric) -> dict[str, Any]:
-    """Give a solid as plain data."""
+    """Return a solid as plain data."""
     return {
         "kind": solid.kind,
         "semi_axes_m": _numbers(solid.semi_axes),
@@ -62,7 +62,10 @@ def solid_json(solid: Superquadric) -> dict[str, Any]:
 
 
 def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
-    """Give a fit as plain data: parts, doubts and ladder included; every number is finite."""
+    """Return a fit as plain data, with its parts, uncertainty and candidate models.
+
+    Every number is finite.
+    """
     return {
         "converged": fit.converged,
         "reason": fit.reason,
@@ -83,7 +86,7 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
 
 
 def fit_parts(fit: SuperquadricFit) -> tuple[Superquadric, ...]:
-    """Give the solids of a fit, largest first; none where it found none."""
+    """Return the solids of a fit, largest first, or none if the fit failed."""
     if fit.superquadric is None:
         return ()
     return fit.parts or (fit.superquadric,)

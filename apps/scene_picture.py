@@ -1,4 +1,4 @@
-"""Pictures of a perceived frame: coloured labels, and segments with the solids' lines over them."""
+"""Pictures of a perceived frame: label image, depth image, and overlay with solids and grasps."""
 
 from __future__ import annotations
 
@@ -37,31 +37,31 @@ PALETTE = np.array(
     ],
     dtype=np.uint8,
 )
-"""Okabe and Ito's colour-blind-safe colours, then four more."""
+"""The colour-blind-safe colours of Okabe and Ito, and four more."""
 GOLDEN = 0.618034
-"""Hues beyond the palette turn by this share: no two are the same, near ones are far apart."""
+"""Hue step of the labels beyond the palette. The golden ratio keeps successive hues apart."""
 BEYOND = ((0.30, 0.95), (0.85, 0.60))
-"""Saturation and value that they have by turns: paler or darker than the palette's."""
+"""Alternating saturation and value of the labels beyond the palette."""
 
 MIN_WIDTH = 1280
-"""Pictures are enlarged to at least this many pixels across, so that lines and text are sharp."""
+"""Minimum width of a picture, px. Smaller ones are enlarged to keep lines and text sharp."""
 MAX_HEIGHT = 2880
-"""... unless that makes them taller than this."""
+"""Maximum height of an enlarged picture, px."""
 TINT = 0.45
 BACKGROUND = 0.75
-TRUSTED = 0.25
-"""Solids of which less of the outline was seen are not drawn: they would hide what was."""
+MIN_VISIBLE_SHARE = 0.25
+"""Minimum visible share of a drawn solid. A less visible one would cover the measured points."""
 LINE = 2
 FINER = 8
-"""Pieces of an outline's edge that can each be hidden."""
+"""Number of segments per edge of an outline. Each can be hidden."""
 COVER_STEPS = 100
-"""Places between a point and the camera at which another part is looked for."""
+"""Number of samples between a point and the camera for occlusion by another part."""
 SUBPIXEL = 4
 """Bits of sub-pixel precision in OpenCV's line drawing."""
 
 
 def labels_picture(labels: NDArray[np.int32]) -> NDArray[np.uint16]:
-    """Labels as a 16-bit image (H, W); 0 = not an object."""
+    """Return the labels as a 16-bit image (H, W). 0 is background."""
     return labels.astype(np.uint16)
 
 
@@ -70,9 +70,9 @@ def overlay_picture(
 ) -> NDArray[np.uint8]:
     """Draw segments, projected solids and grasps over a frame, (H', W', 3) uint8 RGB.
 
-    The background is the colour image where there is one, else depth in grey. Solid lines are
-    the outlines and the visible feature lines of each fitted solid, of all its parts. Without
-    `names`, which a small picture has no room for, the plans are not needed.
+    The background is the colour image if there is one, else the depth image. The lines are the
+    outlines and the visible feature lines of all parts of each solid. Without `names`, the plans
+    are not needed.
     """
     height, width = frame.depth.shape
     zoom = max(min(-(-MIN_WIDTH // width), MAX_HEIGHT // height), 1)
@@ -97,14 +97,14 @@ def overlay_picture(
 
 
 def background_picture(frame: DepthFrame) -> NDArray[np.uint8]:
-    """Give the colour image, or depth from near (bright) to far (dark), (H, W, 3) uint8 RGB."""
+    """Return the colour image, or the depth image if there is none, (H, W, 3) uint8 RGB."""
     if frame.colour is not None:
         return np.array(frame.colour)
     return depth_picture(frame)
 
 
 def depth_picture(frame: DepthFrame) -> NDArray[np.uint8]:
-    """Depth as a picture, near bright and far dark, no reading black, (H, W, 3) uint8 RGB."""
+    """Draw depth from near (bright) to far (dark), (H, W, 3) uint8 RGB. No reading is black."""
     near, far = np.percentile(frame.depth[frame.valid], [1, 99])
     span = max(float(far - near), 1e-6)
     shade = np.clip(1.0 - (frame.depth - near) / span, 0.0, 1.0)
@@ -114,7 +114,7 @@ def depth_picture(frame: DepthFrame) -> NDArray[np.uint8]:
 
 
 def colour_of(label: int) -> NDArray[np.uint8]:
-    """Colour of an object, (3,) uint8 RGB; each label has its own."""
+    """Return the colour of a label, (3,) uint8 RGB. Each label has its own."""
     if 1 <= label <= len(PALETTE):
         return PALETTE[label - 1]
     saturation, value = BEYOND[label % len(BEYOND)]
@@ -125,15 +125,15 @@ def colour_of(label: int) -> NDArray[np.uint8]:
 def covered(
     points: NDArray[np.float64], solids: tuple[Superquadric, ...], eye: NDArray[np.float64]
 ) -> NDArray[np.bool_]:
-    """Whether points (N, 3) lie in or behind one of some solids, (N,)."""
+    """Return a mask (N,) of the points (N, 3) inside or behind one of the solids."""
     covered = np.zeros(len(points), dtype=bool)
     towards = (eye - points) / np.linalg.norm(eye - points, axis=1, keepdims=True)
     for solid in solids:
-        # Nothing of it lies farther from a point than its far side.
+        # No part of the solid is farther away than its far side.
         reach = np.linalg.norm(points - solid.centre, axis=1) + np.linalg.norm(solid.semi_axes)
         steps = np.linspace(0.0, 1.0, COVER_STEPS) * reach[:, None]
-        ways = points[:, None] + steps[..., None] * towards[:, None]
-        covered |= solid.contains(ways).any(axis=1)
+        samples = points[:, None] + steps[..., None] * towards[:, None]
+        covered |= solid.contains(samples).any(axis=1)
     return covered
 
 
@@ -144,7 +144,7 @@ def _draw_solid(
     T_camera_scene: RigidTransform,
     zoom: int,
 ) -> None:
-    if not item.fit or item.visible_share < TRUSTED:
+    if not item.fit or item.visible_share < MIN_VISIBLE_SHARE:
         return
     bright = _bright(item.label)
     eye = T_camera_scene.inv().translation
@@ -174,14 +174,14 @@ def _rim(
     frame: DepthFrame,
     T_camera_scene: RigidTransform,
 ) -> NDArray[np.float64]:
-    """Points (K, 3) of a solid's surface behind the corners (K, 2) of its outline."""
+    """Return the surface points (K, 3) that project to the corners (K, 2) of the outline."""
     vertices, _ = mesh(solid, OUTLINE_RESOLUTION)
     pixels = frame.intrinsics.project(T_camera_scene.apply(vertices))
     return vertices[np.argmin(np.linalg.norm(polygon[:, None] - pixels, axis=2), axis=1)]
 
 
 def _finer(curve: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Points between those of a curve (K, D), so that it can end between them."""
+    """Interpolate a curve (K, D), so that its visible part can end between two points."""
     places = np.linspace(0.0, len(curve) - 1.0, FINER * (len(curve) - 1) + 1)
     return np.column_stack([np.interp(places, np.arange(len(curve)), x) for x in curve.T])
 
@@ -193,7 +193,7 @@ def _draw_runs(
     colour: tuple[int, int, int],
     zoom: int,
 ) -> None:
-    """Draw a curve (K, 2) where it is shown, (K,)."""
+    """Draw the shown runs, mask (K,), of a curve (K, 2)."""
     for run in np.split(np.arange(len(pixels)), np.flatnonzero(np.diff(shown)) + 1):
         if shown[run[0]] and len(run) > 1:
             _polyline(canvas, pixels[run], colour, zoom, closed=False)
@@ -207,7 +207,7 @@ def _polyline(
     *,
     closed: bool,
 ) -> None:
-    # Pixel centres lie at whole numbers before and after the enlargement.
+    # Pixel centres have integer coordinates before and after the enlargement.
     enlarged = (pixels + 0.5) * zoom - 0.5
     limit = 4.0 * max(canvas.shape)
     fixed = np.round(np.clip(enlarged, -limit, limit) * (1 << SUBPIXEL)).astype(np.int32)
@@ -223,7 +223,7 @@ def _write(
     zoom: int,
     taken: list[tuple[int, int, int, int]],
 ) -> None:
-    """Name an object over its top edge, clear of the names before: number, solid, grasp."""
+    """Write number, solid and grasp above an object, clear of the earlier names."""
     rows, columns = np.nonzero(labels == item.label)
     kind = _name(item.fit)
     grasp = plan.prototype or "no grasp"

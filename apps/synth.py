@@ -1,4 +1,4 @@
-"""`eyehand synth`: make a synthetic tabletop frame with its ground truth."""
+"""`eyehand synth`: render a synthetic tabletop frame with its ground truth."""
 
 from __future__ import annotations
 
@@ -35,7 +35,9 @@ def synth(
     noise_scale: float = 1.0,
     json: bool = False,
 ) -> int:
-    """Render one random tabletop scene, settled by physics, to a depth frame with its truth.
+    """Render one random tabletop scene to a depth frame with its ground truth.
+
+    Physics lets the objects settle before the scene is rendered.
 
     Writes depth.png (16 bit, mm) with depth.json and depth_colour.png, true_labels.png and
     ground_truth.json.
@@ -43,13 +45,13 @@ def synth(
     Parameters
     ----------
     seed
-        Scene and noise follow from it alone.
+        Seed of the scene and of the noise.
     out
         Output folder.
     objects
         Number of objects, 1 to 15, or 0 for an empty table.
     family
-        How they stand to one another: apart, side by side, on each other, dropped apart, piled.
+        Arrangement of the objects: apart, side by side, stacked, dropped apart, or piled.
     noise
         Depth noise of a structured-light camera, or none.
     noise_scale

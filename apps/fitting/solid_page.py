@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..description_files import write_text
+from ..output_files import write_text
 from ..scene_json import fit_parts
 from .page_scene import PageScene, starting_camera
 from .page_server import close_server, open_server

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..description_files import write_text
+from ..output_files import write_text
 from ..wording import counted, plural
 from .demo_report_style import STYLE
 from .demo_table import task_words

@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from eyehand.apps.description import ready_kernels
 from eyehand.grasping.clearing import Memory, look
 from eyehand.grasping.grasp_selection import choose
 
+from ..perceived_frame import load_kernels
 from .bench.trial import GraspTrial, make_cell
 
 
 def ready_grasping() -> None:
     """Load the kernels of seeing, of control and of touch: seconds, or once half a minute."""
-    ready_kernels()
+    load_kernels()
     cell, _ = make_cell(GraspTrial(family="single", seed=0, known=True))
     scene, _, _ = look(cell)
     if scene is not None:

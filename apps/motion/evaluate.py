@@ -18,7 +18,7 @@ from ..bench.chart_style import Provenance, write_chart
 from ..bench.csv_table import write_csv
 from ..bench.machine import core_count, machine_line
 from ..console import print_json, say, show, tracked
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .cycle_comparison import PAIRS, cycle_rows
 from .reach_chart import bench_chart
 from .reach_methods import BASELINE, METHODS, PLANNED

@@ -9,8 +9,8 @@ from rich import box
 from rich.table import Table
 
 from eyehand.apps.console import print_json, say, show
-from eyehand.apps.description_files import make_folder
 
+from ..output_files import make_folder
 from .fig1_picture import write_fig1
 from .fig1_run import DEFAULT, fig1_faults, fig1_rows, run_fig1
 from .fig1_scene import fig1_scene

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import Parameter
 
 from eyehand.apps.console import show
-from eyehand.apps.description_files import make_folder
+from eyehand.apps.output_files import make_folder
 from eyehand.control.options import ControlOptions
 
 from ..bench.chart_style import GREY, VERMILION, draw_curve

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.apps.console import print_json, say, tracked
-from eyehand.apps.description import ready_kernels
-from eyehand.apps.description_files import make_folder
+from eyehand.apps.output_files import make_folder
+from eyehand.apps.perceived_frame import load_kernels
 from eyehand.errors import InputError
 from eyehand.perception import segment
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
@@ -124,7 +124,7 @@ def chart_segmentation(
             f"has {first.frame.depth.shape[1]}x{first.frame.depth.shape[0]}"
         )
     make_folder(out)
-    ready_kernels()
+    load_kernels()
     settings = BOARD.settings(quick=quick)
     rivals = BASELINES if baselines else ()
     methods = [_own(setting) for setting in settings] + [

@@ -13,13 +13,13 @@ from rich import box
 from rich.table import Table
 
 from eyehand.apps.console import print_json, say, show, tracked
-from eyehand.apps.description import ready_kernels
-from eyehand.apps.description_files import make_folder
 from eyehand.errors import InputError
 from eyehand.perception import SegmentationOptions, segment
 
 from ..bench.csv_table import write_csv
 from ..bench.machine import machine_line
+from ..output_files import make_folder
+from ..perceived_frame import load_kernels
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
 from .pictures import ScoredFrame, verdict, write_frame_picture, write_sheet
 from .scored_frames import FrameResult, frame_row, run_trials, summary_rows
@@ -125,7 +125,7 @@ def evaluate_segmentation(
         reading = DatasetOptions(camera, depth_scale_mm, labels)
         sources = _spread(_kept(open_dataset(Path(dataset), reading), groups), frames)
     make_folder(out)
-    ready_kernels()
+    load_kernels()
     results = _run(sources, options, ignore_invalid)
     rows = summary_rows(results)
     title = f"synthetic frames, seeds from {seed}" if synthetic else dataset

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from eyehand.apps.description import ready_kernels
-from eyehand.apps.description_files import make_folder
+from eyehand.apps.output_files import make_folder
+from eyehand.apps.perceived_frame import load_kernels
 from eyehand.data_synth.render import render_staged
 from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
@@ -76,7 +76,7 @@ def stress_segmentation(
     tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
     sweeps = segmentation_sweeps(only or ())
     make_folder(out)
-    ready_kernels()
+    load_kernels()
     results = run_sweeps(sweeps, tried, functools.partial(segment, options=options), quick=quick)
     shown = [picture for picture in map(_picture, results) if picture is not None]
     if shown:

@@ -12,7 +12,7 @@ from eyehand.errors import InputError
 
 from ..bench.chart_style import write_chart
 from ..console import print_json, say, show, tracked
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .cable_picture import cable_picture
 from .cable_run import cable_row, run_cable, speed_row
 

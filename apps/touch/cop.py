@@ -22,7 +22,7 @@ from ..bench.chart_style import (
     new_chart,
 )
 from ..console import tracked
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .probe_path import ProbePath, follow_probe
 from .trials import tell_trials, trial_count
 

@@ -9,7 +9,7 @@ from rich import box
 from rich.table import Table
 
 from ..console import tracked
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .edge_picture import edge_picture
 from .edge_run import edge_row, mean_row, run_edge
 from .trials import tell_trials, trial_count

@@ -13,7 +13,7 @@ from eyehand.perception.io import write_cloud
 
 from ..bench.chart_style import write_chart
 from ..console import print_json, say, show
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .explore_picture import explore_picture
 from .explore_run import MOST_TILT_DEG, run_explore
 from .explore_truth import explore_rows

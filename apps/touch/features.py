@@ -14,7 +14,7 @@ from eyehand.tactile import TactileArray
 from ..bench.chart_style import Provenance, write_chart
 from ..bench.machine import machine_line
 from ..console import print_json, say, show
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .calibration_comparison import calibration_rows
 from .feature_chart import feature_chart
 from .feature_comparison import centre_rows, lines_and_probes, orientation_rows, reading_rows

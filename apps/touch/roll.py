@@ -21,7 +21,7 @@ from ..bench.chart_style import (
     new_chart,
 )
 from ..console import tracked
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
 from .trials import tell_trials, trial_count
 

@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 
 from ..bench.chart_style import write_chart
 from ..console import print_json, say, show, tracked
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .seek_picture import seek_picture
 from .seek_run import run_seek, seek_row, spot_rows
 from .seek_shapes import SHAPES

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from eyehand.apps.description_files import make_folder
+from eyehand.apps.output_files import make_folder
 
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst

@@ -14,7 +14,7 @@ from ..bench.chart_style import Provenance, write_chart
 from ..bench.csv_table import write_csv
 from ..bench.machine import machine_line
 from ..console import print_json, say, show, tracked
-from ..description_files import make_folder
+from ..output_files import make_folder
 from .cycle_time import cycle_times
 from .track_picture import track_picture, track_points
 from .track_trial import OBJECTS, track_once, track_rows

@@ -271,7 +271,7 @@ def test_an_output_folder_that_cannot_be_made_is_refused(tmp_path, capsys):
     (tmp_path / "file").write_text("in the way")
     code, _, err = run("perceive", SAMPLE, "--out", tmp_path / "file" / "out", capsys=capsys)
     assert code == 2
-    assert "cannot make the folder" in err
+    assert "cannot create the folder" in err
 
 
 def test_help_answers_at_once_and_names_every_command():

@@ -185,7 +185,7 @@ def test_the_page_is_one_file(ball, tmp_path, capsys):
         (["{ball}", "--density", "0"], "--density"),
         (["{ball}", "--port", "70000"], "--port"),
         (["{ball}", "--page", "page.pdf"], ".html"),
-        (["{ball}", "--page", "ball.ply/page.html"], "cannot make the folder"),
+        (["{ball}", "--page", "ball.ply/page.html"], "cannot create the folder"),
         (["{ball}", "{ball}", "--out", "o"], "same name"),
         (["{folder}"], "suffix"),
     ],

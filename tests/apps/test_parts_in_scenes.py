@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.description import describe
+from eyehand.apps.perceived_frame import perceive_and_plan
 from eyehand.apps.scene_json import fit_json
 from eyehand.apps.scene_picture import covered, overlay_picture
 from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, staged_frame
@@ -70,7 +70,7 @@ def test_all_parts_count_as_its_outline(elbow):
 
 def test_all_parts_are_drawn_and_named(elbow):
     frame, _, fit = elbow
-    found = describe(frame)
+    found = perceive_and_plan(frame)
     scene = found.scene
     item = replace(scene.objects[0], fit=fit, visible_share=1.0)
     one = replace(item, fit=replace(fit, parts=fit.parts[:1]))

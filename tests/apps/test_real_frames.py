@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from eyehand.apps.description import describe
+from eyehand.apps.perceived_frame import perceive_and_plan
 from eyehand.apps.scene_json import scene_json
 from eyehand.apps.segmentation.score import score_segmentation
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
@@ -21,7 +21,7 @@ FRAMES = {
 
 
 def check(frame: DepthFrame) -> int:
-    found = describe(frame)
+    found = perceive_and_plan(frame)
     text = json.dumps(scene_json(found.scene, found.plans, "test"), allow_nan=False)
     assert json.loads(text)["schema"] == "eyehand.scene/1"
     for item in found.scene.objects:
@@ -50,7 +50,7 @@ def test_labelled_tabletop_frames_are_segmented_sensibly(first, real_data):
         depth, truth = read_labelled(path)
         frame = DepthFrame(depth, KINECT)
         check(frame)
-        labels = describe(frame).scene.segmentation.labels
+        labels = perceive_and_plan(frame).scene.segmentation.labels
         scores.append(score_segmentation(labels, np.where(frame.valid, truth, 0)).f)
     assert np.mean(scores) > 0.75
 

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.apps.console import print_json, tracked
-from eyehand.apps.description import ready_kernels
-from eyehand.apps.description_files import make_folder
+from eyehand.apps.output_files import make_folder
+from eyehand.apps.perceived_frame import load_kernels
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric.budget import FORMAT, STORED_FRONT
@@ -111,7 +111,7 @@ def chart_fit(
         ),
     ]
     make_folder(out)
-    ready_kernels()
+    load_kernels()
     wanted = [(group, seed + k) for k in range(each) for group in GROUPS]
     compared = compare_methods(
         methods,

@@ -16,8 +16,8 @@ from ...bench.comparison import compare_methods
 from ...bench.csv_table import write_csv
 from ...bench.machine import machine_line
 from ...console import print_json, say, show, tracked
-from ...description import ready_kernels
-from ...description_files import make_folder
+from ...output_files import make_folder
+from ...perceived_frame import load_kernels
 from .baselines import find_baseline
 from .clouds import Group, fit_case
 from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summary_rows
@@ -93,7 +93,7 @@ def evaluate_fit(
     own = replace(base, **given)
     baselines = [baseline_fitter(name, find_baseline(name)) for name in baseline or []]
     make_folder(out)
-    ready_kernels()
+    load_kernels()
     rows: list[dict[str, Any]] = []
     for group in dict.fromkeys(groups or get_args(Group)):
         fitters = [own_fitter(OWN, own)]

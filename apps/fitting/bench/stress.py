@@ -10,8 +10,8 @@ import numpy as np
 from cyclopts import Parameter
 
 from eyehand.apps.console import show, tracked
-from eyehand.apps.description import ready_kernels
-from eyehand.apps.description_files import make_folder
+from eyehand.apps.output_files import make_folder
+from eyehand.apps.perceived_frame import load_kernels
 
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, refused_pct, share_pct
@@ -86,7 +86,7 @@ def stress_fit(
         method = baseline_method(find_baseline(baseline))
         sweeps = [replace(sweep, holds_to=None) for sweep in sweeps]
     make_folder(out)
-    ready_kernels()
+    load_kernels()
     results = run_sweeps(sweeps, tried, method, quick=quick)
     extreme_results = [
         run_extreme(extreme, tried[:EXTREME_SEEDS], method)

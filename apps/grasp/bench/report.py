@@ -6,9 +6,9 @@ import base64
 from html import escape
 from typing import TYPE_CHECKING, Any
 
-from eyehand.apps.description_files import write_text
 from eyehand.apps.wording import counted
 
+from ...output_files import write_text
 from .summary import PLACED, outcome_counts, prototype_rows, worst_scenes
 from .table import COLUMNS, NOTHING, rate_text, table_cells
 

@@ -11,10 +11,11 @@ from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from eyehand.apps.console import say
-from eyehand.apps.description_files import make_folder, write_text
 from eyehand.apps.wording import counted
 from eyehand.errors import InputError
 from eyehand.perception.io import atomic_write
+
+from ...output_files import make_folder, write_text
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from eyehand.apps.description_files import make_folder
 from eyehand.apps.grasp.ready import ready_grasping
+from eyehand.apps.output_files import make_folder
 from eyehand.grasping.pick_options import PickOptions
 
 from ...bench.chart_style import GREY, VERMILION, draw_curve

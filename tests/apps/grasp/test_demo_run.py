@@ -14,7 +14,7 @@ import pytest
 import trimesh
 from rich.console import Console
 
-from eyehand.apps.demo import leave
+from eyehand.apps.demo import write_results
 from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
 from eyehand.apps.grasp.closeup import closeup
 from eyehand.apps.grasp.demo_report import report_html, write_report
@@ -256,15 +256,15 @@ def test_a_run_without_a_film_removes_an_earlier_one_and_nothing_else(cleared, t
     old, others = tmp_path / "demo.mp4", tmp_path / "mine.mp4"
     for path in (old, others):
         path.write_bytes(b"a film")
-    leave(replace(record, film=old), tmp_path, json=False)
+    write_results(replace(record, film=old), tmp_path, json=False)
     assert old.is_file()
-    leave(record, tmp_path, json=False)
+    write_results(record, tmp_path, json=False)
     assert not old.exists()
     assert others.is_file()
     assert str(old) not in capsys.readouterr().err.splitlines()[-1]
     old.mkdir()
     with pytest.raises(InputError, match=r"demo\.mp4"):
-        leave(record, tmp_path, json=False)
+        write_results(record, tmp_path, json=False)
 
 
 def test_what_is_claimed_and_not_true_is_told(cleared):

@@ -1,4 +1,4 @@
-"""`eyehand demo --look`: from depth to described scene, on a synthetic and a real frame."""
+"""`eyehand demo --perception-only`: perceive a synthetic and a real frame."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from eyehand.grasping import GraspPurpose, SelectOptions
 from eyehand.perception import read_frame
 
 from .console import print_json, say, show
-from .description import Description, describe, ready_kernels
-from .description_files import write_description, write_picture
-from .description_table import description_rows, description_table
+from .output_files import write_perceived_frame, write_picture
+from .perceived_frame import PerceivedFrame, load_kernels, perceive_and_plan
 from .scene_picture import depth_picture, overlay_picture
+from .scene_table import scene_rows, scene_table
 from .segmentation.score import SegmentationScore, score_segmentation
 from .synth import MAX_OBJECTS
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from eyehand.perception import DepthFrame
 
 SAMPLE = Path(__file__).parent / "sample" / "depth.png"
-"""A frame that comes with the package, made by `eyehand synth`."""
+"""Sample frame in the package, made by `eyehand synth`."""
 REAL_FRAME = Path("frames/pcl/milk_cartoon_all_small_clorox.pcd")
-"""The real frame shown, inside a folder of test data."""
+"""Path of the real frame in the folder of test data."""
 PANEL_HEIGHT = 720
 GAP = 12
 
@@ -40,11 +40,11 @@ GAP = 12
 class _Shown:
     name: str
     source: str
-    found: Description
+    found: PerceivedFrame
     score: SegmentationScore | None
 
 
-def look_demo(
+def perception_demo(
     frame: Path | None,
     camera: Path | None,
     *,
@@ -54,16 +54,16 @@ def look_demo(
     out: Path,
     json: bool,
 ) -> int:
-    """Perceive a synthetic scene, whose truth is known, then a real frame; leave the pictures.
+    """Perceive a synthetic scene with known truth and a real frame, and write their pictures.
 
     Parameters
     ----------
     frame, camera
-        Your own depth frame in place of the real one shown, and its camera file.
+        Your own depth frame in place of the real one, and its camera file.
     seed, objects
-        Of the synthetic scene.
+        Seed and number of objects of the synthetic scene.
     purpose
-        What the grasps are for.
+        What the objects are grasped for.
     out
         Output folder.
     json
@@ -72,30 +72,30 @@ def look_demo(
     Raises
     ------
     InputError
-        If there are too many objects, or the frame cannot be read.
+        If the number of objects is out of range or the frame cannot be read.
     """
     if not 1 <= objects <= MAX_OBJECTS:
         raise InputError(f"--objects must be 1 to {MAX_OBJECTS}, got {objects}")
-    # First, as it may be what is wrong.
+    # The real frame comes first because reading it can fail.
     real, source = _real_frame(frame, camera)
     say("making a synthetic scene: physics, camera, depth noise ...")
     scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
     synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
-    ready_kernels()
+    load_kernels()
     select = SelectOptions(purpose=purpose)
-    found = describe(synthetic, select)
+    found = perceive_and_plan(synthetic, select)
     score = score_segmentation(found.scene.segmentation.labels, truth)
     shown = [
         _Shown("synthetic", f"synthetic scene, seed {seed}", found, score),
-        _Shown("real", source, describe(real, select), None),
+        _Shown("real", source, perceive_and_plan(real, select), None),
     ]
     rows = []
     for item in shown:
-        write_description(out / item.name, item.found, item.source)
-        show(description_table(item.found, item.source), json_wanted=json)
+        write_perceived_frame(out / item.name, item.found, item.source)
+        show(scene_table(item.found, item.source), json_wanted=json)
         if item.score is not None:
             say(_against_truth(item.score))
-        rows += description_rows(item.found, item.name)
+        rows += scene_rows(item.found, item.name)
     overview = out / "overview.png"
     write_picture(overview, _stacked([_panel(item.found) for item in shown]))
     say(f"pictures: {overview}; overlay.png, labels.png, scene.json per frame in {out}")
@@ -105,13 +105,13 @@ def look_demo(
 
 
 def _real_frame(path: Path | None, camera: Path | None) -> tuple[DepthFrame, str]:
-    """Read the frame asked for, else a real one beside the repository, else the package's own."""
+    """Read the given frame, else the real one of the test data, else the sample of the package."""
     if path is not None:
         return read_frame(path, camera), str(path)
     data = Path(os.environ.get("EYEHAND_DATA", "../shared/data"))
     if (data / REAL_FRAME).is_file():
         return read_frame(data / REAL_FRAME), f"real frame {REAL_FRAME.name}"
-    say(f"no real frame at {data / REAL_FRAME}: showing the package's own sample instead")
+    say(f"no real frame at {data / REAL_FRAME}: showing the sample frame of the package instead")
     return read_frame(SAMPLE), "sample frame"
 
 
@@ -123,7 +123,7 @@ def _against_truth(score: SegmentationScore) -> str:
 
 
 def _stacked(panels: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
-    """Panels one over the other, the narrower ones filled up with white."""
+    """Stack panels vertically and pad the narrower ones with white."""
     width = max(panel.shape[1] for panel in panels)
     return np.vstack(
         [
@@ -133,8 +133,8 @@ def _stacked(panels: list[NDArray[np.uint8]]) -> NDArray[np.uint8]:
     )
 
 
-def _panel(found: Description) -> NDArray[np.uint8]:
-    """Depth on the left, what was found on the right."""
+def _panel(found: PerceivedFrame) -> NDArray[np.uint8]:
+    """Draw the depth image on the left and the perceived scene on the right."""
     pictures = [depth_picture(found.frame), overlay_picture(found.frame, found.scene, found.plans)]
     scaled = []
     for picture in pictures:

@@ -1,4 +1,4 @@
-"""Write what was found: scene.json, labels.png, overlay.png."""
+"""Output files: folders, text, pictures, and the three files of a perceived frame."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .description import Description
+    from .perceived_frame import PerceivedFrame
 
 
-def write_description(folder: Path, found: Description, source: str) -> list[Path]:
-    """Write a description's three files to a folder, made if needed, and list them.
+def write_perceived_frame(folder: Path, found: PerceivedFrame, source: str) -> list[Path]:
+    """Write scene.json, labels.png and overlay.png to a folder, and return their paths.
 
     Raises
     ------
     InputError
-        If the folder cannot be made or written to.
+        If the folder cannot be created or written to.
     """
     make_folder(folder)
     scene_file = folder / "scene.json"
@@ -41,27 +41,27 @@ def write_description(folder: Path, found: Description, source: str) -> list[Pat
 
 
 def make_folder(folder: Path) -> None:
-    """Make an output folder.
+    """Create an output folder with its parents.
 
     Raises
     ------
     InputError
-        If it cannot be made.
+        If it cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"cannot make the folder {folder}: {error.strerror}") from error
+        raise InputError(f"cannot create the folder {folder}: {error.strerror}") from error
 
 
 def write_text(path: Path, text: str) -> None:
-    """Write a text file at once or not at all."""
+    """Write a UTF-8 text file atomically."""
     with atomic_write(path) as temporary:
         temporary.write_text(text, encoding="utf-8")
 
 
 def write_picture(path: Path, picture: NDArray[np.uint8] | NDArray[np.uint16]) -> None:
-    """Write a PNG, (H, W) or (H, W, 3) RGB, at once or not at all."""
+    """Write an image (H, W) or (H, W, 3) RGB as a PNG file atomically."""
     if picture.ndim == 3:
         picture = picture[..., ::-1]
     with atomic_write(path) as temporary:

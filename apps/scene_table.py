@@ -1,4 +1,4 @@
-"""What was found, as a table for people and as rows for machines."""
+"""A perceived frame as a table for the terminal and as rows for JSON."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from .scene_picture import colour_of
 if TYPE_CHECKING:
     from eyehand.perception import SceneObject
 
-    from .description import Description
+    from .perceived_frame import PerceivedFrame
 
 
-def description_table(found: Description, source: str) -> Table:
-    """Give a table: one row per object, times in the caption."""
+def scene_table(found: PerceivedFrame, source: str) -> Table:
+    """Return a table with one row per object and the times in the caption."""
     scene = found.scene
     stages = ", ".join(f"{stage} {value * 1e3:.0f}" for stage, value in scene.timings.items())
     total = scene.seconds + found.plan_seconds
@@ -36,7 +36,7 @@ def description_table(found: Description, source: str) -> Table:
             f"[rgb({r},{g},{b})]{item.label}[/]",
             *_solid_cells(item),
             f"{item.visible_share * 100:.0f}",
-            _resting(item),
+            _support_name(item),
             f"{plan.prototype}, {plan.approach}" if plan else "none",
             str(plan.rows) if plan else "-",
             plan.reason,
@@ -44,8 +44,8 @@ def description_table(found: Description, source: str) -> Table:
     return table
 
 
-def description_rows(found: Description, prefix: str | None = None) -> list[dict[str, Any]]:
-    """Rows for ``--json``: one per object and one named ``frame`` with the totals."""
+def scene_rows(found: PerceivedFrame, prefix: str | None = None) -> list[dict[str, Any]]:
+    """Return the rows of ``--json``: one named ``frame`` with totals, then one per object."""
     lead = f"{prefix}/" if prefix else ""
     scene = found.scene
     rows: list[dict[str, Any]] = [
@@ -87,7 +87,7 @@ def _solid_cells(item: SceneObject) -> tuple[str, str, str, str]:
     return solid.kind, size, exponents, f"{item.fit.spread * 1e3:.1f}"
 
 
-def _resting(item: SceneObject) -> str:
+def _support_name(item: SceneObject) -> str:
     if item.rests_on is None:
         return "?"
     return "table" if item.rests_on == 0 else f"object {item.rests_on}"

@@ -1,4 +1,4 @@
-"""From a frame to a scene with a grasp for every object, the step all commands share."""
+"""Perceive a frame and plan a grasp for every object: the step that all commands share."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 CAMERA_UP = (0.0, -1.0, 0.0)
-"""Up in the camera's frame when nothing else tells: against y."""
+"""Up direction in the camera frame when neither gravity nor a camera pose is known."""
 
 
 @dataclass(frozen=True)
-class Description:
-    """A frame, what it shows, and how to grasp it."""
+class PerceivedFrame:
+    """A depth frame, the scene in it, and a grasp plan per object."""
 
     frame: DepthFrame
     """The depth frame."""
@@ -38,15 +38,15 @@ class Description:
     plans: dict[int, GraspPlan]
     """Grasp plan by object label."""
     plan_seconds: float
-    """Time the choice of grasps took."""
+    """Duration of grasp planning, s."""
 
 
-def describe(
+def perceive_and_plan(
     frame: DepthFrame,
     select: SelectOptions | None = None,
     options: PerceiveOptions | None = None,
-) -> Description:
-    """Perceive a frame and choose a grasp for each object."""
+) -> PerceivedFrame:
+    """Perceive a frame and select a grasp for each object."""
     scene = perceive(frame, options)
     began = time.perf_counter()
     up: NDArray[np.float64] | None = np.array(CAMERA_UP) if scene.frame == "camera" else None
@@ -56,11 +56,11 @@ def describe(
         )
         for item in scene.objects
     }
-    return Description(frame, scene, plans, time.perf_counter() - began)
+    return PerceivedFrame(frame, scene, plans, time.perf_counter() - began)
 
 
-def ready_kernels() -> None:
-    """Compile the numba kernels if this is the first run, saying so; load them otherwise."""
+def load_kernels() -> None:
+    """Load the numba kernels. The first run compiles them and prints that it does."""
     if not kernels_are_cached():
-        say("first run: compiling numerical kernels, once, about half a minute ...")
+        say("first run: compiling numerical kernels (once, about half a minute) ...")
     warm_up()
