@@ -78,7 +78,8 @@ class SegmentationOptions:
 
         The arguments and errors are those of :func:`~.budget.select_point`.
         """
-        return cls(**select_point(milliseconds, slower=slower, threads=threads).dials)
+        point = select_point(milliseconds, slower=slower, threads=threads)
+        return replace(cls(), **point.dials)
 
     def scaled(self, width: int) -> SegmentationOptions:
         """Return the options for an image `width` px wide, with the same angles in the image."""

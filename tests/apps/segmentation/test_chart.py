@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -14,7 +15,7 @@ from eyehand.apps.segmentation import chart as chart_segmentation
 from eyehand.apps.segmentation.baselines import BASELINES
 from eyehand.apps.segmentation.comparison import FIGURES
 from eyehand.apps.segmentation.dials import BOARD
-from eyehand.perception import DepthFrame
+from eyehand.perception import DepthFrame, SegmentationOptions
 from eyehand.perception.segmentation import FRONT_FORMAT
 
 
@@ -121,5 +122,5 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
     assert [point.name for point in front.points] == ["stride 2", "default"]
     assert front.default_ms == 40.0
     assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)
-    assert front.points[0].options() == settings[1].options
+    assert replace(SegmentationOptions(), **front.points[0].dials) == settings[1].options
     assert chart.publish(tmp_path / "a.png", place, store=False, json=False) == 1.0
