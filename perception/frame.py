@@ -1,4 +1,4 @@
-"""One look at the world: a depth image with the camera that took it."""
+"""A depth image with the camera that took it."""
 
 from __future__ import annotations
 
@@ -14,11 +14,10 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 MAX_PLAUSIBLE_DEPTH_M = 100.0
-"""Past this no depth camera measures: a larger median means millimetres given as metres."""
-
+"""Depth cameras measure no farther. A larger median means millimetres given as metres."""
 
 MIN_READING_M, MAX_READING_M = 1e-4, 1e4
-"""Readings outside this range are no distances, but what is left of a failed conversion."""
+"""Readings outside this range come from a failed conversion, not from a camera."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ class CameraIntrinsics:
         return np.array([[self.fx, 0.0, self.cx], [0.0, self.fy, self.cy], [0.0, 0.0, 1.0]])
 
     def reduced(self, stride: int) -> CameraIntrinsics:
-        """Give the camera of every `stride`-th row and column."""
+        """Return the camera of the image's every `stride`-th row and column."""
         return CameraIntrinsics(
             self.fx / stride,
             self.fy / stride,
@@ -72,14 +71,14 @@ class CameraIntrinsics:
         )
 
     def cropped(self, rows: slice, columns: slice) -> CameraIntrinsics:
-        """Give the camera of the image's part ``[rows, columns]``."""
+        """Return the camera of the image part ``[rows, columns]``."""
         (top, bottom, _), (left, right, _) = rows.indices(self.height), columns.indices(self.width)
         return CameraIntrinsics(
             self.fx, self.fy, self.cx - left, self.cy - top, right - left, bottom - top
         )
 
     def rays(self) -> NDArray[np.float64]:
-        """Directions through every pixel with z = 1, camera frame, (H, W, 3) float64."""
+        """Return the directions through every pixel with z = 1, camera frame, (H, W, 3) float64."""
         u = (np.arange(self.width) - self.cx) / self.fx
         v = (np.arange(self.height) - self.cy) / self.fy
         rays = np.empty((self.height, self.width, 3))
@@ -89,7 +88,7 @@ class CameraIntrinsics:
         return rays
 
     def project(self, points: NDArray[np.floating]) -> NDArray[np.float64]:
-        """Pixels (…, 2) of camera-frame points (…, 3) in m; NaN where z <= 0."""
+        """Project camera-frame points (…, 3), m, to pixels (…, 2). Points with z <= 0 give NaN."""
         points = np.asarray(points, dtype=np.float64)
         z = np.where(points[..., 2] > 0, points[..., 2], np.nan)
         u = self.fx * points[..., 0] / z + self.cx
@@ -99,14 +98,14 @@ class CameraIntrinsics:
 
 @dataclass(frozen=True)
 class DepthFrame:
-    """A depth image, the camera behind it, and where that camera stood.
+    """A depth image, its camera, and the camera's pose.
 
     Raises
     ------
     InputError
-        If depth is not a 2-D float array of the camera's size, holds NaN, infinity or negative
-        values, holds no reading at all, or is so large that millimetres were taken for metres;
-        if colour has another size or type.
+        If depth is not a 2-D float array of the camera's size, contains NaN, infinity or negative
+        values, contains no reading, or is so large that it must be in millimetres. If colour has
+        another size or type.
     """
 
     depth: NDArray[np.float32]
@@ -114,7 +113,7 @@ class DepthFrame:
     intrinsics: CameraIntrinsics
     """The camera that took the image."""
     T_world_camera: RigidTransform | None = None
-    """Maps camera coordinates to world coordinates; None when the camera's place is unknown."""
+    """Maps camera coordinates to world coordinates. None if the camera's pose is unknown."""
     colour: NDArray[np.uint8] | None = None
     """Registered colour image, (H, W, 3) uint8 RGB, or None."""
 
@@ -142,11 +141,11 @@ class DepthFrame:
 
     @property
     def valid(self) -> NDArray[np.bool_]:
-        """Pixels that hold a reading, (H, W) bool."""
+        """Mask of the pixels with a reading, (H, W) bool."""
         return self.depth > 0
 
     def points(self) -> NDArray[np.float32]:
-        """Organised cloud in the camera frame, (H, W, 3) float32, m; (0, 0, 0) = no reading."""
+        """Return the cloud in pixel order, camera frame, (H, W, 3) float32, m; 0 = no reading."""
         k = self.intrinsics
         u = ((np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
         v = ((np.arange(k.height) - k.cy) / k.fy).astype(np.float32)

@@ -1,4 +1,4 @@
-"""Compile or load every kernel once, so that the first real frame is as fast as the next."""
+"""Compilation of all numba kernels ahead of the first frame."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def kernels_are_cached() -> bool:
-    """Whether an earlier run left compiled kernels on disk for this version of the code."""
+    """Report whether the kernels of this version of the code are compiled and stored on disk."""
     for kernel in (fit_centred_windows, descend):
         folder = Path(kernel.stats.cache_path or ".")
         source = Path(kernel.py_func.__code__.co_filename)
@@ -30,7 +30,11 @@ def kernels_are_cached() -> bool:
 
 
 def warm_up() -> None:
-    """Perceive a tiny made-up frame: two balls, one before the other, on a plane."""
+    """Compile or load every kernel, so that the first frame is as fast as the next ones.
+
+    It perceives a small synthetic frame: two balls on a plane, one in front of the other. The
+    frame is also segmented at half resolution, which uses further kernels.
+    """
     camera = CameraIntrinsics(100.0, 100.0, 63.5, 47.5, 128, 96)
     rays = camera.rays()
     rays /= np.linalg.norm(rays, axis=-1, keepdims=True)
@@ -45,7 +49,7 @@ def warm_up() -> None:
 
 
 def _ball(rays: NDArray[np.float64], x: float, z: float) -> NDArray[np.float64]:
-    """Distance along unit rays (H, W, 3) to a ball of 6 cm radius, m; infinite where it is not."""
+    """Return the distance along unit rays (H, W, 3) to a ball of 6 cm radius, m, or infinity."""
     centre = np.array([x, 0.02, z])
     along = rays @ centre
     square = along**2 - (centre @ centre - 0.06**2)

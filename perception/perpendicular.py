@@ -1,4 +1,4 @@
-"""Directions at right angles to given ones."""
+"""Directions perpendicular to given ones."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ if TYPE_CHECKING:
 
 
 def perpendicular_pair(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rows a, b (2, 3) that complete a unit direction d (3,) to a right-handed frame (a, b, d).
+    """Return rows a, b (2, 3) that complete a unit direction d (3,) to a right-handed frame abd.
 
-    Deterministic: a is perpendicular to the coordinate axis farthest from d, too.
+    The result is deterministic: a is also perpendicular to the coordinate axis farthest from d.
     """
-    least = np.zeros(3)
-    least[int(np.argmin(np.abs(direction)))] = 1.0
-    first = cross(direction, least)
+    farthest_axis = np.zeros(3)
+    farthest_axis[int(np.argmin(np.abs(direction)))] = 1.0
+    first = cross(direction, farthest_axis)
     first = first / np.sqrt(np.sum(first * first))
     return np.array([first, cross(direction, first)])
 
 
 def cross(a: NDArray[np.float64], b: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Cross product of two vectors (3,), in a tenth of the time of NumPy's for arrays of them."""
+    """Compute the cross product of two vectors (3,), in a tenth of the time of `numpy.cross`."""
     a1, a2, a3 = a.tolist()
     b1, b2, b3 = b.tolist()
     return np.array([a2 * b3 - a3 * b2, a3 * b1 - a1 * b3, a1 * b2 - a2 * b1])

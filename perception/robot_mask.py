@@ -1,4 +1,4 @@
-"""Take out of a depth image what a robot knows not to be an object: itself, and its own tray."""
+"""Removal of readings that are known to be no object: the robot itself, a tray, a wall."""
 
 from __future__ import annotations
 
@@ -12,53 +12,53 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.perception.frame import DepthFrame
+    from .frame import DepthFrame
 
 MARGIN_PX = 3
-"""Pixels beside the robot's outline that are taken with it: there depth is mixed and jittered."""
+"""Pixels around the robot's outline that are removed too. Depth there mixes robot and background,
+and jitters."""
 
 
 def mask_robot(
     depth: NDArray[np.float32], robot: NDArray[np.bool_], margin: int = MARGIN_PX
 ) -> NDArray[np.float32]:
-    """Give a depth image (H, W), m, with no reading on and near the robot's pixels.
+    """Return a depth image (H, W), m, without readings on and near the robot.
 
     Parameters
     ----------
     depth
-        The image, (H, W), m.
+        The depth image, (H, W), m.
     robot
-        Where the robot's own kinematics put it, (H, W).
+        Mask of the robot's pixels, (H, W), for example drawn from its joint angles.
     margin
-        How many pixels beside it are taken too: more forgives a camera that stands not quite where
-        it is said to, and costs sight.
+        Pixels around the mask that are removed too. More pixels forgive a larger error of the
+        camera's pose and hide more of the scene.
     """
     if not robot.any():
         return depth
     if margin > 0:
-        grown = ndimage.binary_dilation(robot, iterations=margin, structure=np.ones((3, 3)))
-        return np.where(grown, np.float32(0.0), depth)
+        robot = ndimage.binary_dilation(robot, iterations=margin, structure=np.ones((3, 3)))
     return np.where(robot, np.float32(0.0), depth)
 
 
 def mask_points(
-    frame: DepthFrame, taken: Callable[[NDArray[np.float64]], NDArray[np.bool_]]
+    frame: DepthFrame, is_masked: Callable[[NDArray[np.float64]], NDArray[np.bool_]]
 ) -> NDArray[np.float32]:
-    """Give the depth image (H, W), m, of a frame without readings of certain places.
+    """Return a frame's depth image (H, W), m, without readings in given parts of the world.
 
     Parameters
     ----------
     frame
-        With `T_world_camera`.
-    taken
-        Tells of points (N, 3), world, m, which of them to leave out, (N,).
+        The frame. Without `T_world_camera` nothing is removed.
+    is_masked
+        Function from points (N, 3), m, world frame, to a mask (N,) of those to remove.
     """
     depth = frame.depth
-    seen = depth > 0
-    T_world_camera = frame.T_world_camera
-    if T_world_camera is None or not seen.any():
+    measured = depth > 0
+    if frame.T_world_camera is None or not measured.any():
         return depth
-    points = frame.intrinsics.rays()[seen] * depth[seen, None]
-    keep = depth.copy()
-    keep[seen] = np.where(taken(T_world_camera.apply(points)), np.float32(0.0), depth[seen])
-    return keep
+    points = frame.intrinsics.rays()[measured] * depth[measured, None]
+    kept = depth.copy()
+    masked = is_masked(frame.T_world_camera.apply(points))
+    kept[measured] = np.where(masked, np.float32(0.0), depth[measured])
+    return kept

@@ -1,4 +1,4 @@
-"""A depth frame as a described scene: support plane, objects, a solid for each."""
+"""A depth frame as a described scene: the support plane, the objects, and a solid for each."""
 
 from __future__ import annotations
 
@@ -11,18 +11,23 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
-from .stacking import rests_on, surface_below
+from .stacking import find_surface_below, rests_on
 from .superquadric import FitOptions, SuperquadricFit, fit_superquadric
-from .thread_pool import in_threads
+from .thread_pool import map_in_threads
 from .visibility import hidden_rays, visible_share
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .frame import DepthFrame
+    from .stacking import SurfaceBelow
 
 SUPPORT = 0
-"""Value of ``rests_on`` for the support plane itself."""
+"""Value of ``rests_on`` for the support plane."""
+
+BORDER_PX = 1
+"""Pixels removed from the border of every segment before its fit. Depth is least reliable there:
+some pixels mix the object with what lies behind it. Two pixels would lose thin objects."""
 
 
 @dataclass(frozen=True)
@@ -34,59 +39,57 @@ class PerceiveOptions:
     fit: FitOptions = field(default_factory=FitOptions)
     """Options of every superquadric fit."""
     max_distance: float = 2.5
-    """Objects farther than this are segmented but not fitted, m: a far object's few noisy pixels
-    do not earn a model."""
+    """Objects farther from the camera than this are segmented but not fitted, m. Far objects show
+    too few and too noisy pixels for a model."""
     cloud_points: int = 2000
-    """Points kept per object: more for a denser cloud downstream, fewer for speed."""
-    border: int = 1
-    """Pixels peeled off every segment before its fit: more drops flying pixels, fewer keeps thin
-    objects."""
+    """Points kept per object. More points give denser clouds, fewer points save time."""
     max_objects: int = 30
-    """Objects fitted, largest first: bounds the time on a cluttered frame."""
+    """Number of objects that are fitted, largest first. It limits the time on a cluttered frame."""
     seed: int = 0
-    """Seed of the choice of points."""
+    """Seed of the random choice of points."""
     threads: int = 2
-    """Objects fitted at a time: more shortens a look on free cores, and gives the same solids."""
+    """Objects fitted at the same time. More threads save time on idle cores and give the same
+    solids."""
 
 
 @dataclass(frozen=True)
 class SceneObject:
-    """One object as seen."""
+    """One object of a scene."""
 
     label: int
-    """Its number in the segmentation, 1..n, largest first."""
+    """Number of the object in the segmentation, 1..n, largest first."""
     points: NDArray[np.float64]
     """Visible surface points, (N, 3), m, in the scene's frame."""
     pixels: int
-    """Size of its segment, px."""
+    """Size of the object's segment, px."""
     fit: SuperquadricFit
-    """The fitted solid in the scene's frame; falsy with a reason where there is none."""
+    """The fitted solid in the scene's frame. It is false, with a reason, when there is no fit."""
     visible_share: float
-    """Share of the solid's outline in the image that is this object's own pixels, 0-1."""
+    """Share of the solid's outline in the image that the object's own pixels cover, 0-1."""
     rests_on: int | None
-    """Label of the object below, 0 for the support plane, None when nothing below was seen."""
+    """Label of the object below, 0 for the support plane, None when it is unknown."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """What one look tells."""
+    """What one depth frame shows: the support plane and the objects."""
 
     frame: Literal["world", "camera"]
-    """Frame of all geometry: world when the camera's place was known."""
+    """Frame of all geometry: the world if the camera's pose is known, else the camera."""
     support: SupportPlane | None
-    """Support plane, or None when the frame shows none."""
+    """The support plane, or None when the frame shows none."""
     objects: tuple[SceneObject, ...]
-    """Objects, largest first."""
+    """The objects, largest first."""
     view_origin: NDArray[np.float64]
-    """Place of the camera, (3,), m."""
+    """Position of the camera, (3,), m."""
     segmentation: Segmentation
-    """The labels behind the objects."""
+    """The segmentation of the frame."""
     timings: dict[str, float]
     """Seconds per stage: segmentation, clouds, fit, relations."""
 
     @property
     def seconds(self) -> float:
-        """Total time of all stages."""
+        """Total time of all stages, s."""
         return sum(self.timings.values())
 
 
@@ -96,50 +99,42 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     Parameters
     ----------
     frame
-        Depth frame; with ``T_world_camera`` the scene is in the world frame, z up, otherwise in
-        the camera's.
+        The depth frame. With ``T_world_camera`` the scene is in the world frame, z up. Without it,
+        the scene is in the camera's optical frame.
     options
         Options of all stages.
 
     Returns
     -------
     Scene
-        Every value finite. An object whose fit failed is kept with the reason.
+        The scene. Every value is finite. An object whose fit failed is kept, with the reason.
     """
     options = options or PerceiveOptions()
-    began = time.perf_counter()
+    started = time.perf_counter()
     segmentation = segment(frame, options.segmentation)
     segmented = time.perf_counter()
-    to_scene = frame.T_world_camera
-    if to_scene is None:
-        to_scene = RigidTransform.identity()
-    support = segmentation.support.moved(to_scene) if segmentation.support else None
+    T_scene_camera = frame.T_world_camera
+    if T_scene_camera is None:
+        T_scene_camera = RigidTransform.identity()
+    support = segmentation.support.moved(T_scene_camera) if segmentation.support else None
     rng = np.random.default_rng(options.seed)
     boxes = segmentation.boxes()
     sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)
     clouds = {
-        label: to_scene.apply(_cloud(frame, segmentation, label, box, options, rng))
+        label: T_scene_camera.apply(_draw_points(frame, segmentation, label, box, options, rng))
         for label, box in boxes.items()
     }
-    origin = np.asarray(to_scene.translation)
     collected = time.perf_counter()
     below = {
-        label: surface_below(label, clouds, support, segmentation, boxes[label]) for label in clouds
+        label: find_surface_below(label, clouds, support, segmentation, boxes[label])
+        for label in clouds
     }
 
-    def fitted_to(label: int) -> SuperquadricFit:
-        return _fit(
-            label,
-            clouds[label],
-            to_scene,
-            support,
-            below[label].height,
-            frame,
-            segmentation,
-            options,
-        )
+    def fit_label(label: int) -> SuperquadricFit:
+        plane = _plane_below(support, below[label])
+        return _fit(label, clouds[label], plane, frame, T_scene_camera, segmentation, options)
 
-    fits = dict(zip(clouds, in_threads(fitted_to, clouds, options.threads), strict=True))
+    fits = dict(zip(clouds, map_in_threads(fit_label, clouds, options.threads), strict=True))
     fitted = time.perf_counter()
     objects = tuple(
         SceneObject(
@@ -147,13 +142,13 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
             points=cloud,
             pixels=int(sizes[label]),
             fit=fits[label],
-            visible_share=visible_share(int(sizes[label]), fits[label], frame, to_scene),
+            visible_share=visible_share(int(sizes[label]), fits[label], frame, T_scene_camera),
             rests_on=rests_on(cloud, fits[label], below[label], support),
         )
         for label, cloud in clouds.items()
     )
     timings = {
-        "segmentation": segmented - began,
+        "segmentation": segmented - started,
         "clouds": collected - segmented,
         "fit": fitted - collected,
         "relations": time.perf_counter() - fitted,
@@ -162,13 +157,13 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         frame="camera" if frame.T_world_camera is None else "world",
         support=support,
         objects=objects,
-        view_origin=origin,
+        view_origin=np.asarray(T_scene_camera.translation),
         segmentation=segmentation,
         timings=timings,
     )
 
 
-def _cloud(
+def _draw_points(
     frame: DepthFrame,
     segmentation: Segmentation,
     label: int,
@@ -178,39 +173,42 @@ def _cloud(
 ) -> NDArray[np.float64]:
     """Draw at most ``cloud_points`` camera-frame points of a segment without its border."""
     mask = segmentation.labels[box] == label
-    if options.border > 0:
-        side = 2 * options.border + 1
-        inner = (
-            cv2.erode(
-                mask.astype(np.uint8),
-                np.ones((side, side), np.uint8),
-                borderType=cv2.BORDER_CONSTANT,
-                borderValue=0,
-            )
-            > 0
-        )
-        if np.count_nonzero(inner) >= options.fit.min_points:
-            mask = inner
+    side = 2 * BORDER_PX + 1
+    eroded = cv2.erode(
+        mask.astype(np.uint8),
+        np.ones((side, side), np.uint8),
+        borderType=cv2.BORDER_CONSTANT,
+        borderValue=0,
+    )
+    if np.count_nonzero(eroded) >= options.fit.min_points:
+        mask = eroded > 0
     rows, columns = np.nonzero(mask & (frame.depth[box] > 0))
     if rows.size > options.cloud_points:
-        chosen = np.sort(rng.choice(rows.size, options.cloud_points, replace=False))
-        rows, columns = rows[chosen], columns[chosen]
+        drawn = np.sort(rng.choice(rows.size, options.cloud_points, replace=False))
+        rows, columns = rows[drawn], columns[drawn]
     rows, columns = rows + box[0].start, columns + box[1].start
     k = frame.intrinsics
     z = frame.depth[rows, columns].astype(np.float64)
     return np.column_stack([(columns - k.cx) / k.fx * z, (rows - k.cy) / k.fy * z, z])
 
 
+def _plane_below(support: SupportPlane | None, surface: SurfaceBelow) -> NDArray[np.float64] | None:
+    """Return the plane that an object stands on, unit normal and offset (4,), scene frame."""
+    if support is None:
+        return None
+    return np.append(support.normal, support.offset - surface.height)
+
+
 def _fit(
     label: int,
     cloud: NDArray[np.float64],
-    T_scene_camera: RigidTransform,
-    support: SupportPlane | None,
-    floor: float,
+    plane: NDArray[np.float64] | None,
     frame: DepthFrame,
+    T_scene_camera: RigidTransform,
     segmentation: Segmentation,
     options: PerceiveOptions,
 ) -> SuperquadricFit:
+    """Fit a solid to an object's points, unless it is too far or not among the largest ones."""
     origin = np.asarray(T_scene_camera.translation)
     distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
     if distance > options.max_distance:
@@ -219,11 +217,8 @@ def _fit(
         )
     if label > options.max_objects:
         return SuperquadricFit.none(f"only the {options.max_objects} largest objects are fitted")
-    plane = None
-    if support is not None:
-        plane = np.append(support.normal, support.offset - floor)
-    # The cloud's outline lies inside the object's by what was peeled off and half a pixel more.
-    margin = (options.border + 0.5) * distance / frame.intrinsics.fx
+    # The cloud's outline lies inside the object's by the removed border and half a pixel.
+    margin = (BORDER_PX + 0.5) * distance / frame.intrinsics.fx
     fit_options = replace(
         options.fit,
         seed=options.fit.seed + label,

@@ -1,4 +1,4 @@
-"""What an object rests on: the support plane, or another object."""
+"""What an object rests on: the support plane or another object."""
 
 from __future__ import annotations
 
@@ -15,97 +15,103 @@ if TYPE_CHECKING:
     from .segmentation import Segmentation, SupportPlane
     from .superquadric import SuperquadricFit
 
-CONTACT = 0.015
-"""How far below a surface the visible bottom of what stands on it may seem to lie, m."""
-OVERLAP = 0.3
-"""Least share of an object's points over another in plan for it to stand on it."""
+CONTACT_TOLERANCE = 0.015
+"""An object's visible bottom may lie this far below the surface that it stands on, m. Noise and
+rounded edges shift it."""
+MIN_OVERLAP = 0.3
+"""Smallest share of an object's points above another object in plan for it to stand on it."""
 PLAN_POINTS = 100
-"""Points that stand for an object in plan."""
-REACH = 3
-"""Pixels between segments that still touch in the image."""
-FOOT = 0.03
-"""Largest height of a fitted bottom over the support for the object to stand there, m."""
-LOW, HIGH = 3.0, 97.0
-"""Percentiles of a cloud's heights that stand for its visible bottom and top."""
+"""Number of points that are tested per object in plan."""
+REACH_PX = 3
+"""Segments that are at most this far apart touch in the image, px."""
+MAX_BOTTOM_HEIGHT = 0.03
+"""A fitted bottom at most this high over the support plane stands on it, m."""
+BOTTOM_PERCENTILE, TOP_PERCENTILE = 3.0, 97.0
+"""Percentiles of a cloud's heights that stand for its visible bottom and top. Outliers lie beyond
+them."""
 
 
-class Surface(NamedTuple):
-    """What lies under an object."""
+class SurfaceBelow(NamedTuple):
+    """The surface under an object."""
 
     height: float
     """Height above the support plane, m."""
     label: int
-    """Label of the object it belongs to, 0 for the support plane."""
+    """Label of the object that the surface belongs to, 0 for the support plane."""
 
 
-def surface_below(
+def find_surface_below(
     label: int,
     clouds: dict[int, NDArray[np.float64]],
     support: SupportPlane | None,
     segmentation: Segmentation,
     box: tuple[slice, slice],
-) -> Surface:
+) -> SurfaceBelow:
     """Find the surface under an object.
 
-    An object that touches a segment in the image, shows nothing below its top, and lies over it
-    in plan stands on it: a ball's own bottom is never seen. Everything else is taken to stand on
-    the support plane: the bottom of an object behind another is hidden, not at its edge.
+    An object stands on another one if both segments touch in the image, if no point of it lies
+    below the other's top, and if it lies above the other in plan. Every other object is assumed to
+    stand on the support plane: an object in front may hide its bottom.
 
     Parameters
     ----------
-    label, clouds
-        The object, and all objects' points by label in the support plane's frame.
-    support, segmentation
-        Support plane, and the labels behind the clouds.
+    label
+        Label of the object.
+    clouds
+        Points (N, 3) of all objects by label, m, in the support plane's frame.
+    support
+        The support plane, or None.
+    segmentation
+        The segmentation that the clouds come from.
     box
-        Rows and columns that hold the object.
+        Rows and columns of the image that contain the object.
     """
-    table = Surface(0.0, 0)
+    table = SurfaceBelow(0.0, 0)
     if support is None or not len(clouds[label]):
         return table
-    bottom = float(np.percentile(support.height(clouds[label]), LOW))
-    if bottom < CONTACT:
+    bottom = float(np.percentile(support.height(clouds[label]), BOTTOM_PERCENTILE))
+    if bottom < CONTACT_TOLERANCE:
         return table
-    rows, columns = (slice(max(s.start - REACH, 0), s.stop + REACH) for s in box)
+    rows, columns = (slice(max(s.start - REACH_PX, 0), s.stop + REACH_PX) for s in box)
     labels = segmentation.labels[rows, columns]
     mask = (labels == label).astype(np.uint8)
-    ring = cv2.dilate(mask, np.ones((2 * REACH + 1, 2 * REACH + 1), np.uint8)) > mask
-    best = table
+    ring = cv2.dilate(mask, np.ones((2 * REACH_PX + 1, 2 * REACH_PX + 1), np.uint8)) > mask
+    highest = table
     for other in np.unique(labels[ring]).tolist():
         if other in (0, label) or not len(clouds[other]):
             continue
-        top = float(np.percentile(support.height(clouds[other]), HIGH))
-        above = bottom > top - CONTACT and top > best.height
-        if above and _share_over(clouds[label], clouds[other], support) > OVERLAP:
-            best = Surface(top, other)
-    return best
-
-
-def _share_over(
-    upper: NDArray[np.float64], lower: NDArray[np.float64], support: SupportPlane
-) -> float:
-    """Share of the upper object's points that lie over the lower one's outline in plan."""
-    axes = perpendicular_pair(support.normal)
-    hull = cv2.convexHull((lower @ axes.T).astype(np.float32))
-    plan = upper[:: max(len(upper) // PLAN_POINTS, 1)] @ axes.T
-    inside = [cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0 for x, y in plan]
-    return float(np.mean(inside))
+        top = float(np.percentile(support.height(clouds[other]), TOP_PERCENTILE))
+        above = bottom > top - CONTACT_TOLERANCE and top > highest.height
+        if above and _share_above(clouds[label], clouds[other], support) > MIN_OVERLAP:
+            highest = SurfaceBelow(top, other)
+    return highest
 
 
 def rests_on(
     cloud: NDArray[np.float64],
     fit: SuperquadricFit,
-    below: Surface,
+    below: SurfaceBelow,
     support: SupportPlane | None,
 ) -> int | None:
-    """Label of the object under this one, 0 for the support plane, None when unknown."""
+    """Return the label of the object under this one, 0 for the support plane, None if unknown."""
     if support is None or not len(cloud):
         return None
     if below.label > 0:
         return below.label
     solid = fit.superquadric
     if solid is None or not fit:
-        bottom = float(np.percentile(support.height(cloud), LOW))
+        bottom = float(np.percentile(support.height(cloud), BOTTOM_PERCENTILE))
     else:
         bottom = -float(solid.support(-support.normal)) + support.offset
-    return 0 if bottom < FOOT else None
+    return 0 if bottom < MAX_BOTTOM_HEIGHT else None
+
+
+def _share_above(
+    upper: NDArray[np.float64], lower: NDArray[np.float64], support: SupportPlane
+) -> float:
+    """Return the share of the upper object's points inside the lower one's outline in plan."""
+    axes = perpendicular_pair(support.normal)
+    hull = cv2.convexHull((lower @ axes.T).astype(np.float32))
+    plan = upper[:: max(len(upper) // PLAN_POINTS, 1)] @ axes.T
+    inside = [cv2.pointPolygonTest(hull, (float(x), float(y)), False) >= 0 for x, y in plan]
+    return float(np.mean(inside))

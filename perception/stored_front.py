@@ -1,4 +1,4 @@
-"""Fronts of time against accuracy that were measured once, and what a time budget buys of them."""
+"""Stored Pareto fronts of time against accuracy, and the choice of a point by time budget."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
 
 class TimedPoint(Protocol):
-    """One setting of a stage's options that no other beats in both time and accuracy."""
+    """One setting of a stage's options on the Pareto front."""
 
     @property
     def name(self) -> str:
-        """How it differs from the default, in words."""
+        """Difference from the default settings, in words."""
         ...
 
     @property
@@ -32,46 +32,46 @@ Point = TypeVar("Point", bound=TimedPoint)
 
 @dataclass(frozen=True)
 class StoredFront(Generic[Point]):
-    """A Pareto front of time against accuracy, and what it was measured on."""
+    """A Pareto front of time against accuracy, with the data and machine of its measurement."""
 
     points: tuple[Point, ...]
-    """By rising time."""
+    """Points in order of increasing time."""
     default_ms: float
     """Median time of the default settings in the same run, ms."""
     data: str
-    """What it was measured on, in words."""
+    """Description of the data that it was measured on."""
     seed: int | None
-    """Seed of that."""
+    """Seed of the data."""
     frames: int
-    """How many frames, or clouds."""
+    """Number of frames or clouds."""
     machine: str
-    """Machine it was measured on."""
+    """Machine that it was measured on."""
 
 
 @dataclass(frozen=True)
 class FrontFormat(Generic[Point]):
-    """How a stage's front is kept in a file."""
+    """File format of one stage's front."""
 
     schema: str
-    """Name and version that the file says."""
+    """Name and version of the format, as the file states it."""
     point: type[Point]
-    """What its rows are."""
+    """Class of the front's points."""
     command: str
-    """What makes one, for messages."""
+    """Command that writes such a file, for error messages."""
 
     def text(self, front: StoredFront[Point]) -> str:
-        """Write a front as :meth:`read` reads it back."""
+        """Return the file's text for a front, which :meth:`read` reads back."""
         rows = [vars(point) for point in front.points]
         stored = {"schema": self.schema, **vars(front), "points": rows}
         return json.dumps(stored, indent=1, allow_nan=False) + "\n"
 
     def read(self, path: Path) -> StoredFront[Point]:
-        """Read a front.
+        """Read a front from a file.
 
         Raises
         ------
         InputError
-            If the file is missing or no front; the message names the command that makes one.
+            If the file is missing or is no front. The message names the command that writes one.
         """
         try:
             stored = json.loads(path.read_text(encoding="utf-8"))
@@ -94,32 +94,32 @@ def affordable(
     stage: str,
     accuracy: Callable[[Point], str],
 ) -> list[Point]:
-    """Points that keep to a time budget.
+    """Select the points that keep to a time budget.
 
     Parameters
     ----------
     points
-        At least one.
+        Points of a front, at least one.
     milliseconds
-        Longest median time, ms.
+        Maximum median time, ms.
     slower
-        How many times slower this machine is than that of the stored front; below 1 when it is
-        faster.
+        Factor by which this machine is slower than the machine of the stored front. It is below 1
+        for a faster machine.
     stage
-        What takes the time, for messages.
+        Name of the stage, for error messages.
     accuracy
-        Tells a point's accuracy, for messages.
+        Function that describes a point's accuracy, for error messages.
 
     Returns
     -------
     list
-        Those whose stored time times `slower` is at most `milliseconds`, at least one.
+        Points whose stored time times `slower` is at most `milliseconds`, at least one.
 
     Raises
     ------
     InputError
-        If a value is not positive or no point is that fast; the message tells what the fastest
-        one costs.
+        If a value is not positive or no point is fast enough. The message states the time of the
+        fastest point.
     """
     if not 0 < milliseconds < float("inf"):
         raise InputError(f"a time budget must be finite and > 0 ms, got {milliseconds}")

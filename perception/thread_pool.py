@@ -1,4 +1,4 @@
-"""Threads shared by all stages of perception, for kernels that release the interpreter's lock."""
+"""One pool of threads for all stages of perception."""
 
 from __future__ import annotations
 
@@ -14,32 +14,34 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 
-def in_threads(step: Callable[[Item], Result], items: Iterable[Item], threads: int) -> list[Result]:
-    """Apply a step to every item, in order, on at most so many threads.
+def map_in_threads(
+    function: Callable[[Item], Result], items: Iterable[Item], threads: int
+) -> list[Result]:
+    """Apply a function to every item on several threads and return the results in order.
 
     Parameters
     ----------
-    step
-        Depends on nothing but its item, and runs in parallel only where it releases the
-        interpreter's lock (numba: ``nogil``). It must not call this function.
+    function
+        The function. Its result depends on its item only. It runs in parallel only while it
+        releases the interpreter's lock (numba: ``nogil``). It must not call `map_in_threads`.
     items
-        What it is applied to; long ones first end soonest.
+        The items. The total time is shortest when the slowest items come first.
     threads
-        1 runs all in the caller's thread.
+        Maximum number of threads. 1 runs everything in the caller's thread.
     """
     items = list(items)
     workers = min(threads, len(items))
     if workers < 2:
-        return [step(item) for item in items]
-    ahead = iter(list(enumerate(items)))
+        return [function(item) for item in items]
+    remaining = iter(list(enumerate(items)))
     results: dict[int, Result] = {}
 
     def work(_: int) -> None:
-        # `next` of a list's iterator is one step under the lock: no item is taken twice.
-        for number, item in ahead:
-            results[number] = step(item)
+        # The interpreter's lock makes `next` of a list's iterator atomic: no item is taken twice.
+        for number, item in remaining:
+            results[number] = function(item)
 
-    # The caller's thread works as well; a failure in any is raised here.
+    # The caller's thread works as well. An exception of any thread is raised here.
     others = [_pool(os.getpid()).submit(work, k) for k in range(1, workers)]
     try:
         work(0)
@@ -51,6 +53,6 @@ def in_threads(step: Callable[[Item], Result], items: Iterable[Item], threads: i
 
 @lru_cache(maxsize=1)
 def _pool(process: int) -> ThreadPoolExecutor:
-    # A forked process has none of its parent's threads: one pool per process number.
+    # A forked process inherits no threads, so each process id gets its own pool.
     del process
     return ThreadPoolExecutor(os.cpu_count() or 1, thread_name_prefix="eyehand")

@@ -1,4 +1,4 @@
-"""How much of a solid's outline the camera saw as that object."""
+"""Which part of a solid's outline the camera saw."""
 
 from __future__ import annotations
 
@@ -16,24 +16,22 @@ if TYPE_CHECKING:
     from .frame import CameraIntrinsics, DepthFrame
 
 OUTLINE_RESOLUTION = 24
-"""Mesh resolution behind an outline; more follows rims closer."""
-
-RASTER = 512
-"""Pixels across which outlines of several parts are drawn to tell the area they cover together."""
-
+"""Mesh resolution of an outline. A finer mesh follows rims more closely and costs time."""
+RASTER_PX = 512
+"""Side of the image on which the outlines of several parts are drawn to measure their union, px."""
 OCCLUDER_GAP = 0.01
-"""A reading this much nearer than the object's edge belongs to something before it, m."""
+"""A reading this much nearer than the object's edge belongs to an object in front, m."""
 OCCLUDER_STRIDE = 4
-"""Every n-th of the object's points stands for its edge's depth."""
+"""Every n-th point of the object is used to find the depth of its edge."""
 
 
 def outline(
     solid: Superquadric, camera: CameraIntrinsics, T_camera_scene: RigidTransform
 ) -> NDArray[np.float64] | None:
-    """Outline polygon (K, 2) of a solid in the image, px; None where it reaches behind the camera.
+    """Return the outline polygon (K, 2) of a solid in the image, px.
 
     A superquadric with exponents up to 2 is convex, so its outline is the convex hull of the
-    projected surface.
+    projected surface. The result is None if the solid reaches behind the camera.
     """
     vertices, _ = mesh(solid, OUTLINE_RESOLUTION)
     pixels = camera.project(T_camera_scene.apply(vertices))
@@ -50,20 +48,24 @@ def hidden_rays(
     T_scene_camera: RigidTransform,
     mask: NDArray[np.bool_],
 ) -> NDArray[np.bool_]:
-    """Tell which rays from the camera say nothing about an object's outline.
+    """Return a mask (K,) of the view directions that carry no information on an object's outline.
 
-    They leave the image, end on something before the object, or on the object itself, where its
-    outline is cut and its border peeled.
+    Such a ray leaves the image, ends on an object in front, or ends on the object itself. Rays of
+    the last kind pass the removed border of the object's segment.
 
     Parameters
     ----------
     rays
-        (K, 3) directions in the scene's frame that pass the object closely.
+        Directions (K, 3) from the camera that pass close to the object, scene frame.
     cloud
-        (N, 3) the object's points in the scene's frame; the one nearest to a ray gives the depth
-        at which something counts as before it.
+        The object's points (N, 3), m, scene frame. The point nearest to a ray in the image gives
+        the depth to compare with.
+    frame
+        The depth frame.
+    T_scene_camera
+        Maps camera coordinates to scene coordinates.
     mask
-        (H, W) the object's pixels, its border included.
+        The object's pixels (H, W), its border included.
     """
     camera = frame.intrinsics
     matrix = T_scene_camera.as_matrix()
@@ -71,15 +73,15 @@ def hidden_rays(
     pixels = camera.project(rays @ R)
     own = (cloud[::OCCLUDER_STRIDE] - t) @ R
     own_pixels = camera.project(own)
-    gaps = np.linalg.norm(pixels[:, None] - own_pixels[None], axis=-1)
-    depth_there = own[np.argmin(gaps, axis=1), 2]
+    distances = np.linalg.norm(pixels[:, None] - own_pixels[None], axis=-1)
+    object_depth = own[np.argmin(distances, axis=1), 2]
     columns, rows = np.round(np.nan_to_num(pixels, nan=-1.0)).astype(int).T
     outside = (columns < 0) | (rows < 0) | (columns >= camera.width) | (rows >= camera.height)
     columns = np.clip(columns, 0, camera.width - 1)
     rows = np.clip(rows, 0, camera.height - 1)
-    seen = frame.depth[rows, columns]
-    before = (seen > 0) & (seen < depth_there - OCCLUDER_GAP)
-    return outside | before | mask[rows, columns]
+    measured = frame.depth[rows, columns]
+    in_front = (measured > 0) & (measured < object_depth - OCCLUDER_GAP)
+    return outside | in_front | mask[rows, columns]
 
 
 def visible_share(
@@ -88,9 +90,10 @@ def visible_share(
     frame: DepthFrame,
     T_scene_camera: RigidTransform,
 ) -> float:
-    """Share of a fit's outline area, of all its parts, that the object's own pixels fill, 0-1.
+    """Return the share of a fit's outline area that the object's own pixels cover, 0-1.
 
-    What another object hides, what lies outside the image, and what has no reading all lower it.
+    Occlusion by other objects, the image border and missing readings lower the share. A fit of
+    several parts counts as the union of their outlines.
     """
     if fit.superquadric is None or not fit:
         return 0.0
@@ -101,20 +104,20 @@ def visible_share(
         if polygon is None:
             return 0.0
         polygons.append(polygon)
-    area = _covered(polygons)
+    area = _union_area(polygons)
     if area < 1.0:
         return 0.0
     return float(min(pixels / area, 1.0))
 
 
-def _covered(polygons: list[NDArray[np.float64]]) -> float:
-    """Area of the union of polygons (K, 2), px²."""
+def _union_area(polygons: list[NDArray[np.float64]]) -> float:
+    """Return the area of the union of polygons (K, 2), px²."""
     if len(polygons) == 1:
         return float(cv2.contourArea(polygons[0].astype(np.float32)))
     low = np.min([polygon.min(axis=0) for polygon in polygons], axis=0)
     reach = float(np.max([(polygon - low).max() for polygon in polygons]))
-    scale = RASTER / max(reach, 1.0)
-    canvas = np.zeros((RASTER + 1, RASTER + 1), dtype=np.uint8)
+    scale = RASTER_PX / max(reach, 1.0)
+    canvas = np.zeros((RASTER_PX + 1, RASTER_PX + 1), dtype=np.uint8)
     for polygon in polygons:
         cv2.fillConvexPoly(canvas, np.round((polygon - low) * scale).astype(np.int32), 1)
     return float(np.count_nonzero(canvas)) / scale**2

@@ -45,6 +45,13 @@ def test_every_folder_with_code_is_a_listed_package_and_no_other_is():
     }
 
 
+def test_every_top_package_ships_its_type_marker():
+    setuptools = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["setuptools"]
+    assert "py.typed" in setuptools["package-data"]["*"]
+    for package in ARROWS:
+        assert (ROOT / package / "py.typed").is_file()
+
+
 def test_every_package_imports_under_its_name_from_its_own_folder():
     for folder in _code_folders():
         package = importlib.import_module(f"eyehand.{folder.replace('/', '.')}")

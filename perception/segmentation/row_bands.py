@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..thread_pool import in_threads
+from ..thread_pool import map_in_threads
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -55,5 +55,5 @@ def run_in_row_bands(
         results = function(*(image[first:last] for image in images))
         return tuple(result[edges[k] - first : edges[k + 1] - first] for result in results)
 
-    parts = in_threads(run, range(bands), bands)
+    parts = map_in_threads(run, range(bands), bands)
     return tuple(np.concatenate(images) for images in zip(*parts, strict=True))
