@@ -13,7 +13,7 @@
 >>> found.count
 1
 >>> int(found.mask(1).sum())
-1600
+1596
 
 :meth:`SegmentationOptions.for_budget` selects the options for a time budget. It reads the points
 in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FRONT_FORMAT``.

@@ -1,5 +1,7 @@
 """Segmentation on exact frames: what is there is found, what is not is not."""
 
+import doctest
+
 import numpy as np
 import pytest
 from balls import CAMERA, UP, ball_frame
@@ -7,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
+import eyehand.perception.segmentation as package
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions, segment
 
@@ -122,3 +125,7 @@ def test_random_frames_of_any_size_give_finite_results(seed, height, width, shar
 def test_impossible_options_are_refused(bad):
     with pytest.raises(InputError):
         SegmentationOptions(**bad)
+
+
+def test_example_of_the_package_runs():
+    assert doctest.testmod(package).failed == 0
