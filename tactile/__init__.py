@@ -1,23 +1,30 @@
-"""Touch: tactile images, the features of a contact, and the servo that acts on them."""
+"""Tactile sensing and control: tactile images, contact features, and the servo that uses them.
 
-from .cable import CableFollower, CableOptions, LineFit, course
+A :class:`FeatureReader` converts raw readings to :class:`ContactFeatures`. A :class:`TactileServo`
+converts features to a twist of the sensor. :class:`TouchPhases` moves the pad to the contact,
+supervises the servo, and backs off. :class:`CableFollower` and :class:`ContourFollower` compute an
+outer motion along the surface. :func:`calibrate` computes the :class:`Calibration` of a pad from a
+:class:`BenchRun`; :func:`save_calibration` and :func:`load_calibration` keep it in a file.
+"""
+
+from .cable import CableFollower, CableOptions
 from .calibration import Calibration, calibrate, calibrate_linear
 from .calibration_curves import BenchRun
 from .calibration_file import load_calibration, save_calibration
-from .contour_follower import ContourFollower, ContourPoint, ContourStep
+from .contour_follower import ContourFollower
 from .contour_options import ContourOptions
+from .contour_step import ContourPoint
 from .feature_reader import FeatureReader
-from .features import ContactFeatures, FeatureOptions, contact_features
-from .filters import FeatureFilter, MovingAngle, MovingAverage
+from .features import ContactFeatures, FeatureOptions, contact_features, contact_region
 from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
+from .moments import long_axis
 from .phase_options import PhaseOptions
-from .phases import Outcome, PhaseStep, TouchPhases
+from .phases import PhaseStep, TouchPhases
 from .selection import PRESETS, SelectionMatrix
-from .servo import SensorTwist, ServoGoal, TactileServo
+from .servo import ServoGoal, TactileServo
 from .servo_options import ServoOptions
-from .stiffness import StiffnessEstimate
-from .twist import adjoint, world_twist
+from .twist import world_twist
 
 __all__ = [
     "PRESETS",
@@ -29,33 +36,25 @@ __all__ = [
     "ContourFollower",
     "ContourOptions",
     "ContourPoint",
-    "ContourStep",
-    "FeatureFilter",
     "FeatureOptions",
     "FeatureReader",
     "HoughOptions",
-    "LineFit",
-    "MovingAngle",
-    "MovingAverage",
-    "Outcome",
     "PhaseOptions",
     "PhaseStep",
     "SelectionMatrix",
-    "SensorTwist",
     "ServoGoal",
     "ServoOptions",
-    "StiffnessEstimate",
     "TactileArray",
     "TactileImage",
     "TactileServo",
     "TouchPhases",
-    "adjoint",
     "calibrate",
     "calibrate_linear",
     "contact_features",
-    "course",
+    "contact_region",
     "hough_axis",
     "load_calibration",
+    "long_axis",
     "save_calibration",
     "world_twist",
 ]

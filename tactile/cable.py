@@ -1,7 +1,8 @@
-"""Follow a line that bends: from the whole imprint, ahead of what the pad does (section 4.4)."""
+"""Outer motion that follows a cable, from a parabola fitted to its imprint (section 4.4)."""
 
 from __future__ import annotations
 
+from collections import deque
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -15,120 +16,113 @@ if TYPE_CHECKING:
 
     from .image import TactileImage
 
+OFFSET_GAIN = 16.0
+"""Gain of the offset across the line, 1/s."""
+ANGLE_GAIN = 10.0
+"""Gain of the heading error, 1/s."""
+FIT_REACH = 0.025
+"""Distance along the line from the pad's middle up to which the imprint is fitted, m. A longer one
+reduces noise, a shorter one follows lines with changing curvature."""
+BEND_WINDOW = 3
+"""Number of averaged readings of the curvature, the noisiest of the three parameters."""
+MIN_TACTELS = 8
+"""Smallest number of tactels of a line."""
+MAX_HEADING_ERROR = 0.8
+"""Heading error above which the pad turns without moving on, rad."""
+MIN_AHEAD = 0.006
+"""Length of the imprint ahead of the pad's middle below which the line ends, m."""
+MAX_SIDE_SPEED = 0.1
+"""Speed limit across the line, m/s."""
+MAX_TURN_SPEED = 2.0
+"""Speed limit of turning, rad/s."""
+
 
 @dataclass(frozen=True)
 class LineFit:
-    """The line's imprint as a parabola in a frame that is turned to it; false without a line."""
+    """The imprint of a line as a parabola w(u); false if there is no line.
+
+    The u-axis is a given direction in the sensor's xy-plane, and the w-axis is 90° to its left.
+    """
 
     angle: float
-    """Direction of that frame's u-axis in the sensor's xy-plane, rad."""
-    offset: float
-    """Way w across, at u = 0, m; w is u turned by +90°."""
-    slope: float
+    """Direction of the u-axis, rad."""
+    offset: float = 0.0
+    """w at u = 0, m."""
+    slope: float = 0.0
     """dw/du at u = 0."""
-    bend: float
+    bend: float = 0.0
     """Half of d²w/du², 1/m."""
-    ahead: float
-    """How far the imprint reaches along +u from the pad's middle, m."""
-    behind: float
-    """How far along -u, m."""
-    touched: int
-    """Tactels used; 0 where there is no line."""
+    ahead: float = 0.0
+    """Length of the imprint along +u from the pad's middle, m."""
+    behind: float = 0.0
+    """Length of the imprint along -u, m."""
+    tactels: int = 0
+    """Number of fitted tactels; 0 without a line."""
 
     def __bool__(self) -> bool:
-        return self.touched > 0
+        return self.tactels > 0
 
-    def at(self, u: float) -> tuple[float, float, float]:
-        """Give the way across (m), the direction (rad, sensor frame) and curvature (1/m) at u."""
+    def at(self, u: float) -> tuple[float, float]:
+        """Return the offset w (m) and the direction (rad, sensor frame) of the line at u (m)."""
         slope = self.slope + 2.0 * self.bend * u
-        curvature = 2.0 * self.bend / (1.0 + slope * slope) ** 1.5
         w = self.offset + self.slope * u + self.bend * u * u
-        return w, self.angle + float(np.arctan(slope)), curvature
+        return w, self.angle + float(np.arctan(slope))
 
 
 @dataclass(frozen=True)
 class CableOptions:
-    """How a line is followed.
+    """Speed of a cable follower, and properties of the pad and the arm.
 
     Raises
     ------
     InputError
-        If a value is out of its range.
+        If a value is not finite, or a value other than `heading` is negative.
     """
 
-    threshold: float = 20.0
-    """Pressure from which a tactel is part of the imprint, Pa, just above the noise."""
+    speed: float = 0.05
+    """Speed along the line, m/s. Twice the speed at least doubles the path error."""
     heading: float = np.pi / 2
     """Direction of travel along the line in the sensor's frame, rad; +y as in the chapter."""
-    speed: float = 0.05
-    """Speed along the line, m/s: twice as fast doubles the path error or more."""
-    offset_gain: float = 16.0
-    """How fast an offset across is taken away, 1/s."""
-    angle_gain: float = 10.0
-    """How fast a wrong heading is taken away, 1/s."""
+    threshold: float = 20.0
+    """Pressure above which a tactel belongs to the imprint, Pa; just above the noise."""
     lead: float = 0.02
-    """Time by which motion follows the reading, s: arm lag plus waiting. The line is looked at
-    where the pad will then be."""
-    reach: float = 0.025
-    """Way along the line, to either side of the middle, whose imprint is fitted, m: longer is
-    calmer, shorter follows lines whose curvature changes."""
-    bend_window: int = 3
-    """Readings over which the curvature is averaged: it is the noisiest of the three."""
-    min_tactels: int = 8
-    """Tactels that make a line."""
-    steep: float = 0.8
-    """Heading error beyond which the pad turns and does not go on, rad."""
-    end_reach: float = 0.006
-    """How far the imprint must reach ahead of the middle, m: else the line ends."""
-    slide_speed: float = 0.1
-    """Fastest motion across, m/s."""
-    turn_speed: float = 2.0
-    """Fastest turning, rad/s."""
+    """Delay from reading to motion, s: arm lag plus latency. The line is evaluated where the pad
+    will be after it."""
 
     def __post_init__(self) -> None:
-        if self.min_tactels < 4 or self.bend_window < 1:
-            raise InputError(
-                "a line needs min_tactels >= 4 tactels and bend_window >= 1, got "
-                f"{self.min_tactels} and {self.bend_window}"
-            )
-        for name in ("threshold", "speed", "offset_gain", "angle_gain", "lead", "steep", "reach"):
+        for name in ("speed", "threshold", "lead"):
             if not 0 <= getattr(self, name) < np.inf:
                 raise InputError(f"{name} must be finite and >= 0, got {getattr(self, name)}")
+        if not np.isfinite(self.heading):
+            raise InputError(f"heading must be finite, got {self.heading}")
 
 
-def course(
-    image: TactileImage,
-    orientation: float,
-    threshold: float,
-    min_tactels: int = 8,
-    reach: float = 0.025,
+def fit_line(
+    image: TactileImage, orientation: float, threshold: float, reach: float = FIT_REACH
 ) -> LineFit:
     """Fit a parabola to the imprint of a line.
 
-    Least squares of all tactels, weighted by their pressure: across a row that is the same as
-    fitting the rows' centroids. The whole pad's centre of pressure would lie inside the bend.
+    It is a least squares fit of all tactels, weighted by pressure. Across a row, that equals a fit
+    of the rows' centroids. The centre of pressure of the whole pad would lie inside the bend.
 
     Parameters
     ----------
     image
         Pressures.
     orientation
-        Rough direction in which to go along the line, rad: of the moments, turned to the side of
-        the heading.
+        Approximate direction of travel along the line, rad.
     threshold
-        Pressure from which a tactel counts, Pa.
-    min_tactels
-        Tactels that a line needs.
+        Pressure above which a tactel belongs to the imprint, Pa.
     reach
-        Way to either side of the middle that counts, m; less towards its ends.
+        Distance along the line from the pad's middle at which the weight falls to zero, m.
 
     Returns
     -------
     LineFit
-        False if too few tactels are touched, or all in one place.
+        False if too few tactels are touched, or all at the same u.
     """
-    out = np.zeros(6)
-    touched = fit_course(
+    out = np.zeros(5)
+    tactels = fit_parabola(
         image.pressures,
         image.array.positions,
         float(orientation),
@@ -136,22 +130,22 @@ def course(
         float(reach),
         out,
     )
-    if touched < min_tactels or not np.isfinite(out[0]):
-        return LineFit(orientation, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
-    offset, slope, bend, ahead, behind = out[:5].tolist()
-    return LineFit(orientation, offset, slope, bend, ahead, behind, int(touched))
+    if tactels < MIN_TACTELS or not np.isfinite(out[0]):
+        return LineFit(orientation)
+    offset, slope, bend, ahead, behind = out.tolist()
+    return LineFit(orientation, offset, slope, bend, ahead, behind, int(tactels))
 
 
 class CableFollower:
-    """Give the outer motion that follows a line; the servo only presses (switches ``PRESS``).
+    """Compute the outer motion that follows a line; the servo presses (selection `PRESS`).
 
-    Offset and heading are taken where the pad will be when it moves, and the curvature there is
-    fed forward as a turning speed, so that a bend makes no lasting error.
+    Offset and heading are evaluated where the pad will be when it moves. The curvature there is
+    fed forward to the turning speed, so that a bend causes no steady-state error.
 
     Parameters
     ----------
     options
-        Speed and gains.
+        Speed, and properties of the pad and the arm.
     """
 
     def __init__(self, options: CableOptions | None = None) -> None:
@@ -159,19 +153,19 @@ class CableFollower:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the line."""
-        self._twist = np.zeros(3)
-        self._bends: list[float] = []
-        self.course = LineFit(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0)
-        """The imprint as of the last step."""
+        """Clear the line."""
+        self._velocity = np.zeros(3)
+        self._bends: deque[float] = deque(maxlen=BEND_WINDOW)
+        self.line = LineFit(0.0)
+        """The fitted imprint of the last step."""
 
     @property
     def at_end(self) -> bool:
-        """Whether the line ends before the pad's middle, or is not felt."""
-        return not self.course or self.course.ahead < self.options.end_reach
+        """Whether the line ends near the pad's middle, or is not detected."""
+        return not self.line or self.line.ahead < MIN_AHEAD
 
     def step(self, image: TactileImage, orientation: float) -> NDArray[np.float64]:
-        """Give the outer motion of this cycle.
+        """Compute the outer motion of this cycle.
 
         Parameters
         ----------
@@ -183,50 +177,54 @@ class CableFollower:
         Returns
         -------
         ndarray
-            (6,), [v; ω] in the sensor's frame; zero without a line.
+            (6,), [v; ω] in the sensor's frame, m/s and rad/s; zero without a line.
         """
         o = self.options
-        # A line has no direction; the way on is the one that is nearer to the heading.
-        rough = o.heading + _half_turn(orientation - o.heading)
-        self.course = course(image, rough, o.threshold, o.min_tactels, o.reach)
-        if not self.course:
-            self._twist[:] = 0.0
+        # A line has two directions. The direction of travel is the one nearer to the heading.
+        direction = o.heading + _wrap_line_angle(orientation - o.heading)
+        self.line = fit_line(image, direction, o.threshold)
+        if not self.line:
+            self._velocity[:] = 0.0
             self._bends.clear()
             return np.zeros(6)
-        if len(self._bends) >= o.bend_window:
-            self._bends.pop(0)
-        self._bends.append(self.course.bend)
-        self._twist = self._follow()
-        return np.array([self._twist[0], self._twist[1], 0.0, 0.0, 0.0, self._twist[2]])
+        self._bends.append(self.line.bend)
+        self._velocity = self._follow()
+        return np.array([self._velocity[0], self._velocity[1], 0.0, 0.0, 0.0, self._velocity[2]])
 
-    def _follow(self):
-        """Velocity (vx, vy, turning) from where the pad and the line will be after the lead."""
-        o, line = self.options, self.course
-        x, y, turned = self._twist * o.lead
+    def _follow(self) -> NDArray[np.float64]:
+        """Compute the velocity (vx, vy, ωz) from pad and line after the lead time."""
+        o, line = self.options, self.line
+        x, y, turned = self._velocity * o.lead
         c, s = np.cos(line.angle), np.sin(line.angle)
         u, w = c * x + s * y, -s * x + c * y
-        across, direction, _ = line.at(u)
+        offset, direction = line.at(u)
         bend = float(np.mean(self._bends))
         curvature = 2.0 * bend / (1.0 + (line.slope + 2.0 * bend * u) ** 2) ** 1.5
-        # Distance to the line is across its direction there, not across the frame's axis.
-        error = (across - w) * np.cos(direction - line.angle)
+        # The distance to the line is across its direction at u, not across the u-axis.
+        error = (offset - w) * np.cos(direction - line.angle)
         heading_error = direction - (o.heading + turned)
-        speed = o.speed if abs(heading_error) < o.steep else 0.0
-        sideways = np.clip(o.offset_gain * error, -o.slide_speed, o.slide_speed)
+        speed = o.speed if abs(heading_error) < MAX_HEADING_ERROR else 0.0
+        sideways = np.clip(OFFSET_GAIN * error, -MAX_SIDE_SPEED, MAX_SIDE_SPEED)
         cd, sd = np.cos(direction - turned), np.sin(direction - turned)
-        turn = speed * curvature + o.angle_gain * heading_error
+        turn = speed * curvature + ANGLE_GAIN * heading_error
         return np.array(
             [
                 speed * cd - sideways * sd,
                 speed * sd + sideways * cd,
-                np.clip(turn, -o.turn_speed, o.turn_speed),
+                np.clip(turn, -MAX_TURN_SPEED, MAX_TURN_SPEED),
             ]
         )
 
 
 @njit(cache=True)
-def fit_course(pressures, positions, angle, threshold, reach, out):
-    """Fill ``out`` with offset, slope, bend, reach ahead and behind; give the tactels used."""
+def fit_parabola(pressures, positions, angle, threshold, reach, out):
+    """Fill `out` (5,) with offset, slope, bend, and the lengths ahead and behind.
+
+    Returns
+    -------
+    int
+        Number of fitted tactels.
+    """
     c, s = np.cos(angle), np.sin(angle)
     touched = 0
     ahead, behind = -np.inf, -np.inf
@@ -258,22 +256,22 @@ def fit_course(pressures, positions, angle, threshold, reach, out):
 
 @njit(cache=True)
 def _solve(m, right, out):
-    """Normal equations of a parabola, by Cramer's rule; NaN where they have no solution."""
+    """Solve the normal equations of a parabola by Cramer's rule; NaN if they are singular."""
     a, b, c, d, e = m[0], m[1], m[2], m[3], m[4]
     first = c * e - d * d
     second = c * d - b * e
     third = b * d - c * c
-    whole = a * first + b * second + c * third
-    # Against the product of the diagonal: below this the tactels are all in two rows or one.
-    if abs(whole) <= 1e-6 * a * c * e:
+    determinant = a * first + b * second + c * third
+    # Below this share of the diagonal's product, all tactels are in one or two rows.
+    if abs(determinant) <= 1e-6 * a * c * e:
         out[0] = np.nan
         return
     x, y, z = right[0], right[1], right[2]
-    out[0] = (first * x + second * y + third * z) / whole
-    out[1] = (second * x + (a * e - c * c) * y + (b * c - a * d) * z) / whole
-    out[2] = (third * x + (b * c - a * d) * y + (a * c - b * b) * z) / whole
+    out[0] = (first * x + second * y + third * z) / determinant
+    out[1] = (second * x + (a * e - c * c) * y + (b * c - a * d) * z) / determinant
+    out[2] = (third * x + (b * c - a * d) * y + (a * c - b * b) * z) / determinant
 
 
-def _half_turn(angle: float) -> float:
-    """Angle modulo π, in (-π/2, π/2]."""
+def _wrap_line_angle(angle: float) -> float:
+    """Return the angle modulo π, in (-π/2, π/2]."""
     return float(angle - np.pi * np.ceil(angle / np.pi - 0.5))

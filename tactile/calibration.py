@@ -1,4 +1,4 @@
-"""Calibration of a tactile array: from raw readings to pressures, and which readings to trust."""
+"""Calibration of a tactile array: from raw readings to pressures, and which readings are valid."""
 
 from __future__ import annotations
 
@@ -10,31 +10,32 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .calibration_curves import LEVELS, BenchRun, full_knots, linear_knots, tabulate
-from .feature_kernels import pack_geometry, read_pressures
+from .calibration_curves import LEVELS, BenchRun, fit_characteristic, fit_linear, tabulate
+from .feature_kernels import read_pressures
 from .image import TactileArray, TactileImage
-from .region import pack_links
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 REST_SHARE = 0.1
-"""Share of the bench's readings, those of the lowest loads, that the noise at rest is from."""
-LEAST_NOISE = 12**-0.5
-"""Counts: a reading that never moves is still rounded to whole counts."""
-LEAST_SPAN = 0.1
-"""A tactel whose readings span less than this share of the median of those that rise is dead."""
+"""Share of the bench's readings, those of the lowest pressures, that give the noise at rest."""
+MIN_NOISE = 12**-0.5
+"""Smallest noise, counts: the rounding of a constant reading."""
+MIN_SPAN = 0.1
+"""Range of a tactel's readings, as a share of the median of the working ones, below which it is
+dead."""
 BROKEN_SHARE = 0.5
-"""A reading below this share of that at rest comes from a broken tactel: foam cannot pull."""
-SURE_SIGMAS = 10.0
-"""Noise that a reading must be away from rest before its tactel is called dead."""
+"""Share of the reading at rest below which a tactel is broken. Foam cannot pull."""
+DEAD_SIGMAS = 10.0
+"""Distance of a reading from rest at which its tactel is dead, in standard deviations."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Each tactel's curve from raw reading to pressure, and the readings it can be trusted with.
+    """Each tactel's curve from raw reading to pressure, and the range of its valid readings.
 
-    Made by :func:`calibrate` or :func:`calibrate_linear`; kept in files by `save_calibration`.
+    :func:`calibrate` and :func:`calibrate_linear` compute it. :func:`save_calibration` writes it to
+    a file and :func:`load_calibration` reads it.
 
     Raises
     ------
@@ -47,13 +48,13 @@ class Calibration:
     pressures: NDArray[np.float64]
     """Pressures there, (N, K), Pa, never falling."""
     rest: NDArray[np.float64]
-    """Reading of each tactel that nothing touches, (N,), counts."""
+    """Reading of each tactel without contact, (N,), counts."""
     noise: NDArray[np.float64]
     """Standard deviation of readings at rest, (N,), counts."""
     ceiling: NDArray[np.float64]
-    """Reading from which on a tactel feels more than the bench had shown it, (N,), counts."""
+    """Reading from which a tactel is above the highest pressure of the bench, (N,), counts."""
     dead: NDArray[np.bool_]
-    """Tactels whose readings mean nothing, (N,)."""
+    """Mask of the tactels without a valid reading, (N,)."""
 
     def __post_init__(self) -> None:
         count = len(self.rest)
@@ -73,7 +74,7 @@ class Calibration:
 
     @property
     def working(self) -> int:
-        """How many tactels are not dead."""
+        """Number of tactels that are not dead."""
         return int(np.count_nonzero(~self.dead))
 
     @cached_property
@@ -83,36 +84,36 @@ class Calibration:
 
     @cached_property
     def limits(self) -> NDArray[np.int32]:
-        """Readings below the first are of a dead tactel, from the second on saturated, (N, 2)."""
-        broken = np.minimum(BROKEN_SHARE * self.rest, self.rest - SURE_SIGMAS * self.noise)
+        """Reading below which a tactel is dead, and from which it is saturated, (N, 2)."""
+        broken = np.minimum(BROKEN_SHARE * self.rest, self.rest - DEAD_SIGMAS * self.noise)
         low = np.where(self.dead, LEVELS, np.ceil(np.maximum(broken, 0.0)))
         high = np.clip(np.floor(self.ceiling), 1, LEVELS - 1)
         return np.column_stack([low, high]).astype(np.int32)
 
     def threshold(self, sigmas: float) -> NDArray[np.float64]:
-        """Give the pressure of each tactel just above its noise, (N,), Pa.
+        """Return the pressure of each tactel just above its noise, (N,), Pa.
 
         Parameters
         ----------
         sigmas
-            How far above the reading at rest, times the noise. A dead tactel, which is judged by
-            its neighbours' pressure, gets the median of the others.
+            Distance from the reading at rest, in standard deviations of the noise. A dead tactel
+            has the pressure of its neighbours, and gets the median of their thresholds.
         """
         levels = np.clip(np.ceil(self.rest + sigmas * self.noise), 0, LEVELS - 1).astype(np.int64)
-        least = self.table[np.arange(len(levels)), levels].astype(np.float64)
+        thresholds = self.table[np.arange(len(levels)), levels].astype(np.float64)
         if self.dead.any() and not self.dead.all():
-            least[self.dead] = np.median(least[~self.dead])
-        return least
+            thresholds[self.dead] = np.median(thresholds[~self.dead])
+        return thresholds
 
     def to_pressure(self, raw: NDArray[np.integer]) -> NDArray[np.float64]:
-        """Give the pressures (N,), Pa, of raw readings (N,); 0 where a tactel is dead."""
+        """Return the pressures (N,), Pa, of raw readings (N,); 0 for a dead tactel."""
         raw = self._checked(raw)
         pressures = self.table[np.arange(len(raw)), np.minimum(raw, LEVELS - 1)].astype(np.float64)
         pressures[self.is_dead(raw)] = 0.0
         return pressures
 
     def to_image(self, raw: NDArray[np.integer], array: TactileArray) -> TactileImage:
-        """Give the image of raw readings (N,), dead tactels filled in from their neighbours."""
+        """Return the image of raw readings (N,), with dead tactels interpolated."""
         raw = self._checked(raw)
         if len(array.positions) != len(raw):
             raise InputError(
@@ -120,31 +121,30 @@ class Calibration:
                 f"{len(array.positions)}"
             )
         pressures, states = np.empty(len(raw)), np.empty(len(raw), np.uint8)
-        links, geometry = pack_links(array), pack_geometry(array)
-        read_pressures(raw, self.table, self.limits, links, geometry, pressures, states)
+        read_pressures(raw, self.table, self.limits, array.links, array.geometry, pressures, states)
         return TactileImage(pressures, array)
 
     def is_dead(self, raw: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Tell which tactels are dead, by the bench or by readings (N,) far below rest."""
+        """Return the mask (N,) of tactels that are dead, on the bench or by these readings (N,)."""
         return self._checked(raw) < self.limits[:, 0]
 
     def is_saturated(self, raw: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Tell which live tactels feel more than they can tell from readings (N,)."""
+        """Return the mask (N,) of working tactels whose readings (N,) are saturated."""
         raw = self._checked(raw)
         return (raw >= self.limits[:, 1]) & ~self.is_dead(raw)
 
     def mark_dead_at_rest(self, raw: NDArray[np.integer]) -> Calibration:
-        """Mark tactels as dead that read as if touched while nothing touches.
+        """Return this calibration with those tactels dead that are off rest without contact.
 
         Parameters
         ----------
         raw
-            Readings of the untouched array, (M, N): a few dozen.
+            Readings of the array without contact, (M, N), with M of a few dozen.
         """
         if raw.ndim != 2 or raw.shape[1] != len(self.rest) or len(raw) < 1:
             raise InputError(f"readings at rest must be (M, {len(self.rest)}), got {raw.shape}")
-        away = abs(np.median(raw, axis=0) - self.rest) > SURE_SIGMAS * self.noise
-        return replace(self, dead=self.dead | away)
+        off = abs(np.median(raw, axis=0) - self.rest) > DEAD_SIGMAS * self.noise
+        return replace(self, dead=self.dead | off)
 
     def _checked(self, raw: NDArray[np.integer]) -> NDArray[np.integer]:
         if raw.shape != self.rest.shape or raw.dtype.kind not in "ui":
@@ -155,52 +155,52 @@ class Calibration:
 
 
 def calibrate(run: BenchRun) -> Calibration:
-    """Follow each tactel's whole characteristic and invert it: the default.
+    """Fit each tactel's whole characteristic and invert it: the default method.
 
-    Tactels that do not answer are marked as dead, and the others calibrated, however few they are:
-    ask `Calibration.working` whether they are enough.
+    Tactels that do not respond are marked as dead. The others are calibrated, even if they are
+    few, so check `Calibration.working`.
 
     Raises
     ------
     InputError
         If no tactel works.
     """
-    return _calibration(run, *full_knots(run))
+    return _calibration(run, *fit_characteristic(run))
 
 
 def calibrate_linear(run: BenchRun) -> Calibration:
-    """Fit a line to each tactel's linear range and invert that, as the paper does.
+    """Fit a line to each tactel's linear range and invert it, as in the chapter.
 
-    Pressures above the range come out too low, as the characteristic flattens.
+    Pressures above this range are too low, because the characteristic flattens.
 
     Raises
     ------
     InputError
         If no tactel works, or fewer than 3 loads are within the linear range.
     """
-    return _calibration(run, *linear_knots(run))
+    return _calibration(run, *fit_linear(run))
 
 
 def _calibration(
     run: BenchRun, raws: NDArray[np.float64], pressures: NDArray[np.float64]
 ) -> Calibration:
-    followed, loads = full_knots(run)
+    followed, loads = fit_characteristic(run)
     rest, top = followed[:, 0], followed[:, -1]
     lowest = np.argsort(run.pressures, kind="stable")[: max(8, int(REST_SHARE * len(run.raw)))]
     expected = np.column_stack(
         [np.interp(run.pressures[lowest], loads[0], curve) for curve in followed]
     )
-    noise = np.maximum((run.raw[lowest] - expected).std(axis=0, ddof=1), LEAST_NOISE)
+    noise = np.maximum((run.raw[lowest] - expected).std(axis=0, ddof=1), MIN_NOISE)
     span = top - rest
-    dead = span < SURE_SIGMAS * noise
-    # A line that does not rise gives every reading no pressure.
+    dead = span < DEAD_SIGMAS * noise
+    # A line that does not rise gives pressure 0 for every reading.
     dead |= pressures[:, -1] <= pressures[:, 0]
     if dead.all():
         raise InputError(
             f"0 of {len(dead)} tactels work: no reading rises with the pressure, from "
-            f"{run.pressures.min():g} to {run.pressures.max():g} Pa by the gauge; look at the "
-            "pad's supply and cable, and whether the bench did press"
+            f"{run.pressures.min():g} to {run.pressures.max():g} Pa by the gauge; check the "
+            "pad's supply and cable, and the load of the bench"
         )
-    # Judged by the living alone: the median of a pad that is mostly dead says nothing.
-    dead |= span < LEAST_SPAN * np.median(span[~dead])
+    # The median of the working tactels alone, because most tactels of a pad may be dead.
+    dead |= span < MIN_SPAN * np.median(span[~dead])
     return Calibration(raws, pressures, rest, noise, top - noise, dead)

@@ -1,4 +1,4 @@
-"""From a calibration bench's readings to each tactel's curve, raw reading to pressure."""
+"""Fit of each tactel's curve from raw reading to pressure to the readings of a bench."""
 
 from __future__ import annotations
 
@@ -15,30 +15,29 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LEVELS = 4096
-"""Readings that a 12-bit converter can give."""
+"""Number of readings of a 12-bit converter."""
 LINEAR_RANGE = (100.0, 1000.0)
-"""Pressures in which the paper takes the characteristic for a straight line, Pa."""
+"""Range of pressures in which the chapter assumes a linear characteristic, Pa."""
 KNOTS = 64
-"""Points of a full curve: more follow noise, fewer cut corners."""
-FEWEST_READINGS = 8
-"""Different loads in a bench run from which a curve can be told from noise."""
+"""Points of a full curve. More points follow the noise, fewer points cut corners."""
+MIN_LOADS = 8
+"""Number of different pressures that a bench run needs to separate a curve from noise."""
 
 
 @dataclass(frozen=True)
 class BenchRun:
-    """What a calibration bench recorded: known pressures on all tactels, and their readings.
+    """The record of a calibration bench: known pressures on all tactels, and their readings.
 
     Raises
     ------
     InputError
-        If shapes disagree, there are fewer than 8 different pressures, none at or near rest, or a
-        value is out of range.
+        If shapes disagree, there are fewer than 8 different pressures, or a value is out of range.
     """
 
     pressures: NDArray[np.float64]
-    """Pressure that the bench put on all tactels, (M,), Pa, >= 0, in any order, from rest up."""
+    """Pressure on all tactels, (M,), Pa, >= 0, in any order. The lowest should be 0."""
     raw: NDArray[np.uint16]
-    """What the tactels gave, (M, N), 0..4095."""
+    """Readings of the tactels, (M, N), 0..4095."""
 
     def __post_init__(self) -> None:
         if self.pressures.ndim != 1 or self.raw.shape[:1] != self.pressures.shape:
@@ -50,9 +49,9 @@ class BenchRun:
             raise InputError(f"a bench run needs raw readings (M, N), got {self.raw.shape}")
         if not (np.isfinite(self.pressures).all() and (self.pressures >= 0).all()):
             raise InputError("the bench's pressures must be finite and >= 0 Pa")
-        if len(np.unique(self.pressures)) < FEWEST_READINGS:
+        if len(np.unique(self.pressures)) < MIN_LOADS:
             raise InputError(
-                f"a bench run needs at least {FEWEST_READINGS} different pressures, got "
+                f"a bench run needs at least {MIN_LOADS} different pressures, got "
                 f"{len(np.unique(self.pressures))}"
             )
         if not np.issubdtype(self.raw.dtype, np.integer):
@@ -63,13 +62,13 @@ class BenchRun:
             )
 
 
-def linear_knots(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Fit a straight line to each tactel's readings in the linear range, as the paper does.
+def fit_linear(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Fit a straight line to each tactel's readings in the linear range, as in the chapter.
 
     Returns
     -------
-    Readings (N, 2) at no pressure and at the top of the converter, and the pressures there, Pa.
-    Where a line does not rise, both pressures are 0.
+    Readings (N, 2) at pressure 0 and at the top of the converter, and the pressures there, Pa. If a
+    line does not rise, both pressures are 0.
 
     Raises
     ------
@@ -88,18 +87,18 @@ def linear_knots(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64
     start = np.where(rising, start, 0.0)
     top = np.full(len(gain), LEVELS - 1.0)
     with np.errstate(divide="ignore", invalid="ignore"):
-        most = np.where(rising, (top - start) / gain, 0.0)
-    return np.column_stack([start, top]), np.column_stack([np.zeros(len(gain)), most])
+        full = np.where(rising, (top - start) / gain, 0.0)
+    return np.column_stack([start, top]), np.column_stack([np.zeros(len(gain)), full])
 
 
-def full_knots(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Follow each tactel's whole characteristic: means of near loads, made to rise.
+def fit_characteristic(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Fit each tactel's whole characteristic: means of similar pressures, made monotone.
 
     Returns
     -------
-    Readings (N, K), never falling, and the pressures there (N, K), Pa, rising.
+    Readings (N, K), not decreasing, and the pressures there (N, K), Pa, increasing.
     """
-    groups = _near_loads(run.pressures)
+    groups = _group_pressures(run.pressures)
     pressures = np.array([run.pressures[group].mean() for group in groups])
     raw = np.array([run.raw[group].mean(axis=0) for group in groups])
     rising = [isotonic_regression(column, weights=[len(g) for g in groups]).x for column in raw.T]
@@ -107,25 +106,26 @@ def full_knots(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def tabulate(raws: NDArray[np.float64], pressures: NDArray[np.float64]) -> NDArray[np.float32]:
-    """Give each tactel's pressure at every reading, (N, 4096), Pa, >= 0, never falling.
+    """Return each tactel's pressure at every reading, (N, 4096), Pa, >= 0, not decreasing.
 
-    Between knots a monotone cubic (Fritsch and Carlson 1980), beyond them the outermost pressure.
+    Between knots it is a monotone cubic (Fritsch and Carlson 1980), beyond them the pressure of the
+    outermost knot.
     """
     table = np.empty((len(raws), LEVELS), np.float32)
     for tactel, (raw, pressure) in enumerate(zip(raws, pressures, strict=True)):
-        # Where a curve is flat, all loads of the flat part are as likely: their mean it is.
+        # All pressures of a flat part are equally likely, so use their mean.
         levels, where = np.unique(raw, return_inverse=True)
         means = np.bincount(where, pressure) / np.bincount(where)
         if len(levels) < 2:
             table[tactel] = 0.0
             continue
-        at = np.clip(np.arange(LEVELS), levels[0], levels[-1])
-        table[tactel] = np.maximum(PchipInterpolator(levels, means)(at), 0.0)
+        inside = np.clip(np.arange(LEVELS), levels[0], levels[-1])
+        table[tactel] = np.maximum(PchipInterpolator(levels, means)(inside), 0.0)
     return table
 
 
-def _near_loads(pressures: NDArray[np.float64]) -> list[NDArray[np.int64]]:
-    """Split readings into at most KNOTS groups of near loads; rest and full load stay alone."""
+def _group_pressures(pressures: NDArray[np.float64]) -> list[NDArray[np.int64]]:
+    """Split readings into at most KNOTS groups; the lowest and highest pressure are own groups."""
     loads, which = np.unique(pressures, return_inverse=True)
     between = np.arange(1, len(loads) - 1)
     parts = np.array_split(between, min(KNOTS - 2, len(between)))

@@ -1,4 +1,4 @@
-"""Calibrations in files: one versioned .npz, written whole or not at all."""
+"""Calibration files: one versioned .npz, written completely or not at all."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ _ARRAYS = ("raws", "pressures", "rest", "noise", "ceiling", "dead")
 
 
 def save_calibration(calibration: Calibration, path: Path | str) -> None:
-    """Write a calibration; an existing file is replaced only when the new one is complete.
+    """Write a calibration to a file; it replaces an existing one only when it is complete.
 
     Raises
     ------
     InputError
-        If the name does not end in .npz, the folder does not exist or cannot be written to.
+        If the name does not end in .npz, the folder does not exist, or it is not writable.
     DeviceError
         If the system fails to write.
     """
@@ -32,11 +32,11 @@ def save_calibration(calibration: Calibration, path: Path | str) -> None:
     if path.suffix != ".npz":
         raise InputError(f"a calibration must be a .npz file, got {path}")
     if not path.parent.is_dir():
-        raise InputError(f"cannot write {path}: there is no folder {path.parent}")
+        raise InputError(f"cannot write {path}: folder {path.parent} does not exist")
     data = io.BytesIO()
     arrays = {name: getattr(calibration, name) for name in _ARRAYS}
     np.savez_compressed(data, allow_pickle=False, schema=np.array(SCHEMA), **arrays)
-    # Rooms on the ground floor import nothing, so this is the tactile one's own way of the swap.
+    # Perception has such a function too, but the base packages do not import one another.
     temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
     try:
         temporary.write_bytes(data.getvalue())
@@ -50,25 +50,25 @@ def save_calibration(calibration: Calibration, path: Path | str) -> None:
 
 
 def load_calibration(path: Path | str) -> Calibration:
-    """Read a calibration.
+    """Read a calibration from a file.
 
     Raises
     ------
     InputError
-        If the file is missing, not a calibration, or of another version.
+        If the file does not exist, is not a calibration, or has another version.
     """
     path = Path(path)
     try:
         with np.load(path, allow_pickle=False) as archive:
             if "schema" not in archive or str(archive["schema"]) != SCHEMA:
-                raise InputError(f"{path} is no calibration of version {SCHEMA}")
+                raise InputError(f"{path} is not a calibration of version {SCHEMA}")
             arrays = {name: archive[name] for name in _ARRAYS}
     except FileNotFoundError as error:
-        raise InputError(f"there is no calibration {path}") from error
+        raise InputError(f"calibration {path} does not exist") from error
     except (OSError, ValueError, KeyError, EOFError, AttributeError, zipfile.BadZipFile) as error:
-        raise InputError(f"{path} is no calibration: {error}") from error
+        raise InputError(f"{path} is not a calibration: {error}") from error
     for name, values in arrays.items():
-        wanted = "b" if name == "dead" else "f"
-        if values.dtype.kind != wanted:
-            raise InputError(f"{path}: {name} has the wrong type {values.dtype}")
+        kind = np.bool_ if name == "dead" else np.floating
+        if not np.issubdtype(values.dtype, kind):
+            raise InputError(f"{path}: {name} must be {kind.__name__}, got {values.dtype}")
     return Calibration(**arrays)

@@ -1,100 +1,110 @@
-"""An outer motion computed from touch: it seeks ridges and edges, and follows them all round."""
+"""Outer motion that finds ridges and edges by touch and follows them."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .area_slope import AreaSlope
 from .contour_options import ContourOptions
-from .rim import RimEdge, corner_of, find_rim, fit_edge, line_tip, longest_edge
+from .contour_step import ContourPoint, ContourStep
+from .rim import RimEdge, find_line_end, find_rim, fit_edge, fit_longest_edge, intersect_edges
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .contour_step import ContourOutcome, ContourState
     from .features import ContactFeatures
     from .image import TactileImage
     from .rim import Rim
 
-ContourState = Literal["seek", "follow", "ended"]
-"""seek: over the surface, to where the imprint shrinks; follow: along a line; ended: rest."""
-
-ContourPointKind = Literal["ridge", "edge", "corner", "inner_corner", "end"]
-"""ridge: a narrow line; edge: where a face ends; corner: where an edge does; inner_corner: where
-the next edge turns outwards; end: a ridge's."""
-
-ContourOutcome = Literal["done", "round", "nothing_found", "lost", "blocked", "out_of_time"]
-"""done: as many spots as asked for, or both ends of a ridge; round: back where following began;
-nothing_found: the travel was used up in seeking; lost: no contact for too long; blocked: the pad
-did not move as asked, say at the end of the arm's reach; out_of_time: the travel was used up in
-following, or the time."""
-
-
-@dataclass(frozen=True)
-class ContourPoint:
-    """Something worth knowing, where it was noticed."""
-
-    kind: ContourPointKind
-    """What it is."""
-    place: NDArray[np.float64]
-    """Where, (3,), m, in the sensor's frame of that cycle."""
-    direction: float
-    """Direction along the line there, rad, in the sensor's frame."""
-
-
-@dataclass(frozen=True, slots=True)
-class ContourStep:
-    """What to do in this cycle, and what was noticed."""
-
-    twist: NDArray[np.float64]
-    """Outer motion [v; ω], (6,), in the sensor's frame."""
-    state: ContourState
-    """Where the guide is."""
-    spot: ContourPoint | None
-    """Set in the one cycle in which something was noticed."""
-    outcome: ContourOutcome | None
-    """Set once the state is ``ended``."""
+WEAVE_ANGLE = 0.6
+"""Amplitude of the sideways motion while seeking, rad. It shows where the imprint shrinks."""
+WEAVE_LENGTH = 0.05
+"""Distance of one such swing, m."""
+STEER_RATE = 1.5
+"""Angular speed with which the heading turns to where the imprint shrinks, rad/s."""
+MIN_LINE_CONFIDENCE = 0.5
+"""Confidence of the orientation above which a narrow imprint is a ridge."""
+CONFIRM_CYCLES = 5
+"""Successive cycles in which a line, or its end, must be detected."""
+MAX_RIDGE_WIDTH = 0.02
+"""Width of an imprint up to which it is a ridge and not a face, m."""
+INSET = 0.008
+"""Distance of the pad's middle to the rim while following, m, on the side of the face. Nearer to
+the rim, the imprint is smaller. Farther from it, the pad feels less of what lies ahead."""
+SIDE_GAIN = 4.0
+"""Gain of the distance to the line, 1/s."""
+EDGE_REACH = 0.02
+"""Distance along an edge at which a rim point has a third of the weight, m. A longer distance
+reduces noise, a shorter one follows bends."""
+MAX_EDGE_RMS = 0.0007
+"""Largest rms distance of the rim from its line for a straight edge, m."""
+MIN_EDGE_SPAN = 0.015
+"""Shortest rim that is an edge, m."""
+MIN_CORNER_ANGLE = 0.7
+"""Smallest angle between two edges at a corner, rad. A smaller angle is a bend."""
+CLOSED_DISTANCE = 0.004
+"""Distance to the start of the contour at which the contour is closed, m."""
+LEAVE_DISTANCE = 0.02
+"""Distance along a new line in which no corner or end is detected, m."""
+OFF_EDGE = 0.003
+"""Distance from an edge at which a rim point belongs to another edge, m. Foam rounds corners by as
+much."""
+MIN_TURN = 0.2
+"""Smallest cosine between the next edge's normal and the direction of motion, or its opposite. It
+excludes the other side of the face."""
+SAME_EDGE = 0.008
+"""Distance from an edge within which a rim point still belongs to it, and distance within which two
+corners are the same, m. On a bend, the rim within `EDGE_REACH` is as far off."""
+MAX_LOST_SECONDS = 3.0
+"""Longest time without contact, s. A search may find the contact again."""
+MAX_BLOCKED_SECONDS = 1.0
+"""Longest time in which the pad moves too slowly, s."""
+MIN_SPEED_SHARE = 0.25
+"""Share of the commanded speed below which the pad moves too slowly."""
+MAX_RIDGE_BEND = math.radians(30.0)
+"""Largest change of a ridge's direction within one cycle, rad. A larger one comes from a short
+imprint."""
 
 
 class ContourFollower:
-    """Seek, follow, turn at corners, and stop; the servo presses meanwhile (switches ``PRESS``).
+    """Find a ridge or an edge by touch, follow it past corners, and stop.
 
-    At constant pressure a small imprint is a curved place: so it seeks where the imprint shrinks.
-    A narrow imprint is a ridge, followed to both ends. Otherwise the pressure falls where the face
-    ends: that rim is kept beside the pad's middle, and where a second straight piece of it lies
-    ahead, turned inwards or outwards by whatever angle, the two meet in a corner. The pad must not
-    turn meanwhile.
+    The servo controls the pressure meanwhile (selection `PRESS`). At constant pressure, a curved
+    surface has a small imprint, so the follower moves to where the imprint shrinks. A narrow
+    imprint is a ridge, which is followed to both ends. Otherwise the pressure falls where the face
+    ends. This rim is kept beside the pad's middle. If a second straight rim lies ahead, at any
+    angle, inwards or outwards, the two meet in a corner. The pad must not turn meanwhile.
 
     Parameters
     ----------
     options
-        Speeds, thresholds, bounds.
+        Start direction, speed, and limits.
     """
 
     def __init__(self, options: ContourOptions | None = None) -> None:
         self.options = options or ContourOptions()
-        o = self.options
+        heading = self.options.heading
         self.state: ContourState = "seek"
         self.outcome: ContourOutcome | None = None
         self.found = 0
-        """Spots so far."""
-        self._heading = o.heading
-        self._out = np.array([math.cos(o.heading), math.sin(o.heading)])
+        """Number of points so far."""
+        self._heading = heading
+        self._out = np.array([math.cos(heading), math.sin(heading)])
         self._along = np.array([-self._out[1], self._out[0]])
         self._edge: RimEdge | None = None
-        self._next: RimEdge | None = None
-        self._slope = AreaSlope(o.weave_length)
-        self._place = np.zeros(2)
-        self._began = self._began_out = self._edge_seen = np.zeros(2)
-        self._first: NDArray[np.float64] | None = None
-        self._asked = np.zeros(2)
-        self._way = self._followed = self._round = 0.0
+        self._slope = AreaSlope(WEAVE_LENGTH)
+        self._position = np.zeros(2)
+        self._start = self._start_out = self._edge_position = np.zeros(2)
+        self._first_corner: NDArray[np.float64] | None = None
+        self._commanded = np.zeros(2)
+        self._travel = self._line_travel = self._contour_travel = 0.0
         self._time = self._lost_for = self._blocked_for = 0.0
-        self._in_a_row = self._ends = 0
-        self._narrow = False
+        self._confirmed = self._ends = 0
+        self._on_ridge = False
 
     def step(
         self,
@@ -103,183 +113,192 @@ class ContourFollower:
         dt: float,
         measured: NDArray[np.float64] | None = None,
     ) -> ContourStep:
-        """Give the outer motion of this cycle.
+        """Compute the outer motion of this cycle.
 
         Parameters
         ----------
         features
-            What the pad feels.
+            The current contact features.
         image
-            What they were read from, of a flat pad with an even grid.
+            The tactile image of these features, from a flat pad with an even grid.
         dt
             Time since the last cycle, s.
         measured
-            Twist that the sensor moved with since then, (6,); if left out, what was asked for.
+            Twist of the sensor since the last cycle, (6,), m/s and rad/s; None assumes the
+            commanded one.
+
+        Raises
+        ------
+        InputError
+            If the array is not a flat even grid.
         """
-        o = self.options
         self._time += dt
-        self._move(self._asked if measured is None else measured[:2], dt)
+        self._move(self._commanded if measured is None else measured[:2], dt)
         self._lost_for = 0.0 if features else self._lost_for + dt
         if self.outcome is None:
-            if self._lost_for > o.lost_seconds:
-                self._end("lost")
-            elif self._blocked_for > o.blocked_seconds:
-                self._end("blocked")
-            elif self._time > o.seconds:
-                self._end("out_of_time")
-            elif self._way > o.travel:
-                self._end("nothing_found" if self.found == 0 else "out_of_time")
+            self._check_limits()
         if self.state == "ended" or not features:
-            self._asked = np.zeros(2)
+            self._commanded = np.zeros(2)
             return ContourStep(np.zeros(6), self.state, None, self.outcome)
         rim = find_rim(image)
         if self.state == "seek":
-            spot = self._seek(features, rim, dt)
-        elif self._narrow:
-            spot = self._follow_ridge(features, image)
+            point = self._seek(features, rim, dt)
+        elif self._on_ridge:
+            point = self._follow_ridge(features, image)
         else:
-            spot = self._follow(rim)
-        if spot is not None:
+            point = self._follow_edge(rim)
+        if point is not None:
             self.found += 1
-            if self.outcome is None and self.found >= o.spots:
+            if self.outcome is None and self.found >= self.options.max_points:
                 self._end("done")
         twist = np.zeros(6)
         if self.state != "ended":
             twist[:2] = self._velocity(features)
-        self._asked = twist[:2]
-        return ContourStep(twist, self.state, spot, self.outcome)
+        self._commanded = twist[:2]
+        return ContourStep(twist, self.state, point, self.outcome)
+
+    def _check_limits(self) -> None:
+        if self._lost_for > MAX_LOST_SECONDS:
+            self._end("lost")
+        elif self._blocked_for > MAX_BLOCKED_SECONDS:
+            self._end("blocked")
+        elif self._time > self.options.seconds:
+            self._end("out_of_time")
+        elif self._travel > self.options.travel:
+            self._end("nothing_found" if self.found == 0 else "out_of_time")
 
     def _move(self, velocity: NDArray[np.float64], dt: float) -> None:
-        step = float(np.hypot(*velocity)) * dt
-        self._place = self._place + velocity * dt
-        self._way += step
-        self._followed += step
-        self._round += step
+        """Integrate the motion of the pad."""
+        distance = float(np.hypot(*velocity)) * dt
+        self._position = self._position + velocity * dt
+        self._travel += distance
+        self._line_travel += distance
+        self._contour_travel += distance
         self._slope.move(velocity * dt)
-        held = self._asked.any() and step < LEAST_MOVED * self.options.speed * dt
-        self._blocked_for = self._blocked_for + dt if held else 0.0
+        slow = self._commanded.any() and distance < MIN_SPEED_SHARE * self.options.speed * dt
+        self._blocked_for = self._blocked_for + dt if slow else 0.0
 
     # Seeking ---------------------------------------------------------------------------------
 
-    def _seek(self, features, rim: Rim, dt) -> ContourPoint | None:
-        o = self.options
+    def _seek(self, features: ContactFeatures, rim: Rim, dt: float) -> ContourPoint | None:
+        """Turn to where the imprint shrinks, and detect the first ridge or edge."""
         slope = self._slope.update(features.area)
         if slope is not None:
-            want = math.atan2(-slope[1], -slope[0])
-            gap = (want - self._heading + math.pi) % (2.0 * math.pi) - math.pi
-            self._heading += max(-o.steer * dt, min(o.steer * dt, gap))
+            goal = math.atan2(-slope[1], -slope[0])
+            error = (goal - self._heading + math.pi) % (2.0 * math.pi) - math.pi
+            self._heading += max(-STEER_RATE * dt, min(STEER_RATE * dt, error))
         heading = np.array([math.cos(self._heading), math.sin(self._heading)])
-        narrow = features.confidence >= o.line_confidence and _width(features) <= o.ridge_width
-        edge = None if narrow else self._straight(longest_edge(rim))
-        if not self._holds(narrow or edge is not None):
+        narrow = (
+            features.confidence >= MIN_LINE_CONFIDENCE
+            and _imprint_width(features) <= MAX_RIDGE_WIDTH
+        )
+        edge = None if narrow else _if_straight(fit_longest_edge(rim))
+        if not self._is_confirmed(narrow or edge is not None):
             return None
-        self._narrow, self._edge, self._edge_seen = narrow, edge, self._place
+        self._on_ridge, self._edge, self._edge_position = narrow, edge, self._position
         if edge is None:
             axis = np.array([math.cos(features.orientation), math.sin(features.orientation)])
             self._out = np.array([-axis[1], axis[0]])
         else:
             self._out = edge.outward
             axis = np.array([-self._out[1], self._out[0]])
-        onwards = float(axis @ heading) >= 0
+        forwards = float(axis @ heading) >= 0
         if edge is not None and not edge.ends[0] <= 0.0 <= edge.ends[1]:
-            # Only a piece to one side is felt: the other way may lead back over the face.
-            onwards = edge.ends[0] > 0.0
-        self._along = axis if onwards else -axis
+            # The pad feels the edge on one side only. The other direction may lead over the face.
+            forwards = edge.ends[0] > 0.0
+        self._along = axis if forwards else -axis
         self._start_line()
-        # It may have been noticed at its very end.
-        self._followed = self.options.leave
-        place = self._beside(features) * self._out if edge is None else edge.nearest
-        self._round = 0.0
-        return ContourPoint(
-            "ridge" if narrow else "edge", np.append(place, 0.0), _angle(self._along)
-        )
-
-    def _straight(self, edge: RimEdge | None) -> RimEdge | None:
-        o = self.options
-        return edge if edge and edge.span >= o.edge_span and edge.rms <= o.edge_rms else None
+        # The line may have been detected at its very end.
+        self._line_travel = LEAVE_DISTANCE
+        place = self._line_offset(features) * self._out if edge is None else edge.nearest
+        self._contour_travel = 0.0
+        return ContourPoint("ridge" if narrow else "edge", np.append(place, 0.0), self._direction())
 
     # Following -------------------------------------------------------------------------------
 
-    def _follow(self, rim: Rim) -> ContourPoint | None:
-        o = self.options
-        edge = fit_edge(self._same_line(rim), self._out, o.reach)
+    def _follow_edge(self, rim: Rim) -> ContourPoint | None:
+        """Update the current edge, and detect a corner or the closed contour."""
+        edge = fit_edge(self._current_edge_points(rim), self._out, EDGE_REACH)
         if edge is not None:
-            side = _cross(self._along, self._out)
-            self._edge, self._edge_seen = edge, self._place
-            self._out = edge.outward
-            self._along = side * np.array([self._out[1], -self._out[0]])
-            foot = self._place + edge.nearest
-            if self._round <= o.leave:
-                self._began, self._began_out = foot, self._out
-            elif self._round > 4 * o.leave and self._back(foot):
+            self._set_edge(edge)
+            foot = self._position + edge.nearest
+            if self._contour_travel <= LEAVE_DISTANCE:
+                self._start, self._start_out = foot, self._out
+            elif self._contour_travel > 4 * LEAVE_DISTANCE and self._is_at_start(foot):
                 self._end("round")
                 return None
-        self._next = self._edge_ahead(rim) if self._followed >= o.leave else None
-        following = self._next
-        turned_in = following is not None and float(following.outward @ self._along) > 0
-        there = following is not None and (
-            following.offset <= o.inset if turned_in else following.offset >= o.inset
+        next_edge = self._find_next_edge(rim) if self._line_travel >= LEAVE_DISTANCE else None
+        turns_in = next_edge is not None and float(next_edge.outward @ self._along) > 0
+        reached = next_edge is not None and (
+            next_edge.offset <= INSET if turns_in else next_edge.offset >= INSET
         )
-        return self._turn_at(following) if self._holds(there) and following else None
+        return self._turn_at(next_edge) if self._is_confirmed(reached) and next_edge else None
 
-    def _same_line(self, rim: Rim) -> Rim:
-        """Leave out what faces the same way elsewhere, as an angle's other arm does."""
+    def _set_edge(self, edge: RimEdge) -> None:
+        """Follow this edge, with the face on the same side as before."""
+        side = 1.0 if _is_left(self._along, self._out) else -1.0
+        self._edge, self._edge_position, self._out = edge, self._position, edge.outward
+        self._along = side * np.array([self._out[1], -self._out[0]])
+
+    def _current_edge_points(self, rim: Rim) -> Rim:
+        """Select the rim points near the current edge; another edge may face the same direction."""
         if self._edge is None:
             return rim
         out = self._edge.outward
-        offset = self._edge.offset - float((self._place - self._edge_seen) @ out)
-        return rim.some(np.abs(rim.points @ out - offset) < SAME_LINE)
+        offset = self._edge.offset - float((self._position - self._edge_position) @ out)
+        return rim.select(np.abs(rim.points @ out - offset) < SAME_EDGE)
 
-    def _back(self, foot) -> bool:
-        """Whether following began here; where two edges meet, on the same one."""
-        same = float(self._out @ self._began_out) > math.cos(self.options.corner)
-        return same and math.dist(foot, self._began) < self.options.close
+    def _is_at_start(self, foot: NDArray[np.float64]) -> bool:
+        """Return whether the contour started here, on the same of two edges that meet."""
+        same = float(self._out @ self._start_out) > math.cos(MIN_CORNER_ANGLE)
+        return same and math.dist(foot, self._start) < CLOSED_DISTANCE
 
-    def _edge_ahead(self, rim: Rim) -> RimEdge | None:
-        """The face's next edge: turned inwards beyond a corner, or outwards."""
-        o, edge = self.options, self._edge
+    def _find_next_edge(self, rim: Rim) -> RimEdge | None:
+        """Find the next edge of the face, which turns inwards beyond a corner, or outwards."""
+        edge = self._edge
         if edge is None:
             return None
         beside = rim.points @ edge.outward - edge.offset
         turned = rim.outward @ self._along
-        facing = rim.outward @ edge.outward < math.cos(o.corner)
-        ahead = rim.points @ self._along > -o.inset
-        inwards = facing & (turned > LEAST_TURN) & (beside < -OFF_EDGE) & ahead
-        outwards = facing & (turned < -LEAST_TURN) & (beside > OFF_EDGE)
-        chosen = inwards if np.count_nonzero(inwards) >= np.count_nonzero(outwards) else outwards
-        return self._straight(longest_edge(rim.some(chosen)))
+        facing = rim.outward @ edge.outward < math.cos(MIN_CORNER_ANGLE)
+        ahead = rim.points @ self._along > -INSET
+        inwards = facing & (turned > MIN_TURN) & (beside < -OFF_EDGE) & ahead
+        outwards = facing & (turned < -MIN_TURN) & (beside > OFF_EDGE)
+        mask = inwards if np.count_nonzero(inwards) >= np.count_nonzero(outwards) else outwards
+        return _if_straight(fit_longest_edge(rim.select(mask)))
 
-    def _turn_at(self, following: RimEdge) -> ContourPoint | None:
+    def _turn_at(self, next_edge: RimEdge) -> ContourPoint | None:
+        """Follow the next edge from the corner on, unless the contour is closed there."""
         edge = self._edge
         if edge is None:
             return None
-        place, direction = corner_of(edge, following), _angle(self._along)
-        there = self._place + place
-        if self._first is None:
-            self._first = there
-        elif self._round > 4 * self.options.leave and math.dist(there, self._first) < SAME_LINE:
+        place, direction = intersect_edges(edge, next_edge), self._direction()
+        corner = self._position + place
+        if self._first_corner is None:
+            self._first_corner = corner
+        elif (
+            self._contour_travel > 4 * LEAVE_DISTANCE
+            and math.dist(corner, self._first_corner) < SAME_EDGE
+        ):
             self._end("round")
             return None
-        kind = "corner" if float(following.outward @ self._along) > 0 else "inner_corner"
-        side = _cross(self._along, self._out)
-        self._edge, self._edge_seen, self._out = following, self._place, following.outward
-        self._along = side * np.array([self._out[1], -self._out[0]])
+        kind = "corner" if float(next_edge.outward @ self._along) > 0 else "inner_corner"
+        self._set_edge(next_edge)
         self._start_line()
         return ContourPoint(kind, np.append(place, 0.0), direction)
 
-    def _follow_ridge(self, features, image: TactileImage) -> ContourPoint | None:
-        o = self.options
-        if features.confidence >= o.line_confidence:
+    def _follow_ridge(self, features: ContactFeatures, image: TactileImage) -> ContourPoint | None:
+        """Update the direction of the ridge, and detect its end."""
+        if features.confidence >= MIN_LINE_CONFIDENCE:
             axis = np.array([math.cos(features.orientation), math.sin(features.orientation)])
             axis = axis if float(axis @ self._along) >= 0 else -axis
-            # A line that bends turns slowly; what jumps is another axis of a short imprint.
-            if float(axis @ self._along) > math.cos(math.radians(30.0)):
+            if float(axis @ self._along) > math.cos(MAX_RIDGE_BEND):
                 self._along, self._out = axis, np.array([-axis[1], axis[0]])
-        tip = line_tip(image, self._along)
-        if not self._holds(self._followed > o.leave and tip < o.inset):
+        end = find_line_end(image, self._along)
+        if not self._is_confirmed(self._line_travel > LEAVE_DISTANCE and end < INSET):
             return None
-        place = tip * self._along + self._beside(features) * self._out
-        direction = _angle(self._along)
+        place = end * self._along + self._line_offset(features) * self._out
+        direction = self._direction()
         self._along, self._ends = -self._along, self._ends + 1
         self._start_line()
         if self._ends == 2:
@@ -288,47 +307,44 @@ class ContourFollower:
 
     def _start_line(self) -> None:
         self.state = "follow"
-        self._followed = 0.0
-        self._in_a_row = 0
+        self._line_travel = 0.0
+        self._confirmed = 0
 
-    def _beside(self, features) -> float:
-        """Distance from the pad's middle to the line, towards where the face ends, m."""
+    def _line_offset(self, features: ContactFeatures) -> float:
+        """Return the distance from the pad's middle to the line, m, towards the face's end."""
         if self._edge is None:
             return float(features.centre[:2] @ self._out)
         return self._edge.offset
 
-    def _velocity(self, features):
-        o = self.options
+    def _velocity(self, features: ContactFeatures) -> NDArray[np.float64]:
+        """Compute the velocity over the surface, (2,), m/s."""
+        speed = self.options.speed
         if self.state == "seek":
-            swing = o.weave * math.sin(2.0 * math.pi * self._way / o.weave_length)
-            angle = self._heading + swing
-            return o.speed * np.array([math.cos(angle), math.sin(angle)])
-        inset = 0.0 if self._narrow else o.inset
-        side = min(max(o.side_gain * (self._beside(features) - inset), -o.speed), o.speed)
-        return o.speed * self._along + side * self._out
+            weave = WEAVE_ANGLE * math.sin(2.0 * math.pi * self._travel / WEAVE_LENGTH)
+            angle = self._heading + weave
+            return speed * np.array([math.cos(angle), math.sin(angle)])
+        inset = 0.0 if self._on_ridge else INSET
+        side = min(max(SIDE_GAIN * (self._line_offset(features) - inset), -speed), speed)
+        return speed * self._along + side * self._out
 
-    def _holds(self, now: bool) -> bool:
-        self._in_a_row = self._in_a_row + 1 if now else 0
-        return self._in_a_row >= self.options.cycles
+    def _is_confirmed(self, detected: bool) -> bool:
+        self._confirmed = self._confirmed + 1 if detected else 0
+        return self._confirmed >= CONFIRM_CYCLES
+
+    def _direction(self) -> float:
+        return math.atan2(self._along[1], self._along[0])
 
     def _end(self, outcome: ContourOutcome) -> None:
         self.outcome, self.state = outcome, "ended"
 
 
-OFF_EDGE = 0.003
-"""Distance from an edge at which rim is of another, m: foam rounds corners by as much."""
-LEAST_TURN = 0.2
-"""How far the next edge must face along the way or against it, a cosine: the face's far side
-does not."""
-SAME_LINE = 0.008
-"""Distance from the edge within which rim is still the same edge's, and from the first corner
-within which one is the same, m: of a bend, rim within the reach is as far off."""
-LEAST_MOVED = 0.25
-"""Share of the speed below which the pad counts as held."""
+def _if_straight(edge: RimEdge | None) -> RimEdge | None:
+    """Return the edge if it is long and straight enough."""
+    return edge if edge and edge.span >= MIN_EDGE_SPAN and edge.rms <= MAX_EDGE_RMS else None
 
 
-def _width(features: ContactFeatures) -> float:
-    """Width, m, of the rectangle with that area and confidence.
+def _imprint_width(features: ContactFeatures) -> float:
+    """Return the width, m, of the rectangle with the imprint's area and confidence.
 
     Its second moments are L²/12 and W²/12, so W/L = sqrt((1 - c)/(1 + c)).
     """
@@ -336,10 +352,6 @@ def _width(features: ContactFeatures) -> float:
     return math.sqrt(features.area * ratio)
 
 
-def _cross(a, b) -> float:
-    """1 if b is to the left of a, else -1."""
-    return 1.0 if a[0] * b[1] - a[1] * b[0] >= 0 else -1.0
-
-
-def _angle(direction) -> float:
-    return math.atan2(direction[1], direction[0])
+def _is_left(a: NDArray[np.float64], b: NDArray[np.float64]) -> bool:
+    """Return whether direction b is to the left of direction a."""
+    return a[0] * b[1] - a[1] * b[0] >= 0

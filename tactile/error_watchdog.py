@@ -1,74 +1,81 @@
-"""Notice a feature that stays off its goal, or swings about it, and does not get better."""
+"""Detection of an error that stays large, or of a small oscillation that does not decay."""
 
 from __future__ import annotations
 
 import math
 from typing import Literal
 
-NOT_BETTER = 0.9
-"""A span whose error is below this share of that of the span before gets better."""
+MAX_MEAN = 0.1
+"""Mean error of a period above which it is a miss, as a share of the goal."""
+MAX_DEVIATION = 0.08
+"""Standard deviation of a period above which it oscillates, as a share of the goal. Pens, boxes
+and balls within the limits stay below 0.01."""
+PERIOD_SECONDS = 0.5
+"""Length of a period, s. The transient of a contact must not fill one."""
+MAX_PERIODS = 3
+"""Number of successive bad periods without improvement that is an error. When a person turns the
+object, two periods are bad and the third is better."""
+IMPROVEMENT = 0.9
+"""A period whose error is below this share of the one before is an improvement."""
 
 
 class ErrorWatchdog:
-    """Judge the error span by span: by its mean, and by its deviation from that.
+    """Judge the error period by period, by its mean and its standard deviation.
 
-    A landing, a jolt and an object that is moved on are off too, but the next span is better. What
-    is left is a servo that is stuck beside its goal, or a small swing that nothing damps.
-
-    Parameters
-    ----------
-    miss
-        Mean error of a span that counts as a miss, as a share of the goal.
-    calm
-        Standard deviation of a span up to which it counts as calm, likewise.
-    seconds
-        Length of a span, s, > 0.
-    spans
-        How many in a row must be no better than the one before, >= 1.
+    After contact, after a jolt, and while the object moves, the error is large too, but the next
+    period is better. What remains is a servo that is stuck beside its goal, or a small oscillation
+    that nothing damps.
     """
 
-    def __init__(self, miss: float, calm: float, seconds: float, spans: int) -> None:
-        self._miss, self._calm, self._seconds, self._spans = miss, calm, seconds, spans
+    def __init__(self) -> None:
         self.reset()
 
     def reset(self) -> None:
-        """Forget all spans."""
+        """Clear all periods."""
         self._last_mean = self._last_deviation = 0.0
-        self._misses = self._swings = 0
-        self._begin()
+        self._misses = self._oscillations = 0
+        self._start_period()
 
     def update(self, error: float, dt: float) -> Literal["steady_miss", "oscillation"] | None:
-        """Take one error, as a share of the goal, after ``dt`` s, and tell what it has come to."""
+        """Process one error and return what is wrong, if anything.
+
+        Parameters
+        ----------
+        error
+            As a share of the goal.
+        dt
+            Time since the last error, s.
+        """
         self._time += dt
         self._count += 1
         self._sum += error
         self._squares += error * error
-        if self._time < self._seconds:
+        if self._time < PERIOD_SECONDS:
             return None
         mean = self._sum / self._count
         deviation = math.sqrt(max(self._squares / self._count - mean * mean, 0.0))
-        # An error that changes its side is another one.
+        # An error that changes its sign is another one.
         lasting = mean * self._last_mean >= 0.0 and _no_better(mean, self._last_mean)
-        self._misses = _in_a_row(self._misses, abs(mean) > self._miss, lasting)
+        self._misses = _successive(self._misses, abs(mean) > MAX_MEAN, lasting)
         lasting = _no_better(deviation, self._last_deviation)
-        self._swings = _in_a_row(self._swings, deviation > self._calm, lasting)
+        self._oscillations = _successive(self._oscillations, deviation > MAX_DEVIATION, lasting)
         self._last_mean, self._last_deviation = mean, deviation
-        self._begin()
-        if self._swings >= self._spans:
+        self._start_period()
+        if self._oscillations >= MAX_PERIODS:
             return "oscillation"
-        return "steady_miss" if self._misses >= self._spans else None
+        return "steady_miss" if self._misses >= MAX_PERIODS else None
 
-    def _begin(self) -> None:
+    def _start_period(self) -> None:
         self._time = self._sum = self._squares = 0.0
         self._count = 0
 
 
 def _no_better(now: float, before: float) -> bool:
-    return abs(now) >= NOT_BETTER * abs(before)
+    return abs(now) >= IMPROVEMENT * abs(before)
 
 
-def _in_a_row(before: int, bad: bool, lasting: bool) -> int:
-    """Spans in a row; one that is bad but better than the one before begins a new row."""
+def _successive(before: int, bad: bool, lasting: bool) -> int:
+    """Return the number of successive bad periods; an improved bad period starts at 1."""
     if not bad:
         return 0
     return before + 1 if lasting else 1

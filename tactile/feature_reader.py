@@ -1,4 +1,4 @@
-"""Raw readings in, contact features out: what a servo calls every cycle."""
+"""From raw readings to contact features, for the cycles of a servo."""
 
 from __future__ import annotations
 
@@ -8,10 +8,9 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .feature_kernels import VALUES, pack_geometry, read_features
-from .features import ContactFeatures, FeatureOptions, unpack, with_hough
+from .feature_kernels import VALUES, Buffers, read_features
+from .features import ContactFeatures, FeatureOptions, kernel_rule, unpack, with_hough
 from .image import TactileArray, TactileImage
-from .region import pack_links
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,24 +19,25 @@ if TYPE_CHECKING:
 
 
 class FeatureReader:
-    """Calibrate readings, find the contact and describe it, in one compiled call.
+    """Calibrate readings and compute the features of the contact, in one compiled call.
 
-    It remembers where the contact was, for the choice between several.
+    The reader stores the place of the last contact to select one of several contacts. It does not
+    smooth the features: the servo averages pressure and orientation (`ServoOptions.window`).
 
     Parameters
     ----------
     calibration
-        Of the array's tactels.
+        Calibration of the array's tactels.
     array
-        Where they are.
+        Geometry of the array.
     options
-        How a contact is found and described.
+        Detection and description of a contact.
 
     Raises
     ------
     InputError
-        If calibration and array have different numbers of tactels, or Hough is asked of an array
-        without a grid.
+        If calibration and array have different numbers of tactels, or the Hough transform is
+        requested for an array without a grid.
     """
 
     def __init__(
@@ -50,35 +50,34 @@ class FeatureReader:
         count = len(array.positions)
         if len(calibration.rest) != count:
             raise InputError(
-                f"the calibration must be of {count} tactels like the array, got one of "
+                f"the calibration must have {count} tactels like the array, got "
                 f"{len(calibration.rest)}"
             )
         if self._options.orientation == "hough" and array.grid is None:
             raise InputError("the Hough transform needs an array with an even grid; use moments")
         self._array = array
         self._shape = (count,)
-        self._pressures = np.zeros(count)
-        self._members = np.empty(count, np.int32)
-        self._values = np.empty(VALUES)
-        self._previous = np.full(3, np.nan)
+        self._buffers = Buffers(
+            pressures=np.zeros(count),
+            states=np.zeros(count, np.uint8),
+            members=np.empty(count, np.int32),
+            values=np.empty(VALUES),
+            previous=np.full(3, np.nan),
+        )
+        self._values = self._buffers.values
+        thresholds = calibration.threshold(self._options.sigmas)
         self._arguments = (
             calibration.table,
             calibration.limits,
-            calibration.threshold(self._options.sigmas),
-            pack_links(array),
-            pack_geometry(array),
-            self._previous,
-            self._options.hysteresis,
-            self._options.min_tactels,
-            self._options.rim,
-            self._pressures,
-            np.zeros(count, np.uint8),
-            self._members,
-            self._values,
+            thresholds,
+            array.links,
+            array.geometry,
+            kernel_rule(self._options),
+            tuple(self._buffers),
         )
 
     def read(self, raw: NDArray[np.uint16]) -> ContactFeatures:
-        """Give the features of raw readings, (N,) uint16.
+        """Compute the features of raw readings, (N,) uint16.
 
         Raises
         ------
@@ -90,16 +89,17 @@ class FeatureReader:
                 f"raw readings must be {self._shape[0]} uint16, got {raw.shape} {raw.dtype}"
             )
         size = read_features(raw, *self._arguments)
-        found = unpack(self._values)
+        features = unpack(self._values)
         if size and self._options.orientation == "hough":
-            found = with_hough(found, self.image, self._members[:size], self._options.hough)
-        return found
+            members = self._buffers.members[:size]
+            features = with_hough(features, self.image, members, self._options.hough)
+        return features
 
     @property
     def image(self) -> TactileImage:
-        """The pressures read last, dead tactels filled in; all 0 before the first reading."""
-        return TactileImage(self._pressures.copy(), self._array)
+        """The last pressures, with dead tactels interpolated; all 0 before the first reading."""
+        return TactileImage(self._buffers.pressures.copy(), self._array)
 
     def reset(self) -> None:
-        """Forget where the contact was: of several, the largest is taken again."""
-        self._previous[:] = np.nan
+        """Clear the place of the last contact; the next one is the largest region."""
+        self._buffers.previous[:] = np.nan

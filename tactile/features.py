@@ -1,4 +1,4 @@
-"""Contact features of a tactile image."""
+"""Contact features of a tactile image, eqs. (11) and (12)."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .feature_kernels import TRUSTED, VALUES, describe, pack_geometry
+from .feature_kernels import TRUSTED, VALUES, Rule, compute_features
 from .hough import HoughOptions, hough_axis
-from .region import pack_links
+from .region import find_region
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,14 +19,14 @@ if TYPE_CHECKING:
     from .image import TactileImage
 
 BORDER_SHARE = 0.05
-"""Share of force on border tactels from which a contact counts as cut off. A line that leaves the
-pad, whose centre along it is then unknown, has 0.1. A 2 mm probe has it 9 mm from the edge of a
-5 mm grid, and is placed 0.1 mm too far inside only from 0.35 on, 6 mm from the edge."""
+"""Share of force on border tactels above which a contact is cut off. A line that leaves the pad has
+0.1, and its centre along the line is then unknown. A 2 mm probe has 0.05 at 9 mm from the edge of a
+5 mm grid. Its measured centre is 0.1 mm too far inside only from 0.35 on, 6 mm from the edge."""
 
 
 @dataclass(frozen=True)
 class FeatureOptions:
-    """How a contact is found and described.
+    """Detection and description of a contact.
 
     Raises
     ------
@@ -35,33 +35,33 @@ class FeatureOptions:
     """
 
     sigmas: float = 4.0
-    """Threshold over the reading at rest, times each tactel's noise, > 0: lower feels lighter
-    touches and the rim of imprints, and takes more noise for touch."""
+    """Threshold of a touch above the reading at rest, in standard deviations of each tactel's
+    noise, > 0. A lower value detects lighter touches and more false ones."""
     min_tactels: int = 2
-    """Tactels that make a contact, >= 1: noise seldom lifts two neighbours at once, so 2 lets the
-    threshold be low; 1 is for arrays whose tactels are far apart."""
-    rim: float = 5.0
-    """Band above the threshold, times it, over which a tactel comes to count fully in the area,
-    >= 0. 0 counts it at once, as eq. 12 does: then f/|R| jumps whenever noise lifts a tactel at the
-    imprint's rim over the threshold. Wider is calmer, and leaves out more of a soft rim: on a pen's
-    end the deviation is 5.3, 1.0, 0.4 and 0.3 % at 0, 2, 5 and 10, and the force that makes the
-    same pressure 100, 92, 90 and 69 %."""
+    """Smallest number of tactels of a contact, >= 1. Noise rarely raises two neighbours at once, so
+    2 permits a low threshold. 1 is for arrays whose tactels are far apart."""
+    rim_band: float = 5.0
+    """Range above the threshold, in multiples of it, over which a tactel's share in the area grows
+    from 0 to 1, >= 0. With 0, as in eq. (12), f/|R| jumps whenever noise raises a tactel at the
+    imprint's rim above the threshold. A wider range is less noisy and excludes more of a soft rim:
+    on a pen's end the standard deviation is 5.3, 1.0, 0.4 and 0.3 % at 0, 2, 5 and 10, and the
+    force for the same pressure is 100, 92, 90 and 69 %."""
     hysteresis: float = 0.2
-    """Share of tactels by which another region must be larger before it is taken instead of the
-    nearest to the contact before, 0..1: 0 follows the largest one at once, however it jumps."""
+    """Share of tactels, 0..1, by which another region must be larger to replace the one nearest to
+    the last contact. 0 always takes the largest region, even if it is elsewhere."""
     orientation: Literal["moments", "hough"] = "moments"
-    """How the long axis is found: by second moments, better and faster, or by the paper's Hough
-    transform, for arrays with an even grid."""
+    """Method for the long axis. Second moments are more precise and faster. The chapter uses the
+    Hough transform, which needs an even grid."""
     hough: HoughOptions = field(default_factory=HoughOptions)
-    """Settings of the Hough transform."""
+    """Options of the Hough transform."""
 
     def __post_init__(self) -> None:
         if not 0 < self.sigmas < np.inf:
             raise InputError(f"sigmas must be finite and > 0, got {self.sigmas}")
         if self.min_tactels < 1:
-            raise InputError(f"min_tactels must be >= 1 tactel, got {self.min_tactels}")
-        if not 0 <= self.rim < np.inf:
-            raise InputError(f"rim must be finite and >= 0, got {self.rim}")
+            raise InputError(f"min_tactels must be >= 1, got {self.min_tactels}")
+        if not 0 <= self.rim_band < np.inf:
+            raise InputError(f"rim_band must be finite and >= 0, got {self.rim_band}")
         if not 0 <= self.hysteresis <= 1:
             raise InputError(f"hysteresis must be in 0..1, got {self.hysteresis}")
         if self.orientation not in ("moments", "hough"):
@@ -70,39 +70,41 @@ class FeatureOptions:
 
 @dataclass(frozen=True)
 class ContactFeatures:
-    """What one contact feels like; false in a condition when nothing touches."""
+    """The features of one contact; false in a condition if there is no contact."""
 
     force: float
-    """Sum of the region's tactel forces f, N (eq. 11)."""
+    """Sum of the tactel forces in the contact region, N, eq. (11)."""
     centre: NDArray[np.float64]
-    """Centre of pressure in the sensor's frame, (3,), m (eq. 11); under a curved surface."""
+    """Centre of pressure in the sensor's frame, (3,), m, eq. (11). On a curved array it lies under
+    the surface."""
     pressure: float
-    """Mean pressure over the contact region, Pa (eq. 12 with the region's area)."""
+    """Mean pressure over the contact region, Pa, eq. (12) with the region's area."""
     area: float
-    """Area of the contact region, m², its faintest tactels in part: see `FeatureOptions.rim`."""
+    """Area of the contact region, m². Its faintest tactels count in part, see
+    `FeatureOptions.rim_band`."""
     orientation: float
-    """Direction of the region's long axis in the sensor's xy-plane, rad, in (-π/2, π/2]; on a
-    curved array in the plane of `normal`, whose axes are those of `image.tangents`."""
+    """Direction of the region's long axis in the sensor's xy-plane, rad, in (-π/2, π/2]. On a
+    curved array it is in the plane of `normal`, whose axes are those of `image.tangents`."""
     confidence: float
-    """(λ1-λ2)/(λ1+λ2) of the region's second moments: 0 round, 1 a line."""
+    """(λ1-λ2)/(λ1+λ2) of the region's second moments: 0 is round, 1 is a line."""
     normal: NDArray[np.float64] = field(default_factory=lambda: np.array([0.0, 0.0, 1.0]))
-    """Outward unit normal of the contact, (3,): mean of the tactels', weighted by force."""
+    """Outward unit normal of the contact, (3,): mean of the tactels' normals, weighted by force."""
     tactels: int = 0
-    """How many tactels the region has, |R|."""
+    """Number of tactels of the region, |R|."""
     border_share: float = 0.0
-    """Share of the force on tactels at the array's border, 0..1: beyond it, contact is not felt,
+    """Share of the force on tactels at the array's border, 0..1. The contact may extend beyond it,
     so the centre of pressure is too far inside."""
     saturated: int = 0
-    """Tactels of the region that feel more than they can tell: force and pressure are too low."""
+    """Number of saturated tactels in the region. Force and pressure are then too low."""
     interpolated: int = 0
-    """Tactels of the region that are dead: their pressure is their neighbours'."""
+    """Number of dead tactels in the region. Their pressure is that of their neighbours."""
 
     def __bool__(self) -> bool:
         return self.force > 0.0
 
     @property
     def at_border(self) -> bool:
-        """Whether the contact reaches over the array's border so far that its centre is biased."""
+        """Whether the array's border cuts off so much that the centre of pressure is biased."""
         return self.border_share > BORDER_SHARE
 
 
@@ -113,64 +115,95 @@ def contact_features(
     previous: ContactFeatures | None = None,
     options: FeatureOptions | None = None,
 ) -> ContactFeatures:
-    """Find the largest connected contact region and describe it.
+    """Compute the features of the largest contact region of one image, eqs. (11) and (12).
 
-    For one image; a servo that reads many takes a `FeatureReader`.
+    For the images of a servo, `FeatureReader` is faster.
 
     Parameters
     ----------
     image
         Calibrated tactile image.
     threshold
-        Pressure above which a tactel counts as touched, Pa, >= 0, just above the noise: one, or
-        one per tactel (N,).
+        Pressure above which a tactel is touched, Pa, >= 0: one value, or one per tactel (N,). It
+        should be just above the noise.
     previous
-        Features of the contact a moment before: of regions of similar size, the one nearest to
-        it is described.
+        Features of the last cycle. Among regions of similar size, the one nearest to it is used.
     options
-        Of these, `sigmas` is of no concern here; left out, a single tactel is a contact.
+        `sigmas` has no effect here. With None, a single tactel is a contact.
 
     Returns
     -------
     ContactFeatures
-        Of the largest connected region, as the chapter has it; all zero where nothing touches.
+        All zero without a contact.
 
     Raises
     ------
     InputError
-        If a threshold is negative or not finite, or Hough is asked of an array without a grid.
+        If a threshold is negative or not finite, or the Hough transform is requested for an array
+        without a grid.
     """
     options = options or FeatureOptions(min_tactels=1)
     array, count = image.array, len(image.pressures)
-    thresholds = np.asarray(threshold, dtype=np.float64)
-    if not (np.all(thresholds >= 0.0) and np.all(np.isfinite(thresholds))):
-        raise InputError(f"threshold must be finite and >= 0 Pa, got {threshold}")
-    if thresholds.shape not in ((), (count,)):
-        raise InputError(f"threshold must be one number or {count}, got {thresholds.shape}")
     centre = previous.centre if previous else np.full(3, np.nan)
-    states = np.full(count, TRUSTED, np.uint8)
     members, values = np.empty(count, np.int32), np.empty(VALUES)
-    size = describe(
+    buffers = (
         np.ascontiguousarray(image.pressures, dtype=np.float64),
-        states,
-        np.full(count, thresholds) if thresholds.ndim == 0 else thresholds,
-        pack_links(array),
-        pack_geometry(array),
-        np.ascontiguousarray(centre),
-        options.hysteresis,
-        options.min_tactels,
-        options.rim,
+        np.full(count, TRUSTED, np.uint8),
         members,
         values,
+        np.ascontiguousarray(centre),
     )
-    found = unpack(values)
-    if found and options.orientation == "hough":
-        found = with_hough(found, image, members[:size], options.hough)
-    return found
+    size = compute_features(
+        _thresholds(threshold, count), array.links, array.geometry, kernel_rule(options), buffers
+    )
+    features = unpack(values)
+    if features and options.orientation == "hough":
+        features = with_hough(features, image, members[:size], options.hough)
+    return features
+
+
+def contact_region(
+    image: TactileImage, threshold: float | NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Find the largest connected region of touched tactels.
+
+    Parameters
+    ----------
+    image
+        Calibrated tactile image.
+    threshold
+        Pressure above which a tactel is touched, Pa, >= 0: one value, or one per tactel (N,).
+
+    Returns
+    -------
+    Mask of the region's tactels, (N,).
+
+    Raises
+    ------
+    InputError
+        If a threshold is negative or not finite.
+    """
+    array, count = image.array, len(image.pressures)
+    members = np.empty(count, np.int32)
+    size = find_region(
+        np.ascontiguousarray(image.pressures, dtype=np.float64),
+        _thresholds(threshold, count),
+        array.links,
+        array.geometry,
+        np.full(3, np.nan),
+        0.0,
+        members,
+    )
+    return _mask(members[:size], count)
+
+
+def kernel_rule(options: FeatureOptions) -> NDArray[np.float64]:
+    """Return the values of `feature_kernels.Rule`, (3,)."""
+    return np.array(Rule(options.hysteresis, options.min_tactels, options.rim_band), np.float64)
 
 
 def unpack(values: NDArray[np.float64]) -> ContactFeatures:
-    """Give the numbers of `feature_kernels.describe` their names."""
+    """Convert the values of `feature_kernels.compute_features` to features."""
     v = values.tolist()
     if v[14] == 0.0:
         return ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
@@ -190,12 +223,27 @@ def unpack(values: NDArray[np.float64]) -> ContactFeatures:
 
 
 def with_hough(
-    found: ContactFeatures,
+    features: ContactFeatures,
     image: TactileImage,
-    region: NDArray[np.int32],
+    members: NDArray[np.int32],
     options: HoughOptions,
 ) -> ContactFeatures:
-    """Give the features with the orientation by the Hough transform of their region."""
-    mask = np.zeros(len(image.pressures), np.bool_)
-    mask[region] = True
-    return replace(found, orientation=hough_axis(image, mask, options))
+    """Return the features with the orientation by the Hough transform of the region's tactels."""
+    region = _mask(members, len(image.pressures))
+    return replace(features, orientation=hough_axis(image, region, options))
+
+
+def _mask(members: NDArray[np.int32], count: int) -> NDArray[np.bool_]:
+    mask = np.zeros(count, np.bool_)
+    mask[members] = True
+    return mask
+
+
+def _thresholds(threshold: float | NDArray[np.float64], count: int) -> NDArray[np.float64]:
+    """Check the thresholds and return one per tactel, (N,)."""
+    thresholds = np.asarray(threshold, dtype=np.float64)
+    if not (np.all(thresholds >= 0.0) and np.all(np.isfinite(thresholds))):
+        raise InputError(f"threshold must be finite and >= 0 Pa, got {threshold}")
+    if thresholds.shape not in ((), (count,)):
+        raise InputError(f"threshold must be one number or {count}, got {thresholds.shape}")
+    return np.full(count, thresholds) if thresholds.ndim == 0 else thresholds

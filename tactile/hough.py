@@ -1,4 +1,4 @@
-"""The direction of a line-shaped contact by the Hough transform, as the paper has it."""
+"""The direction of a line-shaped contact by the Hough transform, as in the chapter."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class HoughOptions:
-    """Settings of the Hough transform.
+    """Options of the Hough transform.
 
     Raises
     ------
@@ -26,11 +26,11 @@ class HoughOptions:
     """
 
     angles: int = 180
-    """Directions that are voted for, >= 2: time grows with them, and from about 60 on a pad of
-    16 rows cannot tell them apart."""
+    """Number of directions, >= 2. The time grows with it. A pad of 16 rows cannot distinguish more
+    than about 60."""
     share: float = 0.5
-    """Tactels above this share of the region's highest pressure vote, 0..1: low ones make a broad
-    band of votes, in which the long diagonal wins; high ones leave few voters."""
+    """Share of the region's highest pressure above which a tactel votes, 0..1. Low shares give a
+    broad band of votes, in which the long diagonal wins; high shares leave few voters."""
 
     def __post_init__(self) -> None:
         if self.angles < 2:
@@ -42,39 +42,41 @@ class HoughOptions:
 def hough_axis(
     image: TactileImage, region: NDArray[np.bool_], options: HoughOptions | None = None
 ) -> float:
-    """Find the direction of the line that most of a region's tactels lie on.
+    """Compute the direction of the line with the most tactels of a region.
 
-    Of several lines with as many votes, which are common on a small grid, the mean direction
-    counts (in the doubled angle).
+    On a small grid, several lines often have the same number of votes. The result is then their
+    mean direction, in the doubled angle.
 
     Parameters
     ----------
     image
         Calibrated tactile image of an array with an even grid.
     region
-        Tactels of the contact, (N,).
+        Mask of the contact region, (N,).
+    options
+        Number of angles, and which tactels vote.
 
     Returns
     -------
-    Angle in (-π/2, π/2] rad; 0 where no tactel votes, or all directions get the same votes.
+    Angle in (-π/2, π/2] rad; 0 if no tactel votes, or all directions have the same votes.
 
     Raises
     ------
     InputError
         If the array has no grid.
     """
-    # scikit-image needs 0.2 s to load, and moments do without it.
+    # The import takes 0.2 s, and second moments do not need it.
     from skimage.transform import hough_line
 
     options = options or HoughOptions()
     if image.array.grid is None:
-        raise InputError("the Hough transform needs an array with an even grid; use moments here")
-    felt = np.where(region, image.pressures, 0.0)
-    voters = (felt > options.share * felt.max()).reshape(image.array.grid)
+        raise InputError("the Hough transform needs an array with an even grid; use moments")
+    pressures = np.where(region, image.pressures, 0.0)
+    voters = (pressures > options.share * pressures.max()).reshape(image.array.grid)
     normals = np.linspace(-np.pi / 2, np.pi / 2, options.angles, endpoint=False)
     votes, directions, _ = hough_line(voters, theta=normals)
     best = directions[np.nonzero(votes == votes.max())[1]]
-    # Directions of normals: the line's own are a right angle further, -1 in the doubled angle.
+    # A line is perpendicular to its normal. In the doubled angle, that is a factor of -1.
     doubled = -np.exp(2j * best).sum()
     if abs(doubled) < 1e-9 * len(best):
         return 0.0

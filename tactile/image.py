@@ -1,4 +1,4 @@
-"""A tactile image: what every tactel of an array feels, and where it sits."""
+"""Tactile arrays and the pressures that they measure."""
 
 from __future__ import annotations
 
@@ -14,43 +14,42 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FINGER_RADIUS = 0.008
-"""Of the fingertip's cylinder and of the ball at its end, m: a human fingertip."""
+"""Radius of the fingertip's cylinder and of the hemisphere at its end, m, as of a person."""
 FINGER_PITCH = 0.005
-"""Between rows of the fingertip, m."""
+"""Distance between rows of the fingertip, m."""
 FINGER_SPREAD = np.radians(50.0)
-"""Between columns of the fingertip, around its axis, and from its last straight row to the row on
-the ball, rad."""
+"""Angle between columns of the fingertip, around its axis, and between its last straight row and
+the row on the hemisphere, rad."""
 OPEN_GAP = np.radians(120.0)
-"""A tactel lies on the border where its neighbours leave a gap this wide around it, rad: inside
-a grid the gap is at most 90°, along a straight edge 180°,
-along a round end somewhat less."""
+"""Gap between the directions of a tactel's neighbours, rad, from which it is on the border. Inside
+a grid the gap is at most 90°, along a straight edge 180°, along a round end a little less."""
 UNIT_TOLERANCE = 1e-6
-"""Largest error of a unit normal's length: what files with few digits lose."""
+"""Largest error of a unit normal's length, due to files with few digits."""
 
 
 @dataclass(frozen=True)
 class TactileArray:
-    """Geometry of a tactile array: flat pads, curved patches and fingertips are lists of tactels.
+    """Geometry of a tactile array: a flat pad, a curved patch or a fingertip, as a list of tactels.
 
     Raises
     ------
     InputError
         If shapes disagree, something is not finite, normals are not unit vectors, areas are not
-        positive, or a tactel's neighbour is not its neighbour in turn.
+        positive, or the neighbours are not mutual.
     """
 
     positions: NDArray[np.float64]
-    """Tactel centres in the sensor's frame, (N, 3), m; z points towards the object."""
+    """Tactel centres in the sensor's frame, (N, 3), m. The z-axis points towards the object."""
     normals: NDArray[np.float64]
     """Unit outward normals, (N, 3)."""
     area: float
-    """Sensitive area of one tactel, m²; the mean where they differ."""
+    """Sensitive area of one tactel, m²; the mean if they differ."""
     neighbours: NDArray[np.bool_]
-    """Which tactels touch one another, (N, N)."""
+    """Symmetric mask of adjacent tactels, (N, N)."""
     areas: NDArray[np.float64] = field(default_factory=lambda: np.empty(0))
-    """Sensitive area of each tactel, (N,), m²; left out, all have `area`."""
+    """Sensitive area of each tactel, (N,), m². By default, all have `area`."""
     grid: tuple[int, int] | None = None
-    """Rows and columns where the tactels form an even grid, row by row: rows along y."""
+    """Rows (along y) and columns of an even grid, in this order; None for other arrays."""
 
     def __post_init__(self) -> None:
         count = len(self.positions)
@@ -64,7 +63,7 @@ class TactileArray:
         if self.neighbours.shape != (count, count):
             raise InputError(f"neighbours must be ({count}, {count}), got {self.neighbours.shape}")
         if not np.array_equal(self.neighbours, self.neighbours.T):
-            raise InputError("neighbours must be mutual: got a matrix that is not symmetric")
+            raise InputError("neighbours must be mutual, got a matrix that is not symmetric")
         if self.areas.shape != (count,):
             raise InputError(f"areas must be ({count},), got {self.areas.shape}")
         if not (0 < self.area < np.inf and self.areas.min(initial=np.inf) > 0):
@@ -73,13 +72,13 @@ class TactileArray:
             raise InputError(f"area must be the mean {self.areas.mean()} of areas, got {self.area}")
         lengths = np.linalg.norm(self.normals, axis=1)
         if not (np.isfinite(self.positions).all() and (abs(lengths - 1) < UNIT_TOLERANCE).all()):
-            raise InputError("positions must be finite and normals unit vectors")
+            raise InputError("positions must be finite and normals must be unit vectors")
         if self.grid is not None and self.grid[0] * self.grid[1] != count:
-            raise InputError(f"a grid of {count} tactels cannot have {self.grid} rows and columns")
+            raise InputError(f"a grid must have {count} tactels, got {self.grid} rows and columns")
 
     @classmethod
     def flat(cls, rows: int = 16, columns: int = 16, pitch: float = 0.005) -> TactileArray:
-        """Give a flat pad centred on the sensor's origin, tactels row by row; pitch in m."""
+        """Return a flat pad centred on the sensor's origin, tactels row by row; pitch in m."""
         u, v = _even_grid(rows, columns, pitch)
         positions = np.column_stack([u, v, np.zeros(len(u))])
         normals = np.tile([0.0, 0.0, 1.0], (len(u), 1))
@@ -90,14 +89,19 @@ class TactileArray:
     def curved(
         cls, rows: int = 16, columns: int = 16, pitch: float = 0.005, radius: float = 0.05
     ) -> TactileArray:
-        """Give a patch of a cylinder along x, its top in the sensor's origin; lengths in m.
+        """Return a patch of a cylinder along x, with its top at the sensor's origin; lengths in m.
 
-        Rows follow one another around the cylinder, `pitch` apart along the arc.
+        The rows are `pitch` apart along the arc around the cylinder.
+
+        Raises
+        ------
+        InputError
+            If the patch covers more than half a cylinder.
         """
         if not (0 < radius < np.inf and rows * pitch <= np.pi * radius):
             raise InputError(
                 f"a curved pad must cover at most half a cylinder, got radius {radius} m for "
-                f"{rows} rows, {pitch} m apart"
+                f"{rows} rows of pitch {pitch} m"
             )
         u, v = _even_grid(rows, columns, pitch)
         around = v / radius
@@ -108,10 +112,10 @@ class TactileArray:
 
     @classmethod
     def fingertip(cls) -> TactileArray:
-        """Give 12 tactels on a fingertip: three straight rows of three, the last bent over its end.
+        """Return a fingertip with 12 tactels: three straight rows of three, and one on its end.
 
-        The finger lies along y, its end at +y; the sensor's origin is the middle of the straight
-        part, on the surface.
+        The finger is along y, with its end at +y. The sensor's origin is the middle of the
+        straight part, on the surface.
         """
         row, column = (index.ravel() for index in np.mgrid[0:4, 0:3])
         around, over = (column - 1) * FINGER_SPREAD, (row == 3) * FINGER_SPREAD
@@ -122,25 +126,34 @@ class TactileArray:
         positions = FINGER_RADIUS * normals
         positions += np.column_stack([0 * along, along, np.full(12, -FINGER_RADIUS)])
         straight = FINGER_RADIUS * FINGER_SPREAD * FINGER_PITCH
-        # Zone of a ball between two latitudes, half a step below and above the row's.
+        # The zone of a sphere from half a step below the row's latitude to half a step above it.
         zone = np.sin(1.5 * FINGER_SPREAD) - np.sin(0.5 * FINGER_SPREAD)
         areas = np.where(row == 3, FINGER_RADIUS**2 * FINGER_SPREAD * zone, straight)
         return cls(positions, normals, float(areas.mean()), _grid_neighbours(4, 3), areas)
 
     @cached_property
     def border(self) -> NDArray[np.bool_]:
-        """Tactels on the border, (N,): beyond them, contact is not felt."""
-        return np.array([self._is_open(tactel) for tactel in range(len(self.positions))])
+        """Mask of the tactels on the border, (N,)."""
+        return np.array([self._is_on_border(tactel) for tactel in range(len(self.positions))])
 
     @cached_property
     def links(self) -> NDArray[np.int32]:
-        """Where each tactel's list of neighbours starts, where the last ends, then all lists."""
+        """Neighbour lists in one array, (N + 1 + L,), for the compiled kernels.
+
+        First the start of each tactel's list, then the end of the last one, then all lists.
+        """
         counts = self.neighbours.sum(axis=1)
         starts = len(counts) + 1 + np.concatenate([[0], np.cumsum(counts)])
         return np.concatenate([starts, np.nonzero(self.neighbours)[1]]).astype(np.int32)
 
-    def _is_open(self, tactel: int) -> bool:
-        """Whether the neighbours leave a wide gap, seen from above the tactel."""
+    @cached_property
+    def geometry(self) -> NDArray[np.float64]:
+        """Position (3), normal (3), area, and 1 on the border, of each tactel, (N, 8)."""
+        border = self.border.astype(np.float64)
+        return np.column_stack([self.positions, self.normals, self.areas, border])
+
+    def _is_on_border(self, tactel: int) -> bool:
+        """Return whether the directions of the neighbours leave a wide gap, seen from above."""
         offsets = self.positions[self.neighbours[tactel]] - self.positions[tactel]
         if len(offsets) < 2:
             return True
@@ -152,7 +165,7 @@ class TactileArray:
 
 @dataclass(frozen=True)
 class TactileImage:
-    """Calibrated pressures of one moment.
+    """Calibrated pressures of all tactels at one time.
 
     Raises
     ------
@@ -163,7 +176,7 @@ class TactileImage:
     pressures: NDArray[np.float64]
     """Pressure on each tactel, (N,), Pa."""
     array: TactileArray
-    """Where the tactels are."""
+    """Geometry of the tactels."""
 
     def __post_init__(self) -> None:
         count = len(self.array.positions)
@@ -172,10 +185,10 @@ class TactileImage:
 
 
 def tangents(normal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the tangent plane's axes (2, 3): x and y, turned the shortest way with z onto `normal`.
+    """Compute the tangent plane's axes (2, 3): x and y, rotated as z is to `normal`.
 
-    On a flat pad these are x and y themselves. A normal of -z, where there is no shortest way,
-    keeps x and turns y around.
+    On a flat pad these are x and y themselves. For the normal -z, that rotation is not unique; the
+    axes are then x and -y.
     """
     a, b, c = normal
     if c <= -1.0 + 1e-12:
@@ -187,9 +200,9 @@ def tangents(normal: NDArray[np.float64]) -> NDArray[np.float64]:
 def _even_grid(
     rows: int, columns: int, pitch: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Coordinates along columns and rows, (N,) each, around 0."""
+    """Return coordinates along columns and rows, (N,) each, centred on 0, m."""
     if rows < 1 or columns < 1 or not 0 < pitch < np.inf:
-        raise InputError(f"a pad needs rows, columns, pitch > 0, got {rows}, {columns}, {pitch}")
+        raise InputError(f"rows, columns and pitch must be > 0, got {rows}, {columns}, {pitch}")
     v, u = np.mgrid[0:rows, 0:columns]
     return (
         (u.ravel() - 0.5 * (columns - 1)) * pitch,
@@ -198,7 +211,7 @@ def _even_grid(
 
 
 def _grid_neighbours(rows: int, columns: int) -> NDArray[np.bool_]:
-    """Tactels that meet at a side or a corner, (N, N)."""
+    """Return the mask of tactels that share a side or a corner, (N, N)."""
     v, u = (index.ravel() for index in np.mgrid[0:rows, 0:columns])
     apart = np.maximum(abs(v[:, None] - v), abs(u[:, None] - u))
     return apart == 1

@@ -9,24 +9,24 @@ from numba import njit
 
 @njit(cache=True)
 def long_axis(x, y, weights, count):
-    """Angle of the long axis, and how much longer than wide the contact is.
+    """Compute the angle of the long axis, and how elongated the contact is.
 
-    The angle is half of that of the doubled-angle vector (Σ w (x² - y²), Σ 2 w x y), so 0 and π
-    are the same direction and nothing jumps inside the range.
+    The angle is half that of the doubled-angle vector (Σ w (x² - y²), Σ 2 w x y). So 0 and π are
+    the same direction, and the angle does not jump inside its range.
 
     Parameters
     ----------
     x, y
-        (>= count,) each, positions in the plane, m; their origin does not matter.
+        (>= count,) each, positions in the plane, m, from any origin.
     weights
-        (>= count,), >= 0: forces, N.
+        (>= count,), >= 0, forces, N.
     count
-        How many of them count.
+        Number of positions.
 
     Returns
     -------
-    Angle in (-π/2, π/2] rad, and confidence (λ1-λ2)/(λ1+λ2) of the second moments' eigenvalues,
-    0 round to 1 a line; both 0 where all lies in one point.
+    Angle in (-π/2, π/2] rad, and confidence (λ1-λ2)/(λ1+λ2) of the eigenvalues of the second
+    moments: 0 is round, 1 is a line. Both are 0 if all positions are equal.
     """
     total, mean_x, mean_y = 0.0, 0.0, 0.0
     for k in range(count):
@@ -43,14 +43,9 @@ def long_axis(x, y, weights, count):
         cosine += weights[k] * (dx * dx - dy * dy)
         sine += weights[k] * 2.0 * dx * dy
         spread += weights[k] * (dx * dx + dy * dy)
-    split = math.hypot(cosine, sine)
-    if not spread > 0.0 or split == 0.0:
+    length = math.hypot(cosine, sine)
+    if not spread > 0.0 or length == 0.0:
         return 0.0, 0.0
-    return half_angle(cosine, sine), min(split / spread, 1.0)
-
-
-@njit(cache=True)
-def half_angle(cosine, sine):
-    """Half of the angle of (cosine, sine), rad in (-π/2, π/2]."""
     angle = 0.5 * math.atan2(sine, cosine)
-    return 0.5 * math.pi if angle <= -0.5 * math.pi else angle
+    angle = 0.5 * math.pi if angle <= -0.5 * math.pi else angle
+    return angle, min(length / spread, 1.0)

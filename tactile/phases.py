@@ -1,4 +1,4 @@
-"""From the work area to contact, to the task, and off again: every way ends with a name."""
+"""Phases of a touch: move to the work area, wait for contact, run the task, back off."""
 
 from __future__ import annotations
 
@@ -21,81 +21,112 @@ if TYPE_CHECKING:
     from .servo import TactileServo
 
 Phase = Literal["move", "hold", "task", "search", "back_off", "ended"]
-"""move: the caller drives to the work area; hold: wait or descend until the pressure threshold;
-task: the servo acts; search: lift, shift, descend; back_off: away from the object; ended: rest."""
+"""move: the caller moves the arm to the work area; hold: descend or wait until contact; task: the
+servo acts; search: lift, shift, descend; back_off: move away from the object; ended: no motion."""
 
 Outcome = Literal[
     "done", "unreachable", "no_contact", "contact_lost", "overload", "oscillation",
     "steady_miss", "unsteady_contact", "at_border", "no_resistance", "sensor_fault",
 ]  # fmt: skip
-"""done: time is up or the caller finished; unreachable: the work area was not reached in time;
-no_contact: nothing touched within time and way; contact_lost: lost too often or not found again;
-overload: pressure or force above the limit, or too many tactels at theirs; oscillation: the
-pressure swings, by the loop or by the object, and does not calm; steady_miss: it stays off the
-goal; unsteady_contact: the centre of pressure jumps between places, or the pressure swings as the
-contact comes and goes faster than the pad can move; at_border: the contact stays at the pad's
-border; no_resistance: pressing on does not raise the pressure; sensor_fault: too few trusted
-tactels, or features that are not finite."""
+"""How a touch ends.
 
+- done: the time of the task is over, or the caller has finished it.
+- unreachable: the arm did not reach the work area in time.
+- no_contact: there was no contact within the limits of time and distance.
+- contact_lost: the contact was lost too often, or was not found again.
+- overload: pressure or force is above its limit, or too many tactels are saturated.
+- oscillation: the pressure oscillates, because of the loop or the object, and does not settle.
+- steady_miss: the pressure stays away from the goal.
+- unsteady_contact: the centre of pressure jumps between places, or the contact comes and goes
+  faster than the pad can move.
+- at_border: the contact stays at the pad's border.
+- no_resistance: pressing does not raise the pressure.
+- sensor_fault: too few trusted tactels, or features that are not finite.
+"""
+
+MAX_POSITION_ERROR, MAX_ANGLE_ERROR = 0.002, 0.02
+"""Pose error at which the work area counts as reached, m and rad."""
+MAX_MOVE_SECONDS = 30.0
+"""Time limit of the motion to the work area, s."""
+MAX_APPROACH = 0.05
+"""Longest descent towards the object, m."""
+TOUCH_CYCLES = 3
+"""Successive cycles above the contact pressure that make a contact."""
+LOST_SECONDS = 0.06
+"""Time without contact that counts as lost, s. During a shorter interruption the pad rests."""
+OVERLOAD_CYCLES = 2
+"""Successive cycles above a safety limit that are an overload."""
+BACK_OFF_SPEED = 0.05
+"""Speed away from the object, m/s."""
+BACK_OFF_CLEARANCE = 0.01
+"""Distance that the pad moves on after contact has ended, m."""
+MAX_BACK_OFF = 0.05
+"""Longest motion away from the object, m. An object that follows further still touches the pad."""
+MAX_LOSSES = 6
+"""Lost contacts in one task after which it ends, even if each was found again."""
+MAX_JUMPS = 4
+"""Jumps of the centre of pressure within `UNSTEADY_SECONDS` that end the task. They come from two
+contacts that alternate, or from noise."""
 UNSTEADY_SECONDS = 1.0
-"""Time in which jumps count together, s, and for which one explains a swing."""
+"""Time within which jumps count together, and within which a jump explains an oscillation, s."""
+BORDER = 0.006
+"""Distance to the pad's border below which the imprint is cut off, m."""
+BORDER_SECONDS = 2.0
+"""Time that the centre of pressure may stay at the border, s."""
+MAX_PUSH = 0.03
+"""Motion towards the object without a pressure near the goal that ends the task, m. The object
+yields, or the pad does not feel it."""
+NEAR_GOAL = 0.5
+"""Share of the goal's pressure that counts as near."""
+MIN_TRUSTED = 0.75
+"""Share of trusted tactels below which the pad is not used."""
 
 
 @dataclass(frozen=True, slots=True)
 class PhaseStep:
-    """What to do in this cycle."""
+    """The command of one cycle."""
 
     phase: Phase
-    """Where the machine is; in ``move`` the caller drives the arm, else the twist does."""
+    """The current phase. In `move` the caller moves the arm, else the twist does."""
     twist: NDArray[np.float64]
     """Sensor twist [v; ω], (6,), m/s and rad/s, in the sensor's frame."""
     outcome: Outcome | None
-    """Set as soon as the end is decided: first the pad backs off, then the phase is ``ended``."""
+    """Set as soon as the end is decided. The pad then backs off before the phase is `ended`."""
     clear: bool
-    """Whether nothing touches."""
+    """Whether nothing touches the pad."""
 
 
 class TouchPhases:
-    """Lead a servo to its contact, guard it there, and lead it off.
+    """State machine of a touch: it supervises a servo and moves the pad before and after it.
 
     Parameters
     ----------
     servo
-        With goal and switches of the task.
+        With goal and selection of the task.
     options
-        Speeds, bounds and patience.
+        Speeds, time limits and safety limits.
     """
 
     def __init__(self, servo: TactileServo, options: PhaseOptions | None = None) -> None:
         self.servo = servo
         self.options = options or PhaseOptions()
-        o = self.options
-        self._swings = OscillationDetector(o.swing, o.swings, o.swing_seconds)
-        self._misses = ErrorWatchdog(o.miss, o.calm, o.miss_seconds, o.miss_spans)
-        self._start()
-
-    def _start(self) -> None:
+        self._oscillation = OscillationDetector()
+        self._watchdog = ErrorWatchdog()
         self.phase: Phase = "move"
         self.outcome: Outcome | None = None
-        self._time = 0.0
-        self._travel = 0.0
-        self._clear_travel = 0.0
-        self._touches = 0
-        self._overloads = 0
-        self._lost_for = 0.0
+        self._clock = self._task_time = 0.0
+        self._phase_time = self._travel = self._clear_travel = 0.0
+        self._touch_cycles = self._overload_cycles = 0
+        self._lost_for = self._pushed = self._border_time = 0.0
         self._losses = 0
-        self._pushed = 0.0
-        self._border_time = 0.0
-        self._clock = 0.0
-        self._task_time = 0.0
-        self._jumps: deque[float] = deque(maxlen=max(1, self.options.jumps))
+        self._jumps: deque[float] = deque(maxlen=MAX_JUMPS)
+        self._last_jump = -math.inf
         self._centre: tuple[float, float] | None = None
-        self._near = False
-        self._jumped = -math.inf
+        self._near_goal = False
         self._search: ContactSearch | None = None
 
     def finish(self) -> None:
-        """End the task: the pad backs off and the outcome is ``done``."""
+        """End the task: the pad backs off and the outcome is `done`."""
         if self.outcome is None:
             self._end("done")
 
@@ -108,53 +139,54 @@ class TouchPhases:
         measured: NDArray[np.float64] | None = None,
         trusted: float = 1.0,
     ) -> PhaseStep:
-        """Give phase and twist of this cycle.
+        """Compute phase and twist of this cycle.
 
         Parameters
         ----------
         features
-            What the pad feels.
+            The current contact features.
         dt
             Time since the last cycle, s, > 0.
         pose_error
-            Distance (m) and angle (rad) to the work area; None where there is no way to go.
+            Distance (m) and angle (rad) to the work area; None if the arm is there already.
         external
-            Outer motion of the task, (6,), in the sensor's frame; used in the task only.
+            Outer motion of the task, (6,), in the sensor's frame; used during the task only.
         measured
-            Twist that the sensor moved with, (6,), as for :meth:`TactileServo.step`.
+            Twist of the sensor since the last cycle, (6,), as for :meth:`TactileServo.step`.
         trusted
             Share of tactels that are neither dead nor saturated.
 
         Returns
         -------
         PhaseStep
-            Once ``phase`` is ``ended``, the twist stays zero.
+            Once the phase is `ended`, the twist stays zero.
 
         Raises
         ------
         InputError
-            If ``dt`` is not positive or the outer motion is not finite.
+            If `dt` is not positive or the outer motion is not finite.
         """
-        self._time += dt
+        self._phase_time += dt
         self._clock += dt
         finite = math.isfinite(
             features.force + features.pressure + features.area + features.orientation
             + features.confidence + features.centre[0] + features.centre[1]
         )  # fmt: skip
-        if not finite or trusted < self.options.least_trusted:
+        if not finite or trusted < MIN_TRUSTED:
             if self.outcome is None:
                 self._end("sensor_fault")
-            return self._blind(dt)
+            return self._step_without_sensor(dt)
         touching = bool(features)
-        wish = self.servo.step(features, dt, external if self.phase == "task" else None, measured)
+        in_task = self.phase == "task"
+        twist = self.servo.step(features, dt, external if in_task else None, measured).twist
         if self.outcome is None:
-            self._guard(features)
+            self._check_overload(features)
         if self.outcome is None:
-            self._advance(features, dt, pose_error)
-        twist = wish.twist
+            self._change_phase(features, pose_error)
         if self.phase == "task":
-            self._watch_the_task(features, twist, dt)
-            self._watch_the_goal(features, external, dt)
+            self._check_task(features, twist, dt)
+        if self.phase == "task":
+            self._check_pressure(features, external, dt)
         if self.phase != "task":
             twist = self._own_twist(touching, dt)
             self.servo.set_sent_twist(twist)
@@ -163,163 +195,155 @@ class TouchPhases:
             self.servo.set_sent_twist(twist)
         return PhaseStep(self.phase, twist, self.outcome, not touching)
 
-    # The way there ---------------------------------------------------------------------------
-
-    def _advance(self, features, dt, pose_error) -> None:
-        """Change from phase to phase; the task's own ends are told in `_watch_the_task`."""
+    def _change_phase(
+        self, features: ContactFeatures, pose_error: tuple[float, float] | None
+    ) -> None:
+        """Change from phase to phase before and after the task."""
         o = self.options
-        threshold = min(o.touch_pressure, 0.5 * _goal_pressure(self.servo))
-        there = bool(features) and features.pressure >= threshold
-        self._touches = self._touches + 1 if there else 0
-        touched = self._touches >= o.touch_cycles
-        if self.phase in ("move", "hold", "search") and touched:
-            self._enter("task")
-            self._swings.reset()
-            self._misses.reset()
-            self._lost_for = self._pushed = self._border_time = 0.0
-            self._centre, self._near, self._jumped = None, False, -math.inf
+        threshold = min(o.touch_pressure, 0.5 * self.servo.goal_pressure)
+        felt = bool(features) and features.pressure >= threshold
+        self._touch_cycles = self._touch_cycles + 1 if felt else 0
+        if self.phase in ("move", "hold", "search") and self._touch_cycles >= TOUCH_CYCLES:
+            self._start_task()
         elif self.phase == "move":
-            reached = pose_error is None or (
-                pose_error[0] <= o.pose_tolerance and pose_error[1] <= o.angle_tolerance
-            )
-            if reached:
+            if pose_error is None or (
+                pose_error[0] <= MAX_POSITION_ERROR and pose_error[1] <= MAX_ANGLE_ERROR
+            ):
                 self._enter("hold")
-            elif self._time > o.move_seconds:
+            elif self._phase_time > MAX_MOVE_SECONDS:
                 self._end("unreachable")
         elif self.phase == "hold":
-            if self._time > o.hold_seconds or self._travel > o.approach_travel:
+            if self._phase_time > o.hold_seconds or self._travel > MAX_APPROACH:
                 self._end("no_contact")
         elif (
             self.phase == "search"
             and self._search is not None
-            and (self._search.over or self._time > o.search_seconds)
+            and (self._search.over or self._phase_time > o.search_seconds)
         ):
             self._end("contact_lost")
 
-    # In the task -----------------------------------------------------------------------------
+    def _start_task(self) -> None:
+        self._enter("task")
+        self._oscillation.reset()
+        self._watchdog.reset()
+        self._lost_for = self._pushed = self._border_time = 0.0
+        self._centre, self._near_goal, self._last_jump = None, False, -math.inf
 
-    def _guard(self, features) -> None:
-        """What must end everything, in any phase."""
+    # Checks ----------------------------------------------------------------------------------
+
+    def _check_overload(self, features: ContactFeatures) -> None:
+        """Check the safety limits, in any phase."""
         o = self.options
         over = (
             features.pressure > o.pressure_limit
             or features.force > o.force_limit
             or features.saturated > o.saturated_share * max(features.tactels, 1)
         )
-        self._overloads = self._overloads + 1 if over else 0
-        if self._overloads >= o.overload_cycles:
+        self._overload_cycles = self._overload_cycles + 1 if over else 0
+        if self._overload_cycles >= OVERLOAD_CYCLES:
             self._end("overload")
 
-    def _watch_the_task(self, features, twist, dt) -> None:
-        o = self.options
+    def _check_task(self, features: ContactFeatures, twist: NDArray[np.float64], dt: float) -> None:
+        """Check the time of the task and the contact."""
         self._task_time += dt
-        if self._task_time > o.task_seconds:
+        if self._task_time > self.options.task_seconds:
             self._end("done")
         elif not features:
-            # From near the goal to nothing within a cycle: noise took the contact, not the pad.
-            if self._near:
-                self._jumped = self._clock
-            self._near = False
+            # A pressure near the goal cannot vanish within a cycle by motion, only by noise.
+            if self._near_goal:
+                self._last_jump = self._clock
+            self._near_goal = False
             self._lost_for += dt
-            if self._lost_for > o.lost_seconds:
-                self._lose()
+            if self._lost_for > LOST_SECONDS:
+                self._lose_contact()
         else:
             self._lost_for = 0.0
-            self._watch_the_contact(features, twist, dt)
+            self._check_contact(features, twist, dt)
 
-    def _watch_the_goal(self, features, external, dt) -> None:
-        """What the pressure makes of its goal, as shares of it."""
-        if self.phase != "task":
-            return
-        goal = _goal_pressure(self.servo)
-        if self._swings.update(_felt_pressure(self.servo, features) / goal, dt):
-            self._end(self._swinging())
-        elif not self.servo.selection.press or (external is not None and external.any()):
-            # Over a surface that rises and falls the pressure is off as long as the outer motion
-            # goes on.
-            self._misses.reset()
-        else:
-            # The servo's own average: single readings swing with noise, not with the pad.
-            outcome = self._misses.update(self.servo.filtered[0] / goal - 1.0, dt)
-            if outcome is not None:
-                self._end(self._swinging() if outcome == "oscillation" else outcome)
-
-    def _swinging(self) -> Outcome:
-        """Why the pressure swings: two contacts that swap, and noise, swing it without the loop."""
-        if self._clock - self._jumped < UNSTEADY_SECONDS:
-            return "unsteady_contact"
-        return "oscillation"
-
-    def _watch_the_contact(self, features, twist, dt) -> None:
-        o = self.options
+    def _check_contact(
+        self, features: ContactFeatures, twist: NDArray[np.float64], dt: float
+    ) -> None:
+        """Check the place of the contact and the resistance of the object."""
         x, y = float(features.centre[0]), float(features.centre[1])
-        if self._centre and math.hypot(x - self._centre[0], y - self._centre[1]) > o.jump:
+        if (
+            self._centre
+            and math.hypot(x - self._centre[0], y - self._centre[1]) > self.options.jump
+        ):
             self._jumps.append(self._clock)
-            # A pad that bounces jumps too, but where it presses little.
-            self._jumped = self._clock if self._near else self._jumped
+            # A pad that bounces jumps too, but at a low pressure.
+            self._last_jump = self._clock if self._near_goal else self._last_jump
         self._centre = (x, y)
-        felt = _felt_pressure(self.servo, features)
-        self._near = felt >= o.near_goal * _goal_pressure(self.servo)
-        self._pushed = 0.0 if self._near else max(0.0, self._pushed + twist[2] * dt)
-        half_x, half_y = o.pad_half_size
-        outside = abs(x) > half_x - o.border or abs(y) > half_y - o.border
+        pressure = self.servo.measured_pressure(features)
+        self._near_goal = pressure >= NEAR_GOAL * self.servo.goal_pressure
+        self._pushed = 0.0 if self._near_goal else max(0.0, self._pushed + twist[2] * dt)
+        half_x, half_y = self.options.pad_half_size
+        outside = abs(x) > half_x - BORDER or abs(y) > half_y - BORDER
         self._border_time = self._border_time + dt if outside else 0.0
-        if len(self._jumps) == o.jumps and self._clock - self._jumps[0] < UNSTEADY_SECONDS:
+        if len(self._jumps) == MAX_JUMPS and self._clock - self._jumps[0] < UNSTEADY_SECONDS:
             self._end("unsteady_contact")
-        elif self._pushed > o.push_travel:
+        elif self._pushed > MAX_PUSH:
             self._end("no_resistance")
-        elif self._border_time > o.border_seconds:
+        elif self._border_time > BORDER_SECONDS:
             self._end("at_border")
 
-    def _lose(self) -> None:
+    def _check_pressure(
+        self, features: ContactFeatures, external: NDArray[np.float64] | None, dt: float
+    ) -> None:
+        """Check that the pressure settles at its goal."""
+        goal = self.servo.goal_pressure
+        if self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
+            self._end(self._oscillation_outcome())
+        elif not self.servo.selection.press or (external is not None and external.any()):
+            # Over an uneven surface, the outer motion alone moves the pressure off its goal.
+            self._watchdog.reset()
+        else:
+            # The average, because single readings change with noise and not with the pad.
+            outcome = self._watchdog.update(self.servo.filtered[0] / goal - 1.0, dt)
+            if outcome is not None:
+                self._end(self._oscillation_outcome() if outcome == "oscillation" else outcome)
+
+    def _oscillation_outcome(self) -> Outcome:
+        """Return the cause of an oscillation: alternating contacts, noise, or the loop."""
+        recent = self._clock - self._last_jump < UNSTEADY_SECONDS
+        return "unsteady_contact" if recent else "oscillation"
+
+    def _lose_contact(self) -> None:
         self._losses += 1
-        if self._losses > self.options.losses or self.options.searches == 0:
+        o = self.options
+        if self._losses > MAX_LOSSES or o.searches == 0:
             self._end("contact_lost")
             return
-        self._search = ContactSearch(self._centre or (0.0, 0.0), self.options)
+        self._search = ContactSearch(self._centre or (0.0, 0.0), o.searches, o.approach_speed)
         self._enter("search")
 
-    # Own motion ------------------------------------------------------------------------------
+    # Motion outside the task -----------------------------------------------------------------
 
-    def _own_twist(self, touching, dt):
-        o = self.options
+    def _own_twist(self, touching: bool, dt: float) -> NDArray[np.float64]:
+        """Compute the twist (6,) of the phases `hold`, `search` and `back_off`."""
         twist = np.zeros(6)
         if self.phase == "hold":
-            twist[2] = o.approach_speed
+            twist[2] = self.options.approach_speed
         elif self.phase == "search" and self._search is not None:
             twist[:3] = self._search.step(touching, dt)
         elif self.phase == "back_off":
-            self._clear_travel = 0.0 if touching else self._clear_travel + o.back_off_speed * dt
-            if self._clear_travel > o.back_off_distance or self._travel > o.back_off_travel:
+            self._clear_travel = 0.0 if touching else self._clear_travel + BACK_OFF_SPEED * dt
+            if self._clear_travel > BACK_OFF_CLEARANCE or self._travel > MAX_BACK_OFF:
                 self._enter("ended")
             else:
-                twist[2] = -o.back_off_speed
+                twist[2] = -BACK_OFF_SPEED
         self._travel += abs(twist[2]) * dt
         return twist
 
-    def _blind(self, dt) -> PhaseStep:
-        """Without a pad to trust, back off the whole way, for nobody knows what touches."""
+    def _step_without_sensor(self, dt: float) -> PhaseStep:
+        """Back off the whole distance, because the pad cannot report what it touches."""
         twist = self._own_twist(True, dt) if self.phase == "back_off" else np.zeros(6)
         return PhaseStep(self.phase, twist, self.outcome, False)
 
     def _enter(self, phase: Phase) -> None:
         self.phase = phase
-        self._time = self._travel = self._clear_travel = 0.0
+        self._phase_time = self._travel = self._clear_travel = 0.0
 
     def _end(self, outcome: Outcome) -> None:
         self.outcome = outcome
-        # On the way to the work area nothing was touched: there is nothing to back off from.
+        # In `move`, the pad has touched nothing and need not back off.
         self._enter("ended" if self.phase == "move" and outcome != "overload" else "back_off")
-
-
-def _felt_pressure(servo: TactileServo, features: ContactFeatures) -> float:
-    """What is to come to :func:`_goal_pressure`, Pa."""
-    if servo.goal.force is None:
-        return features.pressure
-    return features.force / servo.options.reference_area
-
-
-def _goal_pressure(servo: TactileServo) -> float:
-    """Pressure that the goal asks for, Pa; a force's over the reference area."""
-    goal = servo.goal
-    return goal.pressure if goal.force is None else goal.force / servo.options.reference_area

@@ -1,65 +1,48 @@
-"""The contact region: the largest connected one of the touched tactels, or the one held so far."""
+"""The contact region: the largest connected region of touched tactels, with hysteresis."""
 
 from __future__ import annotations
-
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .image import TactileArray
-
-
-def pack_links(array: TactileArray) -> NDArray[np.int32]:
-    """Put the neighbour lists behind one another, for :func:`find_region`.
-
-    Returns
-    -------
-    (N + 1 + L,) int32: where each tactel's list starts, where the last ends, then all lists.
-    """
-    return array.links
-
 
 @njit(cache=True)
 def find_region(pressures, thresholds, links, geometry, previous, hysteresis, members):
-    """Fill the tactels of the contact region into the start of `members`, and count them.
+    """Find the contact region and return its number of tactels.
 
-    The region with most tactels wins, of equal ones that with more force. Where the centre of the
-    contact before is known, all regions with at least (1 - `hysteresis`) times the most tactels
-    are in the running, and the one nearest to it wins: two contacts that take turns in being the
-    larger one do not make the hand jump between them.
+    The region with the most tactels wins, then the one with more force. If there was a contact in
+    the last cycle, all regions with at least (1 - `hysteresis`) times the most tactels are
+    candidates, and the one nearest to that contact wins. So the hand does not jump between two
+    contacts that alternate in size.
 
     Parameters
     ----------
     pressures, thresholds
         (N,) each, Pa; a tactel above its threshold is touched.
     links
-        As :func:`pack_links` gives them.
+        (N + 1 + L,) int32, neighbour lists as in `TactileArray.links`.
     geometry
-        (N, >= 7): position x, y, z, m, three columns of no concern, and area, m².
+        (N, 8), as in `TactileArray.geometry`.
     previous
-        (3,), m, centre of the contact before; NaN where there was none.
+        (3,), m, centre of the last contact; NaN without one.
     hysteresis
         Share of tactels, 0..1.
     members
-        (N,) int32, to be filled.
+        (N,) int32; the tactels of the region are written to its start.
     """
     count = len(pressures)
     queue = np.empty(count, np.int32)
-    seen = np.zeros(count, np.bool_)
+    visited = np.zeros(count, np.bool_)
     starts = np.empty(count + 1, np.int32)
     sums = np.empty((count, 4))
-    regions, end, most = 0, 0, 0
+    regions, end, max_size = 0, 0, 0
     for seed in range(count):
-        if seen[seed] or not pressures[seed] > thresholds[seed]:
+        if visited[seed] or not pressures[seed] > thresholds[seed]:
             continue
         starts[regions] = end
         force, x, y, z = 0.0, 0.0, 0.0, 0.0
         queue[end] = seed
-        seen[seed] = True
+        visited[seed] = True
         head, end = end, end + 1
         while head < end:
             tactel = queue[head]
@@ -71,42 +54,42 @@ def find_region(pressures, thresholds, links, geometry, previous, hysteresis, me
             z += share * geometry[tactel, 2]
             for link in range(links[tactel], links[tactel + 1]):
                 other = links[link]
-                if not seen[other] and pressures[other] > thresholds[other]:
-                    seen[other] = True
+                if not visited[other] and pressures[other] > thresholds[other]:
+                    visited[other] = True
                     queue[end] = other
                     end += 1
-        # Forces so small that they vanish say nothing of a place; inf loses against any other.
+        # A force that underflows to zero has no centre; an infinite one never wins.
         sums[regions, 0] = force
         sums[regions, 1] = x / force if force > 0.0 else np.inf
         sums[regions, 2] = y / force if force > 0.0 else np.inf
         sums[regions, 3] = z / force if force > 0.0 else np.inf
-        most = max(most, end - starts[regions])
+        max_size = max(max_size, end - starts[regions])
         regions += 1
     starts[regions] = end
     if regions == 0:
         return 0
-    chosen = _choose(starts, sums, regions, most, previous, hysteresis)
-    size = starts[chosen + 1] - starts[chosen]
+    selected = _select(starts, sums, regions, max_size, previous, hysteresis)
+    size = starts[selected + 1] - starts[selected]
     for k in range(size):
-        members[k] = queue[starts[chosen] + k]
+        members[k] = queue[starts[selected] + k]
     return size
 
 
 @njit(cache=True)
-def _choose(starts, sums, regions, most, previous, hysteresis):
-    """Region that is nearest to the previous centre, or the largest where there was none."""
-    held = previous[0] == previous[0]
-    least = (1.0 - hysteresis) * most if held else most
-    best, chosen = -np.inf, 0
+def _select(starts, sums, regions, max_size, previous, hysteresis):
+    """Select the region nearest to the previous contact, or the largest without one."""
+    has_previous = previous[0] == previous[0]
+    min_size = (1.0 - hysteresis) * max_size if has_previous else max_size
+    best_score, best = -np.inf, 0
     for region in range(regions):
-        if starts[region + 1] - starts[region] < least:
+        if starts[region + 1] - starts[region] < min_size:
             continue
-        if held:
-            worth = 0.0
+        if has_previous:
+            score = 0.0
             for axis in range(3):
-                worth -= (sums[region, 1 + axis] - previous[axis]) ** 2
+                score -= (sums[region, 1 + axis] - previous[axis]) ** 2
         else:
-            worth = sums[region, 0]
-        if worth > best:
-            best, chosen = worth, region
-    return chosen
+            score = sums[region, 0]
+        if score > best_score:
+            best_score, best = score, region
+    return best

@@ -1,54 +1,58 @@
-"""Which of the six twist components touch controls: the projector P of eq. 13."""
+"""Selection of the twist components that touch controls: the projector P of eq. (13)."""
 
 from __future__ import annotations
 
 from dataclasses import astuple, dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
 class SelectionMatrix:
-    """The diagonal of the projector P, by name; all along the sensor's axes."""
+    """The diagonal of the projector P of eq. (13), along and about the sensor's axes."""
 
     slide_x: bool = False
-    """Slide along x until the centre of pressure is where the goal has it."""
+    """Slide along x until the centre of pressure has the goal's x."""
     slide_y: bool = False
-    """Slide along y likewise."""
+    """Slide along y until the centre of pressure has the goal's y."""
     press: bool = False
-    """Move along z until pressure or force is the goal's."""
+    """Move along z until pressure or force has the goal's value."""
     roll_x: bool = False
-    """Turn about x, through the centre of pressure, until the centre's y is the goal's."""
+    """Rotate about x, through the centre of pressure, until that centre has the goal's y."""
     roll_y: bool = False
-    """Turn about y likewise until its x is."""
+    """Rotate about y, through the centre of pressure, until that centre has the goal's x."""
     turn: bool = False
-    """Turn about z until the imprint's long axis has the goal's orientation."""
+    """Rotate about z until the imprint's long axis has the goal's orientation."""
 
-    def projector(self) -> np.ndarray:
-        """Give P, (6, 6)."""
+    def projector(self) -> NDArray[np.float64]:
+        """Return P as a matrix, (6, 6)."""
         return np.diag(np.array(astuple(self), dtype=float))
 
 
 TRACK_POSITION = SelectionMatrix(slide_x=True, slide_y=True)
-"""Keep the contact's place on the pad; pressure is not controlled (section 3.3)."""
+"""Track the contact position; the pressure is not controlled (section 3.3)."""
 
 TRACK = SelectionMatrix(slide_x=True, slide_y=True, press=True)
-"""Track a contact point with a pressure (section 4.1)."""
+"""Track a contact point at a given pressure (section 4.1)."""
 
 ROLL = SelectionMatrix(slide_x=True, slide_y=True, press=True, roll_x=True, roll_y=True)
-"""Track the contact, and roll until the pad lies flat on it (section 4.2)."""
+"""Track the contact and roll until the pad lies flat on the object (section 4.2)."""
 
 EDGE = SelectionMatrix(press=True, turn=True)
-"""Turn with an edge (section 4.3)."""
+"""Align with an edge (section 4.3)."""
 
 CABLE = SelectionMatrix(slide_x=True, slide_y=True, press=True, turn=True)
 """Follow a cable, with an outer motion along y (section 4.4)."""
 
 EXPLORE = SelectionMatrix(True, True, True, True, True, True)
-"""Run over an unknown surface, with an outer motion (section 4.5)."""
+"""Move over an unknown surface, with an outer motion (section 4.5)."""
 
 PRESS = SelectionMatrix(press=True)
-"""Only keep the pressure; what moves the pad along the surface comes from outside."""
+"""Control the pressure alone; the outer motion moves the pad along the surface."""
 
 PRESETS = {
     "track_position": TRACK_POSITION,

@@ -1,4 +1,4 @@
-"""The tactile servo: contact features to a twist of the sensor (eq. 13 and 15)."""
+"""The tactile servo: from contact features to a twist of the sensor, eqs. (13) and (15)."""
 
 from __future__ import annotations
 
@@ -15,29 +15,40 @@ from .servo_kernels import (
     CONFIDENCE,
     COUNT,
     CYCLE,
-    MEMORY,
+    GOAL_START,
+    INTEGRAL_P,
+    INTEGRAL_X,
+    INTEGRAL_Y,
     ORIENTATION,
     PRESSURE,
-    SUM_P,
-    SUM_X,
-    SUM_Y,
+    SELECTION_START,
+    STATE_SIZE,
+    STIFFNESS_START,
+    ServoSettings,
     servo_cycle,
 )
-from .servo_options import MOST_SAMPLES, ServoOptions
-from .stiffness import STIFFNESS, new_stiffness, stiffness_settings
+from .servo_options import MAX_WINDOW, ORIENTATION_WINDOW, ServoOptions
+from .stiffness import INITIAL_STIFFNESS, STIFFNESS, new_stiffness
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .features import ContactFeatures
 
-UNKNOWN = np.full(6, np.nan)
-"""The measured twist of an arm that tells none."""
+REFERENCE_AREA = 1e-3
+"""Area by which a force becomes a pressure, m², so that the bounds of dp/dz hold for both."""
+SLIDE_SHARE = 0.02
+"""Share of the sliding gain along an axis where rolling is selected. Sliding to the imprint of an
+edge would remove the offset that rolling needs."""
+ROLL_X_SIGN = -1.0
+"""Sign of row 4 of eq. (15). With +1, as printed, rolling about x increases the tilt."""
+UNKNOWN_TWIST = np.full(6, np.nan)
+"""The measured twist of an arm that does not measure it."""
 
 
 @dataclass(frozen=True)
 class ServoGoal:
-    """Where the features should be, in the sensor's frame.
+    """The desired values of the features, in the sensor's frame.
 
     Raises
     ------
@@ -48,13 +59,13 @@ class ServoGoal:
     x: float = 0.0
     """Centre of pressure along x, m."""
     y: float = 0.0
-    """Along y, m."""
+    """Centre of pressure along y, m."""
     pressure: float = 1000.0
     """Mean pressure over the contact, Pa; used if no force is given."""
     force: float | None = None
-    """Total force, N, instead of the pressure."""
+    """Total force, N, in place of the pressure."""
     orientation: float = np.pi / 2
-    """Direction of the imprint's long axis, rad, modulo π; the default is the sensor's y-axis."""
+    """Direction of the imprint's long axis, rad, modulo π. The default is the sensor's y-axis."""
 
     def __post_init__(self) -> None:
         if not np.all(np.isfinite([self.x, self.y, self.orientation])):
@@ -68,29 +79,32 @@ class ServoGoal:
 
 @dataclass(frozen=True, slots=True)
 class SensorTwist:
-    """What the servo asks of the sensor for one cycle."""
+    """The sensor motion that the servo commands for one cycle."""
 
     twist: NDArray[np.float64]
-    """[v; ω] in the sensor's frame, (6,), m/s and rad/s; outer motion included."""
+    """[v; ω] in the sensor's frame, (6,), m/s and rad/s; includes the outer motion."""
     touching: bool
-    """Whether there was a contact to act on; without one only the outer motion is left."""
+    """Whether there was a contact. Without one, the twist is the outer motion alone."""
 
 
 class TactileServo:
-    """Turn contact features into sensor twists, cycle by cycle.
+    """Convert contact features to sensor twists, cycle by cycle; eqs. (13) and (15).
 
-    With z towards the object, a contact that is too far along +x wants the pad to slide along +x
-    and to turn about +y; one too far along +y wants it to slide along +y and to turn about **-x**.
-    So row 4 of eq. 15 is -1 here: with both +1, as printed, one of the two rolls runs away.
+    The sensor's z-axis points towards the object. If the contact is too far along +x, the pad
+    slides along +x and rolls about +y. If it is too far along +y, the pad slides along +y and rolls
+    about **-x**. So row 4 of eq. (15) is -1 here: with +1, as printed, the rolling diverges.
+
+    The pressure and the orientation are averaged (`ServoOptions.window`). The centre of pressure
+    is not, because it is a mean over many tactels already.
 
     Parameters
     ----------
     goal
-        Where the features should be.
-    switches
-        What touch controls, the projector P.
+        Desired values of the features.
+    selection
+        Which twist components touch controls, the projector P.
     options
-        Gains, filters, limits.
+        Gains, filter, limits.
     """
 
     def __init__(
@@ -100,39 +114,52 @@ class TactileServo:
         options: ServoOptions | None = None,
     ) -> None:
         self.options = options or ServoOptions()
-        self._settings = _settings(self.options)
-        self._stiffness_settings = stiffness_settings(self.options)
-        self._goal_array = np.zeros(4)
-        self._switch_array = np.zeros(6)
-        self._external = np.zeros(6)
+        settings = _settings(self.options)
+        self._initial_stiffness = settings.initial_stiffness
+        self._settings = np.array(settings, dtype=np.float64)
+        self._no_motion = np.zeros(6)
+        self._state = np.zeros(STATE_SIZE)
+        self._memory = self._state[:STIFFNESS_START]
+        self._stiffness = self._state[STIFFNESS_START:SELECTION_START]
+        self._selection_array = self._state[SELECTION_START:GOAL_START]
+        self._goal_array = self._state[GOAL_START:]
+        self._rings = np.zeros((5, MAX_WINDOW))
         self.reset()
         self.goal = goal or ServoGoal()
         self.selection = selection
 
     @property
     def goal(self) -> ServoGoal:
-        """Where the features should be; may be set between cycles."""
+        """Desired values of the features; may be set between cycles."""
         return self._goal
 
     @goal.setter
     def goal(self, goal: ServoGoal) -> None:
         self._goal = goal
-        force = goal.force
-        pressure = goal.pressure if force is None else force / self.options.reference_area
-        self._goal_array[:] = goal.x, goal.y, pressure, goal.orientation
+        self._goal_array[:] = goal.x, goal.y, self.goal_pressure, goal.orientation
 
     @property
     def selection(self) -> SelectionMatrix:
-        """What touch controls; may be set between cycles."""
+        """Which twist components touch controls; may be set between cycles."""
         return self._selection
 
     @selection.setter
     def selection(self, selection: SelectionMatrix) -> None:
         self._selection = selection
-        self._switch_array[:] = astuple(selection)
-        # An integral that nothing wears down must not come back later.
-        for place, on in ((SUM_X, 0), (SUM_Y, 1), (SUM_P, 2)):
-            self._memory[place] *= self._switch_array[on]
+        self._selection_array[:] = astuple(selection)
+        # The integral of a component that is not controlled must not act later.
+        for place, axis in ((INTEGRAL_X, 0), (INTEGRAL_Y, 1), (INTEGRAL_P, 2)):
+            self._memory[place] *= self._selection_array[axis]
+
+    @property
+    def goal_pressure(self) -> float:
+        """Pressure of the goal, Pa; with a goal of force, that force over the reference area."""
+        goal = self._goal
+        return goal.pressure if goal.force is None else goal.force / REFERENCE_AREA
+
+    def measured_pressure(self, features: ContactFeatures) -> float:
+        """Return the pressure (Pa) that is compared with `goal_pressure`."""
+        return features.pressure if self._goal.force is None else features.force / REFERENCE_AREA
 
     def step(
         self,
@@ -141,46 +168,47 @@ class TactileServo:
         external: NDArray[np.float64] | None = None,
         measured: NDArray[np.float64] | None = None,
     ) -> SensorTwist:
-        """Give the sensor's twist for this cycle.
+        """Compute the sensor's twist for this cycle.
 
         Parameters
         ----------
         features
-            What the pad feels now.
+            The current contact features.
         dt
             Time since the last cycle, s, > 0.
         external
-            Outer motion in the sensor's frame, (6,), added as it is; none if left out.
+            Outer motion in the sensor's frame, (6,), m/s and rad/s, which is added; None is zero.
         measured
-            Twist the sensor moved with since the last cycle, (6,), m/s and rad/s; if left out,
-            what was asked for, lagged as ``options.arm_lag`` says. The stiffness is estimated
-            from it.
+            Twist of the sensor since the last cycle, (6,), m/s and rad/s. None assumes the
+            commanded twist with the lag of `ServoOptions.arm_lag`. It serves to estimate the
+            stiffness.
 
         Returns
         -------
         SensorTwist
-            Within the speed limits of the options, the outer motion apart.
+            Within the speed limits of the options, apart from the outer motion.
 
         Raises
         ------
         InputError
-            If ``dt`` is not positive or a feature is not finite.
+            If `dt` is not positive, or a feature or the outer motion is not finite.
         """
-        force = features.force
-        if self._goal.force is None:
-            value = features.pressure
-        else:
-            value = force / self.options.reference_area
         out = np.empty(6)
-        touching = force > 0.0
-        bad = servo_cycle(
-            self._settings, self._stiffness_settings, self._stiffness, self._memory, self._rings,
-            self._switch_array, self._goal_array,
-            self._external if external is None else external,
-            UNKNOWN if measured is None else measured,
-            touching, features.centre, value, features.area, features.orientation,
-            features.confidence, dt, out,
+        touching = features.force > 0.0
+        contact = (
+            touching, features.centre, self.measured_pressure(features), features.area,
+            features.orientation, features.confidence,
         )  # fmt: skip
+        bad = servo_cycle(
+            self._settings,
+            self._state,
+            self._rings,
+            contact,
+            self._no_motion if external is None else external,
+            UNKNOWN_TWIST if measured is None else measured,
+            dt,
+            out,
+        )
         if bad:
             raise InputError(
                 f"a cycle needs dt > 0 s, finite features and a finite outer motion, got {dt}, "
@@ -189,19 +217,19 @@ class TactileServo:
         return SensorTwist(out, touching)
 
     def reset(self) -> None:
-        """Forget all contacts, as at the start."""
-        self._memory = np.zeros(MEMORY)
-        self._rings = np.zeros((5, MOST_SAMPLES))
-        self._stiffness = new_stiffness(self._stiffness_settings)
+        """Clear all memory of contacts."""
+        self._memory[:] = 0.0
+        self._rings[:] = 0.0
+        self._stiffness[:] = new_stiffness(self._initial_stiffness)
 
     def set_sent_twist(self, twist: NDArray[np.float64]) -> None:
-        """Tell that not the last step's twist was sent to the arm but this one, (6,)."""
+        """Correct the last command: the arm received this twist (6,) instead of the servo's."""
         cycle = int(self._memory[CYCLE]) - 1
-        self._rings[COMMANDS, cycle % MOST_SAMPLES] = twist[2]
+        self._rings[COMMANDS, cycle % MAX_WINDOW] = twist[2]
 
     @property
     def stiffness(self) -> float:
-        """Estimated dp/dz of what is touched, Pa/m (of force over the reference area likewise)."""
+        """Estimated stiffness dp/dz of the contact, Pa/m; of force over the reference area too."""
         return float(self._stiffness[STIFFNESS])
 
     @property
@@ -213,21 +241,26 @@ class TactileServo:
         return float(memory[PRESSURE]), float(memory[ORIENTATION]), float(memory[CONFIDENCE])
 
 
-def _settings(options: ServoOptions) -> NDArray[np.float64]:
-    """Options in the order of the kernel's places."""
-    return np.array(
-        [
-            options.window, options.orientation_window, options.press_loop_gain(),
-            options.slide_loop_gain(), options.roll_loop_gain(), options.turn_loop_gain(),
-            options.roll_ratio, options.slide_while_rolling, options.press_integral_time,
-            options.slide_integral_time, options.press_derivative_time,
-            options.slide_derivative_time, options.press_speed, options.retreat_speed,
-            options.slide_speed, options.roll_speed, options.turn_speed, options.integral_share,
-            float(options.anti_windup), options.confidence_low, options.confidence_high,
-            float(options.adapt),
-            options.arm_lag, round(options.latency), 1.0 if options.printed_signs else -1.0,
-            options.press_integral_band, options.slide_integral_band,
-            options.confidence_area,
-        ],
-        dtype=float,
-    )  # fmt: skip
+def _settings(options: ServoOptions) -> ServoSettings:
+    known = options.known_stiffness
+    return ServoSettings(
+        window=options.window,
+        orientation_window=ORIENTATION_WINDOW,
+        press_gain=options.press_loop_gain(),
+        slide_gain=options.slide_loop_gain(),
+        roll_gain=options.roll_loop_gain(),
+        turn_gain=options.turn_loop_gain(),
+        slide_share=SLIDE_SHARE,
+        roll_x_sign=ROLL_X_SIGN,
+        integral_time=options.integral_time,
+        derivative_time=options.derivative_time,
+        press_speed=options.press_speed,
+        slide_speed=options.slide_speed,
+        roll_speed=options.roll_speed,
+        turn_speed=options.turn_speed,
+        anti_windup=float(options.anti_windup),
+        estimates_stiffness=float(known is None),
+        initial_stiffness=INITIAL_STIFFNESS if known is None else known,
+        arm_lag=options.arm_lag,
+        latency=round(options.latency),
+    )

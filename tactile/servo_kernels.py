@@ -1,133 +1,265 @@
-"""One compiled cycle of the servo: filters, PID per feature, eq. 15, projector, limits."""
+"""The servo law, compiled: filter, PID per feature (13), inverse Jacobian (15), speed limits."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING, NamedTuple
+
 import numpy as np
 from numba import njit
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from .stiffness import (
-    CLEAR,
-    EVENTS,
-    EVIDENCE,
-    FIRST,
-    NOISE,
     REF_DEPTH,
     REF_PRESSURE,
     STARTED,
-    STEP,
     STIFFNESS,
-    TRAVEL,
+    min_travel,
+    reset_stiffness,
     update_stiffness,
 )
 
-(
-    WINDOW, ANGLE_WINDOW, PRESS_GAIN, SLIDE_GAIN, ROLL_GAIN, TURN_GAIN, ROLL_RATIO, SLIDE_SHARE,
-    PRESS_INTEGRAL, SLIDE_INTEGRAL, PRESS_LEAD, SLIDE_LEAD, PRESS_SPEED, RETREAT_SPEED,
-    SLIDE_SPEED, ROLL_SPEED, TURN_SPEED, INTEGRAL_SHARE, ANTI_WINDUP, LOW, HIGH, ADAPT, ARM_LAG,
-    LATENCY, ROW_4, PRESS_BAND, SLIDE_BAND, LEAST_AREA,
-) = range(28)  # fmt: skip
-"""Places in the settings."""
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 (
-    SUM_X, SUM_Y, SUM_P, LAST_X, LAST_Y, LAST_P, HAS_LAST, LAST_ANGLE, HAS_ANGLE, COUNT, CYCLE,
-    DEPTH, ARM_Z, LOST_FOR, PRESSURE, ORIENTATION, CONFIDENCE, LANDED,
+    INTEGRAL_X, INTEGRAL_Y, INTEGRAL_P, LAST_X, LAST_Y, LAST_P, HAS_LAST, LAST_ANGLE, HAS_ANGLE,
+    COUNT, CYCLE, DEPTH, ARM_Z, LOST_FOR, PRESSURE, ORIENTATION, CONFIDENCE, LANDED,
 ) = range(18)  # fmt: skip
-"""Places in the memory: integrals (m/s), last errors, the angle's last error, samples in the
-averages, cycles so far, way along z (m), modelled arm velocity along z (m/s), time without contact
-(s), the filtered features, and whether the pressure has been near its goal since the touch."""
+"""Indices of the memory: integral parts (m/s), last errors of x, y (m) and pressure (Pa) and
+whether they exist, last error of the angle (rad) and whether it exists, samples in the averages,
+number of cycles, position along z (m), modelled arm velocity along z (m/s), time without contact
+(s), the averaged features, and whether the pressure has been near its goal since contact."""
 
-MEMORY = 18
-"""How many there are."""
+STIFFNESS_START, SELECTION_START, GOAL_START, STATE_SIZE = 18, 26, 32, 36
+"""Starts of the parts of the state after the memory, and its length. One array costs less at the
+call than four."""
 
 PRESSURES, DEPTHS, COSINES, SINES, COMMANDS = range(5)
-"""Rows of the rings."""
+"""Rows of the ring buffers."""
 
-FORGET_AFTER = 0.2
-"""Time without contact after which the stiffness is guessed anew, s: what is touched next may be
-another object; a flicker shorter than this is the same."""
+RETREAT_SPEED = 0.05
+"""Speed limit away from the object, m/s."""
+MAX_ROLL_RATIO = 40.0
+"""Upper bound of the angular velocity per offset of the centre of pressure, rad/(m s)."""
+PRESS_BAND = 0.2
+"""Error of the pressure within which its integral grows, as a share of the goal. A wider band
+compensates faster drifts and overshoots more after contact."""
+SLIDE_BAND = 0.002
+"""Error of the centre of pressure within which its integral grows, m."""
+INTEGRAL_SHARE = 0.25
+"""Largest share of a speed limit that an integral part may command. A smaller share gives a softer
+contact, a larger one compensates faster drifts."""
+LOW_CONFIDENCE, HIGH_CONFIDENCE = 0.25, 0.6
+"""Confidence of the orientation up to which the pad does not turn, and from which it turns with
+the full gain."""
+MIN_ORIENTATION_AREA = 1.5e-4
+"""Smallest imprint with a meaningful orientation, m². Two touched tactels always form a line."""
+FORGET_SECONDS = 0.2
+"""Time without contact after which the stiffness estimate starts anew, s. The next contact may be
+another object. After a shorter interruption, it is the same object."""
 BRANCH_MARGIN = np.radians(10.0)
-"""How far beyond 90° an angle's error keeps its sign: noise at 90° must not flip the turning."""
-OWN_MOTION = 0.3
-"""Share of the expected answer of the pressure below which the object has moved by itself."""
-STRIP = 1.0 / 12.0
-"""Second moment of a square over its area squared: the centre of pressure of a flat contact moves
-by area/12 (dp/dz)/p per tilt."""
+"""Range beyond 90° in which the error of the angle keeps its sign, rad. Without it, noise at 90°
+reverses the direction of turning."""
+OWN_MOTION_SHARE = 0.3
+"""Share of the expected change of pressure below which the object itself has moved."""
+TILT_MOMENT = 1.0 / 12.0
+"""Second moment of a square over its squared area. On a flat contact, a tilt moves the centre of
+pressure by area/12 (dp/dz)/p per radian."""
+
+
+class ServoSettings(NamedTuple):
+    """Constants of one servo, from its options; all are float64, in one array."""
+
+    window: float
+    """Samples of the pressure average."""
+    orientation_window: float
+    """Samples of the orientation average."""
+    press_gain: float
+    """Loop gain of pressing, 1/s; the gain Kp is this over the stiffness."""
+    slide_gain: float
+    """Loop gain of sliding, 1/s."""
+    roll_gain: float
+    """Loop gain of rolling, 1/s."""
+    turn_gain: float
+    """Loop gain of turning, 1/s."""
+    slide_share: float
+    """Share of the sliding gain along an axis where rolling is selected."""
+    roll_x_sign: float
+    """Sign of row 4 of eq. (15)."""
+    integral_time: float
+    """s."""
+    derivative_time: float
+    """s."""
+    press_speed: float
+    """m/s."""
+    slide_speed: float
+    """m/s."""
+    roll_speed: float
+    """rad/s."""
+    turn_speed: float
+    """rad/s."""
+    anti_windup: float
+    """1 if the integrals are bounded, and cleared when contact is lost, else 0."""
+    estimates_stiffness: float
+    """1 if the stiffness is estimated, else 0."""
+    initial_stiffness: float
+    """Pa/m."""
+    arm_lag: float
+    """s."""
+    latency: float
+    """Cycles, a whole number."""
+
+
+SETTINGS = len(ServoSettings._fields)
+
+
+class ServoArrays(NamedTuple):
+    """State and targets of one servo, as views."""
+
+    memory: NDArray[np.float64]
+    """(18,), see `INTEGRAL_X` and the following."""
+    rings: NDArray[np.float64]
+    """(5, MAX_WINDOW), the last samples of `PRESSURES` and the following."""
+    stiffness: NDArray[np.float64]
+    """(8,), state of the stiffness estimate."""
+    selection: NDArray[np.float64]
+    """(6,), diagonal of the projector P."""
+    goal: NDArray[np.float64]
+    """(4,): x, y (m), pressure (Pa), orientation (rad)."""
+
+
+class Contact(NamedTuple):
+    """The features of one cycle."""
+
+    touching: bool
+    """Whether there is a contact."""
+    centre: NDArray[np.float64]
+    """(3,), m."""
+    pressure: float
+    """Pa; with a goal of force, the force over the reference area."""
+    area: float
+    """m²."""
+    orientation: float
+    """rad."""
+    confidence: float
+    """0..1."""
+
+
+class PidLaw(NamedTuple):
+    """Gains and limits of one feature in eq. (13)."""
+
+    gain: float
+    """m/s per unit of the error."""
+    band: float
+    """Error within which the integral grows."""
+    min_speed: float
+    """m/s."""
+    max_speed: float
+    """m/s."""
 
 
 @njit(cache=True)
-def servo_cycle(
-    settings, stiffness_settings, stiffness, memory, rings, selection, goal, external, measured,
-    touching, centre, value, area, orientation, confidence, dt, out,
-):  # fmt: skip
-    """Fill ``out`` (6,) with the sensor twist of one cycle.
+def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
+    """Compute the sensor twist of one cycle, eqs. (13) and (15).
 
-    ``goal`` (4,) is x, y (m), pressure (Pa), orientation (rad); ``value`` the measured pressure;
-    ``measured`` (6,) the twist the sensor moved with since the last cycle, NaN where unknown;
-    everything else is the state that the servo owns. Gives whether something was not finite;
-    then nothing has changed.
+    Parameters
+    ----------
+    settings
+        The values of `ServoSettings` as an array.
+    state
+        (STATE_SIZE,): memory, stiffness, selection and goal of `ServoArrays`.
+    rings
+        (5, MAX_WINDOW), ring buffers of `ServoArrays`.
+    contact
+        The values of `Contact` as a plain tuple. Numba needs 9 µs to accept a named tuple from
+        Python, but less than 0.1 µs for a plain one.
+    external
+        (6,), outer motion that is added.
+    measured
+        (6,), twist of the sensor since the last cycle; NaN where unknown.
+    dt
+        Time since the last cycle, s.
+    out
+        (6,), filled with the twist.
+
+    Returns
+    -------
+    bool
+        Whether an input is not finite or dt is not positive; then nothing has changed.
     """
-    total = dt + value + area + orientation + confidence
+    s = ServoSettings(*to_fixed_tuple(settings, SETTINGS))
+    a = ServoArrays(
+        state[:STIFFNESS_START],
+        rings,
+        state[STIFFNESS_START:SELECTION_START],
+        state[SELECTION_START:GOAL_START],
+        state[GOAL_START:],
+    )
+    c = Contact(*contact)
+    total = dt + c.pressure + c.area + c.orientation + c.confidence
     for axis in range(6):
         total += external[axis]
-    if not (dt > 0.0 and np.isfinite(total + centre[0] + centre[1])):
+    if not (dt > 0.0 and np.isfinite(total + c.centre[0] + c.centre[1])):
         return True
-    _move(settings, memory, rings, measured, centre, dt)
+    _track_depth(s, a, measured, c.centre, dt)
     out[:] = 0.0
-    if touching:
-        trust = confidence if area >= settings[LEAST_AREA] else 0.0
-        _filter(settings, memory, rings, value, orientation, trust)
-        memory[LOST_FOR] = 0.0
-        _slide_and_roll(settings, stiffness, memory, selection, goal, centre, area, dt, out)
-        _press(settings, stiffness, memory, selection, goal, memory[PRESSURE], dt, out)
-        _turn(settings, memory, selection, goal, dt, out)
-        if settings[ADAPT] > 0.0:
-            _estimate(stiffness_settings, stiffness, memory, rings, settings, out, area, dt)
+    if c.touching:
+        _filter(s, a, c)
+        a.memory[LOST_FOR] = 0.0
+        _slide_and_roll(s, a, c, dt, out)
+        _press(s, a, a.memory[PRESSURE], dt, out)
+        _turn(s, a, out)
+        if s.estimates_stiffness > 0.0:
+            _estimate_stiffness(s, a, c.area, dt, out)
         along_normal = out[2]
-        # Turning about the centre of pressure, not about the origin: v -= ω x c.
-        out[0] += out[5] * centre[1]
-        out[1] -= out[5] * centre[0]
-        out[2] -= out[3] * centre[1] - out[4] * centre[0]
+        # The pad rotates about the centre of pressure, not about its origin: v -= ω x c.
+        out[0] += out[5] * c.centre[1]
+        out[1] -= out[5] * c.centre[0]
+        out[2] -= out[3] * c.centre[1] - out[4] * c.centre[0]
     else:
-        _lose(settings, stiffness_settings, stiffness, memory, dt)
-        if settings[ANTI_WINDUP] == 0.0:
-            _press(settings, stiffness, memory, selection, goal, 0.0, dt, out)
+        _lose_contact(s, a, dt)
+        if s.anti_windup == 0.0:
+            _press(s, a, 0.0, dt, out)
         along_normal = out[2]
     for axis in range(6):
         out[axis] += external[axis]
-    rings[COMMANDS, int(memory[CYCLE]) % rings.shape[1]] = along_normal + external[2]
-    memory[CYCLE] += 1.0
+    a.rings[COMMANDS, int(a.memory[CYCLE]) % a.rings.shape[1]] = along_normal + external[2]
+    a.memory[CYCLE] += 1.0
     return False
 
 
 @njit(cache=True)
-def _move(settings, memory, rings, measured, centre, dt):
-    """Follow the contact point along z: as measured, else as the arm should have followed."""
+def _track_depth(settings, arrays, measured, centre, dt):
+    """Integrate the motion of the contact point along z, measured or modelled."""
+    memory, rings = arrays.memory, arrays.rings
     along = measured[2] + measured[3] * centre[1] - measured[4] * centre[0]
-    # One that is not finite would stay in the depth for ever.
+    # A value that is not finite would stay in the depth for ever.
     if np.isfinite(along):
         memory[ARM_Z] = along
     else:
-        cycle = int(memory[CYCLE]) - 1 - int(settings[LATENCY])
+        cycle = int(memory[CYCLE]) - 1 - int(settings.latency)
         command = rings[COMMANDS, cycle % rings.shape[1]] if cycle >= 0 else 0.0
-        lag = settings[ARM_LAG]
+        lag = settings.arm_lag
         memory[ARM_Z] += (command - memory[ARM_Z]) * (1.0 - np.exp(-dt / lag) if lag > 0 else 1.0)
     memory[DEPTH] += memory[ARM_Z] * dt
 
 
 @njit(cache=True)
-def _filter(settings, memory, rings, value, orientation, confidence):
-    """Average pressure and depth alike, and the orientation in the doubled angle."""
+def _filter(settings, arrays, contact):
+    """Average pressure and depth with one window, and the orientation in the doubled angle."""
+    memory, rings = arrays.memory, arrays.rings
+    weight = contact.confidence if contact.area >= MIN_ORIENTATION_AREA else 0.0
     place = int(memory[COUNT]) % rings.shape[1]
-    rings[PRESSURES, place] = value
+    rings[PRESSURES, place] = contact.pressure
     rings[DEPTHS, place] = memory[DEPTH]
-    rings[COSINES, place] = confidence * np.cos(2.0 * orientation)
-    rings[SINES, place] = confidence * np.sin(2.0 * orientation)
+    rings[COSINES, place] = weight * np.cos(2.0 * contact.orientation)
+    rings[SINES, place] = weight * np.sin(2.0 * contact.orientation)
     memory[COUNT] += 1.0
-    memory[PRESSURE] = _average(rings, PRESSURES, memory[COUNT], settings[WINDOW])
-    cosine = _average(rings, COSINES, memory[COUNT], settings[ANGLE_WINDOW])
-    sine = _average(rings, SINES, memory[COUNT], settings[ANGLE_WINDOW])
+    memory[PRESSURE] = _average(rings, PRESSURES, memory[COUNT], settings.window)
+    cosine = _average(rings, COSINES, memory[COUNT], settings.orientation_window)
+    sine = _average(rings, SINES, memory[COUNT], settings.orientation_window)
     memory[ORIENTATION] = 0.5 * np.arctan2(sine, cosine)
-    # Directions that disagree shorten their mean: scatter lowers the confidence too.
+    # Directions that differ shorten their mean vector, which lowers the confidence.
     memory[CONFIDENCE] = np.sqrt(cosine * cosine + sine * sine)
 
 
@@ -141,123 +273,122 @@ def _average(rings, row, count, window):
 
 
 @njit(cache=True)
-def _slide_and_roll(settings, stiffness, memory, selection, goal, centre, area, dt, out):
-    """Rows 1, 2, 4 and 5 of eq. 15 on the deviation of the centre of pressure."""
-    ratio = settings[ROLL_RATIO]
-    tilt_gain = STRIP * area * stiffness[STIFFNESS]
+def _slide_and_roll(settings, arrays, contact, dt, out):
+    """Fill rows 1, 2, 4 and 5 of eq. (15) from the error of the centre of pressure."""
+    memory, selection = arrays.memory, arrays.selection
+    ratio = MAX_ROLL_RATIO
+    tilt_gain = TILT_MOMENT * contact.area * arrays.stiffness[STIFFNESS]
     if tilt_gain > 0.0:
-        ratio = min(ratio, settings[ROLL_GAIN] * memory[PRESSURE] / tilt_gain)
+        ratio = min(ratio, settings.roll_gain * memory[PRESSURE] / tilt_gain)
     for axis in range(2):
         roll = 4 - axis
-        error = centre[axis] - goal[axis]
+        error = contact.centre[axis] - arrays.goal[axis]
         if selection[axis] > 0.0:
-            gain = settings[SLIDE_GAIN]
+            gain = settings.slide_gain
             if selection[roll] > 0.0:
-                gain *= settings[SLIDE_SHARE]
-            out[axis] = _pid(
-                memory, SUM_X + axis, LAST_X + axis, error, gain,
-                settings[SLIDE_INTEGRAL], settings[SLIDE_BAND], settings[SLIDE_LEAD],
-                -settings[SLIDE_SPEED], settings[SLIDE_SPEED], settings[INTEGRAL_SHARE],
-                settings[ANTI_WINDUP], dt, memory[HAS_LAST],
-            )  # fmt: skip
+                gain *= settings.slide_share
+            law = PidLaw(gain, SLIDE_BAND, -settings.slide_speed, settings.slide_speed)
+            out[axis] = _pid(settings, memory, axis, error, law, dt)
         else:
-            # What is switched on later must not take the way until then for a jump.
+            # When the axis is selected later, the derivative must not see this change as a jump.
             memory[LAST_X + axis] = error
         if selection[roll] > 0.0:
-            sign = settings[ROW_4] if roll == 3 else 1.0
+            sign = settings.roll_x_sign if roll == 3 else 1.0
             speed = sign * ratio * error
-            out[roll] = min(max(speed, -settings[ROLL_SPEED]), settings[ROLL_SPEED])
+            out[roll] = min(max(speed, -settings.roll_speed), settings.roll_speed)
 
 
 @njit(cache=True)
-def _press(settings, stiffness, memory, selection, goal, pressure, dt, out):
-    """Row 3 of eq. 15: along z, towards the object, while the pressure is too low."""
-    if abs(goal[2] - pressure) <= settings[PRESS_BAND] * goal[2]:
+def _press(settings, arrays, pressure, dt, out):
+    """Fill row 3 of eq. (15): towards the object while the pressure is too low."""
+    memory, goal = arrays.memory, arrays.goal[2]
+    band = PRESS_BAND * goal
+    if abs(goal - pressure) <= band:
         memory[LANDED] = 1.0
-    if selection[2] > 0.0:
-        out[2] = _pid(
-            memory, SUM_P, LAST_P, goal[2] - pressure, settings[PRESS_GAIN] / stiffness[STIFFNESS],
-            settings[PRESS_INTEGRAL], settings[PRESS_BAND] * goal[2], settings[PRESS_LEAD],
-            -settings[RETREAT_SPEED], settings[PRESS_SPEED], settings[INTEGRAL_SHARE],
-            settings[ANTI_WINDUP], dt, memory[HAS_LAST],
-        )  # fmt: skip
+    if arrays.selection[2] > 0.0:
+        gain = settings.press_gain / arrays.stiffness[STIFFNESS]
+        law = PidLaw(gain, band, -RETREAT_SPEED, settings.press_speed)
+        out[2] = _pid(settings, memory, 2, goal - pressure, law, dt)
     else:
-        memory[LAST_P] = goal[2] - pressure
+        memory[LAST_P] = goal - pressure
     memory[HAS_LAST] = 1.0
 
 
 @njit(cache=True)
-def _pid(
-    memory, total, last, error, gain, integral_time, band, lead, low, high, share, tame, dt, known
-):
-    """Eq. 13 of one feature; gain in (m/s) per unit of the error; limits in m/s.
+def _pid(settings, memory, feature, error, law, dt):
+    """Return the speed (m/s) of eq. (13) for feature 0 (x), 1 (y) or 2 (pressure).
 
-    Tamed, the integral grows only near the goal and within the speed limit; far from it, an error
-    that opposes it wears it down to zero.
+    With anti-windup, the integral grows only near the goal and below the speed limit. Far from the
+    goal, an error of the opposite sign reduces the integral to zero.
     """
-    slope = (error - memory[last]) / dt if known > 0.0 else 0.0
+    total, last = INTEGRAL_X + feature, LAST_X + feature
+    slope = (error - memory[last]) / dt if memory[HAS_LAST] > 0.0 else 0.0
     memory[last] = error
-    wish = gain * (error + lead * slope) + memory[total]
-    growth = gain / integral_time * error * dt
-    if tame > 0.0:
-        before = memory[total]
-        if abs(error) <= band:
-            if not ((wish > high and growth > 0.0) or (wish < low and growth < 0.0)):
-                memory[total] = min(max(before + growth, share * low), share * high)
-        elif before * growth < 0.0:
-            # Kept, it would hold a steady error that the proportional part just balances.
-            memory[total] = before + growth if abs(growth) < abs(before) else 0.0
-    else:
+    before = memory[total]
+    speed = law.gain * (error + settings.derivative_time * slope) + before
+    growth = law.gain / settings.integral_time * error * dt
+    low, high = law.min_speed, law.max_speed
+    if settings.anti_windup == 0.0:
         memory[total] += growth
-    return min(max(wish, low), high)
+    elif abs(error) <= law.band:
+        if not ((speed > high and growth > 0.0) or (speed < low and growth < 0.0)):
+            memory[total] = min(max(before + growth, INTEGRAL_SHARE * low), INTEGRAL_SHARE * high)
+    elif before * growth < 0.0:
+        # A kept integral would hold the error at which it balances the proportional part.
+        memory[total] = before + growth if abs(growth) < abs(before) else 0.0
+    return min(max(speed, low), high)
 
 
 @njit(cache=True)
-def _turn(settings, memory, selection, goal, dt, out):
-    """Row 6 of eq. 15: proportional only, modulo π, and weighted by the confidence."""
-    if selection[5] == 0.0:
+def _turn(settings, arrays, out):
+    """Fill row 6 of eq. (15): proportional, modulo π, weighted by the confidence."""
+    memory = arrays.memory
+    if arrays.selection[5] == 0.0:
         memory[HAS_ANGLE] = 0.0
         return
-    trust = (memory[CONFIDENCE] - settings[LOW]) / (settings[HIGH] - settings[LOW])
-    trust = min(max(trust, 0.0), 1.0)
-    error = _half_turn(memory[ORIENTATION] - goal[3])
+    weight = (memory[CONFIDENCE] - LOW_CONFIDENCE) / (HIGH_CONFIDENCE - LOW_CONFIDENCE)
+    weight = min(max(weight, 0.0), 1.0)
+    error = _wrap_line_angle(memory[ORIENTATION] - arrays.goal[3])
     if memory[HAS_ANGLE] > 0.0:
-        near = memory[LAST_ANGLE] + _half_turn(error - memory[LAST_ANGLE])
-        if abs(near) <= 0.5 * np.pi + BRANCH_MARGIN:
-            error = near
-    memory[HAS_ANGLE] = 1.0 if trust > 0.0 else 0.0
+        continued = memory[LAST_ANGLE] + _wrap_line_angle(error - memory[LAST_ANGLE])
+        if abs(continued) <= 0.5 * np.pi + BRANCH_MARGIN:
+            error = continued
+    memory[HAS_ANGLE] = 1.0 if weight > 0.0 else 0.0
     memory[LAST_ANGLE] = error
-    speed = trust * settings[TURN_GAIN] * error
-    out[5] = min(max(speed, -settings[TURN_SPEED]), settings[TURN_SPEED])
+    speed = weight * settings.turn_gain * error
+    out[5] = min(max(speed, -settings.turn_speed), settings.turn_speed)
 
 
 @njit(cache=True)
-def _half_turn(angle):
-    """Angle modulo π, in (-π/2, π/2]."""
+def _wrap_line_angle(angle):
+    """Return the angle modulo π, in (-π/2, π/2]."""
     return angle - np.pi * np.ceil(angle / np.pi - 0.5)
 
 
 @njit(cache=True)
-def _estimate(stiffness_settings, stiffness, memory, rings, settings, out, area, dt):
-    """Stiffness from the averages of pressure and depth, which lag alike."""
+def _estimate_stiffness(settings, arrays, area, dt, out):
+    """Update the stiffness from the averages of pressure and depth, which have the same delay."""
+    memory, stiffness = arrays.memory, arrays.stiffness
     rolled = 0.5 * np.sqrt(area) * np.sqrt(out[3] * out[3] + out[4] * out[4]) * dt
-    depth = _average(rings, DEPTHS, memory[COUNT], settings[WINDOW])
+    depth = _average(arrays.rings, DEPTHS, memory[COUNT], settings.window)
     travel = depth - stiffness[REF_DEPTH]
     expected = stiffness[STIFFNESS] * abs(travel)
-    answer = (memory[PRESSURE] - stiffness[REF_PRESSURE]) * np.sign(travel)
-    clear = (
-        abs(travel) >= stiffness_settings[STEP] and expected >= CLEAR * stiffness_settings[NOISE]
-    )
-    if clear and memory[LANDED] > 0.0 and answer < OWN_MOTION * expected:
-        # The object comes or goes by itself: taken for softness, that would raise the gain. Like
-        # rolling it is no evidence.
+    change = (memory[PRESSURE] - stiffness[REF_PRESSURE]) * np.sign(travel)
+    if (
+        abs(travel) >= min_travel(stiffness)
+        and memory[LANDED] > 0.0
+        and change < OWN_MOTION_SHARE * expected
+    ):
+        # The object itself moves. Taken as softness, that would raise the gain. An infinite
+        # rolled distance excludes the measurement.
         rolled = np.inf
-    update_stiffness(stiffness, stiffness_settings, memory[PRESSURE], depth, rolled)
+    update_stiffness(stiffness, memory[PRESSURE], depth, rolled)
 
 
 @njit(cache=True)
-def _lose(settings, stiffness_settings, stiffness, memory, dt):
-    """Forget what belonged to the contact that is gone."""
+def _lose_contact(settings, arrays, dt):
+    """Clear the state of the contact that is lost."""
+    memory, stiffness = arrays.memory, arrays.stiffness
     memory[LOST_FOR] += dt
     memory[COUNT] = 0.0
     memory[HAS_ANGLE] = 0.0
@@ -265,11 +396,8 @@ def _lose(settings, stiffness_settings, stiffness, memory, dt):
     memory[PRESSURE] = 0.0
     memory[CONFIDENCE] = 0.0
     stiffness[STARTED] = 0.0
-    if settings[ANTI_WINDUP] > 0.0:
+    if settings.anti_windup > 0.0:
         memory[HAS_LAST] = 0.0
-        for place in (SUM_X, SUM_Y, SUM_P):
-            memory[place] = 0.0
-    if memory[LOST_FOR] > FORGET_AFTER:
-        stiffness[STIFFNESS] = stiffness_settings[FIRST]
-        stiffness[EVIDENCE] = stiffness_settings[TRAVEL] ** 2
-        stiffness[EVENTS] = 0.0
+        memory[INTEGRAL_X : INTEGRAL_P + 1] = 0.0
+    if memory[LOST_FOR] > FORGET_SECONDS:
+        reset_stiffness(stiffness, settings.initial_stiffness)

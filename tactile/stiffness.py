@@ -1,4 +1,4 @@
-"""How stiff what is touched is: dp/dz by recursive least squares, from motion that is evidence."""
+"""Estimate of the contact stiffness dp/dz by recursive least squares."""
 
 from __future__ import annotations
 
@@ -10,123 +10,100 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .servo_options import ServoOptions
+STIFFNESS, WEIGHT, REF_PRESSURE, REF_DEPTH, ROLLED, WAITED, STARTED, UPDATES = range(8)
+"""Indices of the state: the estimate (Pa/m), the weight of the past measurements (m²), pressure
+(Pa) and depth (m) of the reference, edge travel by rolling since the reference (m), readings since
+the reference, whether there is a reference, and the number of measurements so far."""
 
-STIFFNESS, EVIDENCE, REF_PRESSURE, REF_DEPTH, ROLLED, WAITED, STARTED, EVENTS = range(8)
-"""Places in the state: estimate, Pa/m; weight of evidence, m²; pressure (Pa) and depth (m) that
-the next evidence counts from; edge travel by rolling since (m); updates since; whether there is a
-reference; pieces of evidence so far."""
-
-FIRST, TRAVEL, STEP, NOISE, FORGETTING, LEAST, MOST = range(7)
-"""Places in the settings, see :func:`stiffness_settings`."""
-
-CLEAR = 4.0
-"""How many times the noise the expected change of pressure must be: the error of one piece of
-evidence then stays near a third."""
-LONGEST_WAIT = 250
-"""Updates after which slow motion is no evidence any more: within a second other things move."""
-ROLL_SHARE = 2.0
-"""Largest travel of the imprint's edge by rolling, per travel along the normal, that evidence may
-have: rolling changes the area and with it the pressure. Less starves
-the estimate while a pad rolls flat."""
-
-
-class StiffnessEstimate:
-    """Estimate dp/dz while a pad moves on an object.
-
-    One piece of evidence is a travel along the normal that is long enough to be told from noise;
-    without such excitation the estimate stays as it is, and forgets nothing.
-
-    Parameters
-    ----------
-    options
-        First guess, bounds and gates; fields ``stiffness_*``.
-    """
-
-    def __init__(self, options: ServoOptions) -> None:
-        self._settings = stiffness_settings(options)
-        self._state = new_stiffness(self._settings)
-
-    @property
-    def value(self) -> float:
-        """Estimated dp/dz, Pa/m."""
-        return float(self._state[STIFFNESS])
-
-    @property
-    def events(self) -> int:
-        """How many pieces of evidence came in."""
-        return int(self._state[EVENTS])
-
-    def update(self, pressure: float, depth: float, rolled: float = 0.0) -> float:
-        """Take one reading and give the estimate, Pa/m.
-
-        Parameters
-        ----------
-        pressure
-            Pressure, Pa; if it is filtered, then ``depth`` must be filtered likewise.
-        depth
-            Way of the contact's point along the sensor's z, from anywhere, m.
-        rolled
-            Travel of the imprint's edge by rolling since the last reading, m, >= 0.
-        """
-        update_stiffness(self._state, self._settings, float(pressure), float(depth), float(rolled))
-        return self.value
-
-    def lose_contact(self) -> None:
-        """Count the next evidence anew: the way through air changes no pressure."""
-        self._state[STARTED] = 0.0
+INITIAL_STIFFNESS = 1e7
+"""First guess, Pa/m. It is stiffer than real objects, so that the first gain is too low."""
+MIN_STIFFNESS, MAX_STIFFNESS = 2e4, 1e8
+"""Bounds of the estimate, Pa/m. They bound the press gain from above and from below."""
+INITIAL_TRAVEL = 2e-5
+"""Travel that has the same weight as the first guess, m. A smaller value trusts the first readings
+more."""
+MIN_TRAVEL = 5e-6
+"""Shortest travel along the normal that is a measurement, m."""
+PRESSURE_NOISE = 3.0
+"""Standard deviation of the averaged pressure, Pa."""
+NOISE_FACTOR = 4.0
+"""The expected change of pressure must be this many times the noise. The error of one measurement
+then stays near a third."""
+FORGETTING = 0.9
+"""Factor of the past weight at each new measurement. A smaller factor follows changes faster."""
+MAX_WAIT = 250
+"""Readings after which slow motion is no longer a measurement. Within a second, other things
+move."""
+MAX_ROLL_SHARE = 2.0
+"""Longest edge travel by rolling, per travel along the normal, of a valid measurement. Rolling
+changes the area and thus the pressure. A smaller share would reject nearly all measurements while
+a pad rolls flat."""
 
 
-def stiffness_settings(options: ServoOptions) -> NDArray[np.float64]:
-    """Give the fields that the update needs, as one array."""
-    return np.array(
-        [
-            options.first_stiffness,
-            options.stiffness_travel,
-            options.stiffness_step,
-            options.stiffness_noise,
-            options.stiffness_forgetting,
-            options.least_stiffness,
-            options.most_stiffness,
-        ]
-    )
-
-
-def new_stiffness(settings: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the state before any contact."""
+def new_stiffness(initial: float) -> NDArray[np.float64]:
+    """Return the state of the estimator before any contact, (8,); `initial` in Pa/m."""
     state = np.zeros(8)
-    state[STIFFNESS] = settings[FIRST]
-    state[EVIDENCE] = settings[TRAVEL] ** 2
+    reset_stiffness(state, initial)
     return state
 
 
 @njit(cache=True)
-def update_stiffness(state, settings, pressure, depth, rolled):
-    """Take one reading: compiled step of :meth:`StiffnessEstimate.update`."""
+def reset_stiffness(state, initial):
+    """Set the estimate back to a first guess `initial`, Pa/m."""
+    state[STIFFNESS] = initial
+    state[WEIGHT] = INITIAL_TRAVEL**2
+    state[UPDATES] = 0.0
+
+
+@njit(cache=True)
+def min_travel(state):
+    """Return the shortest travel (m) whose expected change of pressure is above the noise.
+
+    The limit depends on the expected change and never on the measured one: a selection by the
+    measured change would prefer stiff readings.
+    """
+    return max(MIN_TRAVEL, NOISE_FACTOR * PRESSURE_NOISE / state[STIFFNESS])
+
+
+@njit(cache=True)
+def update_stiffness(state, pressure, depth, rolled):
+    """Update the estimate with one reading.
+
+    A measurement is a travel along the normal since the reference that is long enough. Without
+    such motion the estimate stays as it is, and forgets nothing.
+
+    Parameters
+    ----------
+    state
+        (8,), updated in place.
+    pressure
+        Pressure, Pa. If it is filtered, `depth` must have the same filter.
+    depth
+        Position of the contact point along the sensor's z, from any origin, m.
+    rolled
+        Travel of the imprint's edge by rolling since the last reading, m, >= 0.
+    """
     if state[STARTED] == 0.0:
-        _refer(state, pressure, depth)
+        _set_reference(state, pressure, depth)
         return
     state[ROLLED] += rolled
     state[WAITED] += 1.0
     travel = depth - state[REF_DEPTH]
-    # The gate asks for the change that is expected, never for the one that was seen: choosing by
-    # what was seen would favour stiff readings.
-    enough = max(settings[STEP], CLEAR * settings[NOISE] / state[STIFFNESS])
-    if abs(travel) < enough:
-        if state[WAITED] > LONGEST_WAIT:
-            _refer(state, pressure, depth)
+    if abs(travel) < min_travel(state):
+        if state[WAITED] > MAX_WAIT:
+            _set_reference(state, pressure, depth)
         return
-    if state[ROLLED] <= ROLL_SHARE * abs(travel):
-        state[EVIDENCE] = settings[FORGETTING] * state[EVIDENCE] + travel * travel
-        gap = pressure - state[REF_PRESSURE] - state[STIFFNESS] * travel
-        guess = state[STIFFNESS] + travel / state[EVIDENCE] * gap
-        state[STIFFNESS] = min(max(guess, settings[LEAST]), settings[MOST])
-        state[EVENTS] += 1.0
-    _refer(state, pressure, depth)
+    if state[ROLLED] <= MAX_ROLL_SHARE * abs(travel):
+        state[WEIGHT] = FORGETTING * state[WEIGHT] + travel * travel
+        residual = pressure - state[REF_PRESSURE] - state[STIFFNESS] * travel
+        estimate = state[STIFFNESS] + travel / state[WEIGHT] * residual
+        state[STIFFNESS] = min(max(estimate, MIN_STIFFNESS), MAX_STIFFNESS)
+        state[UPDATES] += 1.0
+    _set_reference(state, pressure, depth)
 
 
 @njit(cache=True)
-def _refer(state, pressure, depth):
+def _set_reference(state, pressure, depth):
     state[REF_PRESSURE] = pressure
     state[REF_DEPTH] = depth
     state[ROLLED] = 0.0

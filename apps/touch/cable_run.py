@@ -10,10 +10,14 @@ from scipy.spatial import KDTree
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth.pad import CABLE_RADIUS, Part, PlacedObject, TouchObject, pad_scene
-from eyehand.tactile.cable import CableFollower, CableOptions
-from eyehand.tactile.phases import TouchPhases
-from eyehand.tactile.selection import PRESS
-from eyehand.tactile.servo import ServoGoal, TactileServo
+from eyehand.tactile import (
+    PRESETS,
+    CableFollower,
+    CableOptions,
+    ServoGoal,
+    TactileServo,
+    TouchPhases,
+)
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 from .cable_shapes import SPACING, CableShape, cable_shape
@@ -84,7 +88,7 @@ def run_cable(seed: int, speed: float) -> CableRun:
     home = home_pose().translation
     origin = home + np.array([CABLE_AHEAD, 0.0, -DROP])
     rig = _landing(shape, origin, rng, seed)
-    phases = TouchPhases(TactileServo(ServoGoal(force=FORCE), PRESS))
+    phases = TouchPhases(TactileServo(ServoGoal(force=FORCE), PRESETS["press"]))
     phases.phase = "hold"
     follower = CableFollower(CableOptions(speed=speed))
     patience = PATIENCE + len(shape.line) * SPACING / speed

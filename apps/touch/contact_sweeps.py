@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from eyehand.data_synth.pad import Part, TouchObject, pen, tilted_face, toy_box
-from eyehand.tactile import TactileServo, TouchPhases
-from eyehand.tactile.selection import CABLE, EDGE, PRESS, ROLL, TRACK
+from eyehand.tactile import PRESETS, TactileServo, TouchPhases
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import judged, lead
@@ -121,7 +120,7 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
         gone = any(begin < time < begin + GONE_SECONDS for begin in GONE_AT)
         return (-1e-3 * drop if gone else 0.0,)
 
-    servo = TactileServo(selection=ROLL)
+    servo = TactileServo(selection=PRESETS["roll"])
     # Leaning, the pad's lower rim comes first.
     height = 0.5 * FACE_SIDE * np.sin(TILT) + 0.001
     pad = CarriedPad(
@@ -136,7 +135,7 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
 
 def _round(noise: float, seed: int, method: None) -> Trial:
     ball = TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (0.0, 0.0, -BALL_RADIUS)),))
-    servo = TactileServo(selection=CABLE)
+    servo = TactileServo(selection=PRESETS["cable"])
     run = lead(CarriedPad((ball,), Electronics(seed, noise)), TouchPhases(servo))
     return judged(
         run, servo.goal.pressure, _unless(run.turned < ROUND_TURN, "turned by", run.turned)
@@ -146,7 +145,7 @@ def _round(noise: float, seed: int, method: None) -> Trial:
 def _right_angle(noise: float, seed: int, method: None) -> Trial:
     half = np.sqrt(0.5)
     part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
-    servo = TactileServo(selection=EDGE)
+    servo = TactileServo(selection=PRESETS["edge"])
     pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, noise))
     run = lead(pad, TouchPhases(servo), 5.0)
     error = abs(abs(run.heading) - 0.5 * np.pi)
@@ -154,7 +153,7 @@ def _right_angle(noise: float, seed: int, method: None) -> Trial:
 
 
 def _border(way: float, seed: int, method: None) -> Trial:
-    servo = TactileServo(selection=PRESS)
+    servo = TactileServo(selection=PRESETS["press"])
     angle = 0.25 * np.pi * (seed % 8)
     # Along the diagonals as along the axes: what counts is the nearest border.
     place = 1e-3 * way * np.array([np.cos(angle), np.sin(angle)])
@@ -174,7 +173,7 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
         TouchObject(name, (replace(single, place=(x, 0.0, single.place[2])),))
         for name, x in (("left", -0.5 * APART), ("right", 0.5 * APART))
     )
-    return _pressed(CarriedPad(blobs, Electronics(seed)), PRESS, lifts)
+    return _pressed(CarriedPad(blobs, Electronics(seed)), PRESETS["press"], lifts)
 
 
 def _coming(speed: float, seed: int, method: None) -> Trial:
@@ -184,13 +183,15 @@ def _coming(speed: float, seed: int, method: None) -> Trial:
         return (1e-3 * speed * (0.5 * since * since if since < 1.0 else since - 0.5),)
 
     pad = CarriedPad((toy_box(),), Electronics(seed))
-    servo = TactileServo(selection=PRESS)
+    servo = TactileServo(selection=PRESETS["press"])
     return judged(lead(pad, TouchPhases(servo), 5.0, lifts), servo.goal.pressure)
 
 
 def _light(mass: float, seed: int, method: None) -> Trial:
     plate = TouchObject("plate", (Part("box", PLATE_HALF, (0.0, 0.0, -PLATE_HALF[2])),))
-    return _pressed(CarriedPad((plate,), Electronics(seed), mass=1e-3 * mass), TRACK, None)
+    return _pressed(
+        CarriedPad((plate,), Electronics(seed), mass=1e-3 * mass), PRESETS["track"], None
+    )
 
 
 def _pressed(

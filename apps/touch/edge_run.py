@@ -9,9 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import PlacedObject, box_edge, pad_scene
-from eyehand.tactile.phases import TouchPhases
-from eyehand.tactile.selection import EDGE
-from eyehand.tactile.servo import ServoGoal, TactileServo
+from eyehand.tactile import PRESETS, ServoGoal, TactileServo, TouchPhases
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 
@@ -78,7 +76,7 @@ def run_edge(seed: int) -> EdgeRun:
         turned = Rotation.from_euler("z", direction(time), degrees=True)
         quats[0] = turned.as_quat(scalar_first=True)
 
-    servo = TactileServo(ServoGoal(force=FORCE), EDGE)
+    servo = TactileServo(ServoGoal(force=FORCE), PRESETS["edge"])
     phases = TouchPhases(servo)
     phases.phase = "hold"
     log: list[tuple[float, float, float, float]] = []

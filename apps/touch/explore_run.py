@@ -16,11 +16,14 @@ from eyehand.data_synth.pad import (
     pad_scene,
     unknown_object,
 )
-from eyehand.tactile import ContactFeatures
-from eyehand.tactile.phase_options import PhaseOptions
-from eyehand.tactile.phases import TouchPhases
-from eyehand.tactile.selection import ROLL
-from eyehand.tactile.servo import ServoGoal, TactileServo
+from eyehand.tactile import (
+    PRESETS,
+    ContactFeatures,
+    PhaseOptions,
+    ServoGoal,
+    TactileServo,
+    TouchPhases,
+)
 
 from .arm_rig import CYCLE, ArmRig, Hand, home_pose
 from .explore_lanes import distances, lanes, place_on_way
@@ -149,7 +152,7 @@ def _scan(
     hand = rig.hands[number]
     seconds = float(way[-1]) / speed
     # Between ridge, block and dome the contact jumps: that is what an unknown object is like.
-    servo = TactileServo(ServoGoal(force=FORCE), ROLL)
+    servo = TactileServo(ServoGoal(force=FORCE), PRESETS["roll"])
     options = PhaseOptions(jump=JUMP, saturated_share=MOST_SATURATED, pressure_limit=MOST_MEAN)
     phases = TouchPhases(servo, options)
     phases.phase = "hold"

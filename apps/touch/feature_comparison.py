@@ -17,11 +17,10 @@ from eyehand.tactile import (
     TactileArray,
     TactileImage,
     contact_features,
+    contact_region,
     hough_axis,
+    long_axis,
 )
-from eyehand.tactile.feature_kernels import pack_geometry
-from eyehand.tactile.moments import long_axis
-from eyehand.tactile.region import find_region, pack_links
 
 from .imprints import NOISE, THRESHOLD, imprints
 
@@ -66,7 +65,7 @@ def orientation_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict
         A row for each way, the default first: median, 95th percentile and rms of the error, and
         the median time over the imprints.
     """
-    ways = _ways(array, _regions(array, lines))
+    ways = _ways(array, {id(line): contact_region(line.image, THRESHOLD) for line in lines})
     for way in ways:
         way.step(lines[0])()
     errors: dict[str, list[float]] = {way.name: [] for way in ways}
@@ -186,20 +185,6 @@ def _ways(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list[_W
             for angles in HOUGH_ANGLES
         ),
     ]
-
-
-def _regions(array: TactileArray, lines: Sequence[Imprint]) -> dict[int, NDArray[np.bool_]]:
-    """Tactels of each line's region, (N,), by the identity of the line."""
-    links, geometry = pack_links(array), pack_geometry(array)
-    thresholds = np.full(len(array.positions), THRESHOLD)
-    members = np.empty(len(array.positions), np.int32)
-    nowhere = np.full(3, np.nan)
-    regions = {}
-    for line in lines:
-        felt = line.image.pressures
-        size = find_region(felt, thresholds, links, geometry, nowhere, 0.0, members)
-        regions[id(line)] = np.isin(np.arange(len(felt)), members[:size])
-    return regions
 
 
 def _straight(count: int) -> Calibration:

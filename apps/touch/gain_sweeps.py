@@ -5,8 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from eyehand.data_synth.pad import pen, soft_ball, toy_box
-from eyehand.tactile import PhaseOptions, ServoOptions, TactileServo, TouchPhases
-from eyehand.tactile.selection import TRACK
+from eyehand.tactile import PRESETS, PhaseOptions, ServoOptions, TactileServo, TouchPhases
 
 from ..bench.sweep import Sweep
 from .stress_trial import judged, lead
@@ -59,7 +58,7 @@ def gain_sweeps() -> tuple[Sweep[None], ...]:
 def _gain(thing: Callable[[], TouchObject]) -> Callable[[float, int, None], Trial]:
     def attempt(share: float, seed: int, method: None) -> Trial:
         options = ServoOptions(stability_share=share, press_gain=UNCAPPED)
-        servo = TactileServo(selection=TRACK, options=options)
+        servo = TactileServo(selection=PRESETS["track"], options=options)
         pad = CarriedPad((thing(),), Electronics(seed))
         return judged(lead(pad, TouchPhases(servo)), servo.goal.pressure)
 
@@ -68,7 +67,7 @@ def _gain(thing: Callable[[], TouchObject]) -> Callable[[float, int, None], Tria
 
 def _landing(thing: Callable[[], TouchObject], guarded: bool) -> Callable[..., Trial]:
     def attempt(speed: float, seed: int, method: None) -> Trial:
-        servo = TactileServo(selection=TRACK, options=ServoOptions(anti_windup=guarded))
+        servo = TactileServo(selection=PRESETS["track"], options=ServoOptions(anti_windup=guarded))
         phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))
         pad = CarriedPad((thing(),), Electronics(seed), place=(0.0, 0.0, START_HEIGHT))
         return judged(lead(pad, phases, 4.0), servo.goal.pressure)

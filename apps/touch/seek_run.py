@@ -9,11 +9,15 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import PlacedObject, pad_scene
-from eyehand.tactile import ContourFollower, ContourOptions
-from eyehand.tactile.phase_options import PhaseOptions
-from eyehand.tactile.phases import TouchPhases
-from eyehand.tactile.selection import PRESS
-from eyehand.tactile.servo import ServoGoal, TactileServo
+from eyehand.tactile import (
+    PRESETS,
+    ContourFollower,
+    ContourOptions,
+    PhaseOptions,
+    ServoGoal,
+    TactileServo,
+    TouchPhases,
+)
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 from .seek_shapes import SHAPES, SeekShape
@@ -51,7 +55,7 @@ class FoundPoint:
     """Something that the guide noticed, in the object's frame."""
 
     kind: str
-    """As :class:`eyehand.tactile.contour_follower.ContourPoint` names it."""
+    """As :class:`eyehand.tactile.ContourPoint` names it."""
     place: NDArray[np.float64]
     """(2,), where it was felt to be, m."""
     truth: NDArray[np.float64]
@@ -108,9 +112,11 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
     T_world_object = RigidTransform.from_components(place, rotation)
     rig = ArmRig(pad_scene((PlacedObject(shape.thing, T_world_object),)), seed=seed)
     from_world = T_world_object.inv()
-    phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE), PRESS), PhaseOptions(jump=JUMP))
+    phases = TouchPhases(
+        TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["press"]), PhaseOptions(jump=JUMP)
+    )
     phases.phase = "hold"
-    guide = ContourFollower(
+    follower = ContourFollower(
         ContourOptions(heading=heading, speed=QUICK_SPEED if quick else SPEED, seconds=SECONDS)
     )
     upright = rig.hand.pose.rotation
@@ -119,15 +125,15 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
     while outcome is None:
         hand, outer = rig.hand, None
         if phases.phase == "task":
-            found = guide.step(hand.features, hand.reader.image, CYCLE, hand.twist)
+            found = follower.step(hand.features, hand.reader.image, CYCLE, hand.twist)
             outer, outcome = found.twist, found.outcome
             outer[3:] = HOLD_GAIN * (hand.pose.rotation.inv() * upright).as_rotvec()
-            if found.spot is not None:
-                felt = from_world.apply(hand.pose.apply(found.spot.place))[:2]
-                true = shape.nearest(felt, corner=found.spot.kind in SHARP)
+            if found.point is not None:
+                felt = from_world.apply(hand.pose.apply(found.point.position))[:2]
+                true = shape.nearest(felt, corner=found.point.kind in SHARP)
                 image = hand.reader.image
                 pressures = image.pressures.reshape(image.array.grid or (1, -1)).copy()
-                spots.append(FoundPoint(found.spot.kind, felt, true, pressures))
+                spots.append(FoundPoint(found.point.kind, felt, true, pressures))
         step = phases.step(hand.features, CYCLE, external=outer, measured=hand.twist)
         outcome = step.outcome or outcome
         moment = rig.step(step.twist)[-1][0]

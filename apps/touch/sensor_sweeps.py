@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 from eyehand.data_synth.pad import pen, soft_ball
 from eyehand.errors import InputError
-from eyehand.tactile import FeatureOptions, TactileServo, TouchPhases
-from eyehand.tactile.selection import TRACK
+from eyehand.tactile import PRESETS, FeatureOptions, TactileServo, TouchPhases
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import SECONDS, judged, lead
@@ -55,14 +54,14 @@ def sensor_sweeps() -> tuple[Sweep[None], ...]:
 
 
 def _threshold(sigmas: float, seed: int, method: None) -> Trial:
-    servo = TactileServo(selection=TRACK)
+    servo = TactileServo(selection=PRESETS["track"])
     pad = CarriedPad((pen(),), Electronics(seed), features=FeatureOptions(sigmas=sigmas))
     return judged(lead(pad, TouchPhases(servo), SECONDS), servo.goal.pressure)
 
 
 def _faulty(fault: str) -> Callable[[float, int, None], Trial]:
     def attempt(percent: float, seed: int, method: None) -> Trial:
-        servo = TactileServo(selection=TRACK)
+        servo = TactileServo(selection=PRESETS["track"])
         try:
             pad = CarriedPad((soft_ball(),), Electronics(seed, **{fault: 0.01 * percent}))
         except InputError as error:

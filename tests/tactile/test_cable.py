@@ -8,7 +8,7 @@ from scipy.spatial import KDTree
 
 from eyehand.errors import InputError
 from eyehand.tactile import TactileArray, TactileImage, contact_features
-from eyehand.tactile.cable import CableFollower, CableOptions, course
+from eyehand.tactile.cable import CableFollower, CableOptions, fit_line
 from eyehand.tactile.selection import CABLE, PRESS
 from eyehand.tactile.servo import TactileServo
 
@@ -29,7 +29,7 @@ def imprint(angle: float, offset: float, slope: float, bend: float) -> TactileIm
     bend=st.floats(-6.0, 6.0),
 )  # fmt: skip
 def test_the_fit_finds_the_parabola_that_was_pressed(angle, offset, slope, bend):
-    found = course(imprint(angle, offset, slope, bend), angle, 0.5)
+    found = fit_line(imprint(angle, offset, slope, bend), angle, 0.5)
     assert found
     assert found.offset == pytest.approx(offset, abs=4e-4)
     assert found.slope == pytest.approx(slope, abs=0.04)
@@ -40,7 +40,7 @@ def test_the_fit_finds_the_parabola_that_was_pressed(angle, offset, slope, bend)
 def test_the_fit_is_weighted_least_squares():
     rng = np.random.default_rng(0)
     image = TactileImage(np.maximum(rng.normal(0.0, 300.0, 256), 0.0), PAD)
-    found = course(image, 0.7, 50.0, reach=0.03)
+    found = fit_line(image, 0.7, 50.0, reach=0.03)
     x, y = PAD.positions[:, 0], PAD.positions[:, 1]
     u, w = np.cos(0.7) * x + np.sin(0.7) * y, -np.sin(0.7) * x + np.cos(0.7) * y
     weight = np.maximum(image.pressures - 50.0, 0.0) * np.maximum(1.0 - (u / 0.03) ** 2, 0.0) ** 2
@@ -51,17 +51,17 @@ def test_the_fit_is_weighted_least_squares():
 def test_the_bend_bias_of_the_whole_imprint_is_not_in_the_offset():
     image = imprint(np.pi / 2, 0.0, 0.0, 8.0)
     assert abs(contact_features(image, 1.0).centre[0]) > 0.002
-    assert abs(course(image, np.pi / 2, 1.0).offset) < 0.0003
+    assert abs(fit_line(image, np.pi / 2, 1.0).offset) < 0.0003
 
 
 def test_too_little_is_no_line():
-    assert not course(TactileImage(np.zeros(256), PAD), 0.0, 10.0)
+    assert not fit_line(TactileImage(np.zeros(256), PAD), 0.0, 10.0)
     few = np.zeros(256)
     few[120:123] = 500.0
-    assert not course(TactileImage(few, PAD), 0.0, 10.0)
+    assert not fit_line(TactileImage(few, PAD), 0.0, 10.0)
     one_row = np.zeros(256)
     one_row[::16] = 500.0
-    across = course(TactileImage(one_row, PAD), 0.0, 10.0)
+    across = fit_line(TactileImage(one_row, PAD), 0.0, 10.0)
     assert not across, "seen across, all in one place along u"
     follower = CableFollower()
     assert not follower.step(TactileImage(np.zeros(256), PAD), 0.3).any()
@@ -103,8 +103,8 @@ def test_the_servos_own_features_are_biased_by_the_bend():
 
 
 def test_impossible_options_are_refused():
-    with pytest.raises(InputError, match="min_tactels"):
-        CableOptions(min_tactels=2)
+    with pytest.raises(InputError, match="heading"):
+        CableOptions(heading=float("nan"))
     with pytest.raises(InputError, match="speed"):
         CableOptions(speed=float("inf"))
 

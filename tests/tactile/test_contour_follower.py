@@ -31,9 +31,9 @@ def explore(height, options, stiffness=5e6, seconds=60.0):
         if landed:
             found = guide.step(features, image, DT)
             outer = found.twist
-            if found.spot:
-                place = world.place + world.rotation.apply(found.spot.place)
-                spots.append((found.spot.kind, place[:2]))
+            if found.point:
+                place = world.place + world.rotation.apply(found.point.position)
+                spots.append((found.point.kind, place[:2]))
             if found.state == "ended":
                 return spots, guide, peak
         world.step(servo.step(features, DT, outer).twist)
@@ -71,7 +71,7 @@ def test_an_edge_that_turns_outwards_has_an_inner_corner():
     def cross(x, y):
         return np.minimum(arm(x, y), other(x, y))
 
-    spots, guide, _ = explore(turned(cross, 0.3), ContourOptions(speed=0.08, spots=7))
+    spots, guide, _ = explore(turned(cross, 0.3), ContourOptions(speed=0.08, max_points=7))
     assert guide.outcome == "done"
     kinds = [kind for kind, _ in spots[1:]]
     inner = [number for number, kind in enumerate(kinds) if kind == "inner_corner"]
@@ -122,8 +122,8 @@ def test_on_an_endless_face_the_search_is_bounded():
 
 
 def test_without_contact_it_rests_and_gives_up():
-    guide = ContourFollower(ContourOptions(lost_seconds=0.5))
-    steps = [guide.step(NOTHING, EVEN, DT) for _ in range(200)]
+    guide = ContourFollower()
+    steps = [guide.step(NOTHING, EVEN, DT) for _ in range(800)]
     assert not any(step.twist.any() for step in steps)
     assert steps[-1].outcome == "lost"
 
@@ -168,9 +168,9 @@ def test_the_slope_of_a_plane_is_found_and_a_straight_way_has_none():
 
 
 def test_impossible_options_are_refused():
-    with pytest.raises(InputError, match="line_confidence"):
-        ContourOptions(line_confidence=0.0)
+    with pytest.raises(InputError, match="heading"):
+        ContourOptions(heading=float("inf"))
     with pytest.raises(InputError, match="travel"):
         ContourOptions(travel=float("inf"))
-    with pytest.raises(InputError, match="spots"):
-        ContourOptions(spots=0)
+    with pytest.raises(InputError, match="max_points"):
+        ContourOptions(max_points=0)

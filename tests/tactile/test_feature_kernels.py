@@ -6,8 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.tactile import FeatureOptions, TactileArray, TactileImage, contact_features
-from eyehand.tactile.feature_kernels import DEAD, SATURATED, pack_geometry, read_pressures
-from eyehand.tactile.region import pack_links
+from eyehand.tactile.feature_kernels import DEAD, SATURATED, read_pressures
 
 from .plain_features import plain_features
 
@@ -31,7 +30,7 @@ def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name, rim):
     count = len(array.positions)
     pressures = rng.uniform(10.0, 1000.0, count) * (rng.random(count) < share)
     thresholds = rng.uniform(0.0, 300.0, count)
-    image, options = TactileImage(pressures, array), FeatureOptions(min_tactels=1, rim=rim)
+    image, options = TactileImage(pressures, array), FeatureOptions(min_tactels=1, rim_band=rim)
     found = contact_features(image, thresholds, options=options)
     if not (pressures > thresholds).any():
         assert not found
@@ -55,7 +54,7 @@ def test_area_and_pressure_change_little_when_a_tactel_of_the_rim_crosses_its_th
     pressures = np.zeros(256)
     pressures[[100, 101, 116]] = 1000.0
     for rim, most in ((5.0, 1e-2), (0.0, 0.5)):
-        options, found = FeatureOptions(min_tactels=1, rim=rim), []
+        options, found = FeatureOptions(min_tactels=1, rim_band=rim), []
         for least in (9.99, 10.01):
             pressures[117] = least
             image = TactileImage(pressures.copy(), ARRAYS["flat"])
@@ -160,8 +159,7 @@ def test_dead_tactels_take_their_live_neighbours_mean_by_distance():
     raw = np.arange(256, dtype=np.uint16)
     raw[50] = 4050
     pressures, states = np.empty(256), np.empty(256, np.uint8)
-    links, geometry = pack_links(array), pack_geometry(array)
-    read_pressures(raw, plain, limits, links, geometry, pressures, states)
+    read_pressures(raw, plain, limits, array.links, array.geometry, pressures, states)
     sides, corners = [99, 101, 84, 116], [83, 85, 115]
     mean = (sum(sides) + 0.5 * sum(corners)) / (4 + 1.5)
     assert pressures[100] == pytest.approx(mean)

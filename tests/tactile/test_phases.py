@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures
+from eyehand.tactile import phases as phases_module
 from eyehand.tactile.error_watchdog import ErrorWatchdog
 from eyehand.tactile.oscillation_detector import OscillationDetector
 from eyehand.tactile.phase_options import PhaseOptions
@@ -73,8 +74,9 @@ def test_the_caller_drives_to_the_work_area_and_only_then_does_the_pad_descend()
     assert step.twist[2] == OPTIONS.approach_speed
 
 
-def test_a_work_area_that_is_not_reached_is_unreachable():
-    machine = TouchPhases(TactileServo(), replace(OPTIONS, move_seconds=0.1))
+def test_a_work_area_that_is_not_reached_is_unreachable(monkeypatch):
+    monkeypatch.setattr(phases_module, "MAX_MOVE_SECONDS", 0.1)
+    machine = TouchPhases(TactileServo(), OPTIONS)
     steps = [machine.step(NOTHING, DT, pose_error=(0.1, 0.0)) for _ in range(40)]
     assert steps[-1].outcome == "unreachable"
     assert steps[-1].phase == "ended"
@@ -168,11 +170,12 @@ def test_an_object_that_gives_way_is_not_pushed_for_ever():
 
 
 @pytest.mark.parametrize(("speed", "sign"), [(0.016, 1.0), (-0.013, -1.0)])
-def test_a_pressure_that_stays_off_its_goal_is_left(speed, sign):
+def test_a_pressure_that_stays_off_its_goal_is_left(speed, sign, monkeypatch):
     """An object that comes or goes faster than the integral may make up for."""
+    monkeypatch.setattr(phases_module, "NEAR_GOAL", 0.0)
     world, felt = world_of("box"), []
-    options = ServoOptions(adapt=False, first_stiffness=1e6)
-    machine = TouchPhases(TactileServo(None, PRESS, options), PhaseOptions(near_goal=0.0))
+    options = ServoOptions(known_stiffness=1e6)
+    machine = TouchPhases(TactileServo(None, PRESS, options), PhaseOptions())
 
     def come(cycle, world, machine):
         if machine.phase == "task":
@@ -250,7 +253,7 @@ def test_a_goal_of_force_is_guarded_by_the_force():
 
 def test_only_what_gets_no_better_counts():
     def told(errors):
-        guard = ErrorWatchdog(0.1, 0.08, 0.5, 3)
+        guard = ErrorWatchdog()
         for error in errors:
             outcome = guard.update(error, 0.1)
             if outcome:
@@ -376,18 +379,14 @@ def test_swings_that_grow_are_told_from_a_landing_and_from_noise():
     for growth, noise, want in ((2.0, 3.0, True), (0.0, 3.0, True), (-4.0, 3.0, False)):
         swing = 600.0 * np.exp(growth * time) * np.sin(2 * np.pi * 8 * time)
         swing = 1000.0 + np.clip(swing, -1000, 1000) + rng.normal(0, noise, time.size)
-        guard = OscillationDetector(500.0, 5, 0.5)
-        assert any(guard.update(p, DT) for p in swing) == want
-    guard = OscillationDetector(500.0, 5, 0.5)
-    assert not any(guard.update(p, DT) for p in 1000.0 + rng.normal(0, 50, 5000))
+        guard = OscillationDetector()
+        assert any(guard.update(p / 1000.0, DT) for p in swing) == want
+    guard = OscillationDetector()
+    assert not any(guard.update(p / 1000.0, DT) for p in 1000.0 + rng.normal(0, 50, 5000))
 
 
 def test_impossible_options_are_refused():
     with pytest.raises(InputError, match="searches"):
         PhaseOptions(searches=-1)
-    with pytest.raises(InputError, match="back_off_speed"):
-        PhaseOptions(back_off_speed=0.0)
-    with pytest.raises(InputError, match="miss_seconds"):
-        PhaseOptions(miss_seconds=0.0)
-    with pytest.raises(InputError, match="back_off_travel"):
-        PhaseOptions(back_off_travel=0.001)
+    with pytest.raises(InputError, match="pad_half_size"):
+        PhaseOptions(pad_half_size=(0.04, -0.04))

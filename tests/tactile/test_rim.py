@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 from eyehand.errors import InputError
 from eyehand.tactile import TactileArray, TactileImage
-from eyehand.tactile.rim import corner_of, find_rim, fit_edge, line_tip, longest_edge
+from eyehand.tactile.rim import find_line_end, find_rim, fit_edge, fit_longest_edge, intersect_edges
 
 PAD = TactileArray.flat()
 SPREAD = 0.003
@@ -25,7 +25,7 @@ def half_plane(angle, offset):
 def test_an_edge_is_found_to_a_tenth_of_a_tactel(angle, offset, seed):
     noise = np.random.default_rng(seed).normal(0.0, 8.0, 256)
     image = TactileImage(1000.0 * half_plane(angle, offset) + noise, PAD)
-    edge = longest_edge(find_rim(image))
+    edge = fit_longest_edge(find_rim(image))
     assert edge is not None
     assert edge.offset == pytest.approx(offset, abs=0.0005)
     assert edge.outward @ [np.cos(angle), np.sin(angle)] > np.cos(np.radians(1.5))
@@ -35,7 +35,7 @@ def test_an_edge_is_found_to_a_tenth_of_a_tactel(angle, offset, seed):
 
 def test_a_tilted_pad_feels_the_edge_where_it_is():
     tilted = 1.0 + 7.0 * PAD.positions[:, 1]
-    edge = longest_edge(find_rim(TactileImage(1000.0 * tilted * half_plane(0.3, 0.01), PAD)))
+    edge = fit_longest_edge(find_rim(TactileImage(1000.0 * tilted * half_plane(0.3, 0.01), PAD)))
     assert edge is not None
     assert edge.offset == pytest.approx(0.01, abs=0.0005)
 
@@ -52,7 +52,7 @@ def test_two_edges_meet_in_the_corner(angle, turn):
     true = np.linalg.solve(
         [[np.cos(angle), np.sin(angle)], [np.cos(other), np.sin(other)]], [0.008, 0.006]
     )
-    assert corner_of(one, two) == pytest.approx(true, abs=0.0015)
+    assert intersect_edges(one, two) == pytest.approx(true, abs=0.0015)
     for edge in edges:
         assert edge is not None
         assert np.linalg.norm(edge.nearest) >= abs(edge.offset) - 1e-9
@@ -71,14 +71,14 @@ def test_the_tip_of_a_line(angle, tip):
     along = np.array([np.cos(angle), np.sin(angle)])
     u, w = PAD.positions[:, :2] @ along, PAD.positions[:, :2] @ [-along[1], along[0]]
     pressures = 2000.0 * np.exp(-0.5 * (w / SPREAD) ** 2) * ndtr((tip - u) / SPREAD)
-    assert line_tip(TactileImage(pressures, PAD), along) == pytest.approx(tip, abs=0.001)
+    assert find_line_end(TactileImage(pressures, PAD), along) == pytest.approx(tip, abs=0.001)
 
 
 def test_nothing_felt_or_no_end_in_view_has_no_rim():
     for pressures in (np.zeros(256), np.full(256, 1000.0), np.full(256, 20.0)):
         rim = find_rim(TactileImage(pressures, PAD))
         assert not len(rim.points)
-        assert longest_edge(rim) is None
+        assert fit_longest_edge(rim) is None
 
 
 def test_a_pad_without_a_flat_grid_is_refused():

@@ -10,8 +10,10 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
 from eyehand.tactile import ContactFeatures
+from eyehand.tactile import servo as servo_module
 from eyehand.tactile.selection import EDGE, EXPLORE, PRESETS, PRESS, ROLL, TRACK, SelectionMatrix
 from eyehand.tactile.servo import ServoGoal, TactileServo
+from eyehand.tactile.servo_kernels import MAX_ROLL_RATIO, RETREAT_SPEED
 from eyehand.tactile.servo_options import ServoOptions
 
 from .closed_loop import DT, OBJECTS, World, ball, box, rod
@@ -51,15 +53,14 @@ def run(world: World, servo: TactileServo, seconds: float, down=DOWN, external=N
 @pytest.mark.parametrize(
     "selection", [*PRESETS.values(), SelectionMatrix(roll_x=True), SelectionMatrix()]
 )
-def test_one_cycle_is_the_chapters_matrices(selection):
+def test_one_cycle_is_the_chapters_matrices(selection, monkeypatch):
     """P J^-1 K Δf, with row 4 negative, then rotation about the centre of pressure."""
-    options = ServoOptions(
-        adapt=False, first_stiffness=2e6, slide_while_rolling=1.0, slide_speed=1.0
-    )
+    monkeypatch.setattr(servo_module, "SLIDE_SHARE", 1.0)
+    options = ServoOptions(known_stiffness=2e6, slide_speed=1.0)
     servo = TactileServo(ServoGoal(0.001, -0.002, 800.0, orientation=0.3), selection, options)
     features = touch(0.004, 0.003, 700.0, 0.4, 0.95)
-    stiff = options.first_stiffness
-    ratio = min(options.roll_ratio, options.roll_loop_gain() * 700.0 / (1e-3 / 12.0 * stiff))
+    stiff = 2e6
+    ratio = min(MAX_ROLL_RATIO, options.roll_loop_gain() * 700.0 / (1e-3 / 12.0 * stiff))
     J_inverse = np.zeros((6, 4))
     J_inverse[[0, 1, 2, 3, 4, 5], [0, 1, 2, 1, 0, 3]] = [1, 1, 1, -1, 1, 1]
     slide = options.slide_loop_gain()
@@ -73,9 +74,7 @@ def test_one_cycle_is_the_chapters_matrices(selection):
 
 
 def test_integral_and_lead_act_as_in_equation_13():
-    options = ServoOptions(
-        adapt=False, first_stiffness=2e6, anti_windup=False, press_derivative_time=0.01, window=1
-    )
+    options = ServoOptions(known_stiffness=2e6, anti_windup=False, derivative_time=0.01, window=1)
     servo = TactileServo(ServoGoal(pressure=1000.0), PRESS, options)
     gain, total, last = options.press_loop_gain() / 2e6, 0.0, None
     for pressure in (900.0, 950.0, 930.0, 1010.0, 1000.0):
@@ -83,7 +82,7 @@ def test_integral_and_lead_act_as_in_equation_13():
         slope = 0.0 if last is None else (error - last) / DT
         wish = gain * (error + 0.01 * slope) + total
         assert servo.step(touch(pressure=pressure), DT).twist[2] == pytest.approx(wish, rel=1e-12)
-        total, last = total + gain / options.press_integral_time * error * DT, error
+        total, last = total + gain / options.integral_time * error * DT, error
 
 
 def test_outer_motion_is_added_as_it_is_with_and_without_contact():
@@ -117,7 +116,7 @@ def test_every_twist_is_within_the_speed_limits(x, y, pressure, orientation, con
         w = twist[3:]
         v = twist[:3] + np.cross(w, features.centre)
         assert np.all(np.abs(v[:2]) <= options.slide_speed + 1e-12)
-        assert -options.retreat_speed - 1e-12 <= v[2] <= options.press_speed + 1e-12
+        assert -RETREAT_SPEED - 1e-12 <= v[2] <= options.press_speed + 1e-12
         assert np.all(np.abs(w[:2]) <= options.roll_speed)
         assert abs(w[2]) <= options.turn_speed
 
@@ -132,8 +131,8 @@ def test_what_is_not_finite_is_refused_and_changes_nothing():
     assert np.allclose(servo.step(touch(), DT).twist, TactileServo().step(touch(), DT).twist)
     with pytest.raises(InputError, match="pressure"):
         ServoGoal(pressure=0.0)
-    with pytest.raises(InputError, match="confidence_low"):
-        ServoOptions(confidence_low=0.7)
+    with pytest.raises(InputError, match="known_stiffness"):
+        ServoOptions(known_stiffness=1.0)
 
 
 # Rolling ------------------------------------------------------------------------------------
@@ -155,12 +154,15 @@ def test_a_pad_that_lands_tilted_rolls_flat_without_losing_contact(axis, stiffne
 
 
 @pytest.mark.parametrize("half", [0.06, 0.02])
-def test_with_the_printed_signs_the_tilt_grows_while_the_centre_of_pressure_falls(half):
+def test_with_the_printed_signs_the_tilt_grows_while_the_centre_of_pressure_falls(
+    half, monkeypatch
+):
+    monkeypatch.setattr(servo_module, "ROLL_X_SIGN", 1.0)
+    monkeypatch.setattr(servo_module, "SLIDE_SHARE", 1.0)
     world = World(box(half, half), 5e6)
     world.rotation = Rotation.from_rotvec([np.radians(6.0), 0.0, 0.0])
     world.place = np.array([0.0, 0.0, -half * np.sin(np.radians(6.0)) - 0.001])
-    options = ServoOptions(printed_signs=True, slide_while_rolling=1.0)
-    rows = run(world, TactileServo(selection=ROLL, options=options), 1.0)
+    rows = run(world, TactileServo(selection=ROLL), 1.0)
     offset, tilt = np.abs(rows[2]), rows[3]
     assert tilt[-1] > 1.3 * tilt[0], "only the tilt tells"
     assert offset[-1] < 0.5 * offset[0]
@@ -206,9 +208,10 @@ def test_angles_count_modulo_half_a_turn_and_the_short_way(goal, orientation):
         assert np.sign(twists[0]) == np.sign(gap) or abs(gap) < 1e-9
 
 
-def test_noise_about_ninety_degrees_off_does_not_flip_the_turning():
+def test_noise_about_ninety_degrees_off_does_not_flip_the_turning(monkeypatch):
+    monkeypatch.setattr(servo_module, "ORIENTATION_WINDOW", 1)
     rng = np.random.default_rng(0)
-    servo = TactileServo(selection=EDGE, options=ServoOptions(orientation_window=1))
+    servo = TactileServo(selection=EDGE)
     spins = []
     for noise in np.radians(rng.normal(0.0, 4.0, 200)):
         angle = (noise + np.pi / 2) % np.pi - np.pi / 2
@@ -296,7 +299,7 @@ def test_an_object_that_stops_while_the_pad_follows_it_is_not_pressed_too_hard_f
     """What the integral followed with is then an error beyond its band that it balances itself."""
     height, stiffness = OBJECTS["box"]
     world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
-    options = ServoOptions(adapt=False, first_stiffness=1.4e6, press_gain=8.0)
+    options = ServoOptions(known_stiffness=1.4e6, press_gain=8.0)
     servo, worst = TactileServo(selection=PRESS, options=options), 0.0
     run(world, servo, 1.0)
     for cycle in range(1500):
@@ -331,7 +334,7 @@ def test_an_object_that_stops_sliding_comes_back_to_its_place_on_the_pad(axis):
 )
 def test_far_from_the_goal_the_integral_only_ever_shrinks(errors):
     """With a band of nothing it never grows; from whatever it was, it never changes its sign."""
-    servo = TactileServo(selection=PRESS, options=ServoOptions(adapt=False, window=1))
+    servo = TactileServo(selection=PRESS, options=ServoOptions(known_stiffness=1e7, window=1))
     for _ in range(50):
         servo.step(touch(pressure=900.0), DT)
     held = servo.step(touch(pressure=1000.0), DT).twist[2]
@@ -339,7 +342,7 @@ def test_far_from_the_goal_the_integral_only_ever_shrinks(errors):
     for error in errors:
         if abs(error) <= 200.0:
             continue
-        gain = servo.options.press_loop_gain() / servo.options.first_stiffness
+        gain = servo.options.press_loop_gain() / 1e7
         wish = servo.step(touch(pressure=1000.0 + error), DT).twist[2]
         now = servo.step(touch(pressure=1000.0), DT).twist[2]
         assert 0.0 <= now <= held + 1e-15
@@ -378,9 +381,7 @@ def test_beyond_the_limit_it_swings_below_it_does_not():
     swings = {}
     for share in (0.5, 1.6):
         world = World(height, stiffness, place=np.array([0.0, 0.0, -0.001]))
-        options = ServoOptions(
-            stability_share=share, press_gain=1e3, press_integral_time=float("inf")
-        )
+        options = ServoOptions(stability_share=share, press_gain=1e3, integral_time=float("inf"))
         swings[share] = run(world, TactileServo(selection=PRESS, options=options), 2.0)[0][25:]
     assert np.ptp(swings[0.5]) < 300.0
     assert np.ptp(swings[1.6]) > 1000.0
@@ -397,7 +398,7 @@ def test_switching_off_forgets_the_integral_of_what_is_off():
 
 
 def test_what_is_switched_on_later_starts_from_what_is_now():
-    options = ServoOptions(slide_derivative_time=0.02, press_derivative_time=0.02)
+    options = ServoOptions(derivative_time=0.02)
     on = SelectionMatrix(slide_x=True, press=True, turn=True)
     servo = TactileServo(selection=SelectionMatrix(roll_x=True), options=options)
     fresh = TactileServo(selection=on, options=options)

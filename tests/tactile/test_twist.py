@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.tactile.twist import adjoint, world_twist
+from eyehand.tactile import world_twist
 
 numbers = st.floats(-2.0, 2.0)
 twists = st.lists(numbers, min_size=6, max_size=6).map(np.array)
@@ -50,11 +50,18 @@ def test_the_sensors_velocity_agrees_with_a_small_motion():
 
 def test_what_is_no_pose_is_refused():
     with pytest.raises(InputError, match="4 x 4"):
-        adjoint(np.eye(3))
+        world_twist(np.eye(3), np.zeros(6))
     with pytest.raises(InputError, match="right-handed"):
-        adjoint(np.diag([1.0, 1.0, -1.0, 1.0]))
+        world_twist(np.diag([1.0, 1.0, -1.0, 1.0]), np.zeros(6))
     with pytest.raises(InputError, match="finite"):
         world_twist(np.full((4, 4), np.nan), np.zeros(6))
+
+
+def adjoint(pose):
+    """The matrix of eq. (14), (6, 6)."""
+    R, (x, y, z) = pose.rotation.as_matrix(), pose.translation
+    p_hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+    return np.block([[R, p_hat @ R], [np.zeros((3, 3)), R]])
 
 
 def _hat(twist):
