@@ -36,9 +36,10 @@ def mask_robot(
     """
     if not robot.any():
         return depth
+    mask = robot
     if margin > 0:
-        robot = ndimage.binary_dilation(robot, iterations=margin, structure=np.ones((3, 3)))
-    return np.where(robot, np.float32(0.0), depth)
+        mask = ndimage.binary_dilation(robot, iterations=margin, structure=np.ones((3, 3)))
+    return np.where(mask, np.float32(0.0), depth)
 
 
 def mask_points(

@@ -1,4 +1,7 @@
-"""Where depth frames come from: an OAK camera, its recordings, files on disk."""
+"""Sources of depth frames: an OAK camera, its recordings, and files on disk.
+
+All of them follow the `Camera` protocol.
+"""
 
 from .file_sequence import FileSequence
 from .oak import OakCamera, OakOptions

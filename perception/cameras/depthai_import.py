@@ -1,4 +1,4 @@
-"""The one place that loads depthai: late, because it is heavy, and without chatter on stdout."""
+"""The import of depthai: late, because it is slow, and without messages on stdout."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ LEVEL_VARIABLE = "DEPTHAI_LEVEL"
 """Environment variable with the lowest severity that depthai prints."""
 
 LEVELS = ("trace", "debug", "info", "warn", "error", "off")
-"""Values that depthai understands; it throws on any other when a device is first looked for."""
+"""Valid values. depthai raises an error for any other when it first searches a device."""
 
 QUIET_LEVEL = "error"
-"""At 'warn', depthai prints a line on stdout at import wherever there is no USB bus, which would
+"""Default level. At 'warn', depthai prints a line on stdout when there is no USB bus. That would
 break machine-readable output."""
 
 
 def load_depthai() -> None:
     """Import depthai with its warnings off, unless DEPTHAI_LEVEL asks for them.
 
-    Afterwards `import depthai` costs nothing and cannot fail.
+    After this call, `import depthai` is fast and does not fail.
 
     Raises
     ------
@@ -46,7 +46,7 @@ def load_depthai() -> None:
 
 
 def queue_closed_error() -> type[Exception]:
-    """Return what a depthai queue raises once its pipeline or its node has ended."""
+    """Return the exception that a depthai queue raises after its pipeline has ended."""
     import depthai as dai
 
     # depthai's type stub defines this class by itself, which no type checker can follow.

@@ -1,4 +1,4 @@
-"""Depth frames out of a row of files, one file at a time."""
+"""Depth frames from a sequence of files, read one at a time."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ class FileSequence:
     Parameters
     ----------
     source : Path, str, or iterable of them
-        A folder, of which every frame file is taken; a pattern with ``*``, ``?``, ``[…]`` or
-        ``**``; one file; or several files, in any order, as a shell hands them over. Colour images
-        of depth images in the row (`f2_colour.png` beside `f2.png`) are not taken for depth.
+        A folder, a pattern with ``*``, ``?``, ``[…]`` or ``**``, one file, or several files in any
+        order. Colour images that belong to depth images (`f2_colour.png` beside `f2.png`) are
+        skipped.
     camera : Path or str, optional
-        Camera file that holds for all; None looks for one beside each file, as `read_frame` does.
+        Camera file for all frames. Without it, `read_frame` searches one beside each file.
 
     Raises
     ------
@@ -55,11 +55,11 @@ class FileSequence:
         """Camera file for all of them, or None."""
 
     def __len__(self) -> int:
-        """Count the files."""
+        """Return the number of files."""
         return len(self.paths)
 
     def frames(self) -> Generator[DepthFrame, None, None]:
-        """Read one file after another.
+        """Read the files one after another.
 
         Raises
         ------
@@ -71,7 +71,7 @@ class FileSequence:
 
 
 def natural_key(path: Path) -> list[tuple[str, int]]:
-    """Order names as people do: the numbers in them by value, what is between them by letters."""
+    """Return a sort key that orders numbers in file names by value: f2 comes before f10."""
     pieces = re.findall(r"(\D*)(\d*)", str(path.with_suffix("")))
     return [(text, int(digits) if digits else -1) for text, digits in [*pieces, (path.suffix, "")]]
 

@@ -1,9 +1,10 @@
-"""MCAP container files: are they whole, what do they hold, and a checksum to keep them honest.
+"""Integrity checks and checksums of MCAP container files.
 
-depthai writes MCAP files without a checksum over the data and does not look at the checksums of
-their chunks when it reads: a damaged file plays back with frames missing or wrong, and no error.
-The format has a place for that checksum, the DataEnd record; `seal` fills it in and
-`check_mcap` verifies it. Source: MCAP format specification, version 0, https://mcap.dev/spec.
+depthai writes MCAP files without a checksum of the data, and it ignores the checksums of the chunks
+when it reads. A damaged file therefore plays back with missing or wrong frames and no error. The
+format's DataEnd record can hold a checksum: `seal` writes it and `check_mcap` verifies it.
+
+Source: MCAP format specification, version 0, https://mcap.dev/spec.
 """
 
 from __future__ import annotations
@@ -24,10 +25,10 @@ MAGIC = b"\x89MCAP0\r\n"
 """First and last eight bytes of every whole MCAP file."""
 
 FOOTER, SCHEMA, STATISTICS, DATA_END = 0x02, 0x03, 0x0B, 0x0F
-"""Opcodes of the records that are looked at."""
+"""Opcodes of the records that are read."""
 
 RECORD_HEAD = struct.Struct("<BQ")
-"""What precedes every record: opcode, length of what follows in bytes."""
+"""Start of every record: the opcode and the length of the rest, bytes."""
 
 FOOTER_BODY = struct.Struct("<QQI")
 """Where the summary starts, where its offsets start, CRC-32 of the summary (0 = none)."""
@@ -47,18 +48,20 @@ BLOCK_SIZE = 1 << 20
 
 @dataclass(frozen=True)
 class McapContents:
-    """What the summary of an MCAP file says that the file holds."""
+    """Contents of an MCAP file according to its summary."""
 
     schemas: tuple[str, ...]
     """Names of the message types."""
     messages: int
     """Number of messages, all channels together."""
     sealed: bool
-    """Whether the data carried a checksum, which then was right."""
+    """Whether the data have a checksum. It has been verified."""
 
 
 def check_mcap(path: Path | str) -> McapContents:
-    """Verify that an MCAP file is whole, as far as its checksums reach, and tell what it holds.
+    """Verify that an MCAP file is complete and return its contents.
+
+    Damage is detected as far as the file carries checksums.
 
     Raises
     ------

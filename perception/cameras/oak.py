@@ -1,4 +1,4 @@
-"""A Luxonis OAK camera: stereo depth aligned to colour, live from the device."""
+"""A live Luxonis OAK camera with stereo depth aligned to colour."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ PRESETS = (
 
 @dataclass(frozen=True)
 class OakOptions:
-    """How an OAK camera is asked to see.
+    """Image size, rate and stereo settings of an OAK camera.
 
     Raises
     ------
@@ -46,20 +46,20 @@ class OakOptions:
     """
 
     width: int = 640
-    """Columns of depth and colour, px: more resolves smaller things and costs frame rate."""
+    """Columns of depth and colour, px. More show smaller objects and lower the frame rate."""
     height: int = 400
     """Rows of depth and colour, px."""
     fps: float = 15.0
-    """Frames per second: more lowers latency and costs bandwidth and exposure time."""
+    """Frames per second. A higher rate lowers latency and costs bandwidth and exposure time."""
     preset: str = "default"
-    """Stereo preset, one of `PRESETS`: trades filled holes against trustworthy edges."""
+    """Stereo preset, one of `PRESETS`. Presets trade complete depth against exact edges."""
     colour: bool = True
-    """Whether frames carry the colour image; depth is aligned to the colour camera either way."""
+    """Whether frames include the colour image. Depth is always aligned to the colour camera."""
     device: str | None = None
-    """Device id, IP address or USB path of the camera; None takes the first one found."""
+    """Device id, IP address or USB path of the camera. None selects the first one found."""
     timeout_s: float = 5.0
-    """How long the camera may stay silent, or without a single reading, before it counts as lost,
-    s; starting the sensors takes about one of them."""
+    """Maximum time without a frame or without any reading before the camera counts as lost, s. The
+    sensors need about 1 s to start."""
 
     def __post_init__(self) -> None:
         if self.width < 1 or self.height < 1:
@@ -80,10 +80,10 @@ class OakCamera:
     options : OakOptions
         Image size, rate, stereo preset, which device.
     record : Path or str, optional
-        Also write every frame to this recording (`*.mcap`), which `OakRecording` plays back. It
-        appears when the stream ends, with the frames up to then.
+        Also write every frame to this recording (`*.mcap`), which `OakRecording` plays back. The
+        file appears when the stream ends.
     T_world_camera : RigidTransform, optional
-        Where the colour camera's optical frame stands; put into every frame.
+        Pose of the colour camera's optical frame, copied into every frame.
     """
 
     def __init__(
@@ -94,17 +94,17 @@ class OakCamera:
         T_world_camera: RigidTransform | None = None,
     ) -> None:
         self.options = options or OakOptions()
-        """How the camera is asked to see."""
+        """Settings of the camera."""
         self.record = record
-        """Recording written along the way, or None."""
+        """Recording to write, or None."""
         self.T_world_camera = T_world_camera
-        """Where the camera stands, or None."""
+        """Pose of the camera, or None."""
 
     def frames(self) -> Generator[DepthFrame, None, None]:
-        """Newest frame each time: a slow reader skips frames, it never falls behind.
+        """Yield the newest frame each time. A slow reader skips frames and does not fall behind.
 
-        Frames without any reading (a covered lens) are passed over. The device is held until the
-        iterator ends, is closed or dropped.
+        Frames without any reading (a covered lens) are skipped. The device stays open until the
+        iterator ends, is closed or is deleted.
 
         Raises
         ------
@@ -228,7 +228,7 @@ def live_frames(
     recorder: OakRecorder | None = None,
     T_world_camera: RigidTransform | None = None,
 ) -> Generator[DepthFrame, None, None]:
-    """Frames out of a queue of message pairs, for as long as they come.
+    """Yield frames from a queue of message pairs until the stream ends.
 
     Parameters
     ----------
@@ -237,7 +237,7 @@ def live_frames(
     timeout_s : float
         How long the next frame may take, s.
     recorder : OakRecorder, optional
-        Gets every frame too, and is finished however the stream ends.
+        Records every frame. It is finished even when the stream ends with an error.
     T_world_camera : RigidTransform, optional
         Put into every frame, as float32.
 

@@ -1,4 +1,4 @@
-"""Camera intrinsics out of the calibration file of an OAK camera."""
+"""Camera intrinsics from the calibration file of an OAK camera."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ SOCKET_PREFIX = "CAM_"
 def intrinsics_from_calibration(
     path: Path | str, socket: str = "CAM_A", width: int = 1280, height: int = 800
 ) -> CameraIntrinsics:
-    """Pinhole camera of one sensor, scaled (and cropped to the centre) to an image size.
+    """Read the pinhole camera of one sensor, scaled and centre-cropped to an image size.
 
     depthai scales the principal point with the image (half the size, half the value), as if pixel
     centres lay at halves; a camera calibrated at twice the size is off by 0.25 px for that.
-    Lens distortion in the file is not looked at: the result is for undistorted images.
+    Lens distortion is ignored: the result holds for undistorted images.
 
     Parameters
     ----------
@@ -29,7 +29,7 @@ def intrinsics_from_calibration(
     socket : str
         Camera socket, "CAM_A" (colour on most models), "CAM_B" (left), "CAM_C" (right), ...
     width, height : int
-        Size of the images that the intrinsics are wanted for, px.
+        Size of the images, px.
 
     Raises
     ------

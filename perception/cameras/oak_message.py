@@ -1,4 +1,4 @@
-"""depthai image messages to depth frames and back: the same steps for a device and a recording."""
+"""Conversion between depthai image messages and depth frames."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ noise: at the edge of a 90 degree view they move a pixel by 1e-4 of half the ima
 
 
 def depth_frame(depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> DepthFrame | None:
-    """Depth frame of a RAW16 image message and, if given, the colour image registered to it.
+    """Convert a RAW16 image message, and the colour image registered to it, to a depth frame.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def depth_frame(depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> Dept
 
 
 def image_messages(frame: DepthFrame, time_s: float) -> tuple[dai.ImgFrame, dai.ImgFrame | None]:
-    """Messages such as an OAK camera would send: RAW16 depth and, if the frame has it, colour.
+    """Convert a frame to the messages of an OAK camera: RAW16 depth and, if present, colour.
 
     Parameters
     ----------
@@ -103,20 +103,20 @@ def image_messages(frame: DepthFrame, time_s: float) -> tuple[dai.ImgFrame, dai.
 
 
 def stamp_pose(message: dai.ImgFrame, T_world_camera: RigidTransform) -> None:
-    """Write the camera's place in the world into a message, in place, as float32."""
+    """Write the camera's pose into a message, as float32. The message is changed in place."""
     transformation = message.transformation
     _set_pose(transformation, T_world_camera)
     message.setTransformation(transformation)
 
 
 def metres_from_raw16(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
-    """Depth in m, float32, nearest to each whole number of mm."""
+    """Convert whole mm to m. Each result is the float32 nearest to the exact value."""
     # Divided, not multiplied by 0.001: only the quotient is the float32 nearest to the true value.
     return raw.astype(np.float32) / np.float32(UNITS_PER_METRE)
 
 
 def raw16_from_metres(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
-    """Depth in whole mm, uint16, rounded to the nearest; 0 stays 0.
+    """Convert depth in m to whole mm, uint16, rounded to the nearest. 0 stays 0.
 
     Raises
     ------

@@ -29,10 +29,10 @@ FRAME_PERIOD_S = 1 / 30
 """Spacing of the time stamps of frames that carry no time of their own, s."""
 
 WRITE_TIMEOUT_S = 5.0
-"""How long the disk may take over one frame, s."""
+"""Maximum time to write one frame, s."""
 
 POLL_S = 0.002
-"""Pause between looks at the frames that wait to be written, s."""
+"""Pause between two checks of the frames that wait to be written, s."""
 
 
 def record_frames(path: Path | str, frames: Iterable[DepthFrame]) -> int:
@@ -78,12 +78,12 @@ def record_frames(path: Path | str, frames: Iterable[DepthFrame]) -> int:
 
 
 def colour_path(path: Path) -> Path:
-    """Where the colour images that belong to a depth recording are kept."""
+    """Return the path of the colour recording that belongs to a depth recording."""
     return path.with_suffix(f".colour{path.suffix}")
 
 
 class OakRecorder:
-    """Takes image messages one by one; the recording appears whole with `finish`, or never.
+    """A writer of recordings. It takes messages one by one, and the file appears with `finish`.
 
     Parameters
     ----------
@@ -113,7 +113,7 @@ class OakRecorder:
         self._pipeline: dai.Pipeline | None = None
 
     def write(self, depth: dai.ImgFrame, colour: dai.ImgFrame | None = None) -> None:
-        """Add a frame; its messages are numbered anew, which is how playback pairs them.
+        """Add a frame. Its messages are renumbered, because playback pairs them by number.
 
         Raises
         ------
@@ -137,9 +137,9 @@ class OakRecorder:
         self.frames += 1
 
     def finish(self) -> None:
-        """Wait until all is on the disk, verify it, and give the files their names.
+        """Wait until all frames are on the disk, verify the files, and rename them.
 
-        With no frame written, nothing happens.
+        Without frames, nothing happens.
 
         Raises
         ------
@@ -168,7 +168,7 @@ class OakRecorder:
         self._files = {}
 
     def discard(self) -> None:
-        """Stop and remove what was not finished. After `finish` nothing is left to remove."""
+        """Stop, and remove unfinished files. After `finish` there are none."""
         self._stop()
         for temporary in self._files:
             temporary.unlink(missing_ok=True)

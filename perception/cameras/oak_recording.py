@@ -1,4 +1,4 @@
-"""Play back what an OAK camera recorded, frame by frame, without a device."""
+"""Playback of OAK recordings, without a device."""
 
 from __future__ import annotations
 
@@ -24,22 +24,22 @@ IMAGE_SCHEMA = "dai.proto.img_frame.ImgFrame"
 """Name of the message type that depthai writes for images."""
 
 DEFAULT_TIMEOUT_S = 10.0
-"""How long reading and unpacking one frame may take, s; it takes milliseconds."""
+"""Maximum time to read and unpack one frame, s. Usually it takes milliseconds."""
 
 UNPACED_FPS = 1e6
 """Replay speed that leaves no pause between frames: depthai rounds the pause to whole ms."""
 
 ANY_TIME_S = 3600.0
-"""Time difference allowed within a pair, s: what was recorded as a pair stays one."""
+"""Allowed time difference within a pair, s. It keeps every recorded pair together."""
 
 
 class OakRecording:
     """A recording made by `record_frames`, by `OakCamera`, or by depthai's RecordMessage node.
 
-    Frames come as fast as they are read, in the order they were taken. Damage is noticed when the
-    recording is opened: by the checksum that `record_frames` and `OakCamera` leave in the file, or
-    else by playing it through once, which takes some milliseconds per frame and finds missing
-    images but not changed pixels.
+    Frames come as fast as they are read, in the order in which they were taken. Opening a recording
+    checks it for damage. Recordings of `record_frames` and `OakCamera` carry a checksum. Others are
+    played once, which takes some milliseconds per frame and finds missing images but not changed
+    pixels.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class OakRecording:
     colour : bool
         Whether to play `<stem>.colour.mcap` too, where it exists.
     timeout_s : float
-        How long one frame may take, s.
+        Maximum time to read one frame, s.
 
     Raises
     ------
@@ -65,7 +65,7 @@ class OakRecording:
         self.path = Path(path)
         """The depth recording."""
         self.timeout_s = timeout_s
-        """How long one frame may take, s."""
+        """Maximum time to read one frame, s."""
         self._paths = [self.path]
         self._length = _checked_length(self.path, timeout_s)
         beside = colour_path(self.path)
@@ -79,11 +79,11 @@ class OakRecording:
             self._paths.append(beside)
 
     def __len__(self) -> int:
-        """Count the depth images in the recording."""
+        """Return the number of depth images in the recording."""
         return self._length
 
     def frames(self) -> Generator[DepthFrame, None, None]:
-        """Frames from the first to the last; images without any reading are passed over.
+        """Yield the frames from the first to the last. Images without any reading are skipped.
 
         Depth is the recorded whole millimetres in m, intrinsics are those that the messages
         carry (float32), `T_world_camera` is what was recorded with them or None.
@@ -135,7 +135,7 @@ def _replay(pipeline: dai.Pipeline, path: Path, *, loop: bool) -> dai.Node.Outpu
 
 
 def _checked_length(path: Path, timeout_s: float) -> int:
-    """Number of images in a recording, of which every one can be unpacked."""
+    """Return the number of images in a recording, after a check that all can be unpacked."""
     contents = check_mcap(path)
     if contents.messages == 0:
         raise InputError(f"{path}: holds no frames")

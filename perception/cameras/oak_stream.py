@@ -1,4 +1,4 @@
-"""Paired image messages out of a depthai pipeline, whatever feeds it, and never a hang."""
+"""Paired image messages from a depthai pipeline, with a time limit on every wait."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ DEPTH, COLOUR = "depth", "colour"
 """Names of the two messages in a pair."""
 
 QUEUE_SIZE = 2
-"""Pairs that wait for the reader: one being read, one next."""
+"""Pairs in the queue: the one being read and the next one."""
 
 POLL_S = 0.1
-"""How long one wait inside depthai lasts, s: an interrupt (Ctrl-C) is seen only between waits."""
+"""Duration of one wait inside depthai, s. Ctrl-C takes effect only between waits."""
 
 
 def paired(
@@ -31,7 +31,7 @@ def paired(
     *,
     lossless: bool,
 ) -> dai.MessageQueue:
-    """Queue of message groups whose depth and colour were taken together.
+    """Return a queue of message groups whose depth and colour were taken together.
 
     Parameters
     ----------
@@ -42,8 +42,8 @@ def paired(
     tolerance_s : float
         Largest difference of the two time stamps, s.
     lossless : bool
-        True: the source waits for a slow reader. False: old pairs are dropped, a slow reader
-        sees the present.
+        True: the source waits for a slow reader. False: old pairs are dropped and a slow reader
+        gets the newest pair.
     """
     import depthai as dai
 
@@ -80,7 +80,7 @@ def next_message(queue: dai.MessageQueue, timeout_s: float) -> dai.ADatatype | N
 
 
 def images(pair: dai.MessageGroup) -> tuple[dai.ImgFrame, dai.ImgFrame | None]:
-    """Take a pair apart: its depth image, and its colour image or None.
+    """Return the depth image of a pair, and its colour image or None.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What every source of depth frames does: a device, a recording, a folder of files."""
+"""The protocol of every source of depth frames."""
 
 from __future__ import annotations
 
@@ -14,18 +14,17 @@ if TYPE_CHECKING:
 class Camera(Protocol):
     """A source of depth frames.
 
-    Whatever a stream holds open (a device, a pipeline) belongs to the iterator, not to the camera:
-    it is let go when the iterator ends, is closed, or is dropped. A camera can therefore be asked
-    for frames again, and needs no closing itself.
+    The iterator, not the camera, owns an open device or pipeline. It releases them when it ends, is
+    closed, or is deleted. A camera can therefore start several streams and needs no closing.
     """
 
     def frames(self) -> Iterator[DepthFrame]:
-        """Frames in the order they were taken, each (H, W) float32 depth in m.
+        """Return the frames in the order in which they were taken.
 
         Raises
         ------
         InputError
-            If what the frames are read from (a file, a folder) cannot be used.
+            If a file or folder with frames cannot be used.
         DeviceError
             If a device is missing or stops answering.
         """
