@@ -12,7 +12,7 @@ from eyehand.perception.superquadric import PARAMETERS
 if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
     from eyehand.perception import Scene, SceneObject, Superquadric, SuperquadricFit
-    from eyehand.perception.superquadric import Candidate
+    from eyehand.perception.superquadric import CandidateSolid
 
 SCENE_SCHEMA = "eyehand.scene/1"
 UNITS = {"length": "m", "angle": "rad", "mass": "kg", "time": "s", "quaternion": "wxyz"}
@@ -79,7 +79,7 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
         "alternatives": [_candidate(c) for c in fit.alternatives],
         "ladder": [
             {"kind": c.kind, "spread_m": _number(c.spread), "criterion": _number(c.criterion)}
-            for c in fit.ladder
+            for c in fit.candidates
         ],
         "time_s": _number(fit.seconds),
     }
@@ -92,7 +92,7 @@ def fit_parts(fit: SuperquadricFit) -> tuple[Superquadric, ...]:
     return fit.parts or (fit.superquadric,)
 
 
-def _candidate(candidate: Candidate) -> dict[str, Any]:
+def _candidate(candidate: CandidateSolid) -> dict[str, Any]:
     return {
         "kind": candidate.kind,
         "spread_m": _number(candidate.spread),

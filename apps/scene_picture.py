@@ -10,8 +10,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception import outline
-from eyehand.perception.superquadric import mesh
-from eyehand.perception.superquadric.wireframe import feature_curves
+from eyehand.perception.superquadric import feature_curves, mesh
 from eyehand.perception.visibility import OUTLINE_RESOLUTION
 
 from .scene_json import fit_parts

@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
 from .stacking import find_surface_below, rests_on
-from .superquadric import FitOptions, SuperquadricFit, fit_superquadric
+from .superquadric import MIN_POINTS, FitOptions, SuperquadricFit, fit_superquadric
 from .thread_pool import map_in_threads
 from .visibility import hidden_rays, visible_share
 
@@ -180,7 +180,7 @@ def _draw_points(
         borderType=cv2.BORDER_CONSTANT,
         borderValue=0,
     )
-    if np.count_nonzero(eroded) >= options.fit.min_points:
+    if np.count_nonzero(eroded) >= MIN_POINTS:
         mask = eroded > 0
     rows, columns = np.nonzero(mask & (frame.depth[box] > 0))
     if rows.size > options.cloud_points:
@@ -212,11 +212,13 @@ def _fit(
     origin = np.asarray(T_scene_camera.translation)
     distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
     if distance > options.max_distance:
-        return SuperquadricFit.none(
+        return SuperquadricFit.rejected(
             f"{distance:.2f} m away: objects beyond {options.max_distance} m are not fitted"
         )
     if label > options.max_objects:
-        return SuperquadricFit.none(f"only the {options.max_objects} largest objects are fitted")
+        return SuperquadricFit.rejected(
+            f"only the {options.max_objects} largest objects are fitted"
+        )
     # The cloud's outline lies inside the object's by the removed border and half a pixel.
     margin = (BORDER_PX + 0.5) * distance / frame.intrinsics.fx
     fit_options = replace(

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
-from eyehand.perception.superquadric import Kind, OptimiserName
-from eyehand.perception.superquadric.options import MOST_PARTS
+from eyehand.perception.superquadric import MAX_PARTS, Kind, OptimiserName
 
 if TYPE_CHECKING:
     from typing import Any
@@ -46,8 +45,8 @@ class FitChoice:
             raise InputError(
                 f"--noise-mm must be above 0 and at most {MAX_NOISE_MM:g}, got {self.noise_mm}"
             )
-        if not 1 <= self.max_parts <= MOST_PARTS:
-            raise InputError(f"--max-parts must be 1 to {MOST_PARTS}, got {self.max_parts}")
+        if not 1 <= self.max_parts <= MAX_PARTS:
+            raise InputError(f"--max-parts must be 1 to {MAX_PARTS}, got {self.max_parts}")
         if self.budget_ms is not None and not 0.0 < self.budget_ms < float("inf"):
             raise InputError(f"--budget-ms must be finite and above 0, got {self.budget_ms}")
         for name in ("points", "optimiser"):

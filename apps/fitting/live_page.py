@@ -55,8 +55,8 @@ class LivePage:
         self._controls: list[Any] = []
         self.sliders: dict[str, Any] = {}
         """Sliders by the names of the numbers, a1 ... k2."""
-        self.rungs: dict[str, Any] = {}
-        """Buttons of the ladder by their text."""
+        self.kind_buttons: dict[str, Any] = {}
+        """Buttons of the candidates by their text."""
         self.part: Any = None
         """List that chooses which of several solids the sliders turn; None where there is one."""
         self._server.gui.configure_theme(show_logo=False, show_share_button=False)
@@ -118,7 +118,7 @@ class LivePage:
         with self._lock:
             for control in reversed(self._controls):
                 control.remove()
-            self._controls, self.sliders, self.rungs, self.part = [], {}, {}, None
+            self._controls, self.sliders, self.kind_buttons, self.part = [], {}, {}, None
             if hasattr(self, "_drawn"):
                 self._drawn.remove()
             self._fitted = self._fits[number]
@@ -134,13 +134,13 @@ class LivePage:
                 client.camera.position = tuple(position)
                 client.camera.look_at = (0.0, 0.0, 0.0)
             if self._parts:
-                self._add_ladder()
+                self._add_candidates()
                 self._add_sliders()
                 self._load(self._parts[0])
             else:
                 self._redraw()
 
-    def _add_ladder(self) -> None:
+    def _add_candidates(self) -> None:
         gui, fit = self._server.gui, self._fitted.fit
         folder = gui.add_folder("Solids tried")
         self._controls.append(folder)
@@ -151,12 +151,12 @@ class LivePage:
                 self.part.on_update(lambda _: self._edit(choices.index(self.part.value)))
                 self._add_rung("as fitted", None)
                 return
-            for candidate in fit.ladder:
-                behind = candidate.criterion - fit.ladder[0].criterion
+            for candidate in fit.candidates:
+                behind = candidate.criterion - fit.candidates[0].criterion
                 text = f"{candidate.kind}: {candidate.spread * 1e3:.2f} mm, +{behind:.1f}"
                 self._add_rung(text, candidate.superquadric)
             for candidate in fit.alternatives:
-                if candidate not in fit.ladder:
+                if candidate not in fit.candidates:
                     text = f"as likely: {candidate.kind}, {size_text(candidate.superquadric)}"
                     self._add_rung(text, candidate.superquadric)
 
@@ -164,7 +164,7 @@ class LivePage:
         hint = "spread of the points, and how far its criterion (BIC) is behind the best"
         button = self._server.gui.add_button(text, hint=hint)
         button.on_click(lambda _: self._back() if solid is None else self._load(solid))
-        self.rungs[text] = button
+        self.kind_buttons[text] = button
 
     def _add_sliders(self) -> None:
         gui = self._server.gui

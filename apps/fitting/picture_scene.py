@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.perception.superquadric import mesh
-from eyehand.perception.superquadric.wireframe import feature_curves
+from eyehand.perception.superquadric import feature_curves, mesh
 
 from ..bench.chart_style import BLUE, GREY, VERMILION
 from ..scene_json import fit_parts

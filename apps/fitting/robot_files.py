@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth import import_mujoco
 from eyehand.errors import DeviceError
-from eyehand.perception import FitOptions
+from eyehand.perception.superquadric import EDGE_EXPONENT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -55,14 +55,14 @@ def primitive(solid: Superquadric) -> Primitive | None:
     """Give the primitive that equals the solid, or None where only a mesh does.
 
     Round exponents must be 1; sharp edges are exponents down at the value which stands for one
-    in a fitted box or cylinder (`FitOptions.edge_exponent`).
+    in a fitted box or cylinder (`EDGE_EXPONENT`).
     """
     e1, e2 = solid.exponents
     a = [float(value) for value in solid.semi_axes]
     if any(solid.taper):
         return None
     round1, round2 = abs(e1 - ROUND) <= EXACT, abs(e2 - ROUND) <= EXACT
-    edge = FitOptions().edge_exponent + EXACT
+    edge = EDGE_EXPONENT + EXACT
     circular = abs(a[0] - a[1]) <= EXACT * a[0]
     if round1 and round2:
         if circular and abs(a[0] - a[2]) <= EXACT * a[0]:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.perception.superquadric import mesh
-from eyehand.perception.superquadric.wireframe import feature_curves
+from eyehand.perception.superquadric import feature_curves, mesh
 
 from ..scene_json import fit_parts
 from ..scene_picture import colour_of

@@ -1,20 +1,30 @@
-"""Superquadrics: the shape, its surface, and the fit to one view's points."""
+"""Superquadrics: the shape, its surface, and the fit to the points of one view."""
 
+from .budget import FORMAT as FRONT_FORMAT
+from .budget import STORED_FRONT
 from .canonical import canonical
 from .fit import fit_superquadric
-from .options import FitOptions, OptimiserName
-from .result import Candidate, SuperquadricFit
+from .kinds import EDGE_EXPONENT
+from .options import MAX_PARTS, FitOptions, OptimiserName
+from .result import CandidateSolid, SuperquadricFit
 from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind, Superquadric
 from .surface import mesh, sample_surface
 from .uncertainty import PARAMETERS, Uncertainty
+from .validity import MIN_POINTS
+from .wireframe import feature_curves
 
 __all__ = [
+    "EDGE_EXPONENT",
+    "FRONT_FORMAT",
     "MAX_EXPONENT",
+    "MAX_PARTS",
     "MAX_TAPER",
     "MIN_EXPONENT",
+    "MIN_POINTS",
     "PARAMETERS",
     "PARAMETER_COUNT",
-    "Candidate",
+    "STORED_FRONT",
+    "CandidateSolid",
     "FitOptions",
     "Kind",
     "OptimiserName",
@@ -22,6 +32,7 @@ __all__ = [
     "SuperquadricFit",
     "Uncertainty",
     "canonical",
+    "feature_curves",
     "fit_superquadric",
     "mesh",
     "sample_surface",

@@ -13,35 +13,44 @@ from eyehand.errors import InputError
 
 from .canonical import canonical_axes
 from .cost_kernels import distances
-from .model_selection import Rung, climb, criterion, parameter_bounds
+from .model_selection import CandidateModel, criterion, select_model
 from .options import FitOptions
-from .outliers import Neighbourly, without_outliers
-from .part_cloud import Seen
-from .parts import in_parts
-from .problem import FitProblem, Guess, in_own_order, pose_problem
-from .refine import OPTIMISERS
-from .result import WITHIN_NOISE, Candidate, SuperquadricFit, robust_spread
+from .outliers import FilteredCloud, remove_outliers
+from .parts import split_into_parts
+from .problem import FitProblem, Observation, build_problem, parameter_bounds, sort_by_radius
+from .refine import MAX_EVALUATIONS, OPTIMISERS
+from .result import AMBIGUOUS_MARGIN, CandidateSolid, SuperquadricFit
+from .robust import robust_spread
 from .shape import Superquadric
-from .uncertainty import uncertainty
-from .validity import misses, no_solid, ran_away, too_little, unusable
+from .uncertainty import estimate_uncertainty
+from .validity import (
+    MIN_POINTS,
+    check_cloud,
+    check_extent,
+    check_not_flat,
+    check_residuals,
+    check_size,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from numpy.typing import ArrayLike, NDArray
 
-FILTER_SHARE = 1.5
-"""Outliers are looked for among so many times the points that are fitted ..."""
-FILTER_LEAST = 400
-"""... and at least so many: a cloud too thin hides who has neighbours."""
-LADDER_POINTS = 300
-"""Points on which the spread of the ladder's solids is told."""
+    from .parameters import ShapeParameters
+
+FILTER_RATIO = 1.5
+"""Outliers are searched among so many times the points that are fitted ..."""
+MIN_FILTER_POINTS = 400
+"""... and at least so many, because a cloud thinned too much shows no neighbours."""
+SPREAD_POINTS = 300
+"""Points from which the spread of the candidates is computed."""
 UNIT_TOLERANCE = 1e-3
-OTHER_SHAPE = 3.0
-"""Extents that differ by more than so many times the noise make another shape."""
+SHAPE_TOLERANCE = 3.0
+"""Two solids have another shape if their extents differ by more than so many times the noise."""
 _GRID = np.array([d for d in np.ndindex(3, 3, 3) if d != (1, 1, 1)], dtype=np.float64) - 1.0
 DIRECTIONS = _GRID / np.linalg.norm(_GRID, axis=1, keepdims=True)
-"""Along and between the axes, (26, 3)."""
+"""Directions in which extents are compared: along the axes and between them, (26, 3)."""
 
 
 def fit_superquadric(
@@ -52,95 +61,97 @@ def fit_superquadric(
     hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None,
     options: FitOptions | None = None,
 ) -> SuperquadricFit:
-    """Fit a superquadric, as simple as the points allow, to one object's cloud.
+    """Fit a superquadric, as simple as the points allow, to the cloud of one object.
 
     Parameters
     ----------
     points
-        (N, 3) points on the visible surface, m, any frame.
+        (N, 3) points on the visible surface, m, in any frame.
     view_origin
-        (3,) place of the camera in the same frame: adds what the view shows to be empty.
+        (3,) position of the camera in the same frame. With it the fit uses the space that the
+        view shows to be empty.
     support_plane
-        (4,) unit normal and offset of the plane the object rests on, ``n·x + d = 0`` with n
-        towards the object: adds soft contact, which lets go where the points disagree.
+        (4,) unit normal and offset of the plane on which the object rests, ``n·x + d = 0`` with n
+        towards the object. With it the fit adds a soft contact, which loses its influence if the
+        points disagree.
     hidden
-        Tells of unit directions (K, 3) from the view's origin which are hidden, (K,) bool: where
-        something nearer or the image's border cuts the object off, its outline says nothing.
+        Function that returns a mask (K,) bool of the view directions (K, 3) in which a nearer
+        object or the border of the image may occlude the object. The outline is not used there.
     options
-        What to spend where.
+        Trade-offs of the fit; see :class:`FitOptions`.
 
     Returns
     -------
     SuperquadricFit
-        With ``converged=False`` and a reason for clouds that hold too little: fewer than
-        ``min_points`` points, NaN, all on one line, or all on one plane without a support.
+        With ``converged=False`` and a reason if the cloud does not determine a solid: fewer than
+        50 points, NaN, all points on one line, or all on one plane without a support plane.
 
     Raises
     ------
     InputError
         If an argument has the wrong shape.
     """
-    began = time.perf_counter()
+    start = time.perf_counter()
     options = options or FitOptions()
-    cloud = _cloud(points)
-    origin = _vector(view_origin, 3, "view_origin")
-    plane = _vector(support_plane, 4, "support_plane")
+    cloud = _check_points(points)
+    origin = _check_vector(view_origin, 3, "view_origin")
+    plane = _check_vector(support_plane, 4, "support_plane")
     if plane is not None and abs(np.linalg.norm(plane[:3]) - 1.0) > UNIT_TOLERANCE:
         raise InputError(f"support_plane must have a unit normal, got {plane[:3].tolist()}")
 
-    reason = unusable(cloud, origin, options)
+    reason = check_cloud(cloud, origin)
     if reason:
-        return SuperquadricFit.none(reason, time.perf_counter() - began)
-    near = _without_outliers(cloud, origin, options)
-    reason = too_little(near.cloud, origin, plane, options)
+        return SuperquadricFit.rejected(reason, time.perf_counter() - start)
+    filtered = _filter_cloud(cloud, origin, options)
+    reason = check_extent(filtered.points, origin, plane, options)
     if reason:
-        return SuperquadricFit.none(reason, time.perf_counter() - began)
-    seen = Seen(near, origin, plane, hidden)
-    fit = _one_solid(seen, options)
+        return SuperquadricFit.rejected(reason, time.perf_counter() - start)
+    observation = Observation(filtered, origin, plane, hidden)
+    fit = _fit_one_solid(observation, options)
     if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
         fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
     if options.max_parts > 1:
-        fit = in_parts(fit, seen, options, _one_solid)
-    return replace(fit, seconds=time.perf_counter() - began)
+        fit = split_into_parts(fit, observation, options, _fit_one_solid)
+    return replace(fit, seconds=time.perf_counter() - start)
 
 
-def _one_solid(seen: Seen, options: FitOptions) -> SuperquadricFit:
-    return _climbed(pose_problem(*seen, options), seen.plane is not None, options)
-
-
-def _climbed(problem: FitProblem, has_plane: bool, options: FitOptions) -> SuperquadricFit:
-    rungs, problem = climb(problem, has_plane, options)
-    reason = no_solid(problem, rungs[0].criterion, has_plane, options)
+def _fit_one_solid(observation: Observation, options: FitOptions) -> SuperquadricFit:
+    has_plane = observation.plane is not None
+    models, problem = select_model(build_problem(observation, options), has_plane, options)
+    reason = check_not_flat(problem, models[0].criterion, has_plane, options)
     if reason:
-        return SuperquadricFit.none(reason)
-    rungs = [rung for rung in rungs if _finite(rung.guess)]
-    if not rungs:
-        return SuperquadricFit.none(
-            "the optimiser left the finite numbers: is the cloud one solid?"
+        return SuperquadricFit.rejected(reason)
+    models = [model for model in models if _is_finite(model.shape)]
+    if not models:
+        return SuperquadricFit.rejected(
+            "the parameters are not finite after the optimisation: is the cloud one solid?"
         )
-    # A richer solid that ran away does not keep a plainer one that did not from being taken.
-    usable = [rung for rung in rungs if not ran_away(rung.guess, problem, options)]
-    chosen = _refined((usable or rungs)[0], problem, options)
-    ladder = [chosen, *(rung for rung in usable or rungs if rung.kind != chosen.kind)]
-    residuals = distances(problem.points, *chosen.guess) * problem.unit
-    reason = ran_away(chosen.guess, problem, options) or misses(residuals, problem.unit, options)
-    few = problem.thinned(LADDER_POINTS, 1)
-    candidates = tuple(_candidate(rung, few) for rung in ladder)
+    # A richer solid of undetermined size must not displace a simpler one of determined size.
+    usable = [model for model in models if not check_size(model.shape, problem, options)]
+    models = usable or models
+    selected = _refine(models[0], problem, options)
+    models = [selected, *(model for model in models if model.kind != selected.kind)]
+    residuals = distances(problem.points, selected.shape) * problem.unit
+    reason = check_size(selected.shape, problem, options) or check_residuals(
+        residuals, problem.unit, options
+    )
+    few = problem.thinned(SPREAD_POINTS, 1)
+    candidates = tuple(_candidate_solid(model, few) for model in models)
     solid = candidates[0].superquadric
     return SuperquadricFit(
         superquadric=solid,
         converged=not reason,
         reason=reason,
         residuals=residuals,
-        ladder=candidates,
+        candidates=candidates,
         seconds=0.0,
-        uncertainty=uncertainty(chosen.guess, chosen.kind, solid, problem, options),
-        alternatives=_alternatives(chosen, candidates, problem, options),
+        uncertainty=estimate_uncertainty(selected.shape, selected.kind, solid, problem, options),
+        alternatives=_alternatives(selected, candidates, problem, options),
         parts=(solid,),
     )
 
 
-def _cloud(points: ArrayLike) -> NDArray[np.float64]:
+def _check_points(points: ArrayLike) -> NDArray[np.float64]:
     try:
         cloud = np.asarray(points)
     except (TypeError, ValueError) as error:
@@ -154,7 +165,7 @@ def _cloud(points: ArrayLike) -> NDArray[np.float64]:
     return cloud.astype(np.float64)
 
 
-def _vector(value: ArrayLike | None, size: int, name: str) -> NDArray[np.float64] | None:
+def _check_vector(value: ArrayLike | None, size: int, name: str) -> NDArray[np.float64] | None:
     if value is None:
         return None
     vector = np.asarray(value, dtype=np.float64)
@@ -163,74 +174,71 @@ def _vector(value: ArrayLike | None, size: int, name: str) -> NDArray[np.float64
     return vector
 
 
-def _without_outliers(
+def _filter_cloud(
     cloud: NDArray[np.float64], origin: NDArray[np.float64] | None, options: FitOptions
-) -> Neighbourly:
-    """Points with neighbours, of a few times those to be fitted; all of a cloud that has few."""
-    most = max(int(FILTER_SHARE * options.points), FILTER_LEAST)
-    if len(cloud) > most:
+) -> FilteredCloud:
+    """Thin a cloud and remove its outliers. A sparse cloud keeps all its points."""
+    max_points = max(int(FILTER_RATIO * options.points), MIN_FILTER_POINTS)
+    if len(cloud) > max_points:
         rng = np.random.default_rng(options.seed)
-        cloud = in_own_order(cloud)[rng.permutation(len(cloud))[:most]]
-    kept = without_outliers(cloud, origin)
-    if len(kept.cloud) >= options.min_points:
-        return kept
-    return kept._replace(cloud=np.unique(cloud, axis=0))
+        cloud = sort_by_radius(cloud)[rng.permutation(len(cloud))[:max_points]]
+    filtered = remove_outliers(cloud, origin)
+    if len(filtered.points) >= MIN_POINTS:
+        return filtered
+    return filtered._replace(points=np.unique(cloud, axis=0))
 
 
-def _refined(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
-    guess, cost, _ = OPTIMISERS[options.optimiser](
-        problem,
-        rung.guess,
-        rung.kind,
-        parameter_bounds(rung.kind, problem, options),
-        options.max_evaluations,
+def _refine(model: CandidateModel, problem: FitProblem, options: FitOptions) -> CandidateModel:
+    bounds = parameter_bounds(model.kind, problem, options)
+    shape, cost, _ = OPTIMISERS[options.optimiser](
+        problem, model.shape, model.kind, bounds, MAX_EVALUATIONS
     )
-    value = criterion(cost, rung.kind, problem, options)
-    return rung._replace(guess=guess, cost=cost, criterion=value)
+    return model._replace(
+        shape=shape, cost=cost, criterion=criterion(cost, model.kind, problem, options)
+    )
 
 
-def _candidate(rung: Rung, problem: FitProblem) -> Candidate:
-    axes, eps, R, c, taper = rung.guess
-    exponents = (float(eps[0]), float(eps[1]))
-    semi_axes, R, leans = canonical_axes(
-        np.exp(axes) * problem.unit, exponents, R, rung.kind, (float(taper[0]), float(taper[1]))
+def _candidate_solid(model: CandidateModel, problem: FitProblem) -> CandidateSolid:
+    """Return the solid in m and in the frame of the cloud, in canonical form."""
+    log_axes, (e1, e2), R, centre, (k1, k2) = model.shape
+    exponents = (float(e1), float(e2))
+    semi_axes, R, taper = canonical_axes(
+        np.exp(log_axes) * problem.unit, exponents, R, model.kind, (float(k1), float(k2))
     )
     matrix = np.eye(4)
     matrix[:3, :3] = R
-    matrix[:3, 3] = c * problem.unit + problem.centre
+    matrix[:3, 3] = centre * problem.unit + problem.centre
     pose = RigidTransform(matrix, normalize=False)
-    solid = Superquadric(semi_axes, exponents, pose, rung.kind, leans)
-    residuals = distances(problem.points, *rung.guess) * problem.unit
-    return Candidate(solid, robust_spread(residuals), rung.criterion)
+    solid = Superquadric(semi_axes, exponents, pose, model.kind, taper)
+    residuals = distances(problem.points, model.shape) * problem.unit
+    return CandidateSolid(solid, robust_spread(residuals), model.criterion)
 
 
-def _finite(guess: Guess) -> bool:
-    return all(np.all(np.isfinite(part)) for part in guess)
+def _is_finite(shape: ShapeParameters) -> bool:
+    return all(np.all(np.isfinite(values)) for values in shape)
 
 
 def _alternatives(
-    chosen: Rung, candidates: tuple[Candidate, ...], problem: FitProblem, options: FitOptions
-) -> tuple[Candidate, ...]:
-    """Other solids within the noise of the chosen one whose shape differs by more than it."""
-    near = [
-        candidate
-        for candidate in candidates[1:]
-        if candidate.criterion - candidates[0].criterion < WITHIN_NOISE
-    ]
-    if chosen.rival is not None:
-        rival = _refined(chosen.rival, problem, options)
-        if _finite(rival.guess) and not ran_away(rival.guess, problem, options):
-            candidate = _candidate(rival, problem)
-            if candidate.criterion - candidates[0].criterion < WITHIN_NOISE:
-                near.append(candidate)
-    solid = candidates[0].superquadric
+    selected: CandidateModel,
+    candidates: tuple[CandidateSolid, ...],
+    problem: FitProblem,
+    options: FitOptions,
+) -> tuple[CandidateSolid, ...]:
+    """Return other solids with a similar criterion whose shape differs by more than the noise."""
+    others = list(candidates[1:])
+    if selected.rival is not None:
+        rival = _refine(selected.rival, problem, options)
+        if _is_finite(rival.shape) and not check_size(rival.shape, problem, options):
+            others.append(_candidate_solid(rival, problem))
+    best = candidates[0]
     return tuple(
-        candidate
-        for candidate in near
-        if _difference(solid, candidate.superquadric) > OTHER_SHAPE * options.noise
+        other
+        for other in others
+        if other.criterion - best.criterion < AMBIGUOUS_MARGIN
+        and _difference(best.superquadric, other.superquadric) > SHAPE_TOLERANCE * options.noise
     )
 
 
 def _difference(first: Superquadric, second: Superquadric) -> float:
-    """Largest difference of two solids' extents over some directions, m."""
+    """Return the largest difference of the extents of two solids over DIRECTIONS, m."""
     return float(np.abs(first.support(DIRECTIONS) - second.support(DIRECTIONS)).max())

@@ -1,4 +1,4 @@
-"""The ladder's rungs: how each kind of solid spends its few numbers on the full parameters."""
+"""Parameterisation of each kind of solid: its free numbers within the full parameters."""
 
 from __future__ import annotations
 
@@ -7,20 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .parameters import N_PARAMETERS
 from .shape import PARAMETER_COUNT, Kind
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 
+EDGE_EXPONENT = 0.1
+"""Exponent of the sharp edges of boxes and cylinders."""
+
+
 @cache
 def basis(kind: Kind) -> NDArray[np.float64]:
-    """Matrix B (13, k) with full parameter step = B @ step of the kind's k free numbers.
+    """Return the matrix B (13, k) with full step = B @ step of the k free numbers of a kind.
 
-    Full parameters are log a1, log a2, log a3, ε1, ε2, rotation (3), translation (3), taper (2).
+    See :data:`~.parameters.N_PARAMETERS` for the order of a full step.
     """
     columns: list[NDArray[np.float64]] = []
-    unit = np.eye(13)
+    unit = np.eye(N_PARAMETERS)
     if kind == "sphere":
         columns = [unit[0] + unit[1] + unit[2]]
     elif kind == "cylinder":
@@ -38,19 +43,19 @@ def basis(kind: Kind) -> NDArray[np.float64]:
     return matrix
 
 
-def fixed_exponents(kind: Kind, edge: float) -> tuple[float, float] | None:
-    """Exponents (ε1, ε2) of a kind that does not fit them, None where they are free."""
+def fixed_exponents(kind: Kind) -> tuple[float, float] | None:
+    """Return the exponents (ε1, ε2) of a kind that does not fit them; None if they are free."""
     fixed: dict[Kind, tuple[float, float]] = {
         "sphere": (1.0, 1.0),
         "ellipsoid": (1.0, 1.0),
-        "cylinder": (edge, 1.0),
-        "box": (edge, edge),
+        "cylinder": (EDGE_EXPONENT, 1.0),
+        "box": (EDGE_EXPONENT, EDGE_EXPONENT),
     }
     return fixed.get(kind)
 
 
 def starting_axes(kind: Kind, semi_axes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Semi-axes (3,) of the nearest solid of this kind."""
+    """Return the semi-axes (3,) of the most similar solid of this kind."""
     if kind == "sphere":
         return np.full(3, np.median(semi_axes))
     if kind == "cylinder":

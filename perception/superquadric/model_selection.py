@@ -1,4 +1,4 @@
-"""The ladder of solids: fit each kind, keep the simplest that explains the cloud."""
+"""Model selection: fit each kind of solid and keep the simplest that explains the cloud."""
 
 from __future__ import annotations
 
@@ -8,239 +8,234 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .cost_kernels import normal_equations
-from .effective_samples import independent_readings
+from .cost_kernels import distances, normal_equations
+from .effective_samples import effective_sample_size
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
-from .multi_start import End, distinct, in_two_rounds, search, short_descents
-from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind
+from .multi_start import Minimum, distinct, search_superquadric, short_descents, two_rounds
+from .problem import EXPONENT_RANGE, parameter_bounds
+from .shape import PARAMETER_COUNT, Kind
 from .starts import axis_permutations, starting_boxes, swapped_axes
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from collections.abc import Iterator
 
     from .options import FitOptions
-    from .problem import FitProblem, Guess
+    from .parameters import ShapeParameters
+    from .problem import FitProblem
 
-START_POINTS = 80
-"""Points on which starts compete: enough to tell basins apart."""
-SOFT_EDGE = 0.3
-"""Exponent from which a sharp-edged solid starts as a general one: at 0.1 edges hold it fast."""
-LADDER_TOLERANCE = 1e-4
-"""Relative gain below which a rung is told apart well enough; the chosen one is refined."""
-FULL_EXPONENT_RANGE = (MIN_EXPONENT, MAX_EXPONENT)
-START_EVERY_RAY = 4
-"""One of so many silhouette rays takes part in the starts."""
+COARSE_POINTS, COARSE_RAY_STEP = 80, 4
+"""Points, and rays (every n-th), on which starts are compared: enough to separate the minima."""
+MEDIUM_POINTS, MEDIUM_RAY_STEP = 300, 2
+"""Points, and rays (every n-th), on which the kinds are compared."""
+MIN_SOFT_EXPONENT = 0.3
+"""A general solid starts from a sharp-edged one with at least this exponent: at 0.1 the descent
+does not leave the sharp edges."""
+MAX_ITERATIONS = 25
+"""Levenberg-Marquardt steps of each kind from its best start."""
+TOLERANCE = 1e-4
+"""Relative decrease of the cost below which these steps end. The selected solid is refined
+further."""
+PRUNE_MARGIN = 30.0
+"""Kinds whose criterion on few points exceeds the best by more are not refined. A lower value is
+faster, a higher value safer."""
 RIVAL_MARGIN = 12.0
-"""Two solids of one kind whose criteria differ by less on few points are told apart on all."""
-MIDDLE_POINTS = 300
-"""Points on which finalists are told apart."""
+"""Two solids of one kind whose criteria on few points differ by less are compared on all."""
+MAX_STRAIGHT_NOISE = 0.75
+"""A taper is fitted only if straight solids leave residuals above this share of the expected
+noise, because irregularities of a surface look like a taper."""
+CRITERION_NOISE = 0.5
+"""Share of the expected noise that is added to the residuals in the criterion: below it a better
+residual is no evidence for a richer solid."""
 
 
-class Rung(NamedTuple):
-    """One kind of solid, fitted."""
+class CandidateModel(NamedTuple):
+    """The best fit of one kind of solid."""
 
     kind: Kind
-    guess: Guess
+    shape: ShapeParameters
     cost: float
+    """Robust cost without the prior."""
     criterion: float
     """Bayesian information criterion (Schwarz 1978); lower is better."""
-    rival: Rung | None = None
-    """Another solid of the same kind that came close, not finished."""
+    rival: CandidateModel | None = None
+    """Another solid of the same kind with a similar criterion, not refined."""
 
 
-def climb(
+def select_model(
     problem: FitProblem, has_plane: bool, options: FitOptions
-) -> tuple[list[Rung], FitProblem]:
-    """Fit every kind in the options, best criterion first; also the problem with its readings.
+) -> tuple[list[CandidateModel], FitProblem]:
+    """Fit every kind in the options; return the fits, best criterion first.
 
-    First all kinds compete on few points: each starts from the boxes around the cloud; cylinders
-    try each axis as their own, general superquadrics are searched for (:mod:`search`), tapered
-    ones start from all others. Then those that can still win are finished on all points.
+    First all kinds are compared on few points: each starts from the boxes around the cloud;
+    cylinders try each axis; general superquadrics are searched by :mod:`multi_start`; tapered
+    solids start from all others. Then the kinds that can still win are refined on all points.
+
+    Returns
+    -------
+    candidates, problem
+        The fits, and the problem with its effective number of samples.
     """
-    boxes = starting_boxes(problem, has_plane)
-    # That rays also pull tells no basin apart, and costs most.
-    thin = problem.thinned(START_POINTS, START_EVERY_RAY, pull=False)
-    middle = problem.thinned(MIDDLE_POINTS, 2)
-    climbed: dict[Kind, list[End]] = {}
+    # The pull of the rays separates no minima and takes most of the time.
+    coarse = problem.thinned(COARSE_POINTS, COARSE_RAY_STEP, pull=False)
+    medium = problem.thinned(MEDIUM_POINTS, MEDIUM_RAY_STEP)
+    minima = _fit_kinds(starting_boxes(problem, has_plane), coarse, has_plane, options)
+    candidates = [
+        _best_candidate(kind, ends, medium if len(ends) > 1 else coarse, options)
+        for kind, ends in minima.items()
+    ]
+    limit = min(one.criterion for one in candidates) + PRUNE_MARGIN
+    candidates = [
+        _refine(one, medium, options) if one.criterion <= limit else one for one in candidates
+    ]
+    if len(candidates) == 1:
+        return _refine_on_all_points(candidates, problem, options), problem
+    closest = min(candidates, key=attrgetter("cost"))
+    residuals = distances(problem.points, closest.shape)
+    samples = effective_sample_size(problem.points, residuals)
+    medium, problem = replace(medium, samples=samples), replace(problem, samples=samples)
+    candidates = [_evaluate(one, medium, options) for one in candidates]
+    return _refine_on_all_points(candidates, problem, options), problem
+
+
+def criterion(cost: float, kind: Kind, problem: FitProblem, options: FitOptions) -> float:
+    """Return the BIC of a fit with robust cost `cost` (half a mean square)."""
+    n = problem.samples
+    floor = CRITERION_NOISE * options.noise / problem.unit
+    return n * float(np.log(2.0 * cost + floor**2)) + PARAMETER_COUNT[kind] * float(np.log(n))
+
+
+def _fit_kinds(
+    boxes: list[ShapeParameters], problem: FitProblem, has_plane: bool, options: FitOptions
+) -> dict[Kind, list[Minimum]]:
+    """Return the best minima of each kind that can win, on a thinned problem."""
+    minima: dict[Kind, list[Minimum]] = {}
     for kind in sorted(options.kinds, key=lambda kind: PARAMETER_COUNT[kind]):
-        if _needless(kind, climbed, thin, options):
+        if _cannot_win(kind, minima, problem, options):
             continue
         bounds = parameter_bounds(kind, problem, options)
         if kind == "superquadric":
             seeds = [
-                ends[0].guess._replace(eps=np.clip(ends[0].guess.eps, SOFT_EDGE, 1.0))
-                for simple, ends in climbed.items()
-                if simple != "sphere"
+                shape._replace(exponents=np.clip(shape.exponents, MIN_SOFT_EXPONENT, 1.0))
+                for shape in (
+                    ends[0].shape for simple, ends in minima.items() if simple != "sphere"
+                )
             ]
-            climbed[kind] = search(boxes, seeds, thin, bounds, options)
+            minima[kind] = search_superquadric(boxes, seeds, problem, bounds, options)
+            continue
+        if kind == "tapered":
+            starts = _tapered_starts(boxes, minima, options)
         else:
-            starts = (
-                _tapered_starts(boxes, climbed, options)
-                if kind == "tapered"
-                else list(_simple_starts(kind, boxes[: 1 + has_plane], options))
-            )
-            ends = in_two_rounds(
-                kind, starts, thin, bounds, options.start_iterations, options.finalists
-            )
-            climbed[kind] = distinct(ends, 1 if kind != "tapered" else 2)
-    # A simple kind's own boxes may lie across the object; a general solid has found its axes.
+            starts = list(_simple_starts(kind, boxes[: 1 + has_plane]))
+        ends = two_rounds(kind, starts, problem, bounds, options.max_minima)
+        minima[kind] = distinct(ends, 2 if kind == "tapered" else 1)
+    # The boxes may lie across the object. A general solid has found the axes of the object.
     for kind in ("cylinder", "ellipsoid", "box"):
-        if kind in climbed and "superquadric" in climbed:
-            ends = short_descents(
-                kind,
-                list(_as_kind(kind, climbed["superquadric"], options)),
-                thin,
-                parameter_bounds(kind, problem, options),
-                options.start_iterations,
-            )
-            climbed[kind] = sorted([*climbed[kind], *ends], key=attrgetter("cost"))[:1]
-    rungs = [
-        _rung(kind, ends, middle if len(ends) > 1 else thin, options)
-        for kind, ends in climbed.items()
-    ]
-    limit = min(rung.criterion for rung in rungs) + options.prune
-    rungs = [
-        _finished(rung, middle, options) if rung.criterion <= limit else rung for rung in rungs
-    ]
-    if len(rungs) == 1:
-        return _finals(rungs, problem, options), problem
-    closest = min(rungs, key=attrgetter("cost"))
-    readings = independent_readings(problem, closest.guess, options)
-    middle, problem = replace(middle, readings=readings), replace(problem, readings=readings)
-    rungs = [_judged(rung, middle, options) for rung in rungs]
-    return _finals(rungs, problem, options), problem
+        if kind in minima and "superquadric" in minima:
+            starts = [_as_kind(kind, end.shape) for end in minima["superquadric"]]
+            bounds = parameter_bounds(kind, problem, options)
+            ends = short_descents(kind, starts, problem, bounds)
+            minima[kind] = sorted([*minima[kind], *ends], key=attrgetter("cost"))[:1]
+    return minima
 
 
-def _finals(rungs: list[Rung], problem: FitProblem, options: FitOptions) -> list[Rung]:
-    """Finish the rungs that can still win on all points; all rungs, best first.
-
-    Criteria on few points compare with those on all by how far they trail alone.
-    """
-    before = min(rung.criterion for rung in rungs)
-    limit = before + 0.5 * options.prune
-    done = [_finished(rung, problem, options) for rung in rungs if rung.criterion <= limit]
-    shift = min(rung.criterion for rung in done) - before
-    trailing = [
-        rung._replace(criterion=rung.criterion + shift) for rung in rungs if rung.criterion > limit
-    ]
-    return sorted([*done, *trailing], key=attrgetter("criterion"))
-
-
-def _judged(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
-    """Give a rung the criterion that it has on another problem, as it stands."""
-    tapered = rung.kind == "tapered"
-    cost = float(normal_equations(*problem.data(), *rung.guess, tapered, *problem.weighting())[0])
-    rival = rung.rival
-    return rung._replace(
-        cost=cost,
-        criterion=criterion(cost, rung.kind, problem, options),
-        rival=None if rival is None else _judged(rival, problem, options),
-    )
-
-
-def _needless(
-    kind: Kind, climbed: dict[Kind, list[End]], problem: FitProblem, options: FitOptions
+def _cannot_win(
+    kind: Kind, minima: dict[Kind, list[Minimum]], problem: FitProblem, options: FitOptions
 ) -> bool:
-    """Whether a kind cannot win: what is left to explain would not pay for its numbers.
-
-    A taper must find more than the expected noise, since a surface's own irregularities look
-    like one.
-    """
-    if not climbed:
+    """Return whether even a perfect fit of a kind would not pay for its parameters."""
+    if not minima:
         return False
-    best = min(ends[0].cost for ends in climbed.values())
-    if kind == "tapered" and 2.0 * best < (0.75 * options.noise / problem.unit) ** 2:
+    lowest = min(ends[0].cost for ends in minima.values())
+    noise = MAX_STRAIGHT_NOISE * options.noise / problem.unit
+    if kind == "tapered" and 2.0 * lowest < noise**2:
         return True
-    now = min(criterion(ends[0].cost, k, problem, options) for k, ends in climbed.items())
-    return criterion(0.0, kind, problem, options) > now
+    best = min(criterion(ends[0].cost, k, problem, options) for k, ends in minima.items())
+    return criterion(0.0, kind, problem, options) > best
 
 
-def criterion(cost: float, kind: Kind, problem: FitProblem, options: FitOptions) -> float:
-    """BIC of a fit with robust cost `cost` (half a mean square), on effective readings.
-
-    Half the expected noise is added to the mean square: below it a better residual is no
-    evidence for a richer solid.
-    """
-    n = problem.readings
-    floor = 0.5 * options.noise / problem.unit
-    return n * float(np.log(2.0 * cost + floor**2)) + PARAMETER_COUNT[kind] * float(np.log(n))
-
-
-def parameter_bounds(kind: Kind, problem: FitProblem, options: FitOptions) -> NDArray[np.float64]:
-    """Rows of [low, high]: log semi-axes in the problem's unit, exponents, taper.
-
-    The range of exponents binds only kinds that fit them: a box's edges are what they are.
-    """
-    low, high = np.log(np.array(options.axis_range) / problem.unit)
-    free = fixed_exponents(kind, options.edge_exponent) is None
-    exponents = options.exponent_range if free else FULL_EXPONENT_RANGE
-    return np.array([[low, high], exponents, [-MAX_TAPER, MAX_TAPER]])
-
-
-def _simple_starts(kind: Kind, boxes: list[Guess], options: FitOptions):
-    exponents = fixed_exponents(kind, options.edge_exponent)
-    assert exponents is not None
+def _simple_starts(kind: Kind, boxes: list[ShapeParameters]) -> Iterator[ShapeParameters]:
     for box in boxes[:1] if kind == "cylinder" else boxes:
-        for turned in axis_permutations(box) if kind == "cylinder" else [box]:
-            yield turned._replace(
-                axes=np.log(starting_axes(kind, np.exp(turned.axes))), eps=np.array(exponents)
-            )
+        for start in axis_permutations(box) if kind == "cylinder" else [box]:
+            yield _as_kind(kind, start)
 
 
-def _as_kind(kind: Kind, ends: list[End], options: FitOptions):
-    exponents = fixed_exponents(kind, options.edge_exponent)
-    assert exponents is not None
-    for guess, _ in ends:
-        axes = np.log(starting_axes(kind, np.exp(guess.axes)))
-        yield guess._replace(axes=axes, eps=np.array(exponents))
+def _as_kind(kind: Kind, shape: ShapeParameters) -> ShapeParameters:
+    """Return the most similar solid of a kind with fixed exponents."""
+    log_axes = np.log(starting_axes(kind, np.exp(shape.log_axes)))
+    return shape._replace(log_axes=log_axes, exponents=np.array(fixed_exponents(kind)))
 
 
 def _tapered_starts(
-    boxes: list[Guess], climbed: dict[Kind, list[End]], options: FitOptions
-) -> list[Guess]:
-    """Every straight solid found, the best general one along each of its axes, and the boxes."""
-    guesses = [ends[0].guess for kind, ends in climbed.items() if kind != "sphere"]
-    if "superquadric" in climbed:
-        guesses += swapped_axes(climbed["superquadric"][0].guess)
-    low, high = max(SOFT_EDGE, options.exponent_range[0]), options.exponent_range[1]
-    turned = [turned for box in boxes for turned in axis_permutations(box)]
-    guesses += turned[: options.starts]
-    return [guess._replace(eps=np.clip(guess.eps, low, high)) for guess in guesses]
+    boxes: list[ShapeParameters], minima: dict[Kind, list[Minimum]], options: FitOptions
+) -> list[ShapeParameters]:
+    """Return every straight solid, the best general one along each of its axes, and the boxes."""
+    shapes = [ends[0].shape for kind, ends in minima.items() if kind != "sphere"]
+    if "superquadric" in minima:
+        shapes += swapped_axes(minima["superquadric"][0].shape)
+    permuted = [start for box in boxes for start in axis_permutations(box)]
+    shapes += permuted[: options.starts]
+    low, high = max(MIN_SOFT_EXPONENT, EXPONENT_RANGE[0]), EXPONENT_RANGE[1]
+    return [shape._replace(exponents=np.clip(shape.exponents, low, high)) for shape in shapes]
 
 
-def _rung(kind: Kind, ends: list[End], problem: FitProblem, options: FitOptions) -> Rung:
-    """Best of a kind's ends, told apart on more points where there are several."""
-    if len(ends) > 1:
+def _best_candidate(
+    kind: Kind, minima: list[Minimum], problem: FitProblem, options: FitOptions
+) -> CandidateModel:
+    """Return the best of the minima of a kind; several are compared on more points first."""
+    if len(minima) > 1:
         bounds = parameter_bounds(kind, problem, options)
-        steps = options.start_iterations
-        ends = short_descents(kind, [end.guess for end in ends], problem, bounds, steps)
-        ends = distinct(ends, 2)
-    first, *others = (
-        Rung(kind, guess, cost, criterion(cost, kind, problem, options)) for guess, cost in ends
+        minima = short_descents(kind, [end.shape for end in minima], problem, bounds)
+        minima = distinct(minima, 2)
+    best, *others = (
+        CandidateModel(kind, shape, cost, criterion(cost, kind, problem, options))
+        for shape, cost in minima
     )
-    return first._replace(rival=others[0] if others else None)
+    return best._replace(rival=others[0] if others else None)
 
 
-def _finished(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
-    """Bring a rung, and a rival that is near, to its optimum on all points."""
-    done = _descended(rung, problem, options)
-    if rung.rival is None or rung.rival.criterion > rung.criterion + RIVAL_MARGIN:
-        return done._replace(rival=None)
+def _evaluate(one: CandidateModel, problem: FitProblem, options: FitOptions) -> CandidateModel:
+    """Return a candidate with its cost and criterion on another problem."""
+    cost = float(normal_equations(problem.terms, one.shape, one.kind == "tapered")[0])
+    return one._replace(
+        cost=cost,
+        criterion=criterion(cost, one.kind, problem, options),
+        rival=None if one.rival is None else _evaluate(one.rival, problem, options),
+    )
+
+
+def _refine_on_all_points(
+    candidates: list[CandidateModel], problem: FitProblem, options: FitOptions
+) -> list[CandidateModel]:
+    """Refine the candidates that can still win on all points; return all, best first.
+
+    The others keep the difference to the best that they have on few points.
+    """
+    before = min(one.criterion for one in candidates)
+    limit = before + 0.5 * PRUNE_MARGIN
+    refined = [_refine(one, problem, options) for one in candidates if one.criterion <= limit]
+    shift = min(one.criterion for one in refined) - before
+    others = [
+        one._replace(criterion=one.criterion + shift) for one in candidates if one.criterion > limit
+    ]
+    return sorted([*refined, *others], key=attrgetter("criterion"))
+
+
+def _refine(one: CandidateModel, problem: FitProblem, options: FitOptions) -> CandidateModel:
+    """Descend from a candidate, and from its rival if that is similar; return the better one."""
+    refined = _descend(one, problem, options)
+    if one.rival is None or one.rival.criterion > one.criterion + RIVAL_MARGIN:
+        return refined._replace(rival=None)
     first, second = sorted(
-        (done, _descended(rung.rival, problem, options)), key=lambda one: one.criterion
+        (refined, _descend(one.rival, problem, options)), key=attrgetter("criterion")
     )
     return first._replace(rival=second._replace(rival=None))
 
 
-def _descended(rung: Rung, problem: FitProblem, options: FitOptions) -> Rung:
-    guess, cost, _ = levenberg_marquardt(
-        problem,
-        rung.guess,
-        basis(rung.kind),
-        parameter_bounds(rung.kind, problem, options),
-        options.ladder_iterations,
-        LADDER_TOLERANCE,
+def _descend(one: CandidateModel, problem: FitProblem, options: FitOptions) -> CandidateModel:
+    bounds = parameter_bounds(one.kind, problem, options)
+    shape, cost, _ = levenberg_marquardt(
+        problem, one.shape, basis(one.kind), bounds, MAX_ITERATIONS, TOLERANCE
     )
-    value = criterion(cost, rung.kind, problem, options)
-    return rung._replace(guess=guess, cost=cost, criterion=value)
+    return one._replace(
+        shape=shape, cost=cost, criterion=criterion(cost, one.kind, problem, options)
+    )

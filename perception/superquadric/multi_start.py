@@ -1,4 +1,4 @@
-"""Find the basin of a general superquadric: many short descents, the best go on."""
+"""Multi-start search: short descents from many starts, longer ones from the best."""
 
 from __future__ import annotations
 
@@ -8,98 +8,103 @@ import numpy as np
 
 from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
-from .starts import axis_permutations, swapped_axes, turned_dual
+from .starts import axis_permutations, rotated_dual, swapped_axes
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from numpy.typing import NDArray
 
     from .options import FitOptions
-    from .problem import FitProblem, Guess
+    from .parameters import ShapeParameters
+    from .problem import FitProblem
     from .shape import Kind
 
-MIDDLE = 0.7
-"""Exponent between round and square that general solids start from."""
+START_EXPONENT = 0.7
+"""Exponent between round and square from which general superquadrics start."""
+START_ITERATIONS = 6
+"""Levenberg-Marquardt steps of a short descent: enough to compare the starts."""
 SHORT_TOLERANCE = 1e-3
-"""Relative gain of a step below which a short descent ends."""
+"""Relative decrease of the cost below which a short descent ends."""
 SAME_COST = 1e-3
-"""Descents whose costs differ by less than this share ended at the same solid."""
-SWITCHED = 2
-"""So many of the best solids are switched: an axis or a dual mistaken costs most there."""
+"""Minima whose costs differ by a smaller share count as the same solid."""
+SWITCHED_MINIMA = 2
+"""Best minima from which switched starts are derived."""
+_EXTRA_MINIMA = 2
+"""Minima of the first round beyond ``max_minima`` that enter the second round."""
 
 
-class End(NamedTuple):
-    """Where a descent ended."""
+class Minimum(NamedTuple):
+    """The end of a descent."""
 
-    guess: Guess
+    shape: ShapeParameters
     cost: float
 
 
 def short_descents(
     kind: Kind,
-    starts: list[Guess],
+    starts: Iterable[ShapeParameters],
     problem: FitProblem,
     bounds: NDArray[np.float64],
-    steps: int,
-) -> list[End]:
-    """Descend a few steps from every start, best end first."""
+) -> list[Minimum]:
+    """Descend a few steps from every start; return the ends, best first."""
     columns = basis(kind)
     ends = [
-        levenberg_marquardt(problem, start, columns, bounds, steps, SHORT_TOLERANCE)
+        levenberg_marquardt(problem, start, columns, bounds, START_ITERATIONS, SHORT_TOLERANCE)
         for start in starts
     ]
-    return sorted((End(guess, cost) for guess, cost, _ in ends), key=lambda end: end.cost)
+    return sorted((Minimum(shape, cost) for shape, cost, _ in ends), key=lambda end: end.cost)
 
 
-def search(
-    boxes: list[Guess],
-    seeds: list[Guess],
+def search_superquadric(
+    boxes: list[ShapeParameters],
+    seeds: list[ShapeParameters],
     problem: FitProblem,
     bounds: NDArray[np.float64],
     options: FitOptions,
-) -> list[End]:
-    """Find the best general superquadrics on a thinned problem, best first.
+) -> list[Minimum]:
+    """Return the best general superquadrics on a thinned problem, best first.
 
-    Descents start from the boxes with each axis as z and from `seeds`; the ends that are distinct
-    go on, and the best of those are switched: axes exchanged together with the exponents, or
-    turned to their 45° dual, since both describe nearly the same surface by other numbers and
-    no descent passes from one to the other (Liu et al. 2022 switch likewise).
+    Descents start from the boxes with each axis as z, and from `seeds`. The best ends are
+    switched: their axes are exchanged together with the exponents, or they are rotated to their
+    45° dual. Both describe nearly the same surface by other numbers, and no descent passes from
+    one to the other (Liu et al. 2022 switch in the same way).
     """
-    middle = np.clip([MIDDLE, MIDDLE], *bounds[1])
-    starts = [turned._replace(eps=middle) for box in boxes for turned in axis_permutations(box)][
-        : options.starts
-    ]
-    starts += [seed._replace(eps=np.clip(seed.eps, *bounds[1])) for seed in seeds]
-    steps = options.start_iterations
-    ends = in_two_rounds("superquadric", starts, problem, bounds, steps, options.finalists + 2)
+    exponents = np.clip([START_EXPONENT, START_EXPONENT], *bounds[1])
+    starts = [
+        start._replace(exponents=exponents) for box in boxes for start in axis_permutations(box)
+    ][: options.starts]
+    starts += [seed._replace(exponents=np.clip(seed.exponents, *bounds[1])) for seed in seeds]
+    count = options.max_minima + _EXTRA_MINIMA
+    minima = two_rounds("superquadric", starts, problem, bounds, count)
     switched = [
-        guess._replace(eps=np.clip(guess.eps, *bounds[1]))
-        for end in distinct(ends, SWITCHED)
-        for guess in (turned_dual(end.guess), *swapped_axes(end.guess))
+        shape._replace(exponents=np.clip(shape.exponents, *bounds[1]))
+        for minimum in distinct(minima, SWITCHED_MINIMA)
+        for shape in (rotated_dual(minimum.shape), *swapped_axes(minimum.shape))
     ]
-    ends += short_descents("superquadric", switched, problem, bounds, steps)
-    return distinct(sorted(ends, key=lambda end: end.cost), options.finalists)
+    minima += short_descents("superquadric", switched, problem, bounds)
+    return distinct(sorted(minima, key=lambda end: end.cost), options.max_minima)
 
 
-def in_two_rounds(
+def two_rounds(
     kind: Kind,
-    starts: list[Guess],
+    starts: Iterable[ShapeParameters],
     problem: FitProblem,
     bounds: NDArray[np.float64],
-    steps: int,
-    kept: int,
-) -> list[End]:
-    """Descend from every start, then go on from the `kept` best distinct ends; best end first."""
-    ends = short_descents(kind, starts, problem, bounds, steps)
-    best = [end.guess for end in distinct(ends, kept)]
-    return short_descents(kind, best, problem, bounds, steps)
+    count: int,
+) -> list[Minimum]:
+    """Descend from every start, then again from the `count` best distinct ends; best first."""
+    ends = short_descents(kind, starts, problem, bounds)
+    best = [end.shape for end in distinct(ends, count)]
+    return short_descents(kind, best, problem, bounds)
 
 
-def distinct(ends: list[End], count: int) -> list[End]:
-    """Keep the first `count` of sorted ends whose costs tell them apart."""
-    kept: list[End] = []
-    for end in ends:
-        if all(abs(end.cost - other.cost) > SAME_COST * other.cost for other in kept):
-            kept.append(end)
+def distinct(minima: list[Minimum], count: int) -> list[Minimum]:
+    """Return the first `count` of sorted minima that differ in cost."""
+    kept: list[Minimum] = []
+    for minimum in minima:
+        if all(abs(minimum.cost - other.cost) > SAME_COST * other.cost for other in kept):
+            kept.append(minimum)
         if len(kept) == count:
             break
     return kept

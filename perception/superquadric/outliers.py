@@ -1,4 +1,4 @@
-"""Leave out points that have no neighbours: flying pixels, dust, somebody else's points."""
+"""Removal of points without neighbours: flying pixels, dust, points of other objects."""
 
 from __future__ import annotations
 
@@ -11,56 +11,56 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 NEIGHBOURS = 6
-"""Neighbours whose mean distance tells an outlier."""
-RATIO = 2.5
-"""A point whose neighbours lie this many times farther than the median's is an outlier."""
+"""Neighbours whose mean distance decides whether a point is an outlier."""
+OUTLIER_RATIO = 2.5
+"""A point is an outlier if this distance exceeds so many times the median of all points."""
 PITCH_QUANTILE = 0.1
-"""Share of points whose nearest neighbour is nearer than the pitch: noise moves some together."""
+"""The pitch is this quantile of the nearest-neighbour distances. Noise moves some points together,
+so the minimum is too small."""
 GRID_RATIO = 0.6
-"""Least ratio of that pitch to the median distance in an image; at random it is 0.39."""
-DEPTH_SHARE = 0.4
-"""Weight of depth in that distance: a surface that a view grazes has its points far apart along
-the rays, and they are what tells the object's width."""
+"""Minimum ratio of pitch to median distance for points of an image; random points have 0.39."""
+DEPTH_WEIGHT = 0.4
+"""Weight of depth in these distances. On a surface seen at a grazing angle, points lie far apart
+in depth, and these points determine the width of the object."""
 
 
-class Neighbourly(NamedTuple):
-    """Points that have neighbours."""
+class FilteredCloud(NamedTuple):
+    """A cloud without outliers."""
 
-    cloud: NDArray[np.float64]
+    points: NDArray[np.float64]
     """(M, 3), m."""
     pitch: float
-    """Distance that nearest neighbours keep at least, m: an image's pixel."""
+    """Typical minimum distance of neighbours, m: the size of a pixel on the object."""
     on_grid: bool
-    """Whether they do keep it, as pixels do, and points drawn at random do not."""
+    """Whether the points lie on the pixel grid of an image, and not at random places."""
 
 
-def without_outliers(
-    cloud: NDArray[np.float64], view_origin: NDArray[np.float64] | None
-) -> Neighbourly:
-    """Keep points of a cloud (N, 3) whose neighbours are about as near as everybody's."""
-    distances = _neighbour_distances(cloud, view_origin)
+def remove_outliers(
+    points: NDArray[np.float64], view_origin: NDArray[np.float64] | None
+) -> FilteredCloud:
+    """Return the points of a cloud (N, 3) whose neighbours are about as near as usual."""
+    distances = _neighbour_distances(points, view_origin)
     if np.median(distances) == 0.0:
-        cloud = np.unique(cloud, axis=0)
-        distances = _neighbour_distances(cloud, view_origin)
+        points = np.unique(points, axis=0)
+        distances = _neighbour_distances(points, view_origin)
     spacing = distances.mean(axis=1)
-    keep = spacing <= RATIO * np.median(spacing)
-    nearest = distances[keep, 0]
-    pitch, usual = np.quantile(nearest, [PITCH_QUANTILE, 0.5])
-    return Neighbourly(cloud[keep], float(pitch), bool(pitch > GRID_RATIO * usual))
+    keep = spacing <= OUTLIER_RATIO * np.median(spacing)
+    pitch, median = np.quantile(distances[keep, 0], [PITCH_QUANTILE, 0.5])
+    return FilteredCloud(points[keep], float(pitch), bool(pitch > GRID_RATIO * median))
 
 
 def _neighbour_distances(
-    cloud: NDArray[np.float64], view_origin: NDArray[np.float64] | None
+    points: NDArray[np.float64], view_origin: NDArray[np.float64] | None
 ) -> NDArray[np.float64]:
-    """Distances (N, K) of the nearest neighbours, nearest first, depth counting less."""
-    count = min(NEIGHBOURS, len(cloud) - 1)
+    """Return the distances (N, K) of the nearest neighbours, nearest first, depth weighted less."""
+    count = min(NEIGHBOURS, len(points) - 1)
     if count < 1:
-        return np.zeros((len(cloud), 1))
+        return np.zeros((len(points), 1))
     if view_origin is not None:
-        forward = cloud.mean(axis=0) - view_origin
+        forward = points.mean(axis=0) - view_origin
         distance = float(np.linalg.norm(forward))
         if distance > 0.0:
             forward = forward / distance
-            cloud = cloud - (1.0 - DEPTH_SHARE) * np.outer(cloud @ forward, forward)
-    spacing, _ = KDTree(cloud).query(cloud, k=count + 1)
+            points = points - (1.0 - DEPTH_WEIGHT) * np.outer(points @ forward, forward)
+    spacing, _ = KDTree(points).query(points, k=count + 1)
     return spacing[:, 1:]

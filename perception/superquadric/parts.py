@@ -1,4 +1,4 @@
-"""Split an object that no one solid explains into few that do."""
+"""Split an object that no single solid explains into a few solids."""
 
 from __future__ import annotations
 
@@ -10,112 +10,111 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from .canonical import canonical
 from .cost_kernels import distances
-from .effective_samples import readings_of
+from .effective_samples import MAX_SAMPLES, effective_sample_size
+from .model_selection import PRUNE_MARGIN
+from .parameters import ShapeParameters
 from .part_assignment import (
-    FEWEST,
-    Shares,
-    box_behind,
+    MIN_PART_POINTS,
+    PartAssignment,
     buried_points,
+    fit_box_behind_face,
     log_square,
-    merged,
+    merge_parts,
     nearest_parts,
     robust_cost,
-    split_further,
+    split_part,
 )
-from .part_cloud import PartCloud, Seen, part_cloud
-from .problem import Guess
+from .part_cloud import PartCloud, prepare_part_cloud
 from .shape import PARAMETER_COUNT, Superquadric
-from .validity import misses
+from .validity import PLANE_PARAMETERS, check_residuals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .options import FitOptions
-    from .result import Candidate, SuperquadricFit
+    from .problem import Observation
+    from .result import CandidateSolid, SuperquadricFit
 
-EXPLAINED = 0.8
-"""Share of the expected noise within which points are explained: surfaces have waves of their
-own."""
+EXPLAINED_NOISE = 0.8
+"""Points within this share of the expected noise are explained, because surfaces are not smooth."""
 MARGIN = 10.0
 """Parts must lower the criterion by more than this: very strong evidence (Kass and Raftery 1995),
-and what a choice among many cuts finds by luck."""
+because the best of many splits gains something by chance."""
 BURIED_SHARE = 0.02
-"""Share of points inside parts from which they are fitted again."""
-PLANE_PARAMETERS = 3
-"""Of a plane, where no one solid beats it."""
-WORTH = PARAMETER_COUNT["box"]
-"""Parameters that a further part must be worth before it is looked for."""
-LEAST_PARAMETERS = PARAMETER_COUNT["sphere"]
-"""Of the simplest part: where rough parts gain nothing even so, they are not fitted."""
+"""Share of points inside parts from which on the parts are fitted again."""
+REQUIRED_PARAMETERS = PARAMETER_COUNT["box"]
+"""Parameters that a further part must be worth before it is searched."""
+MIN_PART_PARAMETERS = PARAMETER_COUNT["sphere"]
+"""Parameters of the simplest part: rough parts that gain nothing even with so few are dropped."""
 ROUGH_PARAMETERS = PARAMETER_COUNT["superquadric"]
-"""Of every rough part, while it is open how many there are."""
-THINNEST = 0.1
-"""Least extent of the first guess about a flat cloud, as a share of its largest."""
+"""Parameters of each rough part while numbers of parts are compared."""
+MIN_THICKNESS = 0.1
+"""Minimum extent of the first shape of a flat cloud, as a share of its largest."""
 
 
 class FitOne(Protocol):
     """Fits one solid to a cloud."""
 
-    def __call__(self, seen: Seen, options: FitOptions, /) -> SuperquadricFit:
-        """Fit one solid, however many parts the options allow."""
+    def __call__(self, observation: Observation, options: FitOptions, /) -> SuperquadricFit:
+        """Fit one solid, whatever `max_parts` is."""
         ...
 
 
 class _Model(NamedTuple):
-    """What explains a cloud, about its middle."""
+    """Solids that explain a cloud, about its centre."""
 
     solids: tuple[Superquadric, ...]
-    """Largest first; none where a plane stands for them."""
+    """Largest first; none if a plane explains the points."""
     fit: SuperquadricFit
-    """Where the largest comes from."""
+    """The fit of the largest one."""
     residuals: NDArray[np.float64]
-    """(N,) signed distances of the cloud's points from the union, m."""
+    """(N,) signed distances of the points from the union, m."""
     parameters: int
-    """Numbers spent, the parts' shares of the points included."""
+    """Number of parameters, including one share of the points per part."""
 
 
-def in_parts(
-    whole: SuperquadricFit, seen: Seen, options: FitOptions, fit_one: FitOne
+def split_into_parts(
+    whole: SuperquadricFit, observation: Observation, options: FitOptions, fit_one: FitOne
 ) -> SuperquadricFit:
-    """Split what one solid leaves unexplained, at most into ``options.max_parts``.
+    """Split an object that one solid does not explain into at most ``options.max_parts`` solids.
 
-    Rough solids share the points out, one more at a time; then the numbers of parts compete by
-    solids fitted in earnest to their shares. More parts stand if they lower the Bayesian
-    information criterion clearly, on as many readings as their residuals leave.
+    Rough solids are assigned to the points, one more at a time. Then the numbers of parts are
+    compared by solids that are fitted to their points with all steps. More parts are kept if they
+    clearly lower the Bayesian information criterion.
 
     Parameters
     ----------
     whole
-        The fit of one solid; without a solid where a plane explains the points as well.
-    seen
-        What that was fitted to.
+        The fit of one solid. It has no solid if a plane explains the points.
+    observation
+        The data of that fit.
     options
-        The same, with ``max_parts``.
+        The options of that fit.
     fit_one
-        Fits each part, with the rays that neither pass another part nor end on it.
+        Function that fits each part. It uses the rays that no other part blocks or continues.
 
     Returns
     -------
     SuperquadricFit
-        Of the largest part by volume, with all parts and the residuals of their union; `whole`
-        where they explain no more.
+        The fit of the largest part by volume, with all parts and the residuals of their union;
+        `whole` if more parts are no better.
     """
-    cloud = part_cloud(seen, options)
-    one = _one_part(whole, cloud)
-    chain, tried = _chain(one, cloud, options)
-    best = one
-    for shares in chain:
-        model = _fitted(shares, cloud, options, fit_one)
-        if model is not None and _better(model, best, cloud, options):
+    cloud = prepare_part_cloud(observation, options)
+    single = _single_model(whole, cloud)
+    assignments, counts = _assign_parts(single, cloud, options)
+    best = single
+    for assignment in assignments:
+        model = _fit_parts(assignment, cloud, options, fit_one)
+        if model is not None and _is_better(model, best, cloud, options):
             best = model
-    if best is not one:
-        return _result(best, cloud)
-    if whole or not tried:
+    if best is not single:
+        return _to_result(best, cloud)
+    if whole or not counts:
         return whole
-    return replace(whole, reason=f"{whole.reason} (no better in {tried} parts)")
+    return replace(whole, reason=f"{whole.reason} (no better in {counts} parts)")
 
 
-def _one_part(whole: SuperquadricFit, cloud: PartCloud) -> _Model:
+def _single_model(whole: SuperquadricFit, cloud: PartCloud) -> _Model:
     if whole.superquadric is None:
         _, _, rows = np.linalg.svd(cloud.points, full_matrices=False)
         return _Model((), whole, cloud.points @ rows[2], PLANE_PARAMETERS)
@@ -123,87 +122,97 @@ def _one_part(whole: SuperquadricFit, cloud: PartCloud) -> _Model:
     return _Model((solid,), whole, solid.distance(cloud.points), solid.parameter_count)
 
 
-def _chain(one: _Model, cloud: PartCloud, options: FitOptions) -> tuple[list[Shares], str]:
-    """Rough solids, few first, where they may be best; and which numbers were tried.
+def _assign_parts(
+    single: _Model, cloud: PartCloud, options: FitOptions
+) -> tuple[list[PartAssignment], str]:
+    """Assign the points to 2, 3, ... rough solids; return what may win, and the counts tried.
 
-    One more at a time, while points are left to explain. A split that gains nothing yet may be on
-    the way to one that does.
+    Parts are added while points remain unexplained. A split that gains nothing yet can lead to
+    one that does.
     """
-    guess = _guess(one.solids[0]) if one.solids else _flat_guess(cloud)
+    shape = _shape(single.solids[0]) if single.solids else _flat_shape(cloud)
     labels = np.zeros(len(cloud.points), dtype=np.int64)
-    shares = Shares((guess,), labels, one.residuals, log_square(one.residuals, options))
-    chain: list[Shares] = []
-    while len(shares.guesses) < options.max_parts:
+    score = log_square(single.residuals, options)
+    assignment = PartAssignment((shape,), labels, single.residuals, score)
+    assignments: list[PartAssignment] = []
+    while len(assignment.shapes) < options.max_parts:
         splits = [
-            split_further(shares, index, cloud, options)
-            for index in range(len(shares.guesses))
-            if _open(shares, index, cloud, options)
+            split_part(assignment, index, cloud, options)
+            for index in range(len(assignment.shapes))
+            if _is_worth_splitting(assignment, index, cloud, options)
         ]
         found = [split for split in splits if split is not None]
         if not found:
             break
-        shares = min(found, key=lambda split: split.score)
-        chain.append(shares)
-    if not chain:
+        assignment = min(found, key=lambda split: split.score)
+        assignments.append(assignment)
+    if not assignments:
         return [], ""
-    # A first cut in the wrong place is mended by a later one, and then one part is too many.
-    for index in range(len(chain) - 1, 0, -1):
-        fewer = merged(chain[index], cloud, options)
-        if fewer.score < chain[index - 1].score:
-            chain[index - 1] = fewer
-    tried = " or ".join(str(len(shares.guesses)) for shares in chain)
-    readings = readings_of(cloud.points, chain[-1].residuals, options)
-
-    def rough(shares: Shares, each: int) -> float:
-        numbers = (each + 1) * len(shares.guesses)
-        return _criterion(shares.residuals, numbers, readings, options)
-
-    limit = _criterion(one.residuals, one.parameters, readings, options)
-    hopeful = [shares for shares in chain if rough(shares, LEAST_PARAMETERS) < limit]
-    leading = min((rough(shares, ROUGH_PARAMETERS) for shares in hopeful), default=0.0)
-    near = leading + options.prune
-    return [shares for shares in hopeful if rough(shares, ROUGH_PARAMETERS) <= near], tried
+    # A later split can correct a first split in the wrong place. Then one part is too many.
+    for index in range(len(assignments) - 1, 0, -1):
+        fewer = merge_parts(assignments[index], cloud, options)
+        if fewer.score < assignments[index - 1].score:
+            assignments[index - 1] = fewer
+    counts = " or ".join(str(len(one.shapes)) for one in assignments)
+    return _promising(assignments, single, cloud, options), counts
 
 
-def _open(shares: Shares, index: int, cloud: PartCloud, options: FitOptions) -> bool:
-    """Whether a further solid in one part could be worth its numbers.
+def _promising(
+    assignments: list[PartAssignment], single: _Model, cloud: PartCloud, options: FitOptions
+) -> list[PartAssignment]:
+    """Return the assignments that can beat one solid and are near the best in the criterion."""
+    samples = effective_sample_size(cloud.points, assignments[-1].residuals)
 
-    Not where the points lie within the expected noise already, nor where they would still be as
-    far from any surface as they are from their neighbours.
+    def rough(assignment: PartAssignment, part_parameters: int) -> float:
+        parameters = (part_parameters + 1) * len(assignment.shapes)
+        return _criterion(assignment.residuals, parameters, samples, options)
+
+    limit = _criterion(single.residuals, single.parameters, samples, options)
+    hopeful = [one for one in assignments if rough(one, MIN_PART_PARAMETERS) < limit]
+    best = min((rough(one, ROUGH_PARAMETERS) for one in hopeful), default=0.0)
+    return [one for one in hopeful if rough(one, ROUGH_PARAMETERS) <= best + PRUNE_MARGIN]
+
+
+def _is_worth_splitting(
+    assignment: PartAssignment, index: int, cloud: PartCloud, options: FitOptions
+) -> bool:
+    """Return whether a further solid in one part could pay for its parameters.
+
+    It cannot if the points are explained, or if they would still be as far from any surface as
+    they are from the planes through their neighbours.
     """
-    if 2.0 * robust_cost(shares.residuals, options) < (EXPLAINED * options.noise) ** 2:
+    residuals = assignment.residuals
+    if 2.0 * robust_cost(residuals, options) < (EXPLAINED_NOISE * options.noise) ** 2:
         return False
-    best = np.where(shares.labels == index, cloud.waviness, shares.residuals)
-    n = options.effective_points
-    gain = n * (log_square(shares.residuals, options) - log_square(best, options))
-    return gain > WORTH * np.log(n) + MARGIN
+    ideal = np.where(assignment.labels == index, cloud.roughness, residuals)
+    gain = MAX_SAMPLES * (log_square(residuals, options) - log_square(ideal, options))
+    return gain > REQUIRED_PARAMETERS * np.log(MAX_SAMPLES) + MARGIN
 
 
-def _fitted(
-    shares: Shares, cloud: PartCloud, options: FitOptions, fit_one: FitOne
+def _fit_parts(
+    assignment: PartAssignment, cloud: PartCloud, options: FitOptions, fit_one: FitOne
 ) -> _Model | None:
-    """Fit every part in earnest; None where one of them is none."""
-    gaps = [distances(cloud.points, *guess) for guess in shares.guesses]
-    labels = nearest_parts(gaps, cloud)
-    model = _fitted_to(labels, len(gaps), cloud, options, fit_one)
+    """Fit every part with all steps; return None if one of them has no solid."""
+    gaps = [distances(cloud.points, shape) for shape in assignment.shapes]
+    model = _fit_labels(nearest_parts(gaps, cloud), len(gaps), cloud, options, fit_one)
     if model is None:
         return None
-    # A part that reaches through another ends at the latest where the points lie that it buries.
+    # A part that contains points of another part must end at these points: assign them to it.
     gaps = [solid.distance(cloud.points) for solid in model.solids]
     buried = buried_points(gaps, options)
     if np.mean(buried) < BURIED_SHARE:
         return model
     labels = np.where(buried, np.argmin(gaps, axis=0), nearest_parts(gaps, cloud))
-    again = _fitted_to(labels, len(gaps), cloud, options, fit_one)
+    again = _fit_labels(labels, len(gaps), cloud, options, fit_one)
     if again is None:
         return model
     return min(model, again, key=lambda one: log_square(one.residuals, options))
 
 
-def _fitted_to(
+def _fit_labels(
     labels: NDArray[np.int64], parts: int, cloud: PartCloud, options: FitOptions, fit_one: FitOne
 ) -> _Model | None:
-    if np.bincount(labels, minlength=parts).min() < FEWEST:
+    if np.bincount(labels, minlength=parts).min() < MIN_PART_POINTS:
         return None
     found: list[tuple[Superquadric, SuperquadricFit | None]] = []
     for index in range(parts):
@@ -212,57 +221,57 @@ def _fitted_to(
         if fit.superquadric is not None and fit:
             found.append((fit.superquadric, fit))
             continue
-        guess = box_behind(part, options) if fit.superquadric is None else None
-        if guess is None:
+        box = fit_box_behind_face(part, options) if fit.superquadric is None else None
+        if box is None:
             return None
-        found.append((_box(guess), None))
+        found.append((_box(box), None))
     found.sort(key=lambda one: -one[0].volume)
     solids = tuple(solid for solid, _ in found)
     largest = found[0][1]
-    # How deep a single face reaches is a guess: it may not be what the object is.
+    # The depth behind a single face is assumed, so such a box must not represent the object.
     if largest is None:
         return None
     residuals = np.min([solid.distance(cloud.points) for solid in solids], axis=0)
-    numbers = sum(solid.parameter_count + 1 for solid in solids) - 1
-    return _Model(solids, largest, residuals, numbers)
+    parameters = sum(solid.parameter_count + 1 for solid in solids) - 1
+    return _Model(solids, largest, residuals, parameters)
 
 
-def _better(model: _Model, than: _Model, cloud: PartCloud, options: FitOptions) -> bool:
-    if misses(model.residuals, cloud.unit, options):
+def _is_better(model: _Model, than: _Model, cloud: PartCloud, options: FitOptions) -> bool:
+    if check_residuals(model.residuals, cloud.radius, options):
         return False
-    origin = cloud.seen.origin
+    origin = cloud.observation.view_origin
     if origin is not None and any(solid.contains(origin) for solid in model.solids):
         return False
-    n = readings_of(cloud.points, model.residuals, options)
+    n = effective_sample_size(cloud.points, model.residuals)
     after = _criterion(model.residuals, model.parameters, n, options)
     return after + MARGIN < _criterion(than.residuals, than.parameters, n, options)
 
 
 def _criterion(
-    residuals: NDArray[np.float64], parameters: int, readings: float, options: FitOptions
+    residuals: NDArray[np.float64], parameters: int, samples: float, options: FitOptions
 ) -> float:
-    """As :func:`ladder.criterion`, in m and of the points alone."""
-    return readings * log_square(residuals, options) + parameters * float(np.log(readings))
+    """Return the BIC as :func:`model_selection.criterion`, in m and of the points alone."""
+    return samples * log_square(residuals, options) + parameters * float(np.log(samples))
 
 
-def _result(model: _Model, cloud: PartCloud) -> SuperquadricFit:
+def _to_result(model: _Model, cloud: PartCloud) -> SuperquadricFit:
     parts = tuple(_shifted(solid, cloud.centre) for solid in model.solids)
 
-    def back(candidate: Candidate) -> Candidate:
+    def back(candidate: CandidateSolid) -> CandidateSolid:
         return replace(candidate, superquadric=_shifted(candidate.superquadric, cloud.centre))
 
     return replace(
         model.fit,
         superquadric=parts[0],
         residuals=model.residuals,
-        ladder=tuple(back(candidate) for candidate in model.fit.ladder),
+        candidates=tuple(back(candidate) for candidate in model.fit.candidates),
         alternatives=tuple(back(candidate) for candidate in model.fit.alternatives),
         parts=parts,
     )
 
 
-def _guess(solid: Superquadric) -> Guess:
-    return Guess(
+def _shape(solid: Superquadric) -> ShapeParameters:
+    return ShapeParameters(
         np.log(solid.semi_axes),
         np.array(solid.exponents),
         np.ascontiguousarray(solid.rotation),
@@ -271,18 +280,18 @@ def _guess(solid: Superquadric) -> Guess:
     )
 
 
-def _flat_guess(cloud: PartCloud) -> Guess:
-    """An ellipsoid over the cloud's spread."""
+def _flat_shape(cloud: PartCloud) -> ShapeParameters:
+    """Return an ellipsoid over the spread of the cloud."""
     _, sizes, rows = np.linalg.svd(cloud.points, full_matrices=False)
     rows[2] *= np.linalg.det(rows)
-    axes = np.log(np.maximum(sizes, THINNEST * sizes[0]) / np.sqrt(len(cloud.points)))
-    return Guess(axes, np.ones(2), np.ascontiguousarray(rows.T), np.zeros(3))
+    log_axes = np.log(np.maximum(sizes, MIN_THICKNESS * sizes[0]) / np.sqrt(len(cloud.points)))
+    return ShapeParameters(log_axes, np.ones(2), np.ascontiguousarray(rows.T), np.zeros(3))
 
 
-def _box(guess: Guess) -> Superquadric:
-    pose = RigidTransform.from_components(guess.c, Rotation.from_matrix(guess.R))
-    exponents = (float(guess.eps[0]), float(guess.eps[1]))
-    return canonical(Superquadric(np.exp(guess.axes), exponents, pose, "box"))
+def _box(shape: ShapeParameters) -> Superquadric:
+    pose = RigidTransform.from_components(shape.centre, Rotation.from_matrix(shape.R))
+    exponents = (float(shape.exponents[0]), float(shape.exponents[1]))
+    return canonical(Superquadric(np.exp(shape.log_axes), exponents, pose, "box"))
 
 
 def _shifted(solid: Superquadric, by: NDArray[np.float64]) -> Superquadric:

@@ -1,4 +1,4 @@
-"""The fit as an optimisation problem: points, silhouette rays and support plane, scaled to one."""
+"""The fit as an optimisation problem: measurements and priors in a scaled frame."""
 
 from __future__ import annotations
 
@@ -9,6 +9,10 @@ import cv2
 import numpy as np
 
 from ..perpendicular import perpendicular_pair
+from .effective_samples import MAX_SAMPLES
+from .kinds import fixed_exponents
+from .parameters import CostTerms, Prior
+from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -16,146 +20,159 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .options import FitOptions
-    from .outliers import Neighbourly
+    from .outliers import FilteredCloud
+    from .shape import Kind
+
+SILHOUETTE_PIXELS = 0.5
+"""Distance of the rays from the outline in pixels, added to ``silhouette_margin``, if the points
+come from an image: a pixel at the outline may or may not show the object."""
+SILHOUETTE_WEIGHT = 0.3
+"""Weight of the rays against the mean squared point residual."""
+SILHOUETTE_PULL = 0.1
+"""Share of that weight with which the outline also attracts the solid, if the points come from an
+image. It costs a third of the time."""
+EXPONENT_RANGE = (0.1, 1.9)
+"""Smallest and largest exponent of kinds that fit exponents. Sharper edges need denser points."""
+LOG_AXIS_SD = 1.5
+"""Prior standard deviation of log semi-axes about the radius of the cloud. It only limits extents
+that the view does not show."""
+UNSEEN_LOG_AXIS_SD = 0.07
+"""Prior standard deviation of log semi-axes beyond the farthest point. A larger value lets hidden
+sides lie farther away."""
+EXPONENT_SD = 0.7
+"""Prior standard deviation of exponents about 1."""
+TAPER_SD = 0.3
+"""Prior standard deviation of the taper about 0."""
+INITIAL_SAMPLES = 100.0
+"""Effective samples in a depth image of a hand-sized object, until residuals give an estimate."""
 
 
-class Guess(NamedTuple):
-    """A point in parameter space, in the problem's scaled frame."""
+class Observation(NamedTuple):
+    """A cloud with all that is known about it."""
 
-    axes: NDArray[np.float64]
-    """Logarithms of the semi-axes, (3,)."""
-    eps: NDArray[np.float64]
-    """Exponents, (2,)."""
-    R: NDArray[np.float64]
-    """Local axes as columns, (3, 3)."""
-    c: NDArray[np.float64]
-    """Centre, (3,)."""
-    taper: NDArray[np.float64] = np.zeros(2)
-    """Taper along x and y, (2,)."""
+    cloud: FilteredCloud
+    view_origin: NDArray[np.float64] | None = None
+    """(3,) position of the camera, m."""
+    plane: NDArray[np.float64] | None = None
+    """(4,) unit normal and offset of the support plane, m."""
+    hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
+    """Returns a mask (K,) of the view directions (K, 3) in which the object may be occluded."""
 
 
 @dataclass(frozen=True)
 class FitProblem:
-    """Everything the residual kernels need, in a frame centred on the cloud with radius 1."""
+    """Cost and prior of a fit in a frame centred on the cloud, with an RMS radius of 1."""
 
-    points: NDArray[np.float64]
-    """(N, 3) scaled points."""
-    weights: NDArray[np.float64]
-    """(N,) weights that sum to 1."""
-    rays: NDArray[np.float64]
-    """(K, 3) unit directions of rays that must miss the solid."""
-    origin: NDArray[np.float64]
-    """(3,) scaled origin of the rays."""
-    plane: NDArray[np.float64]
-    """(4,) scaled support plane: normal and offset."""
+    terms: CostTerms
+    prior: Prior
     centre: NDArray[np.float64]
     """(3,) centre of the scaled frame, m."""
     unit: float
     """Length of the scaled unit, m."""
-    prior: NDArray[np.float64]
-    """(4, 7) homes and weights of log semi-axes, exponents and taper, ceilings and the weights
-    above them."""
-    cauchy: float
-    """Cauchy scale of point residuals, scaled."""
-    ray_weight: float
-    ray_pull: float
-    """Share of the weight with which rays pull a solid that they miss."""
-    plane_weight: float
-    plane_scale: float
-    readings: float = 100.0
-    """Independent readings that the points count for; until residuals tell, what a depth image of
-    a hand-sized object holds."""
+    samples: float = INITIAL_SAMPLES
+    """Effective number of independent samples in the points."""
 
-    def data(self) -> tuple[NDArray, NDArray, NDArray, NDArray, NDArray]:
-        """Arguments before the guess in :func:`residual_kernels.normal_equations`."""
-        return self.points, self.weights, self.rays, self.plane, self.origin
+    @property
+    def points(self) -> NDArray[np.float64]:
+        """(N, 3) scaled points."""
+        return self.terms.points
 
-    def weighting(self) -> tuple[float, float, float, float, float]:
-        """Arguments after the guess in :func:`residual_kernels.normal_equations`."""
-        return self.cauchy, self.ray_weight, self.ray_pull, self.plane_weight, self.plane_scale
-
-    def thinned(self, points: int, every_ray: int, *, pull: bool = True) -> FitProblem:
-        """Give the same problem on the first points (their order is random) and every n-th ray."""
-        weights = self.weights[:points] / self.weights[:points].sum()
-        rays = np.ascontiguousarray(self.rays[::every_ray])
-        ray_pull = self.ray_pull if pull else 0.0
+    def thinned(self, points: int, ray_step: int, *, pull: bool = True) -> FitProblem:
+        """Return the problem on the first points (their order is random) and every n-th ray."""
+        terms = self.terms
+        weights = terms.point_weights[:points]
         return replace(
-            self, points=self.points[:points], weights=weights, rays=rays, ray_pull=ray_pull
+            self,
+            terms=terms._replace(
+                points=terms.points[:points],
+                point_weights=weights / weights.sum(),
+                rays=np.ascontiguousarray(terms.rays[::ray_step]),
+                ray_pull=terms.ray_pull if pull else 0.0,
+            ),
         )
 
 
-def pose_problem(
-    near: Neighbourly,
-    view_origin: NDArray[np.float64] | None,
-    plane: NDArray[np.float64] | None,
-    hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None,
-    options: FitOptions,
-) -> FitProblem:
-    """Centre and scale a cloud in m, thin it, and set up its side conditions."""
-    points = near.cloud
+def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
+    """Centre, scale and thin a cloud in m, and set up the rays, the plane and the priors."""
+    cloud, view_origin, plane, hidden = observation
+    points = cloud.points
     centre = points.mean(axis=0)
-    reach = np.sum((points - centre) ** 2, axis=1)
-    unit = float(np.sqrt(np.mean(reach)))
-    points = in_own_order(points)
+    square_radii = np.sum((points - centre) ** 2, axis=1)
+    unit = float(np.sqrt(np.mean(square_radii)))
+    points = sort_by_radius(points)
     chosen = np.random.default_rng(options.seed).permutation(len(points))[: options.points]
-    fitted = (points[chosen] - centre) / unit
     rays = np.zeros((0, 3))
     origin = np.zeros(3)
     if view_origin is not None and options.silhouette_rays > 0:
         origin = (view_origin - centre) / unit
         scaled = (points - centre) / unit
-        margin = (options.silhouette_margin + options.silhouette_pitch * near.pitch) / unit
+        margin = (options.silhouette_margin + SILHOUETTE_PIXELS * cloud.pitch) / unit
         beside = silhouette_rays(scaled, origin, options.silhouette_rays, margin)
-        # The outline of scattered points lies outside the object's already, by their noise.
-        rays = beside if near.on_grid else silhouette_rays(scaled, origin, len(beside), 0.0)
+        # The outline of scattered points already lies outside the object by their noise.
+        rays = beside if cloud.on_grid else silhouette_rays(scaled, origin, len(beside), 0.0)
         if hidden is not None and len(rays):
             rays = np.ascontiguousarray(rays[~hidden(beside)])
     scaled_plane = np.array([0.0, 0.0, 1.0, 0.0])
     if plane is not None:
         scaled_plane = np.append(plane[:3], (plane[3] + plane[:3] @ centre) / unit)
     return FitProblem(
-        points=fitted,
-        weights=np.full(len(fitted), 1.0 / len(fitted)),
-        rays=rays,
-        origin=origin,
-        plane=scaled_plane,
+        terms=CostTerms(
+            points=(points[chosen] - centre) / unit,
+            point_weights=np.full(len(chosen), 1.0 / len(chosen)),
+            rays=rays,
+            view_origin=origin,
+            plane=scaled_plane,
+            cauchy_scale=2.0 * options.noise / unit,
+            ray_weight=SILHOUETTE_WEIGHT if len(rays) else 0.0,
+            ray_pull=SILHOUETTE_PULL if cloud.on_grid else 0.0,
+            plane_weight=options.plane_weight if plane is not None else 0.0,
+            plane_scale=options.plane_scale / unit,
+        ),
+        prior=_prior(options.noise / unit, float(np.sqrt(square_radii.max())) / unit),
         centre=centre,
         unit=unit,
-        prior=_prior(options.noise / unit, float(np.sqrt(reach.max())) / unit, options),
-        cauchy=2.0 * options.noise / unit,
-        ray_weight=options.silhouette_weight if len(rays) else 0.0,
-        ray_pull=options.silhouette_pull if near.on_grid else 0.0,
-        plane_weight=options.plane_weight if plane is not None else 0.0,
-        plane_scale=options.plane_scale / unit,
     )
 
 
-def in_own_order(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Sort points (N, 3) by distance from their mean: neither listing nor frame matters."""
-    reach = np.sum((points - points.mean(axis=0)) ** 2, axis=1)
-    return points[np.argsort(reach, kind="stable")]
+def parameter_bounds(kind: Kind, problem: FitProblem, options: FitOptions) -> NDArray[np.float64]:
+    """Return rows of [low, high] (3, 2): log semi-axes in the scaled unit, exponents, taper.
 
-
-def _prior(noise: float, reach: float, options: FitOptions) -> NDArray[np.float64]:
-    """Homes, weights, ceilings, weights above (4, 7), as Gaussians beside readings of this noise.
-
-    `reach` is the distance of the farthest point: an extent beyond it was not seen.
+    EXPONENT_RANGE applies to kinds that fit exponents only.
     """
-    home = np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0])
-    spread = np.repeat([options.axis_prior, options.exponent_prior, options.taper_prior], [3, 2, 2])
-    certain = noise**2 / options.effective_points
-    ceiling = np.repeat([np.log(reach), np.inf], [3, 4])
-    above = np.repeat([certain / options.unseen_growth**2, 0.0], [3, 4])
-    return np.stack([home, certain / spread**2, ceiling, above])
+    low, high = np.log(np.array(options.axis_range) / problem.unit)
+    free = fixed_exponents(kind) is None
+    exponents = EXPONENT_RANGE if free else (MIN_EXPONENT, MAX_EXPONENT)
+    return np.array([[low, high], exponents, [-MAX_TAPER, MAX_TAPER]])
+
+
+def sort_by_radius(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sort points (N, 3) by distance from their mean, an order that no frame or file changes."""
+    square_radii = np.sum((points - points.mean(axis=0)) ** 2, axis=1)
+    return points[np.argsort(square_radii, kind="stable")]
+
+
+def _prior(noise: float, max_radius: float) -> Prior:
+    """Return the priors as weights relative to samples of this noise, both lengths scaled.
+
+    `max_radius` is the distance of the farthest point. Extents beyond it are unseen.
+    """
+    spread = np.repeat([LOG_AXIS_SD, EXPONENT_SD, TAPER_SD], [3, 2, 2])
+    unit_weight = noise**2 / MAX_SAMPLES
+    return Prior(
+        mean=np.array([0.0, 0.0, 0.0, 1.0, 1.0, 0.0, 0.0]),
+        weight=unit_weight / spread**2,
+        ceiling=np.repeat([np.log(max_radius), np.inf], [3, 4]),
+        ceiling_weight=np.repeat([unit_weight / UNSEEN_LOG_AXIS_SD**2, 0.0], [3, 4]),
+    )
 
 
 def silhouette_rays(
     points: NDArray[np.float64], origin: NDArray[np.float64], count: int, margin: float
 ) -> NDArray[np.float64]:
-    """Unit rays (K, 3) from the view's origin that pass the points' outline at a margin.
+    """Return unit rays (K, 3) from the camera that pass the outline of the points at a margin.
 
-    The outline is the convex hull of the points' directions: a view says where a convex solid
-    is not. Empty when the origin lies inside the cloud's bounding ball.
+    The outline is the convex hull of the view directions of the points. There are no rays if the
+    camera is nearly inside the cloud.
     """
     distance = float(np.linalg.norm(origin))
     offset = points - origin
@@ -168,15 +185,15 @@ def silhouette_rays(
     hull = cv2.convexHull(image.astype(np.float32)).reshape(-1, 2).astype(np.float64)
     if len(hull) < 3:
         return np.zeros((0, 3))
-    # The outline starts where it is farthest out: a place that turns with the cloud.
+    # The outline starts at its farthest point, which does not depend on the frame.
     hull = np.roll(hull, -int(np.argmax(np.sum(hull**2, axis=1))), axis=0)
     closed = np.vstack([hull, hull[:1]])
     length = np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(closed, axis=0), axis=1))])
-    marks = np.linspace(0.0, length[-1], count, endpoint=False)
-    outline = np.column_stack([np.interp(marks, length, closed[:, k]) for k in range(2)])
+    positions = np.linspace(0.0, length[-1], count, endpoint=False)
+    outline = np.column_stack([np.interp(positions, length, closed[:, k]) for k in range(2)])
     middle = np.mean(outline, axis=0)
-    away = outline - middle
-    radius = np.linalg.norm(away, axis=1, keepdims=True)
-    outline = outline + margin / distance * away / np.maximum(radius, 1e-12)
+    offset = outline - middle
+    radius = np.linalg.norm(offset, axis=1, keepdims=True)
+    outline = outline + margin / distance * offset / np.maximum(radius, 1e-12)
     rays = outline[:, :1] * side + outline[:, 1:] * up + forward
     return rays / np.linalg.norm(rays, axis=1, keepdims=True)

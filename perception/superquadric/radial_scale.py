@@ -1,4 +1,4 @@
-"""The gauge of a superquadric in its own axes, in logarithms, and what a taper does to it."""
+"""Radial scale G of points about a superquadric, in local axes and logarithms, and its taper."""
 
 from __future__ import annotations
 
@@ -12,16 +12,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TAPER_REACH = 1.05
-"""Sections narrow up to this multiple of a3 and go on straight beyond, where no surface is."""
+"""The width of the sections changes up to this multiple of a3. Beyond it, outside the solid, it
+stays constant."""
 
 _TINY = 1e-12
 _SECTIONS = 65
-"""Heights at which a tapered solid's support is first looked for, before it is closed in on."""
-_CLOSER = 6
-"""Times the search interval shrinks to two of its steps: to 1e-9 of the height."""
+"""Heights of a search grid for the support of a tapered solid."""
+_REFINEMENTS = 6
+"""Number of grids, each over two steps of the grid before: to 1e-9 of the height."""
 
 
-def log_gauge(
+def log_radial_scale(
     local: NDArray[np.float64], semi_axes: NDArray[np.float64], exponents: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return log G (…,) and its gradient (…, 3) at straight shape coordinates (…, 3).
@@ -30,7 +31,7 @@ def log_gauge(
     (w u / x, w (1-u) / y, (1-w) / z).
     """
     e1, e2 = exponents
-    # Keeping coordinates off zero keeps logarithms finite; the gradient there tends to 0 anyway.
+    # Coordinates away from zero have finite logarithms. The gradient there tends to 0 anyway.
     magnitude = np.maximum(np.abs(local), _TINY * semi_axes)
     signed = np.where(local < 0, -magnitude, magnitude)
     log_x, log_y, log_z = np.moveaxis(np.log(magnitude / semi_axes), -1, 0)
@@ -45,7 +46,7 @@ def log_gauge(
 def taper_factors(
     z: NDArray[np.float64], a3: float, taper: tuple[float, float]
 ) -> NDArray[np.float64]:
-    """Widths of the section at z (…,) along x and y, as a share of the middle's, (…, 2)."""
+    """Return the widths of the sections at z (…,) along x and y over those at z = 0, (…, 2)."""
     height = np.clip(z / a3, -TAPER_REACH, TAPER_REACH)
     return 1.0 + height[..., None] * np.asarray(taper)
 
@@ -53,7 +54,7 @@ def taper_factors(
 def straighten(
     local: NDArray[np.float64], a3: float, taper: tuple[float, float]
 ) -> tuple[NDArray[np.float64], Callable[[NDArray[np.float64]], NDArray[np.float64]]]:
-    """Undo a taper: straight coordinates (…, 3), and the map of gradients back to `local`."""
+    """Undo a taper; return straight coordinates (…, 3) and the map of gradients back to `local`."""
     if not any(taper):
         return local, lambda gradient: gradient
     factors = taper_factors(local[..., 2], a3, taper)
@@ -74,17 +75,17 @@ def tapered_support(
     exponents: tuple[float, float],
     taper: tuple[float, float],
 ) -> NDArray[np.float64]:
-    """Largest d·x over a tapered solid about the origin, for local directions (…, 3), (…,).
+    """Return the largest d·x over a tapered solid, for local directions d (…, 3), (…,).
 
-    A section at height z is a superellipse of known size, whose support is its dual norm; the
-    largest over z is searched on a grid that closes in.
+    A section at height z is a superellipse of known size. Its support is the dual norm. The
+    largest support over z is searched on grids that become finer.
     """
     flat = directions.reshape(-1, 3)
     best = np.zeros(len(flat))
     step = 1.0 / (_SECTIONS - 1)
     grid = np.linspace(-1.0, 1.0, _SECTIONS)
     heights = np.broadcast_to(grid, (len(flat), _SECTIONS))
-    for _ in range(_CLOSER):
+    for _ in range(_REFINEMENTS):
         reach = _section_support(flat, heights, semi_axes, exponents, taper)
         highest = np.argmax(reach, axis=1)
         best = np.take_along_axis(reach, highest[:, None], axis=1)[:, 0]
@@ -101,7 +102,7 @@ def _section_support(
     exponents: tuple[float, float],
     taper: tuple[float, float],
 ) -> NDArray[np.float64]:
-    """Support (N, S) of the sections at heights (N, S), as shares of a3, along (N, 3)."""
+    """Return the support (N, S) of sections at heights (N, S), as shares of a3, along (N, 3)."""
     e1, e2 = exponents
     size = (1.0 - np.abs(heights) ** (2.0 / e1)) ** (e1 / 2.0)
     factors = 1.0 + heights[..., None] * np.asarray(taper)

@@ -1,4 +1,4 @@
-"""Final refinement by the optimiser of choice, all behind one call."""
+"""Final refinement of the selected solid by one of several optimisers."""
 
 from __future__ import annotations
 
@@ -11,64 +11,69 @@ import numpy as np
 from .cost_kernels import normal_equations
 from .kinds import basis
 from .levenberg_marquardt import add_prior, levenberg_marquardt
-from .problem import FitProblem, Guess
-from .radial_batch_kernels import STRAIGHT
-from .whitened_kernels import chart_value
+from .parameters import N_STRAIGHT
+from .whitened_kernels import whitened_cost
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .options import OptimiserName
+    from .parameters import ShapeParameters
+    from .problem import FitProblem
     from .shape import Kind
 
+MAX_EVALUATIONS = 60
+"""Evaluations of the cost in the final refinement. More do not improve the fit measurably."""
+_RELATIVE_TOLERANCE = 1e-6
+"""Relative decrease of the cost below which nlopt ends."""
+_SPAN = 20.0
+"""Bounds of the whitened variables, in units of the root of the cost."""
+_RIDGE = 1e-6
 
-class Refined(NamedTuple):
-    """Where an optimiser ended."""
 
-    guess: Guess
-    """Best point seen: the start, should nothing be better."""
+class Refinement(NamedTuple):
+    """The result of an optimiser."""
+
+    shape: ShapeParameters
+    """The best point evaluated; the start if no point is better."""
     cost: float
     """Its robust cost without the prior."""
     evaluations: int
-    """Evaluations of the cost used."""
+    """Number of evaluations of the cost."""
 
 
 class Optimiser(Protocol):
-    """Takes a guess downhill within a budget of evaluations; never raises on any problem."""
+    """Minimises the cost from a start within a number of evaluations; never raises."""
 
     def __call__(
         self,
         problem: FitProblem,
-        start: Guess,
+        start: ShapeParameters,
         kind: Kind,
         bounds: NDArray[np.float64],
         evaluations: int,
-    ) -> Refined:
-        """Refine a guess of a kind within (3, 2) bounds of log axes, exponents and taper."""
+    ) -> Refinement:
+        """Refine a shape of a kind within (3, 2) bounds of log axes, exponents and taper."""
         ...
 
 
-_RELATIVE_TOLERANCE = 1e-6
-_SPAN = 20.0
-_RIDGE = 1e-6
-
-
-def by_levenberg_marquardt(
+def refine_by_levenberg_marquardt(
     problem: FitProblem,
-    start: Guess,
+    start: ShapeParameters,
     kind: Kind,
     bounds: NDArray[np.float64],
     evaluations: int,
-) -> Refined:
-    """Go on with the compiled Levenberg-Marquardt."""
-    return Refined(*levenberg_marquardt(problem, start, basis(kind), bounds, evaluations))
+) -> Refinement:
+    """Continue with the compiled Levenberg-Marquardt; see :class:`Optimiser`."""
+    return Refinement(*levenberg_marquardt(problem, start, basis(kind), bounds, evaluations))
 
 
-class ByNlopt:
-    """One of nlopt's local algorithms on whitened variables.
+class NloptOptimiser:
+    """A local algorithm of nlopt on whitened variables.
 
     The free numbers are whitened by the Gauss-Newton Hessian at the start, so that one unit of
-    any variable costs the same: without it the algorithms need several times the evaluations.
+    any variable changes the cost equally. Without this the algorithms need several times the
+    evaluations.
     """
 
     def __init__(self, algorithm: int) -> None:
@@ -77,44 +82,33 @@ class ByNlopt:
     def __call__(
         self,
         problem: FitProblem,
-        start: Guess,
+        start: ShapeParameters,
         kind: Kind,
         bounds: NDArray[np.float64],
         evaluations: int,
-    ) -> Refined:
+    ) -> Refinement:
         """Refine; see :class:`Optimiser`."""
         columns = basis(kind)
-        tapered = bool(columns[STRAIGHT:].any())
-        cost, gradient, hessian = normal_equations(
-            *problem.data(), *start, tapered, *problem.weighting()
-        )
-        total = float(cost) + add_prior(
-            problem.prior, start.axes, start.eps, start.taper, gradient, hessian
-        )
+        tapered = bool(columns[N_STRAIGHT:].any())
+        cost, gradient, hessian = normal_equations(problem.terms, start, tapered)
+        total = float(cost) + add_prior(problem.prior, start, gradient, hessian)
         if not np.isfinite(total):
-            # On numbers that are none bobyqa corrupts memory.
-            return Refined(start, float(cost), 1)
+            # bobyqa corrupts memory if the cost is NaN.
+            return Refinement(start, float(cost), 1)
         unwhiten = _unwhitening(hessian, columns)
-        best, used = Refined(start, float(cost), 0), 0
+        best, used = Refinement(start, float(cost), 0), 0
         lowest = total
 
         def objective(y: NDArray[np.float64], slope: NDArray[np.float64]) -> float:
             nonlocal best, used, lowest
-            value, plain, downhill, *parts = chart_value(
-                y,
-                unwhiten,
-                *problem.data(),
-                *start,
-                tapered,
-                *problem.weighting(),
-                problem.prior,
-                bounds,
+            value, plain, gradient, shape = whitened_cost(
+                y, unwhiten, problem.terms, problem.prior, start, tapered, bounds
             )
             used += 1
             if value < lowest:
-                best, lowest = Refined(Guess(*parts), float(plain), used), float(value)
+                best, lowest = Refinement(shape, float(plain), used), float(value)
             if slope.size:
-                slope[:] = downhill
+                slope[:] = gradient
             return float(value)
 
         size = columns.shape[1]
@@ -126,25 +120,25 @@ class ByNlopt:
         solver.set_initial_step(0.1 * span)
         solver.set_ftol_rel(_RELATIVE_TOLERANCE)
         solver.set_maxeval(evaluations)
-        # Round-off at the optimum is nlopt's way to say that no step helps: the best point stands.
+        # nlopt raises these at the optimum, where round-off prevents any progress.
         with contextlib.suppress(nlopt.RoundoffLimited, nlopt.exception):
             solver.optimize(np.zeros(size))
         return best._replace(evaluations=used)
 
 
 OPTIMISERS: dict[OptimiserName, Optimiser] = {
-    "lm": by_levenberg_marquardt,
-    "slsqp": ByNlopt(nlopt.LD_SLSQP),
-    "lbfgs": ByNlopt(nlopt.LD_LBFGS),
-    "mma": ByNlopt(nlopt.LD_MMA),
-    "bobyqa": ByNlopt(nlopt.LN_BOBYQA),
-    "cobyla": ByNlopt(nlopt.LN_COBYLA),
+    "lm": refine_by_levenberg_marquardt,
+    "slsqp": NloptOptimiser(nlopt.LD_SLSQP),
+    "lbfgs": NloptOptimiser(nlopt.LD_LBFGS),
+    "mma": NloptOptimiser(nlopt.LD_MMA),
+    "bobyqa": NloptOptimiser(nlopt.LN_BOBYQA),
+    "cobyla": NloptOptimiser(nlopt.LN_COBYLA),
 }
-"""Optimisers by the name in the options; the last two use no derivative."""
+"""Optimisers by their name in the options."""
 
 
 def _unwhitening(hessian: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix (13, k) from whitened free numbers to a full step."""
+    """Return the matrix (13, k) from whitened free numbers to a full step."""
     reduced = columns.T @ hessian @ columns
     size = columns.shape[1]
     reduced += (_RIDGE * np.trace(reduced) / size + np.finfo(float).tiny) * np.eye(size)

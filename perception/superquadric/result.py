@@ -1,4 +1,4 @@
-"""What a fit says: the solid, the ladder it was chosen from, and what remains unknown."""
+"""The result of a fit: the solid, the candidates it was selected from, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -7,25 +7,25 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .robust import robust_spread
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .shape import Kind, Superquadric
     from .uncertainty import Uncertainty
 
-MAD_TO_SIGMA = 1.4826
-"""Ratio of standard deviation to median absolute deviation of a normal distribution."""
-WITHIN_NOISE = 2.0
-"""Criteria that differ by less than this do not tell two solids apart (Kass and Raftery 1995:
-"not worth more than a bare mention")."""
+AMBIGUOUS_MARGIN = 2.0
+"""Criteria that differ by less do not distinguish two solids (Kass and Raftery 1995: "not worth
+more than a bare mention")."""
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One solid on the ladder."""
+class CandidateSolid:
+    """The best solid of one kind."""
 
     superquadric: Superquadric
-    """The fitted solid, in the cloud's frame."""
+    """The fitted solid, in the frame of the cloud."""
     spread: float
     """Robust standard deviation of the points about its surface, m."""
     criterion: float
@@ -40,32 +40,35 @@ class Candidate:
 # Arrays have no truth value: equality is identity.
 @dataclass(frozen=True, eq=False)
 class SuperquadricFit:
-    """What a fit says. False in a condition when it did not converge."""
+    """The result of a fit. It is false in a condition if the fit did not converge."""
 
     superquadric: Superquadric | None
-    """The chosen solid in the cloud's frame; None when there is none. Of several parts the
-    largest."""
+    """The selected solid in the frame of the cloud, of several parts the largest; None if there is
+    none."""
     converged: bool
     """Whether the solid can be used."""
     reason: str
-    """Why it cannot, or an empty string."""
+    """Why it cannot be used, or an empty string."""
     residuals: NDArray[np.float64]
-    """Signed first-order distances of the points used, (M,), m; from the union of several
-    parts."""
-    ladder: tuple[Candidate, ...]
-    """One solid per kind tried, best first; of the largest part, as are doubts and alternatives."""
+    """Signed first-order distances of the points used from the solid, or from the union of several
+    parts, (M,), m."""
+    candidates: tuple[CandidateSolid, ...]
+    """One solid per kind that was fitted, best first. Candidates, uncertainty and alternatives are
+    those of the largest part."""
     seconds: float
-    """Time the fit took."""
+    """Time of the fit, s."""
     uncertainty: Uncertainty | None = None
-    """How sure each number is, and which sides the view left open; None without a solid."""
-    alternatives: tuple[Candidate, ...] = ()
-    """Other solids that explain the points as well, to within the noise, and differ in shape."""
+    """Covariance of the parameters and the sides that the view does not show; None without a
+    solid."""
+    alternatives: tuple[CandidateSolid, ...] = ()
+    """Solids of another shape that explain the points equally well within the noise."""
     parts: tuple[Superquadric, ...] = ()
-    """Solids that make up the object, largest first: one unless more were allowed and needed."""
+    """Solids of the object, largest first: one unless `max_parts` allows more and they are
+    needed."""
 
     @classmethod
-    def none(cls, reason: str, seconds: float = 0.0) -> SuperquadricFit:
-        """Make the result that holds no solid, with the reason why."""
+    def rejected(cls, reason: str, seconds: float = 0.0) -> SuperquadricFit:
+        """Return a result without a solid."""
         return cls(None, False, reason, np.zeros(0), (), seconds)
 
     def __bool__(self) -> bool:
@@ -77,25 +80,18 @@ class SuperquadricFit:
         return robust_spread(self.residuals)
 
     @property
-    def runner_up(self) -> Candidate | None:
-        """Second best kind of solid."""
-        return self.ladder[1] if len(self.ladder) > 1 else None
+    def runner_up(self) -> CandidateSolid | None:
+        """The candidate with the second best criterion."""
+        return self.candidates[1] if len(self.candidates) > 1 else None
 
     @property
     def margin(self) -> float:
-        """Criterion of the runner-up less that of the chosen kind; infinite without one."""
-        if len(self.ladder) < 2:
+        """Criterion of the runner-up minus that of the selected kind; infinite without one."""
+        if len(self.candidates) < 2:
             return float("inf")
-        return self.ladder[1].criterion - self.ladder[0].criterion
+        return self.candidates[1].criterion - self.candidates[0].criterion
 
     @property
     def ambiguous(self) -> bool:
-        """Whether another shape explains the points as well, to within the noise."""
+        """Whether a solid of another shape explains the points equally well."""
         return len(self.alternatives) > 0
-
-
-def robust_spread(residuals: NDArray[np.float64]) -> float:
-    """Standard deviation of a normal distribution with this median magnitude; inf when empty."""
-    if residuals.size == 0:
-        return float("inf")
-    return float(MAD_TO_SIGMA * np.median(np.abs(residuals)))

@@ -1,4 +1,4 @@
-"""The superquadric: one convex solid that reaches from ball over can to box."""
+"""The superquadric: one formula for solids from balls to cylinders and boxes."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from scipy.special import beta
 
 from eyehand.errors import InputError
 
-from .radial_scale import log_gauge, straighten, taper_factors, tapered_support
+from .radial_scale import log_radial_scale, straighten, taper_factors, tapered_support
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 Kind = Literal["sphere", "cylinder", "ellipsoid", "box", "superquadric", "tapered"]
-"""What the numbers stand for, simplest first."""
+"""Kinds of solids, simplest first."""
 
 PARAMETER_COUNT: dict[Kind, int] = {
     "sphere": 4,
@@ -27,17 +27,18 @@ PARAMETER_COUNT: dict[Kind, int] = {
     "superquadric": 11,
     "tapered": 13,
 }
-"""Free numbers that each kind spends on a scene."""
+"""Number of free parameters of each kind."""
 
 MIN_EXPONENT = 0.02
 MAX_EXPONENT = 1.98
-"""Exponents at 0 and 2 are polyhedra, whose normals jump: neither end is reached."""
+"""Limits of the exponents. At 0 and 2 the solid is a polyhedron, whose normals jump."""
 
 MAX_TAPER = 0.9
-"""A section keeps at least a tenth of its middle size: at 1 the solid would end in a point."""
+"""Limit of the taper: a section keeps at least a tenth of the size of the middle. At 1 the solid
+would end in a point."""
 KIND_TOLERANCE = 1e-6
-"""Relative difference up to which numbers that a kind ties together are equal: round-off, and
-what files in text lose."""
+"""Maximum relative difference of numbers that a kind requires to be equal: round-off, and digits
+that text files lose."""
 _TINY = 1e-12
 
 
@@ -46,8 +47,8 @@ _TINY = 1e-12
 class Superquadric:
     """The solid ``((x/a1)^(2/ε2) + (y/a2)^(2/ε2))^(ε2/ε1) + (z/a3)^(2/ε1) <= 1``.
 
-    Everything is computed on the gauge ``G = F^(ε1/2)``, which is homogeneous of degree one,
-    in logarithms, so that small exponents do not overflow (Barr 1981; Solina and Bajcsy 1990).
+    All functions use the radial scale ``G = F^(ε1/2)``, which is homogeneous of degree one, in
+    logarithms, so that small exponents do not overflow (Barr 1981; Solina and Bajcsy 1990).
     A tapered solid is this one after ``x ← x (1 + k1 z/a3)``, ``y ← y (1 + k2 z/a3)``.
 
     Raises
@@ -63,11 +64,11 @@ class Superquadric:
     exponents: tuple[float, float]
     """(ε1, ε2): ε1 shapes along local z, ε2 in the local xy-plane; 1 is round, near 0 is square."""
     pose: RigidTransform
-    """Maps shape coordinates to the frame in which the solid is given (camera or world)."""
+    """Maps local coordinates to the frame of the solid (camera or world)."""
     kind: Kind = "superquadric"
-    """The simplest name that tells the whole shape."""
+    """The simplest kind that describes the shape."""
     taper: tuple[float, float] = (0.0, 0.0)
-    """(k1, k2): how much wider along x and y the solid is at its upper end than in its middle."""
+    """(k1, k2): relative increase of the width along x and y from the middle to the upper end."""
 
     def __post_init__(self) -> None:
         semi_axes = np.array(self.semi_axes, dtype=np.float64)
@@ -103,12 +104,12 @@ class Superquadric:
     @property
     def rotation(self) -> NDArray[np.float64]:
         """Local axes as columns, (3, 3)."""
-        # The pose's own `rotation` costs a hundred times as much: it checks what it was made of.
+        # `pose.rotation` takes a hundred times as long, because it checks the matrix.
         return np.array(self.pose.as_matrix()[:3, :3])
 
     @property
     def parameter_count(self) -> int:
-        """Free numbers that this kind of solid spends."""
+        """Number of free parameters of this kind of solid."""
         return PARAMETER_COUNT[self.kind]
 
     @property
@@ -116,92 +117,93 @@ class Superquadric:
         """Volume in m³, closed form by beta functions (Jaklič, Leonardis and Solina 2000)."""
         e1, e2 = self.exponents
         shape = 2.0 * e1 * e2 * beta(e1 / 2 + 1, e1) * beta(e2 / 2, e2 / 2)
-        # Of (1 + k1 t)(1 + k2 t) the odd term cancels; left is the mean of t² over the volume.
+        # The odd term of (1 + k1 t)(1 + k2 t) cancels. The mean of t² over the volume remains.
         mean_square = beta(1.5 * e1, e1 + 1) / beta(0.5 * e1, e1 + 1)
         widened = 1.0 + self.taper[0] * self.taper[1] * mean_square
         return float(np.prod(self.semi_axes) * shape * widened)
 
     def to_local(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Points (…, 3) of the solid's frame in shape coordinates."""
+        """Transform points (…, 3) from the frame of the solid to local coordinates."""
         return (np.asarray(points, dtype=np.float64) - self.centre) @ self.rotation
 
     def to_parent(self, local: ArrayLike) -> NDArray[np.float64]:
-        """Points (…, 3) in shape coordinates, in the frame in which the solid is given."""
+        """Transform points (…, 3) from local coordinates to the frame of the solid."""
         return np.asarray(local, dtype=np.float64) @ self.rotation.T + self.centre
 
-    def gauge(self, points: ArrayLike) -> NDArray[np.float64]:
-        """G at points (…, 3): 1 on the surface, below 1 inside, (…,).
+    def radial_scale(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return G at points (…, 3), (…,): 1 on the surface, below 1 inside.
 
-        Without taper G is the factor by which the solid must be scaled about its centre to touch
-        the point.
+        Without taper the solid scaled by G about its centre touches the point.
         """
-        return np.exp(self._log_gauge(points)[0])
+        return np.exp(self._log_radial_scale(points)[0])
 
     def implicit(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Inside-outside function F = G^(2/ε1) at points (…, 3), (…,)."""
-        log_gauge = self._log_gauge(points)[0]
-        return np.exp(np.minimum(2.0 / self.exponents[0] * log_gauge, np.log(np.finfo(float).max)))
+        """Return the inside-outside function F = G^(2/ε1) at points (…, 3), (…,)."""
+        log_f = 2.0 / self.exponents[0] * self._log_radial_scale(points)[0]
+        return np.exp(np.minimum(log_f, np.log(np.finfo(float).max)))
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Whether points (…, 3) lie inside or on the surface, (…,) bool."""
-        return self.gauge(points) <= 1.0
+        """Return whether points (…, 3) lie inside or on the surface, (…,) bool."""
+        return self.radial_scale(points) <= 1.0
 
     def distance(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Signed distance to first order, (G-1)/‖∇G‖, m, negative inside (Sampson 1982).
+        """Return the first-order distance (G-1)/‖∇G‖ (…,), m, negative inside (Sampson 1982).
 
-        Exact for a sphere, of second order in the distance elsewhere; far inside it is a bound
-        on nothing, so use it near the surface.
+        It is exact for a sphere. Elsewhere the error is of second order in the distance, so that
+        it is meaningful near the surface only.
         """
-        log_gauge, gradient = self._log_gauge(points)
-        return -np.expm1(-log_gauge) / np.maximum(np.linalg.norm(gradient, axis=-1), _TINY)
+        log_g, gradient = self._log_radial_scale(points)
+        return -np.expm1(-log_g) / np.maximum(np.linalg.norm(gradient, axis=-1), _TINY)
 
     def normals(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Outward unit normals of the level set through points (…, 3), (…, 3)."""
-        _, gradient = self._log_gauge(points)
+        """Return outward unit normals (…, 3) of the level sets of G through points (…, 3)."""
+        _, gradient = self._log_radial_scale(points)
         length = np.linalg.norm(gradient, axis=-1, keepdims=True)
         return gradient / np.maximum(length, _TINY) @ self.rotation.T
 
     def support(self, directions: ArrayLike) -> NDArray[np.float64]:
-        """Largest ``d·x`` over the solid for directions d (…, 3), (…,), m.
+        """Return the largest ``d·x`` over the solid for directions d (…, 3), (…,), m.
 
-        The gauge is a norm, and the support function of its unit ball about the centre is the
-        dual norm: a superquadric with exponents 2 - ε on inverse semi-axes. With taper it is the
-        largest over sections of constant z, which have that closed form.
+        G is a norm of the offset from the centre. Its support function is the dual norm: a
+        superquadric with exponents 2 - ε on inverse semi-axes. With taper it is the largest
+        support of the sections of constant z, which have that closed form.
         """
         directions = np.asarray(directions, dtype=np.float64)
         local = directions @ self.rotation
         if any(self.taper):
-            reach = tapered_support(local, self.semi_axes, self.exponents, self.taper)
+            support = tapered_support(local, self.semi_axes, self.exponents, self.taper)
         else:
             dual = (2.0 - self.exponents[0], 2.0 - self.exponents[1])
-            reach = np.exp(log_gauge(local, 1.0 / self.semi_axes, dual)[0])
-        return reach + directions @ self.centre
+            support = np.exp(log_radial_scale(local, 1.0 / self.semi_axes, dual)[0])
+        return support + directions @ self.centre
 
     def project_radially(self, points: ArrayLike) -> NDArray[np.float64]:
-        """Points (…, 3) moved onto the surface, (…, 3): along the ray from the centre.
+        """Project points (…, 3) onto the surface along the ray from the centre, (…, 3).
 
-        With taper along the ray's image, so that the point stays in its section's direction.
+        With taper the projection follows the tapered image of the ray.
         """
         straight, _ = straighten(self.to_local(points), self.semi_axes[2], self.taper)
-        log_g, _ = log_gauge(straight, self.semi_axes, self.exponents)
-        return self.to_parent(self.narrow(straight * np.exp(-log_g)[..., None]))
+        log_g, _ = log_radial_scale(straight, self.semi_axes, self.exponents)
+        return self.to_parent(self.apply_taper(straight * np.exp(-log_g)[..., None]))
 
-    def narrow(self, straight: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Taper shape coordinates (…, 3) of the straight solid, (…, 3)."""
+    def apply_taper(self, straight: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Apply the taper to local coordinates (…, 3) of the straight solid, (…, 3)."""
         if not any(self.taper):
             return straight
         factors = taper_factors(straight[..., 2], self.semi_axes[2], self.taper)
         return straight * np.concatenate([factors, np.ones_like(factors[..., :1])], axis=-1)
 
-    def _log_gauge(self, points: ArrayLike) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Log G (…,) and its gradient (…, 3) along the solid's own axes."""
+    def _log_radial_scale(
+        self, points: ArrayLike
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return log G (…,) and its gradient (…, 3) in local axes."""
         straight, pull_back = straighten(self.to_local(points), self.semi_axes[2], self.taper)
-        log_g, gradient = log_gauge(straight, self.semi_axes, self.exponents)
+        log_g, gradient = log_radial_scale(straight, self.semi_axes, self.exponents)
         return log_g, pull_back(gradient)
 
 
 def _not_of_kind(kind: Kind, semi_axes: NDArray[np.float64], exponents: tuple[float, float]) -> str:
-    """Why numbers are not those of a kind, or an empty string."""
+    """Return why numbers are not those of a kind, or an empty string."""
     e1, e2 = exponents
     if kind == "sphere" and not (_equal(*semi_axes) and _equal(e1, e2, 1.0)):
         return "a sphere has equal semi-axes and exponents (1, 1)"

@@ -1,4 +1,4 @@
-"""The surface of a superquadric as a triangle mesh and as area-uniform samples."""
+"""Triangle mesh of a superquadric, and points drawn uniformly from its surface."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ _SAMPLING_RESOLUTION = 64
 def mesh(
     solid: Superquadric, resolution: int = 32
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Closed triangle mesh of the surface, in the frame in which the solid is given.
+    """Return a closed triangle mesh of the surface, in the frame of the solid.
 
     Parameters
     ----------
     solid
         The superquadric.
     resolution
-        Points around the local z-axis, rounded down to a multiple of 4 so that boxes get
-        vertices on their corners; half as many from pole to pole.
+        Points around the local z-axis, rounded down to a multiple of 4 so that boxes have vertices
+        at their corners. Half as many points run from pole to pole.
 
     Returns
     -------
     vertices, faces
-        (V, 3) float64 in m and (T, 3) int64, counter-clockwise seen from outside.
+        (V, 3) float64, m, and (T, 3) int64, counter-clockwise seen from outside.
 
     Raises
     ------
@@ -52,14 +52,14 @@ def mesh(
     grid[..., 1] = a2 * radius[:, None] * ring[:, 1]
     grid[..., 2] = a3 * height[:, None]
     poles = np.array([[0.0, 0.0, -a3], [0.0, 0.0, a3]])
-    vertices = solid.to_parent(solid.narrow(np.vstack([grid.reshape(-1, 3), poles])))
+    vertices = solid.to_parent(solid.apply_taper(np.vstack([grid.reshape(-1, 3), poles])))
     return vertices, _grid_faces(len(radius), len(ring))
 
 
 def sample_surface(
     solid: Superquadric, count: int, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Draw (count, 3) points uniformly by area from the surface."""
+    """Draw points (count, 3), m, uniformly by area from the surface."""
     vertices, faces = mesh(solid, _SAMPLING_RESOLUTION)
     corners = vertices[faces]
     cross = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
@@ -76,28 +76,28 @@ def sample_surface(
 def _superellipse(
     exponent: float, width: float, height: float, count: int, *, closed: bool
 ) -> NDArray[np.float64]:
-    """Unit superellipse |x|^(2/ε) + |y|^(2/ε) = 1, spaced evenly along the scaled curve's length.
+    """Return points of |x|^(2/ε) + |y|^(2/ε) = 1, evenly spaced on the curve scaled to its size.
 
-    A closed curve has `count` points from angle 0; an open one runs from pole to pole,
-    (0, -1) to (0, 1) over x >= 0, in count // 2 + 1 points.
+    A closed curve has `count` points from angle 0. An open one runs from (0, -1) to (0, 1) over
+    x >= 0, in count // 2 + 1 points.
     """
     quarter = np.linspace(0.0, np.pi / 2, _DENSE)
     x, y = np.cos(quarter), np.sin(quarter)
-    gauge = (x ** (2 / exponent) + y ** (2 / exponent)) ** (exponent / 2)
-    x, y = x / gauge, y / gauge
+    scale = (x ** (2 / exponent) + y ** (2 / exponent)) ** (exponent / 2)
+    x, y = x / scale, y / scale
     length = np.concatenate([[0], np.cumsum(np.hypot(width * np.diff(x), height * np.diff(y)))])
-    # The diagonal is where a square has its corner: each half gets its own even spacing.
+    # A square has its corner on the diagonal, so that each half is spaced evenly.
     middle = length[_DENSE // 2]
     per_quarter = max(count // 4, 2)
     first = max(round(per_quarter * middle / length[-1]), 1)
     first = min(first, per_quarter - 1)
-    marks = np.concatenate(
+    positions = np.concatenate(
         [
             np.linspace(0, middle, first + 1)[:-1],
             np.linspace(middle, length[-1], per_quarter - first + 1),
         ]
     )
-    arc = np.column_stack([np.interp(marks, length, x), np.interp(marks, length, y)])
+    arc = np.column_stack([np.interp(positions, length, x), np.interp(positions, length, y)])
     arc[0], arc[-1] = (1.0, 0.0), (0.0, 1.0)
     if not closed:
         return np.vstack([(arc * [1, -1])[::-1], arc[1:]])

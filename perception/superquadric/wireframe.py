@@ -1,4 +1,4 @@
-"""The few lines by which a person reads a solid: rims, edges, great circles."""
+"""Lines that show the shape of a solid in pictures: rims, edges, great circles."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ if TYPE_CHECKING:
 
     from .shape import Superquadric
 
-EDGED = 0.5
-"""Exponents below this show an edge, above it the solid looks round there."""
+MAX_EDGE_EXPONENT = 0.5
+"""Exponents below this look like an edge, larger ones look round."""
 SAMPLES = 96
 
 
 def feature_curves(solid: Superquadric) -> list[NDArray[np.float64]]:
-    """Curves (K, 3) on the surface, in the frame in which the solid is given.
+    """Return curves (K, 3) on the surface, in the frame of the solid, m.
 
-    Where ε1 is small the two rims, where ε2 is small the four upright edges, otherwise the great
-    circles through the local axes.
+    These are the two rims if ε1 is small, and the four upright edges if ε2 is small. Otherwise
+    they are the great circles through the local axes.
     """
     e1, e2 = solid.exponents
     angle = np.linspace(0.0, 2.0 * np.pi, SAMPLES)
@@ -28,12 +28,12 @@ def feature_curves(solid: Superquadric) -> list[NDArray[np.float64]]:
     section = circle / _norm(circle, e2)[:, None]
     flat = np.zeros((SAMPLES, 1))
     curves = []
-    if e1 < EDGED:
+    if e1 < MAX_EDGE_EXPONENT:
         curves += [np.hstack([section, flat + side]) for side in (-1.0, 1.0)]
     else:
         curves.append(np.hstack([section, flat]))
-    if e2 < EDGED:
-        upright = np.linspace(-1.0, 1.0, SAMPLES)[:, None] if e1 < EDGED else None
+    if e2 < MAX_EDGE_EXPONENT:
+        upright = np.linspace(-1.0, 1.0, SAMPLES)[:, None] if e1 < MAX_EDGE_EXPONENT else None
         for x, y in ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0), (-1.0, -1.0)):
             corner = np.array([[x, y]])
             if upright is None:
@@ -41,11 +41,11 @@ def feature_curves(solid: Superquadric) -> list[NDArray[np.float64]]:
                 curves.append(np.hstack([np.cos(half)[:, None] * corner, np.sin(half)[:, None]]))
             else:
                 curves.append(np.hstack([np.repeat(corner, SAMPLES, axis=0), upright]))
-    elif e1 >= EDGED:
+    elif e1 >= MAX_EDGE_EXPONENT:
         curves.append(np.column_stack([circle[:, 0], flat[:, 0], circle[:, 1]]))
         curves.append(np.column_stack([flat[:, 0], circle[:, 0], circle[:, 1]]))
     return [
-        solid.project_radially(solid.to_parent(solid.narrow(curve * solid.semi_axes)))
+        solid.project_radially(solid.to_parent(solid.apply_taper(curve * solid.semi_axes)))
         for curve in curves
     ]
 

@@ -139,7 +139,7 @@ def test_the_table_is_below_its_plane_and_wider_than_the_objects():
 
 def test_what_has_no_solid_is_the_hull_of_its_points():
     rng = np.random.default_rng(0)
-    none = SuperquadricFit.none("too few")
+    none = SuperquadricFit.rejected("too few")
     cloud = rng.uniform([-0.03, -0.03, 0.03], [0.03, 0.03, 0.09], (60, 3))
     lump = SceneObject(1, cloud, 60, none, 0.0, 0)
     flat = SceneObject(2, cloud * [1.0, 1.0, 0.0] + [0.2, 0.0, 0.01], 60, none, 0.0, 0)
@@ -155,7 +155,7 @@ def test_of_many_points_the_outermost_make_the_hull():
     cloud = rng.normal(size=(2000, 3))
     cloud *= 0.04 / np.linalg.norm(cloud, axis=1)[:, None]
     cloud[:, 2] += 0.08
-    lump = SceneObject(1, cloud, 2000, SuperquadricFit.none("too few"), 0.0, 0)
+    lump = SceneObject(1, cloud, 2000, SuperquadricFit.rejected("too few"), 0.0, 0)
     (hull,) = (one for one in surroundings(scene(lump)) if one.name == "object 1")
     # 150 ends of a ball are some 12 degrees apart.
     assert inside(hull, lump.points).min() > -0.04 * (1.0 - np.cos(np.radians(15.0)))

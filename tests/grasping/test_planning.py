@@ -90,7 +90,7 @@ def test_an_object_that_is_mostly_hidden_is_refused():
 
 
 def test_a_failed_fit_is_refused_with_the_fits_reason():
-    fit = SuperquadricFit.none("12 points are too few")
+    fit = SuperquadricFit.rejected("12 points are too few")
     plan = select_prototype(SceneObject(1, np.zeros((0, 3)), 12, fit, 0.0, None), TABLE)
     assert not plan
     assert "12 points are too few" in plan.reason
@@ -189,7 +189,7 @@ def test_a_neighbour_without_a_solid_counts_by_its_points_and_one_below_does_not
     angles = np.arange(24) * 2 * np.pi / 24
     points = np.column_stack([0.05 * np.cos(angles), 0.05 * np.sin(angles), np.full(24, 0.08)])
     points = np.vstack([points + np.array([0.0, 0.0, 0.01 * step]) for step in range(9)])
-    unfitted = SceneObject(2, points, len(points), SuperquadricFit.none("too few"), 0.0, 0)
+    unfitted = SceneObject(2, points, len(points), SuperquadricFit.rejected("too few"), 0.0, 0)
     assert not select_prototype(alone, TABLE, neighbours=[unfitted])
     below = thing("box", [0.1, 0.1, 0.01], (0.1, 0.1), label=3)
     assert select_prototype(alone, TABLE, neighbours=[below]).approach == "side"

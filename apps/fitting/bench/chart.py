@@ -14,7 +14,7 @@ from eyehand.apps.output_files import make_folder
 from eyehand.apps.perceived_frame import load_kernels
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
-from eyehand.perception.superquadric.budget import FORMAT, STORED_FRONT
+from eyehand.perception.superquadric import FRONT_FORMAT, STORED_FRONT
 
 from ...bench.chart_style import Provenance
 from ...bench.comparison import Method, compare_methods
@@ -51,7 +51,7 @@ WORDS = ChartWords(
     "below 50 %; all in %",
     worst_shown_pct=0.0,
 )
-PLACE = FrontPlace(FORMAT, STORED_FRONT, "FitOptions")
+PLACE = FrontPlace(FRONT_FORMAT, STORED_FRONT, "FitOptions")
 CHART_FILE = "fit.png"
 
 

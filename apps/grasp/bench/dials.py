@@ -25,7 +25,7 @@ in reach of the noise."""
 FAST_SEGMENTATION_MS, FAST_FIT_MS = 15.0, 8.0
 """Budgets of fast perception, ms on the machine of the stored fronts: the shortest at which more
 than nine of ten objects are still told apart, and fits keep most of their overlap."""
-FINE_POINTS, FINE_STARTS, FINE_FINALISTS, FINE_RAYS = 4000, 9, 5, 64
+FINE_POINTS, FINE_STARTS, FINE_MINIMA, FINE_RAYS = 4000, 9, 5, 64
 """Fine perception: points of a fit, places it begins from and ends at, rays past its outline; as
 much as still changes the answer."""
 
@@ -74,7 +74,7 @@ def perception_dial(name: str) -> PerceiveOptions:
         fit = FitOptions(
             points=FINE_POINTS,
             starts=FINE_STARTS,
-            finalists=FINE_FINALISTS,
+            max_minima=FINE_MINIMA,
             silhouette_rays=FINE_RAYS,
         )
         return PerceiveOptions(

@@ -39,7 +39,7 @@ def lens() -> FittedCloud:
 def unfit() -> FittedCloud:
     """A cloud for which there is no solid."""
     points = np.random.default_rng(3).normal(size=(200, 3))
-    return FittedCloud(Cloud("mist.xyz", "mist", points), SuperquadricFit.none("it is mist"))
+    return FittedCloud(Cloud("mist.xyz", "mist", points), SuperquadricFit.rejected("it is mist"))
 
 
 @pytest.fixture(scope="session")

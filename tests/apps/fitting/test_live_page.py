@@ -44,9 +44,9 @@ def test_each_of_the_thirteen_sliders_moves_the_surface_off_the_points(page):
 
 def test_buttons_bring_the_solids_of_the_ladder(page, can):
     page.sliders["a3"].value = 30.0
-    assert len(page.rungs) == len(can.fit.ladder) > 1
-    first, second = list(page.rungs.values())[:2]
-    for button, candidate in ((second, can.fit.ladder[1]), (first, can.fit.ladder[0])):
+    assert len(page.kind_buttons) == len(can.fit.candidates) > 1
+    first, second = list(page.kind_buttons.values())[:2]
+    for button, candidate in ((second, can.fit.candidates[1]), (first, can.fit.candidates[0])):
         for callback in button._impl.update_cb:
             callback(None)
         assert page.solids[0].kind == candidate.kind
@@ -73,7 +73,7 @@ def test_the_numbers_of_each_part_can_be_turned(hammer):
         assert page.solids[0] is block
         assert page.solids[1].semi_axes == pytest.approx([0.012, 0.012, 0.05])
         assert off(page) > 1e-3
-        for callback in page.rungs["as fitted"]._impl.update_cb:
+        for callback in page.kind_buttons["as fitted"]._impl.update_cb:
             callback(None)
         assert page.solids == (block, stick)
     finally:

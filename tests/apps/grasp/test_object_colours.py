@@ -15,7 +15,7 @@ from eyehand.perception.superquadric import SuperquadricFit
 
 def seen(*places: tuple[float, float]) -> list[SceneObject]:
     """Objects at places on the table, labelled in order."""
-    unfit = SuperquadricFit.none("too few points")
+    unfit = SuperquadricFit.rejected("too few points")
     return [
         SceneObject(label, np.array([[x, y, 0.02]]), 9, unfit, 1.0, 0)
         for label, (x, y) in enumerate(places, start=1)

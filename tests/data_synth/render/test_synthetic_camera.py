@@ -38,7 +38,7 @@ def test_points_of_an_object_lie_inside_its_bounds_in_the_world():
     frame, labels = render_frame(scene, colour=False)
     for label, item in enumerate(scene.objects, start=1):
         points = scene.T_world_camera.apply(frame.points()[labels == label].astype(float))
-        assert np.all(item.shape.gauge(points) < 1.02)
+        assert np.all(item.shape.radial_scale(points) < 1.02)
 
 
 def test_noise_comes_from_its_seed():

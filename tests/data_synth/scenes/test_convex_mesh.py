@@ -26,8 +26,8 @@ def test_faces_stay_within_twice_the_chord_error_and_close_the_surface(
     weights = np.random.default_rng(0).dirichlet([1, 1, 1], 8)
     inside = np.einsum("kc,fcd->fkd", weights, corners).reshape(-1, 3)
 
-    assert np.allclose(solid.gauge(vertices), 1.0, atol=1e-9)
-    assert solid.gauge(inside).max() <= 1 + 1e-9
+    assert np.allclose(solid.radial_scale(vertices), 1.0, atol=1e-9)
+    assert solid.radial_scale(inside).max() <= 1 + 1e-9
     assert np.abs(solid.distance(inside)).max() < 2.5 * CHORD_TOLERANCE_M
     # Every edge is walked once each way: closed and consistently turned.
     edges = np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])

@@ -9,7 +9,6 @@ from eyehand.perception.superquadric.budget import (
     FORMAT,
     STORED_FRONT,
     FrontPoint,
-    options_for_budget,
 )
 
 BARE = {"points": 100, "optimiser": "lm", "kinds": ("superquadric",)}
@@ -32,30 +31,30 @@ FRONT = StoredFront(
     [(3.0, BARE), (5.99, BARE), (6.0, FRONT.points[1].dials), (18.0, {}), (1e6, {})],
 )
 def test_the_most_accurate_point_that_fits_is_taken(budget, dials):
-    assert options_for_budget(budget, front=FRONT) == FitOptions(**dials)
+    assert FitOptions.for_budget(budget, front=FRONT) == FitOptions(**dials)
 
 
 def test_a_slower_machine_gets_a_cheaper_point():
-    assert options_for_budget(6.0, slower=1.1, front=FRONT) == FitOptions(**BARE)
-    assert options_for_budget(10.0, slower=0.5, front=FRONT) == FitOptions()
+    assert FitOptions.for_budget(6.0, slower=1.1, front=FRONT) == FitOptions(**BARE)
+    assert FitOptions.for_budget(10.0, slower=0.5, front=FRONT) == FitOptions()
 
 
 def test_a_budget_below_the_fastest_is_refused_and_told_its_cost():
     with pytest.raises(InputError, match=r"no fit is as fast as 1 ms: the fastest, bare, takes 3"):
-        options_for_budget(1.0, front=FRONT)
+        FitOptions.for_budget(1.0, front=FRONT)
 
 
 @pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
 def test_what_is_no_budget_is_refused(budget):
     with pytest.raises(InputError, match="budget"):
-        options_for_budget(budget, front=FRONT)
+        FitOptions.for_budget(budget, front=FRONT)
 
 
 def test_kinds_survive_the_file(tmp_path):
     path = tmp_path / "front.json"
     path.write_text(FORMAT.text(FRONT), encoding="utf-8")
     front = FORMAT.read(path)
-    assert [point.options() for point in front.points] == [p.options() for p in FRONT.points]
+    assert [point.fields for point in front.points] == [p.fields for p in FRONT.points]
 
 
 def test_a_file_that_is_no_front_is_refused_and_told_how_to_make_one(tmp_path):
@@ -68,7 +67,7 @@ def test_the_stored_front_rises_to_the_most_accurate_and_refuses_less_than_its_f
     times = [point.median_ms for point in points]
     assert times == sorted(times)
     assert [p.iou_p10_pct for p in points] == sorted(p.iou_p10_pct for p in points)
-    assert FitOptions.for_budget(1e4) == points[-1].options()
-    assert FitOptions.for_budget(times[0]) == points[0].options()
+    assert FitOptions.for_budget(1e4) == FitOptions(**points[-1].fields)
+    assert FitOptions.for_budget(times[0]) == FitOptions(**points[0].fields)
     with pytest.raises(InputError, match=points[0].name):
         FitOptions.for_budget(0.5 * times[0])

@@ -8,14 +8,14 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
 from eyehand.perception.superquadric.cost_kernels import distances, normal_equations
-from eyehand.perception.superquadric.point_kernels import distance_rows
-from eyehand.perception.superquadric.radial_batch_kernels import (
-    LANES,
-    PARAMETERS,
-    R_ROW,
-    ROWS,
-    STRAIGHT,
+from eyehand.perception.superquadric.parameters import (
+    N_PARAMETERS,
+    N_STRAIGHT,
+    CostTerms,
+    ShapeParameters,
 )
+from eyehand.perception.superquadric.point_kernels import compute_distance_rows
+from eyehand.perception.superquadric.work_rows import LANES, RESIDUAL, new_workspace
 
 seeds = st.integers(0, 2**31 - 1)
 
@@ -24,32 +24,35 @@ def random_state(rng, low=0.1, high=1.9, tapered=False):
     axes = np.log(rng.uniform(0.5, 1.5, 3))
     taper = rng.uniform(-0.5, 0.5, 2) if tapered else np.zeros(2)
     R = Rotation.random(rng=rng).as_matrix()
-    return axes, rng.uniform(low, high, 2), R, rng.normal(size=3), taper
+    return ShapeParameters(axes, rng.uniform(low, high, 2), R, rng.normal(size=3), taper)
 
 
 def moved(state, step):
     axes, eps, R, c, taper = state
     turn = Rotation.from_rotvec(step[5:8]).as_matrix()
-    return axes + step[:3], eps + step[3:5], R @ turn, c + R @ step[8:11], taper + step[11:]
+    return ShapeParameters(
+        axes + step[:3], eps + step[3:5], R @ turn, c + R @ step[8:11], taper + step[11:]
+    )
 
 
 def point_row(point, state, tapered):
     """Residual of one point and its derivatives."""
-    axes, eps, R, c, taper = state
-    m = np.full(ROWS * LANES, np.nan)
-    distance_rows(np.array([point]), 0, 1, R, c, axes, eps, taper, tapered, m)
-    return m[R_ROW * LANES], m[: PARAMETERS * LANES : LANES].copy()
+    work = new_workspace()
+    work.flat[:] = np.nan
+    compute_distance_rows(np.array([point]), 0, 1, state, tapered, work)
+    return work.flat[RESIDUAL], work.grid[:N_PARAMETERS, 0].copy()
 
 
 @given(seed=seeds, tapered=st.booleans())
 def test_distances_equal_the_numpy_reference(seed, tapered):
     rng = np.random.default_rng(seed)
-    axes, eps, R, c, taper = random_state(rng, tapered=tapered)
+    state = random_state(rng, tapered=tapered)
+    axes, eps, R, c, taper = state
     pose = RigidTransform.from_components(c, Rotation.from_matrix(R))
     solid = Superquadric(np.exp(axes), (eps[0], eps[1]), pose, "tapered", (taper[0], taper[1]))
     points = c + rng.normal(size=(rng.integers(1, 3 * LANES), 3))
     reference = solid.distance(points)
-    assert np.allclose(distances(points, axes, eps, R, c, taper), reference, rtol=1e-9, atol=1e-10)
+    assert np.allclose(distances(points, state), reference, rtol=1e-9, atol=1e-10)
 
 
 @given(seed=seeds, tapered=st.booleans())
@@ -63,13 +66,13 @@ def test_every_derivative_of_the_point_residual_matches_finite_differences(seed,
     h = 1e-5
 
     def at(step):
-        return distances(point[None], *moved(state, step))[0]
+        return distances(point[None], moved(state, step))[0]
 
     # Fourth-order differences: the bound of 1e-8 is below what second order reaches.
-    moving = PARAMETERS if tapered else STRAIGHT
+    moving = N_PARAMETERS if tapered else N_STRAIGHT
     numeric = [
         (8 * (at(h * d) - at(-h * d)) - (at(2 * h * d) - at(-2 * h * d))) / (12 * h)
-        for d in np.eye(PARAMETERS)[:moving]
+        for d in np.eye(N_PARAMETERS)[:moving]
     ]
     assert np.allclose(exact[:moving], numeric, rtol=1e-7, atol=1e-8)
 
@@ -93,26 +96,15 @@ def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, 
     rays = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
     plane = np.array([0.0, 0.0, 1.0, 0.8 - c[2]])
 
+    terms = CostTerms(points, weights, rays, origin, plane, 0.1, 0.7, pull, 0.5, 0.3)
+
     def cost(step):
-        return normal_equations(
-            points,
-            weights,
-            rays,
-            plane,
-            origin,
-            *moved(state, step),
-            tapered,
-            0.1,
-            0.7,
-            pull,
-            0.5,
-            0.3,
-        )
+        return normal_equations(terms, moved(state, step), tapered)
 
     h = 1e-6
-    moving = PARAMETERS if tapered else STRAIGHT
-    numeric = [(cost(h * d)[0] - cost(-h * d)[0]) / (2 * h) for d in np.eye(PARAMETERS)[:moving]]
-    value, gradient, hessian = cost(np.zeros(PARAMETERS))
+    moving = N_PARAMETERS if tapered else N_STRAIGHT
+    numeric = [(cost(h * d)[0] - cost(-h * d)[0]) / (2 * h) for d in np.eye(N_PARAMETERS)[:moving]]
+    value, gradient, hessian = cost(np.zeros(N_PARAMETERS))
     assert value >= 0
     assert np.allclose(gradient[:moving], numeric, atol=2e-6)
     assert np.allclose(gradient[moving:], 0.0)
@@ -122,7 +114,7 @@ def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, 
 
 @pytest.mark.parametrize("e", [0.02, 0.1, 1.0, 1.9, 1.98])
 def test_residuals_stay_finite_at_the_centre_and_far_away(e):
-    state = (np.zeros(3), np.array([e, e]), np.eye(3), np.zeros(3), np.full(2, 0.9))
+    state = ShapeParameters(np.zeros(3), np.array([e, e]), np.eye(3), np.zeros(3), np.full(2, 0.9))
     for point in ([0.0, 0.0, 0.0], [1e6, 1e6, 1e6], [1.0, 0.0, 0.0], [1e-12, 1.0, 1e-12]):
         distance, row = point_row(point, state, tapered=True)
         assert np.isfinite(distance)
@@ -134,21 +126,11 @@ def test_cost_gradient_and_hessian_equal_sums_over_points_one_by_one(seed, count
     rng = np.random.default_rng(seed)
     state = random_state(rng, tapered=tapered)
     points, weights, scale = state[3] + rng.normal(size=(count, 3)), rng.random(count), 0.1
-    cost, gradient, hessian = normal_equations(
-        points,
-        weights,
-        np.zeros((0, 3)),
-        np.array([0.0, 0.0, 1.0, 0.0]),
-        np.zeros(3),
-        *state,
-        tapered,
-        scale,
-        0.0,
-        0.0,
-        0.0,
-        1.0,
-    )
-    moving = PARAMETERS if tapered else STRAIGHT
+    none = np.zeros((0, 3))
+    plane = np.array([0.0, 0.0, 1.0, 0.0])
+    terms = CostTerms(points, weights, none, np.zeros(3), plane, scale, 0.0, 0.0, 0.0, 1.0)
+    cost, gradient, hessian = normal_equations(terms, state, tapered)
+    moving = N_PARAMETERS if tapered else N_STRAIGHT
     rows = [point_row(point, state, tapered) for point in points]
     r, J = np.array([row[0] for row in rows]), np.array([row[1][:moving] for row in rows])
     slope = weights / (1.0 + (r / scale) ** 2)

@@ -52,13 +52,12 @@ def test_equal_means_equal_up_to_round_off(kind):
 @given(
     kind=st.sampled_from(KINDS),
     axes=st.tuples(*[st.floats(0.002, 1.0)] * 3),
-    edge=st.floats(0.02, 1.0),
     free=st.tuples(*[st.floats(0.02, 1.98)] * 2),
 )
-def test_what_a_fit_makes_of_a_kind_is_of_that_kind(kind, axes, edge, free):
+def test_what_a_fit_makes_of_a_kind_is_of_that_kind(kind, axes, free):
     # As guesses do: through logarithms of the nearest semi-axes.
     near = np.exp(np.log(starting_axes(kind, np.array(axes))))
-    made = solid(kind, near, fixed_exponents(kind, edge) or free)
+    made = solid(kind, near, fixed_exponents(kind) or free)
     assert canonical(made).kind == kind
     assert made.parameter_count == PARAMETER_COUNT[kind]
     # A step along the kind's own numbers stays of the kind.

@@ -1,4 +1,4 @@
-"""The search looks where a descent does not come by itself: other axes, and the 45° dual."""
+"""The search covers solids that no descent reaches: other axes, and the 45° dual."""
 
 import numpy as np
 import pytest
@@ -7,21 +7,25 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric
-from eyehand.perception.superquadric import multi_start as search
-from eyehand.perception.superquadric import sample_surface
+from eyehand.perception.superquadric import multi_start, sample_surface
 from eyehand.perception.superquadric.model_selection import (
-    START_EVERY_RAY,
-    START_POINTS,
+    COARSE_POINTS,
+    COARSE_RAY_STEP,
+)
+from eyehand.perception.superquadric.multi_start import SAME_COST, Minimum, distinct
+from eyehand.perception.superquadric.outliers import remove_outliers
+from eyehand.perception.superquadric.parameters import ShapeParameters
+from eyehand.perception.superquadric.problem import (
+    FitProblem,
+    Observation,
+    build_problem,
     parameter_bounds,
 )
-from eyehand.perception.superquadric.multi_start import SAME_COST, End, distinct
-from eyehand.perception.superquadric.outliers import without_outliers
-from eyehand.perception.superquadric.problem import FitProblem, Guess, pose_problem
 from eyehand.perception.superquadric.starts import (
     axis_permutations,
+    rotated_dual,
     starting_boxes,
     swapped_axes,
-    turned_dual,
 )
 
 VIEW = np.array([0.0, 0.0, -0.7])
@@ -31,15 +35,15 @@ SEEDS = range(60)
 seeds = st.integers(0, 2**31 - 1)
 
 
-def solid_of(guess: Guess) -> Superquadric:
-    e1, e2 = guess.eps
-    pose = RigidTransform.from_components(guess.c, Rotation.from_matrix(guess.R))
-    return Superquadric(np.exp(guess.axes), (float(e1), float(e2)), pose)
+def solid_of(guess: ShapeParameters) -> Superquadric:
+    e1, e2 = guess.exponents
+    pose = RigidTransform.from_components(guess.centre, Rotation.from_matrix(guess.R))
+    return Superquadric(np.exp(guess.log_axes), (float(e1), float(e2)), pose)
 
 
-def random_guess(rng, eps) -> Guess:
+def random_guess(rng, eps) -> ShapeParameters:
     R = Rotation.random(rng=rng).as_matrix()
-    return Guess(np.log(rng.uniform(0.5, 1.5, 3)), np.array(eps), R, rng.normal(size=3))
+    return ShapeParameters(np.log(rng.uniform(0.5, 1.5, 3)), np.array(eps), R, rng.normal(size=3))
 
 
 def viewed(seed) -> FitProblem:
@@ -51,8 +55,8 @@ def viewed(seed) -> FitProblem:
     points = sample_surface(solid, 1600, rng)
     points = points[np.einsum("ij,ij->i", VIEW - points, solid.normals(points)) > 0][:400]
     points += 0.001 * rng.normal(size=points.shape)
-    problem = pose_problem(without_outliers(points, VIEW), VIEW, None, None, OPTIONS)
-    return problem.thinned(START_POINTS, START_EVERY_RAY, pull=False)
+    problem = build_problem(Observation(remove_outliers(points, VIEW), VIEW), OPTIONS)
+    return problem.thinned(COARSE_POINTS, COARSE_RAY_STEP, pull=False)
 
 
 def lowest_costs() -> np.ndarray:
@@ -61,15 +65,17 @@ def lowest_costs() -> np.ndarray:
     for problem in map(viewed, SEEDS):
         bounds = parameter_bounds("superquadric", problem, OPTIONS)
         box = starting_boxes(problem, has_plane=False)[0]
-        costs.append(search.search([box], [], problem, bounds, OPTIONS)[0].cost)
+        costs.append(multi_start.search_superquadric([box], [], problem, bounds, OPTIONS)[0].cost)
     return np.array(costs)
 
 
 def test_switches_find_solids_that_the_principal_box_misses_and_lose_none(monkeypatch):
     whole = lowest_costs()
-    monkeypatch.setattr(search, "swapped_axes", lambda guess: [])
+    monkeypatch.setattr(multi_start, "swapped_axes", lambda guess: [])
     # A start from which nothing comes, for one must be given.
-    monkeypatch.setattr(search, "turned_dual", lambda guess: guess._replace(c=guess.c + 100.0))
+    monkeypatch.setattr(
+        multi_start, "rotated_dual", lambda guess: guess._replace(centre=guess.centre + 100.0)
+    )
     gains = lowest_costs() / whole
     assert np.all(gains >= 1.0)
     assert np.count_nonzero(gains > 1.2) >= 3
@@ -80,58 +86,58 @@ def test_switches_find_solids_that_the_principal_box_misses_and_lose_none(monkey
 def test_permuted_boxes_are_the_same_box_with_each_axis_last_once(seed):
     guess = random_guess(np.random.default_rng(seed), (1.0, 1.0))
     turned = axis_permutations(guess)
-    points = np.random.default_rng(0).normal(size=(40, 3)) + guess.c
+    points = np.random.default_rng(0).normal(size=(40, 3)) + guess.centre
     assert {int(np.argmax(np.abs(one.R.T @ guess.R)[2])) for one in turned} == {0, 1, 2}
     for one in turned:
         assert np.linalg.det(one.R) == pytest.approx(1.0)
         # Round all over, which axis is last changes nothing.
-        assert np.allclose(solid_of(one).gauge(points), solid_of(guess).gauge(points))
+        assert np.allclose(solid_of(one).radial_scale(points), solid_of(guess).radial_scale(points))
 
 
 @given(seed=seeds, e1=st.floats(0.1, 1.9), e2=st.floats(0.1, 1.9))
 def test_swapped_solids_keep_their_extents_and_exchange_their_exponents(seed, e1, e2):
     guess = random_guess(np.random.default_rng(seed), (e1, e2))
     swapped = swapped_axes(guess)
-    along = solid_of(guess).support(guess.R.T) - guess.R.T @ guess.c
+    along = solid_of(guess).support(guess.R.T) - guess.R.T @ guess.centre
     for one in swapped:
         assert np.linalg.det(one.R) == pytest.approx(1.0)
-        assert np.allclose(solid_of(one).support(guess.R.T) - guess.R.T @ one.c, along)
+        assert np.allclose(solid_of(one).support(guess.R.T) - guess.R.T @ one.centre, along)
         assert abs(one.R[:, 2] @ guess.R[:, 2]) < 1e-9
-    assert [one.eps.tolist() for one in swapped] == [[e2, e1], [e2, e2]] * 2
+    assert [one.exponents.tolist() for one in swapped] == [[e2, e1], [e2, e2]] * 2
 
 
 @pytest.mark.parametrize(("e2", "within"), [(0.05, 0.03), (1.0, 1e-9), (1.95, 0.03)])
-def test_a_square_and_its_turned_dual_are_nearly_one_surface(e2, within):
+def test_a_square_and_its_rotated_dual_are_nearly_one_surface(e2, within):
     guess = random_guess(np.random.default_rng(0), (0.3, e2))
-    square = guess._replace(axes=np.array([0.2, 0.2, -0.3]))
+    square = guess._replace(log_axes=np.array([0.2, 0.2, -0.3]))
     solid = solid_of(square)
     points = sample_surface(solid, 300, np.random.default_rng(1))
-    apart = np.abs(solid_of(turned_dual(square)).distance(points))
+    apart = np.abs(solid_of(rotated_dual(square)).distance(points))
     assert np.median(apart) < within
     # Twice turned it is the square again, at a right angle.
-    back = turned_dual(turned_dual(square))
-    assert np.allclose(back.axes, square.axes, atol=1e-12)
-    assert np.allclose(solid_of(back).gauge(points), solid.gauge(points))
+    back = rotated_dual(rotated_dual(square))
+    assert np.allclose(back.log_axes, square.log_axes, atol=1e-12)
+    assert np.allclose(solid_of(back).radial_scale(points), solid.radial_scale(points))
 
 
 def test_boxes_hold_the_cloud_and_reach_down_to_the_plane():
     rng = np.random.default_rng(2)
     top = rng.uniform(-1.0, 1.0, (200, 3)) * [0.05, 0.03, 0.001] + [0.3, 0.1, 0.08]
     plane = np.array([0.0, 0.0, 1.0, 0.0])
-    problem = pose_problem(without_outliers(top, None), None, plane, None, OPTIONS)
+    problem = build_problem(Observation(remove_outliers(top, None), None, plane), OPTIONS)
     upright, *others = starting_boxes(problem, has_plane=True)
     assert len(others) == 1
     for box in (upright, *others, *starting_boxes(problem, has_plane=False)):
         assert np.linalg.det(box.R) == pytest.approx(1.0)
-        local = np.abs((problem.points - box.c) @ box.R)
-        assert np.all(local <= np.exp(box.axes) + 1e-9)
-    height = (upright.c * problem.unit + problem.centre)[2]
+        local = np.abs((problem.points - box.centre) @ box.R)
+        assert np.all(local <= np.exp(box.log_axes) + 1e-9)
+    height = (upright.centre * problem.unit + problem.centre)[2]
     assert np.allclose(np.abs(upright.R[:, 2]), [0.0, 0.0, 1.0])
-    assert height - np.exp(upright.axes[2]) * problem.unit == pytest.approx(0.0, abs=1e-9)
+    assert height - np.exp(upright.log_axes[2]) * problem.unit == pytest.approx(0.0, abs=1e-9)
 
 
 def test_ends_of_one_cost_count_once():
     guess = random_guess(np.random.default_rng(0), (1.0, 1.0))
-    ends = [End(guess, cost) for cost in (1.0, 1.0 + 0.5 * SAME_COST, 1.5, 2.0, 3.0)]
+    ends = [Minimum(guess, cost) for cost in (1.0, 1.0 + 0.5 * SAME_COST, 1.5, 2.0, 3.0)]
     assert [end.cost for end in distinct(ends, 3)] == [1.0, 1.5, 2.0]
     assert [end.cost for end in distinct(ends, 1)] == [1.0]

@@ -8,7 +8,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import sample_surface
-from eyehand.perception.superquadric.outliers import without_outliers
+from eyehand.perception.superquadric.outliers import remove_outliers
 
 VIEW = np.zeros(3)
 FOCAL = 600.0
@@ -44,15 +44,15 @@ def rows(cloud: np.ndarray) -> set[tuple[float, ...]]:
 def test_who_stays_depends_on_neither_order_nor_frame(seed):
     rng = np.random.default_rng(seed)
     cloud = np.vstack([drawn_cloud(rng), rng.uniform([-0.3, -0.3, 0.3], [0.3, 0.3, 0.9], (60, 3))])
-    here = without_outliers(cloud, VIEW)
+    here = remove_outliers(cloud, VIEW)
     order = rng.permutation(len(cloud))
-    listed = without_outliers(cloud[order], VIEW)
-    assert rows(listed.cloud) == rows(here.cloud)
+    listed = remove_outliers(cloud[order], VIEW)
+    assert rows(listed.points) == rows(here.points)
     assert listed.pitch == pytest.approx(here.pitch, rel=1e-9)
     T = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
-    there = without_outliers(T.apply(cloud), T.apply(VIEW))
-    assert len(there.cloud) == len(here.cloud)
-    assert np.allclose(there.cloud, T.apply(here.cloud), atol=1e-12)
+    there = remove_outliers(T.apply(cloud), T.apply(VIEW))
+    assert len(there.points) == len(here.points)
+    assert np.allclose(there.points, T.apply(here.points), atol=1e-12)
     assert there.pitch == pytest.approx(here.pitch, rel=1e-9)
     assert there.on_grid == here.on_grid
 
@@ -63,7 +63,7 @@ def test_lone_points_go_and_the_surface_stays(view):
     surface = drawn_cloud(rng)
     lone = rng.uniform([-0.4, -0.4, 0.2], [0.4, 0.4, 1.0], (80, 3))
     lone = lone[np.abs(np.linalg.norm(lone - [0.02, -0.01, 0.6], axis=1) - 0.05) > 0.03]
-    kept = rows(without_outliers(np.vstack([surface, lone]), view).cloud)
+    kept = rows(remove_outliers(np.vstack([surface, lone]), view).points)
     assert not kept & rows(lone)
     assert len(kept) > 0.97 * len(surface)
 
@@ -77,8 +77,8 @@ def test_a_surface_seen_at_a_grazing_angle_stays():
         [0.04 + 1e-3 * rng.random(50), rng.uniform(-0.04, 0.04, 50), rng.uniform(0.6, 0.68, 50)]
     )
     cloud = np.vstack([facing, wall])
-    seen = rows(without_outliers(cloud, VIEW).cloud) & rows(wall)
-    blind = rows(without_outliers(cloud, None).cloud) & rows(wall)
+    seen = rows(remove_outliers(cloud, VIEW).points) & rows(wall)
+    blind = rows(remove_outliers(cloud, None).points) & rows(wall)
     assert len(seen) > len(blind)
     assert len(seen) >= 40
 
@@ -86,7 +86,7 @@ def test_a_surface_seen_at_a_grazing_angle_stays():
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("step", [3, 5])
 def test_the_grid_of_an_image_is_recognised_with_its_pitch(seed, step):
-    near = without_outliers(image_cloud(np.random.default_rng(seed), step), VIEW)
+    near = remove_outliers(image_cloud(np.random.default_rng(seed), step), VIEW)
     assert near.on_grid
     pixel = step * 0.56 / FOCAL
     assert 0.9 * pixel < near.pitch < 1.3 * pixel
@@ -95,16 +95,16 @@ def test_the_grid_of_an_image_is_recognised_with_its_pitch(seed, step):
 @pytest.mark.parametrize("seed", range(10))
 @pytest.mark.parametrize("count", [100, 600, 2000])
 def test_points_drawn_at_random_are_no_grid(seed, count):
-    assert not without_outliers(drawn_cloud(np.random.default_rng(seed), count), VIEW).on_grid
+    assert not remove_outliers(drawn_cloud(np.random.default_rng(seed), count), VIEW).on_grid
 
 
 def test_many_copies_of_one_point_count_once():
     cloud = drawn_cloud(np.random.default_rng(1), 300)
-    kept = without_outliers(np.vstack([cloud, np.repeat(cloud[:1], 900, axis=0)]), VIEW).cloud
+    kept = remove_outliers(np.vstack([cloud, np.repeat(cloud[:1], 900, axis=0)]), VIEW).points
     assert len(rows(kept)) == len(kept)
     assert len(kept) > 280
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_clouds_smaller_than_a_neighbourhood_come_through(count):
-    assert len(without_outliers(np.eye(5, 3)[:count], None).cloud) >= 1
+    assert len(remove_outliers(np.eye(5, 3)[:count], None).points) >= 1

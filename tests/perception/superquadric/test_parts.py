@@ -18,7 +18,7 @@ from eyehand.apps.fitting.bench.score import overlap
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 from eyehand.perception.superquadric import sample_surface
-from eyehand.perception.superquadric.part_proposals import cuts, largest_cluster
+from eyehand.perception.superquadric.part_proposals import largest_cluster, propose_splits
 
 THREE = FitOptions(max_parts=3)
 NOISE = 0.001
@@ -100,7 +100,7 @@ def test_the_largest_part_stands_for_the_object():
     volumes = [part.volume for part in fit.parts]
     assert volumes == sorted(volumes, reverse=True)
     assert fit.superquadric is fit.parts[0]
-    assert np.allclose(fit.ladder[0].superquadric.centre, fit.parts[0].centre)
+    assert np.allclose(fit.candidates[0].superquadric.centre, fit.parts[0].centre)
     assert {part.kind for part in fit.parts} == {"box"}
     gaps = np.min([part.distance(points) for part in fit.parts], axis=0)
     assert sorted(fit.residuals) == pytest.approx(sorted(gaps), abs=1e-12)
@@ -202,7 +202,7 @@ def test_cuts_leave_points_on_both_sides_and_differ():
     points = sample_surface(solid, 300, rng)
     neighbours = np.argsort(np.linalg.norm(points[:, None] - points, axis=2), axis=1)[:, 1:9]
     residuals = np.where(points[:, 0] > 0.03, 0.01, 0.0)
-    found = cuts(points, neighbours, residuals, np.eye(3), NOISE, 25)
+    found = propose_splits(points, neighbours, residuals, np.eye(3), NOISE, 25)
     assert any(np.array_equal(mask, points[:, 0] > 0.03) for mask in found)
     for mask in found:
         assert 25 <= np.count_nonzero(mask) <= 275

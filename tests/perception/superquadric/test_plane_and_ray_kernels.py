@@ -8,15 +8,10 @@ from scipy.optimize import minimize_scalar
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception.superquadric import Superquadric
-from eyehand.perception.superquadric.plane_kernels import plane_row
-from eyehand.perception.superquadric.radial_batch_kernels import (
-    LANES,
-    PARAMETERS,
-    R_ROW,
-    ROWS,
-    STRAIGHT,
-)
-from eyehand.perception.superquadric.ray_kernels import ray_rows
+from eyehand.perception.superquadric.parameters import N_PARAMETERS, N_STRAIGHT, ShapeParameters
+from eyehand.perception.superquadric.plane_kernels import plane_gap
+from eyehand.perception.superquadric.ray_kernels import compute_ray_rows
+from eyehand.perception.superquadric.work_rows import LANES, RESIDUAL_ROW, new_workspace
 
 seeds = st.integers(0, 2**31 - 1)
 
@@ -24,7 +19,7 @@ seeds = st.integers(0, 2**31 - 1)
 def random_state(rng, low, high, tapered):
     axes = np.log(rng.uniform(0.4, 1.5, 3))
     taper = rng.uniform(-0.5, 0.5, 2) if tapered else np.zeros(2)
-    return (
+    return ShapeParameters(
         axes,
         rng.uniform(low, high, 2),
         Rotation.random(rng=rng).as_matrix(),
@@ -42,33 +37,19 @@ def solid_of(state) -> Superquadric:
 def moved(state, step):
     axes, eps, R, c, taper = state
     turn = Rotation.from_rotvec(step[5:8]).as_matrix()
-    return axes + step[:3], eps + step[3:5], R @ turn, c + R @ step[8:11], taper + step[11:]
+    return ShapeParameters(
+        axes + step[:3], eps + step[3:5], R @ turn, c + R @ step[8:11], taper + step[11:]
+    )
 
 
 def rays_at(directions, origin, state, tapered, outside):
     """Depths (K,) and derivatives (K, 13)."""
-    axes, eps, R, c, taper = state
-    m = np.full(ROWS * LANES, np.nan)
-    grid = m.reshape(ROWS, LANES)
-    n = len(directions)
-    ray_rows(
-        directions,
-        0,
-        n,
-        origin,
-        axes,
-        eps,
-        R,
-        c,
-        taper,
-        tapered,
-        outside,
-        m,
-        grid,
-        grid.view(np.int64),
-    )
-    depths = grid[R_ROW, :n].copy()
-    return depths, np.where(depths[:, None] != 0.0, grid[:PARAMETERS, :n].T, 0.0)
+    work = new_workspace()
+    work.flat[:] = np.nan
+    grid, n = work.grid, len(directions)
+    compute_ray_rows(directions, origin, 0, n, state, tapered, outside, work)
+    depths = grid[RESIDUAL_ROW, :n].copy()
+    return depths, np.where(depths[:, None] != 0.0, grid[:N_PARAMETERS, :n].T, 0.0)
 
 
 def ray(direction, origin, state, tapered, outside):
@@ -79,19 +60,18 @@ def ray(direction, origin, state, tapered, outside):
 
 def height(plane, state, tapered):
     """Height over the plane and derivatives."""
-    row = np.zeros(PARAMETERS)
-    axes, eps, R, c, taper = state
-    return plane_row(plane, axes, eps, R, c, taper, tapered, row, np.zeros(3)), row
+    row = np.zeros(N_PARAMETERS)
+    return plane_gap(plane, state, tapered, row, np.zeros(3)), row
 
 
-def least_gauge(direction, origin, state) -> float:
+def min_scale(direction, origin, state) -> float:
     """Smallest gauge along a ray: on a grid, then between the grid's neighbours."""
     solid = solid_of(state)
     middle = float(direction @ (state[3] - origin))
     times = middle + np.linspace(-6.0, 6.0, 6001)
-    best = int(np.argmin(solid.gauge(origin + times[:, None] * direction)))
+    best = int(np.argmin(solid.radial_scale(origin + times[:, None] * direction)))
     near = minimize_scalar(
-        lambda t: float(solid.gauge(origin + t * direction)),
+        lambda t: float(solid.radial_scale(origin + t * direction)),
         bounds=(times[best - 1], times[best + 1]),
         method="bounded",
         options={"xatol": 1e-11},
@@ -121,7 +101,7 @@ def test_a_rays_depth_is_that_of_its_lowest_gauge(seed, tapered, share):
     state = random_state(rng, 0.1, 1.0 if tapered else 1.9, tapered)
     direction, origin = aimed(rng, state, share)
     depth, row = ray(direction, origin, state, tapered, outside=False)
-    reference = np.exp(state[0].min()) * (1.0 - least_gauge(direction, origin, state))
+    reference = np.exp(state[0].min()) * (1.0 - min_scale(direction, origin, state))
     assert depth == pytest.approx(max(reference, 0.0), abs=1e-6)
     assert np.all(np.isfinite(row))
 
@@ -145,7 +125,7 @@ def test_a_ray_that_passes_near_by_is_told_by_how_much_it_misses(seed, share):
     rng = np.random.default_rng(seed)
     state = random_state(rng, 0.1, 1.9, tapered=False)
     direction, origin = aimed(rng, state, share)
-    least = least_gauge(direction, origin, state)
+    least = min_scale(direction, origin, state)
     depth, _ = ray(direction, origin, state, tapered=False, outside=True)
     if least < 1.8 / np.sqrt(3.0):
         # So far every minimum lies within the ball in which it is looked for.
@@ -165,8 +145,8 @@ def test_a_rays_derivatives_match_finite_differences(seed, tapered):
     def value(step):
         return ray(direction, origin, moved(state, step), tapered, outside=False)[0]
 
-    moving = PARAMETERS if tapered else STRAIGHT
-    numeric = [derivative(value, d) for d in np.eye(PARAMETERS)[:moving]]
+    moving = N_PARAMETERS if tapered else N_STRAIGHT
+    numeric = [derivative(value, d) for d in np.eye(N_PARAMETERS)[:moving]]
     assert np.allclose(row[:moving], numeric, atol=2e-5)
 
 
@@ -190,21 +170,23 @@ def test_the_heights_derivatives_match_finite_differences(seed, tapered):
     normal = -R @ (down / np.linalg.norm(down))
     plane = np.append(normal, rng.normal())
     _, row = height(plane, state, tapered)
-    moving = PARAMETERS if tapered else STRAIGHT
+    moving = N_PARAMETERS if tapered else N_STRAIGHT
     numeric = [
         derivative(lambda step: height(plane, moved(state, step), tapered)[0], d)
-        for d in np.eye(PARAMETERS)[:moving]
+        for d in np.eye(N_PARAMETERS)[:moving]
     ]
     assert np.allclose(row[:moving], numeric, atol=2e-5)
     # A raised solid is higher by as much.
-    raised = (axes, eps, R, c + 0.3 * normal, taper)
+    raised = ShapeParameters(axes, eps, R, c + 0.3 * normal, taper)
     assert height(plane, raised, tapered)[0] - height(plane, state, tapered)[0] == pytest.approx(
         0.3
     )
 
 
 def test_a_ball_is_entered_by_its_radius_and_stands_on_the_plane():
-    ball = (np.log(np.full(3, 0.5)), np.ones(2), np.eye(3), np.array([0.0, 0.0, 0.5]), np.zeros(2))
+    ball = ShapeParameters(
+        np.log(np.full(3, 0.5)), np.ones(2), np.eye(3), np.array([0.0, 0.0, 0.5]), np.zeros(2)
+    )
     origin = np.array([0.0, 0.0, 3.0])
     straight, aside = np.array([0.0, 0.0, -1.0]), np.array([1.0, 0.0, 0.0])
     assert ray(straight, origin, ball, False, False)[0] == pytest.approx(0.5, abs=1e-6)

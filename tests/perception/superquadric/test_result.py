@@ -5,21 +5,22 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
-from eyehand.perception.superquadric import Candidate, sample_surface
-from eyehand.perception.superquadric.fit import DIRECTIONS, OTHER_SHAPE
-from eyehand.perception.superquadric.result import WITHIN_NOISE, robust_spread
+from eyehand.perception.superquadric import CandidateSolid, sample_surface
+from eyehand.perception.superquadric.fit import DIRECTIONS, SHAPE_TOLERANCE
+from eyehand.perception.superquadric.result import AMBIGUOUS_MARGIN
+from eyehand.perception.superquadric.robust import robust_spread
 
 VIEW = np.array([0.2, 0.1, -0.7])
 BALL = Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity(), "sphere")
 
 
-def candidate(criterion: float) -> Candidate:
-    return Candidate(BALL, 0.001, criterion)
+def candidate(criterion: float) -> CandidateSolid:
+    return CandidateSolid(BALL, 0.001, criterion)
 
 
 def result(*criteria: float) -> SuperquadricFit:
-    ladder = tuple(candidate(criterion) for criterion in criteria)
-    return SuperquadricFit(BALL, True, "", np.zeros(3), ladder, 0.0)
+    candidates = tuple(candidate(criterion) for criterion in criteria)
+    return SuperquadricFit(BALL, True, "", np.zeros(3), candidates, 0.0)
 
 
 def doubtful(seed) -> SuperquadricFit:
@@ -40,7 +41,7 @@ def difference(first: Superquadric, second: Superquadric) -> float:
 def test_margin_and_runner_up_are_read_off_the_ladder():
     fit = result(-10.0, -7.5, 3.0)
     assert fit.margin == pytest.approx(2.5)
-    assert fit.runner_up is fit.ladder[1]
+    assert fit.runner_up is fit.candidates[1]
     alone = result(-10.0)
     assert alone.runner_up is None
     assert alone.margin == np.inf
@@ -57,7 +58,7 @@ def test_the_spread_is_that_of_a_normal_distribution_and_ignores_a_few_outliers(
 
 def test_a_result_is_true_when_it_can_be_used():
     assert result(0.0)
-    refused = SuperquadricFit.none("too few", 0.25)
+    refused = SuperquadricFit.rejected("too few", 0.25)
     assert not refused
     assert (refused.reason, refused.seconds) == ("too few", 0.25)
 
@@ -68,17 +69,17 @@ def test_alternatives_are_other_shapes_within_the_noise_and_only_those():
         fit = doubtful(seed)
         if fit.superquadric is None:
             continue
-        chosen = fit.ladder[0]
+        chosen = fit.candidates[0]
         assert chosen.superquadric is fit.superquadric
         assert fit.ambiguous == (len(fit.alternatives) > 0)
-        apart = OTHER_SHAPE * FitOptions().noise
+        apart = SHAPE_TOLERANCE * FitOptions().noise
         for other in fit.alternatives:
-            assert other.criterion < chosen.criterion + WITHIN_NOISE
+            assert other.criterion < chosen.criterion + AMBIGUOUS_MARGIN
             assert difference(chosen.superquadric, other.superquadric) > apart
-        for rung in fit.ladder[1:]:
-            near = rung.criterion < chosen.criterion + WITHIN_NOISE
-            other = difference(chosen.superquadric, rung.superquadric) > apart
-            assert any(rung is one for one in fit.alternatives) == (near and other)
+        for model in fit.candidates[1:]:
+            near = model.criterion < chosen.criterion + AMBIGUOUS_MARGIN
+            other = difference(chosen.superquadric, model.superquadric) > apart
+            assert any(model is one for one in fit.alternatives) == (near and other)
         ambiguous += fit.ambiguous
     assert 3 <= ambiguous < 45
 
@@ -92,7 +93,7 @@ def test_a_brick_seen_all_round_is_a_brick_and_nothing_else(seed):
     assert fit.superquadric is not None
     assert fit.superquadric.kind == "box"
     assert not fit.ambiguous
-    assert fit.margin > WITHIN_NOISE
+    assert fit.margin > AMBIGUOUS_MARGIN
     assert fit.runner_up is not None
     assert fit.runner_up.kind == "superquadric"
     assert difference(brick, fit.superquadric) < 0.002
@@ -111,8 +112,8 @@ def test_solids_and_results_can_be_looked_up_in_collections():
 def test_the_ladder_holds_each_kind_once_and_the_chosen_solid_first():
     for seed in range(10):
         fit = doubtful(seed)
-        kinds = [rung.kind for rung in fit.ladder]
+        kinds = [model.kind for model in fit.candidates]
         assert len(kinds) == len(set(kinds))
         if fit.superquadric is not None:
-            assert fit.superquadric is fit.ladder[0].superquadric
+            assert fit.superquadric is fit.candidates[0].superquadric
             assert fit.parts == (fit.superquadric,)

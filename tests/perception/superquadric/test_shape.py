@@ -40,7 +40,7 @@ def test_small_exponents_approach_the_box():
 def test_a_small_exponent_does_not_overflow_far_away():
     far = identity_solid([0.01, 0.01, 0.01], (0.02, 0.02))
     points = np.array([[1000.0, 2.0, 3.0], [0.0, 0.0, 0.0]])
-    assert np.all(np.isfinite(far.gauge(points)))
+    assert np.all(np.isfinite(far.radial_scale(points)))
     assert np.all(np.isfinite(far.distance(points)))
     assert np.all(np.isfinite(far.implicit(points)))
 
@@ -51,9 +51,9 @@ def test_gauge_is_homogeneous_and_one_on_projected_points(seed, e1, e2):
     solid = random_solid(rng, e1, e2)
     points = rng.normal(size=(20, 3)) * 0.2
     surface = solid.project_radially(points)
-    assert np.allclose(solid.gauge(surface), 1.0, rtol=1e-9)
+    assert np.allclose(solid.radial_scale(surface), 1.0, rtol=1e-9)
     scaled = solid.centre + 2.5 * (surface - solid.centre)
-    assert np.allclose(solid.gauge(scaled), 2.5, rtol=1e-9)
+    assert np.allclose(solid.radial_scale(scaled), 2.5, rtol=1e-9)
     assert np.all(solid.contains(solid.centre + 0.99 * (surface - solid.centre)))
 
 
@@ -67,13 +67,16 @@ def test_normals_and_distance_match_finite_differences_of_the_gauge(seed, e1, e2
     step = 1e-7
     numeric = np.array(
         [
-            (solid.gauge(point + step * d) - solid.gauge(point - step * d)) / (2 * step)
+            (solid.radial_scale(point + step * d) - solid.radial_scale(point - step * d))
+            / (2 * step)
             for d in np.eye(3)
         ]
     )
     length = np.linalg.norm(numeric)
     assert np.allclose(solid.normals(point), numeric / length, atol=1e-5)
-    assert solid.distance(point) == pytest.approx((solid.gauge(point) - 1) / length, abs=1e-8)
+    assert solid.distance(point) == pytest.approx(
+        (solid.radial_scale(point) - 1) / length, abs=1e-8
+    )
 
 
 @given(seed=seeds, e1=exponents, e2=exponents)
@@ -123,7 +126,7 @@ def test_canonical_form_keeps_the_surface_and_is_unique(seed, kind):
     solid = Superquadric(axes, e, pose, kind)
     form = canonical(solid)
     points = solid.centre + rng.normal(size=(50, 3)) * 0.1
-    assert np.allclose(form.gauge(points), solid.gauge(points), rtol=1e-6)
+    assert np.allclose(form.radial_scale(points), solid.radial_scale(points), rtol=1e-6)
     assert np.linalg.det(form.rotation) == pytest.approx(1.0)
     flipped = solid.rotation @ np.diag([-1.0, -1.0, 1.0])
     again = canonical(

@@ -74,8 +74,8 @@ def test_the_gauge_is_the_straight_solids_at_straightened_points(seed, e1, e2, k
         [local[:, 0] / (1 + k1 * height), local[:, 1] / (1 + k2 * height), local[:, 2]]
     )
     points = solid.to_parent(local)
-    assert np.allclose(solid.gauge(points), straight.gauge(undone), rtol=1e-8)
-    assert np.allclose(solid.gauge(solid.project_radially(points)), 1.0, rtol=1e-8)
+    assert np.allclose(solid.radial_scale(points), straight.radial_scale(undone), rtol=1e-8)
+    assert np.allclose(solid.radial_scale(solid.project_radially(points)), 1.0, rtol=1e-8)
 
 
 @given(seed=seeds, e1=exponents, e2=exponents, k1=tapers, k2=tapers)
@@ -87,13 +87,16 @@ def test_normals_and_distance_match_finite_differences(seed, e1, e2, k1, k2):
     point, step = solid.to_parent(local), 1e-7
     numeric = np.array(
         [
-            (solid.gauge(point + step * d) - solid.gauge(point - step * d)) / (2 * step)
+            (solid.radial_scale(point + step * d) - solid.radial_scale(point - step * d))
+            / (2 * step)
             for d in np.eye(3)
         ]
     )
     length = np.linalg.norm(numeric)
     assert np.allclose(solid.normals(point), numeric / length, atol=1e-5)
-    assert solid.distance(point) == pytest.approx((solid.gauge(point) - 1) / length, abs=1e-8)
+    assert solid.distance(point) == pytest.approx(
+        (solid.radial_scale(point) - 1) / length, abs=1e-8
+    )
 
 
 @given(
@@ -141,9 +144,9 @@ def test_volume_is_the_share_of_random_points_inside(e, taper):
 def test_samples_and_mesh_lie_on_the_surface_and_face_outwards():
     solid = cup(np.random.default_rng(1), (0.3, 0.8), (0.4, -0.3))
     points = sample_surface(solid, 500, np.random.default_rng(2))
-    assert np.allclose(solid.gauge(points), 1.0, rtol=1e-8)
+    assert np.allclose(solid.radial_scale(points), 1.0, rtol=1e-8)
     vertices, faces = mesh(solid, 32)
-    assert np.allclose(solid.gauge(vertices), 1.0, rtol=1e-5)
+    assert np.allclose(solid.radial_scale(vertices), 1.0, rtol=1e-5)
     corners = vertices[faces]
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
     # Facets at rims point anywhere between their corners' normals: most must agree.
@@ -157,7 +160,7 @@ def test_the_canonical_form_keeps_the_surface_and_is_one_of_eight(seed, k1, k2):
     solid = cup(rng, (0.3, 1.2), (k1, k2))
     form = canonical(solid)
     points = solid.centre + rng.normal(size=(50, 3)) * 0.1
-    assert np.allclose(form.gauge(points), solid.gauge(points), rtol=1e-6)
+    assert np.allclose(form.radial_scale(points), solid.radial_scale(points), rtol=1e-6)
     assert form.semi_axes[0] >= form.semi_axes[1]
     # Upside down, and with x and y exchanged, the same solid has other numbers.
     over = solid.rotation @ np.diag([1.0, -1.0, -1.0])
@@ -169,7 +172,7 @@ def test_the_canonical_form_keeps_the_surface_and_is_one_of_eight(seed, k1, k2):
     ):
         pose = RigidTransform.from_components(solid.centre, Rotation.from_matrix(R))
         twin = Superquadric(axes, solid.exponents, pose, "tapered", taper)
-        assert np.allclose(twin.gauge(points), solid.gauge(points), rtol=1e-6)
+        assert np.allclose(twin.radial_scale(points), solid.radial_scale(points), rtol=1e-6)
         again = canonical(twin)
         assert np.allclose(again.semi_axes, form.semi_axes)
         assert np.allclose(again.rotation, form.rotation, atol=1e-7)

@@ -6,15 +6,16 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import FitOptions, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import sample_surface
-from eyehand.perception.superquadric.outliers import without_outliers
-from eyehand.perception.superquadric.problem import FitProblem, Guess, pose_problem
+from eyehand.perception.superquadric.outliers import remove_outliers
+from eyehand.perception.superquadric.parameters import ShapeParameters
+from eyehand.perception.superquadric.problem import FitProblem, Observation, build_problem
 from eyehand.perception.superquadric.validity import (
-    NOISE_LIMIT,
-    UNSEEN_LIMIT,
-    misses,
-    ran_away,
-    too_little,
-    unusable,
+    MAX_EXTENT_RATIO,
+    MAX_SPREAD_NOISE,
+    check_cloud,
+    check_extent,
+    check_residuals,
+    check_size,
 )
 
 OPTIONS = FitOptions()
@@ -33,7 +34,7 @@ def scattered(scale, seed=0, count=300) -> np.ndarray:
 
 def posed(cloud=None) -> FitProblem:
     cloud = ball() if cloud is None else cloud
-    return pose_problem(without_outliers(cloud, None), None, None, None, OPTIONS)
+    return build_problem(Observation(remove_outliers(cloud, None)), OPTIONS)
 
 
 @pytest.mark.parametrize(
@@ -46,8 +47,8 @@ def posed(cloud=None) -> FitProblem:
     ],
 )
 def test_numbers_that_are_no_cloud_of_a_camera(cloud, origin, says):
-    assert says in unusable(cloud, origin, OPTIONS)
-    assert unusable(ball(), np.array([0.0, 0.0, 0.7]), OPTIONS) == ""
+    assert says in check_cloud(cloud, origin)
+    assert check_cloud(ball(), np.array([0.0, 0.0, 0.7])) == ""
 
 
 @pytest.mark.parametrize(
@@ -66,14 +67,14 @@ def test_numbers_that_are_no_cloud_of_a_camera(cloud, origin, says):
     ],
 )
 def test_clouds_that_determine_no_solid(cloud, origin, plane, says):
-    assert says in too_little(cloud, origin, plane, OPTIONS)
+    assert says in check_extent(cloud, origin, plane, OPTIONS)
 
 
 def test_a_cloud_that_is_one_is_not_refused():
     standing = np.array([0.0, 0.0, 1.0, 0.04])
-    assert too_little(ball(), np.array([0.0, 0.0, 0.7]), standing, OPTIONS) == ""
+    assert check_extent(ball(), np.array([0.0, 0.0, 0.7]), standing, OPTIONS) == ""
     top = scattered([0.05, 0.05, 0.0]) + np.array([0.0, 0.0, 0.05])
-    assert too_little(top, None, FLOOR, OPTIONS) == ""
+    assert check_extent(top, None, FLOOR, OPTIONS) == ""
 
 
 @pytest.mark.parametrize("noise", [0.0005, 0.001])
@@ -122,11 +123,11 @@ def test_points_under_the_support_plane_are_not_on_it():
 
 def test_points_far_from_the_best_solid_rule_it_out():
     unit = 0.05
-    limit = max(NOISE_LIMIT * OPTIONS.noise, 0.12 * unit)
-    assert misses(scattered(0.001)[:, 0], unit, OPTIONS) == ""
-    assert "points spread" in misses(scattered(2.0 * limit)[:, 0], unit, OPTIONS)
+    limit = max(MAX_SPREAD_NOISE * OPTIONS.noise, 0.12 * unit)
+    assert check_residuals(scattered(0.001)[:, 0], unit, OPTIONS) == ""
+    assert "points spread" in check_residuals(scattered(2.0 * limit)[:, 0], unit, OPTIONS)
     third = np.where(np.arange(300) < 120, 5.0 * limit, 0.0)
-    assert "40 % of the points lie more than" in misses(third, unit, OPTIONS)
+    assert "40 % of the points lie more than" in check_residuals(third, unit, OPTIONS)
 
 
 def test_sizes_that_follow_from_no_point_are_told():
@@ -135,24 +136,26 @@ def test_sizes_that_follow_from_no_point_are_told():
 
     def reason(*semi_axes):
         axes = np.log(np.array(semi_axes))
-        return ran_away(Guess(axes, np.ones(2), np.eye(3), np.zeros(3)), problem, OPTIONS)
+        return check_size(
+            ShapeParameters(axes, np.ones(2), np.eye(3), np.zeros(3)), problem, OPTIONS
+        )
 
     assert reason(1.0, 1.0, 1.0) == ""
-    assert "grew to over 4 times what was seen" in reason(1.0, 1.01 * UNSEEN_LIMIT * seen, 1.0)
+    assert "grew to over 4 times what was seen" in reason(1.0, 1.01 * MAX_EXTENT_RATIO * seen, 1.0)
     low, high = np.array(OPTIONS.axis_range) / problem.unit
     assert "shrank to its bound of 0.002 m" in reason(1.0, low, 1.0)
     large = posed(ball(radius=0.5))
     bound = np.log(np.full(3, OPTIONS.axis_range[1] / large.unit))
-    told = ran_away(Guess(bound, np.ones(2), np.eye(3), np.zeros(3)), large, OPTIONS)
+    told = check_size(ShapeParameters(bound, np.ones(2), np.eye(3), np.zeros(3)), large, OPTIONS)
     assert "grew to its bound of 1.0 m" in told
-    assert high > UNSEEN_LIMIT * seen
+    assert high > MAX_EXTENT_RATIO * seen
 
 
 def test_a_refusal_is_false_and_says_so_wherever_it_is_asked():
     fit = fit_superquadric(np.ones((80, 3)))
     assert not fit
     assert not fit.converged
-    assert fit.ladder == ()
+    assert fit.candidates == ()
     assert fit.parts == ()
     assert fit.residuals.size == 0
     assert fit.runner_up is None

@@ -1,4 +1,4 @@
-"""The chart in which nlopt moves: the cost of the moved guess, and its exact slope."""
+"""The chart in which nlopt moves: the cost of the moved start, and its exact slope."""
 
 import numpy as np
 import pytest
@@ -7,17 +7,22 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from eyehand.perception.superquadric.cost_kernels import normal_equations
-from eyehand.perception.superquadric.levenberg_marquardt import add_prior, moved
-from eyehand.perception.superquadric.radial_batch_kernels import PARAMETERS
-from eyehand.perception.superquadric.whitened_kernels import chart_value, right_jacobian
+from eyehand.perception.superquadric.levenberg_marquardt import add_prior, apply_step
+from eyehand.perception.superquadric.parameters import (
+    N_PARAMETERS,
+    CostTerms,
+    Prior,
+    ShapeParameters,
+)
+from eyehand.perception.superquadric.whitened_kernels import right_jacobian, whitened_cost
 
 seeds = st.integers(0, 2**31 - 1)
 WIDE = np.array([[-5.0, 5.0], [0.02, 1.98], [-0.9, 0.9]])
-WEIGHTING = (0.1, 0.7, 0.0, 0.5, 0.3)
+WEIGHTS = (0.1, 0.7, 0.0, 0.5, 0.3)
 
 
 def scene(rng):
-    """Points, weights, rays, plane, origin about a tapered solid, and its guess."""
+    """Cost terms of points, rays and a plane about a tapered solid, and its parameters."""
     axes, eps = np.log(rng.uniform(0.6, 1.4, 3)), rng.uniform(0.4, 1.0, 2)
     R, c = Rotation.random(rng=rng).as_matrix(), rng.normal(size=3)
     taper = rng.uniform(-0.3, 0.3, 2)
@@ -28,37 +33,38 @@ def scene(rng):
     targets = targets[np.linalg.norm((targets - c)[:, :2], axis=1) > 0.2]
     rays = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
     plane = np.array([0.0, 0.0, 1.0, 0.8 - c[2]])
-    data = (c + local @ R.T, np.full(30, 1 / 30), rays, plane, origin)
-    return data, (axes, eps, R, c, taper)
+    terms = CostTerms(c + local @ R.T, np.full(30, 1 / 30), rays, origin, plane, *WEIGHTS)
+    return terms, ShapeParameters(axes, eps, R, c, taper)
 
 
 def prior(rng):
-    """Homes, weights, ceilings below the axes, weights above them."""
+    """A prior with ceilings below the axes."""
     ceiling = np.repeat([-0.6, np.inf], [3, 4])
     above = np.repeat([0.2, 0.0], [3, 4])
-    return np.stack([rng.normal(size=7), rng.uniform(0.0, 0.3, 7), ceiling, above])
+    return Prior(rng.normal(size=7), rng.uniform(0.0, 0.3, 7), ceiling, above)
 
 
-def at(y, unwhiten, data, guess, homes, bounds=WIDE):
-    arguments = (y, unwhiten, *data, *guess, True, *WEIGHTING, homes, bounds)
-    return chart_value(*arguments)
+def at(y, unwhiten, terms, start, belief, bounds=WIDE):
+    return whitened_cost(y, unwhiten, terms, belief, start, True, bounds)
 
 
 @given(seed=seeds)
 def test_the_value_is_the_cost_and_the_prior_of_the_moved_guess(seed):
     rng = np.random.default_rng(seed)
-    data, guess = scene(rng)
-    unwhiten, y, homes = rng.normal(size=(PARAMETERS, 5)), 0.05 * rng.normal(size=5), prior(rng)
-    total, cost, _, *parts = at(y, unwhiten, data, guess, homes)
-    there = moved(*guess, unwhiten @ y, WIDE)
-    assert all(np.allclose(a, b, atol=1e-12) for a, b in zip(parts, there, strict=True))
-    plain, gradient, hessian = normal_equations(*data, *there, True, *WEIGHTING)
+    terms, start = scene(rng)
+    unwhiten, y, belief = rng.normal(size=(N_PARAMETERS, 5)), 0.05 * rng.normal(size=5), prior(rng)
+    total, cost, _, shape = at(y, unwhiten, terms, start, belief)
+    there = apply_step(start, unwhiten @ y, WIDE)
+    assert all(np.allclose(a, b, atol=1e-12) for a, b in zip(shape, there, strict=True))
+    plain, gradient, hessian = normal_equations(terms, there, True)
     assert cost == pytest.approx(plain, rel=1e-12)
     axes, eps, _, _, taper = there
-    added = add_prior(homes, axes, eps, taper, gradient, hessian)
+    added = add_prior(belief, there, gradient, hessian)
     gaps = np.concatenate([axes, eps, taper])
-    over = np.maximum(gaps - homes[2], 0.0)
-    expected = 0.5 * np.sum(homes[1] * (gaps - homes[0]) ** 2 + homes[3] * over**2)
+    over = np.maximum(gaps - belief.ceiling, 0.0)
+    expected = 0.5 * np.sum(
+        belief.weight * (gaps - belief.mean) ** 2 + belief.ceiling_weight * over**2
+    )
     assert added == pytest.approx(expected, rel=1e-9)
     assert total == pytest.approx(plain + expected, rel=1e-9)
 
@@ -66,9 +72,9 @@ def test_the_value_is_the_cost_and_the_prior_of_the_moved_guess(seed):
 @given(seed=seeds, far=st.sampled_from([0.0, 0.05, 0.3]))
 def test_the_slope_matches_finite_differences_also_far_from_the_start(seed, far):
     rng = np.random.default_rng(seed)
-    data, guess = scene(rng)
-    unwhiten, y, homes = (
-        0.3 * rng.normal(size=(PARAMETERS, 7)),
+    terms, start = scene(rng)
+    unwhiten, y, belief = (
+        0.3 * rng.normal(size=(N_PARAMETERS, 7)),
         far * rng.normal(size=7),
         prior(rng),
     )
@@ -77,35 +83,35 @@ def test_the_slope_matches_finite_differences_also_far_from_the_start(seed, far)
     h = 1e-6
     numeric = [
         (
-            at(y + h * d, unwhiten, data, guess, homes)[0]
-            - at(y - h * d, unwhiten, data, guess, homes)[0]
+            at(y + h * d, unwhiten, terms, start, belief)[0]
+            - at(y - h * d, unwhiten, terms, start, belief)[0]
         )
         / (2 * h)
         for d in np.eye(7)
     ]
-    assert np.allclose(at(y, unwhiten, data, guess, homes)[2], numeric, atol=2e-6)
+    assert np.allclose(at(y, unwhiten, terms, start, belief)[2], numeric, atol=2e-6)
 
 
 @given(seed=seeds)
 def test_the_slope_of_a_number_beyond_its_bound_is_zero_and_the_number_stays(seed):
     rng = np.random.default_rng(seed)
-    data, guess = scene(rng)
-    axes, eps, _, _, taper = guess
+    terms, start = scene(rng)
+    axes, eps, _, _, taper = start
     tight = np.array(
         [[axes.min() - 1, axes.max() + 1], [0.02, eps.max() + 0.01], [-0.9, taper.max() + 0.01]]
     )
-    y = np.zeros(PARAMETERS)
+    y = np.zeros(N_PARAMETERS)
     held = [3 + int(np.argmax(eps)), 11 + int(np.argmax(taper))]
     y[held] = 0.1
-    homes, whole = prior(rng), np.eye(PARAMETERS)
-    _, _, slope, _, new_eps, _, _, new_taper = at(y, whole, data, guess, homes, tight)
+    belief, whole = prior(rng), np.eye(N_PARAMETERS)
+    _, _, slope, (_, new_eps, _, _, new_taper) = at(y, whole, terms, start, belief, tight)
     assert np.all(slope[held] == 0.0)
     assert new_eps.max() == tight[1, 1]
     assert new_taper.max() == tight[2, 1]
     h = 1e-6
-    for k in range(PARAMETERS):
-        d = h * np.eye(PARAMETERS)[k]
-        up, down = (at(y + s * d, whole, data, guess, homes, tight)[0] for s in (1, -1))
+    for k in range(N_PARAMETERS):
+        d = h * np.eye(N_PARAMETERS)[k]
+        up, down = (at(y + s * d, whole, terms, start, belief, tight)[0] for s in (1, -1))
         assert slope[k] == pytest.approx((up - down) / (2 * h), abs=2e-6)
 
 

@@ -85,7 +85,9 @@ def test_gauge_and_radial_distance_are_those_of_the_solid():
     vector = (frame.inv() * solid.pose.rotation).as_rotvec()
     x = np.concatenate([solid.exponents, solid.semi_axes, vector, solid.centre])
     points = solid.centre + np.random.default_rng(0).normal(size=(200, 3)) * 0.05
-    assert gauge_at(points, x, frame.as_matrix()) == pytest.approx(solid.gauge(points), rel=1e-9)
+    assert gauge_at(points, x, frame.as_matrix()) == pytest.approx(
+        solid.radial_scale(points), rel=1e-9
+    )
     along = np.linalg.norm(points - solid.project_radially(points), axis=1)
     distances = radial_distances(points, x, frame.as_matrix())
     assert np.abs(distances) == pytest.approx(along, abs=1e-12)

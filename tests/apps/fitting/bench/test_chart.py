@@ -16,7 +16,7 @@ from eyehand.apps.fitting.bench.comparison import OWN
 from eyehand.apps.fitting.bench.dials import BOARD, NO_LADDER, POINTS
 from eyehand.apps.main import main
 from eyehand.perception import FitOptions, Superquadric
-from eyehand.perception.superquadric.budget import FORMAT, options_for_budget
+from eyehand.perception.superquadric import FRONT_FORMAT
 
 
 def ball(points, view_origin, support_plane):
@@ -120,9 +120,9 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
         )
     ]
     chart = DialChart(WORDS, settings, own, [], Provenance("three clouds", 7, 3, "cloud"))
-    chart.store(FrontPlace(FORMAT, path, "FitOptions"))
-    front = FORMAT.read(path)
+    chart.store(FrontPlace(FRONT_FORMAT, path, "FitOptions"))
+    front = FRONT_FORMAT.read(path)
     assert [point.median_ms for point in front.points] == [3.0, 20.0]
-    assert front.points[0].options() == settings[1].options
-    assert options_for_budget(4.0, front=front) == settings[1].options
-    assert options_for_budget(20.0, front=front) == FitOptions()
+    assert FitOptions(**front.points[0].fields) == settings[1].options
+    assert FitOptions.for_budget(4.0, front=front) == settings[1].options
+    assert FitOptions.for_budget(20.0, front=front) == FitOptions()
