@@ -1,4 +1,4 @@
-"""Files that appear whole or not at all."""
+"""Atomic file writing: a file appears completely or not at all."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ if TYPE_CHECKING:
 
 @contextmanager
 def atomic_write(path: Path | str) -> Iterator[Path]:
-    """Lend a temporary path to write to; it takes the place of `path` when the block succeeds.
+    """Yield a temporary path to write to, and rename it to `path` when the block succeeds.
 
-    The temporary path lies in the same folder (so that the swap is one rename) and ends in the
-    same suffix (so that writers which choose a format by suffix, or append one, do the same as
-    for `path`). When the block raises, the temporary file is removed and `path` is as it was.
-    Nothing is flushed to the disk: a reader never sees half a file, a power cut may lose it.
+    The temporary file is in the same folder, so that one rename replaces `path`. It has the same
+    suffix, because some writers choose the format by suffix. If the block raises, the temporary
+    file is removed and `path` is unchanged. The data are not flushed to the disk: readers never get
+    half a file, but a power failure may lose it.
 
     Parameters
     ----------
     path : Path or str
-        The file to write; an existing one is replaced.
+        The file to write. An existing file is replaced.
 
     Yields
     ------
     Path
-        Where to write. The file does not exist yet.
+        The path to write to. The file does not exist yet.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Depth frames from files and to files: PNG with a camera file, NPZ, organised PCD and PLY."""
+"""Reading and writing of depth frames: PNG with a camera file, NPZ, organised PCD and PLY."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ PNG_DEPTH_SCALE_MM = 1.0
 
 
 def read_frame(path: Path | str, camera: Path | str | None = None) -> DepthFrame:
-    """Depth frame from a file; the suffix chooses the format.
+    """Read a depth frame. The suffix chooses the format.
 
     ``.png``: 16-bit greyscale, in mm unless the camera file says otherwise, with a camera file
     (see `read_intrinsics`) and, if there is one of the same size, a colour image beside it:
@@ -72,7 +72,7 @@ def read_frame(path: Path | str, camera: Path | str | None = None) -> DepthFrame
 
 
 def write_frame(path: Path | str, frame: DepthFrame) -> list[Path]:
-    """Write a frame so that `read_frame` reads it back; the suffix chooses the format.
+    """Write a frame so that `read_frame` can read it. The suffix chooses the format.
 
     ``.npz`` loses nothing. ``.png`` rounds depth to whole millimetres, and puts the camera in
     `<stem>.json` and colour in `<stem>_colour.png`. ``.pcd`` and ``.ply`` hold float32

@@ -1,4 +1,4 @@
-"""Depth as whole numbers in a file, depth as metres in memory."""
+"""Conversion between integer depth in files and depth in metres."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ MM_PER_M = 1000.0
 """Millimetres in a metre."""
 
 MIN_PLAUSIBLE_DEPTH_M = 0.01
-"""Nearer than this no depth camera measures: a smaller median means a wrong unit."""
+"""Depth cameras measure no nearer. A smaller median means a wrong unit."""
 
 
 def metres_from_units(raw: NDArray[np.integer], mm_per_unit: float) -> NDArray[np.float32]:
-    """Depth (H, W) float32 in m from whole numbers of `mm_per_unit` millimetres; 0 stays 0.
+    """Convert whole numbers of `mm_per_unit` mm to depth (H, W) float32, m. 0 stays 0.
 
     Raises
     ------
     InputError
-        If the median reading is under `MIN_PLAUSIBLE_DEPTH_M`: the unit was given in metres,
-        say, where millimetres are expected.
+        If the median reading is under `MIN_PLAUSIBLE_DEPTH_M`. The unit may have been given in
+        metres instead of millimetres.
     """
     # In float64, so that the result is the float32 nearest to the true value.
     with np.errstate(over="ignore"):
@@ -40,7 +40,7 @@ def metres_from_units(raw: NDArray[np.integer], mm_per_unit: float) -> NDArray[n
 
 
 def millimetres_from_metres(depth: NDArray[np.floating]) -> NDArray[np.uint16]:
-    """Depth (H, W) uint16 in whole millimetres, rounded to the nearest; 0 stays 0.
+    """Convert depth in m to whole mm, (H, W) uint16, rounded to the nearest. 0 stays 0.
 
     Raises
     ------

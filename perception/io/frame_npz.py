@@ -1,4 +1,4 @@
-"""A depth frame as named NumPy arrays: lossless, and the form of many published data sets."""
+"""Depth frames as NumPy archives: lossless, and the format of many published data sets."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ SCALE_TOLERANCE = 1e-6
 def read_npz_frame(
     path: Path, camera: Path | None, find_camera: Callable[[Path], Path]
 ) -> DepthFrame:
-    """Depth frame from an archive with `depth` and, there or in a camera file, its camera.
+    """Read a depth frame from an archive. Its camera is in the archive or in a camera file.
 
     A camera file that the caller names goes before the archive's own intrinsics and pose; without
     one, `find_camera` names one for archives that hold no intrinsics.
@@ -64,7 +64,7 @@ def read_npz_frame(
 
 
 def write_npz_frame(path: Path, frame: DepthFrame) -> None:
-    """Write a frame's arrays as they are; the archive is compressed.
+    """Write a frame's arrays without loss to a compressed archive.
 
     Raises
     ------

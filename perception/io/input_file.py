@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def read_bytes(path: Path | str) -> bytes:
-    """All bytes of a file.
+    """Read all bytes of a file.
 
     Raises
     ------
@@ -36,7 +36,7 @@ def read_bytes(path: Path | str) -> bytes:
 
 @contextmanager
 def naming(path: Path | str) -> Iterator[None]:
-    """Put the file's name before the message of any `InputError` of the block that lacks it."""
+    """Prefix the file's name to every `InputError` of the block that does not contain it."""
     try:
         yield
     except InputError as error:

@@ -1,4 +1,4 @@
-"""Camera files beside a depth image: who took it, in which unit, from where."""
+"""Camera files: intrinsics, depth unit and camera pose of a depth image."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ CAMERA_FORMS = (
 
 @dataclass(frozen=True)
 class CameraFile:
-    """What a camera file says about an image."""
+    """Contents of a camera file for one image."""
 
     intrinsics: CameraIntrinsics
     """The pinhole camera."""
@@ -48,7 +48,7 @@ class CameraFile:
 
 
 def read_intrinsics(path: Path | str, width: int, height: int) -> CameraIntrinsics:
-    """Camera intrinsics from a JSON file, for images of `width` x `height` px.
+    """Read camera intrinsics from a JSON file, for images of `width` x `height` px.
 
     Forms: ``{fx, fy, cx, cy, width, height}``; open3d's ``{width, height, intrinsic_matrix}``
     with nine values column by column; BOP's ``{cam_K, depth_scale}`` with nine values row by row,
@@ -60,7 +60,7 @@ def read_intrinsics(path: Path | str, width: int, height: int) -> CameraIntrinsi
     path : Path or str
         The JSON file.
     width, height : int
-        Size of the images that the intrinsics are wanted for, px.
+        Size of the images, px.
 
     Raises
     ------
@@ -78,7 +78,7 @@ def write_intrinsics(
     depth_scale_mm: float | None = None,
     T_world_camera: RigidTransform | None = None,
 ) -> Path:
-    """Write a camera file that `read_intrinsics` and `read_frame` read back exactly.
+    """Write a camera file. `read_intrinsics` and `read_frame` read it back exactly.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def write_intrinsics(
     depth_scale_mm : float, optional
         Millimetres per unit of the integer depth images that the file goes with.
     T_world_camera : RigidTransform, optional
-        Where the camera stood; written as `quat_wxyz` and `translation_m`.
+        Pose of the camera, written as `quat_wxyz` and `translation_m`.
 
     Returns
     -------
@@ -109,7 +109,7 @@ def write_intrinsics(
 
 
 def read_camera_file(path: Path | str, width: int, height: int, stem: str = "") -> CameraFile:
-    """Everything that a camera file says about one image of `width` x `height` px.
+    """Read the whole content of a camera file for one image of `width` x `height` px.
 
     `stem` is the image's file name without suffix: the number in it picks the entry of a
     ``scene_camera.json``. Raises as `read_intrinsics`.
@@ -126,7 +126,7 @@ def read_camera_file(path: Path | str, width: int, height: int, stem: str = "") 
 
 
 def find_camera_file(image: Path) -> Path | None:
-    """Camera file beside an image: `<stem>.json`, else the first of `CAMERA_NAMES`, else None."""
+    """Find the camera file beside an image: `<stem>.json`, else the first of `CAMERA_NAMES`."""
     for name in (f"{image.stem}.json", *CAMERA_NAMES):
         candidate = image.with_name(name)
         if candidate.is_file():
@@ -135,7 +135,7 @@ def find_camera_file(image: Path) -> Path | None:
 
 
 def camera_json(camera: CameraFile) -> str:
-    """Text of a camera file in eyehand's own form: flat, with what is known beside it."""
+    """Return the text of a camera file in eyehand's own flat form."""
     k = camera.intrinsics
     content: dict[str, Any] = {
         "width": int(k.width),
@@ -155,7 +155,7 @@ def camera_json(camera: CameraFile) -> str:
 
 
 def intrinsics_from_matrix(K: NDArray, width: int, height: int, name: str) -> CameraIntrinsics:
-    """Pinhole camera from its matrix (3, 3), row-major.
+    """Convert a camera matrix (3, 3), row-major, to a pinhole camera.
 
     Raises
     ------

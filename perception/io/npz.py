@@ -1,4 +1,4 @@
-"""Named arrays out of a NumPy archive, without pickles and without surprises."""
+"""Reading of named arrays from NumPy archives, without pickled objects."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
-    """Arrays of an `.npz` archive by name; names that the archive lacks are left out.
+    """Read arrays of an `.npz` archive by name. Missing names are left out.
 
     Raises
     ------

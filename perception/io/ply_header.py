@@ -1,4 +1,4 @@
-"""The header of a PLY file: which tables follow, of which numbers, and for which pixel grid."""
+"""The header of a PLY file: its tables, their columns, and the pixel grid."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ class PlyHeader:
 
 
 def parse_ply_header(data: bytes) -> PlyHeader:
-    """Header of a PLY file.
+    """Parse the header of a PLY file.
 
     Raises
     ------

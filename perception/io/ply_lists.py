@@ -1,6 +1,6 @@
-"""Lists of vertices in PLY files: the corners of a face, the point of a pixel.
+"""Vertex lists in PLY files: the corners of a face or the point of a pixel.
 
-Not by open3d: the polygon splitting of its 0.20 reader looks up corners before it checks them.
+open3d 0.20 does not replace this reader: it uses corner indices before it checks them.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ STRUCT_CODES = {
 def read_vertex_lists(
     data: bytes, header: PlyHeader, element: PlyElement, at: int
 ) -> list[list[int]]:
-    """The one list of vertices that each row of a table holds; other columns are skipped.
+    """Read the one vertex list of each row of a table. Other columns are skipped.
 
     Parameters
     ----------

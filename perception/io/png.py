@@ -1,4 +1,4 @@
-"""PNG images that are whole: every chunk is checked before a decoder sees it."""
+"""PNG images. Every chunk is checked before the image is decoded."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COLOUR_TYPES = {0: "greyscale", 2: "RGB", 3: "palette", 4: "greyscale with alpha
 
 @dataclass(frozen=True)
 class PngHeader:
-    """What a PNG file says of its image."""
+    """Size and type of a PNG image."""
 
     width: int
     """Columns, px."""
@@ -47,10 +47,10 @@ class PngHeader:
 
 
 def check_png(data: bytes) -> PngHeader:
-    """Header of a PNG file whose chunks are all there and whole.
+    """Check all chunks of a PNG file and return its header.
 
-    Decoders return the upper part of a truncated image, and zeros below, with no error: depth
-    readings would vanish unseen.
+    Decoders return the upper part of a truncated image and zeros below, without an error. Depth
+    readings would be lost without notice.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def check_png(data: bytes) -> PngHeader:
 
 
 def decode_depth(data: bytes) -> NDArray[np.uint16]:
-    """Raw values of a checked 16-bit greyscale PNG, (H, W) uint16.
+    """Decode a 16-bit greyscale PNG, (H, W) uint16.
 
     Raises
     ------
@@ -100,7 +100,7 @@ def decode_depth(data: bytes) -> NDArray[np.uint16]:
 
 
 def decode_colour(data: bytes) -> NDArray[np.uint8]:
-    """Colours of a checked PNG of any type, (H, W, 3) uint8 RGB.
+    """Decode a PNG of any type, (H, W, 3) uint8 RGB.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Point clouds of single objects from files and to files."""
+"""Reading and writing of point clouds of single objects."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 CLOUD_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz", ".txt", ".csv", ".obj", ".stl")
-"""File formats that `read_cloud` takes."""
+"""File formats of `read_cloud`."""
 
 WRITTEN_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz")
-"""File formats that `write_cloud` makes."""
+"""File formats of `write_cloud`."""
 
 DEFAULT_SAMPLES = 10_000
 """Points drawn from a surface: 2 mm apart on average on a box of 10 cm."""
@@ -35,11 +35,11 @@ DEFAULT_SAMPLES = 10_000
 def read_cloud(
     path: Path | str, *, samples: int = DEFAULT_SAMPLES, seed: int = 0
 ) -> NDArray[np.float64]:
-    """Points of a cloud or a surface, without those that hold NaN or infinity.
+    """Read the points of a cloud or surface file. Points with NaN or infinity are dropped.
 
     PLY, PCD, NPZ (array `points`), and text (XYZ, TXT, CSV: x, y, z first, or columns so named)
-    give their points. OBJ, STL and PLY files with faces are surfaces: they give points drawn
-    uniformly by area, the same ones for the same `seed`.
+    give their points. OBJ, STL and PLY files with faces are surfaces. Their points are drawn
+    uniformly by area. The same `seed` gives the same points.
 
     Parameters
     ----------
@@ -84,7 +84,7 @@ def read_cloud(
 def write_cloud(
     path: Path | str, points: ArrayLike, colours: NDArray[np.uint8] | None = None
 ) -> Path:
-    """Write points; NPZ and XYZ keep float64, PLY and PCD hold float32.
+    """Write points. NPZ and XYZ keep float64, PLY and PCD store float32.
 
     Parameters
     ----------

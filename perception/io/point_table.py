@@ -1,4 +1,4 @@
-"""What a point-cloud file holds once its header is understood: a table with one row per point."""
+"""The content of a point-cloud file: a table with one row per point."""
 
 from __future__ import annotations
 

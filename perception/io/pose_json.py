@@ -1,4 +1,4 @@
-"""Rigid poses at a file's edge: matrices and labelled quaternions, checked before they are used."""
+"""Rigid poses in files, as matrices or labelled quaternions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Points as lines of text: XYZ files, and tables with commas, semicolons or tabs."""
+"""Points as text: XYZ files, and tables with commas, semicolons or tabs."""
 
 from __future__ import annotations
 
