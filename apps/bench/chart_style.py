@@ -30,19 +30,19 @@ VERMILION = "#D55E00"
 SKY = "#56B4E9"
 PURPLE = "#CC79A7"
 COLOURS = (BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE)
-"""Okabe and Ito's colour-blind-safe colours, in the order in which curves take them; their yellow
-is left out, as it does not show on white."""
+"""Colours of curves, in order: the colour-blind-safe set of Okabe and Ito without its yellow, which
+is hard to see on white."""
 INK = "#22262B"
-"""Text that matters."""
+"""Main text."""
 FAINT = "#6B7280"
-"""Text that explains."""
+"""Explanations."""
 GREY = "#9AA1AB"
-"""What others made."""
+"""Baselines, and other things of second rank."""
 RULE = "#E4E7EB"
 """Grid lines."""
 
 WIDTH = 8.0
-"""Inches; with DPI 1600 px, twice what a README shows: sharp on dense screens."""
+"""Width of a chart, inches. With DPI that is 1600 px, twice the width that a README shows."""
 DPI = 200
 TITLE, LABEL, TEXT, FOOTER = 13.0, 10.5, 9.5, 7.5
 """Font sizes, points: 9.5 are 13 px in the README."""
@@ -58,29 +58,29 @@ LEFT, BETWEEN, BELOW = 0.92, 0.86, 0.62
 Corner = Literal["upper left", "upper right", "lower left", "lower right"]
 
 TIME_STEPS_MS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1e3, 2e3, 5e3, 1e4, 2e4, 6e4)
-"""Where a time axis has labels ..."""
+"""Labels of a time axis."""
 FINE_TIME_STEPS_MS = tuple(
     round(step * 10**power, 3) for power in range(-1, 5) for step in (1, 1.5, 2, 3, 4, 5, 6, 8)
 )
-"""... and where it has them when it is short."""
+"""Labels of a short time axis."""
 SHORT_TIME_AXIS = 12.0
-"""Times its start."""
+"""A time axis is short when it ends below its start times this factor."""
 SHARE_STEPS = (0, 20, 40, 60, 70, 80, 85, 90, 92, 94, 95, 96, 97, 98, 99, 99.5, 99.9)
-"""Where an axis that approaches 100 % has labels; those that come too close are dropped."""
+"""Candidate labels of a stretched percent axis; labels that would touch are dropped."""
 
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where the figures of a chart come from, for its footer."""
+    """The origin of the figures of a chart, for its footer."""
 
     data: str
     """What was measured on, in words."""
     seed: int | None
     """Seed of all randomness; None where there is none."""
     frames: int
-    """Cases behind each point."""
+    """Number of cases behind each point."""
     each: str = "frame"
-    """What one of them is called."""
+    """Name of one case, singular."""
 
 
 def new_chart(
@@ -92,20 +92,20 @@ def new_chart(
     height: float = 5.2,
     below: float = 0.0,
 ) -> tuple[Figure, list[Axes]]:
-    """Open a figure with a title, and its bare axes, row by row.
+    """Create a figure with a title and empty axes, row by row.
 
     Parameters
     ----------
     title
-        What the chart says, as a sentence or a noun, up to about 70 letters.
+        Title, up to about 70 letters.
     subtitle
-        What is drawn against what, in grey under it.
+        What is drawn, in grey under the title.
     rows, columns
-        Panels.
+        Number of panels.
     height
-        Of the figure, inches; it is 8 inches wide.
+        Height of the figure, inches; it is 8 inches wide.
     below
-        Room between the panels and the footer for a key, inches.
+        Space between the panels and the footer for a legend, inches.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -136,7 +136,7 @@ def new_chart(
 
 
 def label_axes(axes: Axes, x: str, y: str, *, panel: str = "") -> None:
-    """Name both axes, each with its unit in brackets, and the panel where there are several."""
+    """Label both axes, each with its unit in brackets, and name the panel."""
     axes.set_xlabel(x, size=LABEL, color=INK, labelpad=6)
     axes.set_ylabel(y, size=LABEL, color=INK, labelpad=6)
     if panel:
@@ -144,7 +144,7 @@ def label_axes(axes: Axes, x: str, y: str, *, panel: str = "") -> None:
 
 
 def set_time_axis(axes: Axes, fastest_ms: float, slowest_ms: float) -> None:
-    """Make x a logarithmic time axis from `fastest_ms` to `slowest_ms`, labelled for people."""
+    """Make x a logarithmic time axis from `fastest_ms` to `slowest_ms`, with readable labels."""
     _check_span("time axis", fastest_ms, slowest_ms)
     if fastest_ms <= 0:
         raise InputError(f"a logarithmic time axis must start above 0 ms, got {fastest_ms}")
@@ -165,12 +165,12 @@ def set_percent_axis(
     stretched: bool = False,
     capped: tuple[float, str] | None = None,
 ) -> None:
-    """Make y an axis of per cent from `lowest` to `highest`.
+    """Make y an axis in per cent from `lowest` to `highest`.
 
-    `stretched` spaces it by the logarithm of what is missing to 100 %: from 90 to 95 is then as
-    far as from 95 to 97.5, each halves the error, and good and bad methods fit into one chart. It
-    never reaches 100 %: `capped` is where all better points are drawn, per cent, and what its
-    label says; labels above it would mean nothing.
+    A `stretched` axis is logarithmic in the error, 100 % minus the value. From 90 to 95 is as far
+    as from 95 to 97.5, because each halves the error; good and bad methods then fit into one
+    chart. Such an axis never reaches 100 %. `capped` is the level, in per cent, at which all
+    better points are drawn, and the label of that level.
     """
     _check_span("share axis", lowest, highest)
     if not stretched:
@@ -192,8 +192,8 @@ def set_percent_axis(
     top, words = capped or (highest, "")
     labels = {s: f"{s:g} %" for s in SHARE_STEPS if lowest <= s <= min(top, highest)}
     labels |= {top: words} if capped else {}
-    # From the top down, so that the level of the best points keeps its label.
-    ticks = _apart(list(labels), lowest, highest)
+    # From the top down: the level of the best points must keep its label.
+    ticks = _spaced(list(labels), lowest, highest)
     axes.set_yticks(ticks, [labels[step] for step in ticks])
     axes.set_yticks([], minor=True)
 
@@ -201,7 +201,7 @@ def set_percent_axis(
 def draw_curve(
     axes: Axes, x: Sequence[float], y: Sequence[float], name: str, number: int = 0
 ) -> None:
-    """Draw a curve with its measured points in the look of curve `number`; legends show `name`."""
+    """Draw a curve with its points in the colour of curve `number`; `name` is its legend entry."""
     axes.plot(
         x,
         y,
@@ -218,25 +218,8 @@ def draw_curve(
     )
 
 
-def mark_limit(axes: Axes, x: float, text: str) -> None:
-    """Draw a thin upright line at `x`, say where a method breaks, with its text along it."""
-    axes.axvline(x, color=VERMILION, linewidth=1.0, linestyle=(0, (4, 3)), zorder=2)
-    axes.annotate(
-        text,
-        (x, 0.0),
-        xycoords=("data", "axes fraction"),
-        xytext=(3, 6),
-        textcoords="offset points",
-        size=TEXT - 1,
-        color=VERMILION,
-        rotation=90,
-        ha="left",
-        va="bottom",
-    )
-
-
 def add_legend(axes: Axes, *, where: Corner = "lower left") -> None:
-    """Put the legend of all named curves into a corner of the axes."""
+    """Add a legend of all named curves in a corner of the axes."""
     axes.legend(
         loc=where,
         fontsize=TEXT - 0.5,
@@ -250,7 +233,7 @@ def add_legend(axes: Axes, *, where: Corner = "lower left") -> None:
 
 
 def add_footer(figure: Figure, made: Provenance) -> None:
-    """Write data, seed, frame count and machine into the footer."""
+    """Write data, seed, number of cases and machine into the footer."""
     height = figure.get_size_inches()[1]
     seed = "no randomness" if made.seed is None else f"seed {made.seed}"
     frames = f"{made.frames} {made.each}{'' if made.frames == 1 else 's'}"
@@ -267,7 +250,7 @@ def add_footer(figure: Figure, made: Provenance) -> None:
 
 
 def write_chart(figure: Figure, path: Path, rows: Sequence[Mapping[str, Any]]) -> None:
-    """Write the figure to `path` (.png) and the rows behind it to the .csv beside it.
+    """Write the figure to `path` (.png), and its rows to the .csv file beside it.
 
     Columns are the keys of all rows in the order of their first occurrence; None is left empty.
 
@@ -281,14 +264,14 @@ def write_chart(figure: Figure, path: Path, rows: Sequence[Mapping[str, Any]]) -
     if path.suffix != ".png":
         raise InputError(f"a chart must be a .png file, got {path}")
     if not rows:
-        raise InputError(f"no rows to write beside {path}: a chart must show something")
+        raise InputError(f"no rows to write beside {path}: a chart needs at least one row")
     with atomic_write(path) as temporary:
         figure.savefig(temporary, dpi=DPI, metadata={"Software": None})
     write_csv(path.with_suffix(".csv"), rows)
 
 
 def format_time(milliseconds: float) -> str:
-    """A time for people: ``0.5 ms``, ``20 ms``, ``2 s``, ``1 min``."""
+    """Format a time: ``0.5 ms``, ``20 ms``, ``2 s``, ``1 min``."""
     if milliseconds >= 60e3:
         return f"{milliseconds / 60e3:.3g} min"
     if milliseconds >= 1e3:
@@ -305,8 +288,8 @@ def _bare(axes: Axes) -> None:
     axes.tick_params(which="both", length=0, labelsize=TEXT, labelcolor=INK, pad=5)
 
 
-def _apart(steps: list[float], lowest: float, highest: float) -> list[float]:
-    """Drop steps that come closer than a line of text to the next one on a stretched axis."""
+def _spaced(steps: list[float], lowest: float, highest: float) -> list[float]:
+    """Drop labels that are closer than a line of text to the next one on a stretched axis."""
     import numpy as np
 
     span = np.log((100 - lowest) / (100 - highest))

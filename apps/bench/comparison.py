@@ -1,8 +1,8 @@
-"""Time and score many ways of doing a thing on the same cases, in turns.
+"""Time and score several methods on the same cases.
 
-A shared machine is now faster, now slower. Here every contestant gets every case before the next
-case comes, in several rounds, and of the rounds the fastest counts: what slows the machine down
-slows all of them, or one round only, and the times stay comparable.
+The speed of a shared machine varies. Therefore all methods run on a case before the next case
+starts, in several rounds, and the fastest round counts. A slow phase of the machine then affects
+all methods alike, or one round only.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ Answer = TypeVar("Answer")
 Score = TypeVar("Score")
 
 WARM_UP = -1
-"""Round of the first case that does not count."""
+"""Number of the extra round on the first case, which is not counted."""
 
 
 @dataclass(frozen=True)
@@ -41,15 +41,15 @@ class Method(Generic[Case, Answer]):
 
 @dataclass(frozen=True)
 class MethodResult(Generic[Case, Answer, Score]):
-    """What a contestant took and reached, case by case."""
+    """Times and scores of a method, case by case."""
 
     method: Method[Case, Answer]
     wall_ms: NDArray[np.float64]
     """Wall time of the fastest round, (cases,), ms."""
     cpu_ms: NDArray[np.float64]
-    """The same of processor time, of all threads: less shaken by what else runs."""
+    """Processor time of all threads, (cases,), ms. It depends less on other load."""
     scores: tuple[Score, ...]
-    """What its answers are worth, by case."""
+    """Scores of its answers, by case."""
 
 
 def compare_methods(
@@ -58,29 +58,29 @@ def compare_methods(
     score: Callable[[Case, Answer], Score],
     rounds: int,
 ) -> list[MethodResult[Case, Answer, Score]]:
-    """Let all contestants do all cases.
+    """Run all methods on all cases, in turns.
 
     Parameters
     ----------
-    contestants
-        Who takes part.
+    methods
+        Methods to compare.
     cases
-        At least one.
+        At least one case.
     score
-        Worth of an answer; its time does not count.
+        Computes the score of an answer. Its run time does not count.
     rounds
-        How many times each case is done by each, >= 1. A first time on the first case, for
-        kernels to compile and tables to fill, is not counted.
+        Runs of each method on each case, >= 1. An extra first run on the first case, in which
+        kernels compile, is not counted.
 
     Returns
     -------
     list of MethodResult
-        In the order of the contestants.
+        In the order of the methods.
     """
     times: list[NDArray[np.float64]] = []
     scores: list[list[Score]] = [[] for _ in methods]
     opencv_threads = cv2.getNumThreads()
-    # Threads are a dial of some contestants: what they call must not take more by itself.
+    # Some methods set their own number of threads; OpenCV must not add more.
     cv2.setNumThreads(1)
     try:
         for case in cases:
@@ -95,15 +95,15 @@ def compare_methods(
             times.append(1e3 * fastest)
     finally:
         cv2.setNumThreads(opencv_threads)
-    by_contestant = np.moveaxis(np.array(times), 0, -1)
+    by_method = np.moveaxis(np.array(times), 0, -1)
     return [
         MethodResult(method, wall_ms, cpu_ms, tuple(own))
-        for method, (wall_ms, cpu_ms), own in zip(methods, by_contestant, scores, strict=True)
+        for method, (wall_ms, cpu_ms), own in zip(methods, by_method, scores, strict=True)
     ]
 
 
 def _timed(method: Method[Case, Answer], case: Case) -> tuple[Answer, tuple[float, float]]:
-    """Answer, and wall and processor time in s."""
+    """Return the answer, and its wall and processor time in s."""
     cpu, wall = time.process_time(), time.perf_counter()
     answer = method.run(case)
     return answer, (time.perf_counter() - wall, time.process_time() - cpu)

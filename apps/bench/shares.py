@@ -1,8 +1,10 @@
-"""Shares of the trials of a step, in %, and how every stress chart draws them."""
+"""Shares of trials in %, their confidence intervals, and how stress charts draw them."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
+
+from eyehand.errors import InputError
 
 from .chart_style import INK
 
@@ -11,31 +13,68 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from .sweep import Step, Trial
+    from .sweep import SweepStep, Trial
 
-BAR: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
-"""Look of all bars: behind the curves, nearly as wide as a value's place."""
-DOTS = (0, (1, 1.4))
-"""Dashes of a second curve: it must not be taken for the first."""
-
-
-def share_pct(step: Step, holds: Callable[[Trial], bool]) -> float:
-    """Give the share of a step's trials for which something holds, %."""
-    return 100 * sum(map(holds, step.trials)) / len(step.trials)
+BAR_STYLE: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
+"""Style of all bars: behind the curves, nearly as wide as the distance of two values."""
+DOTTED = (0, (1, 1.4))
+"""Line style of a second curve."""
+CONFIDENCE = 0.95
+"""Share of intervals that contain the true value."""
 
 
-def refused_pct(step: Step) -> float:
-    """Give the share of trials that ended in a refusal with its reason, %."""
+def wilson_interval(wins: int, tries: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
+    """Return the confidence interval of a share (Wilson 1927, no continuity correction).
+
+    Unlike the normal interval it stays within 0 and 1, and it is not a point when all or none
+    succeeded.
+
+    Parameters
+    ----------
+    wins, tries
+        Successes and trials, 0 <= wins <= tries.
+    confidence
+        Confidence of the interval, between 0 and 1.
+
+    Returns
+    -------
+    low, high
+        From 0 to 1; (0, 1) without trials.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+    if not 0 <= wins <= tries:
+        raise InputError(f"wins must be from 0 to the {tries} tries, got {wins}")
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence must lie between 0 and 1, got {confidence}")
+    if tries == 0:
+        return 0.0, 1.0
+    from scipy.stats import binomtest
+
+    interval = binomtest(wins, tries).proportion_ci(confidence, method="wilson")
+    return float(interval.low), float(interval.high)
+
+
+def share_pct(step: SweepStep, condition: Callable[[Trial], bool]) -> float:
+    """Return the percentage of a step's trials that meet a condition."""
+    return 100 * sum(map(condition, step.trials)) / len(step.trials)
+
+
+def refused_pct(step: SweepStep) -> float:
+    """Return the percentage of trials that the method refused with a reason."""
     return share_pct(step, lambda trial: trial.refused)
 
 
-def unclean_pct(step: Step) -> float:
-    """Give the share of trials that did what none may, %."""
+def unclean_pct(step: SweepStep) -> float:
+    """Return the percentage of trials with an invalid answer or a violated safety rule."""
     return share_pct(step, lambda trial: not trial.clean)
 
 
-def score_pct(step: Step) -> float | None:
-    """Give the mean score of the trials that have one, %."""
+def score_pct(step: SweepStep) -> float | None:
+    """Return the mean score in % of the trials that have one."""
     return 100 * sum(step.scores) / len(step.scores) if step.scores else None
 
 
@@ -44,7 +83,7 @@ def worst(
     digits: int,
     pick: Callable[[list[float]], float] = max,
 ) -> float | None:
-    """Give the worst of the values measured, to some significant digits; None of none."""
+    """Return the worst measured value to `digits` significant digits; None without values."""
     known = [value for value in values if value is not None]
     return float(f"{pick(known):.{digits}g}") if known else None
 
@@ -58,21 +97,21 @@ def draw_bars(
     alpha: float,
     on: Sequence[float] | float = 0.0,
 ) -> None:
-    """Draw shares, %, as bars behind the curves, on other bars where told."""
-    axes.bar(places, shares, bottom=on, color=colour, alpha=alpha, label=label, **BAR)
+    """Draw shares in % as bars behind the curves; `on` is the height of the bars below."""
+    axes.bar(places, shares, bottom=on, color=colour, alpha=alpha, label=label, **BAR_STYLE)
 
 
 def draw_dotted(
     axes: Axes, places: Sequence[float], shares: Sequence[float | None], label: str
 ) -> None:
-    """Draw shares, %, as a second, dotted curve; values without one are passed over."""
+    """Draw shares in % as a second, dotted curve; None is left out."""
     known = [(x, share) for x, share in zip(places, shares, strict=True) if share is not None]
     axes.plot(
         [x for x, _ in known],
         [share for _, share in known],
         color=INK,
         linewidth=1.1,
-        linestyle=DOTS,
+        linestyle=DOTTED,
         label=label,
         clip_on=False,
         zorder=3.2,

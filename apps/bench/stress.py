@@ -1,133 +1,198 @@
-"""What every `eyehand stress` command does: check, run the sweeps, tell where they break."""
+"""The driver of all `eyehand stress` commands: run sweeps, chart and print where they break.
+
+A stage declares one :class:`StressStage`; its command calls :func:`run_stress`.
+"""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, Generic
 
+from cyclopts import Parameter
 from rich import box
 from rich.table import Table
 
 from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.output_files import make_folder
 from eyehand.errors import InputError
 
-from .sweep import SweepResult, format_value, iterate_steps
-from .sweep_chart import point_rows, sweep_rows, write_stress_chart
+from .sweep import Sweep, SweepResult, Tested, format_value, run_sweep, select_sweeps
+from .sweep_chart import ReportSpec, point_rows, sweep_rows, write_stress_chart
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from .sweep import Sweep, Tested
-    from .sweep_chart import ReportSpec
+    from collections.abc import Mapping
 
 CHART_FILES = ("stress.png", "stress.csv")
-"""What every stress command writes: its chart, and the figures in it."""
+"""Files that every stress command writes: the chart and its figures."""
 
 
-def stress_seeds(seeds: int | None, seed: int, usual: int) -> range:
-    """Seeds to try at each value: `seeds` of them, or the usual number, from `seed` on.
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class StressArguments:
+    """The options that all stress commands share."""
+
+    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None
+    """Names of the sweeps to run; default: all."""
+    seeds: int | None = None
+    """Trials at each value; default: segmentation 5, fit 20, motion 10, touch 8,
+    grasp 2, and fewer with --quick."""
+    seed: int = 0
+    """The first seed. All randomness follows from the seeds."""
+    quick: bool = False
+    """Run each sweep at its easiest value, its bound and its hardest value only."""
+    out: Path | None = None
+    """Output folder; default: out/stress_STAGE."""
+    json: bool = False
+    """Print one JSON object on stdout; tables go to stderr."""
+
+
+@dataclass(frozen=True)
+class CheckReport:
+    """The result of a check beside the sweeps."""
+
+    table: Table
+    """Table for people."""
+    rows: Sequence[Mapping[str, Any]]
+    """Rows for JSON."""
+    faults: Sequence[str] = ()
+    """One line per violated expectation."""
+
+
+@dataclass(frozen=True)
+class StressCheck(Generic[Tested]):
+    """A set of cases beside the sweeps, for instance invalid inputs."""
+
+    name: str
+    """Name for ``--only``, and the key of its rows in JSON."""
+    run: Callable[[range, Tested], CheckReport]
+    """Run the cases of a method with these seeds."""
+    by_default: bool = True
+    """Whether it runs when ``--only`` names nothing."""
+
+
+@dataclass(frozen=True)
+class StressStage(Generic[Tested]):
+    """All that one stage's stress command consists of."""
+
+    name: str
+    """Name of the stage, the second word of the command."""
+    sweeps: Sequence[Sweep[Tested]]
+    """All sweeps, in reading order."""
+    method: Tested
+    """The method under test."""
+    report: ReportSpec
+    """Words and curves of the chart."""
+    seeds: int
+    """Trials per value when no number is given."""
+    quick_seeds: int
+    """The same for a quick run."""
+    prepare: Callable[[], None] | None = None
+    """Called once before the first trial, for instance to compile kernels."""
+    checks: Sequence[StressCheck[Tested]] = ()
+    """Checks beside the sweeps."""
+    write_files: Callable[[Path, Sequence[SweepResult]], Sequence[str]] | None = None
+    """Write further files into the output folder and return their names."""
+    members: Mapping[str, Any] = field(default_factory=dict)
+    """Further members of the JSON object."""
+
+
+def run_stress(stage: StressStage[Any], arguments: StressArguments) -> int:
+    """Run the sweeps and checks of a stage, write its chart, and print where it breaks.
+
+    Returns
+    -------
+    int
+        Exit code: 1 when a bound or an expectation is violated, otherwise 0.
 
     Raises
     ------
     InputError
-        If there are none, or the first is negative.
+        If a name is unknown, or a number of seeds or the first seed is invalid.
     """
-    count = usual if seeds is None else seeds
-    if count < 1:
-        raise InputError(f"--seeds must be >= 1, got {count}")
-    if seed < 0:
-        raise InputError(f"--seed must be a whole number >= 0, got {seed}")
-    return range(seed, seed + count)
-
-
-def run_sweeps(
-    sweeps: Sequence[Sweep[Tested]], seeds: range, method: Tested, *, quick: bool
-) -> list[SweepResult]:
-    """Run sweeps with a progress bar; `quick` tries their easiest, bound and hardest value."""
-    wanted = [sweep.shortened() if quick else sweep for sweep in sweeps]
-    return [
-        SweepResult(sweep, tuple(iterate_steps(sweep, seeds, method)))
-        for sweep in tracked(wanted, "sweeps")
+    seeds = _seed_range(stage, arguments)
+    sweeps, checks = _selected(stage, arguments.only or ())
+    out = arguments.out or Path(f"out/stress_{stage.name}")
+    make_folder(out)
+    if stage.prepare is not None:
+        stage.prepare()
+    results = [
+        run_sweep(sweep.shortened() if arguments.quick else sweep, seeds, stage.method)
+        for sweep in tracked(sweeps, "sweeps")
     ]
-
-
-def tell_stress(
-    results: Sequence[SweepResult],
-    telling: ReportSpec,
-    seeds: range,
-    *,
-    out: Path,
-    json: bool,
-    quick: bool,
-    files: Sequence[str] = (),
-    faults: Sequence[str] = (),
-    **more: Any,
-) -> int:
-    """Chart and print where the sweeps break, name each broken bound, and give the exit code.
-
-    Parameters
-    ----------
-    results
-        The sweeps.
-    telling
-        The words of the stage.
-    seeds
-        What was tried at each value.
-    out
-        Output folder.
-    json
-        Whether one JSON object goes to stdout, the table then to stderr.
-    quick
-        Whether the sweeps were shortened.
-    files
-        What else was written, by name in `out`.
-    faults
-        Broken expectations beside those of the sweeps, one line each.
-    more
-        Further members of the JSON object.
-    """
-    written = [*files]
+    files = stage.write_files(out, results) if stage.write_files else ()
+    reports = {check.name: check.run(seeds, stage.method) for check in checks}
+    for report in reports.values():
+        show(report.table, json_wanted=arguments.json)
     if results:
-        write_stress_chart(out / CHART_FILES[0], results, telling, len(seeds), seeds.start)
-        written = [*CHART_FILES, *files]
-        show(_table(results, telling), json_wanted=json)
-    say(f"{', '.join(written)} in {out}")
-    broken = [*(fault for result in results for fault in result.faults), *faults]
-    for fault in broken:
+        write_stress_chart(out / CHART_FILES[0], results, stage.report, len(seeds), seeds.start)
+        files = [*CHART_FILES, *files]
+        show(_table(results, stage.report), json_wanted=arguments.json)
+    if files:
+        say(f"{', '.join(files)} in {out}")
+    faults = [fault for result in (*results, *reports.values()) for fault in result.faults]
+    for fault in faults:
         say(f"broken bound: {fault}")
-    if json:
+    if arguments.json:
+        check_rows = {
+            check.name: reports[check.name].rows if check.name in reports else []
+            for check in stage.checks
+        }
         print_json(
-            f"stress_{telling.stage}",
+            f"stress_{stage.name}",
             seeds.start,
             sweep_rows(results),
             seeds=len(seeds),
-            quick=quick,
-            broken_bounds=broken,
-            points=point_rows(results, telling),
+            quick=arguments.quick,
+            broken_bounds=faults,
+            points=point_rows(results, stage.report),
             out=str(out),
-            **more,
+            **check_rows,
+            **stage.members,
         )
-    return 1 if broken else 0
+    return 1 if faults else 0
 
 
-def _table(results: Sequence[SweepResult], telling: ReportSpec) -> Table:
-    title = telling.title
+def _seed_range(stage: StressStage[Any], arguments: StressArguments) -> range:
+    count = arguments.seeds
+    if count is None:
+        count = stage.quick_seeds if arguments.quick else stage.seeds
+    if count < 1:
+        raise InputError(f"--seeds must be >= 1, got {count}")
+    if arguments.seed < 0:
+        raise InputError(f"--seed must be a whole number >= 0, got {arguments.seed}")
+    return range(arguments.seed, arguments.seed + count)
+
+
+def _selected(
+    stage: StressStage[Any], only: Sequence[str]
+) -> tuple[Sequence[Sweep[Any]], list[StressCheck[Any]]]:
+    names = [check.name for check in stage.checks]
+    sweeps = select_sweeps(stage.sweeps, only, names)
+    if only:
+        return sweeps, [check for check in stage.checks if check.name in only]
+    return sweeps, [check for check in stage.checks if check.by_default]
+
+
+def _table(results: Sequence[SweepResult], report: ReportSpec) -> Table:
+    title = report.title
     table = Table(
         title=f"{title[:1].lower()}{title[1:]} (fewer than 90 % of trials right)",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
-    figures = ("breaks at", telling.time)
-    for column in ("sweep", "what gets harder", "holds to", *figures, "what is wrong"):
-        table.add_column(column, justify="right" if column in figures else "left")
+    numeric = ("breaks at", report.time_column)
+    for column in ("sweep", "what gets harder", "holds to", *numeric, "what is wrong"):
+        table.add_column(column, justify="right" if column in numeric else "left")
     for result in results:
-        sweep, broken = result.sweep, result.breaks_at
+        sweep, breaks_at = result.sweep, result.breaks_at
         seconds = result.steps[0].seconds
         table.add_row(
             sweep.name,
             sweep.axis,
             "" if sweep.holds_to is None else format_value(sweep.holds_to, sweep.unit),
-            "never" if broken is None else format_value(broken, sweep.unit),
+            "never" if breaks_at is None else format_value(breaks_at, sweep.unit),
             "" if seconds is None else f"{1e3 * seconds:.0f}",
             result.shown.worst.note,
             style="bold red" if result.faults else None,

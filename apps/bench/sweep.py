@@ -1,4 +1,4 @@
-"""A task that gets harder step by step, tried many times a step: where it breaks, what it holds."""
+"""Sweeps: a task made harder step by step, with many trials at each step."""
 
 from __future__ import annotations
 
@@ -11,64 +11,64 @@ import numpy as np
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
 Tested = TypeVar("Tested")
-"""What is put under stress: a function, of whatever the stage's trials hand it."""
+"""The method under test, in the form that the trials of a stage take it."""
 
-BROKEN_BELOW = 0.9
-"""Share of trials that must pass; where it is less, the method has broken."""
+MIN_PASS_RATE = 0.9
+"""A method breaks at the first value at which a smaller share of trials passes."""
 
-MOST_PLAIN = 1e5
-"""Above this, Python would print 3e+05."""
+MAX_PLAIN_NUMBER = 1e5
+"""Larger numbers are printed with all digits; `format` would write 3e+05."""
 
 
 @dataclass(frozen=True)
 class Trial:
-    """One try at one difficulty."""
+    """The outcome of one trial."""
 
     passed: bool
     """Whether the answer was right."""
     note: str = ""
     """What was wrong, in a few words."""
     clean: bool = True
-    """Whether the answer was a proper one, right or wrong: no crash, no hang, no garbage."""
+    """Whether the answer was valid, right or wrong: no crash, no hang, no NaN."""
     score: float | None = None
-    """How much of the truth was met, in [0, 1]; None where there is nothing to compare."""
+    """Agreement with the truth, in [0, 1]; None when there is nothing to compare."""
     seconds: float | None = None
-    """Time of the method; None when it was not reached."""
+    """Run time of the method, s; None when it was not called."""
     refused: bool = False
-    """Whether the method itself said that it has no answer, and why."""
+    """Whether the method itself refused the input with a reason."""
     picture: object | None = None
-    """What to show of it, for the stage's command to draw."""
+    """Data of the stage for its figures and pictures."""
 
 
 @dataclass(frozen=True)
 class Sweep(Generic[Tested]):
-    """One way to make the task harder.
+    """One quantity that makes the task harder, and the trial to run at each of its values.
 
     Raises
     ------
     InputError
-        If there are fewer than two values, one comes twice, or the bound is none of them.
+        If there are fewer than two values, a value is repeated, or `holds_to` is not a value.
     """
 
     name: str
-    """One word or two with a hyphen, for the command line."""
+    """Name for the command line, one word or several joined by hyphens."""
     axis: str
-    """What gets harder, in words."""
+    """The quantity that makes the task harder, in words."""
     unit: str
     """Unit of the values as printed; empty for plain numbers."""
     values: tuple[float, ...]
-    """From easy to hard, in the unit."""
+    """Values from easy to hard, in the unit."""
     holds_to: float | None
-    """The bound: up to this value the method must not break; None where it may from the start."""
+    """Last value at which the method must not break; None when nothing is required."""
     attempt: Callable[[float, int, Tested], Trial]
-    """Try a method once, at a value and with a seed that fixes all but the difficulty."""
+    """Run one trial of a method at a value; the seed fixes everything but the difficulty."""
     right: str
     """What counts as passed, in words."""
     repeats: int | None = None
-    """Trials a value where the number of seeds asked for does not suit; None takes that number."""
+    """Trials per value, at most; None uses all seeds."""
 
     def __post_init__(self) -> None:
         if len(set(self.values)) < max(len(self.values), 2):
@@ -79,25 +79,25 @@ class Sweep(Generic[Tested]):
             )
 
     def shortened(self) -> Sweep[Tested]:
-        """The same sweep at its easiest, at its bound, and at its hardest value."""
+        """Return the sweep with its easiest value, its bound and its hardest value only."""
         kept = {self.values[0], self.holds_to, self.values[-1]}
         return replace(self, values=tuple(value for value in self.values if value in kept))
 
-    def bounded(self) -> tuple[float, ...]:
-        """The values that must hold."""
+    def required_values(self) -> tuple[float, ...]:
+        """Return the values at which the method must not break."""
         if self.holds_to is None:
             return ()
         return self.values[: self.values.index(self.holds_to) + 1]
 
 
 @dataclass(frozen=True)
-class Step:
-    """What came of one difficulty."""
+class SweepStep:
+    """All trials at one value of a sweep."""
 
     value: float
-    """In the sweep's unit."""
+    """Value in the sweep's unit."""
     trials: tuple[Trial, ...]
-    """One a seed."""
+    """One trial per seed."""
 
     @property
     def share(self) -> float:
@@ -106,57 +106,57 @@ class Step:
 
     @property
     def broken(self) -> bool:
-        """Whether too few passed."""
-        return self.share < BROKEN_BELOW
+        """Whether fewer than MIN_PASS_RATE of the trials passed."""
+        return self.share < MIN_PASS_RATE
 
     @property
     def scores(self) -> tuple[float, ...]:
-        """Of the trials in which there was something to compare."""
+        """Scores of the trials that have one."""
         return tuple(trial.score for trial in self.trials if trial.score is not None)
 
     @property
     def seconds(self) -> float | None:
-        """Median time, s; None where none was measured."""
+        """Median run time, s; None when none was measured."""
         times = [trial.seconds for trial in self.trials if trial.seconds is not None]
         return float(np.median(times)) if times else None
 
     @property
     def worst(self) -> Trial:
-        """A trial that shows what went wrong: unclean before wrong before right."""
+        """The worst trial: an invalid answer first, then a wrong one."""
         return min(self.trials, key=lambda trial: (trial.clean, trial.passed))
 
 
 @dataclass(frozen=True)
 class SweepResult:
-    """What came of a sweep."""
+    """A sweep and its trials."""
 
     sweep: Sweep
-    """The sweep, of any stage."""
-    steps: tuple[Step, ...]
-    """In the order of its values."""
+    """The sweep."""
+    steps: tuple[SweepStep, ...]
+    """One step per value, in the order of the values."""
 
     @property
     def breaks_at(self) -> float | None:
-        """First value at which fewer than 90 % passed; None when all values held."""
+        """First value at which fewer than 90 % of the trials passed; None if there is none."""
         return next((step.value for step in self.steps if step.broken), None)
 
     @property
-    def shown(self) -> Step:
-        """The step that a picture should show: where it breaks, or the hardest."""
+    def shown(self) -> SweepStep:
+        """The step for pictures: the first broken one, or the hardest."""
         return next((step for step in self.steps if step.broken), self.steps[-1])
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """How the bound was broken, one line a value; empty when it held.
+        """One line per value that violates the bound; empty when the bound holds.
 
-        At every difficulty, also past the bound, an answer must be a clean one.
+        Past the bound an answer may be wrong, but it must still be valid.
         """
-        required = self.sweep.bounded()
+        required = self.sweep.required_values()
         lines = []
         for step in self.steps:
-            dirty = [trial for trial in step.trials if not trial.clean]
-            if dirty or (step.broken and step.value in required):
-                trial = dirty[0] if dirty else step.worst
+            unclean = [trial for trial in step.trials if not trial.clean]
+            if unclean or (step.broken and step.value in required):
+                trial = unclean[0] if unclean else step.worst
                 at = f"{self.sweep.name} at {format_value(step.value, self.sweep.unit)}"
                 passed = sum(trial.passed for trial in step.trials)
                 lines.append(f"{at}: {passed} of {len(step.trials)} right; {trial.note}")
@@ -164,64 +164,66 @@ class SweepResult:
 
 
 def run_sweep(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> SweepResult:
-    """Try every value with every seed.
+    """Run a trial for every value and seed.
 
-    An exception of the method is a failed and unclean trial, not the end of the sweep.
+    An exception of the method is a failed and invalid trial. It does not end the sweep.
 
     Raises
     ------
     InputError
         If there are no seeds.
     """
-    return SweepResult(sweep, tuple(iterate_steps(sweep, seeds, method)))
-
-
-def iterate_steps(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> Iterator[Step]:
-    """Yield the steps of a sweep as they are done."""
     if not seeds:
-        raise InputError("a sweep needs one seed at least, got none")
+        raise InputError("a sweep needs at least one seed, got none")
     used = seeds if sweep.repeats is None else seeds[: sweep.repeats]
-    for value in sweep.values:
-        yield Step(value, tuple(run_guarded(sweep.attempt, value, seed, method) for seed in used))
+    return SweepResult(
+        sweep,
+        tuple(
+            SweepStep(
+                value, tuple(run_guarded(sweep.attempt, value, seed, method) for seed in used)
+            )
+            for value in sweep.values
+        ),
+    )
 
 
 def select_sweeps(
     sweeps: Sequence[Sweep[Tested]], only: Sequence[str] = (), others: Sequence[str] = ()
 ) -> tuple[Sweep[Tested], ...]:
-    """Give the sweeps that are named, in their own order; all when none is.
+    """Return the named sweeps in their own order, or all sweeps when no name is given.
 
     Parameters
     ----------
     sweeps
-        All there are.
+        All sweeps.
     only
-        Names.
+        Names to keep.
     others
-        What may be named as well and is no sweep.
+        Further valid names that are not sweeps.
 
     Raises
     ------
     InputError
-        If there is no sweep of a name.
+        If a name is unknown.
     """
     names = [*(sweep.name for sweep in sweeps), *others]
     for name in only:
         if name not in names:
-            raise InputError(f"no sweep is called {name!r}, expected of {', '.join(names)}")
+            raise InputError(f"no sweep is called {name!r}, expected one of {', '.join(names)}")
     return tuple(sweep for sweep in sweeps if not only or sweep.name in only)
 
 
 def format_value(value: float, unit: str) -> str:
-    """A value with its unit: ``5 mm``, ``640 px``, ``5°``, ``12``."""
-    number = f"{value:g}" if abs(value) < MOST_PLAIN else f"{value:.0f}"
+    """Format a value with its unit: ``5 mm``, ``640 px``, ``5°``, ``12``."""
+    number = f"{value:g}" if abs(value) < MAX_PLAIN_NUMBER else f"{value:.0f}"
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 
 def run_guarded(attempt: Callable[..., Trial], *arguments: Any) -> Trial:
-    """Make an attempt; an exception of the method is an unclean trial."""
+    """Run a trial; an exception of the method becomes an invalid trial."""
     try:
         return attempt(*arguments)
-    # Whatever the method raises is what the sweep wants to know.
+    # Any exception of the method is a result of the trial.
     except Exception as error:
         reason = " ".join(str(error).split())
         return Trial(False, f"raised {type(error).__name__}: {reason}", clean=False)

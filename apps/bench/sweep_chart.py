@@ -1,4 +1,4 @@
-"""Sweeps as small charts side by side, and as rows of figures."""
+"""The chart of sweeps, one small panel each, and its rows of figures."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from .chart_style import (
     new_chart,
     write_chart,
 )
-from .sweep import BROKEN_BELOW, Step, format_value
+from .sweep import MIN_PASS_RATE, SweepStep, format_value
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -36,51 +36,49 @@ if TYPE_CHECKING:
 COLUMNS = 4
 """Panels side by side."""
 ROW_HEIGHT = 1.75
-"""Height of a row of panels with all its words, inches."""
+"""Height of a row of panels with its text, inches."""
 AROUND = 2.1
-"""Height of title, footer and the last panels' words, inches."""
-MIDDLE = 0.32
-"""Room between panels, inches: only the first of a row names its shares."""
-ABOVE = 0.92
-"""Room between rows of panels, inches: values, two lines of words, and the next names."""
-LETTERS = 28
-"""Of the words under a panel, in a line."""
-LETTER = 0.068
-"""Width of a letter of the values named under a panel, inches."""
-KEY = 0.3
-"""Height of a key between panels and footer, inches."""
-KEY_PLACE = 0.52
-"""Of its lower edge above the chart's, inches: over two lines of footer."""
+"""Height of title, footer and the text under the last row, inches."""
+COLUMN_GAP = 0.32
+"""Gap between panels, inches: only the first panel of a row has labels on its y axis."""
+ROW_GAP = 0.92
+"""Gap between rows of panels, inches: tick labels, two lines of text, and the next names."""
+MAX_LINE_LETTERS = 28
+"""Letters in a line of text under a panel."""
+LETTER_WIDTH = 0.068
+"""Width of a letter of the tick labels, inches."""
+LEGEND_HEIGHT = 0.3
+"""Height of a legend between panels and footer, inches."""
+LEGEND_BOTTOM = 0.52
+"""Distance of the legend from the lower edge, inches: above two lines of footer."""
 
 
 @dataclass(frozen=True)
 class ReportSpec:
-    """How the sweeps of one stage are told: its words, its figures, its curves."""
+    """The words, figures and curves of a stage's stress chart."""
 
-    stage: str
-    """Second word of the command."""
     title: str
-    """Of the chart."""
+    """Title of the chart."""
     subtitle: str
-    """What is drawn, in grey under it."""
+    """What is drawn, in grey under the title."""
     data: str
     """What was measured on, for the footer."""
-    each: str
-    """What one trial is put before, for the same."""
-    figures: Callable[[Step], dict[str, Any]]
-    """What a row of a sweep and value tells beside the share that is right."""
-    draw: Callable[[Axes, Sequence[float], Sequence[Step]], None]
-    """Draws the steps at their places on a panel whose y goes from 0 to 100 %."""
-    keyed: bool = False
-    """Whether what it draws is several things: their labels then stand in a key."""
-    time: str = "ms a trial"
-    """What the column of times in the table is called."""
+    case_name: str
+    """What one trial is run on, for the footer: frame, cloud, pick."""
+    figures: Callable[[SweepStep], dict[str, Any]]
+    """Return further columns for a row, beside the share of right trials."""
+    draw: Callable[[Axes, Sequence[float], Sequence[SweepStep]], None]
+    """Draw the steps at their x positions on a panel whose y axis goes from 0 to 100 %."""
+    legend: bool = False
+    """Whether the labels of what is drawn stand in a legend."""
+    time_column: str = "ms a trial"
+    """Heading of the time column in the table."""
 
 
 def write_stress_chart(
-    path: Path, results: Sequence[SweepResult], telling: ReportSpec, seeds: int, first_seed: int
+    path: Path, results: Sequence[SweepResult], report: ReportSpec, seeds: int, first_seed: int
 ) -> None:
-    """Draw every sweep, from easy to hard, with where it breaks.
+    """Draw a panel per sweep, from easy to hard, with a line where the method breaks.
 
     Parameters
     ----------
@@ -88,10 +86,10 @@ def write_stress_chart(
         PNG to write; the CSV goes beside it.
     results
         Sweeps, in reading order.
-    telling
-        What is drawn of each, and the words around it.
+    report
+        Words and curves of the stage.
     seeds, first_seed
-        How many seeds were tried, and the first one.
+        Number of seeds and the first one, for the footer.
 
     Raises
     ------
@@ -102,13 +100,13 @@ def write_stress_chart(
     """
     columns = min(COLUMNS, max(len(results), 1))
     rows = max(-(-len(results) // columns), 1)
-    key = KEY if telling.keyed else 0.0
-    # A chart makes room for the names of its panels only where there are several.
+    key = LEGEND_HEIGHT if report.legend else 0.0
+    # new_chart leaves room for panel names only when there are several panels.
     named = PANEL_NAME if rows * columns == 1 else 0.0
     height = AROUND + named + rows * ROW_HEIGHT + key
     figure, panels = new_chart(
-        telling.title,
-        f"{telling.subtitle}, from easy (left) to hard (right)\n"
+        report.title,
+        f"{report.subtitle}, from easy (left) to hard (right)\n"
         "green: must hold      dashed: breaks, fewer than 90 % are right",
         rows=rows,
         columns=columns,
@@ -116,23 +114,23 @@ def write_stress_chart(
         below=key,
     )
     place = figure.subplotpars
-    wide = ((place.right - place.left) * WIDTH - (columns - 1) * MIDDLE) / columns
+    wide = ((place.right - place.left) * WIDTH - (columns - 1) * COLUMN_GAP) / columns
     top = place.top - (named + 0.5 * MARGIN) / height
-    high = ((top - place.bottom) * height - (rows - 1) * ABOVE) / rows
-    figure.subplots_adjust(top=top, wspace=MIDDLE / wide, hspace=ABOVE / high)
+    high = ((top - place.bottom) * height - (rows - 1) * ROW_GAP) / rows
+    figure.subplots_adjust(top=top, wspace=COLUMN_GAP / wide, hspace=ROW_GAP / high)
     for number, panel in enumerate(panels):
         if number < len(results):
-            _draw(panel, results[number], telling, wide, shares_named=number % columns == 0)
+            _draw(panel, results[number], report, wide, shares_named=number % columns == 0)
         else:
             panel.set_axis_off()
-    if telling.keyed:
-        _add_key(figure, panels[0])
-    add_footer(figure, Provenance(telling.data, first_seed, seeds, telling.each))
-    write_chart(figure, path, point_rows(results, telling))
+    if report.legend:
+        _add_legend(figure, panels[0])
+    add_footer(figure, Provenance(report.data, first_seed, seeds, report.case_name))
+    write_chart(figure, path, point_rows(results, report))
 
 
 def sweep_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
-    """One row a sweep: where it breaks and what it must hold, values in the sweep's unit."""
+    """Return a row per sweep: where it breaks and its bound, in the sweep's unit."""
     return [
         {
             "name": result.sweep.name,
@@ -148,17 +146,17 @@ def sweep_rows(results: Sequence[SweepResult]) -> list[dict[str, Any]]:
     ]
 
 
-def point_rows(results: Sequence[SweepResult], telling: ReportSpec) -> list[dict[str, Any]]:
-    """One row a sweep and value: share of right trials, and the stage's own figures."""
+def point_rows(results: Sequence[SweepResult], report: ReportSpec) -> list[dict[str, Any]]:
+    """Return a row per sweep and value: share of right trials and the stage's own figures."""
     return [
         {
             "name": result.sweep.name,
             "value": step.value,
             "unit": result.sweep.unit,
-            "must_hold": step.value in result.sweep.bounded(),
+            "must_hold": step.value in result.sweep.required_values(),
             "trials": len(step.trials),
             "right_pct": round(100 * step.share, 1),
-            **telling.figures(step),
+            **report.figures(step),
             "wrong": step.worst.note,
         }
         for result in results
@@ -167,25 +165,25 @@ def point_rows(results: Sequence[SweepResult], telling: ReportSpec) -> list[dict
 
 
 def percent(share: float | None, digits: int = 1) -> float | None:
-    """A share in %, rounded; None stays None."""
+    """Convert a share to rounded per cent; None stays None."""
     return None if share is None else round(100 * share, digits)
 
 
-def milliseconds(step: Step) -> float | None:
-    """Median time of a step, ms, rounded; None where none was measured."""
+def milliseconds(step: SweepStep) -> float | None:
+    """Return the median time of a step, ms, rounded; None when none was measured."""
     return None if step.seconds is None else round(1e3 * step.seconds, 1)
 
 
 def _draw(
-    axes: Axes, result: SweepResult, telling: ReportSpec, wide: float, *, shares_named: bool
+    axes: Axes, result: SweepResult, report: ReportSpec, wide: float, *, shares_named: bool
 ) -> None:
     sweep = result.sweep
-    # Equal steps: the values are chosen by how much harder each makes it.
+    # Equal distances: each value was chosen to be about one step harder than the last.
     places = list(range(len(sweep.values)))
-    held = len(sweep.bounded())
+    held = len(sweep.required_values())
     axes.axvspan(-0.5, held - 0.5, color=GREEN, alpha=0.1, linewidth=0)
-    axes.axhline(100 * BROKEN_BELOW, color=GREY, linewidth=0.7, zorder=1.5)
-    telling.draw(axes, places, result.steps)
+    axes.axhline(100 * MIN_PASS_RATE, color=GREY, linewidth=0.7, zorder=1.5)
+    report.draw(axes, places, result.steps)
     named = [max(held - 1, 0), places[-1], 0, *places]
     broken = None
     if result.breaks_at is not None:
@@ -196,7 +194,7 @@ def _draw(
     axes.set_ylim(-4, 104)
     axes.set_yticks([0, 50, 100], ["0 %", "50 %", "100 %"] if shares_named else [""] * 3)
     words = [format_value(value, "") for value in sweep.values]
-    ticks = _apart(named, words, wide / len(places))
+    ticks = _spaced(named, words, wide / len(places))
     axes.set_xticks(ticks, [words[k] for k in ticks])
     axes.tick_params(labelsize=TEXT - 1.5, pad=3)
     for k, label in zip(ticks, axes.get_xticklabels(), strict=True):
@@ -205,20 +203,24 @@ def _draw(
     axes.grid(False, axis="x")
     axis = f"{sweep.axis} ({sweep.unit})" if sweep.unit else sweep.axis
     axes.set_xlabel(
-        textwrap.fill(axis, LETTERS), size=TEXT - 2, color=FAINT, labelpad=3, linespacing=1.15
+        textwrap.fill(axis, MAX_LINE_LETTERS),
+        size=TEXT - 2,
+        color=FAINT,
+        labelpad=3,
+        linespacing=1.15,
     )
     axes.set_title(sweep.name, size=LABEL - 0.5, color=INK, weight="bold", loc="left", pad=5)
 
 
-def _add_key(figure: Figure, panel: Axes) -> None:
-    """Say under the panels what their curves and bars are."""
+def _add_legend(figure: Figure, panel: Axes) -> None:
+    """Add a legend of the curves and bars under the panels."""
     handles, names = panel.get_legend_handles_labels()
     height = figure.get_size_inches()[1]
     figure.legend(
         handles,
         names,
         loc="lower left",
-        bbox_to_anchor=(MARGIN / WIDTH, KEY_PLACE / height),
+        bbox_to_anchor=(MARGIN / WIDTH, LEGEND_BOTTOM / height),
         ncols=len(names),
         fontsize=TEXT - 0.5,
         labelcolor=INK,
@@ -230,12 +232,13 @@ def _add_key(figure: Figure, panel: Axes) -> None:
     )
 
 
-def _apart(wanted: Sequence[int], words: Sequence[str], step: float) -> list[int]:
-    """Of the places wanted, first come first served, those whose words do not run together."""
+def _spaced(wanted: Sequence[int], words: Sequence[str], step: float) -> list[int]:
+    """Return the positions whose labels do not touch; earlier ones have priority."""
     kept: list[int] = []
     for place in wanted:
         if place not in kept and all(
-            abs(place - other) * step > LETTER * (len(words[place]) + len(words[other]) + 2) / 2
+            abs(place - other) * step
+            > LETTER_WIDTH * (len(words[place]) + len(words[other]) + 2) / 2
             for other in kept
         ):
             kept.append(place)

@@ -1,14 +1,9 @@
-"""`eyehand stress motion`: make motions harder until the control basis breaks, and chart where."""
+"""`eyehand stress motion`: find where the control basis breaks."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-from cyclopts import Parameter
-
-from eyehand.apps.console import show
-from eyehand.apps.output_files import make_folder
 from eyehand.control.options import ControlOptions
 
 from ..bench.chart_style import GREY, VERMILION, draw_curve
@@ -20,8 +15,7 @@ from ..bench.shares import (
     unclean_pct,
     worst,
 )
-from ..bench.stress import run_sweeps, stress_seeds, tell_stress
-from ..bench.sweep import select_sweeps
+from ..bench.stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
 from ..bench.sweep_chart import ReportSpec
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
@@ -35,91 +29,59 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench.sweep import Step, Sweep
+    from ..bench.sweep import Sweep, SweepStep
 
-SEEDS, QUICK_SEEDS = 10, 1
-"""Trials a value when no number is asked for; long runs take fewer."""
-INPUTS = "inputs"
-"""Name of the wrong inputs among the sweeps."""
 DIGITS = 4
 """Significant digits of measured figures."""
 
 
-def stress_motion(
-    *,
-    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
-    seeds: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/stress_motion"),
-    json: bool = False,
-) -> int:
+def stress_motion(arguments: StressArguments | None = None) -> int:
     """Make an arm's motions harder step by step until its control breaks, and chart where.
 
-    Goals out of reach, inside obstacles, behind walls, at joint limits and against each other;
-    gains and periods past what is stable; faces in parallel, starts in penetration, obstacles that
-    come flying. Each value must end in a named status or a refusal: a joint past its speed, a
-    distance below the margin or NaN break it, whatever is asked. Wrong input must be refused in
-    words that name what is right. Ends with exit code 1 when a bound is broken, and says which.
-    Writes stress.png with stress.csv.
-
-    Parameters
-    ----------
-    only
-        Sweeps to run, and "inputs" for the wrong inputs; all when not given.
-    seeds
-        Trials at each value; default 10, or 1 with --quick. Sweeps of long motions take fewer.
-    seed
-        The first seed; goals and places of obstacles follow from it alone.
-    quick
-        Try each sweep at its easiest value, its bound and its hardest value only.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout; the tables go to stderr.
+    Runs 10 trials at each value, or 1 with --quick; sweeps of long motions take fewer. The sweeps
+    cover goals out of reach, inside obstacles, behind walls, at joint limits and in conflict; gains
+    and periods past stability; parallel faces, starts in penetration, and flying obstacles. Each
+    trial must end in a named status or a refusal. A joint beyond its speed limit, a distance below
+    the margin, or NaN violates that at every value. Invalid inputs run as the sweep "inputs": each
+    must be refused, and the message must name a valid value. Exit code 1: a bound is violated.
+    Writes stress.png and stress.csv.
     """
-    tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
-    wanted = list(only or ())
-    named = [name for name in wanted if name != INPUTS]
-    sweeps = select_sweeps(control_sweeps(), named, [INPUTS]) if named or not wanted else ()
-    make_folder(out)
-    results = run_sweeps(sweeps, tried, ControlOptions(), quick=quick)
-    with_inputs = INPUTS in wanted or not wanted
-    refusals = [refused(wrong) for wrong in (wrong_inputs() if with_inputs else ())]
-    if refusals:
-        show(refusal_table(refusals), json_wanted=json)
-    return tell_stress(
-        results,
-        control_telling(),
-        tried,
-        out=out,
-        json=json,
-        quick=quick,
-        faults=[f"{one.wrong.name}: {one.happened}" for one in refusals if not one.kept],
-        inputs=refusal_rows(refusals),
-    )
+    return run_stress(motion_stage(), arguments or StressArguments())
 
 
 def control_sweeps() -> tuple[Sweep[ControlOptions], ...]:
-    """All sweeps, in reading order."""
+    """Return all sweeps, in reading order."""
     return (*goal_sweeps(), *limit_sweeps(), *gain_sweeps(), *contact_sweeps())
 
 
-def control_telling() -> ReportSpec:
-    """How the sweeps are told: what is right, what is refused, and the worst that was measured."""
-    return ReportSpec(
-        stage="motion",
-        title="Where the control basis breaks",
-        subtitle="Share of motions that end as they should",
-        data="7-joint arm at default options; a 4-joint arm and a palm of its own where so told",
-        each="trial",
-        figures=_figures,
-        draw=_draw,
-        keyed=True,
+def motion_stage() -> StressStage[ControlOptions]:
+    """Return the stress stage of motion control."""
+    return StressStage(
+        name="motion",
+        sweeps=control_sweeps(),
+        method=ControlOptions(),
+        report=ReportSpec(
+            title="Where the control basis breaks",
+            subtitle="Share of motions that end as required",
+            data="7-joint arm, default options; 4-joint arm or custom palm in some sweeps",
+            case_name="trial",
+            figures=_figures,
+            draw=_draw,
+            legend=True,
+        ),
+        seeds=10,
+        quick_seeds=1,
+        checks=[StressCheck("inputs", _check_inputs)],
     )
 
 
-def _figures(step: Step) -> dict[str, Any]:
+def _check_inputs(_seeds: range, _options: ControlOptions) -> CheckReport:
+    refusals = [refused(wrong) for wrong in wrong_inputs()]
+    faults = [f"{one.wrong.name}: {one.happened}" for one in refusals if not one.kept]
+    return CheckReport(refusal_table(refusals), refusal_rows(refusals), faults)
+
+
+def _figures(step: SweepStep) -> dict[str, Any]:
     measured = [trial.picture for trial in step.trials if isinstance(trial.picture, MotionFigures)]
 
     def worst_of(name: str, pick: Any = max) -> float | None:
@@ -139,7 +101,7 @@ def _figures(step: Step) -> dict[str, Any]:
     }
 
 
-def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
+def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> None:
     refusals = [refused_pct(step) for step in steps]
     unclean = [unclean_pct(step) for step in steps]
     draw_bars(axes, places, refusals, "refused, or infeasible", GREY, 0.45)

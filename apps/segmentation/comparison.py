@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -54,7 +53,7 @@ def compare_segmentations(
     InputError
         If a frame cannot be read or segmented. The message names the frame.
     """
-    named = [replace(method, run=partial(_labels, method)) for method in methods]
+    named = [Method(m.name, m.setting, partial(_labels, m)) for m in methods]
     measured = []
     for result in compare_methods(named, _loaded(sources), _shares, rounds):
         shares = np.round(100 * np.mean(result.scores, axis=0), 2).tolist()

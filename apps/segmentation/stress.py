@@ -1,20 +1,18 @@
-"""`eyehand stress segmentation`: make it harder until it breaks, and chart where."""
+"""`eyehand stress segmentation`: find where the segmentation breaks."""
 
 from __future__ import annotations
 
 import functools
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
-from eyehand.apps.output_files import make_folder
 from eyehand.apps.perceived_frame import load_kernels
 from eyehand.data_synth.render import render_staged
 from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
 from ..bench.chart_style import draw_curve
-from ..bench.stress import run_sweeps, stress_seeds, tell_stress
+from ..bench.stress import StressArguments, StressStage, run_stress
 from ..bench.sweep import format_value
 from ..bench.sweep_chart import ReportSpec, milliseconds, percent
 from .pictures import ScoredFrame, write_sheet
@@ -24,103 +22,89 @@ from .stress_trial import TrialPicture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+    from pathlib import Path
 
     from matplotlib.axes import Axes
 
-    from ..bench.sweep import Step, SweepResult
+    from ..bench.sweep import SweepResult, SweepStep
+    from .stress_trial import SegmentCallable
 
-SEEDS, QUICK_SEEDS = 5, 2
-"""Scenes a value when no number is asked for."""
-LEAST_SHOWN_PX = 64
-"""Smaller images are not shown: they are about answers, not about pictures."""
-MOST_SHOWN = 50
-"""Objects past which a picture shows nothing but lines."""
+MIN_SHOWN_PX = 64
+"""Smaller images are not shown: their sweeps are about error messages."""
+MAX_SHOWN_OBJECTS = 50
+"""With more objects a picture shows nothing but outlines."""
 SHEET_FILE = "breaking.png"
 
 
 def stress_segmentation(
+    arguments: StressArguments | None = None,
     *,
-    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
-    seeds: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/stress_segmentation"),
-    json: bool = False,
     options: Annotated[
         SegmentationOptions | None, Parameter(name="*", group="Segmentation options")
     ] = None,
 ) -> int:
     """Make staged scenes harder step by step until the segmentation breaks, and chart where.
 
-    Each sweep has a bound that must hold, and every answer, right or wrong, must be a clean one.
-    Ends with exit code 1 when a bound is broken, and says which. Writes stress.png with
-    stress.csv, and breaking.png: each sweep's frame where it breaks, truth beside answer.
+    Tries 5 scenes at each value, or 2 with --quick. Each sweep has a bound that must hold. Past the
+    bound an answer may be wrong, but it must still be valid. Exit code 1: a bound is violated.
+    Writes stress.png, stress.csv, and breaking.png: the frame where each sweep breaks, with the
+    true objects beside the answer.
 
     Parameters
     ----------
-    only
-        Sweeps to run; all when not given.
-    seeds
-        Scenes tried at each value; default 5, or 2 with --quick.
-    seed
-        The first seed; scenes and noise follow from it alone.
-    quick
-        Try each sweep at its easiest value, its bound and its hardest value only.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout; the table goes to stderr.
     options
-        Thresholds to run with; each is a dial of its own.
+        Options of the segmentation.
     """
-    tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
-    sweeps = segmentation_sweeps(only or ())
-    make_folder(out)
-    load_kernels()
-    results = run_sweeps(sweeps, tried, functools.partial(segment, options=options), quick=quick)
-    shown = [picture for picture in map(_picture, results) if picture is not None]
-    if shown:
-        write_sheet(out / SHEET_FILE, shown)
-    return tell_stress(
-        results,
-        segmentation_telling(),
-        tried,
-        out=out,
-        json=json,
-        quick=quick,
-        files=[SHEET_FILE] if shown else (),
+    return run_stress(segmentation_stage(options), arguments or StressArguments())
+
+
+def segmentation_stage(
+    options: SegmentationOptions | None = None,
+) -> StressStage[SegmentCallable]:
+    """Return the stress stage of the segmentation."""
+    return StressStage(
+        name="segmentation",
+        sweeps=segmentation_sweeps(),
+        method=functools.partial(segment, options=options),
+        report=ReportSpec(
+            title="Where the segmentation breaks",
+            subtitle="share of trials that are right, in %",
+            data="staged scenes, noise 1 mm at 1 m unless the sweep changes it",
+            case_name="frame",
+            figures=_figures,
+            draw=_draw_shares,
+        ),
+        seeds=5,
+        quick_seeds=2,
+        prepare=load_kernels,
+        write_files=_write_sheet,
     )
 
 
-def segmentation_telling() -> ReportSpec:
-    """How the segmentation's sweeps are told: the share that is right, and mean overlap F."""
-    return ReportSpec(
-        stage="segmentation",
-        title="Where the segmentation breaks",
-        subtitle="share of trials that are right, in %",
-        data="staged scenes, noise 1 mm at 1 m where nothing else is said",
-        each="frame",
-        figures=_figures,
-        draw=_draw_shares,
-    )
-
-
-def _figures(step: Step) -> dict[str, Any]:
+def _figures(step: SweepStep) -> dict[str, Any]:
     mean = sum(step.scores) / len(step.scores) if step.scores else None
     return {"overlap_f_pct": percent(mean, 2), "segment_ms": milliseconds(step)}
 
 
-def _draw_shares(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
+def _draw_shares(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> None:
     draw_curve(axes, places, [100 * step.share for step in steps], "right")
 
 
+def _write_sheet(out: Path, results: Sequence[SweepResult]) -> Sequence[str]:
+    shown = [picture for picture in map(_picture, results) if picture is not None]
+    if not shown:
+        return ()
+    write_sheet(out / SHEET_FILE, shown)
+    return (SHEET_FILE,)
+
+
 def _picture(result: SweepResult) -> ScoredFrame | None:
-    """What a sweep's frame looks like where it breaks; None where there is nothing to see."""
+    """Return the frame at which a sweep breaks; None when a picture of it would show nothing."""
     step = result.shown
     picture = step.worst.picture
-    if not isinstance(picture, TrialPicture) or min(picture.labels.shape) < LEAST_SHOWN_PX:
+    if not isinstance(picture, TrialPicture) or min(picture.labels.shape) < MIN_SHOWN_PX:
         return None
-    if max(picture.labels.max(), picture.truth.max()) > MOST_SHOWN:
+    if max(picture.labels.max(), picture.truth.max()) > MAX_SHOWN_OBJECTS:
         return None
     frame = picture.frame
     if picture.scene is not None:

@@ -1,18 +1,12 @@
-"""`eyehand stress touch`: make touching harder until the servo breaks, and chart where."""
+"""`eyehand stress touch`: find where the tactile servo breaks."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
-
-from eyehand.apps.output_files import make_folder
+from typing import TYPE_CHECKING, Any
 
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst
-from ..bench.stress import run_sweeps, stress_seeds, tell_stress
-from ..bench.sweep import select_sweeps
+from ..bench.stress import StressArguments, StressStage, run_stress
 from ..bench.sweep_chart import ReportSpec
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
@@ -24,74 +18,52 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench.sweep import Step, Sweep
+    from ..bench.sweep import Sweep, SweepStep
 
-SEEDS, QUICK_SEEDS = 8, 1
-"""Trials a value when no number is asked for."""
 DIGITS = 4
 """Significant digits of measured figures."""
 
 
-def stress_touch(
-    *,
-    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
-    seeds: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/stress_touch"),
-    json: bool = False,
-) -> int:
-    """Make touching harder step by step until the tactile servo breaks, and chart where.
+def stress_touch(arguments: StressArguments | None = None) -> int:
+    """Make contacts harder step by step until the tactile servo breaks, and chart where.
 
-    Gains past the limit, fast landings with and without anti-windup, contacts lost while rolling,
-    round ones with yaw on, rods exactly across, contacts at the border, blobs that swap, objects
-    that come at the pad, light ones, thresholds in the noise, dead and saturated tactels. Past its
-    limit each should end in a named outcome with the pad backed off; force that grows, or a pad
-    that still presses after that, breaks it. Ends with exit code 1 when a bound is broken, and says
-    which. Writes stress.png with stress.csv.
-
-    Parameters
-    ----------
-    only
-        Sweeps to run; all when not given.
-    seeds
-        Trials at each value; default 8, or 1 with --quick.
-    seed
-        The first seed; electronics, noise and directions follow from it alone.
-    quick
-        Try each sweep at its easiest value, its bound and its hardest value only.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout; the table goes to stderr.
+    Runs 8 trials at each value, or 1 with --quick. The sweeps cover gains past the limit, fast
+    landings with and without anti-windup, contacts lost while rolling, round contacts with yaw
+    control on, rods exactly across, contacts at the border, blobs that swap, objects that move
+    towards the pad, light objects, thresholds within the noise, and dead and saturated tactels.
+    Past its limit each trial must end in a named outcome with the pad backed off. A growing force
+    violates that, and so does a pad that still presses afterwards. Exit code 1: a bound is
+    violated. Writes stress.png and stress.csv.
     """
-    tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
-    sweeps = select_sweeps(touch_sweeps(), only or ())
-    make_folder(out)
-    results = run_sweeps(sweeps, tried, None, quick=quick)
-    return tell_stress(results, touch_telling(), tried, out=out, json=json, quick=quick)
+    return run_stress(touch_stage(), arguments or StressArguments())
 
 
 def touch_sweeps() -> tuple[Sweep[None], ...]:
-    """All sweeps, in reading order."""
+    """Return all sweeps, in reading order."""
     return (*gain_sweeps(), *contact_sweeps(), *sensor_sweeps())
 
 
-def touch_telling() -> ReportSpec:
-    """How the sweeps are told: what was held, what ended with a name, the worst forces."""
-    return ReportSpec(
-        stage="touch",
-        title="Where the tactile servo breaks",
-        subtitle="Share of contacts that are held as they should",
-        data="simulated 16 x 16 pad on a carrier with an arm's lag, default options",
-        each="trial",
-        figures=_figures,
-        draw=_draw,
-        keyed=True,
+def touch_stage() -> StressStage[None]:
+    """Return the stress stage of tactile servoing."""
+    return StressStage(
+        name="touch",
+        sweeps=touch_sweeps(),
+        method=None,
+        report=ReportSpec(
+            title="Where the tactile servo breaks",
+            subtitle="Share of contacts that are held as required",
+            data="simulated 16 x 16 pad on a carrier with an arm's lag, default options",
+            case_name="trial",
+            figures=_figures,
+            draw=_draw,
+            legend=True,
+        ),
+        seeds=8,
+        quick_seeds=1,
     )
 
 
-def _figures(step: Step) -> dict[str, Any]:
+def _figures(step: SweepStep) -> dict[str, Any]:
     measured = [trial.picture for trial in step.trials if isinstance(trial.picture, ContactFigures)]
     names = sorted({figures.outcome for figures in measured if figures.outcome})
     return {
@@ -105,14 +77,14 @@ def _figures(step: Step) -> dict[str, Any]:
     }
 
 
-def _unnamed_pct(step: Step) -> float:
-    """Share of trials, %, that neither ended with a name nor held."""
+def _unnamed_pct(step: SweepStep) -> float:
+    """Return the percentage of trials that neither held nor ended in a named outcome."""
     return share_pct(step, lambda trial: not (trial.refused or trial.passed))
 
 
-def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
+def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> None:
     named = [refused_pct(step) for step in steps]
     unnamed = [_unnamed_pct(step) for step in steps]
-    draw_bars(axes, places, named, "ended with a name, backed off", GREY, 0.45)
-    draw_bars(axes, places, unnamed, "missed without a name", VERMILION, 0.6, named)
+    draw_bars(axes, places, named, "named outcome, backed off", GREY, 0.45)
+    draw_bars(axes, places, unnamed, "missed without an outcome", VERMILION, 0.6, named)
     draw_curve(axes, places, [100 * step.share for step in steps], "held")

@@ -1,22 +1,18 @@
-"""`eyehand stress fit`: make clouds harder until the fit breaks, and chart where."""
+"""`eyehand stress fit`: find where the superquadric fit breaks."""
 
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from cyclopts import Parameter
 
-from eyehand.apps.console import show, tracked
-from eyehand.apps.output_files import make_folder
+from eyehand.apps.console import tracked
 from eyehand.apps.perceived_frame import load_kernels
 
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, refused_pct, share_pct
-from ...bench.stress import run_sweeps, stress_seeds, tell_stress
-from ...bench.sweep import select_sweeps
+from ...bench.stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
 from ...bench.sweep_chart import ReportSpec, milliseconds, percent
 from .baselines import find_baseline
 from .extreme_clouds import extremes
@@ -29,104 +25,82 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ...bench.sweep import Step
+    from ...bench.sweep import SweepStep
+    from .stress_trial import FitCallable
 
-SEEDS, QUICK_SEEDS = 20, 3
-"""Clouds a value when no number is asked for."""
-EXTREME_SEEDS = 3
-"""Most clouds an extreme is tried with: it is right at once or not at all."""
+MAX_EXTREME_SEEDS = 3
+"""Seeds for each extreme cloud: the answer hardly depends on them."""
 MEDIAN, WORST = 0, COLOURS.index(SKY)
-"""Curves of the chart, by their colours' numbers."""
-EXTREMES = "extremes"
-"""Name of the extreme clouds among the sweeps."""
+"""Colours of the curves."""
 
 
 def stress_fit(
+    arguments: StressArguments | None = None,
     *,
-    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
-    seeds: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
     baseline: str | None = None,
-    out: Path = Path("out/stress_fit"),
-    json: bool = False,
 ) -> int:
-    """Make clouds with known solids harder step by step until the fit breaks, and chart where.
+    """Make clouds of known solids harder step by step until the fit breaks, and chart where.
 
-    Each sweep has a bound that must hold, and every answer, right or wrong, must be a clean one.
-    Extreme clouds (nothing, NaN, a line, wrong units, 10 km away ...) must each be refused by
-    name, be followed exactly, or degrade with a word. Ends with exit code 1 when a bound or an
-    expectation is broken, and says which. Writes stress.png with stress.csv.
+    Tries 20 clouds at each value, or 3 with --quick. Each sweep has a bound that must hold. Past
+    the bound an answer may be wrong, but it must still be valid. Extreme clouds (empty, NaN, on a
+    line, in wrong units, 10 km away ...) run as the sweep "extremes": each must be refused with a
+    reason, or give the same solid as the usual cloud, or fail with a warning. Exit code 1: a bound
+    or an expectation is violated. Writes stress.png and stress.csv.
 
     Parameters
     ----------
-    only
-        Sweeps to run, and "extremes" for the extreme clouds; all when not given.
-    seeds
-        Clouds tried at each value; default 20, or 3 with --quick.
-    seed
-        The first seed; solids, views and noise follow from it alone.
-    quick
-        Try each sweep at its easiest value, its bound and its hardest value only.
     baseline
-        Put another fitter under the same stress: a baseline's name, or module:function. It is held
-        to no bound, and meets the extreme clouds only when they are asked for.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout; the tables go to stderr.
+        Test another fitter: the name of a baseline, or module:function. No bound applies to it,
+        and extreme clouds run only when they are named.
     """
-    tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
-    wanted = list(only or ())
-    with_extremes = EXTREMES in wanted or not (wanted or baseline)
-    named = [name for name in wanted if name != EXTREMES]
-    sweeps = select_sweeps(fit_sweeps(), named, [EXTREMES]) if named or not wanted else ()
-    method = fit_method
-    if baseline is not None:
-        method = baseline_method(find_baseline(baseline))
-        sweeps = [replace(sweep, holds_to=None) for sweep in sweeps]
-    make_folder(out)
-    load_kernels()
-    results = run_sweeps(sweeps, tried, method, quick=quick)
-    extreme_results = [
-        run_extreme(extreme, tried[:EXTREME_SEEDS], method)
-        for extreme in tracked(extremes() if with_extremes else (), EXTREMES)
-    ]
-    if extreme_results:
-        show(extreme_table(extreme_results), json_wanted=json)
-    return tell_stress(
-        results,
-        fit_telling(baseline),
-        tried,
-        out=out,
-        json=json,
-        quick=quick,
-        faults=[result.fault for result in extreme_results if result.fault and not baseline],
-        baseline=baseline,
-        extremes=extreme_rows(extreme_results),
+    return run_stress(fit_stage(baseline), arguments or StressArguments())
+
+
+def fit_stage(baseline: str | None = None) -> StressStage[FitCallable]:
+    """Return the stress stage of the fit, or that of a baseline without bounds."""
+    own = baseline is None
+    sweeps = fit_sweeps()
+    return StressStage(
+        name="fit",
+        sweeps=sweeps if own else [replace(sweep, holds_to=None) for sweep in sweeps],
+        method=fit_method if own else baseline_method(find_baseline(baseline)),
+        report=ReportSpec(
+            title=f"Where {baseline or 'the fit'} breaks",
+            subtitle=f"IoU with the true solid (right: {100 * RIGHT:.0f} % or more)",
+            data="one view of a random solid, 1000 points, 1 mm noise unless the sweep changes it",
+            case_name="cloud",
+            figures=_figures,
+            draw=_draw,
+            legend=True,
+        ),
+        seeds=20,
+        quick_seeds=3,
+        prepare=load_kernels,
+        checks=[StressCheck("extremes", _check_extremes if own else _show_extremes, own)],
+        members={"baseline": baseline},
     )
 
 
-def fit_telling(baseline: str | None = None) -> ReportSpec:
-    """How the fit's sweeps are told: IoU with the true solid, refusals, silent failures."""
-    return ReportSpec(
-        stage="fit",
-        title=f"Where {baseline or 'the fit'} breaks",
-        subtitle=f"IoU with the true solid (right: {100 * RIGHT:.0f} % or more)",
-        data="one view of a random solid, 1000 points, 1 mm noise where nothing else is said",
-        each="cloud",
-        figures=_figures,
-        draw=_draw,
-        keyed=True,
-    )
-
-
-def silent_pct(step: Step) -> float:
-    """Share of trials, %, whose solid has failed without the fit saying so."""
+def silent_pct(step: SweepStep) -> float:
+    """Return the percentage of trials with a failed solid and no refusal."""
     return share_pct(step, lambda trial: trial.score is not None and trial.score < FAILED)
 
 
-def _figures(step: Step) -> dict[str, Any]:
+def _check_extremes(seeds: range, method: FitCallable) -> CheckReport:
+    results = [
+        run_extreme(extreme, seeds[:MAX_EXTREME_SEEDS], method)
+        for extreme in tracked(extremes(), "extremes")
+    ]
+    faults = [result.fault for result in results if result.fault]
+    return CheckReport(extreme_table(results), extreme_rows(results), faults)
+
+
+def _show_extremes(seeds: range, method: FitCallable) -> CheckReport:
+    """Run the extreme clouds without requirements."""
+    return replace(_check_extremes(seeds, method), faults=())
+
+
+def _figures(step: SweepStep) -> dict[str, Any]:
     scores = step.scores
     return {
         "iou_median_pct": percent(float(np.median(scores)) if scores else None),
@@ -138,7 +112,7 @@ def _figures(step: Step) -> dict[str, Any]:
     }
 
 
-def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
+def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> None:
     silent = [silent_pct(step) for step in steps]
     refused = [refused_pct(step) for step in steps]
     draw_bars(axes, places, silent, "failed silently", VERMILION, 0.75)

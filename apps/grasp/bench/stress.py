@@ -1,14 +1,11 @@
-"""`eyehand stress grasp`: make picks harder until they break, and chart where."""
+"""`eyehand stress grasp`: find where picking breaks."""
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
-
-from cyclopts import Parameter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from eyehand.apps.grasp.ready import ready_grasping
-from eyehand.apps.output_files import make_folder
 from eyehand.grasping.pick_options import PickOptions
 
 from ...bench.chart_style import GREY, VERMILION, draw_curve
@@ -20,8 +17,7 @@ from ...bench.shares import (
     unclean_pct,
     worst,
 )
-from ...bench.stress import run_sweeps, stress_seeds, tell_stress
-from ...bench.sweep import select_sweeps
+from ...bench.stress import StressArguments, StressStage, run_stress
 from ...bench.sweep_chart import ReportSpec, milliseconds
 from .camera_sweeps import seeing_sweeps
 from .event_sweeps import event_sweeps
@@ -34,61 +30,33 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ...bench.sweep import Step, Sweep
+    from ...bench.sweep import Sweep, SweepStep
 
-SEEDS, QUICK_SEEDS = 2, 1
-"""Trials a value when no number is asked for; what fails on purpose takes one."""
-QUICK = ("width", "plate", "tall", "neighbour", "lost-depth", "only-table", "bad-physics")
-"""Sweeps of a quick run that names none: one of each sort."""
+QUICK = ["width", "plate", "tall", "neighbour", "lost-depth", "only-table", "bad-physics"]
+"""Sweeps of a quick run that names none: one of each kind."""
 DIGITS = 3
 """Significant digits of measured figures."""
 
 
-def stress_grasp(
-    *,
-    only: Annotated[list[str] | None, Parameter(consume_multiple=True, negative="")] = None,
-    seeds: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/stress_grasp"),
-    json: bool = False,
-) -> int:
+def stress_grasp(arguments: StressArguments | None = None) -> int:
     """Make picks harder step by step until they break, and chart where.
 
-    Objects too wide, flat, slender, heavy, slippery or crowded; seen beside their place, out of
-    reach, moved or gone after the look; held for minutes; cameras turned, misplaced or blind; hands
-    and physics that fail. Each has a bound that must hold, and whatever is asked, the robot must
-    end in a named outcome, touch nothing else before the grasp, fling nothing, and never say placed
-    or clear where that is not so. Ends with exit code 1 when a bound is broken, and says which.
-    Writes stress.png with stress.csv.
-
-    Parameters
-    ----------
-    only
-        Sweeps to run; all when not given.
-    seeds
-        Trials at each value; default 2, or 1 with --quick.
-    seed
-        The first seed; places, turns and noise follow from it alone.
-    quick
-        Try each sweep at its easiest value, its bound and its hardest value only; one sweep of
-        each sort when none is named.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout; the table goes to stderr.
+    Runs 2 trials at each value, or 1 with --quick; sweeps of failing devices take one. The sweeps
+    cover objects that are wide, flat, slender, heavy, slippery or crowded; objects beside their
+    estimated place, out of reach, moved or removed after perception, or held for minutes; cameras
+    that are turned, misplaced or blind; and failing hands and physics. Each sweep has a bound that
+    must hold. At every value the robot must end in a named outcome, touch nothing else before the
+    grasp, throw nothing, and never report "placed" or "clear" wrongly. With --quick and no names,
+    one sweep of each kind runs. Exit code 1: a bound is violated. Writes stress.png and stress.csv.
     """
-    tried = stress_seeds(seeds, seed, QUICK_SEEDS if quick else SEEDS)
-    sweeps = select_sweeps(grasp_sweeps(), only or (QUICK if quick else ()))
-    make_folder(out)
-    ready_grasping()
-    results = run_sweeps(sweeps, tried, PickOptions(), quick=quick)
-    telling = grasp_telling([sweep.name for sweep in sweeps])
-    return tell_stress(results, telling, tried, out=out, json=json, quick=quick)
+    arguments = arguments or StressArguments()
+    if arguments.quick and not arguments.only:
+        arguments = replace(arguments, only=QUICK)
+    return run_stress(grasp_stage(arguments.only), arguments)
 
 
 def grasp_sweeps() -> tuple[Sweep[PickOptions], ...]:
-    """All sweeps, in reading order."""
+    """Return all sweeps, in reading order."""
     return (
         *shape_sweeps(),
         *load_sweeps(),
@@ -98,23 +66,32 @@ def grasp_sweeps() -> tuple[Sweep[PickOptions], ...]:
     )
 
 
-def grasp_telling(names: Collection[str]) -> ReportSpec:
-    """How sweeps of these names are told: what is right, put away, refused or unclean."""
-    return ReportSpec(
-        stage="grasp",
-        title="Where picking breaks",
-        subtitle="Share of trials that end as they should",
-        data=f"simulated cell, {_seen_by(names)}",
-        each="pick",
-        figures=_figures,
-        draw=_draw,
-        keyed=True,
-        time="cpu ms a trial",
+def grasp_stage(only: Collection[str] | None = None) -> StressStage[PickOptions]:
+    """Return the stress stage of picking; its footer describes the sweeps named in `only`."""
+    sweeps = grasp_sweeps()
+    names = only or [sweep.name for sweep in sweeps]
+    return StressStage(
+        name="grasp",
+        sweeps=sweeps,
+        method=PickOptions(),
+        report=ReportSpec(
+            title="Where picking breaks",
+            subtitle="Share of trials that end as required",
+            data=f"simulated cell, {_pose_source(names)}",
+            case_name="pick",
+            figures=_figures,
+            draw=_draw,
+            legend=True,
+            time_column="cpu ms a trial",
+        ),
+        seeds=2,
+        quick_seeds=1,
+        prepare=ready_grasping,
     )
 
 
-def _seen_by(names: Collection[str]) -> str:
-    """Say which of the sweeps run see by the camera; the others know the true poses."""
+def _pose_source(names: Collection[str]) -> str:
+    """Describe which sweeps perceive with the camera; the others use the true poses."""
     seeing = [sweep.name for sweep in seeing_sweeps() if sweep.name in names]
     if not seeing:
         return "true poses"
@@ -124,7 +101,7 @@ def _seen_by(names: Collection[str]) -> str:
     return f"true poses, but one noisy depth view {where}"
 
 
-def _figures(step: Step) -> dict[str, Any]:
+def _figures(step: SweepStep) -> dict[str, Any]:
     known = [trial.picture for trial in step.trials if isinstance(trial.picture, GraspFigures)]
     placed = score_pct(step)
     return {
@@ -139,10 +116,12 @@ def _figures(step: Step) -> dict[str, Any]:
     }
 
 
-def _draw(axes: Axes, places: Sequence[float], steps: Sequence[Step]) -> None:
+def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> None:
     refused = [refused_pct(step) for step in steps]
     unclean = [unclean_pct(step) for step in steps]
-    draw_bars(axes, places, refused, "not tried, and told why", GREY, 0.45)
-    draw_bars(axes, places, unclean, "unclean: touched, flung or claimed wrongly", VERMILION, 0.75)
+    draw_bars(axes, places, refused, "refused with a reason", GREY, 0.45)
+    draw_bars(
+        axes, places, unclean, "invalid: touched, thrown or reported wrongly", VERMILION, 0.75
+    )
     draw_dotted(axes, places, [score_pct(step) for step in steps], "objects put away")
     draw_curve(axes, places, [100 * step.share for step in steps], "right")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...bench.wilson import wilson_interval
+from ...bench.shares import wilson_interval
 from .rows import FAULT, PICK, SCENE
 
 if TYPE_CHECKING:

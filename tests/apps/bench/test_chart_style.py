@@ -13,7 +13,6 @@ from eyehand.apps.bench.chart_style import (
     draw_curve,
     format_time,
     label_axes,
-    mark_limit,
     new_chart,
     set_percent_axis,
     set_time_axis,
@@ -29,7 +28,6 @@ def test_a_chart_becomes_a_wide_picture_and_its_table(tmp_path):
         draw_curve(panel, [0, 1, 2], [99, 98, 50], "separate")
         label_axes(panel, "noise (mm)", "overlap F", panel="separate")
         set_percent_axis(panel, 0, 100)
-        mark_limit(panel, 1.5, "breaks")
         add_legend(panel)
     add_footer(figure, Provenance("made-up figures", seed=3, frames=20))
     path = tmp_path / "noise.png"

@@ -15,9 +15,9 @@ from eyehand.apps.bench.shares import (
     unclean_pct,
     worst,
 )
-from eyehand.apps.bench.sweep import Step, Trial
+from eyehand.apps.bench.sweep import SweepStep, Trial
 
-STEP = Step(
+STEP = SweepStep(
     1.0,
     (
         Trial(True, score=1.0),
@@ -32,7 +32,7 @@ def test_shares_count_trials_and_scores_only_those_that_have_one():
     assert refused_pct(STEP) == unclean_pct(STEP) == 25.0
     assert share_pct(STEP, lambda trial: trial.passed) == 50.0
     assert score_pct(STEP) == 75.0
-    assert score_pct(Step(1.0, (Trial(True),))) is None
+    assert score_pct(SweepStep(1.0, (Trial(True),))) is None
 
 
 def test_the_worst_is_rounded_and_passes_over_what_was_not_measured():

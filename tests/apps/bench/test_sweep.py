@@ -5,15 +5,15 @@ import pytest
 
 from eyehand.apps.bench import sweep_chart as stress_chart
 from eyehand.apps.bench.sweep import (
-    Step,
     Sweep,
     SweepResult,
+    SweepStep,
     Trial,
     format_value,
     run_sweep,
 )
 from eyehand.apps.bench.sweep_chart import point_rows, sweep_rows, write_stress_chart
-from eyehand.apps.segmentation.stress import segmentation_telling
+from eyehand.apps.segmentation.stress import segmentation_stage
 from eyehand.apps.segmentation.stress_trial import SegmentCallable
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, Segmentation
@@ -109,10 +109,10 @@ def test_without_a_bound_answers_may_be_wrong_but_not_unclean():
 
 def test_the_worst_trial_is_an_unclean_one_then_a_wrong_one():
     right, wrong, unclean = Trial(True), Trial(False), Trial(False, clean=False)
-    assert Step(0, (right, wrong, unclean)).worst is unclean
-    assert Step(0, (right, wrong)).worst is wrong
-    assert Step(0, (right,)).scores == ()
-    assert Step(0, (right,)).seconds is None
+    assert SweepStep(0, (right, wrong, unclean)).worst is unclean
+    assert SweepStep(0, (right, wrong)).worst is wrong
+    assert SweepStep(0, (right,)).scores == ()
+    assert SweepStep(0, (right,)).seconds is None
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_rows_tell_breaking_points_and_shares():
     rows = sweep_rows(results())
     assert [row["breaks_at"] for row in rows] == [1, 2, 3, None, None, 0]
     assert [row["bound_kept"] for row in rows] == [False, True, True, True, True, False]
-    points = point_rows(results(), segmentation_telling())
+    points = point_rows(results(), segmentation_stage().report)
     assert len(points) == 24
     assert points[2] == {
         "name": "made-up",
@@ -161,7 +161,7 @@ def test_rows_tell_breaking_points_and_shares():
 
 def test_the_chart_is_a_picture_with_its_table(tmp_path):
     path = tmp_path / "stress.png"
-    write_stress_chart(path, results(), segmentation_telling(), seeds=2, first_seed=0)
+    write_stress_chart(path, results(), segmentation_stage().report, seeds=2, first_seed=0)
     assert path.stat().st_size > 10_000
     lines = path.with_suffix(".csv").read_text().splitlines()
     assert lines[0].startswith("name,value,unit,must_hold,trials,right_pct")
@@ -173,7 +173,7 @@ def test_no_words_of_a_chart_touch_one_another(tmp_path, monkeypatch, count):
     drawn = []
     monkeypatch.setattr(stress_chart, "write_chart", lambda figure, *_: drawn.append(figure))
     one = results()[0]
-    write_stress_chart(tmp_path / "a.png", [one] * count, segmentation_telling(), 2, 0)
+    write_stress_chart(tmp_path / "a.png", [one] * count, segmentation_stage().report, 2, 0)
     (figure,) = drawn
     figure.canvas.draw()
     words = [*figure.texts]

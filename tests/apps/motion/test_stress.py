@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from eyehand.apps.bench.stress import StressArguments
 from eyehand.apps.bench.sweep import Sweep, Trial
 from eyehand.apps.motion import stress
 from eyehand.apps.motion.invalid_inputs import WrongInput, refused, wrong_inputs
@@ -82,7 +83,9 @@ def test_sweeps_have_names_and_bounds_of_their_own():
 
 def test_command_writes_chart_and_one_json_object(tmp_path, capsys):
     code = stress_motion(
-        only=["gain", "parallel-cover"], quick=True, seed=3, out=tmp_path, json=True
+        StressArguments(
+            only=["gain", "parallel-cover"], seed=3, quick=True, out=tmp_path, json=True
+        )
     )
     assert code == 0
     report = json.loads(capsys.readouterr().out)
@@ -99,7 +102,7 @@ def test_command_writes_chart_and_one_json_object(tmp_path, capsys):
 
 
 def test_inputs_alone_write_no_chart(tmp_path, capsys):
-    assert stress_motion(only=["inputs"], out=tmp_path, json=True) == 0
+    assert stress_motion(StressArguments(only=["inputs"], out=tmp_path, json=True)) == 0
     report = json.loads(capsys.readouterr().out)
     assert len(report["inputs"]) == len(wrong_inputs())
     assert all(row["kept"] for row in report["inputs"])
@@ -112,12 +115,12 @@ def test_broken_bound_ends_with_code_1_and_is_named(tmp_path, capsys, monkeypatc
 
     sweep = Sweep("weak", "load", "kg", (1.0, 2.0), 2.0, attempt, "stays")
     monkeypatch.setattr(stress, "control_sweeps", lambda: (sweep,))
-    assert stress_motion(only=["weak"], seeds=2, out=tmp_path) == 1
+    assert stress_motion(StressArguments(only=["weak"], seeds=2, out=tmp_path)) == 1
     assert "broken bound: weak at 2 kg: 0 of 2 right; went astray" in capsys.readouterr().err
 
 
 def test_unknown_sweep_is_refused_with_the_choices(tmp_path):
     with pytest.raises(InputError, match=r"'nope'.*out-of-reach.*inputs"):
-        stress_motion(only=["nope"], out=tmp_path)
+        stress_motion(StressArguments(only=["nope"], out=tmp_path))
     with pytest.raises(InputError, match="--seeds"):
-        stress_motion(seeds=0, out=tmp_path)
+        stress_motion(StressArguments(seeds=0, out=tmp_path))

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from eyehand.apps.bench.stress import StressArguments
 from eyehand.apps.bench.sweep import select_sweeps
 from eyehand.apps.touch.stress import stress_touch, touch_sweeps
 from eyehand.apps.touch.stress_trial import ContactFigures, judged
@@ -67,7 +68,7 @@ def test_the_judge_tells_harm_from_a_miss():
 
 
 def test_the_command_charts_a_sweep(tmp_path, capsys):
-    assert stress_touch(only=["border"], quick=True, json=True, out=tmp_path) == 0
+    assert stress_touch(StressArguments(only=["border"], quick=True, json=True, out=tmp_path)) == 0
     told = json.loads(capsys.readouterr().out)
     assert told["broken_bounds"] == []
     assert [row["name"] for row in told["rows"]] == ["border"]

@@ -5,9 +5,9 @@ import json
 import pytest
 
 from eyehand.apps.bench.shares import refused_pct
-from eyehand.apps.bench.sweep import Step, Trial
+from eyehand.apps.bench.sweep import SweepStep, Trial
 from eyehand.apps.fitting.bench import stress as stress_fit
-from eyehand.apps.fitting.bench.stress import fit_telling, silent_pct
+from eyehand.apps.fitting.bench.stress import fit_stage, silent_pct
 from eyehand.apps.fitting.bench.stress_trial import Answer
 from eyehand.apps.main import main
 
@@ -104,9 +104,9 @@ def test_figures_tell_silent_failures_from_refusals():
         Trial(False, "refused: why", refused=True, seconds=0.02),
         Trial(False, "raised", clean=False),
     )
-    step = Step(3, trials)
+    step = SweepStep(3, trials)
     assert (silent_pct(step), refused_pct(step)) == (25.0, 25.0)
-    assert fit_telling().figures(step) == {
+    assert fit_stage().report.figures(step) == {
         "iou_median_pct": 65.0,
         "iou_worst_pct": 40.0,
         "refused_pct": 25.0,

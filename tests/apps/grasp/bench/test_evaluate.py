@@ -9,7 +9,7 @@ import shlex
 import cv2
 import pytest
 
-from eyehand.apps.bench.wilson import wilson_interval
+from eyehand.apps.bench.shares import wilson_interval
 from eyehand.apps.grasp.bench import (
     chart as chart_grasp,
 )

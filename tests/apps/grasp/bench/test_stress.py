@@ -6,9 +6,10 @@ import json
 import numpy as np
 import pytest
 
+from eyehand.apps.bench.stress import StressArguments
 from eyehand.apps.grasp.bench import stress as command
 from eyehand.apps.grasp.bench.event_sweeps import PHASES, can, displaced
-from eyehand.apps.grasp.bench.stress import grasp_sweeps, grasp_telling, stress_grasp
+from eyehand.apps.grasp.bench.stress import grasp_stage, grasp_sweeps, stress_grasp
 from eyehand.apps.grasp.bench.stress_solids import standing
 from eyehand.apps.grasp.bench.stress_trial import FLUNG_SPEED, Bench, Ended, bench_of
 from eyehand.apps.grasp.bench.trial import PickRow
@@ -111,7 +112,7 @@ def test_sweeps_have_names_of_their_own_and_bounds():
 
 def test_the_command_writes_its_chart_and_one_json_object(tmp_path, capsys):
     names = ["width", "nan-arm"]
-    code = stress_grasp(only=names, quick=True, out=tmp_path, json=True)
+    code = stress_grasp(StressArguments(only=names, quick=True, out=tmp_path, json=True))
     report = json.loads(capsys.readouterr().out)
     assert code == 0, report["broken_bounds"]
     assert report["schema"] == "eyehand.stress_grasp/1"
@@ -126,15 +127,15 @@ def test_the_command_writes_its_chart_and_one_json_object(tmp_path, capsys):
 
 
 def test_the_footer_tells_only_of_sweeps_that_were_run():
-    assert grasp_telling(["width"]).data == "simulated cell, true poses"
-    assert grasp_telling(["camera-roll"]).data == "simulated cell, one noisy depth view"
-    both = grasp_telling(["width", "camera-roll"])
-    assert both.data == "simulated cell, true poses, but one noisy depth view in camera-roll"
-    every = grasp_telling([sweep.name for sweep in grasp_sweeps()])
-    assert "from camera-roll to only-table" in every.data
+    assert grasp_stage(["width"]).report.data == "simulated cell, true poses"
+    assert grasp_stage(["camera-roll"]).report.data == "simulated cell, one noisy depth view"
+    both = grasp_stage(["width", "camera-roll"])
+    assert both.report.data == "simulated cell, true poses, but one noisy depth view in camera-roll"
+    every = grasp_stage([sweep.name for sweep in grasp_sweeps()])
+    assert "from camera-roll to only-table" in every.report.data
 
 
 def test_unknown_sweeps_are_refused_with_the_choices(tmp_path):
     with pytest.raises(InputError, match=r"'nope'.*width.*bad-physics"):
-        stress_grasp(only=["nope"], out=tmp_path / "none")
+        stress_grasp(StressArguments(only=["nope"], out=tmp_path / "none"))
     assert not (tmp_path / "none").exists()

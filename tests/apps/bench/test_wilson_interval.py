@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eyehand.apps.bench.wilson import wilson_interval
+from eyehand.apps.bench.shares import wilson_interval
 from eyehand.errors import InputError
 
 Z = 1.959963984540054
