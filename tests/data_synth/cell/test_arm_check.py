@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth import LBR_ARM, import_mujoco
-from eyehand.data_synth.cell import GraspRobot, GraspWorld, SimRobot
+from eyehand.data_synth.cell import HAND, GraspRobot, GraspWorld, SimRobot
 from eyehand.data_synth.cell.contact_record import TouchRecord
 from eyehand.errors import InputError
 
-PARTS = LBR_ARM.parent
+PARTS = HAND.parent
 ARM = LBR_ARM.read_text()
 HOME = 'name="home" qpos="0 0.6'
 BASE = '<body name="base" childclass="lbr">'
