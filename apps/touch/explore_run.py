@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.pad import (
+    POINT_SPREAD_M,
     Arm,
     PadScene,
     PlacedObject,
@@ -156,7 +157,7 @@ def _scan(
     options = PhaseOptions(jump=JUMP, saturated_share=MOST_SATURATED, pressure_limit=MOST_MEAN)
     phases = TouchPhases(servo, options)
     phases.phase = "hold"
-    foam, still, spread = scene.pad.foam, np.zeros(6), scene.pad.spread
+    foam, still, spread = scene.pad.foam, np.zeros(6), POINT_SPREAD_M
     points, blurred = [np.zeros((0, 3))], [np.zeros((0, 3))]
     path, forces, tilt, lowest = [], [], 0.0, np.inf
     cycle, force = 0, FORCE

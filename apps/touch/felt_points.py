@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad import FINE, spread_weights
+from eyehand.data_synth.pad import CELLS_PER_TACTEL, spread_weights
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def felt_points(
     border = 1
     if spread is not None:
         pressures = unspread(pressures, float(np.sqrt(array.area)), spread)
-        x, y, border = _finer(x), _finer(y), FINE
+        x, y, border = _finer(x), _finer(y), CELLS_PER_TACTEL
     windows = _windows(pressures)
     felt = (pressures > LEAST_PRESSURE) & (pressures >= LEAST_SHARE * windows.max(axis=0))
     # At the border the windows are cut, and what lies beyond is not felt.
@@ -106,7 +106,7 @@ def unspread(
     Returns
     -------
     NDArray
-        (FINE * rows, FINE * columns), Pa.
+        (CELLS_PER_TACTEL * rows, CELLS_PER_TACTEL * columns), Pa.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def unspread(
     down = _weights(rows, pitch, spread)
     right = _weights(columns, pitch, spread).T
     weight = down.sum(axis=0)[:, None] * right.sum(axis=1)
-    sought = np.kron(pressures + FLOOR, np.ones((FINE, FINE)))
+    sought = np.kron(pressures + FLOOR, np.ones((CELLS_PER_TACTEL, CELLS_PER_TACTEL)))
     for _ in range(rounds):
         ratio = (pressures + FLOOR) / (down @ sought @ right)
         sought = sought * (down.T @ ratio @ right.T) / weight
@@ -127,13 +127,13 @@ def unspread(
 
 @cache
 def _weights(tactels: int, pitch: float, spread: float) -> NDArray[np.float64]:
-    return spread_weights(tactels, pitch, spread) / FINE
+    return spread_weights(tactels, pitch, spread) / CELLS_PER_TACTEL
 
 
 def _finer(places: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give middles of the cells within tactels, of whose middles these are, (N,) to (FINE N,)."""
+    """Return the centres of the grid cells within tactels with these centres (N,)."""
     pitch = places[1] - places[0]
-    within = ((np.arange(FINE) + 0.5) / FINE - 0.5) * pitch
+    within = ((np.arange(CELLS_PER_TACTEL) + 0.5) / CELLS_PER_TACTEL - 0.5) * pitch
     return (places[:, None] + within).ravel()
 
 

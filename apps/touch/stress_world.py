@@ -146,7 +146,7 @@ class CarriedPad:
                 for number, lift in enumerate(lifts(time)):
                     self._data.mocap_pos[1 + number, 2] = lift
 
-        moment = self._simulation.advance(duration=CYCLE, move=move)[-1][0]
+        moment = self._simulation.advance(duration=CYCLE, on_step=move)[-1][0]
         self.force = moment.force
         self.features = self._reader.read(moment.raw)
 

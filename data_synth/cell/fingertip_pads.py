@@ -1,10 +1,10 @@
-"""Tactile fingertips: what contacts press on the distal pads, spread as a foam spreads it."""
+"""Tactile fingertips: contact forces on the distal pads, spread over tactels as by a foam."""
 
 from __future__ import annotations
 
 import functools
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -20,23 +20,24 @@ if TYPE_CHECKING:
 ROWS, COLUMNS = 4, 3
 """Tactels along the finger and across it."""
 PITCH_M = 0.005
-"""Between their centres."""
+"""Distance between the centres of two tactels."""
 SPREAD_M = 0.0025
-"""Standard deviation of a point force's imprint through the pad's foam."""
+"""Standard deviation of the image of a point force through the pad's foam."""
 
 
 class FingertipPads:
     """Read the fingertips of a MuJoCo model.
 
-    An array lies on each pad's inner face, its middle at the tip's site: rows run along the
-    finger, its sensor frame has x across the finger, y towards the tip and z out of the pad.
+    An array lies on the inner face of each pad, with its centre at the tip's site. Its rows run
+    along the finger. Its sensor frame has x across the finger, y towards the tip and z out of the
+    pad.
 
     Parameters
     ----------
     model
         `mujoco.MjModel`.
     pads
-        Numbers of the geoms that carry an array; none at all is a hand without tactile tips.
+        Numbers of the geoms that carry an array; empty for a hand without tactile tips.
     sites
         Numbers of their sites in the inner face, in the same order.
     """
@@ -46,44 +47,48 @@ class FingertipPads:
         self._sites = np.asarray(sites, dtype=np.int64)
         self._tip_of_geom = np.full(model.ngeom, -1, dtype=np.int64)
         self._tip_of_geom[list(pads)] = np.arange(len(pads))
-        self._turns = np.array([_face(model, *pair) for pair in zip(pads, sites, strict=True)])
+        self._R_site_sensor = np.array(
+            [_face(model, *pair) for pair in zip(pads, sites, strict=True)]
+        )
         self._forces = np.zeros((len(pads), ROWS * COLUMNS))
 
     def read(self, data: Any) -> tuple[TactileImage, ...]:
-        """Give an image for each fingertip, from the contacts of the last physics step.
+        """Return an image for each fingertip, from the contacts of the last physics step.
 
-        Each contact's force along the pad's inward normal is spread over the tactels; the sum of
-        an image's forces is the sum of these.
+        The force of each contact along the pad's inward normal is spread over the tactels, so the
+        forces of an image add up to the force on the pad.
         """
         contact = data.contact
         if not len(self._forces):
             return ()
         self._forces[:] = 0.0
         if data.nefc:
-            _press(
+            contacts = _Contacts(
                 contact.geom,
                 contact.pos,
                 contact.frame.reshape(-1, 9),
                 contact.efc_address,
                 data.efc_force,
+            )
+            tips = _Tips(
                 self._tip_of_geom,
                 data.site_xpos[self._sites],
                 data.site_xmat[self._sites].reshape(-1, 3, 3),
-                self._turns,
-                self._forces,
+                self._R_site_sensor,
             )
+            _press(contacts, tips, self._forces)
         pressures = self._forces / self.array.area
         return tuple(TactileImage(row, self.array) for row in pressures)
 
 
 @functools.cache
 def tip_array() -> TactileArray:
-    """Give the array of a fingertip: 4 rows along the finger, 3 columns."""
+    """Return the array of a fingertip: 4 rows along the finger, 3 columns."""
     return TactileArray.flat(ROWS, COLUMNS, PITCH_M)
 
 
 def _face(model: Any, pad: int, site: int) -> NDArray[np.float64]:
-    """Sensor axes in the site's frame, columns x, y, z (3, 3)."""
+    """Return R_site_sensor (3, 3) of the array on a pad."""
     turn = Rotation.from_quat(model.site_quat[site], scalar_first=True).as_matrix()
     pad_axes = Rotation.from_quat(model.geom_quat[pad], scalar_first=True).as_matrix()
     along = turn.T @ pad_axes[:, 2]
@@ -93,27 +98,57 @@ def _face(model: Any, pad: int, site: int) -> NDArray[np.float64]:
     return np.column_stack([np.cross(along, out), along, out])
 
 
+class _Contacts(NamedTuple):
+    """Contacts of the last physics step (``data.contact``)."""
+
+    geoms: NDArray
+    """(C, 2), the two geoms."""
+    points: NDArray
+    """(C, 3), world, m."""
+    frames: NDArray
+    """(C, 9), the first row is the normal from the first geom to the second."""
+    rows: NDArray
+    """(C,), first row in `solved`; negative if the contact has none."""
+    solved: NDArray
+    """Constraint forces, N (``data.efc_force``)."""
+
+
+class _Tips(NamedTuple):
+    """Fingertip arrays."""
+
+    of_geom: NDArray
+    """Array on each geom; -1 for none."""
+    positions: NDArray
+    """(T, 3), their sites, world, m."""
+    rotations: NDArray
+    """(T, 3, 3), world from site."""
+    R_site_sensor: NDArray
+    """(T, 3, 3), site from sensor."""
+
+
 @njit(cache=True)
-def _press(geoms, points, frames, rows, solved, tip_of_geom, places, axes, turns, forces):
-    """Add each contact's normal force to the tactels of the tip it presses on."""
+def _press(contacts, tips, forces):
+    """Add the normal force of each contact to the tactels of the tip that it presses on."""
     across, along = np.empty(COLUMNS), np.empty(ROWS)
+    geoms, points, frames = contacts.geoms, contacts.points, contacts.frames
+    rows, solved = contacts.rows, contacts.solved
     for k in range(len(geoms)):
         # In an elliptic cone the first row of a contact is its normal force.
         if rows[k] < 0 or solved[rows[k]] <= 0.0:
             continue
         for side in range(2):
-            tip = tip_of_geom[geoms[k, side]]
+            tip = tips.of_geom[geoms[k, side]]
             if tip < 0:
                 continue
-            turn = axes[tip] @ turns[tip]
-            # The normal points from the first geom to the second: into the pad, if it is that.
+            turn = tips.rotations[tip] @ tips.R_site_sensor[tip]
+            # The normal points from the first geom to the second: inwards on the second.
             inward = 0.0
             x, y = 0.0, 0.0
             for i in range(3):
                 sign = 1.0 if side == 1 else -1.0
                 inward -= sign * frames[k, i] * turn[i, 2]
-                x += turn[i, 0] * (points[k, i] - places[tip, i])
-                y += turn[i, 1] * (points[k, i] - places[tip, i])
+                x += turn[i, 0] * (points[k, i] - tips.positions[tip, i])
+                y += turn[i, 1] * (points[k, i] - tips.positions[tip, i])
             if inward <= 0.0:
                 continue
             _imprint(x, across)
@@ -126,10 +161,10 @@ def _press(geoms, points, frames, rows, solved, tip_of_geom, places, axes, turns
 
 @njit(cache=True)
 def _imprint(offset, shares):
-    """Shares of a point force that the tactels of a row bear; they add up to 1."""
+    """Compute the share of a point force on each tactel of a row; shares add up to 1."""
     count = len(shares)
     half = 0.5 * count * PITCH_M
-    # What presses beside the array is felt at its border.
+    # A force beside the array counts at its border.
     offset = min(max(offset, -half), half)
     total = 0.0
     scale = 1.0 / (math.sqrt(2.0) * SPREAD_M)

@@ -17,7 +17,7 @@ from .arm_check import check_arm, check_file_format, check_rest_posture
 from .hand_description import DESCRIPTION_SUFFIX, EXAMPLE, HandDescription, description_beside
 from .hand_frame import find_frame
 from .pad_friction import grip_pads
-from .spec_cleanup import plain_sizes
+from .spec_assembly import match_options, prepare_for_attachment, set_base
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
 from .tendon_drives import HandDrives
@@ -42,7 +42,6 @@ PALM_BEFORE_FLANGE_M = 0.06
 REST_POSTURE = (-0.42, -0.04, 0.0, -1.87, 0.0, 1.31, -1.99)
 """Joint angles of the LBR at rest in the cell, rad: beside the work area, out of the picture."""
 
-_VISUAL = ("headlight", "map", "quality", "rgba", "scale")
 _PROBE_RAD = 1e-4
 """Step of joint angles by which the tendons' moment arms are measured."""
 
@@ -167,12 +166,12 @@ class GraspRobot:
             if flange is None:
                 raise InputError(f"{self.arm} has no site {self.flange!r} to carry the hand")
             hand = _read(self.hand)
-            plain_sizes(hand)
+            prepare_for_attachment(hand)
             for root in hand.worldbody.bodies:
                 root.pos = np.add(root.pos, [0.0, 0.0, PALM_BEFORE_FLANGE_M])
             match_options(spec, hand)
             spec.attach(hand, prefix=HAND_PREFIX, site=flange)
-        plain_sizes(spec)
+        prepare_for_attachment(spec)
         if friction is not None:
             for geom in spec.geoms:
                 if geom.priority > 0 or geom.name.startswith(HAND_PREFIX):
@@ -246,7 +245,7 @@ class GraspRobot:
             T_world_base, RigidTransform.
         """
         spec = self._control_spec.copy()
-        put_base(spec, place)
+        set_base(spec, place)
         posture = self._model.qpos0.copy()
         posture[self._arm_places] = q
         posture[self._hand_places] = self.posture(excursions)
@@ -320,33 +319,6 @@ class GraspRobot:
             moments[:, column] = (start - lengths()) / _PROBE_RAD
             data.qpos[place] -= _PROBE_RAD
         return moments
-
-
-def match_options(parent: Any, child: Any) -> None:
-    """Give a spec the physics and drawing options of the one that it is to be attached to.
-
-    Else MuJoCo warns of each that differs, on standard error.
-    """
-    parts = [(parent.option, child.option)]
-    for name in _VISUAL:
-        parts.append((getattr(parent.visual, name), getattr(child.visual, name)))
-    for ours, theirs in parts:
-        for name in dir(ours):
-            if not name.startswith("_"):
-                setattr(theirs, name, getattr(ours, name))
-
-
-def put_base(spec: Any, place: Any) -> None:
-    """Move a robot's root bodies so that what was the world's origin is at `place`."""
-    for root in spec.worldbody.bodies:
-        own = type(place).from_components(root.pos, _rotation(place, root.quat))
-        moved = place * own
-        root.pos = moved.translation
-        root.quat = moved.rotation.as_quat(scalar_first=True)
-
-
-def _rotation(place: Any, quat: Any) -> Any:
-    return type(place.rotation).from_quat(np.asarray(quat), scalar_first=True)
 
 
 def _read(path: Path) -> Any:

@@ -16,7 +16,8 @@ from ..scenes.tabletop_scene import TabletopObject
 from ..scenes.tabletop_spec import tabletop_spec
 from .cell_appearance import add_cell_look
 from .grasp_cell import GraspCell
-from .grasp_robot import GraspRobot, match_options, put_base
+from .grasp_robot import GraspRobot
+from .spec_assembly import match_options, set_base
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -94,7 +95,7 @@ class GraspWorld:
         add_cell_look(spec, cell)
         arm = robot.spec(friction)
         match_options(spec, arm)
-        put_base(arm, cell.T_world_base)
+        set_base(arm, cell.T_world_base)
         spec.attach(arm, prefix=ROBOT_PREFIX, frame=spec.worldbody.add_frame())
         option = spec.option
         option.timestep, option.impratio = STEP_S, IMPRATIO

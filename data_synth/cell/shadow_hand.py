@@ -10,7 +10,7 @@ from eyehand.errors import InputError
 
 from ..mujoco_import import import_mujoco
 from .hand_description import FingerDescription, HandDescription
-from .spec_cleanup import plain_sizes
+from .spec_assembly import prepare_for_attachment
 
 PACKAGE = "gymnasium_robotics"
 """Only its files are read: the package itself is never imported."""
@@ -100,7 +100,7 @@ def shadow_hand() -> Any:
     for thing in (*spec.worldbody.bodies, *spec.worldbody.geoms, *spec.worldbody.lights):
         if thing.name != mount.name:
             spec.delete(thing)
-    plain_sizes(spec)
+    prepare_for_attachment(spec)
     mount.pos = [0.0, 0.0, 0.0]
     spec.body(f"{PREFIX}palm").add_site(name=PALM_SITE, pos=PALM_ORIGIN, quat=PALM_AXES, group=4)
     for motor in spec.actuators:

@@ -4,12 +4,12 @@ A foam bed presses on objects and feels them (`TactilePad`), an arm carries it (
 `PadSimulation` advances time, and `run_bench` loads it for calibration.
 """
 
-from .calibration_bench import BenchOptions, run_bench
+from .calibration_bench import run_bench
 from .foam import Foam
-from .foam_column import FINE
+from .foam_column import CELLS_PER_TACTEL
 from .pad_scene import Arm, PadScene, PlacedObject, pad_scene, padded_arm
 from .pad_simulation import CONTROL_RATE, PadSample, PadSimulation
-from .tactel_spread import spread_weights
+from .tactel_spread import POINT_SPREAD_M, spread_weights
 from .tactile_pad import IMAGE_RATE, PAD_SITE, PadOptions, TactilePad
 from .tactile_readout import TactileReadout
 from .touch_objects import (
@@ -29,12 +29,12 @@ from .touch_surface import surface_distance, top_surface
 
 __all__ = [
     "CABLE_RADIUS",
+    "CELLS_PER_TACTEL",
     "CONTROL_RATE",
-    "FINE",
     "IMAGE_RATE",
     "PAD_SITE",
+    "POINT_SPREAD_M",
     "Arm",
-    "BenchOptions",
     "Foam",
     "PadOptions",
     "PadSample",

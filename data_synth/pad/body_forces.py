@@ -1,4 +1,4 @@
-"""Action and reaction: hand the bed's forces to the bodies of the simulation, compiled."""
+"""Apply the bed's forces to the bodies of the simulation (compiled)."""
 
 from __future__ import annotations
 
@@ -6,15 +6,13 @@ from numba import njit
 
 
 @njit(cache=True)
-def push_bodies(
-    pad_place, pad_rotation, wrenches, bodies, pad_body, centres, pushed, applied, sum_
-):
-    """Put the foam's forces on the solids' bodies, and their opposite on the pad's.
+def push_bodies(pad, wrenches, bodies, pad_body, centres, pushed, applied, total):
+    """Apply the foam's forces to the solids' bodies, and their opposite to the pad's body.
 
     Parameters
     ----------
-    pad_place, pad_rotation
-        (3,) float64, m, and (9,) float64 row by row: the pad's frame in the world's.
+    pad
+        :class:`PadPose`.
     wrenches
         (K, 6) float64, force (N) and torque about the pad's origin (N m) on each solid, in the
         pad's frame.
@@ -25,17 +23,18 @@ def push_bodies(
     centres
         (B, 3) float64, centres of mass in the world, m (``data.xipos``).
     pushed
-        (B, 6) float64, what this pad has put on the bodies before; taken back and overwritten.
+        (B, 6) float64, what this pad applied to the bodies in the last call; subtracted from
+        `applied` and overwritten.
     applied
         (B, 6) float64, force and torque about the centre of mass in the world's axes
         (``data.xfrc_applied``), changed in place.
-    sum_
+    total
         (6,) float64, overwritten by the sum of `wrenches`.
     """
-    sum_[:] = 0.0
+    total[:] = 0.0
     for k in range(len(bodies)):
         for i in range(6):
-            sum_[i] += wrenches[k, i]
+            total[i] += wrenches[k, i]
     for body in range(len(pushed)):
         for i in range(6):
             if pushed[body, i] != 0.0:
@@ -43,8 +42,8 @@ def push_bodies(
                 pushed[body, i] = 0.0
     for k in range(len(bodies)):
         if wrenches[k, 2] != 0.0:
-            _push(pad_place, pad_rotation, wrenches[k], 1.0, bodies[k], centres, pushed)
-            _push(pad_place, pad_rotation, wrenches[k], -1.0, pad_body, centres, pushed)
+            _push(pad, wrenches[k], 1.0, bodies[k], centres, pushed)
+            _push(pad, wrenches[k], -1.0, pad_body, centres, pushed)
     for body in range(len(pushed)):
         for i in range(6):
             if pushed[body, i] != 0.0:
@@ -52,12 +51,12 @@ def push_bodies(
 
 
 @njit(cache=True)
-def _push(place, rotation, wrench, sign, body, centres, pushed):
-    fx, fy, fz = _turn(rotation, wrench[0], wrench[1], wrench[2])
-    tx, ty, tz = _turn(rotation, wrench[3], wrench[4], wrench[5])
-    ax = place[0] - centres[body, 0]
-    ay = place[1] - centres[body, 1]
-    az = place[2] - centres[body, 2]
+def _push(pad, wrench, sign, body, centres, pushed):
+    fx, fy, fz = _rotate(pad.rotation, wrench[0], wrench[1], wrench[2])
+    tx, ty, tz = _rotate(pad.rotation, wrench[3], wrench[4], wrench[5])
+    ax = pad.position[0] - centres[body, 0]
+    ay = pad.position[1] - centres[body, 1]
+    az = pad.position[2] - centres[body, 2]
     pushed[body, 0] += sign * fx
     pushed[body, 1] += sign * fy
     pushed[body, 2] += sign * fz
@@ -67,7 +66,7 @@ def _push(place, rotation, wrench, sign, body, centres, pushed):
 
 
 @njit(cache=True)
-def _turn(rotation, x, y, z):
+def _rotate(rotation, x, y, z):
     return (
         rotation[0] * x + rotation[1] * y + rotation[2] * z,
         rotation[3] * x + rotation[4] * y + rotation[5] * z,

@@ -1,4 +1,4 @@
-"""What one column of foam does to the solid in it, and where the pad feels it: compiled."""
+"""The force of one foam column on a solid, and on the pad's grid (compiled)."""
 
 from __future__ import annotations
 
@@ -8,57 +8,59 @@ from numba import njit
 
 HALF_X, HALF_Y, THICKNESS, LOSS_TIME, FRICTION, SLIP_SPEED = 0, 1, 2, 3, 4, 5
 """Fields of the bed: half its extents and its height, m; the loss time, s; the coefficient of
-friction; the speed at which friction is full, m/s."""
+friction; the slip speed, m/s."""
 BED_FIELDS = 6
-"""How many there are."""
-FINE = 2
-"""Cells of the fine grid per tactel, each way; the samples' forces are gathered on it."""
+"""Number of fields of the bed."""
+CELLS_PER_TACTEL = 2
+"""Cells of the force grid per tactel, along x and along y."""
 
 
 @njit(cache=True, error_model="numpy")
-def column_force(depth, sinking, slide_x, slide_y, area, table, step, bed, loss_time, slip):
-    """Push of one column on the solid in it.
+def column_force(depth, x, y, area, law, bed):
+    """Compute the force of one column on the solid in it.
+
+    The foam's loss acts as a damper whose constant is the stiffness times the loss time. The foam
+    never pulls. Friction is Coulomb's, smoothed to f = mu p v / sqrt(v² + slip²).
 
     Parameters
     ----------
-    depth, sinking
-        How deep the surface is, m, > 0, and its rate, m/s.
-    slide_x, slide_y
-        Velocity of the solid along the pad, m/s.
+    depth
+        Depth of the solid's surface in the foam, m, > 0.
+    x, y
+        Position of the column on the pad, m.
     area
-        Of the column, m².
-    table, step
-        The law (see :func:`table_pressure`).
+        Cross-section of the column, m².
+    law
+        :class:`ColumnLaw`.
     bed
         (BED_FIELDS,) float64.
-    loss_time
-        Damping over stiffness, s.
-    slip
-        Speed at which friction is full, m/s.
 
     Returns
     -------
     tuple of four floats
-        Force along z, x, y, N, and stiffness, N/m. The foam's loss acts as a damper whose
-        constant is the stiffness times the loss time, and the foam never pulls. Friction is
-        Coulomb's, smoothed to f = mu p v / sqrt(v² + slip²).
+        Force along z, x and y, N, and stiffness, N/m.
     """
-    pressure, slope = table_pressure(table, step, depth)
-    pressure = max(pressure + loss_time * slope * sinking, 0.0)
+    twist = law.twist
+    sinking = -(twist[2] + twist[3] * y - twist[4] * x)
+    slide_x = twist[0] - twist[4] * depth - twist[5] * y
+    slide_y = twist[1] + twist[3] * depth + twist[5] * x
+    pressure, slope = table_pressure(law.table, law.step, depth)
+    pressure = max(pressure + law.loss_time * slope * sinking, 0.0)
     push = pressure * area
+    slip = law.slip
     grip = -bed[FRICTION] * push / sqrt(slide_x * slide_x + slide_y * slide_y + slip * slip)
     return push, grip * slide_x, grip * slide_y, slope * area
 
 
 @njit(cache=True, error_model="numpy")
-def deposit(fine, bed, x, y, along_z, along_x, along_y):
-    """Share a sample's force among 3x3 cells of the fine grid.
+def deposit(grid, bed, x, y, along_z, along_x, along_y):
+    """Add the force at (x, y) to 3x3 cells of the force grid (3, rows, columns).
 
-    The weights are the quadratic B-spline's: force and centre are kept, and the blur is the same
-    wherever between cell centres the sample lies. What would leave the pad is folded back at its
-    border, as nothing but the pad bears it.
+    The weights are those of a quadratic B-spline. They keep force and centre, and the blur does not
+    depend on the place between cell centres. Force beyond the border is folded back onto the pad,
+    because nothing else bears it.
     """
-    rows, columns = fine.shape[1], fine.shape[2]
+    rows, columns = grid.shape[1], grid.shape[2]
     place_x = (x + bed[HALF_X]) / (2.0 * bed[HALF_X]) * columns
     place_y = (y + bed[HALF_Y]) / (2.0 * bed[HALF_Y]) * rows
     column = min(max(floor(place_x), 0), columns - 1)
@@ -72,10 +74,10 @@ def deposit(fine, bed, x, y, along_z, along_x, along_y):
         for q in range(3):
             c = min(max(column + q - 1, 0), columns - 1)
             weight = weights_y[p] * weights_x[q]
-            fine[0, r, c] += weight * along_z
+            grid[0, r, c] += weight * along_z
             if sheared:
-                fine[1, r, c] += weight * along_x
-                fine[2, r, c] += weight * along_y
+                grid[1, r, c] += weight * along_x
+                grid[2, r, c] += weight * along_y
 
 
 @njit(cache=True, error_model="numpy")

@@ -1,4 +1,4 @@
-"""How deep solids reach into a column of the foam, one by one and together: compiled."""
+"""Indentation depth of solids in a foam column, one by one and together (compiled)."""
 
 from __future__ import annotations
 
@@ -8,10 +8,10 @@ from .column_entry import NO_ENTRY, column_entry
 from .contact_window import AXIS_X, AXIS_Y, HIGH_U, HIGH_V, LOW_U, LOW_V, WINDOW_FIELDS
 
 WINDOW = 16
-"""Where the window begins in a packed solid."""
+"""Index of the window in a packed solid."""
 SOLID_FIELDS = WINDOW + WINDOW_FIELDS
-"""Fields of a packed solid: kind, sizes (3), rotation row by row (9) and place (3) in the pad's
-frame, and its window (see :mod:`pad_windows`)."""
+"""Number of fields of a packed solid: kind, sizes (3), rotation row by row (9) and position (3) in
+the pad's frame, and its window (see :mod:`contact_window`)."""
 NO_DEPTH = -1.0
 """Depth where a solid does not reach into the column."""
 
@@ -23,21 +23,23 @@ _SHARING_SCALE = 1e6
 
 @njit(cache=True, error_model="numpy")
 def depth_in_column(solid, thickness, x, y):
-    """How deep a solid (see :func:`solid_of`) reaches into the column at (x, y), m.
+    """Compute how deep a solid (see :func:`unpack_solid`) reaches into the column at (x, y), m.
 
-    :data:`NO_DEPTH` where the solid is not over the column and where it lies wholly behind the
-    foam; below 0 over a gap.
+    The depth is :data:`NO_DEPTH` if the solid is not over the column or lies wholly behind the
+    foam. It is negative over a gap.
     """
     kind, a, b, c, xx, xy, xz, yx, yy, yz, zx, zy, zz, tx, ty, tz = solid
     px, py = x - tx, y - ty
-    ox = xx * px + yx * py - zx * tz
-    oy = xy * px + yy * py - zy * tz
-    oz = xz * px + yz * py - zz * tz
-    low = column_entry(kind, a, b, c, ox, oy, oz, zx, zy, zz)
+    point = (
+        xx * px + yx * py - zx * tz,
+        xy * px + yy * py - zy * tz,
+        xz * px + yz * py - zz * tz,
+    )
+    low = column_entry(kind, (a, b, c), point, (zx, zy, zz))
     if low == NO_ENTRY:
         return NO_DEPTH
     if low < -thickness:
-        high = -column_entry(kind, a, b, c, ox, oy, oz, -zx, -zy, -zz)
+        high = -column_entry(kind, (a, b, c), point, (-zx, -zy, -zz))
         if high < -thickness:
             return NO_DEPTH
     return -low
@@ -45,12 +47,12 @@ def depth_in_column(solid, thickness, x, y):
 
 @njit(cache=True, error_model="numpy")
 def shared_column(depth, rivals, solids, thickness, x, y):
-    """Give the depth of the deepest solid in a column, and this one's share of bearing it.
+    """Return the depth of the deepest solid in a column, and this solid's share of its force.
 
-    Shares add up to 1, so that solids which overlap, as the links of a cable do, are borne only
-    once; they go with a power of the depth, so that they change smoothly from one to the next.
+    The shares add up to 1, so solids that overlap, such as the links of a cable, are counted once.
+    A share grows with a power of the depth, so it changes smoothly from one solid to the next.
     """
-    deepest = depth
+    max_depth = depth
     total = _weight(depth)
     for i in range(len(rivals)):
         j = rivals[i]
@@ -60,28 +62,28 @@ def shared_column(depth, rivals, solids, thickness, x, y):
             continue
         if v < solids[j, _LOW_V] or v > solids[j, _HIGH_V]:
             continue
-        rival = depth_in_column(solid_of(solids, j), thickness, x, y)
+        rival = depth_in_column(unpack_solid(solids, j), thickness, x, y)
         if rival > 0.0:
-            deepest = max(deepest, rival)
+            max_depth = max(max_depth, rival)
             total += _weight(rival)
-    return deepest, _weight(depth) / total
+    return max_depth, _weight(depth) / total
 
 
 @njit(cache=True, error_model="numpy")
-def pack_solid(kind, size, rotation, place, window, solid):
-    """Write a solid's numbers into a row (SOLID_FIELDS,) float64."""
+def pack_solid(kind, size, rotation, position, window, solid):
+    """Write the numbers of a solid into a row (SOLID_FIELDS,) float64."""
     solid[0] = kind
     solid[1:4] = size
     for i in range(3):
         for j in range(3):
             solid[4 + 3 * i + j] = rotation[i, j]
-    solid[13:16] = place
+    solid[13:16] = position
     solid[WINDOW:] = window
 
 
 @njit(cache=True, error_model="numpy")
-def solid_of(solids, k):
-    """Gather a solid in a tuple: its numbers then stay in registers."""
+def unpack_solid(solids, k):
+    """Return a solid as a tuple, so that its numbers stay in registers."""
     return (
         int(solids[k, 0]),
         solids[k, 1],

@@ -1,4 +1,4 @@
-"""Scenes for touch: one arm or two with a tactile pad as fingertip, and objects in the cell."""
+"""Scenes for touch: one or more arms with a tactile pad as fingertip, and objects."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 PAD_BODY = "pad"
 """Name of the body that carries the pad."""
 PAD_STANDOFF = 0.04
-"""From the arm's flange to the foam's surface, m: the pad's plate and electronics."""
-RIGID_BIT, SOFT_BIT = 1, 2
-"""Who collides by MuJoCo's own contact: the pad's plate and arms with what is rigid alone, as the
-give of soft objects is in the bed; all objects with one another and the table."""
-
+"""Distance from the arm's flange to the foam's surface, m: the pad's plate and electronics."""
+_RIGID_BIT, _SOFT_BIT = 1, 2
+"""Bits of MuJoCo's own contacts. The pad's plate and the arms collide with rigid objects only,
+because the bed models the deformation of soft ones. All objects collide with one another and with
+the table."""
 _PLATE_MARGIN = 0.002
 _PAD_MASS = 0.25
 _FOAM_COLOUR = (0.16, 0.17, 0.19, 1.0)
@@ -37,7 +37,7 @@ _IMPRATIO = 100.0
 
 @dataclass(frozen=True)
 class PlacedObject:
-    """An object in the cell.
+    """An object in the scene.
 
     Raises
     ------
@@ -45,14 +45,14 @@ class PlacedObject:
         If a free object has no mass.
     """
 
-    thing: TouchObject
-    """What it is."""
+    touch_object: TouchObject
+    """The object."""
     T_world_object: RigidTransform = field(default_factory=RigidTransform.identity)
-    """Maps its coordinates to the world's."""
+    """Pose of the object."""
     motion: str = "fixed"
-    """"fixed", "free" (falls and is pushed) or "mocap" (its place is set from outside)."""
+    """"fixed", "free" (moved by forces) or "mocap" (its pose is set from outside)."""
     mass: float = 0.1
-    """kg, of a free object."""
+    """Mass of a free object, kg."""
 
     def __post_init__(self) -> None:
         if self.motion not in ("fixed", "free", "mocap"):
@@ -63,29 +63,29 @@ class PlacedObject:
 
 @dataclass(frozen=True)
 class Arm:
-    """An arm with a pad in the cell."""
+    """An arm with a pad in the scene."""
 
     T_world_base: RigidTransform = field(default_factory=RigidTransform.identity)
-    """Where it stands."""
+    """Pose of the arm's base."""
     prefix: str = ""
-    """Goes before the names of its bodies, joints and site ("left_joint1"); of several arms each
-    needs one."""
+    """Prefix of the names of its bodies, joints and site ("left_joint1"). With several arms each
+    needs its own."""
 
 
 @dataclass(frozen=True)
 class PadScene:
-    """A compiled cell."""
+    """A compiled scene."""
 
     model: Any
     """``mujoco.MjModel``."""
     sites: tuple[str, ...]
-    """The pads' sites, one per arm."""
+    """Sites of the pads, one per arm."""
     joints: tuple[tuple[str, ...], ...]
     """Names of each arm's joints, from the base up."""
     softness: dict[str, Foam]
-    """Names of the geoms that are not rigid, and what they are made of."""
+    """Foam of each geom that is not rigid, by name."""
     pad: PadOptions
-    """What the pads are like."""
+    """Options of the pads."""
 
 
 def pad_scene(
@@ -93,21 +93,22 @@ def pad_scene(
     arms: tuple[Arm, ...] = (Arm(),),
     pad: PadOptions | None = None,
 ) -> PadScene:
-    """Build a cell.
+    """Build a scene for touch.
 
     Parameters
     ----------
     objects
-        What there is to touch. Names must differ.
+        Objects to touch. Names must differ.
     arms
         One or more; prefixes must differ.
     pad
-        The same for every arm.
+        Options of the pad of every arm.
 
     Returns
     -------
     PadScene
-        The model's time step is that of the pad's images, and its integrator `implicitfast`.
+        The compiled scene. Its time step is that of the pad's images, its integrator
+        `implicitfast`.
 
     Raises
     ------
@@ -118,11 +119,11 @@ def pad_scene(
     """
     mujoco = import_mujoco()
     options = pad or PadOptions()
-    names = [item.thing.name for item in objects]
+    names = [item.touch_object.name for item in objects]
     prefixes = [arm.prefix for arm in arms]
-    for what, given in (("objects", names), ("arms", prefixes)):
+    for kind, given in (("objects", names), ("arms", prefixes)):
         if len(set(given)) < len(given):
-            raise InputError(f"names of {what} must differ, got {given}")
+            raise InputError(f"names of {kind} must differ, got {given}")
     if len(arms) > 1 and "" in prefixes:
         raise InputError(f"each of several arms needs a prefix, got {prefixes}")
     spec = _cell(mujoco, arms, options)
@@ -141,7 +142,7 @@ def pad_scene(
 
 
 def padded_arm(pad: PadOptions | None = None) -> Any:
-    """Give the arm with a pad at its flange, as a spec that a robot model can be read from.
+    """Describe the arm with a pad at its flange, for a robot model.
 
     Parameters
     ----------
@@ -151,8 +152,8 @@ def padded_arm(pad: PadOptions | None = None) -> Any:
     Returns
     -------
     mujoco.MjSpec
-        With the site "pad" in the middle of the foam's surface, z outwards. The plate that stops
-        what bottoms out lies where the foam is solid; the foam itself collides with nothing.
+        The arm with the site "pad" in the middle of the foam's surface, z outwards. A rigid plate
+        lies where the foam is solid. The foam itself collides with nothing.
     """
     mujoco = import_mujoco()
     o = pad or PadOptions()
@@ -180,7 +181,7 @@ def padded_arm(pad: PadOptions | None = None) -> Any:
 def _set_options(mujoco: Any, spec: Any) -> None:
     spec.option.timestep = 1.0 / IMAGE_RATE
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
-    # Held and resting objects creep less with elliptic cones and a high ratio.
+    # Held and resting objects creep less with elliptic cones and a high impratio.
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = _IMPRATIO
 
@@ -188,38 +189,38 @@ def _set_options(mujoco: Any, spec: Any) -> None:
 def _cell(mujoco: Any, arms: tuple[Arm, ...], pad: PadOptions) -> Any:
     if len(arms) == 1 and not arms[0].prefix:
         spec = padded_arm(pad)
-        _put(spec.body(_BASE_BODY), arms[0].T_world_base)
+        _set_pose(spec.body(_BASE_BODY), arms[0].T_world_base)
         return spec
     spec = mujoco.MjSpec()
     _set_options(mujoco, spec)
     for arm in arms:
         stand = spec.worldbody.add_frame()
-        _put(stand, arm.T_world_base)
+        _set_pose(stand, arm.T_world_base)
         spec.attach(padded_arm(pad), prefix=arm.prefix, frame=stand)
     return spec
 
 
-def _put(item: Any, pose: RigidTransform) -> None:
+def _set_pose(item: Any, pose: RigidTransform) -> None:
     item.pos = pose.translation
     item.quat = pose.rotation.as_quat(scalar_first=True)
 
 
 def _add_object(mujoco: Any, spec: Any, item: PlacedObject) -> dict[str, Foam]:
-    thing = item.thing
-    body = spec.worldbody.add_body(name=thing.name, mocap=item.motion == "mocap")
-    _put(body, item.T_world_object)
+    touched = item.touch_object
+    body = spec.worldbody.add_body(name=touched.name, mocap=item.motion == "mocap")
+    _set_pose(body, item.T_world_object)
     if item.motion == "free":
         body.add_freejoint()
-    bits = SOFT_BIT if thing.foam else RIGID_BIT | SOFT_BIT
-    named: dict[str, Foam] = {}
-    for number, part in enumerate(thing.parts):
-        name = f"{thing.name}_{number}"
+    bits = _SOFT_BIT if touched.foam else _RIGID_BIT | _SOFT_BIT
+    soft: dict[str, Foam] = {}
+    for number, part in enumerate(touched.parts):
+        name = f"{touched.name}_{number}"
         geom = body.add_geom(name=name, type=getattr(mujoco.mjtGeom, f"mjGEOM_{part.kind.upper()}"))
         geom.size[: len(part.size)] = part.size
         geom.pos, geom.quat = part.place, part.quat_wxyz
         geom.contype = geom.conaffinity = bits
-        geom.mass = item.mass / len(thing.parts)
+        geom.mass = item.mass / len(touched.parts)
         geom.rgba = _OBJECT_COLOUR
-        if thing.foam:
-            named[name] = thing.foam
-    return named
+        if touched.foam:
+            soft[name] = touched.foam
+    return soft

@@ -1,4 +1,4 @@
-"""Time goes on for pads: arms are driven, objects move, and images come at their rate."""
+"""Simulation of pads in time: driven arms, moving objects, and images at a fixed rate."""
 
 from __future__ import annotations
 
@@ -23,26 +23,29 @@ if TYPE_CHECKING:
     from .tactile_readout import TactileReadout
 
 CONTROL_RATE = 250.0
-"""Control cycles a second of the chapter's arm."""
-LONGEST_PHASE = 0.3
-"""A free body's own motion may turn by this much in a step, rad: semi-implicit steps are stable
-up to 2, and true to 1 % of the frequency here."""
-MOST_SUBSTEPS = 16
-"""Steps in one of the model's: past this, light bodies that are pressed flat lose exactness."""
+"""Control cycles per second of the chapter's arm."""
+
+_MAX_PHASE = 0.3
+"""Largest phase by which a free body may oscillate in one step, rad. Semi-implicit steps are stable
+up to 2; at this value the frequency is exact to 1 %."""
+_MAX_SUBSTEPS = 16
+"""Steps in one step of the model. Beyond this, light bodies that are pressed flat lose accuracy."""
+_SAME_TIME = 1e-9
+"""Times closer than this are equal, s."""
 
 
 @dataclass(frozen=True)
 class PadSample:
-    """What was so when an image was taken, of one pad."""
+    """The image and the true state of one pad at one time."""
 
     time: float
-    """s since the start."""
+    """Time since the start, s."""
     raw: NDArray[np.uint16]
-    """(N,), the image as the electronics give it."""
+    """(N,), the image as the electronics return it."""
     force: float
     """True normal force on the pad, N."""
     centre: NDArray[np.float64]
-    """True centre of pressure in the pad's frame, (3,), m; NaN when nothing touches."""
+    """True centre of pressure in the pad's frame, (3,), m; NaN if nothing touches."""
     joints: NDArray[np.float64]
     """Angles of all driven joints, (n,), rad."""
 
@@ -50,10 +53,10 @@ class PadSample:
 class PadSimulation:
     """Pads, arms and objects in time.
 
-    The arms go exactly where they are driven, at a constant velocity over each call of
-    :meth:`advance`, as a stiff arm's own controller sees to; forces move free objects only.
+    The arms follow their joint velocities exactly, at a constant velocity over each call of
+    :meth:`advance`, like a stiff arm with its own controller. Forces move only free objects.
     Physics takes steps of the model's length, and shorter ones while a light object lies on foam.
-    Without free objects no physics is stepped at all.
+    Without free objects no physics is computed.
 
     Parameters
     ----------
@@ -62,11 +65,11 @@ class PadSimulation:
     pads
         One or more.
     joints
-        Names of the driven joints (hinges or slides), in the order that velocities have.
+        Names of the driven joints (hinges or slides), in the order of the velocities.
     image_rate
-        Images a second; control that reads 250 a second needs no more, slip needs all 1900.
+        Images per second; 250 are enough for control at that rate, slip needs all 1900.
     seed
-        Source of the read-out's noise, >= 0.
+        Source of the readout's noise, >= 0.
 
     Raises
     ------
@@ -100,7 +103,7 @@ class PadSimulation:
         self._rng = np.random.default_rng(seed)
         self._start = 0.0
         self._images = 0
-        self._settle()
+        self._start_time()
 
     @classmethod
     def of_scene(
@@ -111,23 +114,18 @@ class PadSimulation:
         seed: int = 0,
         readouts: Sequence[TactileReadout] | None = None,
     ) -> PadSimulation:
-        """Start a cell.
+        """Start a scene at time 0.
 
         Parameters
         ----------
         scene
-            The cell.
+            The scene.
         joints
-            Angles of all arms' joints, (n,), rad; the arms' home when not given.
+            Angles of all arms' joints, (n,), rad; the home posture if not given.
         image_rate, seed
             See the class.
         readouts
-            Electronics of each pad; the default ones when not given.
-
-        Returns
-        -------
-        PadSimulation
-            At time 0.
+            Electronics of each pad; the default ones if not given.
         """
         mujoco = import_mujoco()
         data = mujoco.MjData(scene.model)
@@ -136,7 +134,7 @@ class PadSimulation:
         if joints is not None:
             for name, angle in zip(names, joints, strict=True):
                 data.joint(name).qpos[0] = angle
-        # Pads hold views of the data, which are filled here and stay the same arrays.
+        # Pads hold views of the data's arrays, which are filled here.
         mujoco.mj_kinematics(scene.model, data)
         pads = [
             TactilePad(scene.model, data, site, scene.pad, scene.softness, readout)
@@ -157,7 +155,7 @@ class PadSimulation:
         return self.data.qpos[self._qpos]
 
     def pad_pose(self, pad: int = 0) -> RigidTransform:
-        """Give T_world_pad: where a pad is now."""
+        """Return the current pose T_world_pad of a pad."""
         place, rotation = self.pads[pad].pose
         return RigidTransform.from_components(place, Rotation.from_matrix(rotation))
 
@@ -165,24 +163,24 @@ class PadSimulation:
         self,
         velocity: NDArray[np.float64] | None = None,
         duration: float = 1.0 / CONTROL_RATE,
-        move: Callable[[float], None] | None = None,
+        on_step: Callable[[float], None] | None = None,
     ) -> list[tuple[PadSample, ...]]:
-        """Let time go on.
+        """Advance time.
 
         Parameters
         ----------
         velocity
-            Of the driven joints, (n,), rad/s; they stand still when not given.
+            Velocities of the driven joints, (n,), rad/s; zero if not given.
         duration
-            s.
-        move
-            Called with the time, s, before each step, to place mocap bodies.
+            Time to advance, s.
+        on_step
+            Called with the time, s, at each step, to place mocap bodies.
 
         Returns
         -------
         list of tuples
-            The images taken meanwhile, in order, each with one moment per pad. At 1900 images
-            and 250 calls a second there are 7 or 8.
+            The images taken in that time, in order, one sample per pad in each. With 1900 images
+            and 250 calls per second there are 7 or 8.
 
         Raises
         ------
@@ -196,25 +194,25 @@ class PadSimulation:
             raise InputError(f"duration must be > 0 s, got {duration}")
         begin, end = self.time, self.time + duration
         origin = self.joints
-        seen: list[tuple[PadSample, ...]] = []
+        images: list[tuple[PadSample, ...]] = []
         while self.time < end - _SAME_TIME:
             due = (self._images + 1) * self._period
             goal = min(due, end)
-            self._pass(goal, begin, origin, speed, move)
+            self._step_to(goal, begin, origin, speed, on_step)
             if due <= end + _SAME_TIME:
                 self._images += 1
-                seen.append(self._look())
-        return seen
+                images.append(self._sample())
+        return images
 
-    def _pass(
+    def _step_to(
         self,
         goal: float,
         begin: float,
         origin: NDArray[np.float64],
         speed: NDArray[np.float64],
-        move: Callable[[float], None] | None,
+        on_step: Callable[[float], None] | None,
     ) -> None:
-        """Step to a time."""
+        """Step to the time `goal`, s."""
         data, model, mujoco = self.data, self.model, self._mujoco
         while True:
             left = goal - self.time
@@ -232,19 +230,19 @@ class PadSimulation:
                 data.time = self._start + goal
             data.qpos[self._qpos] = origin + (self.time - begin) * speed
             data.qvel[self._dofs] = speed
-            if move:
-                move(self.time)
+            if on_step:
+                on_step(self.time)
             self._update()
 
     def _steps(self, left: float) -> int:
-        """Equal steps that the time left is to be split in."""
+        """Return the number of equal steps for the remaining time."""
         if not self._physics:
             return 1
-        quickest = max(pad.quickest() for pad in self.pads)
-        longest = self._step
-        if quickest > 0:
-            longest = min(max(LONGEST_PHASE / quickest, longest / MOST_SUBSTEPS), longest)
-        return max(int(np.ceil(left / longest - _SAME_TIME)), 1)
+        frequency = max(pad.max_frequency() for pad in self.pads)
+        max_step = self._step
+        if frequency > 0:
+            max_step = min(max(_MAX_PHASE / frequency, max_step / _MAX_SUBSTEPS), max_step)
+        return max(int(np.ceil(left / max_step - _SAME_TIME)), 1)
 
     def _update(self) -> None:
         if self._physics:
@@ -254,24 +252,21 @@ class PadSimulation:
         for pad in self.pads:
             pad.contact()
 
-    def _settle(self) -> None:
+    def _start_time(self) -> None:
         self._step = float(self.model.opt.timestep)
         self._start = float(self.data.time)
         self._mujoco.mj_forward(self.model, self.data)
         self._update()
 
-    def _look(self) -> tuple[PadSample, ...]:
+    def _sample(self) -> tuple[PadSample, ...]:
         return tuple(
             PadSample(self.time, pad.read(self._rng), pad.force, pad.centre, self.joints)
             for pad in self.pads
         )
 
 
-_SAME_TIME = 1e-9
-
-
 def _home(scene: PadScene) -> NDArray[np.float64]:
-    """Every arm's home; the rest as the model has it."""
+    """Return the model's joint positions with every arm at its home posture."""
     model = scene.model
     qpos = model.qpos0.copy()
     keys = {model.key(k).name: model.key_qpos[k] for k in range(model.nkey)}

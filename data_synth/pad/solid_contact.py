@@ -1,10 +1,11 @@
-"""The foam bed as a contact: how deep solids sink into it, and what it does to them, compiled.
+"""Contact of simple solids with the foam bed (compiled).
 
-The bed is a field of columns along the pad's normal (Winkler): each is squeezed by the deepest
-solid over it and pushes back for itself. Samples are laid over each solid's window (see
-:mod:`pad_windows`) in rows. Under a solid with edges the two ends of the contact are found in each
-row by bisection and the samples spread evenly between them, so that areas are exact for straight
-borders and change smoothly as it moves. Rows end at the pad's border.
+The bed is a field of independent columns along the pad's normal (Winkler foundation). The deepest
+solid over a column squeezes it, and the column pushes back. Samples are laid over the window of
+each solid (see :mod:`contact_window`) in rows. For a solid with edges, the two ends of the contact
+are found in each row by bisection, and the samples are spread evenly between them. So the area is
+exact for straight borders, and it changes smoothly as the solid moves. Rows end at the border of
+the pad.
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ import numpy as np
 from numba import njit
 
 from .column_entry import BOX, CYLINDER
-from .contact_motion import calm_limits, into_pad, remember, twist_since
+from .contact_data import ColumnLaw
+from .contact_motion import stable_limits, store_pose, to_pad_frame, twist_since
 from .contact_window import (
     AXIS_X,
     AXIS_Y,
@@ -25,96 +27,65 @@ from .contact_window import (
     sunken_window,
 )
 from .foam_column import HALF_X, HALF_Y, THICKNESS, add_force, column_force, deposit
-from .indentation import SOLID_FIELDS, WINDOW, depth_in_column, pack_solid, shared_column, solid_of
+from .indentation import (
+    SOLID_FIELDS,
+    WINDOW,
+    depth_in_column,
+    pack_solid,
+    shared_column,
+    unpack_solid,
+)
 
 _BISECTIONS = 9
 _INSET = 1e-7
-_ALONG = 1e-12
+_PARALLEL = 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def press_bed(
-    pad_place,
-    pad_rotation,
-    places,
-    rotations,
-    kinds,
-    sizes,
-    radii,
-    laws,
-    samples,
-    masses,
-    tables,
-    steps,
-    bed,
-    dt,
-    before,
-    wrenches,
-    stiffness,
-    fine,
-):
+def press_solids(pad, solids, tables, bed, dt, state, grid):
     """Press K simple solids into the bed.
 
     Parameters
     ----------
-    pad_place, pad_rotation
-        (3,) float64, m, and (9,) float64 row by row: the pad's frame in the world's.
-    places, rotations
-        (K, 3) and (K, 9) float64, the solids' frames in the world's.
-    kinds, sizes, radii
-        (K,) int32, (K, 3) and (K,) float64: kind of geom, its sizes, and its bounding radius, m.
-    laws
-        (K,) int32, row of `tables` that holds for each solid.
-    samples
-        (K,) int32, rows of samples laid over each solid, and samples in a row.
-    masses
-        (K,) float64, mass of the body that each belongs to, kg; inf if it cannot be moved.
-    tables, steps
-        (L, T) and (L,) float64, pressure over depth, Pa, and the depth between entries, m.
+    pad, solids, tables
+        :class:`PadPose`, :class:`SimpleSolids` and :class:`PressureTables`.
     bed
-        (BED_FIELDS,) float64.
+        (BED_FIELDS,) float64 (see :mod:`foam_column`).
     dt
         Time since the last call, s; 0 if there was none.
-    before
-        (K, POSE_FIELDS) float64, poses of the last call in the pad's frame; overwritten.
-    wrenches
-        (K, 6) float64, overwritten by force (N) and torque about the pad's origin (N m) on each
-        solid, in the pad's frame; what the last call left tells how strong friction may be.
-    stiffness
-        (K,) float64, overwritten by the bed's normal stiffness under each solid, N/m; what the
-        last call left tells how strong the damping may be.
-    fine
-        (3, FINE * rows, FINE * columns) float64, overwritten by the force on each cell of the
-        pad: normal, along x, along y, N.
+    state
+        :class:`ContactState`, overwritten.
+    grid
+        (3, CELLS_PER_TACTEL * rows, CELLS_PER_TACTEL * columns) float64, overwritten by the force
+        on each cell of the pad: normal, along x, along y, N.
 
     Returns
     -------
     int
-        How many solids touch.
+        Number of solids that touch.
     """
-    count = len(kinds)
-    fine[:] = 0.0
+    count = len(solids.kinds)
+    grid[:] = 0.0
     near = np.empty(count, np.int64)
     found = 0
-    turned = np.empty((count, 3, 3))
-    moved = np.empty((count, 3))
+    R_pad_solid = np.empty((count, 3, 3))
+    p_pad_solid = np.empty((count, 3))
     windows = np.empty((count, WINDOW_FIELDS))
-    solids = np.empty((count, SOLID_FIELDS))
+    packed = np.empty((count, SOLID_FIELDS))
     for k in range(count):
-        into_pad(pad_place, pad_rotation, places[k], rotations[k], turned[k], moved[k])
-        x, y, z, reach = moved[k, 0], moved[k, 1], moved[k, 2], radii[k]
+        rotation, position = R_pad_solid[k], p_pad_solid[k]
+        to_pad_frame(pad, solids.positions[k], solids.rotations[k], rotation, position)
+        x, y, z, reach = position[0], position[1], position[2], solids.radii[k]
         beside = abs(x) > bed[HALF_X] + reach or abs(y) > bed[HALF_Y] + reach
         if beside or z > reach or z < -reach - bed[THICKNESS]:
             continue
-        if sunken_window(
-            kinds[k], sizes[k], turned[k], moved[k], bed[HALF_X], bed[HALF_Y], windows[k]
-        ):
-            pack_solid(kinds[k], sizes[k], turned[k], moved[k], windows[k], solids[k])
+        kind, size = solids.kinds[k], solids.sizes[k]
+        if sunken_window(kind, size, rotation, position, bed[HALF_X], bed[HALF_Y], windows[k]):
+            pack_solid(kind, size, rotation, position, windows[k], packed[k])
             near[found] = k
             found += 1
     touching = 0
     others = np.empty(found, np.int64)
-    twist = np.empty(6)
     for i in range(found):
         k = near[i]
         rivals = 0
@@ -122,63 +93,45 @@ def press_bed(
             if j != i and _overlap(windows[k], windows[near[j]]):
                 others[rivals] = near[j]
                 rivals += 1
-        twist_since(turned[k], moved[k], before[k], dt, twist)
-        loss_time, slip = calm_limits(bed, dt, wrenches[k], stiffness[k], masses[k])
-        touching += _press_one(
-            k,
-            others[:rivals],
-            solids,
-            samples[k],
-            tables[laws[k]],
-            steps[laws[k]],
-            bed,
-            loss_time,
-            slip,
-            twist,
-            wrenches[k],
-            stiffness,
-            fine,
+        twist = np.empty(6)
+        twist_since(R_pad_solid[k], p_pad_solid[k], state.poses[k], dt, twist)
+        wrench = state.wrenches[k]
+        loss_time, slip = stable_limits(bed, dt, wrench, state.stiffness[k], solids.masses[k])
+        row = solids.laws[k]
+        law = ColumnLaw(tables.pressures[row], tables.steps[row], loss_time, slip, twist)
+        state.stiffness[k] = _press_solid(
+            k, others[:rivals], packed, solids.samples[k], law, bed, wrench, grid
         )
-    _forget_and_remember(near[:found], turned, moved, before, wrenches, stiffness)
+        touching += 1 if wrench[2] > 0.0 else 0
+    _update_state(near[:found], R_pad_solid, p_pad_solid, state)
     return touching
 
 
 @njit(cache=True, error_model="numpy")
-def _forget_and_remember(near, turned, moved, before, wrenches, stiffness):
-    for k in range(len(before)):
-        before[k, 12] = 0.0
+def _update_state(near, R_pad_solid, p_pad_solid, state):
+    """Store the poses of the solids near the pad, and clear the state of all others."""
+    poses = state.poses
+    for k in range(len(poses)):
+        poses[k, 12] = 0.0
     for k in near:
-        remember(turned[k], moved[k], before[k])
-    for k in range(len(before)):
-        if before[k, 12] == 0.0:
-            wrenches[k] = 0.0
-            stiffness[k] = 0.0
+        store_pose(R_pad_solid[k], p_pad_solid[k], poses[k])
+    for k in range(len(poses)):
+        if poses[k, 12] == 0.0:
+            state.wrenches[k] = 0.0
+            state.stiffness[k] = 0.0
 
 
 @njit(cache=True, error_model="numpy")
 def _overlap(a, b):
-    """Tell whether the upright rectangles around two windows meet."""
-    ax, ay, aw, ah = _upright(a)
-    bx, by, bw, bh = _upright(b)
+    """Return whether the axis-parallel rectangles around two windows overlap."""
+    ax, ay, aw, ah = _bounding_rectangle(a)
+    bx, by, bw, bh = _bounding_rectangle(b)
     return abs(ax - bx) < aw + bw and abs(ay - by) < ah + bh
 
 
 @njit(cache=True, error_model="numpy")
-def _row_on_pad(window, v, half_x, half_y):
-    """Ends of what of a window's row lies on the pad; the first is beyond the second if nothing."""
-    ux, uy = window[AXIS_X], window[AXIS_Y]
-    first, last = window[LOW_U], window[HIGH_U]
-    for slope, start, half in ((ux, -uy * v, half_x), (uy, ux * v, half_y)):
-        if abs(slope) > _ALONG:
-            one, other = (-half - start) / slope, (half - start) / slope
-            first, last = max(first, min(one, other)), min(last, max(one, other))
-        elif abs(start) > half:
-            return 1.0, -1.0
-    return first, last
-
-
-@njit(cache=True, error_model="numpy")
-def _upright(window):
+def _bounding_rectangle(window):
+    """Return centre and half extents of the axis-parallel rectangle around a window."""
     ux, uy = window[AXIS_X], window[AXIS_Y]
     u, v = 0.5 * (window[LOW_U] + window[HIGH_U]), 0.5 * (window[LOW_V] + window[HIGH_V])
     a, b = 0.5 * (window[HIGH_U] - window[LOW_U]), 0.5 * (window[HIGH_V] - window[LOW_V])
@@ -187,10 +140,27 @@ def _upright(window):
 
 
 @njit(cache=True, error_model="numpy")
-def _row_end(solid, thickness, ux, uy, v, start, step, count):
-    """March along a row to the first sample in contact and bisect back to where contact begins.
+def _row_on_pad(window, v, half_x, half_y):
+    """Return the ends of the part of a window's row that lies on the pad.
 
-    Returns the place and whether there is any contact.
+    The first end is beyond the second if no part does.
+    """
+    ux, uy = window[AXIS_X], window[AXIS_Y]
+    first, last = window[LOW_U], window[HIGH_U]
+    for slope, start, half in ((ux, -uy * v, half_x), (uy, ux * v, half_y)):
+        if abs(slope) > _PARALLEL:
+            one, other = (-half - start) / slope, (half - start) / slope
+            first, last = max(first, min(one, other)), min(last, max(one, other))
+        elif abs(start) > half:
+            return 1.0, -1.0
+    return first, last
+
+
+@njit(cache=True, error_model="numpy")
+def _row_end(solid, thickness, ux, uy, v, start, step, count):
+    """Step along a row to the first sample in contact, and bisect back to where contact begins.
+
+    Returns the place, and whether there is any contact.
     """
     x0, y0 = -uy * v, ux * v
     inset = start + _INSET * step
@@ -213,29 +183,19 @@ def _row_end(solid, thickness, ux, uy, v, start, step, count):
 
 
 @njit(cache=True, error_model="numpy")
-def _press_one(
-    k,
-    rivals,
-    solids,
-    count,
-    table,
-    step,
-    bed,
-    loss_time,
-    slip,
-    twist,
-    wrench,
-    stiffness,
-    fine,
-):
-    solid = solid_of(solids, k)
+def _press_solid(k, rivals, packed, count, law, bed, wrench, grid):
+    """Press solid k into the bed, add its forces to the grid, and return the stiffness under it.
+
+    `rivals` are the solids that may lie over the same columns, `count` the samples in a row.
+    """
+    solid = unpack_solid(packed, k)
     half_x, half_y, thickness = bed[HALF_X], bed[HALF_Y], bed[THICKNESS]
     wrench[:] = 0.0
-    stiff = 0.0
-    window = solids[k, WINDOW:]
+    stiffness = 0.0
+    window = packed[k, WINDOW:]
     ux, uy = window[AXIS_X], window[AXIS_Y]
     height = (window[HIGH_V] - window[LOW_V]) / count
-    # Round solids come out of the foam gradually: their contact's border needs no search.
+    # Round solids leave the foam gradually: the border of their contact needs no search.
     edged = solid[0] == BOX or solid[0] == CYLINDER
     for row in range(count):
         v = window[LOW_V] + (row + 0.5) * height
@@ -243,11 +203,11 @@ def _press_one(
         if first >= last:
             continue
         if edged:
-            step_u = (last - first) / count
-            first, found = _row_end(solid, thickness, ux, uy, v, first, step_u, count)
+            step = (last - first) / count
+            first, found = _row_end(solid, thickness, ux, uy, v, first, step, count)
             if not found:
                 continue
-            last, found = _row_end(solid, thickness, ux, uy, v, last, -step_u, count)
+            last, found = _row_end(solid, thickness, ux, uy, v, last, -step, count)
         cell = (last - first) / count
         area = cell * height
         for column in range(count):
@@ -258,15 +218,9 @@ def _press_one(
                 continue
             share = 1.0
             if len(rivals):
-                depth, share = shared_column(depth, rivals, solids, thickness, x, y)
-            sinking = -(twist[2] + twist[3] * y - twist[4] * x)
-            slide_x = twist[0] - twist[4] * depth - twist[5] * y
-            slide_y = twist[1] + twist[3] * depth + twist[5] * x
-            fz, fx, fy, slope = column_force(
-                depth, sinking, slide_x, slide_y, share * area, table, step, bed, loss_time, slip
-            )
+                depth, share = shared_column(depth, rivals, packed, thickness, x, y)
+            fz, fx, fy, slope = column_force(depth, x, y, share * area, law, bed)
             add_force(wrench, x, y, depth, fx, fy, fz)
-            stiff += slope
-            deposit(fine, bed, x, y, fz, -fx, -fy)
-    stiffness[k] = stiff
-    return 1 if wrench[2] > 0.0 else 0
+            stiffness += slope
+            deposit(grid, bed, x, y, fz, -fx, -fy)
+    return stiffness

@@ -1,4 +1,4 @@
-"""How a force in the foam's surface spreads over the tactels below it."""
+"""Spread of forces in the foam's surface over the tactels below it."""
 
 from __future__ import annotations
 
@@ -10,68 +10,76 @@ from scipy.special import erf
 
 from eyehand.errors import InputError
 
-from .foam_column import FINE
+from .foam_column import CELLS_PER_TACTEL
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+POINT_SPREAD_M = 0.0025
+"""Standard deviation of the Gaussian image of a point force. At half the pitch, two to three
+tactels share the force. With a smaller spread the position of a probe between tactels is lost."""
 
 _FOLDS = 1
 """Mirror images on each side: the pad is far wider than the spread."""
 
 
 def spread_weights(tactels: int, pitch: float, sigma: float) -> NDArray[np.float64]:
-    """Give the share of a fine cell's force that each tactel of a row bears.
+    """Compute the share of a grid cell's force that each tactel of a row bears.
 
-    A point force is felt as a Gaussian of standard deviation `sigma`; a tactel bears its integral
-    over the pitch (differences of erf). The fine grid has spread the force already, by a
-    quadratic B-spline of variance (cell width)^2 / 4, so the Gaussian here makes up the rest.
+    The image of a point force is a Gaussian of standard deviation `sigma`, and a tactel bears its
+    integral over the pitch (differences of erf). The force grid has spread the force already, by a
+    quadratic B-spline of variance (cell width)^2 / 4, so the Gaussian here has the rest of the
+    variance.
 
     Parameters
     ----------
     tactels
         Tactels in a row, >= 1.
     pitch
-        Between their centres, m.
+        Distance between their centres, m.
     sigma
         Standard deviation of the whole spread, m.
 
     Returns
     -------
     NDArray
-        (tactels, FINE * tactels); columns add up to 1, for what would leave the pad is folded
-        back at its border.
+        (tactels, CELLS_PER_TACTEL * tactels). Columns add up to 1, because force beyond the border
+        is folded back.
 
     Raises
     ------
     InputError
-        If the spread is narrower than the fine grid's own.
+        If the spread is narrower than that of the force grid.
     """
-    cell = pitch / FINE
+    cell = pitch / CELLS_PER_TACTEL
     if not sigma > 0.5 * cell:
-        raise InputError(f"spread must be > {0.5 * cell} m (pitch / {2 * FINE}), got {sigma}")
-    rest = np.sqrt(2.0 * (sigma**2 - 0.25 * cell**2))
+        raise InputError(
+            f"spread must be > {0.5 * cell} m (pitch / {2 * CELLS_PER_TACTEL}), got {sigma}"
+        )
+    scale = np.sqrt(2.0 * (sigma**2 - 0.25 * cell**2))
     length = tactels * pitch
-    sources = (np.arange(FINE * tactels) + 0.5) * cell
+    sources = (np.arange(CELLS_PER_TACTEL * tactels) + 0.5) * cell
     borders = np.arange(tactels + 1) * pitch
     weights = np.zeros((tactels, sources.size))
     for fold in range(-_FOLDS, _FOLDS + 1):
         for image in (2 * fold * length + sources, 2 * fold * length - sources):
-            weights += 0.5 * np.diff(erf((borders[:, None] - image) / rest), axis=0)
+            weights += 0.5 * np.diff(erf((borders[:, None] - image) / scale), axis=0)
     return weights / weights.sum(axis=0)
 
 
 @njit(cache=True)
-def spread_to_tactels(fine, across, down, area, pressures, shear):
-    """Spread the fine grid's forces to the tactels.
+def spread_to_tactels(grid, across, down, area, pressures, shear):
+    """Spread the forces of the grid to the tactels.
 
     Parameters
     ----------
-    fine
-        (3, FINE * rows, FINE * columns) float64, N (see :func:`pad_kernels.press_bed`).
+    grid
+        Force grid, N (see :func:`solid_contact.press_solids`).
     across, down
-        (columns, FINE * columns) and (rows, FINE * rows) float64 (see :func:`spread_weights`).
+        (columns, CELLS_PER_TACTEL * columns) and (rows, CELLS_PER_TACTEL * rows) float64, from
+        :func:`spread_weights`.
     area
-        Of a tactel, m².
+        Area of a tactel, m².
     pressures
         (rows * columns,) float64, overwritten, Pa.
     shear
@@ -82,14 +90,14 @@ def spread_to_tactels(fine, across, down, area, pressures, shear):
     total = np.empty((rows, columns))
     for channel in range(3):
         total[:] = 0.0
-        for i in range(fine.shape[1]):
-            first, last = _filled(fine[channel, i])
+        for i in range(grid.shape[1]):
+            first, last = _nonzero_range(grid[channel, i])
             if first > last:
                 continue
             for c in range(columns):
                 value = 0.0
                 for j in range(first, last + 1):
-                    value += across[c, j] * fine[channel, i, j]
+                    value += across[c, j] * grid[channel, i, j]
                 line[c] = value
             for r in range(rows):
                 weight = down[r, i] / area
@@ -103,8 +111,8 @@ def spread_to_tactels(fine, across, down, area, pressures, shear):
 
 
 @njit(cache=True)
-def _filled(line):
-    """First and last cell that is not zero; first > last if all are."""
+def _nonzero_range(line):
+    """Return the first and last cell that is not zero; first > last if all are zero."""
     first, last = 0, len(line) - 1
     while first <= last and line[first] == 0.0:
         first += 1

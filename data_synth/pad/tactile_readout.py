@@ -1,4 +1,4 @@
-"""The electronics under the foam: each tactel squashes its pressure in its own way, in 12 bits."""
+"""The electronics under the foam: the characteristic curve of each tactel, read with 12 bits."""
 
 from __future__ import annotations
 
@@ -17,55 +17,35 @@ if TYPE_CHECKING:
 FULL_SCALE = 4095
 """Largest reading of the 12-bit converter, counts."""
 
+NOISE = 2.0
+"""Standard deviation of a reading from one image to the next, counts."""
 
-@dataclass(frozen=True)
-class ReadoutOptions:
-    """The family that the tactels' characteristics are drawn from.
-
-    A tactel is conductive foam in a voltage divider. The foam's resistance falls with pressure
-    like a power, so the reading is `offset + span * p^g / (p^g + h^g)`: a flat toe, a stretch that
-    is near to linear (the chapter's 0.1-1 kPa), and saturation far above `h`. The defaults mimic
-    the spread of the 256 curves in the chapter's Fig. 4.
-    """
-
-    half_pressure: float = 3e3
-    """Median of h, the pressure that gives half the span, Pa: lower sees lighter touches and
-    saturates earlier."""
-    half_pressure_spread: float = 0.2
-    """Standard deviation of log h over the tactels."""
-    exponent: float = 1.25
-    """Mean of g: above 1 the curve has a toe, at 1.25 the slope is even over the linear range."""
-    exponent_spread: float = 0.05
-    """Standard deviation of g over the tactels."""
-    span: float = 3300.0
-    """Median reading from no pressure to saturation, counts."""
-    span_spread: float = 0.06
-    """Standard deviation of log span."""
-    offset: float = 120.0
-    """Mean reading without pressure, counts."""
-    offset_spread: float = 25.0
-    """Standard deviation of the offset over the tactels, counts."""
-    noise: float = 2.0
-    """Standard deviation of a reading from one image to the next, counts."""
-
-    def __post_init__(self) -> None:
-        positive = (self.half_pressure, self.exponent, self.span)
-        spreads = (
-            self.half_pressure_spread,
-            self.exponent_spread,
-            self.span_spread,
-            self.offset_spread,
-            self.noise,
-        )
-        if not all(0 < value < np.inf for value in positive):
-            raise InputError(f"half_pressure, exponent and span must be > 0, got {positive}")
-        if not all(0 <= value < np.inf for value in spreads):
-            raise InputError(f"spreads and noise must be >= 0, got {spreads}")
+# A tactel is conductive foam in a voltage divider. The foam's resistance falls with pressure like a
+# power, so the reading is offset + span * p^g / (p^g + h^g): a flat toe, a nearly linear range (the
+# chapter's 0.1-1 kPa), and saturation far above h. The values below reproduce the spread of the 256
+# curves in the chapter's Fig. 4.
+_HALF_PRESSURE = 3e3
+"""Median of h, the pressure at half the span, Pa. A lower value reads lighter touches and saturates
+earlier."""
+_HALF_PRESSURE_SPREAD = 0.2
+"""Standard deviation of log h over the tactels."""
+_EXPONENT = 1.25
+"""Mean of g. Above 1 the curve has a toe; at 1.25 the slope is even over the linear range."""
+_EXPONENT_SPREAD = 0.05
+"""Standard deviation of g over the tactels."""
+_SPAN = 3300.0
+"""Median difference between no pressure and saturation, counts."""
+_SPAN_SPREAD = 0.06
+"""Standard deviation of the log of the span."""
+_OFFSET = 120.0
+"""Mean reading without pressure, counts."""
+_OFFSET_SPREAD = 25.0
+"""Standard deviation of the offset over the tactels, counts."""
 
 
 @dataclass(frozen=True)
 class TactileReadout:
-    """The characteristics of one pad's tactels.
+    """The characteristic curves of a pad's tactels.
 
     Raises
     ------
@@ -84,9 +64,9 @@ class TactileReadout:
     noise: float
     """Standard deviation of a reading, counts."""
     dead: tuple[int, ...] = ()
-    """Tactels that read nothing but noise whatever presses: a broken wire."""
+    """Tactels that read only noise under any pressure: a broken wire."""
     saturated: tuple[int, ...] = ()
-    """Tactels that read full scale whatever presses: a short circuit."""
+    """Tactels that read full scale under any pressure: a short circuit."""
     _gains: NDArray[np.float64] = field(init=False, repr=False)
     _floors: NDArray[np.float64] = field(init=False, repr=False)
 
@@ -112,50 +92,52 @@ class TactileReadout:
     def draw(
         cls,
         tactels: int = 256,
-        options: ReadoutOptions | None = None,
+        *,
         seed: int = 0,
+        noise: float = NOISE,
         dead: tuple[int, ...] = (),
         saturated: tuple[int, ...] = (),
     ) -> TactileReadout:
-        """Draw a pad's tactels; the same seed gives the same pad.
+        """Draw the characteristics of a pad; the same seed gives the same pad.
 
         Parameters
         ----------
         tactels
-            How many, >= 1.
-        options
-            The family of characteristics.
+            Number of tactels, >= 1.
         seed
-            >= 0.
+            Source of the characteristics, >= 0.
+        noise
+            Standard deviation of a reading from one image to the next, counts, >= 0.
         dead, saturated
-            Faulty tactels, by number.
+            Numbers of faulty tactels.
 
         Raises
         ------
         InputError
-            If the number or seed is out of range, or a faulty tactel does not exist.
+            If the number, seed or noise is out of range, or a faulty tactel does not exist.
         """
         if tactels < 1 or seed < 0:
             raise InputError(f"need tactels >= 1 and seed >= 0, got {tactels} and {seed}")
-        o = options or ReadoutOptions()
+        if not 0 <= noise < np.inf:
+            raise InputError(f"noise must be >= 0 counts, got {noise}")
         rng = np.random.default_rng(seed)
         return cls(
-            np.maximum(rng.normal(o.offset, o.offset_spread, tactels), 0.0),
-            o.span * np.exp(rng.normal(0.0, o.span_spread, tactels)),
-            o.half_pressure * np.exp(rng.normal(0.0, o.half_pressure_spread, tactels)),
-            np.maximum(rng.normal(o.exponent, o.exponent_spread, tactels), 0.5 * o.exponent),
-            o.noise,
+            np.maximum(rng.normal(_OFFSET, _OFFSET_SPREAD, tactels), 0.0),
+            _SPAN * np.exp(rng.normal(0.0, _SPAN_SPREAD, tactels)),
+            _HALF_PRESSURE * np.exp(rng.normal(0.0, _HALF_PRESSURE_SPREAD, tactels)),
+            np.maximum(rng.normal(_EXPONENT, _EXPONENT_SPREAD, tactels), 0.5 * _EXPONENT),
+            noise,
             dead,
             saturated,
         )
 
     @property
     def tactels(self) -> int:
-        """How many there are."""
+        """Number of tactels."""
         return len(self.offsets)
 
     def clean(self, pressures: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give the readings before noise and conversion.
+        """Compute the readings before noise and conversion.
 
         Parameters
         ----------
@@ -183,7 +165,7 @@ class TactileReadout:
         pressures
             (N,), Pa, >= 0.
         rng
-            Source of the noise; none when not given.
+            Source of the noise; no noise if None.
 
         Returns
         -------
@@ -201,5 +183,5 @@ def _characteristics(pressures, offsets, spans, halves, exponents, counts):
     for k in range(len(counts)):
         counts[k] = offsets[k]
         if pressures[k] > 0.0 and spans[k] > 0.0:
-            # p^g / (p^g + h^g) without two powers.
+            # p^g / (p^g + h^g) with a single power.
             counts[k] += spans[k] / (1.0 + exp(exponents[k] * log(halves[k] / pressures[k])))

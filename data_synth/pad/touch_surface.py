@@ -1,4 +1,4 @@
-"""The true surface of an object to touch: what a cloud of felt points is held to."""
+"""The true surface of a touch object, against which measured points are compared."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _OFF_PLANE = 1e-12
 
 
 def surface_distance(thing: TouchObject, points: ArrayLike) -> NDArray[np.float64]:
-    """Give the distance of points to an object's surface.
+    """Compute the signed distance of points to an object's surface.
 
     Parameters
     ----------
@@ -38,15 +38,15 @@ def surface_distance(thing: TouchObject, points: ArrayLike) -> NDArray[np.float6
     Returns
     -------
     NDArray
-        (M,), m: exact outside; inside, where parts overlap, it is -1 times the depth in the part
-        that the point is deepest in.
+        (M,), m: exact outside. Inside it is negative: minus the depth in the part that holds the
+        point deepest.
     """
     places = np.atleast_2d(np.asarray(points, float))
     return np.min([_part_distance(part, places) for part in thing.parts], axis=0)
 
 
 def top_surface(thing: TouchObject, x: ArrayLike, y: ArrayLike) -> NDArray[np.float64]:
-    """Give the height of an object's surface, seen from above.
+    """Compute the height of an object's surface, seen from above.
 
     Parameters
     ----------
@@ -66,11 +66,10 @@ def top_surface(thing: TouchObject, x: ArrayLike, y: ArrayLike) -> NDArray[np.fl
         turn = Rotation.from_quat(part.quat_wxyz, scalar_first=True)
         starts = np.column_stack([across, np.zeros(len(across))]) - part.place
         starts = turn.inv().apply(starts)
-        direction = turn.inv().apply([0.0, 0.0, -1.0])
-        size = np.zeros(3)
-        size[: len(part.size)] = part.size
+        direction = tuple(turn.inv().apply([0.0, 0.0, -1.0]))
+        size = (*part.size, 0.0, 0.0)[:3]
         for k, start in enumerate(starts):
-            entry = column_entry(_KINDS[part.kind], *size, *start, *direction)
+            entry = column_entry(_KINDS[part.kind], size, tuple(start), direction)
             if entry != NO_ENTRY:
                 heights[k] = np.fmax(heights[k], -entry)
     return heights
@@ -92,7 +91,7 @@ def _part_distance(part: Part, points: NDArray[np.float64]) -> NDArray[np.float6
 
 
 def _corner_distance(beyond: NDArray[np.float64]) -> NDArray[np.float64]:
-    """From how far a point is beyond each of a convex corner's faces, (M, K)."""
+    """Compute the distance to a convex corner from the distances beyond its faces, (M, K)."""
     outside = np.linalg.norm(np.maximum(beyond, 0.0), axis=1)
     return outside + np.minimum(beyond.max(axis=1), 0.0)
 
@@ -100,16 +99,16 @@ def _corner_distance(beyond: NDArray[np.float64]) -> NDArray[np.float64]:
 def _ellipsoid_distance(
     axes: NDArray[np.float64], points: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Find the foot by bisection (Eberly, Distance from a Point to an Ellipsoid, 2013).
+    """Compute the distance by bisection (Eberly, Distance from a Point to an Ellipsoid, 2013).
 
-    The foot is (a² p / (t + a²)) for the largest root t of sum (a p / (t + a²))² = 1. What is
-    searched is t + c², c the smallest semi-axis: it keeps its digits where t is near to -c².
+    The nearest point is (a² p / (t + a²)) for the largest root t of sum (a p / (t + a²))² = 1. The
+    search runs over t + c², c the smallest semi-axis, which keeps its digits when t is near -c².
     """
-    # On a plane of symmetry the foot may lie off it; a hair to its side, it is found.
+    # On a plane of symmetry the nearest point may lie off the plane; a small offset finds it.
     away = np.maximum(np.abs(points), _OFF_PLANE)
     squares = axes**2
     gaps = squares - squares.min()
-    # At the lower end one term alone is 1 or more; at the upper, all together are at most 1.
+    # At the lower bound a single term is at least 1; at the upper bound the sum is at most 1.
     low = (axes * away - gaps).max(axis=1)
     high = np.linalg.norm(axes * away, axis=1)
     for _ in range(_HALVINGS):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from .placement import place, tumbled
+from .placement import FALL_HEIGHT_M, place, tumbled
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -83,7 +83,7 @@ def _heap(
         away = options.pile_spread * radius * np.sqrt(rng.uniform())
         angle = rng.uniform(0, 2 * np.pi)
         spot = [away * np.cos(angle), away * np.sin(angle), options.table_height]
-        start = RigidTransform.from_translation(spot) * tumbled(shape, options.fall_height, rng)
+        start = RigidTransform.from_translation(spot) * tumbled(shape, FALL_HEIGHT_M, rng)
         _let_go(index, start, shapes, physics, options)
     for share in np.linspace(1.0, 0.0, _BOWL_FADE_STEPS + 1)[1:]:
         physics.bowl(radius, share * _BOWL_PULL_M_S2)
@@ -107,7 +107,7 @@ def _let_go(
     tops = [
         physics.pose(k).translation[2] + np.linalg.norm(shapes[k].semi_axes) + reach for k in below
     ]
-    floor = start.translation[2] - options.fall_height
+    floor = start.translation[2] - FALL_HEIGHT_M
     position = np.array(start.translation)
     position[2] = max([floor, *tops])
     physics.put(index, RigidTransform.from_components(position, start.rotation))
@@ -117,6 +117,6 @@ def _let_go(
             break
         position[2] -= gap
         physics.move(index, position)
-    position[2] += options.fall_height
+    position[2] += FALL_HEIGHT_M
     physics.move(index, position)
     physics.settle(_PAUSE_S)

@@ -17,6 +17,17 @@ if TYPE_CHECKING:
     from .tabletop_physics import TabletopPhysics
     from .tabletop_scene import TabletopObject
 
+TOUCH_GAP_M = 0.001
+"""Objects no farther apart than this touch."""
+MAX_DRIFT_M = 0.02
+"""A scene is drawn again if a standing object moves farther than this while it settles."""
+MAX_OVERLAP_M = 0.001
+"""A scene is drawn again if a dropped or piled object lies deeper than this in another object or in
+the table. Physics alone presses objects in by 0.02 to 0.1 mm."""
+PILE_CONTACT_SHARE = 0.75
+"""Smallest share of piled objects that touch another. A higher share lets fewer objects roll away
+and rejects more draws."""
+
 _LEVEL = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])
 
 
@@ -52,12 +63,12 @@ def standing_fault(
         for before, after in zip(start, poses, strict=True)
     ]
     # A NaN from a simulation that blew up must fail too.
-    if not max(moved) <= options.max_drift:
+    if not max(moved) <= MAX_DRIFT_M:
         return "left its place"
     gaps = _gaps(physics, len(poses))
     if options.family == "separate" and min(gaps) < options.min_gap:
         return "closer than min_gap"
-    if options.family == "touching" and max(gaps) > options.touch_gap:
+    if options.family == "touching" and max(gaps) > TOUCH_GAP_M:
         return "not touching"
     if options.family == "stacked":
         carriers = carrier_count(len(poses))
@@ -92,14 +103,14 @@ def fallen_fault(
     half = np.tile(np.array(options.table_size) / 2, 2)
     if not all(np.all(item.shape.support(_LEVEL) <= half) for item in objects):
         return "off the table"
-    if not physics.deepest() <= options.max_overlap:
+    if not physics.deepest() <= MAX_OVERLAP_M:
         return "overlap"
     count = len(objects)
     carried = count - len(physics.on_table())
     if options.family == "dropped":
         return "on top of another" if carried else ""
-    touching = sum(gap <= options.touch_gap for gap in _gaps(physics, count))
-    if touching < options.pile_contact * count:
+    touching = sum(gap <= TOUCH_GAP_M for gap in _gaps(physics, count))
+    if touching < PILE_CONTACT_SHARE * count:
         return "scattered"
     return "no pile" if carried < carried_count(count) else ""
 

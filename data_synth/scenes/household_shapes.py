@@ -12,6 +12,8 @@ from eyehand.perception.superquadric import MIN_EXPONENT, Kind, Superquadric
 if TYPE_CHECKING:
     from .tabletop_options import TabletopOptions
 
+EXPONENT_RANGE = (0.2, 1.3)
+"""Exponents of the kind ``superquadric``: low is boxy, 1 is round, above 1 is pinched."""
 SLENDERNESS = 3.0
 """Flat-footed solids up to this height over width stand; slimmer ones topple at a touch."""
 ROUND_SLENDERNESS = 1.2
@@ -38,7 +40,7 @@ def draw_shape(kind: Kind, options: TabletopOptions, rng: np.random.Generator) -
     height = rng.uniform(shortest, max(shortest, min(tallest, 2.0 * narrow)))
     if kind == "ellipsoid":
         return _solid(kind, (wide, narrow, height), (1.0, 1.0))
-    e1, e2 = rng.uniform(*options.exponent_range, size=2)
+    e1, e2 = rng.uniform(*EXPONENT_RANGE, size=2)
     return _solid(kind, (wide, narrow, height), (e1, e2))
 
 

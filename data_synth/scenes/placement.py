@@ -20,6 +20,17 @@ if TYPE_CHECKING:
     from .tabletop_options import TabletopOptions
     from .tabletop_physics import TabletopPhysics
 
+FALL_HEIGHT_M = 0.03
+"""Dropped and piled objects fall from this height above what lies below them. A higher fall
+scatters them more, takes longer to settle, and rejects more draws."""
+
+_DROP_HEIGHT_M = 0.002
+"""Standing objects fall from this height: more would disorder them and reject more draws."""
+_DROP_TILT_RAD = 0.03
+"""Largest tilt at the start. An object that balances on an edge falls and is drawn again. Touching
+objects start level."""
+_MIN_GROUP_SIZE = 4
+"""Objects in a touching group, if the scene has as many."""
 _ANGLES = np.arange(96) / 96 * 2 * np.pi
 _DIRECTIONS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
 _SPOTS = 300
@@ -103,7 +114,7 @@ def _groups(
 ) -> list[_Group] | None:
     count = len(shapes)
     if options.family == "touching":
-        share = max(count // options.group_size, 1)
+        share = max(count // _MIN_GROUP_SIZE, 1)
         parts = np.array_split(np.arange(count), share)
         groups = [_touching(part.tolist(), shapes, physics, options, rng) for part in parts]
         whole = [group for group in groups if group is not None]
@@ -120,8 +131,8 @@ def _single(
     rng: np.random.Generator,
 ) -> _Group:
     if options.family == "dropped":
-        return _Group([index], [tumbled(shapes[index], options.fall_height, rng)])
-    return _Group([index], [_resting(shapes[index], options.drop_height, options.drop_tilt, rng)])
+        return _Group([index], [tumbled(shapes[index], FALL_HEIGHT_M, rng)])
+    return _Group([index], [_resting(shapes[index], _DROP_HEIGHT_M, _DROP_TILT_RAD, rng)])
 
 
 def _resting(
@@ -152,10 +163,10 @@ def _stack(
     rng: np.random.Generator,
 ) -> _Group:
     base = shapes[carrier]
-    below = _resting(base, options.drop_height, options.drop_tilt, rng, upright=True)
+    below = _resting(base, _DROP_HEIGHT_M, _DROP_TILT_RAD, rng, upright=True)
     # The highest point of a tilted carrier, so that the carried object does not start inside.
     top = float(base.support(below.rotation.inv().apply([0.0, 0.0, 1.0]))) + below.translation[2]
-    above = _resting(shapes[carried], top + options.drop_height, options.drop_tilt, rng)
+    above = _resting(shapes[carried], top + _DROP_HEIGHT_M, _DROP_TILT_RAD, rng)
     reach = _TOP_OFFSET_SHARE * base.semi_axes[:2].min() * np.sqrt(rng.uniform())
     angle = rng.uniform(0, 2 * np.pi)
     aside = RigidTransform.from_translation([reach * np.cos(angle), reach * np.sin(angle), 0.0])
@@ -175,7 +186,7 @@ def _touching(
     group = _Group([], [])
     for index in members:
         # Level, because an object that rocks back to its rest leaves the one it touched.
-        resting = _resting(shapes[index], options.drop_height, 0.0, rng)
+        resting = _resting(shapes[index], _DROP_HEIGHT_M, 0.0, rng)
         place = resting if not group.members else None
         for _ in range(_APPROACHES):
             if place is not None:

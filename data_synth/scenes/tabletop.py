@@ -46,6 +46,12 @@ PALETTE = (
 )
 """Red, green, blue of objects, told apart at a glance."""
 
+MAX_DRAWS = 60
+"""Draws before :func:`make_scene` gives up."""
+MAX_SETTLE_S = 3.0
+"""Longest simulated time to come to rest; for dropped and piled objects, after the last has
+fallen."""
+
 _WATCH_S = 1.0
 _WATCHED_DRIFT_M = 1e-4
 """What fell and came to rest may stand on an edge that gives way: watched for so long, it must
@@ -86,16 +92,15 @@ def make_scene(seed: int, options: TabletopOptions | None = None) -> TabletopSce
         raise InputError(f"seed must be a whole number >= 0, got {seed!r}")
     options = options or TabletopOptions()
     faults: Counter[str] = Counter()
-    for attempt in range(options.tries):
+    for attempt in range(MAX_DRAWS):
         drawn = _draw(int(seed), attempt, options)
         if isinstance(drawn, TabletopScene):
             return drawn
         faults[drawn] += 1
-    told = ", ".join(f"{count}x {fault}" for fault, count in faults.most_common())
+    counts = ", ".join(f"{count}x {fault}" for fault, count in faults.most_common())
     raise InputError(
         f"no {options.family} scene of {options.count_range[0]}-{options.count_range[1]} objects "
-        f"in {options.tries} tries ({told}): ask for fewer or smaller objects, a larger work_area, "
-        "or more tries"
+        f"in {MAX_DRAWS} draws ({counts}): ask for fewer or smaller objects, or a larger work_area"
     )
 
 
@@ -133,7 +138,7 @@ def _stand(
         return "too full"
     for index, pose in enumerate(start):
         physics.put(index, pose)
-    if not physics.settle(options.settle_time):
+    if not physics.settle(MAX_SETTLE_S):
         return "never at rest"
     rested = _at_rest(objects, physics)
     fault = standing_fault(physics, start, [item.shape.pose for item in rested], options)
@@ -149,7 +154,7 @@ def _fall(
     """Let objects fall one by one: the same at rest, or why not."""
     if not drop([item.shape for item in objects], physics, options, rng):
         return "too full"
-    if not physics.settle(options.settle_time):
+    if not physics.settle(MAX_SETTLE_S):
         return "unstable physics" if physics.unstable else "never at rest"
     rested = _at_rest(objects, physics)
     fault = fallen_fault(physics, rested, options)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, get_args
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.perception.superquadric import MAX_EXPONENT, MIN_EXPONENT, Kind
+from eyehand.perception.superquadric import Kind
 
 from .tabletop_scene import Family
 
@@ -45,18 +45,11 @@ class ViewOptions:
 
     image_size: tuple[int, int] = (640, 480)
     """Columns and rows, px: more resolve smaller objects, cost time in every stage."""
-    focal_share: float = 525.0 / 640.0
-    """Focal length over image width: lower sees more of the table with fewer pixels each."""
     elevation_range: tuple[float, float] = (np.pi / 6, 65 * np.pi / 180)
     """Least and largest angle of the line of sight below the horizon, rad: low views hide more
     behind other objects, high views hide the sides."""
     distance_range: tuple[float, float] = (0.6, 1.1)
     """Least and largest distance to the middle of the objects, m: noise grows with its square."""
-    margin: float = 2.0
-    """Every object's outline stays this far inside the image, px."""
-    least_share: float = 4e-4
-    """Every object shows at least this share of the image's pixels (about): 0 allows hidden
-    objects, more than 1e-3 excludes the smallest seen from afar."""
 
     def __post_init__(self) -> None:
         for size, least, most in zip(self.image_size, MIN_IMAGE_SIZE, MAX_IMAGE_SIZE, strict=True):
@@ -65,16 +58,8 @@ class ViewOptions:
                     f"image_size must lie in {MIN_IMAGE_SIZE} .. {MAX_IMAGE_SIZE} px, "
                     f"got {self.image_size}"
                 )
-        if not 0.1 <= self.focal_share <= 10:
-            raise InputError(f"focal_share must lie in [0.1, 10], got {self.focal_share}")
         check_range("elevation_range", self.elevation_range, 0.05, np.pi / 2, "rad")
         check_range("distance_range", self.distance_range, 0.2, 5.0, "m")
-        if not 0 <= self.margin < min(self.image_size) / 4:
-            raise InputError(
-                f"margin must lie in [0, {min(self.image_size) / 4:g}) px, got {self.margin}"
-            )
-        if not 0 <= self.least_share <= 0.05:
-            raise InputError(f"least_share must lie in [0, 0.05], got {self.least_share}")
 
 
 @dataclass(frozen=True)
@@ -99,8 +84,6 @@ class TabletopOptions:
     """Smallest and largest horizontal extent of an upright object, m: what a hand spans."""
     height_range: tuple[float, float] = (0.03, 0.25)
     """Smallest and largest extent along an object's third axis, m."""
-    exponent_range: tuple[float, float] = (0.2, 1.3)
-    """Exponents of the kind ``superquadric``: low is boxy, 1 round, above 1 pinched."""
     density_range: tuple[float, float] = (150.0, 600.0)
     """Mass over volume, kg/m³: hollow household goods rather than solid ones."""
     table_size: tuple[float, float] = (1.2, 0.8)
@@ -113,35 +96,9 @@ class TabletopOptions:
     min_gap: float = 0.015
     """Least distance between separate objects, between groups of the families that stand, and
     between dropped objects seen from above before they fall, m."""
-    group_size: int = 4
-    """Fewest objects in a touching group, where there are as many."""
-    touch_gap: float = 0.001
-    """Objects no farther apart than this touch, m."""
-    drop_height: float = 0.002
-    """Standing objects fall from this height, m: higher disorders more, rejects more draws."""
-    drop_tilt: float = 0.03
-    """Objects start off their balance by up to this angle, rad: what stands on a knife's edge
-    falls and is drawn again. Touching objects start level, dropped and piled ones anyhow."""
-    fall_height: float = 0.03
-    """Dropped and piled objects fall from this far above what is below them, m: higher tumbles
-    and scatters them more, takes longer to settle, and rejects more draws."""
     pile_spread: float = 0.5
     """Piled objects fall onto a disc whose radius is this share of the one they would cover side
     by side: lower piles higher and hides more, higher leaves more objects on the table."""
-    pile_contact: float = 0.75
-    """Least share of piled objects that touch another: higher allows fewer to roll away, and
-    rejects more draws."""
-    settle_time: float = 3.0
-    """Longest simulated time to come to rest, s; for dropped and piled objects, after the last
-    has fallen."""
-    max_drift: float = 0.02
-    """A scene in which a standing object moves farther than this while it settles is drawn again,
-    m. Dropped and piled objects may move, but not off the table."""
-    max_overlap: float = 0.001
-    """A scene in which a dropped or piled object lies deeper than this in another, or in the
-    table, is drawn again, m: physics presses them in by 0.02 to 0.1 mm."""
-    tries: int = 60
-    """Draws before giving up: harder scenes need more."""
     view: ViewOptions = field(default_factory=ViewOptions)
     """Where the camera may stand."""
 
@@ -162,13 +119,8 @@ class TabletopOptions:
             )
         check_range("width_range", self.width_range, 0.005, 0.5, "m")
         check_range("height_range", self.height_range, 0.005, 0.5, "m")
-        check_range("exponent_range", self.exponent_range, MIN_EXPONENT, MAX_EXPONENT, "")
         check_range("density_range", self.density_range, 10.0, 20000.0, "kg/m³")
         self._check_lengths()
-        if not 2 <= self.group_size <= MAX_OBJECTS:
-            raise InputError(f"group_size must lie in [2, {MAX_OBJECTS}], got {self.group_size}")
-        if self.tries < 1:
-            raise InputError(f"tries must be >= 1, got {self.tries}")
 
     def _check_lengths(self) -> None:
         for name, table, work in zip("xy", self.table_size, self.work_area, strict=True):
@@ -177,23 +129,12 @@ class TabletopOptions:
                     f"table_size must lie in (0, 10] m and work_area inside it, "
                     f"got {table} and {work} along {name}"
                 )
-        bounds = {
-            "table_height": (-10.0, 10.0),
-            "min_gap": (0.0, 0.5),
-            "touch_gap": (2e-4, 0.01),
-            "drop_height": (0.0, 0.1),
-            "drop_tilt": (0.0, 0.5),
-            "fall_height": (0.002, 0.3),
-            "pile_spread": (0.0, 2.0),
-            "pile_contact": (0.0, 1.0),
-            "settle_time": (0.2, 60.0),
-            "max_drift": (0.001, 1.0),
-            "max_overlap": (1e-4, 0.01),
-        }
-        for name, (lowest, highest) in bounds.items():
+        for name, max_value in (("min_gap", 0.5), ("pile_spread", 2.0)):
             value = getattr(self, name)
-            if not lowest <= value <= highest:
-                raise InputError(f"{name} must lie in [{lowest:g}, {highest:g}], got {value}")
+            if not 0.0 <= value <= max_value:
+                raise InputError(f"{name} must lie in [0, {max_value:g}], got {value}")
+        if not -10.0 <= self.table_height <= 10.0:
+            raise InputError(f"table_height must lie in [-10, 10] m, got {self.table_height}")
 
 
 def check_range(

@@ -20,7 +20,15 @@ if TYPE_CHECKING:
 
     from .tabletop_options import TabletopOptions, ViewOptions
 
-_DRAWS = 60
+FOCAL_SHARE = 525.0 / 640.0
+"""Focal length over image width, as of common depth cameras."""
+MIN_VISIBLE_SHARE = 4e-4
+"""Every object shows at least about this share of the image's pixels. 0 would allow hidden objects;
+more than 1e-3 would exclude the smallest ones seen from far away."""
+
+_MARGIN_PX = 2.0
+"""Every object's outline stays this far inside the image."""
+_MAX_DRAWS = 60
 _OUTLINE_RESOLUTION = 16
 COARSE_STEPS = (4,)
 """Visible shares are counted on every fourth column and row."""
@@ -60,7 +68,7 @@ def look_at(eye: ArrayLike, target: ArrayLike) -> RigidTransform:
 def camera_intrinsics(options: ViewOptions) -> CameraIntrinsics:
     """Pinhole camera of the chosen size, its principal point in the middle of the image."""
     width, height = options.image_size
-    focal = options.focal_share * width
+    focal = FOCAL_SHARE * width
     return CameraIntrinsics(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
 
 
@@ -97,13 +105,13 @@ def draw_viewpoint(
     target = (centres.min(axis=0) + centres.max(axis=0)) / 2
     vertices = np.vstack([mesh(shape, _OUTLINE_RESOLUTION)[0] for shape in shapes])
     last = np.array([camera.width - 1, camera.height - 1])
-    for _ in range(_DRAWS):
+    for _ in range(_MAX_DRAWS):
         T_world_camera = _look_from_anywhere(target, options, rng)
         pixels = camera.project(T_world_camera.inv().apply(vertices))
         # NaN behind the camera fails both comparisons.
-        if np.all((pixels >= options.margin) & (pixels <= last - options.margin)):
+        if np.all((pixels >= _MARGIN_PX) & (pixels <= last - _MARGIN_PX)):
             shares = (seen(k, T_world_camera).min() / (k.width * k.height) for k in cameras)
-            if all(share >= options.least_share for share in shares):
+            if all(share >= MIN_VISIBLE_SHARE for share in shares):
                 return T_world_camera
     return None
 

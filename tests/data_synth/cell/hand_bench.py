@@ -52,7 +52,7 @@ its sides."""
 
 
 @dataclass(frozen=True)
-class BenchOptions:
+class HandBenchOptions:
     """What is done with the hand."""
 
     friction: float = 1.0
@@ -112,7 +112,7 @@ def bench_grasp(
     item: TabletopObject,
     prototype: Prototype,
     approach: Approach = "top",
-    options: BenchOptions | None = None,
+    options: HandBenchOptions | None = None,
     *,
     spec: Any = HAND,
     watch: Callable[[Any, Any], None] | None = None,
@@ -132,7 +132,7 @@ def bench_grasp(
     watch
         Called with model and data after every control period (for pictures).
     """
-    return HandBench(item, prototype, approach, options or BenchOptions(), spec, watch).run()
+    return HandBench(item, prototype, approach, options or HandBenchOptions(), spec, watch).run()
 
 
 class HandBench:
@@ -143,7 +143,7 @@ class HandBench:
         item: TabletopObject,
         prototype: Prototype,
         approach: Approach,
-        options: BenchOptions,
+        options: HandBenchOptions,
         spec: Any,
         watch: Callable[[Any, Any], None] | None,
     ) -> None:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.perception.superquadric import Superquadric
 
-from .hand_bench import BenchOptions, bench_grasp
+from .hand_bench import HandBenchOptions, bench_grasp
 
 EXPONENTS = {"box": (0.1, 0.1), "cylinder": (0.1, 1.0), "sphere": (1.0, 1.0), "ellipsoid": (1, 1)}
 
@@ -68,7 +68,7 @@ def test_what_the_palm_cannot_reach_is_hooked():
 
 def test_nothing_to_close_on_ends_empty():
     item = solid("sphere", 0.03, 0.03, 0.03, 0.01)
-    far = replace(BenchOptions(), shift=(0.2, 0.2, 0.0))
+    far = replace(HandBenchOptions(), shift=(0.2, 0.2, 0.0))
     result = bench_grasp(item, "precision", "top", far)
 
     assert not result

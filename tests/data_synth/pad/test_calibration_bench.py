@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.data_synth.pad import BenchOptions, TactileReadout, run_bench
+from eyehand.data_synth.pad import TactileReadout, run_bench
 from eyehand.errors import InputError
 from eyehand.tactile import calibrate
 
@@ -21,8 +21,9 @@ def test_a_bench_run_calibrates_the_pad() -> None:
 
 def test_a_bench_run_repeats_with_its_seed_and_starts_at_rest() -> None:
     readout = TactileReadout.draw()
-    options = BenchOptions(loads=12, images=2, images_at_rest=5)
-    first, again, other = (run_bench(readout, options, seed) for seed in (1, 1, 2))
+    first, again, other = (
+        run_bench(readout, seed, loads=12, images=2, images_at_rest=5) for seed in (1, 1, 2)
+    )
     assert first.raw.shape == (29, 256)
     assert (first.pressures[:5] == 0).all()
     assert (np.diff(first.pressures[4::2]) > 0).all()
@@ -31,7 +32,7 @@ def test_a_bench_run_repeats_with_its_seed_and_starts_at_rest() -> None:
 
 
 def test_impossible_loads_are_refused() -> None:
-    with pytest.raises(InputError, match="lowest"):
-        BenchOptions(lowest=5.0, highest=1.0)
+    with pytest.raises(InputError, match="loads"):
+        run_bench(TactileReadout.draw(4), loads=0)
     with pytest.raises(InputError, match="seed"):
         run_bench(TactileReadout.draw(4), seed=-1)

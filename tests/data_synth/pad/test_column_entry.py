@@ -48,14 +48,14 @@ def test_a_line_enters_where_outside_turns_to_inside(
     rng = np.random.default_rng(seed)
     direction = Rotation.random(rng=rng).apply([0.0, 0.0, 1.0])
     point = rng.uniform(-1, 1, 3) * size
-    entry = column_entry(kind, *size, *point, *direction)
+    entry = column_entry(kind, tuple(size), tuple(point), tuple(direction))
     along = np.linspace(-0.3, 0.3, 4001)
     within = inside(kind, size, point + along[:, None] * direction)
     if entry == NO_ENTRY:
         assert not within.any()
         return
     assert not within[along < entry - 1e-9].any()
-    leave = -column_entry(kind, *size, *point, *-direction)
+    leave = -column_entry(kind, tuple(size), tuple(point), tuple(-direction))
     assert within[(along > entry + 1e-9) & (along < leave - 1e-9)].all()
     assert not within[along > leave + 1e-9].any()
 
@@ -64,8 +64,9 @@ def test_a_line_enters_where_outside_turns_to_inside(
 def test_a_line_along_an_axis_meets_the_end(kind: int) -> None:
     end = {SPHERE: 0.01, CAPSULE: 0.03, ELLIPSOID: 0.03, CYLINDER: 0.02, BOX: 0.03}[kind]
     size = (0.01, 0.02, 0.03)
-    assert column_entry(kind, *size, 0.0, 0.0, 0.5, 0.0, 0.0, 1.0) == pytest.approx(-0.5 - end)
-    assert column_entry(kind, *size, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0) == NO_ENTRY
+    up = (0.0, 0.0, 1.0)
+    assert column_entry(kind, size, (0.0, 0.0, 0.5), up) == pytest.approx(-0.5 - end)
+    assert column_entry(kind, size, (0.1, 0.0, 0.0), up) == NO_ENTRY
 
 
 @given(kind=kinds, size=sizes, seed=seeds)

@@ -169,7 +169,7 @@ def test_a_mocap_object_is_placed_while_time_goes_on() -> None:
     def move(time: float) -> None:
         simulation.data.mocap_pos[0] = np.add(at.translation, [0.02 * time, 0, 0])
 
-    moments = simulation.advance(duration=0.1, move=move)
+    moments = simulation.advance(duration=0.1, on_step=move)
     places = np.array([m[0].centre[0] for m in moments])
     assert np.diff(places) == pytest.approx(-0.02 / 1900, abs=2e-7)
     assert np.abs(simulation.pads[0].true_shear).max() > 1.0

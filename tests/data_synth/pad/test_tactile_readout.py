@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.data_synth.pad.tactile_readout import FULL_SCALE, ReadoutOptions, TactileReadout
+from eyehand.data_synth.pad.tactile_readout import FULL_SCALE, TactileReadout
 from eyehand.errors import InputError
 
 
@@ -25,7 +25,7 @@ def test_the_curve_is_the_formula() -> None:
 
 
 def test_the_linear_range_is_near_to_linear_and_the_top_is_squashed() -> None:
-    readout = TactileReadout.draw(options=ReadoutOptions())
+    readout = TactileReadout.draw()
     slope = np.diff([readout.clean(np.full(256, p)).mean() for p in (200.0, 400.0, 800.0, 1000.0)])
     slope /= [200.0, 400.0, 200.0]
     assert slope.max() < 1.15 * slope.min()
@@ -46,7 +46,7 @@ def test_readings_are_twelve_bits_and_repeat_with_the_seed() -> None:
 
 
 def test_noise_has_the_asked_size() -> None:
-    readout = TactileReadout.draw(options=ReadoutOptions(noise=3.0))
+    readout = TactileReadout.draw(noise=3.0)
     rng = np.random.default_rng(0)
     raw = np.array([readout.raw(np.full(256, 500.0), rng) for _ in range(200)], float)
     assert raw.std(axis=0).mean() == pytest.approx(3.0, rel=0.03)

@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from eyehand.data_synth import TabletopObject, TabletopOptions, TabletopScene, make_scene
 from eyehand.data_synth.render import RenderedView, render_scene
-from eyehand.data_synth.scenes import Family
-from eyehand.data_synth.scenes.family_rules import carried_count
+from eyehand.data_synth.scenes import Family, family_rules, tabletop
+from eyehand.data_synth.scenes.family_rules import TOUCH_GAP_M, carried_count
 from eyehand.data_synth.scenes.tabletop_physics import TabletopPhysics
+from eyehand.data_synth.scenes.viewpoint import MIN_VISIBLE_SHARE
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import sample_surface
 
@@ -106,7 +107,7 @@ def test_everything_that_fell_lies_on_the_table_and_is_seen_whole(family: Family
     labels = view_of(family, seed).labels
     shown = np.bincount(labels.ravel(), minlength=len(scene.objects) + 1)[1:]
     # The share is met on every other column and row: the full image may fall a little short.
-    assert shown.min() >= 0.8 * options_of(family).view.least_share * labels.size
+    assert shown.min() >= 0.8 * MIN_VISIBLE_SHARE * labels.size
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -134,7 +135,7 @@ def test_piled_objects_lie_on_and_against_each_other(seed: int):
     count = len(scene.objects)
     gaps = [physics.least_gap(k, [j for j in range(count) if j != k]) for k in range(count)]
     physics.run(0.1)
-    assert np.mean(np.array(gaps) <= options_of("piled").touch_gap) >= 0.75
+    assert np.mean(np.array(gaps) <= TOUCH_GAP_M) >= 0.75
     assert count - len(physics.on_table()) >= carried_count(count) >= 1
 
 
@@ -157,22 +158,29 @@ def test_a_lifted_table_lifts_a_pile():
 
 
 @pytest.mark.parametrize(
-    ("family", "changes", "told"),
+    ("family", "changes", "limits", "message"),
     [
-        ("dropped", {"table_size": (0.2, 0.2), "work_area": (0.2, 0.2)}, "too full"),
-        ("dropped", {"settle_time": 0.2}, "never at rest"),
-        ("piled", {"table_size": (0.1, 0.1), "work_area": (0.1, 0.1)}, "off the table"),
-        ("piled", {"pile_spread": 2.0, "pile_contact": 1.0}, "scattered|no pile|never at rest"),
+        ("dropped", {"table_size": (0.2, 0.2), "work_area": (0.2, 0.2)}, {}, "too full"),
+        ("dropped", {}, {"settle": 0.2}, "never at rest"),
+        ("piled", {"table_size": (0.1, 0.1), "work_area": (0.1, 0.1)}, {}, "off the table"),
+        ("piled", {"pile_spread": 2.0}, {"contact": 1.0}, "scattered|no pile|never at rest"),
     ],
 )
-def test_a_fall_that_cannot_give_its_family_says_why(family: Family, changes: dict, told: str):
-    options = TabletopOptions(family=family, count_range=(9, 9), tries=2, **changes)
-    with pytest.raises(InputError, match=told):
+def test_a_fall_that_cannot_give_its_family_says_why(
+    family: Family, changes: dict, limits: dict, message: str, monkeypatch: pytest.MonkeyPatch
+):
+    monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
+    monkeypatch.setattr(tabletop, "MAX_SETTLE_S", limits.get("settle", tabletop.MAX_SETTLE_S))
+    share = limits.get("contact", family_rules.PILE_CONTACT_SHARE)
+    monkeypatch.setattr(family_rules, "PILE_CONTACT_SHARE", share)
+    options = TabletopOptions(family=family, count_range=(9, 9), **changes)
+    with pytest.raises(InputError, match=message):
         make_scene(0, options)
 
 
-def test_the_more_of_a_pile_must_touch_the_fewer_roll_away():
-    options = TabletopOptions(family="piled", count_range=(4, 4), pile_contact=1.0)
+def test_the_more_of_a_pile_must_touch_the_fewer_roll_away(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(family_rules, "PILE_CONTACT_SHARE", 1.0)
+    options = TabletopOptions(family="piled", count_range=(4, 4))
     scene = make_scene(0, options)
     physics = physics_of(scene)
     assert max(physics.least_gap(k, [j for j in range(4) if j != k]) for k in range(4)) <= 1e-3

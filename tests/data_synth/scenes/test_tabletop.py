@@ -9,7 +9,8 @@ import pytest
 from scipy.spatial import KDTree
 
 from eyehand.data_synth import TabletopOptions, TabletopScene, ViewOptions, make_scene
-from eyehand.data_synth.scenes import MAX_OBJECTS, Family
+from eyehand.data_synth.scenes import MAX_OBJECTS, Family, placement, tabletop
+from eyehand.data_synth.scenes.family_rules import MAX_DRIFT_M
 from eyehand.data_synth.scenes.tabletop_physics import TabletopPhysics
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Kind, sample_surface
@@ -112,7 +113,7 @@ def test_objects_stand_on_the_table_within_the_work_area(family: Family, seed: i
     for item in scene.objects:
         sides = [item.shape.support(d) for d in ([1.0, 0, 0], [0, 1.0, 0])]
         sides += [item.shape.support(d) for d in ([-1.0, 0, 0], [0, -1.0, 0])]
-        assert np.all(np.array(sides) <= np.tile(half, 2) + TabletopOptions().max_drift)
+        assert np.all(np.array(sides) <= np.tile(half, 2) + MAX_DRIFT_M)
         lowest = -float(item.shape.support([0.0, 0.0, -1.0]))
         assert lowest > -2e-4
 
@@ -181,14 +182,18 @@ def test_the_image_size_keeps_the_field_of_view(size: tuple[int, int]):
     assert (intrinsics.cx, intrinsics.cy) == ((size[0] - 1) / 2, (size[1] - 1) / 2)
 
 
-def test_a_scene_without_room_says_why():
-    options = TabletopOptions(count_range=(15, 15), work_area=(0.1, 0.1), tries=2)
-    with pytest.raises(InputError, match=r"in 2 tries \(2x too full\): ask for fewer"):
+def test_a_scene_without_room_says_why(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
+    options = TabletopOptions(count_range=(15, 15), work_area=(0.1, 0.1))
+    with pytest.raises(InputError, match=r"in 2 draws \(2x too full\): ask for fewer"):
         make_scene(0, options)
 
 
-def test_objects_without_time_to_settle_are_no_scene():
-    options = TabletopOptions(count_range=(2, 2), settle_time=0.2, drop_height=0.1, tries=2)
+def test_objects_without_time_to_settle_are_no_scene(monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
+    monkeypatch.setattr(tabletop, "MAX_SETTLE_S", 0.2)
+    monkeypatch.setattr(placement, "_DROP_HEIGHT_M", 0.1)
+    options = TabletopOptions(count_range=(2, 2))
     with pytest.raises(InputError, match="never at rest"):
         make_scene(0, options)
 

@@ -9,7 +9,11 @@ from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth import ViewOptions, look_at
-from eyehand.data_synth.scenes.viewpoint import camera_intrinsics, draw_viewpoint
+from eyehand.data_synth.scenes.viewpoint import (
+    MIN_VISIBLE_SHARE,
+    camera_intrinsics,
+    draw_viewpoint,
+)
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Superquadric
 
@@ -46,7 +50,7 @@ def test_a_view_that_hides_an_object_is_not_taken():
     )
     options, rng = ViewOptions(), np.random.default_rng(0)
     pixels = camera_intrinsics(options)
-    enough = int(options.least_share * pixels.width * pixels.height / 16) + 1
+    enough = int(MIN_VISIBLE_SHARE * pixels.width * pixels.height / 16) + 1
     assert draw_viewpoint([ball], options, rng, lambda *_: np.array([enough])) is not None
     assert draw_viewpoint([ball], options, rng, lambda *_: np.array([0])) is None
 
