@@ -114,7 +114,7 @@ def compute_features(thresholds, links, geometry, rule, buffers):
         Number of tactels in the region, at the start of `buffers.members`; 0 without a contact.
         All values are then 0.
     """
-    rule = Rule(*to_fixed_tuple(rule, 3))
+    rule = Rule(*to_fixed_tuple(rule, 3))  # pyright: ignore[reportCallIssue] - numba fills in the typing context
     return _describe(thresholds, links, geometry, rule, Buffers(*buffers))
 
 
@@ -126,7 +126,8 @@ def read_features(raw, table, limits, thresholds, links, geometry, rule, buffers
     """
     b = Buffers(*buffers)
     read_pressures(raw, table, limits, links, geometry, b.pressures, b.states)
-    size = _describe(thresholds, links, geometry, Rule(*to_fixed_tuple(rule, 3)), b)
+    rule = Rule(*to_fixed_tuple(rule, 3))  # pyright: ignore[reportCallIssue] - numba fills in the typing context
+    size = _describe(thresholds, links, geometry, rule, b)
     for axis in range(3):
         b.previous[axis] = b.values[1 + axis] if size > 0 else np.nan
     return size

@@ -187,7 +187,7 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
     bool
         Whether an input is not finite or dt is not positive; then nothing has changed.
     """
-    s = ServoSettings(*to_fixed_tuple(settings, SETTINGS))
+    s = ServoSettings(*to_fixed_tuple(settings, SETTINGS))  # pyright: ignore[reportCallIssue] - numba fills in the typing context
     a = ServoArrays(
         state[:STIFFNESS_START],
         rings,
