@@ -10,13 +10,12 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .compiled_cycle import CompiledCycle, CycleResult
+from .cycle import ControlCycle
 from .options import ControlOptions
-from .posture_aims import Posture, centring_cost
-from .relaxation import relaxed_rate
-from .repulsion import limited_gradient, require_stable
-from .safety import safe_motion
+from .repulsion import require_stable
 from .stack import solve_stack
+from .tasks.posture import Posture
+from .tasks.task import DEFAULT_LINEAR_SPEED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,10 +23,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .collision_world import CollisionWorld
-    from .proximity import Proximity
+    from .motion_steps import CycleResult
     from .robot_model import RobotModel
     from .robot_state import RobotState
-    from .task import Task, TaskRows
+    from .tasks.task import Task
 
 Status = Literal["moving", "reached", "stuck", "infeasible"]
 """``stuck``: safe and no longer getting nearer; ``infeasible``: what must be kept cannot be."""
@@ -37,27 +36,21 @@ that a search found."""
 
 AT_RETREAT_GOAL = 0.1
 """Norm of the joint differences at which a retreat has arrived, rad: it is but a new start."""
+MIN_PROGRESS = 0.01
+"""Decrease of an error that counts as progress, m or rad: larger gives up creeping sooner."""
 PROGRESS_SHARE = 0.1
-"""... or this share of the least so far, near the goal."""
+"""Share of the smallest error so far whose decrease counts as progress too, near the goal."""
 HELD_SHARE = 0.5
 """A task that misses less than this share of its rate can go on: then it is repulsion that stops
 it, not a lack of joints."""
 RETREAT_PATIENCE = 0.3
-"""A retreat that gets no nearer for so long, s, has come as far as it can."""
-
-
-@dataclass(frozen=True)
-class NominalMotion:
-    """What tasks and avoidance want, before safety."""
-
-    velocity: NDArray[np.float64]
-    """(n,), rad/s."""
-    task_rows: tuple[TaskRows, ...]
-    """The tasks at this state."""
-    beta: tuple[float, ...]
-    """Weight of avoidance in each task (eq. 8)."""
-    missing: tuple[float, ...]
-    """By task: norm of the rate that those above leave unmet."""
+"""A retreat ends after this time without progress, s."""
+RETREAT_SPEED = 1.5
+"""Upper limit of the norm of the joint velocities of a retreat, rad/s."""
+RETREAT_HAND_SPEED = DEFAULT_LINEAR_SPEED
+"""Speed limit of the controlled frame in a retreat, m/s."""
+RETREAT_SECONDS = 20.0
+"""Time limit of a retreat, s; the motion then tries again from there."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +105,7 @@ class ApproachController:
         self._counted = counted(self._tasks)
         self._options = options or ControlOptions()
         require_stable(self.options, _lever(self.robot.at(self.robot.home)))
-        self._cycles: dict[int, CompiledCycle] = {}
+        self._cycles: dict[int, ControlCycle] = {}
         self.restart()
 
     @property
@@ -172,13 +165,12 @@ class ApproachController:
                 configurations = retreat_configurations(self.robot)
                 configuration = configurations[(place - 1) % len(configurations)]
                 tasks, watched = (
-                    (Posture(configuration, speed=self.options.retreat_speed),),
+                    (Posture(configuration, speed=RETREAT_SPEED),),
                     self.tasks,
                 )
-            cycle = CompiledCycle(self.world, tasks, self.options, watched)
+            cycle = ControlCycle(self.world, tasks, self.options, watched)
             self._cycles[place] = cycle
-        motion = cycle.at(q)
-        return plain_motion(cycle, q) if motion is None else motion
+        return cycle.at(q)
 
     def _unhurried(self, q: NDArray[np.float64], motion: CycleResult) -> NDArray[np.float64]:
         """The way back (n,), rad/s, with the frame no faster than on the way there.
@@ -187,9 +179,9 @@ class ApproachController:
         standing still does not, nothing slows it down.
         """
         hand = float(np.linalg.norm(self.robot.at(q).jacobian[:3] @ motion.velocity))
-        if motion.clearance < self.options.margin or hand <= self.options.retreat_hand_speed:
+        if motion.clearance < self.options.margin or hand <= RETREAT_HAND_SPEED:
             return motion.velocity
-        return motion.velocity * (self.options.retreat_hand_speed / hand)
+        return motion.velocity * (RETREAT_HAND_SPEED / hand)
 
     def _judge(self, q: NDArray[np.float64], motion: CycleResult) -> tuple[Status, str]:
         errors = tuple([motion.errors[place] for place in self._counted])
@@ -210,7 +202,7 @@ class ApproachController:
     def _judge_retreat(self, left: float, feasible: bool) -> None:
         self._clock += self.options.dt
         arrived = left < AT_RETREAT_GOAL or self._stalled_for((left,)) > RETREAT_PATIENCE
-        if arrived or self._clock > self.options.retreat_seconds or not feasible:
+        if arrived or self._clock > RETREAT_SECONDS or not feasible:
             self._phase = "approach"
             self._begin()
 
@@ -225,7 +217,7 @@ class ApproachController:
             self._best, self._stalled = errors, 0.0
             return 0.0
         for place, (error, best) in enumerate(zip(errors, self._best, strict=True)):
-            enough = min(options.progress, PROGRESS_SHARE * best)
+            enough = min(MIN_PROGRESS, PROGRESS_SHARE * best)
             if best > options.tolerance and error < best - enough:
                 self._best = (*self._best[:place], *errors[place:])
                 self._stalled = 0.0
@@ -274,62 +266,6 @@ def retreat_configurations(robot: RobotModel) -> tuple[NDArray[np.float64], ...]
     return robot.home, mirrored
 
 
-def plain_motion(cycle: CompiledCycle, q: NDArray[np.float64]) -> CycleResult:
-    """The motion of a cycle at joint angles q (n,), step by step in NumPy, for tasks of any kind.
-
-    Raises
-    ------
-    InputError
-        If q has another shape, or is not finite.
-    """
-    world, options = cycle.world, cycle.options
-    state = world.robot.at(q)
-    proximity = world.proximity(state.q)
-    nominal = task_motion(state, cycle.tasks, proximity, options)
-    velocity, blocking, feasible = nominal.velocity, (), True
-    if options.safety:
-        rows = np.concatenate([rows.jacobian for rows in nominal.task_rows])
-        safe = safe_motion(velocity, rows, state, proximity, options, world.robot.joint_names)
-        velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
-    else:
-        velocity = np.clip(velocity, -state.speed, state.speed)
-    watched = [task.at(state).unmet for task in cycle.watched]
-    errors = (*(rows.unmet for rows in nominal.task_rows), *watched)
-    clearance = float(proximity.distance.min(initial=float("inf")))
-    return CycleResult(velocity, errors, nominal.beta, clearance, blocking, feasible)
-
-
-def task_motion(
-    state: RobotState, tasks: Sequence[Task], proximity: Proximity, options: ControlOptions
-) -> NominalMotion:
-    """Relaxed motion control (eq. 8): joint velocities that tasks and repulsion ask for.
-
-    Every task's rate is bent by avoidance with its own β; what the tasks leave free goes against
-    the gradients of the costs of nearness and of posture.
-    """
-    task_rows = tuple(task.at(state) for task in tasks)
-    gradient = limited_gradient(proximity, options)
-    rates, betas = [], []
-    for rows in task_rows:
-        rate, beta = relaxed_rate(rows, gradient, options)
-        rates.append(rate)
-        betas.append(beta)
-    free_motion = -options.centring * _centring_gradient(state, options.centring_power) - gradient
-    solution = solve_stack(
-        task_rows, rates, free_motion=free_motion, speed=state.speed, options=options
-    )
-    return NominalMotion(solution.velocity, task_rows, tuple(betas), solution.missing)
-
-
-def _centring_gradient(state: RobotState, power: int) -> NDArray[np.float64]:
-    """Gradient (n,) of the cost of being off the middle of the joints' ranges (eq. 5)."""
-    span = state.upper - state.lower
-    ranged = np.isfinite(span) & (span > 0.0)
-    weights = np.divide(1.0, span, out=np.zeros_like(span), where=ranged)
-    middle = np.add(state.lower, state.upper, out=2.0 * state.q, where=ranged) / 2.0
-    return centring_cost(state.q, middle, weights, power)[1]
-
-
 def _lever(state: RobotState) -> float:
     """Largest motion of the frame per unit of joint motion, m: what a distance row may reach."""
     return float(np.linalg.norm(state.jacobian[:3], 2))
@@ -338,7 +274,7 @@ def _lever(state: RobotState) -> float:
 def _could_go(state: RobotState, tasks: tuple[Task, ...], options: ControlOptions) -> bool:
     """Whether the first task that is not met would move, were nothing near."""
     task_rows = [task.at(state) for task in tasks]
-    missing = solve_stack(task_rows, speed=state.speed, options=options).missing
+    missing = solve_stack(task_rows, speed=state.speed).missing
     for rows, rest in zip(task_rows, missing, strict=True):
         if rows.unmet > options.tolerance:
             return rest < HELD_SHARE * float(np.linalg.norm(rows.rate))

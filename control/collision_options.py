@@ -50,21 +50,14 @@ class CollisionOptions:
     self_margin: float = 0.005
     """Two parts of the robot nearer than this at home are taken to belong together, m, and never
     measured: larger forgives shapes that are cut coarsely, and overlooks more."""
-    slots: int = 16
-    """Room for obstacles before the world is compiled anew (a few ms)."""
     cover: CoverOptions | None = None
     """Whether parts of the robot with flat or long sides are covered with balls and measured by a
     soft minimum: the gradient then turns smoothly where the nearest point would jump, for distances
     that are some millimetres too small outside, depths that may be too small inside (the sign is
     kept), and more time. None measures the shapes as they are."""
-    compiled: bool = True
-    """Whether to use the compiled kernel where it is available; same figures, some ten times
-    faster."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.cut_off < float("inf"):
             raise InputError(f"cut_off must be finite and > 0, got {self.cut_off}")
         if not 0.0 <= self.self_margin < float("inf"):
             raise InputError(f"self_margin must be finite and >= 0, got {self.self_margin}")
-        if self.slots < 1:
-            raise InputError(f"slots must be >= 1, got {self.slots}")

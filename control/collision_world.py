@@ -12,10 +12,8 @@ from eyehand.errors import InputError
 from .collision_options import CollisionOptions
 from .collision_pairs import candidate_pairs, parts_of
 from .held_object import HeldObject, beside_frame, held_row
-from .mujoco_binding import compiled_calls
 from .proximity import Proximity
-from .proximity_kernels import near_pairs
-from .proximity_reference import measure_plain, proximity_reference
+from .proximity_kernels import near_pairs, pair_distance
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
 from .shapes import ConvexMesh, check_pose, checked_obstacles
@@ -29,6 +27,10 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from .shapes import Obstacle, Shape
+
+
+SLOTS = 16
+"""Obstacles that fit before the world is compiled anew, which takes a few ms."""
 
 
 class CollisionWorld:
@@ -62,13 +64,12 @@ class CollisionWorld:
             raise InputError(f"the world needs a robot from RobotModel.load, got {robot!r}")
         self.robot = robot
         self.options = options or CollisionOptions()
-        self.compiled = self.options.compiled and compiled_calls()
         self._parts = parts_of(robot)
         self._obstacles: dict[str, Obstacle] = {}
         self._held: dict[str, HeldObject] = {}
         self._velocities: dict[str, NDArray[np.float64]] = {}
         self._geoms: dict[str, int] = {}
-        self._slots = self.options.slots
+        self._slots = SLOTS
         for obstacle in checked_obstacles(obstacles):
             self._check_free(obstacle.name)
             self._obstacles[obstacle.name] = obstacle
@@ -76,10 +77,8 @@ class CollisionWorld:
         self._own_pairs, self.ignored = self._sort_own_pairs()
         self._list_pairs()
 
-    compiled: bool
-    """Whether distances are measured by the compiled kernel."""
     tables: ProximityTables
-    """What it reads; other tables after something was added, attached or removed."""
+    """Tables for the distance kernels; replaced when an object is added, attached or removed."""
     ignored: tuple[tuple[str, str], ...]
     """Names of pairs of the robot's file that are never measured, because at home they overlap, or
     are two parts of the robot nearer than ``self_margin``."""
@@ -200,13 +199,12 @@ class CollisionWorld:
             If q is not n finite numbers.
         """
         q = self.robot.checked(q)
-        tables, given = self.tables, self._arguments
-        found = near_pairs(q, *given) if self.compiled else proximity_reference(tables, q)
+        found = near_pairs(q, *self._arguments)
         index, distance, normal, on_robot, on_other, rows, drift = found
         # The frozen constructor would take as long as several distances.
         proximity = object.__new__(Proximity)
         vars(proximity).update(
-            names=tuple([tables.names[pair] for pair in index.tolist()]),
+            names=tuple([self.tables.names[pair] for pair in index.tolist()]),
             distance=distance,
             normal=normal,
             on_robot=on_robot,
@@ -246,8 +244,6 @@ class CollisionWorld:
         self._shapes = np.array([shape_row(model, geom) for geom in range(model.ngeom)])
         self._motion = np.zeros((model.ngeom, 9))
         self._balls, self._covers = cover_parts(model, self._parts.robot, self.options.cover)
-        robot = self.robot
-        self._joints = np.column_stack([robot.places, robot.joints, robot.hinge]).astype(np.int64)
         for name in shapes:
             self._put(name, shapes[name])
 
@@ -272,11 +268,11 @@ class CollisionWorld:
         candidates = candidate_pairs(self.robot, self._parts)
         self._own_pairs = []
         self._list_pairs()
-        proximity_reference(self.tables, self.robot.home)
+        self.proximity(self.robot.home)
         measured, ignored = [], []
         for a, b in candidates:
             margin = self.options.self_margin if b in self._parts.robot else 0.0
-            distance = measure_plain(self.tables, a, b, 2.0 * self.options.self_margin + 1.0)[0]
+            distance = pair_distance(self.tables, a, b, 2.0 * self.options.self_margin + 1.0)
             if distance < margin:
                 ignored.append((self._parts.names[a], self._parts.names[b]))
             else:
@@ -307,7 +303,7 @@ class CollisionWorld:
         self.tables = ProximityTables(
             model=model,
             data=self._world.data,
-            joints=self._joints,
+            joints=robot.joint_table,
             moves=moves,
             shapes=self._shapes,
             motion=self._motion,
@@ -322,7 +318,7 @@ class CollisionWorld:
             sharpness=cover.sharpness if cover else 1.0,
             cut_off=self.options.cut_off,
         )
-        self._arguments = kernel_arguments(self.tables) if self.compiled else ()
+        self._arguments = kernel_arguments(self.tables)
 
     def _check_free(self, name: str) -> None:
         taken = {**self._obstacles, **self._held}

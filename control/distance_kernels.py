@@ -10,10 +10,10 @@ from .mujoco_binding import mj_geom_distance, mujoco
 from .proximity_tables import BOUND, HALF, KIND, MIDDLE, SIZE
 
 TOUCHING_M = 1e-6
-"""Nearer than this, the direction between the closest points is rounding: the normal is that of
-the parts shifted apart a little."""
+"""Below this distance the direction between the closest points is rounding. The normal is then that
+of the parts shifted apart a little."""
 SHIFT_M = 1e-5
-"""That shift: ten times what it must overcome, and small against any radius of a part."""
+"""That shift: ten times TOUCHING_M, and small against any radius of a part."""
 
 PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
@@ -21,11 +21,12 @@ BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 
 
 @njit(cache=True)
-def measure(model, data, a, b, cut_off, positions, matrices, shapes, one):
-    """Signed distance of geoms a and b, m; the cut-off if they are farther apart.
+def measure(world, a, b, cut_off, one):
+    """Return the signed distance of geoms a and b, m; the cut-off if they are farther apart.
 
     ``one`` (9,) is filled with the normal from b to a and the closest points on a and on b.
     """
+    positions, matrices, shapes = world.positions, world.matrices, world.shapes
     if shapes[a, KIND] == CAPSULE and shapes[b, KIND] == BOX:
         distance = _capsule_in_box(a, b, 1.0, positions, matrices, shapes, one)
         if distance < np.inf:
@@ -34,16 +35,18 @@ def measure(model, data, a, b, cut_off, positions, matrices, shapes, one):
         distance = _capsule_in_box(b, a, -1.0, positions, matrices, shapes, one)
         if distance < np.inf:
             return distance
-    distance = measure_apart(model, data, a, b, cut_off, one)
+    distance = measure_apart(world, a, b, cut_off, one)
     if abs(distance) < TOUCHING_M:
-        _part(model, data, a, b, positions, one)
+        _separate(world, a, b, one)
     return distance
 
 
 @njit(cache=True)
-def measure_apart(model, data, a, b, cut_off, one):
-    """`measure` for geoms whose `gap` is above TOUCHING_M: faster by a third."""
-    distance = mj_geom_distance(model, data, np.int32(a), np.int32(b), cut_off, one[3:9].ctypes)
+def measure_apart(world, a, b, cut_off, one):
+    """Do the same as `measure` for geoms whose `gap` is above TOUCHING_M, a third faster."""
+    distance = mj_geom_distance(
+        world.model, world.data, np.int32(a), np.int32(b), cut_off, one[3:9].ctypes
+    )
     for axis in range(3):
         one[axis] = one[3 + axis] - one[6 + axis]
     length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
@@ -55,36 +58,37 @@ def measure_apart(model, data, a, b, cut_off, one):
 
 
 @njit(cache=True)
-def _part(model, data, a, b, positions, one):
-    """Normal and points of touching geoms, from a shifted by a hair; centre line if all fails."""
-    ways = np.zeros((8, 3))
-    ways[0] = one[:3]
+def _separate(world, a, b, one):
+    """Fill normal and points of touching geoms, from a shifted a little; else the centre line."""
+    positions = world.positions
+    directions = np.zeros((8, 3))
+    directions[0] = one[:3]
     for axis in range(3):
-        ways[1, axis] = positions[a, axis] - positions[b, axis]
-        ways[2 + 2 * axis, axis] = 1.0
-        ways[3 + 2 * axis, axis] = -1.0
+        directions[1, axis] = positions[a, axis] - positions[b, axis]
+        directions[2 + 2 * axis, axis] = 1.0
+        directions[3 + 2 * axis, axis] = -1.0
     fallback = -1
-    for way in range(8):
-        length = np.sqrt(ways[way, 0] ** 2 + ways[way, 1] ** 2 + ways[way, 2] ** 2)
+    for k in range(8):
+        length = np.sqrt(directions[k, 0] ** 2 + directions[k, 1] ** 2 + directions[k, 2] ** 2)
         if length == 0.0:
             continue
-        fallback = way if fallback < 0 else fallback
-        ways[way] *= SHIFT_M / length
+        fallback = k if fallback < 0 else fallback
+        directions[k] *= SHIFT_M / length
         for axis in range(3):
-            positions[a, axis] += ways[way, axis]
-        distance = measure_apart(model, data, a, b, 1.0, one)
+            positions[a, axis] += directions[k, axis]
+        distance = measure_apart(world, a, b, 1.0, one)
         for axis in range(3):
-            positions[a, axis] -= ways[way, axis]
-            one[3 + axis] -= ways[way, axis]
+            positions[a, axis] -= directions[k, axis]
+            one[3 + axis] -= directions[k, axis]
         if distance > TOUCHING_M:
             return
     for axis in range(3):
-        one[axis] = ways[fallback, axis] / SHIFT_M
+        one[axis] = directions[fallback, axis] / SHIFT_M
 
 
 @njit(cache=True)
 def _capsule_in_box(capsule, box, side, positions, matrices, shapes, one):
-    """Depth of a capsule whose axis crosses a box, filling ``one``; inf if it does not."""
+    """Return the depth of a capsule whose axis crosses a box, and fill ``one``; else inf."""
     x = positions[capsule, 0] - positions[box, 0]
     y = positions[capsule, 1] - positions[box, 1]
     z = positions[capsule, 2] - positions[box, 2]
@@ -112,7 +116,7 @@ def _capsule_in_box(capsule, box, side, positions, matrices, shapes, one):
 
 @njit(cache=True)
 def _turn_back(axes, x, y, z):
-    """Coordinates of a world vector in a frame whose axes (9,) are given."""
+    """Return the coordinates of a world vector in a frame with axes (9,)."""
     return (
         axes[0] * x + axes[3] * y + axes[6] * z,
         axes[1] * x + axes[4] * y + axes[7] * z,
@@ -122,7 +126,7 @@ def _turn_back(axes, x, y, z):
 
 @njit(cache=True)
 def gap(a, b, positions, matrices, shapes):
-    """Lower bound on the distance, from bounding balls and boxes; of use above zero only."""
+    """Return a lower bound on the distance by bounding balls and boxes, valid above zero."""
     if shapes[b, KIND] == PLANE:
         height = 0.0
         for axis in range(3):

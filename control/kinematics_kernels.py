@@ -9,18 +9,18 @@ from .mujoco_binding import mj_kinematics
 
 
 @njit(cache=True)
-def posture(model, data, q, qpos, places):
-    """Write joint positions into ``qpos`` and let MuJoCo compute every pose."""
+def set_posture(model, data, q, qpos, places):
+    """Write joint positions into ``qpos`` and let MuJoCo compute all poses."""
     for column in range(len(places)):
         qpos[places[column]] = q[column]
     mj_kinematics(model, data)
 
 
 @njit(cache=True)
-def frame_state(
-    model, data, q, qpos, places, joints, hinge, moves, anchors, axes, position, matrix, offset
-):
-    """Pose and Jacobian of a frame at ``q``.
+def frame_state(model, data, q, qpos, joints, moves, anchors, axes, position, matrix, offset):
+    """Return the pose and the Jacobian of a frame at ``q``.
+
+    The arguments are a flat list for the reason given at `cycle_kernels.control_cycle`.
 
     Parameters
     ----------
@@ -31,8 +31,8 @@ def frame_state(
     qpos, anchors, axes, position, matrix
         Views of the data: joint positions, ``xanchor`` and ``xaxis`` of all joints, origin (3,)
         and axes (9,) of the frame.
-    places, joints, hinge
-        (n,): where a controlled joint stands in ``qpos``, its id, whether it turns.
+    joints
+        (n, 3): index of a controlled joint in ``qpos``, its id, 1 if it turns and 0 if it slides.
     moves
         (n,): whether the joint moves the frame.
     offset
@@ -42,7 +42,7 @@ def frame_state(
     -------
     point (3,), rotation (3, 3), jacobian (6, n) of the point, rows [v; ω], world axes; copies.
     """
-    posture(model, data, q, qpos, places)
+    set_posture(model, data, q, qpos, joints[:, 0])
     point = np.empty(3)
     rotation = np.empty((3, 3))
     for row in range(3):
@@ -50,8 +50,8 @@ def frame_state(
         for column in range(3):
             rotation[row, column] = matrix[3 * row + column]
             point[row] += matrix[3 * row + column] * offset[column]
-    jacobian = np.empty((6, len(places)))
-    point_jacobian(point, joints, hinge, moves, anchors, axes, jacobian)
+    jacobian = np.empty((6, len(q)))
+    point_jacobian(point, joints[:, 1], joints[:, 2], moves, anchors, axes, jacobian)
     return point, rotation, jacobian
 
 

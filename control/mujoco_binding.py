@@ -1,4 +1,4 @@
-"""MuJoCo's C functions for compiled kernels: called by address, without Python in between."""
+"""MuJoCo's C functions for compiled kernels, called by address without Python in between."""
 
 from __future__ import annotations
 
@@ -20,16 +20,8 @@ Spec = Any
 """``mujoco.MjSpec``."""
 
 
-def compiled_calls() -> bool:
-    """Tell whether kernels can call MuJoCo here: its library was found, its structs tell where.
-
-    Without, robot model and collision world run the same steps in Python, some ten times slower.
-    """
-    return _LOADED and hasattr(mujoco.MjModel, "_address") and hasattr(mujoco.MjData, "_address")
-
-
 def address(struct: Model | Data) -> int:
-    """Memory address of a model or its data, as the kernels take it."""
+    """Return the memory address of a model or its data, as the kernels take it."""
     return struct._address
 
 
@@ -53,7 +45,7 @@ def _import_mujoco() -> Any:
         os.environ["MUJOCO_GL"] = chosen
 
 
-def _load() -> bool:
+def _load() -> None:
     # Names differ by system: libmujoco.so.4.0.1, libmujoco.4.0.1.dylib, mujoco.dll.
     folder = Path(mujoco.__file__).parent
     found = [path for pattern in _LIBRARIES for path in sorted(folder.glob(pattern))]
@@ -62,8 +54,11 @@ def _load() -> bool:
             llvm.load_library_permanently(str(path))
         except RuntimeError:
             continue
-        return all(llvm.address_of_symbol(name) for name in _FUNCTIONS)
-    return False
+        if all(llvm.address_of_symbol(name) for name in _FUNCTIONS):
+            return
+    raise DeviceError(
+        f"cannot find MuJoCo's library in {folder}: it must be one of {', '.join(_LIBRARIES)}"
+    )
 
 
 mujoco = _import_mujoco()
@@ -71,7 +66,7 @@ mujoco = _import_mujoco()
 
 _LIBRARIES = ("libmujoco.so*", "libmujoco*.dylib", "mujoco.dll")
 _FUNCTIONS = ("mj_kinematics", "mj_geomDistance")
-_LOADED = _load()
+_load()
 
 mj_kinematics = types.ExternalFunction("mj_kinematics", types.void(types.intp, types.intp))
 """``mj_kinematics(model, data)``: poses of bodies, joints, geoms and sites from ``qpos``."""

@@ -12,7 +12,7 @@ from .options import ControlOptions
 from .planner import plan
 from .planner_options import PlannerOptions
 from .safety import safe_motion
-from .task import DEFAULT_LINEAR_SPEED
+from .tasks.task import DEFAULT_LINEAR_SPEED
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from .collision_world import CollisionWorld
     from .planner import JointPath
     from .robot_model import RobotModel
-    from .task import Task
+    from .tasks.task import Task
 
 PATH_TOLERANCE = 0.02
 """The robot is where the way wants it when no joint is farther off, rad or m."""

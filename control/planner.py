@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .approach import ApproachController, counted, retreat_configurations
+from .approach import RETREAT_SPEED, ApproachController, counted, retreat_configurations
 from .planner_options import PlannerOptions
-from .point_aims import Position
-from .posture_aims import Posture
+from .tasks.position import Position
+from .tasks.posture import Posture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,12 +26,24 @@ if TYPE_CHECKING:
 
     from .collision_world import CollisionWorld
     from .options import ControlOptions
-    from .task import Task
+    from .tasks.task import Task
 
 
-FARTHEST_STEP = math.pi
-"""Longest step of all joints by which it is guessed where the tasks lead, rad or m: beyond half a
-turn a straight guess says nothing."""
+MAX_GUESS_STEP = math.pi
+"""Longest step of all joints with which the goal of the tasks is guessed, rad or m: beyond half a
+turn a straight step means nothing."""
+PATIENCE = 0.4
+"""A roll-out ends after this time without progress, s of motion: shorter wastes less time in dead
+ends, and gives up where the path bends."""
+GOAL_SHARE = 0.3
+"""Share of roll-outs that head for the goal: more is faster when there are few obstacles."""
+MIN_STEP = 0.02
+"""Roll-outs that end nearer to a known place, m, are discarded."""
+FAILURE_COST = 0.1
+"""Distance that a place counts farther from the goal for each failed roll-out from it, m."""
+POSTURE_WEIGHT = 0.1
+"""Weight of a rad between postures beside a m between places, where places are compared: elbows
+matter too."""
 
 
 @dataclass(frozen=True)
@@ -99,9 +111,9 @@ def plan(
     search = _Search(world, tuple(tasks), options, planner)
     search.add(-1, np.zeros((0, len(q))), np.asarray(q, dtype=np.float64))
     low, high = search.bounds()
-    found = search.has_rollouts() and (search.try_goal(0) or search.try_refuges())
+    found = search.has_rollouts() and (search.try_goal(0) or search.try_retreats())
     while not found and search.has_rollouts():
-        if rng.random() < planner.goal_share:
+        if rng.random() < GOAL_SHARE:
             found = search.try_goal(search.most_promising())
             continue
         new = search.extend(rng.uniform(low, high))
@@ -131,7 +143,7 @@ class _Search:
         self.options = replace(
             options,
             dt=planner.dt,
-            patience=planner.patience,
+            patience=PATIENCE,
             retreats=0,
             eta=min(options.eta, options.eta * options.dt / planner.dt),
         )
@@ -163,14 +175,14 @@ class _Search:
             # Where the frame would be if the error were taken away at once, in a straight line.
             step = np.linalg.pinv(rows.jacobian) @ rows.error
             # Near a singular posture that step would leave the world.
-            step *= FARTHEST_STEP / max(float(np.linalg.norm(step)), FARTHEST_STEP)
+            step *= MAX_GUESS_STEP / max(float(np.linalg.norm(step)), MAX_GUESS_STEP)
             ends.append(start.position + state.jacobian[:3] @ step)
         corners = np.array(ends)
         beyond = self.planner.reach_beyond
         return corners.min(axis=0) - beyond, corners.max(axis=0) + beyond
 
     def most_promising(self) -> int:
-        cost = self.planner.failure_cost
+        cost = FAILURE_COST
         scores = [
             place.left + cost * failed
             for place, failed in zip(self.places, self.failures, strict=True)
@@ -196,10 +208,10 @@ class _Search:
             self.failures[end] += 1
         return False
 
-    def try_refuges(self) -> bool:
+    def try_retreats(self) -> bool:
         """Go back to each posture of refuge and head for the tasks from there."""
         for configuration in retreat_configurations(self.world.robot):
-            task = Posture(configuration, speed=self.options.retreat_speed)
+            task = Posture(configuration, speed=RETREAT_SPEED)
             new = self._keep(0, self.roll_out(self.places[0].q, (task,)))
             if new >= 0 and self.try_goal(new):
                 return True
@@ -241,9 +253,9 @@ class _Search:
             return -1
         q = result.postures[-1]
         position = self.world.robot.at(q).position
-        weight = self.planner.posture_weight
+        weight = POSTURE_WEIGHT
         for place in self.places:
             gap = np.linalg.norm(place.position - position) + weight * np.linalg.norm(place.q - q)
-            if gap < self.planner.least_step:
+            if gap < MIN_STEP:
                 return -1
         return self.add(parent, result.postures, q)

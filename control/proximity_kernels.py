@@ -1,22 +1,30 @@
 """Distances, closest points and distance rows of all near pairs, in one compiled call.
 
-Only what is near is measured: a pair whose bounding balls and boxes are farther apart than the
-cut-off is passed over. A change of distance is the work of a unit force along the normal on the
-robot's part, so that each pair comes down to one wrench, force and moment about the world's origin,
-and rows of joints are its products with their axes.
+Only near pairs are measured: a pair whose bounding balls and boxes are farther apart than the
+cut-off is skipped. A change of distance is the work of a unit force along the normal on the robot's
+part. So each pair reduces to one wrench, force and moment about the world's origin, and the entries
+of a row are its products with the joint axes.
 """
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numba import njit
 
 from .distance_kernels import TOUCHING_M, gap, measure, measure_apart
-from .kinematics_kernels import posture
-from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_PLACE
+from .kinematics_kernels import set_posture
+from .mujoco_binding import address
+from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_PLACE, World
+
+if TYPE_CHECKING:
+    from .proximity_tables import ProximityTables
 
 NEAR_COLUMNS = 14
-"""Columns of what `measure_near` fills."""
+"""Columns of the array that `measure_near` fills."""
+MAX_DECAY = 40.0
+"""Extra distance of a ball, times the sharpness, from which its weight is below rounding."""
 
 
 @njit(cache=True)
@@ -46,75 +54,54 @@ def near_pairs(
 ):
     """Measure all pairs nearer than the cut-off at ``q``.
 
-    ``model`` and ``data`` are addresses, ``qpos`` to ``matrices`` are views of the data (``qpos``,
+    The arguments are a flat list for the reason given at `cycle_kernels.control_cycle`. ``model``
+    and ``data`` are addresses, ``qpos`` to ``matrices`` are views of the data (``qpos``,
     ``xanchor``, ``xaxis``, ``xpos``, ``xmat``, ``geom_xpos``, ``geom_xmat``), ``sizes`` is the
     model's ``geom_size``, the rest the fields of :class:`ProximityTables`.
 
     Returns
     -------
     index (P,), distance (P,), normal (P, 3), on_robot (P, 3), on_other (P, 3), rows (P, n),
-    drift (P,): as in :class:`Proximity`, ``index`` telling the pair.
+    drift (P,): as in :class:`Proximity`; ``index`` is the index of the pair.
     """
-    posture(model, data, q, qpos, joints[:, 0])
+    set_posture(model, data, q, qpos, joints[:, 0])
+    carry_held(held, body_positions, body_axes, positions, matrices)
+    world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
-    count = measure_near(
-        near,
-        model,
-        data,
-        body_positions,
-        body_axes,
-        positions,
-        matrices,
-        sizes,
-        shapes,
-        pairs,
-        held,
-        balls,
-        covers,
-        probe,
-        sharpness,
-        cut_off,
-    )
+    count = measure_near(near, world, pairs, covers, balls)
     return _results(near[:count], pairs, anchors, axes, joints, moves, motion)
 
 
+def pair_distance(tables: ProximityTables, a: int, b: int, cut_off: float) -> float:
+    """Return the signed distance of two geoms for the poses in the data, m, at most the cut-off."""
+    model, data = tables.model, tables.data
+    world = World(
+        address(model), address(data), data.geom_xpos, data.geom_xmat, model.geom_size,
+        tables.shapes, tables.probe, tables.sharpness, cut_off,
+    )  # fmt: skip
+    return measure(world, a, b, cut_off, np.empty(9))
+
+
 @njit(cache=True)
-def measure_near(
-    near,
-    model,
-    data,
-    body_positions,
-    body_axes,
-    positions,
-    matrices,
-    sizes,
-    shapes,
-    pairs,
-    held,
-    balls,
-    covers,
-    probe,
-    sharpness,
-    cut_off,
-):
-    """Fill the rows of ``near`` (pairs, 14) for the poses in the data, and count them.
+def measure_near(near, world, pairs, covers, balls):
+    """Fill rows of ``near`` (pairs, NEAR_COLUMNS) for the poses in the data; return their count.
 
     A row holds the pair, its distance, the wrench on the robot's part (force, moment about the
-    world's origin), the closest points on the robot's and on the other part.
+    world's origin), the closest points on the robot's and on the other part. ``world`` is a
+    :class:`World`, the rest are fields of :class:`ProximityTables`.
     """
-    _carry(held, body_positions, body_axes, positions, matrices)
     one = np.empty(9)
     count = 0
     for pair in range(len(pairs)):
         a, b = pairs[pair, 0], pairs[pair, 1]
-        apart = gap(a, b, positions, matrices, shapes)
-        if apart >= cut_off:
+        apart = gap(a, b, world.positions, world.matrices, world.shapes)
+        if apart >= world.cut_off:
             continue
         if covers[a, 1] == 0:
             if apart > TOUCHING_M:
-                distance = measure_apart(model, data, a, b, cut_off, one)
+                distance = measure_apart(world, a, b, world.cut_off, one)
             else:
-                distance = measure(model, data, a, b, cut_off, positions, matrices, shapes, one)
+                distance = measure(world, a, b, world.cut_off, one)
             x, y, z = one[0], one[1], one[2]
             near[count, 1] = distance
             near[count, 2], near[count, 3], near[count, 4] = x, y, z
@@ -125,23 +112,8 @@ def measure_near(
                 near[count, 8 + column] = one[3 + column]
         else:
             cover = balls[covers[a, 0] : covers[a, 0] + covers[a, 1]]
-            distance = _soft_distance(
-                model,
-                data,
-                a,
-                b,
-                cut_off,
-                positions,
-                matrices,
-                sizes,
-                shapes,
-                cover,
-                probe,
-                sharpness,
-                one,
-                near[count],
-            )
-        if distance < cut_off:
+            distance = _soft_distance(world, a, b, cover, one, near[count])
+        if distance < world.cut_off:
             near[count, 0] = pair
             count += 1
     return count
@@ -151,7 +123,7 @@ def measure_near(
 def distance_row(one, pair, anchors, axes, joints, moves, motion, row):
     """Fill the change of a distance by joint motion (n,) from its row of `measure_near`.
 
-    Returns its change by the obstacle's own motion, m/s.
+    Return its change by the obstacle's own motion, m/s.
     """
     fx, fy, fz = one[2], one[3], one[4]
     mx, my, mz = one[5], one[6], one[7]
@@ -180,27 +152,14 @@ def distance_row(one, pair, anchors, axes, joints, moves, motion, row):
 
 
 @njit(cache=True)
-def _soft_distance(
-    model,
-    data,
-    a,
-    b,
-    cut_off,
-    positions,
-    matrices,
-    sizes,
-    shapes,
-    cover,
-    probe,
-    sharpness,
-    one,
-    row,
-):
-    """Soft minimum over the balls of a's cover, d = -log(sum exp(-k d_i)) / k: never above it.
+def _soft_distance(world, a, b, cover, one, row):
+    """Return the soft minimum d = -log(sum exp(-k d_i)) / k over the balls of a's cover.
 
-    Normal, moment and points of ``row`` are means by the weights exp(-k d_i) / sum, which makes the
-    row the gradient of d.
+    It is never above the minimum. Normal, moment and points of ``row`` are means by the weights
+    exp(-k d_i) / sum, which makes the row the gradient of d.
     """
+    positions, matrices, shapes = world.positions, world.matrices, world.shapes
+    probe, sharpness, cut_off = world.probe, world.sharpness, world.cut_off
     row[1:14] = 0.0
     least, total = np.inf, 0.0
     for ball in range(len(cover)):
@@ -211,17 +170,16 @@ def _soft_distance(
                 positions[probe, axis] += into * cover[ball, column]
         shapes[probe, BOUND] = cover[ball, 3]
         shapes[probe, HALF : HALF + 3] = cover[ball, 3]
-        # Balls this much farther than the nearest weigh less than rounding does.
-        reach = min(cut_off, least + 40.0 / sharpness)
-        # Inside, the bound says no more than that the distance is below zero.
+        reach = min(cut_off, least + MAX_DECAY / sharpness)
+        # Inside, the bound only shows that the distance is below zero.
         apart = gap(probe, b, positions, matrices, shapes)
         if apart >= max(reach, 0.0):
             continue
-        sizes[probe, 0] = cover[ball, 3]
+        world.sizes[probe, 0] = cover[ball, 3]
         if apart > TOUCHING_M:
-            distance = measure_apart(model, data, probe, b, cut_off, one)
+            distance = measure_apart(world, probe, b, cut_off, one)
         else:
-            distance = measure(model, data, probe, b, cut_off, positions, matrices, shapes, one)
+            distance = measure(world, probe, b, cut_off, one)
         if distance >= reach:
             continue
         if distance < least:
@@ -248,8 +206,8 @@ def _soft_distance(
 
 
 @njit(cache=True)
-def _carry(held, body_positions, body_axes, positions, matrices):
-    """Put held objects where the bodies that hold them are."""
+def carry_held(held, body_positions, body_axes, positions, matrices):
+    """Move the geoms of held objects with the bodies that hold them."""
     for k in range(len(held)):
         geom, body = int(held[k, HELD_GEOM]), int(held[k, HELD_BODY])
         for row in range(3):

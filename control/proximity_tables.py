@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -53,6 +53,29 @@ class ProximityTables:
     """k of the soft minimum over a cover, 1/m."""
     cut_off: float
     """m."""
+
+
+class World(NamedTuple):
+    """What the distance of two geoms depends on, for kernels."""
+
+    model: int
+    """Address of the ``MjModel``."""
+    data: int
+    """Address of the ``MjData``."""
+    positions: NDArray[np.float64]
+    """``geom_xpos`` (geoms, 3), m."""
+    matrices: NDArray[np.float64]
+    """``geom_xmat`` (geoms, 9)."""
+    sizes: NDArray[np.float64]
+    """``geom_size`` (geoms, 3), m."""
+    shapes: NDArray[np.float64]
+    """:attr:`ProximityTables.shapes`."""
+    probe: int
+    """:attr:`ProximityTables.probe`."""
+    sharpness: float
+    """:attr:`ProximityTables.sharpness`, 1/m."""
+    cut_off: float
+    """:attr:`ProximityTables.cut_off`, m."""
 
 
 def shape_row(model: Model, geom: int) -> NDArray[np.float64]:

@@ -6,8 +6,11 @@ import math
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 
 from eyehand.errors import InputError
+
+from .packed_options import DT, ETA, INFLUENCE, pack_options
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -16,52 +19,71 @@ if TYPE_CHECKING:
     from .proximity import Proximity
 
 ROUNDING = 1e-9
-"""A gain above the stable one by no more of it is that gain: it may come from our own message."""
-
-
-def repulsion_cost(distance: NDArray[np.float64], options: ControlOptions) -> float:
-    """Cost H_ca of distances (P,), m: η (d - d_B)² summed over what is nearer than d_B (eq. 6)."""
-    depth = np.maximum(options.influence - distance, 0.0)
-    return options.eta * float(depth @ depth)
+"""Relative excess over the stable gain that is accepted: our own message prints few digits."""
 
 
 def repulsion_gradient(proximity: Proximity, options: ControlOptions) -> NDArray[np.float64]:
-    """Gradient (n,) of the cost over the joints; moving against it leads away (eq. 7).
+    """Return the gradient (n,) of the cost over the joints; moving against it leads away (eq. 7).
 
-    With the signed distance d and its rows ∂d/∂q it reads 2 η (d - d_B) ∂d/∂q. As printed, with
-    the length of the connecting vector, the direction turns round once the bodies overlap and
-    pulls them deeper.
+    The cost is η (d - d_B)² summed over all distances d below d_B (eq. 6). With the signed distance
+    d and its rows ∂d/∂q the gradient reads 2 η (d - d_B) ∂d/∂q. As printed, with the length of the
+    connecting vector, the direction turns round once the bodies overlap and pulls them deeper.
     """
-    depth = np.maximum(options.influence - proximity.distance, 0.0)
-    return -2.0 * options.eta * (depth @ proximity.rows)
+    gradient = np.zeros(proximity.rows.shape[1])
+    repel(proximity.distance, proximity.rows, pack_options(options), gradient)
+    return gradient
 
 
 def limited_gradient(proximity: Proximity, options: ControlOptions) -> NDArray[np.float64]:
-    """Gradient (n,) of :func:`repulsion_gradient`, held below what overshoots in one period.
+    """Return :func:`repulsion_gradient`, limited so that it does not overshoot in one period.
 
     Where many pairs push at a time their gains add up (:func:`stable_eta`, the lever bounded by
     the Frobenius norm of the pushing rows); a gain above 1 is divided out.
     """
-    gradient = repulsion_gradient(proximity, options)
-    pushing = proximity.rows[proximity.distance < options.influence]
-    gain = 2.0 * options.eta * options.dt * float(np.vdot(pushing, pushing))
-    return gradient / gain if gain > 1.0 else gradient
+    gradient = np.zeros(proximity.rows.shape[1])
+    packed = pack_options(options)
+    limit_gradient(gradient, repel(proximity.distance, proximity.rows, packed, gradient), packed)
+    return gradient
+
+
+@njit(cache=True)
+def repel(distance, rows, options, gradient):
+    """Add the gradient (n,) of eq. 7 for distances (P,) with rows (P, n).
+
+    Return the sum of squares of the rows that push.
+    """
+    square, eta = 0.0, options[ETA]
+    for row in range(len(rows)):
+        depth = options[INFLUENCE] - distance[row]
+        if depth > 0.0:
+            for joint in range(len(gradient)):
+                gradient[joint] -= 2.0 * eta * depth * rows[row, joint]
+                square += rows[row, joint] * rows[row, joint]
+    return square
+
+
+@njit(cache=True)
+def limit_gradient(gradient, square, options):
+    """Divide a gradient (n,) by its gain where that is above 1; `square` is that of `repel`."""
+    gain = 2.0 * options[ETA] * options[DT] * square
+    if gain > 1.0:
+        gradient /= gain
 
 
 def stable_eta(lever: float, dt: float, beta: float = 1.0) -> float:
-    """Largest η at which one step of dt never overshoots: β dt λmax(∇²H) = 1.
+    """Return the largest η at which one step of dt never overshoots: β dt λmax(∇²H) = 1.
 
-    The Hessian of one active pair is 2 η (∂d/∂q)ᵀ(∂d/∂q); `lever` is the largest norm of such a
-    row, m; of several pairs at a time, the spectral norm of their rows. Beyond, motions overshoot;
-    from twice that value on, they never settle. Where nothing moves (a lever or β of 0), any η is
-    stable and this is inf.
+    The Hessian of one active pair is 2 η (∂d/∂q)ᵀ(∂d/∂q). `lever` is the largest norm of such a
+    row, m; for several pairs at a time, it is the spectral norm of their rows. Above this η motions
+    overshoot; from twice this η on, they never settle. Where nothing moves (a lever or β of 0), any
+    η is stable and the result is inf.
     """
     gain = 2.0 * beta * dt * lever**2
     return 1.0 / gain if gain > 0.0 else math.inf
 
 
 def require_stable(options: ControlOptions, lever: float) -> None:
-    """Refuse a repulsion that oscillates at this control period.
+    """Reject a repulsion that oscillates at this control period.
 
     Raises
     ------
@@ -80,6 +102,6 @@ def require_stable(options: ControlOptions, lever: float) -> None:
 
 
 def _round_down(value: float) -> str:
-    """Print with three digits that are never above the value: what is printed is accepted."""
+    """Return three digits that are never above the value, so that the printed value is accepted."""
     unit = 10.0 ** (math.floor(math.log10(value)) - 2)
     return f"{math.floor(value / unit) * unit:.3g}"

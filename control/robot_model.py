@@ -11,7 +11,7 @@ from eyehand.errors import InputError
 
 from .joint_defaults import SCALAR_JOINTS, home_posture, joint_speed
 from .kinematics_kernels import frame_state
-from .mujoco_binding import address, compiled_calls, mujoco
+from .mujoco_binding import address, mujoco
 from .robot_source import compile_spec, read_robot
 from .robot_state import RobotState
 
@@ -56,7 +56,6 @@ class RobotModel:
         home: ArrayLike | None = None,
         joints: Sequence[str] | None = None,
         speed: ArrayLike | None = None,
-        compiled: bool = True,
     ) -> RobotModel:
         """Load a robot.
 
@@ -77,8 +76,6 @@ class RobotModel:
             Joint speed limits, one number or (n,), rad/s or m/s; default: the numeric
             ``joint_speed`` of an MJCF, else ``<limit velocity>`` of a URDF, else 1.5 rad/s
             and 0.5 m/s.
-        compiled
-            Whether to use the compiled kernel where it is available.
 
         Raises
         ------
@@ -87,7 +84,7 @@ class RobotModel:
             joint, or home or speed do not fit.
         """
         spec, urdf_speed = read_robot(source)
-        return cls(spec, urdf_speed, frame, home, joints, speed, compiled)
+        return cls(spec, urdf_speed, frame, home, joints, speed)
 
     def __init__(
         self,
@@ -97,7 +94,6 @@ class RobotModel:
         home: ArrayLike | None,
         joints: Sequence[str] | None,
         speed: ArrayLike | None,
-        compiled: bool,
     ) -> None:
         self.spec = spec
         self.model = model = compile_spec(spec)
@@ -122,13 +118,12 @@ class RobotModel:
         self.frame = frame
         self.frame_body, position, matrix = _frame(model, data, frame)
         self.frame_in_body = _frame_in_body(model, frame)
-        self.compiled = compiled and compiled_calls()
         data.qpos[:] = posture
         frame_moves = np.ascontiguousarray(self.moves[self.frame_body])
         self._frame = (frame_moves, data.xanchor, data.xaxis, position, matrix)
-        self._tables = (data.qpos, self.places, self.joints, self.hinge)
-        if self.compiled:
-            self._addresses = (address(model), address(data))
+        self.joint_table = np.column_stack([self.places, self.joints, self.hinge]).astype(np.int64)
+        """(n, 3): index in ``qpos``, id, 1 if the joint turns and 0 if it slides."""
+        self._addresses = (address(model), address(data))
         self.at(self.home)
 
     def at(self, q: ArrayLike) -> RobotState:
@@ -201,41 +196,7 @@ class RobotModel:
         return numbers
 
     def _at(self, q: NDArray[np.float64], frame: tuple, offset: NDArray[np.float64]) -> tuple:
-        if self.compiled:
-            model, data = self._addresses
-            moves, anchors, axes, position, matrix = frame
-            qpos, places, joints, hinge = self._tables
-            return frame_state(
-                model,
-                data,
-                q,
-                qpos,
-                places,
-                joints,
-                hinge,
-                moves,
-                anchors,
-                axes,
-                position,
-                matrix,
-                offset,
-            )
-        return _frame_state_reference(self, q, frame, offset)
-
-
-def _frame_state_reference(
-    robot: RobotModel, q: NDArray[np.float64], frame: tuple, offset: NDArray[np.float64]
-) -> tuple:
-    moves, anchors, axes, position, matrix = frame
-    robot.data.qpos[robot.places] = q
-    mujoco.mj_kinematics(robot.model, robot.data)
-    rotation = matrix.reshape(3, 3).copy()
-    point = position + rotation @ offset
-    axis = axes[robot.joints] * moves[:, None]
-    turning = axis * robot.hinge[:, None]
-    sliding = axis - turning
-    linear = np.cross(turning, point - anchors[robot.joints]) + sliding
-    return point, rotation, np.vstack([linear.T, turning.T])
+        return frame_state(*self._addresses, q, self.data.qpos, self.joint_table, *frame, offset)
 
 
 def _joint_ids(model: Model, names: Sequence[str] | None) -> NDArray[np.int64]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import daqp
 import numpy as np
+
+from .packed_options import pack_options
+from .qp_kernels import TOLERANCE
+from .safety_kernels import TASK_WEIGHT, SafetyRows, allowed, joint_bounds, min_change
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -20,8 +24,6 @@ if TYPE_CHECKING:
 
 UNBOUNDED = 1e30
 """What the solver takes for infinity."""
-TOLERANCE = 1e-10
-"""By how much the solver may pass a bound, in rad/s or per unit row; its own 1e-6 would show."""
 GIVING_WAY = 1e6
 """Cost of a squared violation, (m/s)^-2, beside 1 of a squared joint speed: the nominal motion
 weighs nothing against it."""
@@ -29,8 +31,6 @@ ACTIVE = 1e-9
 """Multipliers above this mark a constraint that holds the motion back."""
 NEAR_LIMIT = 0.1
 """A joint held back this near its limit is held by the limit, rad or m; else by its speed."""
-SLACK = 1e-9
-"""Violations below this, in rad/s or m/s, are rounding."""
 
 
 @dataclass(frozen=True)
@@ -46,51 +46,26 @@ class SafeMotion:
     then the least violation."""
 
 
-@dataclass(frozen=True)
-class SafetyRows:
-    """Linear bounds on joint velocities: low <= velocity <= high, rows @ velocity >= least."""
-
-    low: NDArray[np.float64]
-    """(n,), rad/s."""
-    high: NDArray[np.float64]
-    """(n,), rad/s."""
-    rows: NDArray[np.float64]
-    """(P, n) distance rows."""
-    least: NDArray[np.float64]
-    """(P,), m/s: slowest change of each distance that is allowed."""
-
-    def allow(self, velocity: NDArray[np.float64]) -> bool:
-        """Tell whether a velocity (n,) keeps all bounds."""
-        return bool(
-            (velocity >= self.low - SLACK).all()
-            and (velocity <= self.high + SLACK).all()
-            and (self.rows @ velocity >= self.least - SLACK).all()
-        )
-
-
 def safety_rows(
     state: RobotState, proximity: Proximity, options: ControlOptions, *, recover: bool = True
 ) -> SafetyRows:
-    """Velocity dampers (Faverjon and Tournassoud 1987) in discrete time.
+    """Return the velocity dampers (Faverjon and Tournassoud 1987) in discrete time.
 
     One cycle may use up a share of the distance left to the margin, so the margin is approached
     and not passed. Inside it the distance must grow, or with `recover` false at least not shrink:
     without moving obstacles standing still then keeps every bound.
     """
-    share = options.damper / options.dt
-    left = proximity.distance - options.margin
-    back = options.recovery_speed if recover else 0.0
-    least = np.where(left >= 0.0, -share * left, np.minimum(-share * left, back))
-    below = state.q - (state.lower + options.limit_margin)
-    above = (state.upper - options.limit_margin) - state.q
-    outside = state.speed if recover else np.zeros_like(state.speed)
-    low = np.minimum(np.maximum(-share * below, -state.speed), outside)
-    high = np.maximum(np.minimum(share * above, state.speed), -outside)
-    # A range narrower than the two margins leaves its middle.
-    crossed = low > high
-    if crossed.any():
-        low[crossed] = high[crossed] = 0.5 * (low[crossed] + high[crossed])
-    return SafetyRows(low, high, proximity.rows, least - proximity.drift)
+    packed = pack_options(options)
+    low, high = np.empty(len(state.q)), np.empty(len(state.q))
+    limits = np.column_stack([state.lower, state.upper, state.speed]).astype(np.float64)
+    joint_bounds(np.asarray(state.q, dtype=np.float64), limits, packed, recover, low, high)
+    least = [
+        min_change(distance, drift, packed, recover)
+        for distance, drift in zip(
+            proximity.distance.tolist(), proximity.drift.tolist(), strict=True
+        )
+    ]
+    return SafetyRows(low, high, proximity.rows, np.array(least, dtype=np.float64))
 
 
 def safe_motion(
@@ -101,23 +76,22 @@ def safe_motion(
     options: ControlOptions,
     joint_names: Sequence[str] = (),
 ) -> SafeMotion:
-    """Find the nearest safe joint velocity to a nominal one (n,), rad/s.
+    """Return the safe joint velocity nearest to a nominal one (n,), rad/s.
 
-    Nearest in |velocity - nominal|² + task_weight |J (velocity - nominal)|², with J (m, n) the
-    rows of the tasks: what must bend, bends where the tasks feel it least. When not all that is
-    inside its margin can leave at the speed asked, nothing goes deeper and the rest
-    leaves as fast as it can.
-    What is not finite stops the robot.
+    Nearest means the least |velocity - nominal|² + w |J (velocity - nominal)|², with J (m, n) the
+    rows of the tasks and w = TASK_WEIGHT: the change goes where the tasks feel it least. When not
+    all pairs inside the margin can leave it at the recovery speed, none goes deeper, and each
+    leaves as fast as it can. A number that is not finite stops the robot.
     """
     rows = safety_rows(state, proximity, options)
-    lost = _not_finite(nominal, task_rows, proximity, rows)
+    lost = _not_finite(nominal, task_rows, proximity, state)
     if lost:
         return SafeMotion(np.zeros(len(rows.low)), lost, False)
-    if rows.allow(nominal):
+    if allowed(nominal, rows):
         return SafeMotion(nominal, (), True)
-    hessian = np.eye(len(nominal)) + options.task_weight * task_rows.T @ task_rows
+    hessian = np.eye(len(nominal)) + TASK_WEIGHT * task_rows.T @ task_rows
     velocity, strength = _nearest(nominal, hessian, rows)
-    if velocity is not None and rows.allow(velocity):
+    if velocity is not None and allowed(velocity, rows):
         return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), True)
     still = safety_rows(state, proximity, options, recover=False)
     velocity, strength, feasible = _without_recovery(nominal, hessian, still, rows)
@@ -140,15 +114,15 @@ def _without_recovery(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
     """Keep the bounds `still`, of `rows` what can be; else the speeds, of `still` what can be."""
     velocity, strength = _giving_way(nominal, hessian, still, rows)
-    if velocity is None or not still.allow(velocity):
+    if velocity is None or not allowed(velocity, still):
         # Without a moving obstacle this comes of rounding only: the costs lie far apart.
         velocity, strength = _nearest(nominal, hessian, still)
-    if velocity is not None and still.allow(velocity):
+    if velocity is not None and allowed(velocity, still):
         return velocity, strength, True
     stop = np.zeros_like(nominal)
-    if still.allow(stop):
+    if allowed(stop, still):
         return stop, strength, True
-    bare = replace(still, least=np.full_like(still.least, -UNBOUNDED))
+    bare = still._replace(least=np.full_like(still.least, -UNBOUNDED))
     velocity, strength = _giving_way(nominal, hessian, bare, still)
     if velocity is None:
         return stop, strength, False
@@ -222,12 +196,12 @@ def _not_finite(
     nominal: NDArray[np.float64],
     task_rows: NDArray[np.float64],
     proximity: Proximity,
-    rows: SafetyRows,
+    state: RobotState,
 ) -> tuple[str, ...]:
-    """What is no finite number, by name: the solver would take it for no bound at all."""
-    # Each side by itself: without limits and speeds one is -inf, the other inf.
-    if not (math.isnan(rows.low.sum()) or math.isnan(rows.high.sum())) and all(
-        # One dot product is finite exactly when all entries are, and costs a third of asking.
+    """Return what is not finite, by name: the solver would take it for no bound at all."""
+    limits = np.concatenate([state.q, state.lower, state.upper, state.speed])
+    if not np.isnan(limits).any() and all(
+        # One dot product is finite exactly when all entries are, and costs a third of np.isfinite.
         math.isfinite(np.vdot(array, array))
         for array in (nominal, task_rows, proximity.rows, proximity.distance, proximity.drift)
     ):

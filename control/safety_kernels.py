@@ -1,41 +1,68 @@
-"""The bounds of the safety level, compiled: see `safety.safety_rows` and `SafetyRows.allow`."""
+"""The bounds of the safety level, compiled."""
 
 from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from .packed_options import DAMPER, DT, LIMIT_MARGIN, MARGIN, RECOVERY_SPEED, TASK_WEIGHT
-from .safety import SLACK
+from .packed_options import DAMPER, DT, LIMIT_MARGIN, MARGIN
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SLACK = 1e-9
+"""Violations below this, in rad/s or m/s, are rounding."""
+RECOVERY_SPEED = 0.1
+"""Speed at which a robot inside the margin leaves it, m/s."""
+TASK_WEIGHT = 20.0
+"""Cost of a change of task motion beside 1 of a change of free motion: 0 bends all joints alike."""
+
+
+class SafetyRows(NamedTuple):
+    """Linear bounds on joint velocities: low <= velocity <= high, rows @ velocity >= least."""
+
+    low: NDArray[np.float64]
+    """(n,), rad/s."""
+    high: NDArray[np.float64]
+    """(n,), rad/s."""
+    rows: NDArray[np.float64]
+    """(P, n) distance rows."""
+    least: NDArray[np.float64]
+    """(P,), m/s: slowest change of each distance that is allowed."""
 
 
 @njit(cache=True)
-def joint_bounds(q, limits, options, low, high):
+def joint_bounds(q, limits, options, recover, low, high):
     """Fill the least and greatest velocities (n,); ``limits`` (n, 3): lower, upper, speed."""
     share = options[DAMPER] / options[DT]
     for joint in range(len(q)):
         speed = limits[joint, 2]
+        outside = speed if recover else 0.0
         below = q[joint] - (limits[joint, 0] + options[LIMIT_MARGIN])
         above = (limits[joint, 1] - options[LIMIT_MARGIN]) - q[joint]
-        low[joint] = min(max(-share * below, -speed), speed)
-        high[joint] = max(min(share * above, speed), -speed)
+        low[joint] = min(max(-share * below, -speed), outside)
+        high[joint] = max(min(share * above, speed), -outside)
         # A range narrower than the two margins leaves its middle.
         if low[joint] > high[joint]:
             low[joint] = high[joint] = 0.5 * (low[joint] + high[joint])
 
 
 @njit(cache=True)
-def least_change(distance, drift, options):
-    """Slowest change of a distance that is allowed, m/s."""
+def min_change(distance, drift, options, recover):
+    """Return the slowest change of a distance that is allowed, m/s."""
     share = options[DAMPER] / options[DT]
     left = distance - options[MARGIN]
     fastest = -share * left
-    return (fastest if left >= 0.0 else min(fastest, options[RECOVERY_SPEED])) - drift
+    back = RECOVERY_SPEED if recover else 0.0
+    return (fastest if left >= 0.0 else min(fastest, back)) - drift
 
 
 @njit(cache=True)
-def allowed(velocity, low, high, rows, least):
-    """Tell whether a velocity (n,) keeps all bounds."""
+def allowed(velocity, bounds):
+    """Return whether a velocity (n,) keeps all :class:`SafetyRows`."""
+    low, high, rows, least = bounds
     for joint in range(len(velocity)):
         if not low[joint] - SLACK <= velocity[joint] <= high[joint] + SLACK:
             return False
@@ -49,14 +76,14 @@ def allowed(velocity, low, high, rows, least):
 
 
 @njit(cache=True)
-def bending_cost(sizes, rows, options):
-    """Matrix (n, n) of the cost of bending: 1 + task_weight JᵀJ over the rows of all tasks."""
+def deviation_cost(sizes, rows):
+    """Return the matrix (n, n) 1 + TASK_WEIGHT JᵀJ over the rows of all tasks."""
     joints = rows.shape[2]
     cost = np.eye(joints)
     for task in range(len(sizes)):
         for row in range(sizes[task]):
             for i in range(joints):
-                weighted = options[TASK_WEIGHT] * rows[task, row, i]
+                weighted = TASK_WEIGHT * rows[task, row, i]
                 for j in range(i + 1):
                     cost[i, j] += weighted * rows[task, row, j]
     for i in range(joints):

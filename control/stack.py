@@ -1,4 +1,4 @@
-"""A stack of tasks as joint velocities: each task moves only in what those above leave free."""
+"""A stack of tasks as joint velocities: a task moves only in what the tasks above leave free."""
 
 from __future__ import annotations
 
@@ -10,31 +10,22 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .options import ControlOptions
+from .stack_kernels import Levels, solve_levels
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from .task import TaskRows
-
-LOST = 1e-7
-"""Singular values below this are no direction at all: rounding makes their vectors arbitrary."""
-ROUNDING = 1e-12
-"""A step that passes a joint's speed by no more, rad/s, is within it: where a level above has used
-up a joint, the rounding of the levels below must not stop them."""
+    from .tasks.task import TaskRows
 
 
 @dataclass(frozen=True)
 class StackSolution:
-    """Joint velocities of a stack, and what became of each task."""
+    """Joint velocities of a stack, and the result for each task."""
 
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
-    free: NDArray[np.float64]
-    """(n, r) orthonormal directions that no task uses; with ``mode="paper"`` the product of the
-    projectors, (n, n)."""
     missing: tuple[float, ...]
     """By task: norm of the commanded rate that is not met."""
     scale: tuple[float, ...]
@@ -49,15 +40,13 @@ def solve_stack(
     *,
     free_motion: NDArray[np.float64] | None = None,
     speed: NDArray[np.float64] | None = None,
-    options: ControlOptions | None = None,
 ) -> StackSolution:
-    """Joint velocities that drive every task at its rate, in order of priority.
+    """Return joint velocities that drive every task at its rate, in order of priority.
 
-    Strict form of eq. 2-3: task k is solved in the null space Z of *all* tasks above it,
-    dq += Z (J_k Z)^+ (rate_k - J_k dq), so that none disturbs one above. Near a singularity the
-    inverse is damped (Maciejewski and Klein 1988), direction by direction; the null space is built
-    from the undamped directions, or the lower tasks would leak into the upper. ``mode="paper"`` is
-    eq. 2-3 as printed, with the same inverse.
+    This is the strict form of eq. 2-3. Task k is solved in the null space Z of *all* tasks above
+    it, dq += Z (J_k Z)^+ (rate_k - J_k dq), so that none disturbs one above. Near a singularity the
+    inverse is damped (Maciejewski and Klein 1988), direction by direction. The null space is built
+    from the undamped directions, or the lower tasks would leak into the upper ones.
 
     Parameters
     ----------
@@ -66,9 +55,9 @@ def solve_stack(
     rates
         Commanded velocities by task, (m,) each; the tasks' own rates when None.
     free_motion
-        Joint velocities (n,) wanted where no task says otherwise, -∇H of eq. 8.
+        Joint velocities (n,) wanted in what all tasks leave free, -∇H of eq. 8.
     speed
-        Joint speed limits (n,), rad/s. A level that would pass one is scaled down as a whole;
+        Joint speed limits (n,), rad/s. A level that would exceed one is scaled down as a whole;
         those above keep what they have.
 
     Raises
@@ -77,99 +66,27 @@ def solve_stack(
         If there is no task, the tasks disagree on the number of joints, another argument has the
         wrong shape, or a number is not finite.
     """
-    options = options or ControlOptions()
     joints = _joints(tasks)
     wanted = [task.rate for task in tasks] if rates is None else list(rates)
     _check(tasks, wanted, joints, free_motion, speed)
-    dropped = [task.side != 0 and len(task.error) == 1 for task in tasks]
-    while True:
-        solution = _solve(tasks, wanted, dropped, joints, free_motion, speed, options)
-        broken = [
-            bool(gone and task.side * (task.jacobian @ solution.velocity - rate)[0] < -LOST)
-            for task, rate, gone in zip(tasks, wanted, dropped, strict=True)
-        ]
-        if not any(broken):
-            return solution
-        # One at a time, the highest first: with it held, the next may move the allowed way.
-        dropped[broken.index(True)] = False
-
-
-def damped_inverse(
-    jacobian: NDArray[np.float64], options: ControlOptions
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Inverse (n, m) of rows (m, n), damped near singularities; right vectors (n, n); rank."""
-    u, s, vt = np.linalg.svd(jacobian, full_matrices=True)
-    # A handful of numbers: plain Python is faster than arrays of them.
-    sizes = [size for size in s.tolist() if size > LOST]
-    rank = len(sizes)
-    gains = [_damped_gain(size, options) for size in sizes]
-    inverse = (vt[:rank].T * gains) @ u[:, :rank].T
-    return inverse, vt.T, rank
-
-
-def _damped_gain(size: float, options: ControlOptions) -> float:
-    damping = options.damping**2 * max(1.0 - (size / options.near_singular) ** 2, 0.0)
-    return size / (size**2 + damping)
-
-
-def _solve(
-    tasks: Sequence[TaskRows],
-    rates: list[NDArray[np.float64]],
-    dropped: list[bool],
-    joints: int,
-    free_motion: NDArray[np.float64] | None,
-    speed: NDArray[np.float64] | None,
-    options: ControlOptions,
-) -> StackSolution:
-    velocity = np.zeros(joints)
-    # Strict: an orthonormal basis of what is free. Paper: the product of projectors, eq. 2.
-    free = np.eye(joints)
-    scales = []
-    for task, rate, gone in zip(tasks, rates, dropped, strict=True):
-        if gone or len(rate) == 0:
-            scales.append(1.0)
-            continue
-        if options.mode == "paper":
-            inverse, right, rank = damped_inverse(task.jacobian, options)
-            step = free @ (inverse @ rate)
-            free = free @ (right[:, rank:] @ right[:, rank:].T)
-        elif free.shape[1] == 0:
-            scales.append(0.0)
-            continue
-        else:
-            inverse, right, rank = damped_inverse(task.jacobian @ free, options)
-            step = free @ (inverse @ (rate - task.jacobian @ velocity))
-            free = free @ right[:, rank:]
-        scale = _allowed_share(velocity, step, speed)
-        velocity = velocity + scale * step
-        scales.append(scale)
-    if free_motion is not None and free.shape[1] > 0:
-        step = free @ free_motion if options.mode == "paper" else free @ (free.T @ free_motion)
-        velocity = velocity + _allowed_share(velocity, step, speed) * step
-    missing = tuple(
-        0.0 if gone else _norm(rate - task.jacobian @ velocity)
-        for task, rate, gone in zip(tasks, rates, dropped, strict=True)
+    count, most = len(tasks), max(len(rate) for rate in wanted)
+    levels = Levels(
+        np.array([len(rate) for rate in wanted]),
+        np.array([task.side for task in tasks]),
+        np.zeros((count, most)),
+        np.zeros((count, most, joints)),
     )
-    return StackSolution(velocity, free, missing, tuple(scales), tuple(dropped))
-
-
-def _allowed_share(
-    velocity: NDArray[np.float64], step: NDArray[np.float64], speed: NDArray[np.float64] | None
-) -> float:
-    """Largest share of a step that keeps every joint within its speed."""
-    if speed is None or (np.abs(velocity + step) <= speed + ROUNDING).all():
-        return 1.0
-    room = np.where(step > 0.0, speed - velocity, speed + velocity)
-    size = np.abs(step)
-    passing = size > np.maximum(room, 0.0) + ROUNDING
-    if not passing.any():
-        return 1.0
-    return float(np.min(np.maximum(room[passing], 0.0) / size[passing]))
-
-
-def _norm(vector: NDArray[np.float64]) -> float:
-    """The norm of a few numbers, in less time than `np.linalg.norm` takes to start."""
-    return math.sqrt(np.vdot(vector, vector))
+    for place, (task, rate) in enumerate(zip(tasks, wanted, strict=True)):
+        levels.rates[place, : len(rate)], levels.rows[place, : len(rate)] = rate, task.jacobian
+    velocity, scale, dropped = np.empty(joints), np.empty(count), np.empty(count, dtype=bool)
+    free = np.zeros(joints) if free_motion is None else np.asarray(free_motion, dtype=np.float64)
+    limits = np.full(joints, np.inf) if speed is None else np.asarray(speed, dtype=np.float64)
+    solve_levels(levels, free, limits, velocity, scale, dropped)
+    missing = tuple(
+        0.0 if gone else float(np.linalg.norm(rate - task.jacobian @ velocity))
+        for task, rate, gone in zip(tasks, wanted, dropped.tolist(), strict=True)
+    )
+    return StackSolution(velocity, missing, tuple(scale.tolist()), tuple(dropped.tolist()))
 
 
 def _joints(tasks: Sequence[TaskRows]) -> int:

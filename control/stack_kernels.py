@@ -1,20 +1,33 @@
-"""The strict stack of :mod:`stack`, compiled.
+"""The compiled solution of a stack of tasks by priority.
 
-Instead of a basis of what is free it keeps the directions that are used: a level's rows, cleared of
-those, have the same singular values and right vectors, and no basis has to be completed. Singular
-vectors come from rotating pairs of rows until all are orthogonal (Hestenes 1958), which for a
-handful of rows is faster than LAPACK's call, and exact for small ones.
+Instead of a basis of the free directions, the kernel keeps the directions that are in use. The rows
+of a level, cleared of those, have the same singular values and right vectors, and no basis has to
+be completed. Singular vectors come from rotations of pairs of rows until all are orthogonal
+(Hestenes 1958). For a handful of rows this is faster than a call of LAPACK, and it is exact for
+small singular values.
 """
 
 from __future__ import annotations
 
 import math
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 from numba import njit
 
-from .stack import LOST, ROUNDING
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
+LOST = 1e-7
+"""Singular values below this have no direction: rounding makes their vectors arbitrary."""
+ROUNDING = 1e-12
+"""Excess over a joint's speed limit that is allowed, rad/s. Where a level above has used up a
+joint, the rounding of the levels below must not stop them."""
+NEAR_SINGULAR = 0.05
+"""Singular values below this are damped, more the smaller they are: larger keeps joints slower near
+singular postures, and the task less exact there."""
+DAMPING = 0.05
+"""Damping of a direction whose singular value is zero."""
 ORTHOGONAL = 4e-15
 """Cosine between two rows below which they count as orthogonal: their rounding."""
 SWEEPS = 15
@@ -23,25 +36,36 @@ NO_ROW = 1e-6 * LOST
 """Rows shorter than this are rounding, and not worth a rotation."""
 
 
+class Levels(NamedTuple):
+    """K tasks by priority, for kernels; of the M rows of task k the first ``sizes[k]`` count."""
+
+    sizes: NDArray[np.int64]
+    """(K,) number of rows."""
+    sides: NDArray[np.int64]
+    """(K,), see :class:`TaskRows`."""
+    rates: NDArray[np.float64]
+    """(K, M) commanded rates."""
+    rows: NDArray[np.float64]
+    """(K, M, n) Jacobians."""
+
+
 @njit(cache=True)
-def solve_levels(sizes, sides, rates, rows, free_motion, speed, near_singular, damping, velocity):
-    """Fill the joint velocities (n,) of a stack; see `stack.solve_stack` with ``mode="strict"``.
+def solve_levels(levels, free_motion, speed, velocity, scale, dropped):
+    """Fill the joint velocities of a stack, see `stack.solve_stack`.
 
     Parameters
     ----------
-    sizes, sides
-        (K,): number of rows and side of each task.
-    rates, rows
-        (K, M), (K, M, n): commanded rates and rows, of which the first `sizes` count.
+    levels
+        A :class:`Levels`.
     free_motion, speed
         (n,) each.
-    near_singular, damping
-        As in :class:`ControlOptions`.
     velocity
         (n,), to be filled.
+    scale, dropped
+        (K,) each, to be filled as in :class:`StackSolution`.
     """
+    sizes, sides, rates, rows = levels
     tasks, most, joints = rows.shape
-    dropped = np.empty(tasks, np.bool_)
     for task in range(tasks):
         dropped[task] = sides[task] != 0 and sizes[task] == 1
     block = np.empty((most + joints + 1, joints + 1))
@@ -52,12 +76,16 @@ def solve_levels(sizes, sides, rates, rows, free_motion, speed, near_singular, d
         count = 0
         for task in range(tasks):
             m = sizes[task]
-            if dropped[task] or m == 0 or count == joints:
+            scale[task] = 1.0
+            if dropped[task] or m == 0:
+                continue
+            if count == joints:
+                scale[task] = 0.0
                 continue
             _level(rates[task], rows[task], m, velocity, used, count, level)
             orthogonalise(level[:m], joints)
-            count = _add_directions(level[:m], used, count, near_singular, damping, step)
-            _go(velocity, step, speed)
+            count = _add_directions(level[:m], used, count, step)
+            scale[task] = _go(velocity, step, speed)
         if count < joints:
             for joint in range(joints):
                 step[joint] = free_motion[joint]
@@ -79,8 +107,8 @@ def solve_levels(sizes, sides, rates, rows, free_motion, speed, near_singular, d
 def orthogonalise(rows, columns):
     """Rotate rows (m, columns and more) in pairs until they are orthogonal in their columns.
 
-    Their lengths are then the singular values, their directions the right vectors; what is beyond
-    the columns is rotated along.
+    Their lengths are then the singular values, their directions the right vectors. Entries beyond
+    the columns are rotated along.
     """
     m, width = rows.shape
     for _ in range(SWEEPS):
@@ -109,7 +137,7 @@ def orthogonalise(rows, columns):
 
 @njit(cache=True)
 def _level(rate, rows, m, velocity, used, count, level):
-    """Fill a level's rows, cleared of what is used, and after them what is left of their rate."""
+    """Fill a level's rows, cleared of the directions in use, and after them the rates left."""
     joints = len(velocity)
     for row in range(m):
         for joint in range(joints):
@@ -119,8 +147,8 @@ def _level(rate, rows, m, velocity, used, count, level):
 
 
 @njit(cache=True)
-def _add_directions(level, used, count, near_singular, damping, step):
-    """Add a level's directions to those used, and fill its step; the number used then."""
+def _add_directions(level, used, count, step):
+    """Add a level's directions to those in use and fill its step; return how many are in use."""
     joints = len(step)
     step[:] = 0.0
     for row in range(len(level)):
@@ -133,8 +161,8 @@ def _add_directions(level, used, count, near_singular, damping, step):
         # Short rows carry more of the rounding: without this the null space would leak.
         _clear(direction, used, count)
         length = math.sqrt(_dot(direction, direction, joints))
-        share = max(1.0 - (size / near_singular) ** 2, 0.0)
-        gain = size / (size * size + damping * damping * share)
+        share = max(1.0 - (size / NEAR_SINGULAR) ** 2, 0.0)
+        gain = size / (size * size + DAMPING * DAMPING * share)
         for joint in range(joints):
             direction[joint] /= length
             step[joint] += gain * level[row, joints] * direction[joint]
@@ -144,7 +172,7 @@ def _add_directions(level, used, count, near_singular, damping, step):
 
 @njit(cache=True)
 def _clear(vector, used, count):
-    """Take out of a vector (n,) what lies along directions; twice, for the first one's rounding."""
+    """Remove from a vector (n,) its parts along directions, twice because of rounding."""
     if count == 0:
         return
     joints = len(vector)
@@ -157,7 +185,7 @@ def _clear(vector, used, count):
 
 @njit(cache=True)
 def _go(velocity, step, speed):
-    """Add as much of a step as joint speeds allow; see `stack._allowed_share`."""
+    """Add as much of a step as joint speeds allow, and return the share added."""
     share = 1.0
     for joint in range(len(step)):
         size = abs(step[joint])
@@ -167,6 +195,7 @@ def _go(velocity, step, speed):
             share = min(share, room / size)
     for joint in range(len(step)):
         velocity[joint] += share * step[joint]
+    return share
 
 
 @njit(cache=True)

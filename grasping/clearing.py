@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.control import CollisionWorld, PlannedApproach, Posture
+from eyehand.control import CollisionWorld, PlannedApproach
+from eyehand.control.tasks import Posture
 from eyehand.errors import InputError
 
 from .closing import open_command

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.control import (
+from eyehand.control.tasks import (
     AxisAlignment,
     DistanceToAxis,
     DistanceToPoint,
@@ -23,7 +23,7 @@ from .approach_tasks import approach_tasks
 from .palm_placement import GraspDepths, stance
 
 if TYPE_CHECKING:
-    from eyehand.control import Task
+    from eyehand.control.tasks import Task
 
     from .hand_model import HandModel
     from .plan import ApproachTask, GraspPlan

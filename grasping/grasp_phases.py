@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.control import Position
+from eyehand.control.tasks import Position
 
 from .closing import Closing, preshape_command
 from .control_tasks import control_tasks

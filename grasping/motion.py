@@ -7,14 +7,15 @@ from typing import TYPE_CHECKING, Literal, Protocol
 
 import numpy as np
 
-from eyehand.control import AxisAlignment, Interval, LookAt, Orientation, Pose
+from eyehand.control.tasks import AxisAlignment, Interval, LookAt, Orientation, Pose
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from numpy.typing import NDArray
 
-    from eyehand.control import ControlStep, RobotModel, Task
+    from eyehand.control import ControlStep, RobotModel
+    from eyehand.control.tasks import Task
 
     from .cell import Cell
     from .robot import HandCommand, RobotReading

@@ -9,13 +9,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control import (
-    ApproachController,
-    CollisionWorld,
-    Orientation,
-    PlannedApproach,
-    Position,
-)
+from eyehand.control import ApproachController, CollisionWorld, PlannedApproach
+from eyehand.control.tasks import Orientation, Position
 
 from .closing import Closing, open_command, preshape_command
 from .motion import go, near_enough, paced
@@ -26,7 +21,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import ControlOptions, Obstacle, RobotModel, Task
+    from eyehand.control import ControlOptions, Obstacle, RobotModel
+    from eyehand.control.tasks import Task
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell

@@ -15,7 +15,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control import CollisionWorld, Task
+    from eyehand.control import CollisionWorld
+    from eyehand.control.tasks import Task
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.control import AxisAlignment, Orientation, Position
+from eyehand.control.tasks import AxisAlignment, Orientation, Position
 
 from .grasp_phases import hold
 from .hand_state import held, width

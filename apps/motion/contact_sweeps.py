@@ -8,12 +8,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.collision_options import CollisionOptions, CoverOptions
-from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.point_aims import Position
-from eyehand.control.repulsion import repulsion_gradient
-from eyehand.control.robot_model import RobotModel
-from eyehand.control.shapes import Box, Obstacle, Sphere
+from eyehand.control import (
+    Box,
+    CollisionOptions,
+    CollisionWorld,
+    CoverOptions,
+    Obstacle,
+    RobotModel,
+    Sphere,
+    repulsion_gradient,
+)
+from eyehand.control.tasks import Position
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import SLACK_M, MotionFigures, judged, lbr_world, simulate
@@ -21,7 +26,7 @@ from .stress_trial import SLACK_M, MotionFigures, judged, lbr_world, simulate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.control.options import ControlOptions
+    from eyehand.control import ControlOptions
 
 JUMP_PCT = 1.0
 """Largest change of the gradient, of its length, that counts as smooth."""

@@ -8,9 +8,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from eyehand.control.approach import ApproachController, ControlStep
-    from eyehand.control.planned_approach import PlannedApproach
-    from eyehand.control.planner import JointPath
+    from eyehand.control import ApproachController, ControlStep, JointPath, PlannedApproach
 
 
 class ControlledReach:

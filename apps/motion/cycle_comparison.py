@@ -1,4 +1,4 @@
-"""One control cycle with 30 distance pairs, timed in turns: plain, compiled, and the baseline's."""
+"""One control cycle with 30 distance pairs, timed in turns: ours and that of mink."""
 
 from __future__ import annotations
 
@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.control.approach import ApproachController
-from eyehand.control.collision_options import CollisionOptions
-from eyehand.control.options import ControlOptions
-from eyehand.control.point_aims import Position
+from eyehand.control import ApproachController, CollisionOptions, ControlOptions
+from eyehand.control.tasks import Position
 from eyehand.data_synth.scenes import make_reaching_scene
 
 from .baseline_mink import MinkOptions, _MinkMethod
@@ -67,7 +65,7 @@ def cycle_rows(
     Returns
     -------
     list of dict
-        Rows `cycle numpy`, `cycle compiled` and, with the baseline, `cycle mink`.
+        Rows `cycle compiled` and, with the baseline, `cycle mink`.
     """
     turns = [_forms(make_reaching_scene(seed + k, boxes=BOXES), baseline) for k in range(postures)]
     for forms in turns:
@@ -92,21 +90,15 @@ def cycle_rows(
 
 def _forms(scene: ReachingScene, baseline: bool) -> dict[str, _Step]:
     posture, cut_off = _crowded(scene)
-    forms = {
-        name: _own_step(scene, posture, cut_off, compiled=compiled)
-        for name, compiled in (("numpy", False), ("compiled", True))
-    }
+    forms = {"compiled": _own_step(scene, posture, cut_off)}
     if baseline:
         method = _MinkMethod(scene, replace(MinkOptions(), detection=cut_off), ReachOptions().dt)
         forms["mink"] = lambda: method(posture)
     return forms
 
 
-def _own_step(
-    scene: ReachingScene, posture: NDArray[np.float64], cut_off: float, *, compiled: bool
-) -> _Step:
-    options = CollisionOptions(cut_off=cut_off, compiled=compiled)
-    world = reaching_world(scene.obstacles, options, compiled=compiled)
+def _own_step(scene: ReachingScene, posture: NDArray[np.float64], cut_off: float) -> _Step:
+    world = reaching_world(scene.obstacles, CollisionOptions(cut_off=cut_off))
     controller = ApproachController(world, (Position(scene.goal),), OWN_METHODS[DEFAULT].options)
 
     def step() -> None:

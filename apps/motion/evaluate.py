@@ -233,7 +233,7 @@ def _cycle_table(rows: list[dict[str, Any]]) -> Table:
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
-        caption="the same postures and limits, in turns; ratio: to the compiled form",
+        caption="the same postures and limits, in turns; ratio: to this package",
         caption_justify="left",
     )
     table.add_column("form", no_wrap=True)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.control.shapes import Box, Cylinder
+from eyehand.control import Box, Cylinder
 
 from ..bench.chart_style import (
     BLUE,
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from eyehand.control.shapes import Obstacle
+    from eyehand.control import Obstacle
 
     from .fig1_run import Fig1Run
     from .fig1_scene import Fig1Scene

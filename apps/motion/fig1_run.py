@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.control.approach import ApproachController
+from eyehand.control import ApproachController
 
 from .fig1_scene import BETAS, LONGEST, fig1_options, fig1_scene
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.control.options import Relaxation
+    from eyehand.control import Relaxation
 
     from .fig1_scene import Fig1Scene
 

@@ -8,11 +8,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.options import ControlOptions, Relaxation
-from eyehand.control.point_aims import Position
-from eyehand.control.robot_model import RobotModel
-from eyehand.control.shapes import Box, Cylinder, Obstacle
+from eyehand.control import (
+    Box,
+    CollisionWorld,
+    ControlOptions,
+    Cylinder,
+    Obstacle,
+    Relaxation,
+    RobotModel,
+)
+from eyehand.control.tasks import Position
 from eyehand.data_synth import PLANAR_ARM, TOOL_SITE
 
 if TYPE_CHECKING:

@@ -10,11 +10,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.approach import ApproachController, task_motion
-from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.point_aims import Position
-from eyehand.control.robot_model import RobotModel
-from eyehand.control.shapes import Box, Obstacle, Sphere
+from eyehand.control import (
+    ApproachController,
+    Box,
+    CollisionWorld,
+    Obstacle,
+    RobotModel,
+    Sphere,
+    nominal_motion,
+)
+from eyehand.control.tasks import Position
 from eyehand.data_synth import PLANAR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
@@ -24,7 +29,7 @@ from .stress_trial import MotionFigures, judged, lbr_world, simulate
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.control.options import ControlOptions
+    from eyehand.control import ControlOptions
 
 BETA = 5.0
 """Fixed weight at which gains are tried: the heaviest of the paper's figure."""
@@ -160,7 +165,7 @@ def _raw_law(
     for _ in range(STEPS):
         near = world.proximity(q)
         distances.append(float(near.distance.min(initial=np.inf)))
-        q = q + options.dt * task_motion(world.robot.at(q), [goal], near, options).velocity
+        q = q + options.dt * nominal_motion(world.robot.at(q), [goal], near, options).velocity
     return q, distances
 
 

@@ -7,9 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.options import ControlOptions
-from eyehand.control.point_aims import Position
-from eyehand.control.shapes import Box, Obstacle, Sphere
+from eyehand.control import Box, ControlOptions, Obstacle, Sphere
+from eyehand.control.tasks import Position
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import SETTLED_STEP, judged, lbr_world, simulate

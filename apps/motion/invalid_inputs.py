@@ -12,12 +12,17 @@ from rich.markup import escape
 from rich.table import Table
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.approach import ApproachController
-from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.options import ControlOptions
-from eyehand.control.point_aims import Position
-from eyehand.control.robot_model import RobotModel
-from eyehand.control.shapes import Box, ConvexMesh, Obstacle, Sphere
+from eyehand.control import (
+    ApproachController,
+    Box,
+    CollisionWorld,
+    ControlOptions,
+    ConvexMesh,
+    Obstacle,
+    RobotModel,
+    Sphere,
+)
+from eyehand.control.tasks import Position
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
@@ -99,7 +104,6 @@ def wrong_inputs() -> tuple[WrongInput, ...]:
         ),
         WrongInput("β in words", ("beta", '"dynamic"'), options(beta="strong")),
         WrongInput("negative β", ("beta", "-1"), options(beta=-1.0)),
-        WrongInput("mode unknown", ("mode", "strict", "paper"), options(mode="loose")),
         WrongInput("period of 0", ("dt", "0"), options(dt=0.0)),
         WrongInput("period NaN", ("dt", "nan"), options(dt=NAN)),
         WrongInput("negative margin", ("margin", "-0.01"), options(margin=-0.01)),

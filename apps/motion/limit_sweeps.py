@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.approach import task_motion
-from eyehand.control.point_aims import Position
-from eyehand.control.safety import safe_motion
-from eyehand.control.turn_aims import AxisAlignment, Pose
+from eyehand.control import nominal_motion, safe_motion
+from eyehand.control.tasks import AxisAlignment, Pose, Position
 
 from ..bench.sweep import Sweep, Trial
 from .stress_trial import lbr_world
@@ -20,10 +18,8 @@ from .stress_trial import lbr_world
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.control.collision_world import CollisionWorld
-    from eyehand.control.options import ControlOptions
-    from eyehand.control.robot_state import RobotState
-    from eyehand.control.task import Task
+    from eyehand.control import CollisionWorld, ControlOptions, RobotState
+    from eyehand.control.tasks import Task
 
 Keeping = Literal["clamp", "cost", "safety"]
 """``clamp``: joints stop at their limits; ``cost``: the same, and what the tasks leave free lowers
@@ -44,6 +40,8 @@ LONGEST_S = 12.0
 """Simulated time for a goal."""
 CYCLE_S = 0.01
 """Control period here, s: distances do not matter, and 1200 goals are to be tried."""
+MIN_PROGRESS = 0.01
+"""Decrease of the error that counts as progress, m or rad."""
 REACHED = 1e-3
 """Norm of the error, m and rad, that counts as reached."""
 
@@ -94,11 +92,11 @@ def _reach(
     for _ in range(round(LONGEST_S / options.dt)):
         state = robot.at(q)
         proximity = world.proximity(q)
-        nominal = task_motion(state, goals, proximity, options)
+        nominal = nominal_motion(state, goals, proximity, options)
         error = float(np.linalg.norm(np.concatenate([t.error for t in nominal.task_rows])))
         if error < REACHED:
             return True, beyond
-        best, stalled = (error, 0) if error < best - options.progress else (best, stalled + 1)
+        best, stalled = (error, 0) if error < best - MIN_PROGRESS else (best, stalled + 1)
         if stalled * options.dt > options.patience:
             break
         velocity = nominal.velocity

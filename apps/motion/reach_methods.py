@@ -7,14 +7,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.control.approach import ApproachController
-from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.options import ControlOptions
-from eyehand.control.planned_approach import PlannedApproach
-from eyehand.control.planner_options import PlannerOptions
-from eyehand.control.point_aims import Position
-from eyehand.control.robot_model import RobotModel
-from eyehand.control.shapes import Box, Obstacle
+from eyehand.control import (
+    ApproachController,
+    Box,
+    CollisionWorld,
+    ControlOptions,
+    Obstacle,
+    PlannedApproach,
+    PlannerOptions,
+    RobotModel,
+)
+from eyehand.control.tasks import Position
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
@@ -23,7 +26,7 @@ from .controlled_reach import ControlledReach
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from eyehand.control.collision_options import CollisionOptions
+    from eyehand.control import CollisionOptions
     from eyehand.data_synth.scenes import ReachingObstacle, ReachingScene
 
 DEFAULT = "default"
@@ -89,10 +92,8 @@ def own_method(name: str, scene: ReachingScene) -> ControlledReach:
 def reaching_world(
     obstacles: Sequence[ReachingObstacle],
     options: CollisionOptions | None = None,
-    *,
-    compiled: bool = True,
 ) -> CollisionWorld:
     """Put the 7-joint arm among a scene's boxes."""
-    robot = RobotModel.load(LBR_ARM, TOOL_SITE, compiled=compiled)
+    robot = RobotModel.load(LBR_ARM, TOOL_SITE)
     boxes = [Obstacle(one.name, Box(np.array(one.size)), one.T_world_shape) for one in obstacles]
     return CollisionWorld(robot, boxes, options=options)

@@ -16,7 +16,7 @@ from .reach_outcome import run_reach
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.control.planner import JointPath
+    from eyehand.control import JointPath
     from eyehand.data_synth.scenes import ReachingScene
 
     from .reach_outcome import ReachOptions, ReachOutcome

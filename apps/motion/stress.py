@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from eyehand.control.options import ControlOptions
+from eyehand.control import ControlOptions
 
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import (

@@ -7,10 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.control.approach import ApproachController
-from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.options import ControlOptions
-from eyehand.control.robot_model import RobotModel
+from eyehand.control import ApproachController, CollisionWorld, ControlOptions, RobotModel
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 
 from ..bench.sweep import Trial
@@ -20,9 +17,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import ArrayLike, NDArray
 
-    from eyehand.control.approach import ControlStep
-    from eyehand.control.shapes import Obstacle
-    from eyehand.control.task import Task
+    from eyehand.control import ControlStep, Obstacle
+    from eyehand.control.tasks import Task
 
 
 SLACK_M = 5e-4

@@ -10,14 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import (
-    ControlOptions,
-    Proximity,
-    RobotModel,
-    TaskRows,
-    safe_motion,
-    solve_stack,
-)
+from eyehand.control import ControlOptions, Proximity, RobotModel, safe_motion, solve_stack
+from eyehand.control.tasks import TaskRows
 from eyehand.data_synth.pad import (
     CONTROL_RATE,
     PAD_SITE,

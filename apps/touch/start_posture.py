@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import ControlOptions, Pose, solve_stack
+from eyehand.control import solve_stack
+from eyehand.control.tasks import Pose
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
@@ -47,14 +48,11 @@ def start_posture(robot: RobotModel, T_world_pad: RigidTransform) -> NDArray[np.
     InputError
         If the way there does not end at the pose.
     """
-    options = ControlOptions(dt=STEP)
     task = Pose(T_world_pad)
     q = np.array(robot.home)
     for _ in range(STEPS):
         rows = task.at(robot.at(q))
         if np.abs(rows.error).max() < CLOSE:
             return q
-        q = np.clip(
-            q + STEP * solve_stack([rows], options=options).velocity, robot.lower, robot.upper
-        )
+        q = np.clip(q + STEP * solve_stack([rows]).velocity, robot.lower, robot.upper)
     raise InputError(f"the arm does not reach {T_world_pad.translation} m with its pad turned so")

@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from eyehand.control.robot_state import RobotState
-from eyehand.control.task import Task
+from eyehand.control.tasks import Task
 from eyehand.data_synth import import_mujoco
 
 mujoco = import_mujoco()

@@ -10,11 +10,11 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.control.approach import ApproachController, ControlStep, retreat_configurations
 from eyehand.control.collision_world import CollisionWorld
+from eyehand.control.cycle import ControlCycle
 from eyehand.control.options import ControlOptions
-from eyehand.control.point_aims import PointOnPlane, Position
-from eyehand.control.posture_aims import JointCentring, Posture
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Obstacle, Sphere
+from eyehand.control.tasks import JointCentring, PointOnPlane, Position, Posture
 from eyehand.data_synth import LBR_ARM
 from eyehand.errors import InputError
 
@@ -38,10 +38,12 @@ def _run(controller: ApproachController, seconds: float = 60.0) -> tuple[Control
 
 
 @pytest.mark.parametrize("compiled", [True, False])
-def test_an_aim_that_only_draws_does_not_keep_a_motion_from_its_end(
-    world: CollisionWorld, compiled: bool
+def test_an_endless_task_does_not_keep_a_motion_from_its_end(
+    world: CollisionWorld, compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    options = ControlOptions(compiled=compiled)
+    options = ControlOptions()
+    if not compiled:
+        monkeypatch.setattr(ControlCycle, "compiled", lambda *_: None)
     # Off the middle of the ranges the error of centring grows on the way.
     tasks = [Position(GOAL), JointCentring(reference=world.robot.home)]
     cycle, _ = _run(ApproachController(world, tasks, options))
@@ -51,7 +53,7 @@ def test_an_aim_that_only_draws_does_not_keep_a_motion_from_its_end(
     assert cycle.errors[1] > options.tolerance
 
 
-def test_an_aim_that_only_draws_ends_the_motion_when_it_is_alone(world: CollisionWorld) -> None:
+def test_an_endless_task_ends_the_motion_when_it_is_alone(world: CollisionWorld) -> None:
     reference = world.robot.home + 0.2
     cycle, seconds = _run(ApproachController(world, [JointCentring(reference=reference)]))
     assert cycle.status == "reached"
@@ -91,19 +93,21 @@ def test_repulsion_that_holds_off_the_goal_is_said_so() -> None:
     assert reason.endswith("repulsion and goal are in balance")
 
 
-def test_aims_stay_what_they_are(world: CollisionWorld) -> None:
+def test_tasks_stay_what_they_are(world: CollisionWorld) -> None:
     controller = ApproachController(world, [Position(GOAL)])
     with pytest.raises(AttributeError):
         controller.tasks = ()  # pyright: ignore[reportAttributeAccessIssue] -- that it is refused
 
 
 @pytest.mark.parametrize("tasks", [[], Position(GOAL), [GOAL]])
-def test_what_is_no_list_of_aims_is_refused(world: CollisionWorld, tasks: list) -> None:
+def test_what_is_no_list_of_tasks_is_refused(world: CollisionWorld, tasks: list) -> None:
     with pytest.raises(InputError, match="task"):
         ApproachController(world, tasks)
 
 
-def test_joints_without_limits_have_a_refuge_and_a_plain_cycle() -> None:
+def test_joints_without_limits_have_a_retreat_and_a_cycle_in_steps(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     arm = """<mujoco><worldbody>
     <body><joint axis="0 0 1" name="turn"/><geom size=".05" pos=".3 0 0"/>
     <body pos=".3 0 0"><joint axis="0 0 1" name="bend" range="-120 120"/>
@@ -113,8 +117,8 @@ def test_joints_without_limits_have_a_refuge_and_a_plain_cycle() -> None:
     controller = ApproachController(
         CollisionWorld(robot),
         [PointOnPlane(np.array([1.0, 0.0, 0.0]), 0.2)],
-        ControlOptions(compiled=False),
     )
+    monkeypatch.setattr(ControlCycle, "compiled", lambda *_: None)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         np.testing.assert_allclose(retreat_configurations(robot)[1], [-0.4, -0.5])

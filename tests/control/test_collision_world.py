@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from eyehand.control import collision_world
 from eyehand.control.collision_options import CollisionOptions, CoverOptions
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.robot_model import RobotModel
@@ -134,9 +135,12 @@ def test_obstacles_move_and_go(robot: RobotModel) -> None:
 SHAPES: list[Shape] = [Sphere(0.05), Box(np.full(3, 0.05)), Capsule(0.05, 0.1), Cylinder(0.05, 0.1)]
 
 
-def test_more_obstacles_than_slots_and_meshes_keep_what_was_there(robot: RobotModel) -> None:
-    few = CollisionWorld(robot, options=CollisionOptions(slots=1, cut_off=2.0))
-    many = CollisionWorld(robot, options=CollisionOptions(slots=32, cut_off=2.0))
+def test_more_obstacles_than_slots_and_meshes_keep_what_was_there(
+    robot: RobotModel, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    many = CollisionWorld(robot, options=CollisionOptions(cut_off=2.0))
+    monkeypatch.setattr(collision_world, "SLOTS", 1)
+    few = CollisionWorld(robot, options=CollisionOptions(cut_off=2.0))
     rng = np.random.default_rng(4)
     corners = rng.normal(size=(10, 3)) * 0.1
     velocity = np.arange(6.0)
@@ -217,16 +221,13 @@ def test_only_what_is_nearer_than_the_cut_off_is_told(robot: RobotModel) -> None
     assert far.normal.shape == (0, 3)
 
 
-@pytest.mark.parametrize("compiled", [True, False])
-def test_cut_off_drops_nothing_that_is_near(robot: RobotModel, compiled: bool) -> None:
+def test_cut_off_drops_nothing_that_is_near(robot: RobotModel) -> None:
     rng = np.random.default_rng(8)
     obstacles = [
         Obstacle(f"o{k}", SHAPES[k % 4], AT(rng.uniform([-0.5, -0.5, 0.1], [0.5, 0.5, 0.8])))
         for k in range(8)
     ]
-    near = CollisionWorld(
-        robot, obstacles, options=CollisionOptions(cut_off=0.1, compiled=compiled)
-    )
+    near = CollisionWorld(robot, obstacles, options=CollisionOptions(cut_off=0.1))
     whole = CollisionWorld(robot, obstacles, options=CollisionOptions(cut_off=9.0))
     for q in rng.uniform(-2, 2, (20, 3)):
         one, every = near.proximity(q), whole.proximity(q)
@@ -284,7 +285,6 @@ def test_held_objects_move_with_the_frame(robot: RobotModel) -> None:
         (lambda w: w.proximity([0.0, 0.0]), r"q must have shape \(3,\)"),
         (lambda w: w.proximity([0.0, 0.0, float("nan")]), "q must be finite"),
         (lambda w: CollisionOptions(cut_off=0.0), "cut_off must be finite and > 0"),
-        (lambda w: CollisionOptions(slots=0), "slots must be >= 1"),
         (lambda w: CollisionOptions(self_margin=-1.0), "self_margin must be"),
         (lambda w: CoverOptions(overhang=0.0), "overhang must be"),
         (lambda w: CoverOptions(most=0), "most must be"),

@@ -1,6 +1,4 @@
-"""The compiled cycle against the plain one: single cycles of all kinds, and whole motions."""
-
-from dataclasses import replace
+"""The compiled cycle against its single steps: cycles of all kinds, and whole motions."""
 
 import numpy as np
 import pytest
@@ -8,18 +6,21 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.approach import ApproachController, plain_motion
-from eyehand.control.collision_options import CollisionOptions
+from eyehand.control.approach import ApproachController
 from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.compiled_cycle import CompiledCycle
-from eyehand.control.interval import Interval
+from eyehand.control.cycle import ControlCycle
 from eyehand.control.options import ControlOptions
-from eyehand.control.point_aims import DistanceToPoint, Position
-from eyehand.control.posture_aims import JointCentring, Manipulability
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.safety import safety_rows
 from eyehand.control.shapes import Box, Capsule, Cylinder, Ellipsoid, Obstacle, Sphere
-from eyehand.control.turn_aims import AxisAlignment
+from eyehand.control.tasks import (
+    AxisAlignment,
+    DistanceToPoint,
+    Interval,
+    JointCentring,
+    Manipulability,
+    Position,
+)
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.data_synth.scenes import make_reaching_scene
 from eyehand.errors import InputError
@@ -31,7 +32,7 @@ seeds = st.integers(0, 100_000)
 SAME = 1e-9
 """Rounding, rad/s: in 12 000 drawn cycles not one is farther off."""
 SCENES = range(700, 720)
-AIM = Position(np.array([0.45, 0.1, 0.5]))
+TASK = Position(np.array([0.45, 0.1, 0.5]))
 
 
 def lbr() -> RobotModel:
@@ -84,9 +85,9 @@ def any_posture(rng: np.random.Generator, robot: RobotModel) -> np.ndarray:
     return q
 
 
-def check(cycle: CompiledCycle, q: np.ndarray) -> bool:
+def check(cycle: ControlCycle, q: np.ndarray) -> bool:
     """Hold a cycle to the plain one; false where it leaves that to it."""
-    motion, plain = cycle.at(q), plain_motion(cycle, q)
+    motion, plain = cycle.compiled(q), cycle.in_steps(q)
     assert np.all(np.isfinite(plain.velocity))
     if motion is None:
         # What is inside the margin cannot all leave at the speed asked: the plain cycle weighs.
@@ -126,13 +127,13 @@ def test_a_cycle_is_the_plain_one_to_rounding(worlds, seed):
     choices += bounded(rng, world.robot.at(q), choices)
     chosen = rng.choice(len(choices), rng.integers(1, 5), replace=False)
     tasks = [choices[k] for k in chosen]
-    check(CompiledCycle(world, tasks, options, choices[:2]), q)
+    check(ControlCycle(world, tasks, options, choices[:2]), q)
 
 
 def test_few_cycles_are_left_to_the_plain_one(worlds):
     rng = np.random.default_rng(3)
     settled = [
-        check(CompiledCycle(world, (AIM,), ControlOptions()), any_posture(rng, world.robot))
+        check(ControlCycle(world, (TASK,), ControlOptions()), any_posture(rng, world.robot))
         for world in worlds
         for _ in range(50)
     ]
@@ -141,13 +142,13 @@ def test_few_cycles_are_left_to_the_plain_one(worlds):
 
 def test_obstacles_may_come_move_and_go():
     world = world_of(lbr(), 2)
-    cycle = CompiledCycle(world, (AIM,), ControlOptions())
+    cycle = ControlCycle(world, (TASK,), ControlOptions())
     q = world.robot.home
-    first = cycle.at(q)
+    first = cycle.compiled(q)
     place = RigidTransform.from_translation([0.5, 0.0, 0.55])
     world.add(Obstacle("late", Sphere(0.05), place))
     assert check(cycle, q)
-    second = cycle.at(q)
+    second = cycle.compiled(q)
     world.move("late", RigidTransform.from_translation([0.5, 0.0, 0.65]), np.full(6, 0.01))
     assert check(cycle, q)
     world.remove("late")
@@ -165,7 +166,7 @@ def test_obstacles_may_come_move_and_go():
 
 def test_a_body_may_be_the_frame():
     robot = RobotModel.load(LBR_ARM, "link6")
-    cycle = CompiledCycle(CollisionWorld(robot), (AIM,), ControlOptions())
+    cycle = ControlCycle(CollisionWorld(robot), (TASK,), ControlOptions())
     assert check(cycle, robot.home)
 
 
@@ -174,20 +175,14 @@ def test_what_it_cannot_do_is_done_plainly():
         name = "own"
 
         def at(self, state):
-            return AIM.at(state)
+            return TASK.at(state)
 
     world = world_of(lbr(), 3)
     q = world.robot.home
     ready = ControlOptions()
-    for tasks, options, where in (
-        ((Own(),), ready, world),
-        ((AIM, Manipulability(0.01)), ready, world),
-        ((AIM,), replace(ready, mode="paper"), world),
-        ((AIM,), replace(ready, compiled=False), world),
-        ((AIM,), ready, CollisionWorld(world.robot, options=CollisionOptions(compiled=False))),
-    ):
-        assert CompiledCycle(where, tasks, options).at(q) is None
-        assert ApproachController(where, tasks, options).step(q).status == "moving"
+    for tasks in ((Own(),), (TASK, Manipulability(0.01))):
+        assert ControlCycle(world, tasks, ready).compiled(q) is None
+        assert ApproachController(world, tasks, ready).step(q).status == "moving"
 
 
 def test_what_is_wrong_is_told_as_before():
@@ -195,7 +190,7 @@ def test_what_is_wrong_is_told_as_before():
     several = Interval(Position(np.zeros(3)), 0.0, 1.0)
     with pytest.raises(InputError, match="needs a task of 1 row"):
         ApproachController(world, (several,)).step(world.robot.home)
-    controller = ApproachController(world, (AIM,))
+    controller = ApproachController(world, (TASK,))
     with pytest.raises(InputError, match="q must be finite"):
         controller.step(np.full(7, np.nan))
     with pytest.raises(InputError, match="q must have shape"):
@@ -218,7 +213,7 @@ def drive(world: CollisionWorld, tasks, options: ControlOptions, q: np.ndarray, 
 
 
 @pytest.mark.parametrize("seed", SCENES)
-def test_whole_motions_are_the_same(seed):
+def test_whole_motions_are_the_same(seed, monkeypatch):
     scene = make_reaching_scene(seed)
     obstacles = [
         Obstacle(one.name, Box(np.array(one.size)), one.T_world_shape) for one in scene.obstacles
@@ -230,9 +225,8 @@ def test_whole_motions_are_the_same(seed):
         tasks += [Interval(DistanceToPoint(np.zeros(3), 1.0), 0.2, 0.7), JointCentring(4)]
     options = ControlOptions(dt=0.02, eta=1.5)
     way, status = drive(world, tasks, options, scene.start, 400)
-    plain_way, plain_status = drive(
-        world, tasks, replace(options, compiled=False), scene.start, 400
-    )
+    monkeypatch.setattr(ControlCycle, "compiled", lambda *_: None)
+    plain_way, plain_status = drive(world, tasks, options, scene.start, 400)
     assert np.all(np.isfinite(way))
     assert status == plain_status
     assert len(way) == len(plain_way)

@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from eyehand.control.interval import Interval
-from eyehand.control.point_aims import DistanceToPoint, PointOnPlane, Position
 from eyehand.control.robot_state import RobotState
-from eyehand.control.turn_aims import LookAt
+from eyehand.control.tasks import DistanceToPoint, Interval, LookAt, PointOnPlane, Position
 from eyehand.errors import InputError
 
 Q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
@@ -57,7 +55,7 @@ def test_a_value_driven_at_its_bound_stops_there_without_a_jump():
     assert np.abs(np.diff(speeds)).max() <= 0.1 * 2.0 * 0.005 + 1e-12
 
 
-def test_rows_are_those_of_the_aim(arm_state, check_jacobian):
+def test_rows_are_those_of_the_task(arm_state, check_jacobian):
     for seed in range(10):
         rng = np.random.default_rng(seed)
         q = rng.uniform(-2.0, 2.0, 7)
@@ -66,14 +64,14 @@ def test_rows_are_those_of_the_aim(arm_state, check_jacobian):
         check_jacobian(Interval(DistanceToPoint(centre, 0.0), 0.0, 0.01), q)
 
 
-def test_a_released_aim_stays_released(arm_state):
+def test_a_released_task_stays_released(arm_state):
     state = arm_state(Q)
     ahead = state.position + 0.5 * state.rotation[:, 2]
     rows = Interval(LookAt(ahead, 1.0), 0.2, 0.4).at(state)
     assert rows.jacobian.shape == (0, 7)
 
 
-def test_names_come_from_the_aim():
+def test_names_come_from_the_task():
     assert Interval(height(), 0.0, 1.0).name == "point on plane"
     assert Interval(height(name="tip"), 0.0, 1.0).name == "tip"
     assert Interval(height(), 0.0, 1.0, "clear of the table").name == "clear of the table"

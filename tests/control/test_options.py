@@ -7,7 +7,7 @@ import pytest
 from eyehand.control.options import _RANGES, ControlOptions
 from eyehand.errors import InputError
 
-NO_NUMBERS = ("mode", "safety", "compiled")
+NO_NUMBERS = ("safety",)
 NUMBERS = [f.name for f in dataclasses.fields(ControlOptions) if f.name not in NO_NUMBERS]
 
 
@@ -46,9 +46,7 @@ def test_a_period_of_zero_is_refused():
         ControlOptions(dt=0.0)
 
 
-def test_unknown_modes_and_weights_name_the_choices():
-    with pytest.raises(InputError, match="strict, paper, got 'fast'"):
-        ControlOptions(mode="fast")  # pyright: ignore[reportArgumentType] # a user's typing error
+def test_unknown_weights_name_the_choices():
     with pytest.raises(InputError, match="dynamic"):
         ControlOptions(beta="auto")  # pyright: ignore[reportArgumentType] # a user's typing error
 

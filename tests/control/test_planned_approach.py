@@ -13,8 +13,6 @@ from eyehand.control import (
     JointPath,
     PlannedApproach,
     PlannerOptions,
-    PointOnPlane,
-    Position,
     RobotModel,
     plan,
     planned_approach,
@@ -23,6 +21,7 @@ from eyehand.control.approach import ControlStep
 from eyehand.control.options import ControlOptions
 from eyehand.control.planned_approach import retimed
 from eyehand.control.planner import _Search
+from eyehand.control.tasks import PointOnPlane, Position
 from eyehand.data_synth.scenes import make_reaching_scene
 
 

@@ -11,7 +11,6 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.control.capsule_in_box import axis_in_box
 from eyehand.control.collision_options import CollisionOptions, CoverOptions
 from eyehand.control.collision_world import CollisionWorld
-from eyehand.control.mujoco_binding import compiled_calls
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import (
     Box,
@@ -23,6 +22,8 @@ from eyehand.control.shapes import (
     Shape,
     Sphere,
 )
+
+from .proximity_reference import proximity_reference
 
 SEED = 11
 SHAPES: dict[str, Shape] = {
@@ -143,7 +144,6 @@ def test_rows_and_distance_to_a_plane() -> None:
     assert sum(_check_rows(world, postures)) >= 8
 
 
-@pytest.mark.skipif(not compiled_calls(), reason="MuJoCo's library cannot be called here")
 @pytest.mark.parametrize("cover", [None, CoverOptions(most=20)])
 @pytest.mark.parametrize("kind", GEOMS)
 def test_kernel_equals_the_numpy_form(kind: str, cover: CoverOptions | None) -> None:
@@ -151,23 +151,16 @@ def test_kernel_equals_the_numpy_form(kind: str, cover: CoverOptions | None) -> 
     # Places of balls differ by rounding, after which iterations on an ellipsoid end elsewhere.
     shapes = {name: shape for name, shape in SHAPES.items() if not cover or name != "ellipsoid"}
     obstacles = [Obstacle(name, shape, _pose(rng, 0.15)) for name, shape in shapes.items()]
-    worlds = [
-        CollisionWorld(
-            _flyer(kind), obstacles, options=CollisionOptions(compiled=compiled, cover=cover)
-        )
-        for compiled in (True, False)
-    ]
-    pose, velocity = _pose(rng, 0.1), rng.normal(size=6)
-    for world in worlds:
-        world.move("box", pose, velocity)
-        world.attach("held", Capsule(0.02, 0.05), RigidTransform.from_translation([0, 0, 0.2]))
+    world = CollisionWorld(_flyer(kind), obstacles, options=CollisionOptions(cover=cover))
+    world.move("box", _pose(rng, 0.1), rng.normal(size=6))
+    world.attach("held", Capsule(0.02, 0.05), RigidTransform.from_translation([0, 0, 0.2]))
     for q in rng.normal(size=(12, 6)) * np.repeat([0.1, 1.0], 3):
-        one, other = (world.proximity(q) for world in worlds)
-        assert one.names == other.names
-        for field in ("distance", "normal", "on_robot", "on_other", "rows", "drift"):
-            np.testing.assert_allclose(
-                getattr(one, field), getattr(other, field), atol=1e-10, err_msg=field
-            )
+        near = world.proximity(q)
+        index, *expected = proximity_reference(world.tables, q)
+        assert near.names == tuple(world.tables.names[pair] for pair in index)
+        fields = ("distance", "normal", "on_robot", "on_other", "rows", "drift")
+        for field, values in zip(fields, expected, strict=True):
+            np.testing.assert_allclose(getattr(near, field), values, atol=1e-10, err_msg=field)
 
 
 @pytest.mark.parametrize("other", SHAPES)

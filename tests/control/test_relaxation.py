@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eyehand.control.options import ControlOptions
-from eyehand.control.relaxation import LARGEST_BETA, relaxation_weight, relaxed_rate
-from eyehand.control.task import TaskRows
+from eyehand.control.relaxation import EPSILON, MAX_BETA, dynamic_beta, relaxed_rate
+from eyehand.control.tasks import TaskRows
 
 seeds = st.integers(0, 100_000)
 DYNAMIC = ControlOptions()
@@ -38,13 +38,13 @@ def test_a_dynamic_weight_is_the_largest_that_equation_10_allows(seed, push, siz
     avoidance = task.jacobian @ gradient
     _, beta = relaxed_rate(task, gradient, DYNAMIC)
     goal, away = float(np.linalg.norm(task.rate)), float(np.linalg.norm(avoidance))
-    assert 0.0 <= beta <= LARGEST_BETA
-    if goal <= DYNAMIC.epsilon:
+    assert 0.0 <= beta <= MAX_BETA
+    if goal <= EPSILON:
         assert beta == 0.0
         return
-    assert goal - DYNAMIC.epsilon >= beta * away - 1e-12
-    if beta < LARGEST_BETA:
-        assert goal - DYNAMIC.epsilon == pytest.approx(beta * away, rel=1e-12)
+    assert goal - EPSILON >= beta * away - 1e-12
+    if beta < MAX_BETA:
+        assert goal - EPSILON == pytest.approx(beta * away, rel=1e-12)
 
 
 @given(seed=seeds, push=st.floats(1e-3, 1e3))
@@ -53,7 +53,7 @@ def test_with_a_dynamic_weight_the_way_to_the_goal_outruns_avoidance(seed, push)
     task = reach(rng, 0.1)
     rate, _ = relaxed_rate(task, push * rng.normal(size=7), DYNAMIC)
     # So the error falls at least by epsilon a second, whatever repels: eq. 10 creeps, never stops.
-    assert rate @ task.error / np.linalg.norm(task.error) >= DYNAMIC.epsilon - 1e-12
+    assert rate @ task.error / np.linalg.norm(task.error) >= EPSILON - 1e-12
 
 
 def test_at_the_goal_nothing_holds_the_task_off():
@@ -65,10 +65,7 @@ def test_at_the_goal_nothing_holds_the_task_off():
 
 def test_the_weight_is_continuous_on_the_way_to_the_goal():
     speeds = np.linspace(0.0, 0.3, 30_001)
-    betas = [
-        relaxation_weight(np.array([v, 0.0, 0.0]), np.array([0.0, 0.2, 0.0]), "dynamic", 0.01)
-        for v in speeds
-    ]
+    betas = [dynamic_beta(v, 0.2) for v in speeds]
     assert np.all(np.diff(betas) >= 0.0)
     assert np.abs(np.diff(betas)).max() < 1e-5 / 0.2 * 1.001
     assert betas[0] == 0.0

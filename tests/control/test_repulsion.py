@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 from eyehand.control.options import ControlOptions
 from eyehand.control.proximity import Proximity
 from eyehand.control.repulsion import (
-    repulsion_cost,
     repulsion_gradient,
     require_stable,
     stable_eta,
@@ -43,6 +42,12 @@ def spheres(q: Array, centres: Array, radius: float) -> Proximity:
     away = q - centres
     length = np.linalg.norm(away, axis=1)
     return proximity(length - radius, away / length[:, None])
+
+
+def repulsion_cost(distance, options: ControlOptions) -> float:
+    """Cost H_ca of distances (P,): η (d - d_B)² summed over what is nearer than d_B (eq. 6)."""
+    depth = np.maximum(options.influence - distance, 0.0)
+    return options.eta * float(depth @ depth)
 
 
 @given(seed=seeds, reach=st.floats(0.02, 0.5))
@@ -168,7 +173,8 @@ def test_a_corridor_oscillates_at_half_the_gain_of_one_wall():
 
     one, both = stable_eta(1.0, dt), stable_eta(float(np.linalg.norm(rows, 2)), dt)
     assert both == pytest.approx(0.5 * one)
-    assert np.all(settle(0.99 * both) >= 0.0)
+    # Below zero only by rounding: the sums of the compiled gradient end at -4e-19 m.
+    assert np.all(settle(0.99 * both) >= -1e-17)
     assert settle(0.75 * one)[1] < 0.0
 
 

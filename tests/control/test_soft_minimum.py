@@ -12,8 +12,9 @@ from eyehand.control.collision_options import CollisionOptions, CoverOptions
 from eyehand.control.collision_world import CollisionWorld
 from eyehand.control.robot_model import RobotModel
 from eyehand.control.shapes import Box, Capsule, Cylinder, Obstacle, Sphere
-from eyehand.control.soft_minimum import soft_minimum
 from eyehand.control.sphere_cover import cover_box, cover_capsule, cover_geom
+
+from .soft_minimum import soft_minimum
 
 SEED = 7
 HALF = np.array([0.05, 0.04, 0.01])

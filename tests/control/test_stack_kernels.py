@@ -1,15 +1,14 @@
-"""The compiled stack against the plain one, and against what priority means."""
+"""The compiled stack against the NumPy reference, and against what priority means."""
 
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eyehand.control.options import ControlOptions
-from eyehand.control.stack import solve_stack
-from eyehand.control.stack_kernels import orthogonalise, solve_levels
-from eyehand.control.task import TaskRows
+from eyehand.control.stack_kernels import Levels, orthogonalise, solve_levels
+from eyehand.control.tasks import TaskRows
 
-OPTIONS = ControlOptions()
+from .stack_reference import solve_reference
+
 JOINTS = 7
 seeds = st.integers(0, 100_000)
 
@@ -22,10 +21,9 @@ def compiled(tasks, free_motion, speed):
     sizes = np.array([len(one.error) for one in tasks])
     sides = np.array([one.side for one in tasks])
     velocity = np.empty(JOINTS)
-    solve_levels(
-        sizes, sides, rates, rows, free_motion, speed,
-        OPTIONS.near_singular, OPTIONS.damping, velocity,
-    )  # fmt: skip
+    levels = Levels(sizes, sides, rates, rows)
+    count = len(tasks)
+    solve_levels(levels, free_motion, speed, velocity, np.empty(count), np.empty(count, np.bool_))
     return velocity
 
 
@@ -55,7 +53,7 @@ def test_it_is_the_plain_stack(seed, limited):
     tasks = any_stack(rng)
     free_motion = rng.normal(size=JOINTS)
     speed = rng.uniform(0.2, 2.0, JOINTS) if limited else np.full(JOINTS, np.inf)
-    plain = solve_stack(tasks, free_motion=free_motion, speed=speed, options=OPTIONS)
+    plain = solve_reference(tasks, free_motion=free_motion, speed=speed)
     # A direction of singular value s is known to rounding / s in either form; the least is 1e-3,
     # and less where a task is nearly one above it.
     remaining = np.eye(JOINTS)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from eyehand.control.robot_state import skew
-from eyehand.control.task import TaskRows
+from eyehand.control.tasks import TaskRows
 from eyehand.errors import InputError
 
 

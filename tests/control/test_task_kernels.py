@@ -1,4 +1,4 @@
-"""Compiled tasks against the tasks' own, in general postures and where directions are lost."""
+"""The tasks against their NumPy reference, in general postures and where directions are lost."""
 
 from dataclasses import dataclass, replace
 
@@ -8,14 +8,27 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control.interval import Interval
-from eyehand.control.packed_aims import pack_tasks
-from eyehand.control.point_aims import DistanceToAxis, DistanceToPoint, PointOnPlane, Position
-from eyehand.control.posture_aims import JointCentring, Manipulability, Posture
 from eyehand.control.robot_state import RobotState
-from eyehand.control.task import Task
-from eyehand.control.task_kernels import UNFIT, task_of
-from eyehand.control.turn_aims import AxisAlignment, LookAt, Orientation, Pose
+from eyehand.control.tasks import (
+    AxisAlignment,
+    DistanceToAxis,
+    DistanceToPoint,
+    Interval,
+    JointCentring,
+    LookAt,
+    Manipulability,
+    Orientation,
+    PointOnPlane,
+    Pose,
+    Position,
+    Posture,
+    Task,
+)
+from eyehand.control.tasks.kernel_task import Frame, Output
+from eyehand.control.tasks.registry import MISFIT, evaluate_task, pack_tasks
+from eyehand.errors import InputError
+
+from .task_reference import reference
 
 seeds = st.integers(0, 100_000)
 ANGLES = [0.0, 1e-12, 1e-9, 1e-6, 0.02, 1.0, 3.0, np.pi - 1e-9, np.pi]
@@ -24,36 +37,42 @@ DECIDED_BY_ROUNDING = (1e-12, 1e-9, np.pi - 1e-9)
 
 
 def compiled(task: Task, state: RobotState):
-    """Error, commanded rate, rows, side and unmet norm, from the kernel."""
+    """Error, commanded rate, rows, side and unmet norm, as the control cycle computes them."""
     packed = pack_tasks((task,), len(state.q))
     assert packed is not None
     most = max(6, len(state.q))
-    error, rate = np.full(most, np.nan), np.full(most, np.nan)
-    rows = np.full((most, len(state.q)), np.nan)
-    m, side, unmet = task_of(
-        packed[0],
+    rate = np.full(most, np.nan)
+    out = Output(
+        np.full(most, np.nan), np.full(most, np.nan), np.full((most, len(state.q)), np.nan)
+    )
+    frame = Frame(
         state.q,
         np.column_stack([state.lower, state.upper, state.speed]),
         state.position,
         state.rotation.ravel(),
         np.ascontiguousarray(state.jacobian),
         np.empty((6, len(state.q))),
-        error,
-        rate,
-        rows,
     )
-    return m, error[: max(m, 0)], rate[: max(m, 0)], rows[: max(m, 0)], side, unmet
+    m, side, unmet = evaluate_task(packed[0], frame, out, rate)
+    found = max(m, 0)
+    return m, out.error[:found], rate[:found], out.rows[:found], side, unmet
 
 
 def check(task: Task, state: RobotState, tolerance: float = 1e-12) -> None:
+    """Hold the control cycle and the task's own `at` to the NumPy reference."""
     m, error, rate, rows, side, unmet = compiled(task, state)
-    expected = task.at(state)
+    expected, own = reference(task, state), task.at(state)
     assert m == len(expected.error), task
     np.testing.assert_allclose(error, expected.error, atol=tolerance, err_msg=task.name)
     np.testing.assert_allclose(rate, expected.rate, atol=10 * tolerance, err_msg=task.name)
     np.testing.assert_allclose(rows, expected.jacobian, atol=10 * tolerance, err_msg=task.name)
     assert side == expected.side
     assert unmet == pytest.approx(expected.unmet, abs=tolerance)
+    np.testing.assert_allclose(own.value, expected.value, atol=tolerance, err_msg=task.name)
+    np.testing.assert_array_equal(own.error, error)
+    np.testing.assert_array_equal(own.jacobian, rows)
+    np.testing.assert_allclose(own.rate, rate, atol=tolerance)
+    assert own.side == side
 
 
 def any_tasks(rng: np.random.Generator, joints: int) -> list[Task]:
@@ -103,7 +122,7 @@ def bounded(rng: np.random.Generator, state: RobotState, tasks: list[Task]) -> l
 
 
 @given(seed=seeds)
-def test_every_kind_gives_the_task_of_its_aim(arm_state, mixed_state, seed):
+def test_every_kind_gives_the_task_of_its_reference(arm_state, mixed_state, seed):
     rng = np.random.default_rng(seed)
     for state in (arm_state(rng.uniform(-2.0, 2.0, 7)), mixed_state(rng.uniform(-0.9, 0.9, 8))):
         tasks = any_tasks(rng, len(state.q))
@@ -135,7 +154,7 @@ def test_turns_agree_at_any_angle(arm_state, seed, angle):
     check(LookAt(target, 0.01, axis, eye), state, tolerance)
 
 
-def test_a_lost_direction_is_that_of_the_aim(arm_state):
+def test_a_lost_direction_is_that_of_the_task(arm_state):
     q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
     state = arm_state(q)
     point = np.array([0.03, -0.05, 0.1])
@@ -175,12 +194,13 @@ def test_what_kernels_do_not_know_is_not_packed(arm_state):
         Manipulability(0.1),
         Interval(Interval(DistanceToPoint(goal, 0.1), 0.0, 0.2), 0.0, 0.1),
         Interval(Manipulability(0.1), 0.0, 1.0),
-        Posture(np.zeros(6)),
-        JointCentring(2, np.zeros(8)),
     ):
         assert pack_tasks((known, task), 7) is None
+    for task in (Posture(np.zeros(6)), JointCentring(2, np.zeros(8))):
+        with pytest.raises(InputError, match="one number per joint"):
+            pack_tasks((known, task), 7)
 
 
 def test_an_interval_about_several_rows_does_not_fit(arm_state):
     state = arm_state(np.full(7, 0.3))
-    assert compiled(Interval(Position(np.zeros(3)), 0.0, 1.0), state)[0] == UNFIT
+    assert compiled(Interval(Position(np.zeros(3)), 0.0, 1.0), state)[0] == MISFIT

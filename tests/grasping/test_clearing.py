@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.known_scene import known_scene
-from eyehand.control import Orientation, Position
+from eyehand.control.tasks import Orientation, Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell

@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import (
-    ApproachController,
-    CollisionWorld,
-    ControlOptions,
-    PointOnPlane,
-    RobotModel,
-)
+from eyehand.control import ApproachController, CollisionWorld, ControlOptions, RobotModel
+from eyehand.control.tasks import PointOnPlane
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping import grasp_plans
@@ -156,7 +151,7 @@ def test_the_rows_stay_the_same_all_the_way():
             assert len(kinds[0]) == len(plan.tasks)
 
 
-def test_aims_follow_tasks_that_touch_has_moved():
+def test_tasks_follow_tasks_that_touch_has_moved():
     plan = some(CARTON, "side power")
     off = np.array([0.004, -0.003, 0.0])
     moved = replace(plan, tasks=tuple(replace(t, point=t.point + off) for t in plan.tasks))

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.control import Box, CollisionWorld, Obstacle, Position, RobotModel
+from eyehand.control import Box, CollisionWorld, Obstacle, RobotModel
+from eyehand.control.tasks import Position
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping.reachable import is_reachable

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.control import CollisionWorld, PlannedApproach, Posture
+from eyehand.control import CollisionWorld, PlannedApproach
+from eyehand.control.tasks import Posture
 from eyehand.data_synth.cell import GraspCell
 from eyehand.data_synth.scenes import look_at
 from eyehand.grasping.motion import go

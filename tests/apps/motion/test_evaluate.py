@@ -12,7 +12,7 @@ from eyehand.apps.motion.reach_methods import own_method
 from eyehand.apps.motion.reach_outcome import ReachOutcome
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
 from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
-from eyehand.control.planner import JointPath
+from eyehand.control import JointPath
 from eyehand.data_synth.scenes import make_reaching_scene
 from eyehand.errors import InputError
 
@@ -52,7 +52,7 @@ def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, caps
     rows = {row["name"]: row for row in report["rows"]}
     assert list(rows) == [
         *("null space only", "default", "mink"),
-        *("cycle numpy", "cycle compiled", "cycle mink"),
+        *("cycle compiled", "cycle mink"),
     ]
     for name in ("null space only", "default", "mink"):
         row = rows[name]
@@ -60,7 +60,7 @@ def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, caps
         assert 0 < row["cycle_p50_us"] <= row["cycle_p99_us"]
     assert rows["default"]["contacts"] == 0
     assert rows["default"]["min_clearance_mm"] > 9.5
-    assert rows["cycle compiled"]["cycle_p50_us"] < rows["cycle numpy"]["cycle_p50_us"]
+    assert rows["cycle compiled"]["cycle_p50_us"] < rows["cycle mink"]["cycle_p50_us"]
     assert "one cycle with 30 distance pairs" in err
     assert (tmp_path / "bench.png").stat().st_size > 10_000
     with (tmp_path / "scenes.csv").open(encoding="utf-8") as file:
@@ -132,7 +132,12 @@ def test_wilson_intervals_are_those_of_the_books(wins, tries, low, high):
 
 
 def test_the_cycle_contest_has_the_same_pairs_for_all():
+<<<<<<< HEAD
     rows = cycle_rows(0, baseline=True, rounds=1, postures=1)
     assert [row["name"] for row in rows] == ["cycle numpy", "cycle compiled", "cycle mink"]
+=======
+    rows = cycle_rows(0, peer=True, rounds=1, postures=1)
+    assert [row["name"] for row in rows] == ["cycle compiled", "cycle mink"]
+>>>>>>> 1872dc9 (Keep each task's law in one kernel under control/tasks, and drop the NumPy control cycle)
     assert {row["pairs"] for row in rows} == {30}
     assert all(0 < row["cycle_p50_us"] <= row["cycle_p99_us"] for row in rows)

@@ -13,8 +13,8 @@ from eyehand.apps.motion import stress
 from eyehand.apps.motion.invalid_inputs import WrongInput, refused, wrong_inputs
 from eyehand.apps.motion.stress import control_sweeps, stress_motion
 from eyehand.apps.motion.stress_trial import Motion, fault_of, judged, lbr_world, simulate
-from eyehand.control.options import ControlOptions
-from eyehand.control.point_aims import Position
+from eyehand.control import ControlOptions
+from eyehand.control.tasks import Position
 from eyehand.errors import InputError
 
 

@@ -5,8 +5,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import linprog
 
-from eyehand.control.nearest_kernels import GIVEN_UP, solve_qp
-from eyehand.control.safety import SafetyRows, _nearest
+from eyehand.control.qp_kernels import GIVEN_UP, solve_qp
+from eyehand.control.safety import _nearest
+from eyehand.control.safety_kernels import SafetyRows, allowed
 
 seeds = st.integers(0, 100_000)
 
@@ -14,17 +15,7 @@ seeds = st.integers(0, 100_000)
 def solve(nominal, hessian, rows: SafetyRows):
     n = len(nominal)
     velocity, held, strength = np.empty(n), np.zeros(n, np.int64), np.zeros(n)
-    count = solve_qp(
-        nominal,
-        hessian.copy(),
-        rows.low,
-        rows.high,
-        rows.rows,
-        rows.least,
-        velocity,
-        held,
-        strength,
-    )
+    count = solve_qp(nominal, hessian.copy(), rows, velocity, held, strength)
     return count, velocity, held[: max(count, 0)], strength[: max(count, 0)]
 
 
@@ -50,9 +41,9 @@ def test_bounds_are_kept_and_forces_balance(seed, joints):
     nominal, hessian, rows = case(seed, joints)
     count, velocity, held, strength = solve(nominal, hessian, rows)
     assert count != GIVEN_UP
-    assert rows.allow(velocity)
+    assert allowed(velocity, rows)
     assert np.all(strength > -1e-9)
-    # Stationary: the pull back to the wish is the sum of the bounds' pushes.
+    # Stationary: the pull back to the nominal velocity is the sum of the bounds' pushes.
     push = np.zeros(joints)
     for which, much in zip(held, strength, strict=True):
         if which < joints:
@@ -84,12 +75,12 @@ def test_what_cannot_be_kept_is_given_up(seed):
     room = -best.fun
     if room > 1e-7:
         assert count != GIVEN_UP
-        assert rows.allow(velocity)
+        assert allowed(velocity, rows)
     elif room < -1e-7:
-        assert count == GIVEN_UP or not rows.allow(velocity)
+        assert count == GIVEN_UP or not allowed(velocity, rows)
 
 
-def test_an_allowed_wish_stays():
+def test_an_allowed_nominal_velocity_stays():
     rows = SafetyRows(-np.ones(3), np.ones(3), np.ones((1, 3)), np.array([-1.0]))
     nominal = np.array([0.1, -0.2, 0.3])
     count, velocity, _, _ = solve(nominal, np.eye(3), rows)

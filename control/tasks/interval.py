@@ -1,4 +1,4 @@
-"""An interval for any single value: a task only where the value would leave it."""
+"""Two bounds on the value of any task of one row."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numba import njit
 
 from eyehand.errors import InputError
 
@@ -15,7 +16,7 @@ from .task import TaskRows
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .robot_state import RobotState
+    from ..robot_state import RobotState
     from .task import Task
 
 
@@ -23,11 +24,11 @@ if TYPE_CHECKING:
 class Interval:
     """Keep the value of a task of one row between two bounds, and leave it free there.
 
-    Well inside there is no row. Within speed / gain of the nearer bound (both are the task's) there
-    is one, with a side: the value may approach the bound at no more than gain times what is left,
-    and the stack drops the row while the rest of the motion keeps to that. So nothing starts
-    abruptly at the bound, and nothing crosses it. Outside the row brings the value back. With
-    equal bounds it is a plain goal.
+    Well inside, there is no row. Within speed / gain of the nearer bound (both are the task's)
+    there is one row with a side. The value may then approach the bound at no more than gain times
+    the distance left, and the stack drops the row while the rest of the motion keeps to that. So
+    nothing starts abruptly at the bound, and nothing crosses it. Outside, the row brings the value
+    back. With equal bounds the task is a plain goal.
 
     Raises
     ------
@@ -64,7 +65,7 @@ class Interval:
         object.__setattr__(self, "high", high)
 
     def at(self, state: RobotState) -> TaskRows:
-        """Value: that of the task; no rows well inside the interval, or where the task has none."""
+        """Return the row of the bound; no row well inside, or where the inner task has none."""
         rows = self.task.at(state)
         if len(rows.value) == 0:
             return rows
@@ -93,16 +94,19 @@ def bounded(
     gain: float,
     speed: float,
 ) -> TaskRows:
-    """The task of keeping a value with rows (1, n) in [low, high]; released well inside."""
+    """Return the row that keeps a value with Jacobian (1, n) in [low, high], or no row inside."""
+    m, side, error = bound(value, low, high, gain, speed)
+    return TaskRows(name, np.full(m, value), np.full(m, error), jacobian[:m], gain, speed, side)
+
+
+@njit(cache=True)
+def bound(value, low, high, gain, speed):
+    """Return number of rows (0 or 1), side and error of a value that has to stay in [low, high]."""
     upper = high - value < value - low
     error = (high if upper else low) - value
     inside = error if upper else -error
     if low < high and inside * gain > speed:
-        return released(name, jacobian.shape[1])
-    side = 0 if low == high else -1 if upper else 1
-    return TaskRows(name, np.array([value]), np.array([error]), jacobian, gain, speed, side)
-
-
-def released(name: str, joints: int) -> TaskRows:
-    """A task without rows."""
-    return TaskRows(name, np.empty(0), np.empty(0), np.empty((0, joints)))
+        return 0, 0, error
+    if low == high:
+        return 1, 0, error
+    return 1, -1 if upper else 1, error

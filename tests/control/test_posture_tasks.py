@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from eyehand.control.posture_aims import (
+from eyehand.control.robot_model import RobotModel
+from eyehand.control.tasks import (
     JointCentring,
     Manipulability,
-    centring_cost,
-    manipulability,
 )
-from eyehand.control.robot_model import RobotModel
+from eyehand.control.tasks.manipulability import manipulability
 from eyehand.data_synth import LBR_ARM
 from eyehand.errors import InputError
+
+from .task_reference import centring_cost
 
 POINT = np.array([0.03, -0.05, 0.1])
 ALL = (0, 1, 2, 3, 4, 5)

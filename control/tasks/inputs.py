@@ -1,4 +1,4 @@
-"""Checks of what tasks are given, made once, so that their tasks need none in the loop."""
+"""Checks of the fields of a task, made once at its construction and not in the control loop."""
 
 from __future__ import annotations
 
@@ -17,6 +17,11 @@ NO_LENGTH = 1e-12
 """Directions shorter than this are no direction: their rounding is."""
 ROUNDED = 1e-6
 """How far a matrix may be from a rotation: what six printed digits leave."""
+
+
+def origin() -> NDArray[np.float64]:
+    """Return the default point of a task: the origin of the controlled frame."""
+    return np.zeros(3)
 
 
 def store(task: object, **fields: object) -> None:
@@ -160,3 +165,17 @@ def _number(task: str, field: str, value: float) -> float:
         return float(value)
     except (TypeError, ValueError) as error:
         raise InputError(f"{task}: {field} must be a number, got {value!r}") from error
+
+
+def fits_joints(task: str, field: str, value: NDArray[np.float64], joints: int) -> None:
+    """Check that a vector has one number per joint.
+
+    Raises
+    ------
+    InputError
+        If it has not.
+    """
+    if len(value) != joints:
+        raise InputError(
+            f"{task}: {field} must have one number per joint, {joints}, got {len(value)}"
+        )

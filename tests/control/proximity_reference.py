@@ -1,7 +1,6 @@
 """Distances, closest points and distance rows in NumPy and MuJoCo's Python calls.
 
-The plain form of :mod:`.proximity_kernels`: what the kernel is tested against, and what runs where
-it cannot be compiled.
+The reference that the kernels of `control/proximity_kernels.py` are tested against.
 """
 
 from __future__ import annotations
@@ -12,10 +11,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .capsule_in_box import axis_in_box
-from .distance_kernels import SHIFT_M, TOUCHING_M
-from .mujoco_binding import mujoco
-from .proximity_tables import (
+from eyehand.control.capsule_in_box import axis_in_box
+from eyehand.control.distance_kernels import SHIFT_M, TOUCHING_M
+from eyehand.control.mujoco_binding import mujoco
+from eyehand.control.proximity_tables import (
     BOUND,
     HALF,
     HELD_AXES,
@@ -26,12 +25,13 @@ from .proximity_tables import (
     MIDDLE,
     SIZE,
 )
+
 from .soft_minimum import soft_minimum
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .proximity_tables import ProximityTables
+    from eyehand.control.proximity_tables import ProximityTables
 
     Array = NDArray[np.float64]
     Measured = tuple[float, Array, Array, Array]
@@ -49,7 +49,7 @@ def proximity_reference(tables: ProximityTables, q: NDArray[np.float64]) -> tupl
     Returns
     -------
     index, distance, normal, on_robot, on_other, rows, drift
-        As :func:`.proximity_kernels.near_pairs`.
+        As `proximity_kernels.near_pairs`.
     """
     data = tables.data
     data.qpos[tables.joints[:, 0]] = q

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from eyehand.control.point_aims import DistanceToAxis, DistanceToPoint, PointOnPlane, Position
+from eyehand.control.tasks import DistanceToAxis, DistanceToPoint, PointOnPlane, Position
 from eyehand.errors import InputError
 
 POINT = np.array([0.03, -0.05, 0.1])
@@ -91,7 +91,7 @@ def test_bad_fields_are_refused(make, message):
         make()
 
 
-def test_what_an_aim_was_given_cannot_change_under_it():
+def test_what_a_task_was_given_cannot_change_under_it():
     goal = np.zeros(3)
     task = Position(goal)
     goal[0] = np.nan

@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .robot_state import RobotState
+    from ..robot_state import RobotState
 
 DEFAULT_GAIN = 3.0
 """Share of the error taken away per second, 1/s: 95 % of a small error is gone after a second."""

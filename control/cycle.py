@@ -1,0 +1,135 @@
+"""The control cycle of one stack of tasks: one compiled call where that can do it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .cycle_kernels import control_cycle
+from .motion_steps import CycleResult, motion_in_steps
+from .mujoco_binding import mujoco
+from .packed_options import pack_options
+from .proximity_tables import kernel_arguments
+from .safety import ACTIVE, held_joint, near_pair
+from .tasks.registry import pack_tasks
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .collision_world import CollisionWorld
+    from .options import ControlOptions
+    from .proximity_tables import ProximityTables
+    from .tasks.task import Task
+
+
+class ControlCycle:
+    """A stack of tasks on a robot among obstacles, prepared for the kernel.
+
+    Obstacles may be added, moved and removed; tasks and options are fixed. A stack with a task that
+    has no kernel runs step by step, some ten times slower.
+
+    Parameters
+    ----------
+    world
+        The robot and its obstacles.
+    tasks
+        The stack, highest priority first.
+    options
+        See :class:`ControlOptions`.
+    watched
+        Tasks of which only the errors are computed.
+    """
+
+    def __init__(
+        self,
+        world: CollisionWorld,
+        tasks: Sequence[Task],
+        options: ControlOptions,
+        watched: Sequence[Task] = (),
+    ) -> None:
+        self.world = world
+        self.tasks = tuple(tasks)
+        self.watched = tuple(watched)
+        self.options = options
+        self._robot = robot = world.robot
+        self._arguments: tuple = ()
+        packed = pack_tasks((*tasks, *watched), robot.n)
+        if packed is None:
+            return
+        self._count, self._driven = len(packed), len(tasks)
+        limits = np.column_stack([robot.lower, robot.upper, robot.speed])
+        self._report = np.zeros(1 + 2 * len(packed) + 2 * robot.n)
+        ranges = robot.lower.tolist(), robot.upper.tolist()
+        self._joints = list(zip(robot.joint_names, *ranges, strict=True))
+        self._own = (self._report, packed, len(tasks), pack_options(options), limits)
+        self._bind(world.tables)
+
+    def at(self, q: NDArray[np.float64]) -> CycleResult:
+        """Return the motion at joint positions q (n,).
+
+        Raises
+        ------
+        InputError
+            If q is not n finite numbers, or a task is not finite.
+        """
+        result = self.compiled(q)
+        return self.in_steps(q) if result is None else result
+
+    def in_steps(self, q: NDArray[np.float64]) -> CycleResult:
+        """Return the motion at joint positions q (n,), computed step by step."""
+        return motion_in_steps(self.world, q, self.tasks, self.options, self.watched)
+
+    def compiled(self, q: NDArray[np.float64]) -> CycleResult | None:
+        """Return the motion at joint positions q (n,), or None where the kernel cannot settle it.
+
+        Raises
+        ------
+        InputError
+            If q is not n finite numbers.
+        """
+        if not self._arguments:
+            return None
+        q = self._robot.checked(q)
+        tables = self.world.tables
+        if tables is not self._tables:
+            self._bind(tables)
+        velocity = np.empty(len(q))
+        active = control_cycle(q, velocity, *self._arguments)
+        if active < 0:
+            return None
+        report, count = self._report.tolist(), self._count
+        beta = report[1 + count : 1 + count + self._driven]
+        blocking = self._names(q, report[1 + 2 * count :], active) if active else ()
+        errors = tuple(report[1 : 1 + count])
+        return CycleResult(velocity, errors, tuple(beta), report[0], blocking, True)
+
+    def _bind(self, tables: ProximityTables) -> None:
+        """Take the buffers of the world's current model."""
+        robot, data = self._robot, tables.data
+        self._tables = tables
+        site = mujoco.mj_name2id(tables.model, mujoco.mjtObj.mjOBJ_SITE, robot.frame)
+        if site >= 0:
+            frame = data.site_xpos[site], data.site_xmat[site]
+        else:
+            frame = data.xpos[robot.frame_body], data.xmat[robot.frame_body]
+        moves = np.ascontiguousarray(robot.moves[robot.frame_body])
+        self._arguments = (*self._own, *frame, moves, *kernel_arguments(tables))
+
+    def _names(self, q: NDArray[np.float64], held: list[float], active: int) -> tuple[str, ...]:
+        n = len(q)
+        by_strength = [(held[n + k], int(held[k])) for k in range(active)]
+        if active > 1:
+            by_strength.sort(reverse=True)
+        names = []
+        for strength, which in by_strength:
+            if strength < ACTIVE:
+                break
+            if which >= n:
+                names.append(near_pair(self._tables.names[which - n]))
+            else:
+                name, lower, upper = self._joints[which]
+                names.append(held_joint(name, float(q[which]), lower, upper))
+        return tuple(names)

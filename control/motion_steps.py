@@ -1,0 +1,113 @@
+"""One control cycle step by step: the nominal motion of a stack, and the safe one.
+
+The steps are those of the compiled cycle, one call each. They serve tasks of any class, and the
+cycles that the kernel leaves unsettled (:mod:`cycle_kernels`).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .cycle_kernels import CENTRING_POWER
+from .relaxation import relaxed_rate
+from .repulsion import limited_gradient
+from .safety import safe_motion
+from .stack import solve_stack
+from .tasks.joint_centring import centring_slope
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from .collision_world import CollisionWorld
+    from .options import ControlOptions
+    from .proximity import Proximity
+    from .robot_state import RobotState
+    from .tasks.task import Task, TaskRows
+
+
+class CycleResult(NamedTuple):
+    """The motion of one control cycle: tasks, avoidance and safety together."""
+
+    velocity: NDArray[np.float64]
+    """(n,), rad/s (m/s of sliding joints)."""
+    errors: tuple[float, ...]
+    """By task: norm of the error that counts; first those of the stack, then the watched ones."""
+    beta: tuple[float, ...]
+    """By task of the stack: weight of avoidance."""
+    clearance: float
+    """Smallest distance of all pairs nearer than the cut-off, m; inf when none is."""
+    blocking: tuple[str, ...]
+    """What the safety level holds the motion back for, strongest first."""
+    feasible: bool
+    """False when not all bounds can be kept."""
+
+
+@dataclass(frozen=True)
+class NominalMotion:
+    """The motion that tasks and avoidance ask for, before safety."""
+
+    velocity: NDArray[np.float64]
+    """(n,), rad/s."""
+    task_rows: tuple[TaskRows, ...]
+    """The tasks in this posture."""
+    beta: tuple[float, ...]
+    """Weight of avoidance in each task (eq. 8)."""
+
+
+def nominal_motion(
+    state: RobotState, tasks: Sequence[Task], proximity: Proximity, options: ControlOptions
+) -> NominalMotion:
+    """Return the joint velocities that tasks and repulsion ask for: relaxed motion control (eq. 8).
+
+    Avoidance bends every task's rate with its own weight β. What the tasks leave free moves against
+    the gradients of the costs of nearness and of posture.
+    """
+    task_rows = tuple(task.at(state) for task in tasks)
+    gradient = limited_gradient(proximity, options)
+    relaxed = [relaxed_rate(rows, gradient, options) for rows in task_rows]
+    slopes = [
+        centring_slope(q, (low, high), CENTRING_POWER, np.nan)
+        for q, low, high in zip(state.q, state.lower, state.upper, strict=True)
+    ]
+    solution = solve_stack(
+        task_rows,
+        [rate for rate, _ in relaxed],
+        free_motion=-options.centring * np.array(slopes) - gradient,
+        speed=state.speed,
+    )
+    return NominalMotion(solution.velocity, task_rows, tuple(beta for _, beta in relaxed))
+
+
+def motion_in_steps(
+    world: CollisionWorld,
+    q: NDArray[np.float64],
+    tasks: Sequence[Task],
+    options: ControlOptions,
+    watched: Sequence[Task] = (),
+) -> CycleResult:
+    """Return the motion of a cycle at joint positions q (n,), for tasks of any class.
+
+    Raises
+    ------
+    InputError
+        If q has another shape, or a task is not finite.
+    """
+    state = world.robot.at(q)
+    proximity = world.proximity(state.q)
+    nominal = nominal_motion(state, tasks, proximity, options)
+    velocity, blocking, feasible = nominal.velocity, (), True
+    if options.safety:
+        rows = np.concatenate([task.jacobian for task in nominal.task_rows])
+        safe = safe_motion(velocity, rows, state, proximity, options, world.robot.joint_names)
+        velocity, blocking, feasible = safe.velocity, safe.blocking, safe.feasible
+    else:
+        velocity = np.clip(velocity, -state.speed, state.speed)
+    errors = [rows.unmet for rows in nominal.task_rows]
+    errors += [task.at(state).unmet for task in watched]
+    clearance = float(proximity.distance.min(initial=float("inf")))
+    return CycleResult(velocity, tuple(errors), nominal.beta, clearance, blocking, feasible)

@@ -1,0 +1,71 @@
+"""An axis of the hand along a direction: two rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from numba import njit
+
+from .direction import direction_rows
+from .inputs import across, rates, store, unit
+from .kernel_task import FIELDS, SPEED, KernelTask
+from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def axis_alignment_rows(task, frame, out):
+    """Fill the rows of `AxisAlignment`; parameters: across (2, 3), goal (3,), axis (3,)."""
+    fields, axes, jacobian, motion = task[FIELDS:], frame.axes, frame.jacobian, frame.work[3:]
+    x = axes[0] * fields[9] + axes[1] * fields[10] + axes[2] * fields[11]
+    y = axes[3] * fields[9] + axes[4] * fields[10] + axes[5] * fields[11]
+    z = axes[6] * fields[9] + axes[7] * fields[10] + axes[8] * fields[11]
+    for column in range(jacobian.shape[1]):
+        a, b, c = jacobian[3, column], jacobian[4, column], jacobian[5, column]
+        motion[0, column] = b * z - c * y
+        motion[1, column] = c * x - a * z
+        motion[2, column] = a * y - b * x
+    direction_rows((x, y, z), motion, fields[6:9], fields[:6], out.value, out.rows)
+    out.error[0], out.error[1] = -out.value[0], -out.value[1]
+    return 2, 0, task[SPEED]
+
+
+@dataclass(frozen=True, eq=False)
+class AxisAlignment(KernelTask):
+    """Turn an axis of the hand onto a direction, and leave the rotation about it free: 2 rows.
+
+    The value (2,), rad, is the angle between the two, laid off from the goal towards the axis in
+    two fixed directions across the goal; its norm is the angle. Opposite axes have no shortest
+    rotation. The task then takes that of the two directions across which the joints turn best.
+
+    Raises
+    ------
+    InputError
+        If a direction has no length, or a number is not finite or out of its range.
+    """
+
+    kernel: ClassVar = staticmethod(axis_alignment_rows)
+
+    axis: NDArray[np.float64]
+    """(3,), in the controlled frame, of any length."""
+    goal: NDArray[np.float64]
+    """(3,), world, of any length."""
+    gain: float = DEFAULT_GAIN
+    """1/s."""
+    speed: float = DEFAULT_TURN_SPEED
+    """Speed limit, rad/s."""
+    name: str = "axis alignment"
+    """Name for reports."""
+
+    def __post_init__(self) -> None:
+        rates(self.name, self.gain, self.speed)
+        goal = unit(self.name, "goal", self.goal)
+        store(self, axis=unit(self.name, "axis", self.axis), goal=goal)
+
+    def parameters(self, joints: int) -> list[float]:
+        """Return what the kernel reads."""
+        return [*across(self.goal).ravel(), *self.goal, *self.axis]

@@ -1,0 +1,67 @@
+"""Joint positions: n rows."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, ClassVar
+
+from numba import njit
+
+from .inputs import fits_joints, rates, store, vector
+from .kernel_task import FIELDS, SPEED, KernelTask
+from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+
+@njit(cache=True)
+def posture_rows(task, frame, out):
+    """Fill the rows of `Posture`; parameters: goal (n,)."""
+    n = len(frame.q)
+    joint_rows(frame.q, out)
+    for joint in range(n):
+        out.error[joint] = task[FIELDS + joint] - frame.q[joint]
+    return n, 0, task[SPEED]
+
+
+@njit(cache=True)
+def joint_rows(q, out):
+    """Fill value and rows of a task on the joint positions themselves."""
+    n = len(q)
+    out.rows[:n] = 0.0
+    for joint in range(n):
+        out.value[joint] = q[joint]
+        out.rows[joint, joint] = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Posture(KernelTask):
+    """Go to joint positions: n rows, which leave nothing free. The value is q (n,), rad or m.
+
+    Raises
+    ------
+    InputError
+        If the goal is not finite, or (by `at`) has not one number per joint.
+    """
+
+    kernel: ClassVar = staticmethod(posture_rows)
+
+    goal: NDArray[np.float64]
+    """Joint positions (n,), rad or m."""
+    gain: float = DEFAULT_GAIN
+    """1/s."""
+    speed: float = DEFAULT_TURN_SPEED
+    """Upper limit of the norm of the joint velocities, rad/s."""
+    name: str = "posture"
+    """Name for reports."""
+
+    def __post_init__(self) -> None:
+        rates(self.name, self.gain, self.speed)
+        store(self, goal=vector(self.name, "goal", self.goal, None))
+
+    def parameters(self, joints: int) -> list[float]:
+        """Return what the kernel reads."""
+        fits_joints(self.name, "goal", self.goal, joints)
+        return [*self.goal]
