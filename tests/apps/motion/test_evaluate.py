@@ -132,12 +132,7 @@ def test_wilson_intervals_are_those_of_the_books(wins, tries, low, high):
 
 
 def test_the_cycle_contest_has_the_same_pairs_for_all():
-<<<<<<< HEAD
     rows = cycle_rows(0, baseline=True, rounds=1, postures=1)
-    assert [row["name"] for row in rows] == ["cycle numpy", "cycle compiled", "cycle mink"]
-=======
-    rows = cycle_rows(0, peer=True, rounds=1, postures=1)
     assert [row["name"] for row in rows] == ["cycle compiled", "cycle mink"]
->>>>>>> 1872dc9 (Keep each task's law in one kernel under control/tasks, and drop the NumPy control cycle)
     assert {row["pairs"] for row in rows} == {30}
     assert all(0 < row["cycle_p50_us"] <= row["cycle_p99_us"] for row in rows)
