@@ -7,7 +7,7 @@ the last one is exact. It is meant for a few joints, and returns GIVEN_UP for ha
 daqp solver then settles.
 
 It is written by hand because daqp, called from Python, takes 3.6 times as long (2.5 to 4.0 in five
-runs over the same 180 random problems, 7 joints, 5 to 20 distance rows), and cannot be called inside
+runs over the same 180 random problems, 7 joints, 5 to 20 distance rows), and cannot run in
 the compiled cycle.
 """
 
