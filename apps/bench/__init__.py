@@ -1,1 +1,59 @@
-"""The measuring harness: sweeps, charts, comparisons of methods, reports."""
+"""The measuring harness that all stages share: sweeps, charts, comparisons of methods.
+
+- A stress test: declare a :class:`Sweep` per difficulty and one :class:`StressStage`, then call
+  :func:`run_stress`. It runs the trials, charts and prints where the method breaks.
+- A comparison: wrap each method in :class:`Method` and call :func:`compare_methods`.
+- A chart of a stage's options: declare a :class:`DialBoard`, measure its settings with
+  :func:`compare_methods`, and publish a :class:`DialChart`.
+- A chart of another kind: :mod:`.chart_style` holds colours, axes and the footer of all charts.
+"""
+
+from .chart_style import Provenance, add_footer, new_chart, write_chart
+from .comparison import Method, MethodResult, compare_methods
+from .csv_table import write_csv
+from .dial_chart import ChartWords, DialChart, FrontPlace, Measured
+from .dials import DialBoard, DialSetting
+from .machine import core_count, machine_line
+from .pareto import pareto_front, simplest_front
+from .pareto_chart import BaselineCurve, ChartPoint, ParetoChart
+from .peak_memory import peak_megabytes
+from .shares import wilson_interval
+from .stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
+from .sweep import Sweep, SweepResult, SweepStep, Trial
+from .sweep_chart import ReportSpec
+
+__all__ = [
+    "BaselineCurve",
+    "ChartPoint",
+    "ChartWords",
+    "CheckReport",
+    "DialBoard",
+    "DialChart",
+    "DialSetting",
+    "FrontPlace",
+    "Measured",
+    "Method",
+    "MethodResult",
+    "ParetoChart",
+    "Provenance",
+    "ReportSpec",
+    "StressArguments",
+    "StressCheck",
+    "StressStage",
+    "Sweep",
+    "SweepResult",
+    "SweepStep",
+    "Trial",
+    "add_footer",
+    "compare_methods",
+    "core_count",
+    "machine_line",
+    "new_chart",
+    "pareto_front",
+    "peak_megabytes",
+    "run_stress",
+    "simplest_front",
+    "wilson_interval",
+    "write_chart",
+    "write_csv",
+]

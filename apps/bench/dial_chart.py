@@ -16,7 +16,7 @@ from eyehand.perception.io import atomic_write
 from .chart_style import write_chart
 from .machine import machine_line
 from .pareto import simplest_front
-from .pareto_chart import BaselineCurve, ChartPoint, pareto_chart
+from .pareto_chart import BaselineCurve, ChartPoint, ParetoChart
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -68,7 +68,7 @@ class ChartWords:
     """Figures of the table by their name, with their headings."""
     caption: str
     """What the headings mean."""
-    worst_shown_pct: float
+    min_shown_pct: float
     """Worse points are in the table only."""
 
 
@@ -119,20 +119,20 @@ class DialChart:
         subtitle = "blue: every dial, alone and crossed; line: the best for its time, beyond chance"
         if self.others:
             subtitle += "; grey: other ways"
-        return pareto_chart(
+        chart = ParetoChart(
             self.words.title,
             subtitle,
             [self._point(result) for result in self.own],
             self.front,
-            0,
-            [
+            self.words.accuracy,
+            self.made,
+            baselines=[
                 BaselineCurve(method, tuple(self._point(result) for result in curve))
                 for method, curve in self._curves().items()
             ],
-            self.words.accuracy,
-            self.made,
-            worst_shown_pct=self.words.worst_shown_pct,
+            min_shown_pct=self.words.min_shown_pct,
         )
+        return chart.figure()
 
     def table(self) -> Table:
         """Tabulate the front, the default, and each baseline at its best."""

@@ -1,4 +1,4 @@
-"""Sweeps in which the camera gets worse: its noise, its losses, its size, its place."""
+"""Sweeps of the camera: depth errors, image size, viewing angle."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COLOURS = (
     (0.85, 0.65, 0.20),
     (0.55, 0.33, 0.60),
 )
-"""Of the objects of a scene, in turn."""
+"""Colours of the objects of a scene, in turn."""
 IMAGE_HEIGHTS = {1280: 720, 960: 540}
 """Heights of wide images, px; others are 4:3."""
 NOISE_DRAWS = 10
@@ -34,7 +34,12 @@ MM = 1e-3
 
 
 def camera_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
-    """Sweeps of noise, lost readings, image size and angle of view."""
+    """Return the sweeps of depth errors, image size and viewing angle."""
+    return (*_depth_error_sweeps(), *_view_sweeps())
+
+
+def _depth_error_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
+    """Return the sweeps of noise and lost readings."""
     every = "all 5 separate objects found, none more"
     return (
         Sweep(
@@ -73,6 +78,13 @@ def camera_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
             attempt=_holes,
             right=every,
         ),
+    )
+
+
+def _view_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
+    """Return the sweeps of image size, viewing angle, and noise on fixed scenes."""
+    every = "all 5 separate objects found, none more"
+    return (
         Sweep(
             name="image-size",
             axis="image width",

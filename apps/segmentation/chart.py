@@ -51,7 +51,7 @@ WORDS = ChartWords(
     same_gain_pct=0.15,
     columns={"overlap_f_pct": "F", "boundary_f_pct": "bF", "found_pct": "%75"},
     caption="F, bF: mean overlap and boundary F; %75: objects with F > 75 %; all in %",
-    worst_shown_pct=40.0,
+    min_shown_pct=40.0,
 )
 PLACE = FrontPlace(FRONT_FORMAT, STORED_FRONT, "SegmentationOptions")
 CHART_FILE = "segmentation.png"

@@ -1,4 +1,4 @@
-"""Sweeps in which objects come closer: side by side, leaning, stacked, in front of one another."""
+"""Sweeps of neighbouring objects: side by side, leaning, stacked, occluding."""
 
 from __future__ import annotations
 
@@ -19,7 +19,12 @@ TWO_OR_UNSURE = "both found, or one that is marked as ambiguous"
 
 
 def neighbour_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
-    """Sweeps of gaps, leans, stacks, flush faces, occluders and the image's border."""
+    """Return the sweeps of gaps, leaning boxes, stacks, flush faces, occluders and the border."""
+    return (*_gap_sweeps(), *_hidden_edge_sweeps())
+
+
+def _gap_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
+    """Return the sweeps of gaps and stacks."""
     return (
         Sweep(
             name="gap",
@@ -66,6 +71,12 @@ def neighbour_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
             attempt=_tapered_stack,
             right=TWO_OR_UNSURE,
         ),
+    )
+
+
+def _hidden_edge_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
+    """Return the sweeps of flush faces, occluders and the image border."""
+    return (
         Sweep(
             name="flush",
             axis="step between touching boxes",

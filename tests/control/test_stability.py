@@ -25,7 +25,7 @@ def shorter(monkeypatch):
 @pytest.mark.parametrize("name", [name for name, sweep in SWEEPS.items() if sweep.holds_to])
 def test_bound_holds(name):
     sweep = SWEEPS[name]
-    trial = sweep.attempt(sweep.bounded()[-1], SEED, ControlOptions())
+    trial = sweep.attempt(sweep.required_values()[-1], SEED, ControlOptions())
     assert trial.clean, trial.note
     assert trial.passed, trial.note
 

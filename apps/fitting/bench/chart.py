@@ -49,7 +49,7 @@ WORDS = ChartWords(
     columns={"iou_p10_pct": "p10", "iou_median_pct": "IoU", "failed_pct": "failed"},
     caption="IoU with the true solid: 10th percentile and median over all clouds; failed: IoU "
     "below 50 %; all in %",
-    worst_shown_pct=0.0,
+    min_shown_pct=0.0,
 )
 PLACE = FrontPlace(FRONT_FORMAT, STORED_FRONT, "FitOptions")
 CHART_FILE = "fit.png"

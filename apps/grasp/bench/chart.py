@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 from ...bench.chart_style import Provenance, write_chart
 from ...bench.machine import machine_line
 from ...bench.pareto import simplest_front
-from ...bench.pareto_chart import WORST_SHOWN_PCT, ChartPoint, pareto_chart
+from ...bench.pareto_chart import MIN_SHOWN_PCT, ChartPoint, ParetoChart
 from .conditions import check_condition
 from .dials import CONTROL, DEFAULT, PERCEPTION
 from .evaluate import exit_code, finished_rows, run_scenes
@@ -123,20 +123,18 @@ def chart_grasp(
     said = f"{family} scenes, friction {friction:g}" + (f", shake {shake:g} s" if shake else "")
     picks = min(row["picks"] for row in drawn)
     made = Provenance(f"{said}, {scenes} of them at each dial, at least", seed, picks, "pick")
-    figure = pareto_chart(
+    figure = ParetoChart(
         "Picking unknown objects: time against success",
         "time with perception and plan; blue: dials of perception and control; default with 95 % "
         f"confidence: {interval_text(drawn[0])}",
         points,
         front,
-        0,
-        (),
         "successful picks",
         made,
-        # No failure is drawn as half a one, of the most picks: above all that had a failure.
-        best_shown_pct=100.0 - 50.0 / max(row["picks"] for row in drawn),
-        worst_shown_pct=min([WORST_SHOWN_PCT, *(point.accuracy_pct for point in points)]),
-    )
+        # No failure is drawn as half a failure in the largest number of picks.
+        max_shown_pct=100.0 - 50.0 / max(row["picks"] for row in drawn),
+        min_shown_pct=min([MIN_SHOWN_PCT, *(point.accuracy_pct for point in points)]),
+    ).figure()
     flat = [{key: value for key, value in row.items() if key != "outcomes"} for row in rows]
     write_chart(figure, out / CHART_FILE, flat)
     say(f"chart: {out / CHART_FILE}; rows: {store.folder}")

@@ -12,13 +12,14 @@ from matplotlib.text import Annotation
 from eyehand.apps.bench.chart_labels import PointLabel, label_points
 from eyehand.apps.bench.chart_style import Provenance, new_chart, set_percent_axis, set_time_axis
 from eyehand.apps.bench.pareto import pareto_front
-from eyehand.apps.bench.pareto_chart import BaselineCurve, ChartPoint, pareto_chart
+from eyehand.apps.bench.pareto_chart import BaselineCurve, ChartPoint, ParetoChart
 
 
 def draw(own: list[ChartPoint], default: int, baselines: Sequence[BaselineCurve] = ()) -> Figure:
     """The chart of some settings."""
     front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
-    return pareto_chart("Title", "subtitle", own, front, default, baselines, "overlap F", MADE)
+    chart = ParetoChart("Title", "subtitle", own, front, "overlap F", MADE, default, baselines)
+    return chart.figure()
 
 
 MADE = Provenance("made-up figures", 1, 1)
@@ -149,7 +150,7 @@ def ticks(figure: Figure) -> dict[str, float]:
 
 def test_perfect_points_lie_on_a_level_that_says_so():
     own = [ChartPoint("plain", 5, 100.0), ChartPoint("poor", 9, 50.0)]
-    figure = pareto_chart("Title", "subtitle", own, [0], 0, (), "picks", MADE, best_shown_pct=75.0)
+    figure = ParetoChart("Title", "subtitle", own, [0], "picks", MADE, max_shown_pct=75.0).figure()
     found = ticks(figure)
     assert found["100 %"] == 75.0
     assert max(found.values()) == 75.0, "nothing above it means anything"

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from eyehand.apps.bench.sweep import Sweep
+from eyehand.apps.bench.sweep import Sweep, select_sweeps
 from eyehand.apps.segmentation.stress_sweeps import segmentation_sweeps
 from eyehand.apps.segmentation.stress_trial import TrialPicture
 from eyehand.data_synth.render import StagedScene
@@ -40,7 +40,7 @@ def look(sweep: Sweep, value: float, seed: int = 0) -> TrialPicture:
 
 
 def scene_of(name: str, value: float, seed: int = 0) -> StagedScene:
-    (sweep,) = segmentation_sweeps([name])
+    (sweep,) = select_sweeps(segmentation_sweeps(), [name])
     scene = look(sweep, value, seed).scene
     assert scene is not None
     return scene
@@ -53,14 +53,15 @@ def test_every_sweep_has_its_own_name_and_says_what_is_right():
 
 
 def test_sweeps_can_be_chosen_by_name_and_unknown_ones_are_refused():
-    assert [sweep.name for sweep in segmentation_sweeps(["mug", "noise"])] == ["noise", "mug"]
+    selected = select_sweeps(segmentation_sweeps(), ["mug", "noise"])
+    assert [sweep.name for sweep in selected] == ["noise", "mug"]
     with pytest.raises(InputError, match=r"'cup'.*noise, kinect"):
-        segmentation_sweeps(["cup"])
+        select_sweeps(segmentation_sweeps(), ["cup"])
 
 
 @pytest.mark.parametrize("sweep", STAGED, ids=lambda sweep: sweep.name)
 def test_all_objects_are_in_view_wherever_the_bound_asks_for_them(sweep: Sweep):
-    bound = (*sweep.values[:1], *sweep.bounded())[-1]
+    bound = (*sweep.values[:1], *sweep.required_values())[-1]
     for seed, value in ((0, sweep.values[0]), (1, bound)):
         truth = look(sweep, value, seed).truth
         sizes = np.bincount(truth.ravel())[1:]
@@ -99,7 +100,7 @@ def test_a_ball_touches_its_bowl_and_does_not_enter_it(diameter):
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_border_cuts_off_the_share_asked_for(seed):
-    (sweep,) = segmentation_sweeps(["border"])
+    (sweep,) = select_sweeps(segmentation_sweeps(), ["border"])
     whole = np.count_nonzero(look(sweep, 0, seed).truth == 1)
     for share in (40, 80):
         truth = look(sweep, share, seed).truth
@@ -111,14 +112,17 @@ def test_the_border_cuts_off_the_share_asked_for(seed):
 
 def test_a_bar_cuts_what_is_behind_it_in_two():
     for name in ("occluded-box", "occluded-roll"):
-        (sweep,) = segmentation_sweeps([name])
+        (sweep,) = select_sweeps(segmentation_sweeps(), [name])
         for value in sweep.values[::3]:
             behind = (look(sweep, value).truth == 1).astype(np.uint8)
             assert cv2.connectedComponents(behind)[0] - 1 == 2
 
 
 def test_flush_boxes_differ_in_colour_only_where_they_should():
-    (same,), (other,) = segmentation_sweeps(["flush"]), segmentation_sweeps(["flush-colour"])
+    (same,), (other,) = (
+        select_sweeps(segmentation_sweeps(), ["flush"]),
+        segmentation_sweeps(["flush-colour"]),
+    )
     for sweep, differs in ((same, False), (other, True)):
         picture = look(sweep, 0)
         assert picture.frame.colour is not None
@@ -131,7 +135,7 @@ def test_flush_boxes_differ_in_colour_only_where_they_should():
 
 
 def test_studs_are_as_many_as_asked_for():
-    (sweep,) = segmentation_sweeps(["tiny-objects"])
+    (sweep,) = select_sweeps(segmentation_sweeps(), ["tiny-objects"])
     for count in (100, 1000, 16_000):
         assert len(np.unique(look(sweep, count).truth)) - 1 == count
 
@@ -142,7 +146,7 @@ def test_slow_clutter_fails_its_sweep():
         time.sleep(0.001 if frame.T_world_camera is not None else 0.8)
         return nothing(frame)
 
-    (sweep,) = segmentation_sweeps(["chaos"])
+    (sweep,) = select_sweeps(segmentation_sweeps(), ["chaos"])
     trial = sweep.attempt(100, 0, slow_on_clutter)
     assert not trial.passed
     assert trial.clean
@@ -153,6 +157,6 @@ def test_objects_made_up_from_few_readings_fail_their_sweep():
     def everything(frame: DepthFrame) -> Segmentation:
         return Segmentation(np.ones(frame.depth.shape, np.int32), None, 0.001, {})
 
-    (sweep,) = segmentation_sweeps(["readings"])
+    (sweep,) = select_sweeps(segmentation_sweeps(), ["readings"])
     trial = sweep.attempt(10, 0, everything)
     assert (trial.passed, trial.note) == (False, "1 objects made up")
