@@ -119,10 +119,7 @@ def test_a_bar_cuts_what_is_behind_it_in_two():
 
 
 def test_flush_boxes_differ_in_colour_only_where_they_should():
-    (same,), (other,) = (
-        select_sweeps(segmentation_sweeps(), ["flush"]),
-        segmentation_sweeps(["flush-colour"]),
-    )
+    same, other = select_sweeps(segmentation_sweeps(), ["flush", "flush-colour"])
     for sweep, differs in ((same, False), (other, True)):
         picture = look(sweep, 0)
         assert picture.frame.colour is not None
