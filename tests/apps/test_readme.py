@@ -84,8 +84,19 @@ def test_the_readme_has_no_other_python_examples():
     assert len(re.findall(r"```python", README)) == 3
 
 
+def test_paths_and_functions_named_in_contributing_exist():
+    for path in re.findall(r"`((?:[a-z_]+/)+[\w.]*)`", CONTRIBUTING):
+        assert (ROOT / path).exists() or path.startswith(("io/", "cameras/", "tasks/", "bench/")), (
+            path
+        )
+    pairs = re.findall(r"`([\w/]+\.py)`: `(\w+)`", CONTRIBUTING)
+    assert len(pairs) >= 10
+    for path, name in pairs:
+        assert re.search(rf"^(class|def) {name}\b", (ROOT / path).read_text(), re.MULTILINE), name
+
+
 def test_the_lines_that_join_arm_and_hand_make_a_robot(folder):
-    (example,) = re.findall(r"  ```python\n(.*?)  ```", CONTRIBUTING, flags=re.DOTALL)
+    (example,) = re.findall(r"```python\n(.*?)```", CONTRIBUTING, flags=re.DOTALL)
     (folder / "join.py").write_text(textwrap.dedent(example))
     runpy.run_path(str(folder / "join.py"))
 
