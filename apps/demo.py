@@ -119,7 +119,7 @@ def demo(
     from .grasp.bench.trial import GraspTrial, cell_of
     from .grasp.demo_run import FAILURES
     from .grasp.demo_scene import demo_scene
-    from .grasp.ready import ready_grasping
+    from .grasp.warm_up import ready_grasping
 
     table = demo_scene(scene, seed, objects)
     trial = GraspTrial(
@@ -228,7 +228,7 @@ def _live(
 ) -> int:
     """Run the demo with a live page until Ctrl-C."""
     from .grasp.demo_run import run_demo
-    from .grasp.live_cell import LiveCell
+    from .grasp.live_page import LiveCell
 
     with LiveCell(port) as live:
         say(f"live page at {live.address}; Ctrl-C ends it")

@@ -10,10 +10,10 @@ import numpy as np
 
 from ..output_files import write_text
 from ..wording import counted, plural
+from .capture_cards import final_look_card, look_card, object_cell, outcome_pill
 from .demo_report_style import STYLE
 from .demo_table import task_words
-from .look_cards import final_look_card, look_card, object_cell, outcome_pill
-from .score_words import SIZES, score_legend
+from .score_terms import SIZES, score_legend
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,7 +12,7 @@ from eyehand.data_synth.scenes import MAX_OBJECTS, read_objects
 from eyehand.errors import InputError
 
 from ..wording import counted
-from .folder_scene import folder_scene
+from .mesh_scenes import folder_scene
 from .scenes import GraspFamily, grasp_scene
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ import numpy as np
 from eyehand.errors import DeviceError, InputError
 from eyehand.perception.io import atomic_write
 
-from .closeup import closeup
 from .film_frame import Aside, Caption, film_frame, stage_size
-from .look_picture import look_picture
+from .frame_crop import closeup
+from .perceived_picture import look_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -136,7 +136,7 @@ class Film:
 
     def join(self, cell: Cell, robot: SimRobot, recorder: Recorder) -> Film:
         """Set up the camera in a cell."""
-        from .stage_camera import StageCamera
+        from .film_camera import StageCamera
 
         def count() -> str:
             names = robot.object_names

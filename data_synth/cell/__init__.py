@@ -16,7 +16,6 @@ from .hand_description import (
 )
 from .hand_frame import find_frame
 from .pad_friction import grip_pads
-from .shadow_hand import SHADOW_HAND
 from .sim_robot import SimRobot
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
@@ -27,7 +26,6 @@ __all__ = [
     "DESCRIPTION_SUFFIX",
     "HAND",
     "PALM_BEFORE_FLANGE_M",
-    "SHADOW_HAND",
     "WORK_AREA_M",
     "FingerDescription",
     "GraspCell",

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.grasp.known_scene import known_scene
+from eyehand.apps.grasp.true_scene import known_scene
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import clear_table
 from eyehand.grasping.pick_state import Choice

@@ -17,11 +17,11 @@ from ...bench.pareto_chart import MIN_SHOWN_PCT, ChartPoint, ParetoChart
 from .conditions import check_condition
 from .dials import CONTROL, DEFAULT, PERCEPTION
 from .evaluate import exit_code, finished_rows, run_scenes
-from .inputs import check_scenes, chosen_machines, own_folder, run_options, trial_extras
 from .jobs import Condition, Family, run_grasp_trial, scene_jobs
-from .rows import PICK, open_rows
+from .row_store import PICK, open_rows
+from .run_inputs import check_scenes, chosen_machines, own_folder, run_options, trial_extras
 from .summary import by_row, summary_rows
-from .table import grasp_table
+from .summary_table import grasp_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -17,7 +17,12 @@ from ...bench.chart_style import Provenance, write_chart
 from ...bench.machine import machine_line
 from .cluster import run_on_cluster
 from .conditions import FAMILIES, asked_conditions, source_digest, usual_conditions
-from .inputs import (
+from .jobs import Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
+from .local_runs import run_here
+from .rates_chart import rates_picture
+from .report import write_report
+from .row_store import FAULT, SCENE, RowStore, open_rows
+from .run_inputs import (
     check_room,
     check_scenes,
     checked_dials,
@@ -26,20 +31,15 @@ from .inputs import (
     run_options,
     trial_extras,
 )
-from .jobs import Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
-from .picture import rates_picture
-from .report import write_report
-from .rows import FAULT, SCENE, RowStore, open_rows
-from .runs import run_here
 from .summary import summary_rows
-from .table import grasp_table
+from .summary_table import grasp_table
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-    from .inputs import Machines
+    from .run_inputs import Machines
     from .summary import Record
 
 OUT = Path("out/evaluate_grasp")

@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from ...bench.sweep import Sweep, Trial
 from .shape_sweeps import MM, PLACED
-from .stress_solids import standing
+from .stress_objects import standing
 from .stress_trial import Bench, bench_of
 
 if TYPE_CHECKING:

@@ -156,7 +156,7 @@ def run_grasp_trial(trial: dict[str, Any]) -> dict[str, Any]:
 @cache
 def _ready() -> None:
     """Load kernels before times are taken, once in a process."""
-    from eyehand.apps.grasp.ready import ready_grasping
+    from ..warm_up import ready_grasping
 
     ready_grasping()
 

@@ -10,7 +10,7 @@ from eyehand.apps.wording import counted
 
 from ...output_files import write_text
 from .summary import PLACED, outcome_counts, prototype_rows, worst_scenes
-from .table import COLUMNS, NOTHING, rate_text, table_cells
+from .summary_table import COLUMNS, NOTHING, rate_text, table_cells
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

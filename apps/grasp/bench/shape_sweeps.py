@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ...bench.sweep import Sweep, Trial
-from .stress_solids import standing
+from .stress_objects import standing
 from .stress_trial import Ended, bench_of
 
 if TYPE_CHECKING:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from eyehand.apps.grasp.ready import ready_grasping
 from eyehand.grasping.pick_options import PickOptions
 
 from ...bench.chart_style import GREY, VERMILION, draw_curve
@@ -19,6 +18,7 @@ from ...bench.shares import (
 )
 from ...bench.stress import StressArguments, StressStage, run_stress
 from ...bench.sweep_chart import ReportSpec, milliseconds
+from ..warm_up import ready_grasping
 from .camera_sweeps import seeing_sweeps
 from .event_sweeps import event_sweeps
 from .fault_sweeps import fault_sweeps

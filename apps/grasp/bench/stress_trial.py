@@ -18,7 +18,7 @@ from eyehand.grasping.tray import Tray
 from eyehand.perception import perceive
 
 from ...bench.sweep import Trial
-from ..known_scene import known_scene
+from ..true_scene import known_scene
 from ..true_solids import true_solids
 from .dials import DEFAULT, perception_dial
 from .trial import SETTLE_SECONDS, GraspTrial, Scorer

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...bench.shares import wilson_interval
-from .rows import FAULT, PICK, SCENE
+from .row_store import FAULT, PICK, SCENE
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

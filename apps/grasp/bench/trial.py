@@ -17,12 +17,12 @@ from eyehand.grasping.clearing import ClearOptions, clear_table
 from eyehand.grasping.tray import Tray
 from eyehand.perception import perceive
 
-from ..folder_scene import folder_scene
-from ..known_scene import known_scene
+from ..mesh_scenes import folder_scene
 from ..scenes import GraspFamily, grasp_scene
+from ..true_scene import known_scene
 from ..true_solids import distances, true_solids
 from .dials import DEFAULT, control_dial, perception_dial
-from .untried import Untried, untried_objects
+from .unattempted import Untried, untried_objects
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

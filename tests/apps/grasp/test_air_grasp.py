@@ -8,13 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.grasp.air_grasp import grasp_in_air
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell import DESCRIPTION_SUFFIX, SHADOW_HAND, read_description, shadow_hand
+from eyehand.data_synth.cell import DESCRIPTION_SUFFIX, grasp_robot, read_description
 from eyehand.errors import InputError
 from eyehand.perception.superquadric import Superquadric
 
-SERVO_HAND = Path(shadow_hand.__file__).parent / "assets" / "servo_hand.xml"
+from . import shadow_hand
+from .air_grasp import grasp_in_air
+from .shadow_hand import SHADOW_HAND
+
+SERVO_HAND = Path(grasp_robot.__file__).parent / "assets" / "servo_hand.xml"
 EXPONENTS = {"box": (0.1, 0.1), "cylinder": (0.1, 1.0), "sphere": (1.0, 1.0)}
 
 needs_shadow = pytest.mark.skipif(
@@ -91,7 +94,7 @@ def test_without_its_package_the_shadow_hand_says_what_to_install(monkeypatch):
     monkeypatch.setattr(shadow_hand, "PACKAGE", "no_such_package_is_installed")
 
     assert shadow_hand.shadow_hand_path() is None
-    with pytest.raises(InputError, match=r"eyehand\[shadow\]"):
+    with pytest.raises(InputError, match=r"eyehand\[robots\]"):
         shadow_hand.shadow_hand()
 
 

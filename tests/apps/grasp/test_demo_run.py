@@ -16,14 +16,14 @@ from rich.console import Console
 
 from eyehand.apps.demo import write_results
 from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
-from eyehand.apps.grasp.closeup import closeup
 from eyehand.apps.grasp.demo_report import report_html, write_report
 from eyehand.apps.grasp.demo_run import run_demo
 from eyehand.apps.grasp.demo_scene import USUAL_OBJECTS, demo_scene
 from eyehand.apps.grasp.demo_table import demo_rows, demo_table, ending, task_words
 from eyehand.apps.grasp.force_plot import pick_timeline
-from eyehand.apps.grasp.look_picture import look_picture
-from eyehand.apps.grasp.score_words import SCORE_WORDS, SIZES, score_legend, score_words
+from eyehand.apps.grasp.frame_crop import closeup
+from eyehand.apps.grasp.perceived_picture import look_picture
+from eyehand.apps.grasp.score_terms import SCORE_WORDS, SIZES, score_legend, score_words
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame, write_scene
 from eyehand.errors import InputError
 from eyehand.grasping.clearing import ClearOptions

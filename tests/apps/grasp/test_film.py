@@ -11,8 +11,8 @@ import pytest
 
 from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
 from eyehand.apps.grasp.film import Film, FilmOptions
+from eyehand.apps.grasp.film_camera import EYE, FOCAL_WIDTHS, LOOKED_AT, StageCamera
 from eyehand.apps.grasp.film_frame import METER_FULL, Aside, Caption, film_frame, stage_size
-from eyehand.apps.grasp.stage_camera import EYE, FOCAL_WIDTHS, LOOKED_AT, StageCamera
 from eyehand.data_synth.cell import WORK_AREA_M, GraspCell
 from eyehand.data_synth.render import gl_fault
 from eyehand.data_synth.scenes import look_at

@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eyehand.apps.grasp.look_picture import look_picture
 from eyehand.apps.grasp.object_colours import SAME_PLACE, colour_numbers
+from eyehand.apps.grasp.perceived_picture import look_picture
 from eyehand.apps.scene_picture import PALETTE, colour_of
 from eyehand.perception import SceneObject
 from eyehand.perception.superquadric import SuperquadricFit

@@ -20,11 +20,11 @@ from eyehand.apps.grasp.bench import (
     evaluate as evaluate_grasp,
 )
 from eyehand.apps.grasp.bench import (
-    inputs as grasp_inputs,
+    run_inputs as grasp_inputs,
 )
 from eyehand.apps.grasp.bench.conditions import asked_conditions, source_digest, usual_conditions
 from eyehand.apps.grasp.bench.jobs import Condition, SceneOutcome, attempt, scene_jobs
-from eyehand.apps.grasp.bench.rows import scene_records
+from eyehand.apps.grasp.bench.row_store import scene_records
 from eyehand.apps.grasp.bench.summary import (
     again,
     outcome_counts,
@@ -32,7 +32,7 @@ from eyehand.apps.grasp.bench.summary import (
     summary_rows,
     worst_scenes,
 )
-from eyehand.apps.grasp.bench.table import table_cells
+from eyehand.apps.grasp.bench.summary_table import table_cells
 from eyehand.apps.main import main
 from eyehand.errors import InputError
 

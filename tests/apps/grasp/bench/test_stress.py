@@ -10,7 +10,7 @@ from eyehand.apps.bench.stress import StressArguments
 from eyehand.apps.grasp.bench import stress as command
 from eyehand.apps.grasp.bench.event_sweeps import PHASES, can, displaced
 from eyehand.apps.grasp.bench.stress import grasp_stage, grasp_sweeps, stress_grasp
-from eyehand.apps.grasp.bench.stress_solids import standing
+from eyehand.apps.grasp.bench.stress_objects import standing
 from eyehand.apps.grasp.bench.stress_trial import FLUNG_SPEED, Bench, Ended, bench_of
 from eyehand.apps.grasp.bench.trial import PickRow
 from eyehand.errors import InputError

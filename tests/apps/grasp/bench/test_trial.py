@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from eyehand.apps.grasp import true_solids
-from eyehand.apps.grasp.bench.stress_solids import standing
+from eyehand.apps.grasp.bench.stress_objects import standing
 from eyehand.apps.grasp.bench.trial import GraspTrial, Scorer, cell_of, run_trial
-from eyehand.apps.grasp.folder_scene import check_folder_scenes, folder_scene
+from eyehand.apps.grasp.mesh_scenes import check_folder_scenes, folder_scene
 from eyehand.apps.grasp.scenes import grasp_scene
 from eyehand.data_synth.cell import GraspCell
 from eyehand.errors import InputError

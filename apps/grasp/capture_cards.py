@@ -10,10 +10,10 @@ import cv2
 import numpy as np
 
 from ..scene_picture import colour_of
-from .closeup import closeup
 from .force_plot import pick_timeline
-from .look_picture import look_picture
-from .score_words import SIZES, score_words
+from .frame_crop import closeup
+from .perceived_picture import look_picture
+from .score_terms import SIZES, score_words
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

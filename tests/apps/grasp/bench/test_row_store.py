@@ -8,7 +8,7 @@ import pytest
 from pyarrow import parquet
 
 from eyehand.apps.grasp.bench.jobs import Condition, SceneOutcome, attempt, scene_jobs
-from eyehand.apps.grasp.bench.rows import COLUMNS, PICK, SCENE, open_rows, scene_records
+from eyehand.apps.grasp.bench.row_store import COLUMNS, PICK, SCENE, open_rows, scene_records
 from eyehand.errors import InputError
 
 OPTIONS = {"scenes": "any", "version": "1"}

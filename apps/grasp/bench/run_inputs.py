@@ -135,7 +135,7 @@ def check_room(
     """
     if objects is None:
         return
-    from eyehand.apps.grasp.folder_scene import check_folder_scenes
+    from ..mesh_scenes import check_folder_scenes
 
     families: dict[Family, None] = dict.fromkeys(condition.family for condition in conditions)
     check_folder_scenes(objects, [(one, seed) for one in families for seed in seeds], count)

@@ -12,8 +12,8 @@ from dataclasses import fields
 import pytest
 
 from eyehand.apps.grasp.bench.jobs import Condition, attempt, scene_jobs
-from eyehand.apps.grasp.bench.rows import COLUMNS, TRIAL_COLUMNS, open_rows
-from eyehand.apps.grasp.bench.runs import run_here
+from eyehand.apps.grasp.bench.local_runs import run_here
+from eyehand.apps.grasp.bench.row_store import COLUMNS, TRIAL_COLUMNS, open_rows
 from eyehand.errors import DeviceError
 
 
@@ -51,7 +51,7 @@ def test_an_interrupt_of_the_whole_group_leaves_no_word_and_no_process(made_up, 
     program = (
         "import made_up_trials as m\n"
         "from eyehand.apps.grasp.bench.jobs import Condition, scene_jobs\n"
-        "from eyehand.apps.grasp.bench.runs import run_here\n"
+        "from eyehand.apps.grasp.bench.local_runs import run_here\n"
         "if __name__ == '__main__':\n"
         f"    more = {{'objects_dir': {str(tmp_path)!r}}}\n"
         "    jobs = scene_jobs([Condition('single')], range(100), 1, more)\n"
@@ -119,7 +119,7 @@ def test_conditions_share_their_seeds_and_keys_tell_all_apart():
 
 def test_jobs_fit_the_trials_and_rows_the_results():
     from eyehand.apps.grasp.bench.trial import GraspTrial, PickRow, TrialResult
-    from eyehand.apps.grasp.bench.untried import Untried
+    from eyehand.apps.grasp.bench.unattempted import Untried
 
     extras = {"purpose": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
     (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
@@ -138,9 +138,9 @@ def test_a_killed_run_goes_on_where_it_was(made_up, tmp_path):
         "import made_up_trials as m\n"
         "from pathlib import Path\n"
         "from eyehand.apps.grasp.bench.evaluate import run_scenes\n"
-        "from eyehand.apps.grasp.bench.inputs import Machines\n"
+        "from eyehand.apps.grasp.bench.run_inputs import Machines\n"
         "from eyehand.apps.grasp.bench.jobs import Condition, scene_jobs\n"
-        "from eyehand.apps.grasp.bench.rows import open_rows\n"
+        "from eyehand.apps.grasp.bench.row_store import open_rows\n"
         f"folder = Path({str(tmp_path)!r})\n"
         "if __name__ == '__main__':\n"
         "    more = {'objects_dir': str(folder)}\n"

@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eyehand.apps.grasp.bench.untried import untried_objects
+from eyehand.apps.grasp.bench.unattempted import untried_objects
 
 PLACES = {"can": 0.0, "plate": 1.0, "ball": 2.0}
 

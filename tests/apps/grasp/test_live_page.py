@@ -15,7 +15,7 @@ from eyehand.apps.fitting.page_server import ANY_PORT, close_server, open_server
 from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
 from eyehand.apps.grasp.body_meshes import body_meshes
 from eyehand.apps.grasp.demo_record import Recorder
-from eyehand.apps.grasp.live_cell import LiveCell
+from eyehand.apps.grasp.live_page import LiveCell
 from eyehand.apps.grasp.live_scene import LiveScene
 from eyehand.apps.scene_picture import colour_of
 from eyehand.grasping.cell import Moment

@@ -6,11 +6,10 @@ import importlib.util
 from pathlib import Path
 from typing import Any
 
+from eyehand.data_synth import import_mujoco
+from eyehand.data_synth.cell import FingerDescription, HandDescription
+from eyehand.data_synth.cell.spec_assembly import prepare_for_attachment
 from eyehand.errors import InputError
-
-from ..mujoco_import import import_mujoco
-from .hand_description import FingerDescription, HandDescription
-from .spec_assembly import prepare_for_attachment
 
 PACKAGE = "gymnasium_robotics"
 """Only its files are read: the package itself is never imported."""
