@@ -19,8 +19,7 @@ from .perception_demo import perception_demo
 
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping.cell import Cell
-    from eyehand.grasping.clearing import ClearOptions
+    from eyehand.grasping import Cell, ClearOptions
 
     from .grasp.bench.trial import GraspTrial
     from .grasp.demo_record import DemoRecord
@@ -114,7 +113,7 @@ def demo(
         raise InputError("--camera needs a frame: eyehand demo FRAME --camera FILE")
     if (robot is None) != (not hand_frame):
         raise InputError("--robot FILE and --hand-frame NAME must be given together")
-    from eyehand.grasping.clearing import ClearOptions
+    from eyehand.grasping import ClearOptions
 
     from .grasp.bench.trial import GraspTrial, cell_of
     from .grasp.demo_run import FAILURES
@@ -189,8 +188,8 @@ def write_results(record: DemoRecord, out: Path, json: bool) -> None:
             placed=result.placed,
             cleared_pct=round(100 * result.placed / max(result.total, 1), 1),
             looks=len(record.looks),
-            left=list(record.report.left),
-            stopped=record.report.stopped,
+            left=list(record.report.remaining),
+            stopped=record.report.stop_reason,
             cpu_s=round(result.cpu_seconds, 2),
             film_cpu_s=None if film_cpu is None else round(film_cpu, 2),
             report=str(page),

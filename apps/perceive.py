@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
-from eyehand.grasping import GraspPurpose, SelectOptions
+from eyehand.grasping import GraspOptions, GraspPurpose
 from eyehand.perception.io import FRAME_SUFFIXES, read_frame
 
 from .console import print_json, say, show
@@ -73,7 +73,7 @@ def perceive_command(
         if count == 0:
             load_kernels()
         count += 1
-        found = perceive_and_plan(depth_frame, SelectOptions(purpose=purpose))
+        found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
         folder = out if name is None else out / name
         write_perceived_frame(folder, found, source)
         show(scene_table(found, source), json_wanted=json)

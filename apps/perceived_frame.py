@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.grasping import GraspPlan, SelectOptions, select_prototype
+from eyehand.grasping import GraspOptions, GraspPlan, select_prototype
 from eyehand.perception import (
     DepthFrame,
     PerceiveOptions,
@@ -43,7 +43,7 @@ class PerceivedFrame:
 
 def perceive_and_plan(
     frame: DepthFrame,
-    select: SelectOptions | None = None,
+    select: GraspOptions | None = None,
     options: PerceiveOptions | None = None,
 ) -> PerceivedFrame:
     """Perceive a frame and select a grasp for each object."""

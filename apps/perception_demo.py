@@ -12,7 +12,7 @@ import numpy as np
 
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame
 from eyehand.errors import InputError
-from eyehand.grasping import GraspPurpose, SelectOptions
+from eyehand.grasping import GraspOptions, GraspPurpose
 from eyehand.perception import read_frame
 
 from .console import print_json, say, show
@@ -82,7 +82,7 @@ def perception_demo(
     scene = make_scene(seed, TabletopOptions(count_range=(objects, objects)))
     synthetic, truth = render_frame(scene, DepthNoise.realistic(), seed)
     load_kernels()
-    select = SelectOptions(purpose=purpose)
+    select = GraspOptions(purpose=purpose)
     found = perceive_and_plan(synthetic, select)
     score = score_segmentation(found.scene.segmentation.labels, truth)
     shown = [

@@ -1,28 +1,26 @@
-"""From a scene's object to a grasp, and from a robot to a cleared table.
+"""Plan grasps of perceived objects, and execute them with a robot.
 
-What moves an arm loads the control basis with its engine, so that `Cell`, `ClearOptions`,
-`PickOptions`, `Tray` and `clear_table` are loaded when they are first asked for, and
-`control_tasks`, `obstacles`, `reachable` are imported from their own modules.
+The names that load the control package with its physics engine are imported on first use: `Cell`,
+`ClearOptions`, `PickOptions`, `Tray`, `clear_table` and others.
 """
 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .extents import Extents, measure
-from .grasp_geometry import Grip
 from .grip_options import GripOptions
 from .hand_model import HandModel
-from .palm_placement import GraspDepths
-from .plan import ApproachTask, GraspPlan, Score
-from .planning import SelectOptions, grasp_plans, select_prototype
-from .prototypes import Approach, GraspPurpose, Prototype, PrototypeLimits, WeightEstimate
-from .report import ClearReport, PickReport
-from .robot import HandCommand, HandReading, Robot, RobotReading
+from .plan import ApproachTask, GraspPlan
+from .planning import GraspOptions, plan_grasps, select_prototype
+from .prototypes import Approach, GraspPurpose, Prototype
+from .report import ClearReport, Phase, PhaseRecord, PickOutcome, PickReport
+from .robot import DriveMode, HandCommand, HandReading, Robot, RobotReading
 
 if TYPE_CHECKING:
-    from .cell import Cell
-    from .clearing import ClearOptions, clear_table
+    from .cell import Cell, CycleInfo
+    from .clearing import ClearOptions, clear_table, observe
+    from .closing import Closing, preshape_command
     from .pick_options import PickOptions
+    from .pick_state import SelectedGrasp
     from .tray import Tray
 
 __all__ = [
@@ -31,44 +29,51 @@ __all__ = [
     "Cell",
     "ClearOptions",
     "ClearReport",
-    "Extents",
-    "GraspDepths",
+    "Closing",
+    "CycleInfo",
+    "DriveMode",
+    "GraspOptions",
     "GraspPlan",
     "GraspPurpose",
-    "Grip",
     "GripOptions",
     "HandCommand",
     "HandModel",
     "HandReading",
+    "Phase",
+    "PhaseRecord",
     "PickOptions",
+    "PickOutcome",
     "PickReport",
     "Prototype",
-    "PrototypeLimits",
     "Robot",
     "RobotReading",
-    "Score",
-    "SelectOptions",
+    "SelectedGrasp",
     "Tray",
-    "WeightEstimate",
     "clear_table",
-    "grasp_plans",
-    "measure",
+    "observe",
+    "plan_grasps",
+    "preshape_command",
     "select_prototype",
 ]
 
-_LATER = {
+_LAZY = {
     "Cell": "cell",
     "ClearOptions": "clearing",
+    "Closing": "closing",
+    "CycleInfo": "cell",
     "PickOptions": "pick_options",
+    "SelectedGrasp": "pick_state",
     "Tray": "tray",
     "clear_table": "clearing",
+    "observe": "clearing",
+    "preshape_command": "closing",
 }
 
 
 def __getattr__(name: str) -> Any:
-    if name not in _LATER:
+    if name not in _LAZY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f".{_LATER[name]}", __name__), name)
+    return getattr(import_module(f".{_LAZY[name]}", __name__), name)
 
 
 def __dir__() -> list[str]:

@@ -1,8 +1,9 @@
-"""Symmetry decides which degrees of freedom the approach controls.
+"""Derive the tasks of the approach from the object's symmetry.
 
-A ball is approached from anywhere: one row, the distance to its centre, plus the palm's direction
-(2 rows). An upright cylinder leaves the side and the height free, seen from above anything round
-leaves the turn. What has faces takes its orientation, and an interval along the length of it.
+A sphere can be approached from anywhere: one row for the distance to its centre and two for the
+palm's direction. An upright cylinder leaves the side and the height free. In a top grasp of a round
+object the rotation is free. An object with faces needs a full orientation, and leaves an interval
+along its length.
 """
 
 from __future__ import annotations
@@ -16,67 +17,73 @@ from .plan import ApproachTask
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from .grasp_geometry import Grip
-    from .palm_placement import Stance
+    from .grasp_geometry import GraspGeometry
+    from .palm_placement import PalmPlacement
 
-LEAST_CONE = 0.035
-"""Tilt below which an approach is held straight, rad: so little freedom is of no use."""
+MIN_CONE = 0.035
+"""Tilt below which an approach to a sphere is kept straight, rad. Less freedom does not help."""
 
 
-def approach_tasks(grip: Grip, stance: Stance) -> tuple[ApproachTask, ...]:
-    """Give the approach tasks for a grip with the palm at its place, highest priority first."""
-    straight = grip.freedom == "any_side" and stance.cone < LEAST_CONE
-    match "turn" if straight else grip.freedom:
+def approach_tasks(geometry: GraspGeometry, placement: PalmPlacement) -> tuple[ApproachTask, ...]:
+    """Return the approach tasks of a grasp, the highest priority first."""
+    straight = geometry.freedom == "any_side" and placement.cone < MIN_CONE
+    match "turn" if straight else geometry.freedom:
         case "any_side":
-            return tuple(_towards_centre(grip, stance))
+            return tuple(_towards_centre(geometry, placement))
         case "turn":
-            return tuple(_over(grip, stance))
+            return tuple(_from_top(geometry, placement))
         case "around":
-            return tuple(_around(grip, stance))
-    return tuple(_before_face(grip, stance))
+            return tuple(_around_axis(geometry, placement))
+    return tuple(_to_face(geometry, placement))
 
 
-def _towards_centre(grip: Grip, stance: Stance) -> Iterator[ApproachTask]:
-    centre, palm = grip.centre, grip.palm
+def _towards_centre(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[ApproachTask]:
+    centre, palm = geometry.centre, geometry.palm
     yield ApproachTask(
         "distance_to_point",
         1,
         centre,
         palm,
-        stance.standoff,
+        placement.standoff,
         "palm at grasp distance, any side",
-        recedes=1.0,
+        retreat_slope=1.0,
     )
     yield ApproachTask("look_at", 2, centre, palm, 0.0, "palm faces the centre, roll free")
-    yield _within_cone(grip, stance.standoff, stance.cone)
+    yield _within_cone(geometry, placement.standoff, placement.cone)
 
 
-def _over(grip: Grip, stance: Stance) -> Iterator[ApproachTask]:
-    centre, palm = grip.centre, grip.palm
+def _from_top(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[ApproachTask]:
+    centre, palm = geometry.centre, geometry.palm
     yield ApproachTask("distance_to_axis", 2, centre, palm, 0.0, "palm over the centre")
     yield ApproachTask(
-        "point_on_plane", 1, centre, -palm, stance.standoff, "palm at grasp height", recedes=1.0
+        "point_on_plane",
+        1,
+        centre,
+        -palm,
+        placement.standoff,
+        "palm at grasp height",
+        retreat_slope=1.0,
     )
-    yield ApproachTask("axis_alignment", 2, centre, palm, 0.0, "palm down, turn free")
+    yield ApproachTask("axis_alignment", 2, centre, palm, 0.0, "palm down, rotation free")
 
 
-def _around(grip: Grip, stance: Stance) -> Iterator[ApproachTask]:
-    centre = grip.centre
+def _around_axis(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[ApproachTask]:
+    centre = geometry.centre
     yield ApproachTask(
         "distance_to_axis",
         2,
         centre,
-        grip.axis,
+        geometry.axis,
         0.0,
-        "axis at grasp distance before the palm, from any side",
-        ahead=stance.standoff,
-        recedes=1.0,
+        "axis at grasp distance in front of the palm, any side",
+        palm_offset=placement.standoff,
+        retreat_slope=1.0,
     )
     yield ApproachTask(
         "axis_alignment",
         2,
         centre,
-        grip.axis,
+        geometry.axis,
         0.0,
         "row of fingers along the axis, angle about it free",
         hand_axis="y",
@@ -85,55 +92,61 @@ def _around(grip: Grip, stance: Stance) -> Iterator[ApproachTask]:
         "point_on_plane",
         0,
         centre,
-        grip.up,
-        stance.low,
-        "palm about the middle's height",
-        high=stance.high,
+        geometry.up,
+        placement.low,
+        "palm near the middle of the height",
+        upper=placement.high,
     )
-    if min(grip.cone, stance.cone) < np.pi:
-        yield _within_cone(grip, stance.standoff, min(grip.cone, stance.cone))
+    if min(geometry.cone, placement.cone) < np.pi:
+        yield _within_cone(geometry, placement.standoff, min(geometry.cone, placement.cone))
 
 
-def _before_face(grip: Grip, stance: Stance) -> Iterator[ApproachTask]:
-    centre, palm = grip.centre, grip.palm
-    along = grip.axis if grip.approach == "top" else grip.up
-    place = "palm over the middle of the length" if grip.approach == "top" else "palm about the "
-    if grip.approach == "side":
-        place += "middle's height"
+def _to_face(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[ApproachTask]:
+    centre, palm = geometry.centre, geometry.palm
+    top = geometry.approach == "top"
+    along, extent = (geometry.axis, "length") if top else (geometry.up, "height")
     yield ApproachTask(
-        "point_on_plane", 1, centre, grip.closing, 0.0, "object midway of fingers and thumb"
+        "point_on_plane", 1, centre, geometry.closing, 0.0, "object midway of fingers and thumb"
     )
     yield ApproachTask(
         "point_on_plane",
         1,
         centre,
         -palm,
-        stance.standoff,
+        placement.standoff,
         "palm at grasp distance from the face",
-        recedes=1.0,
+        retreat_slope=1.0,
     )
-    yield ApproachTask("point_on_plane", 0, centre, along, stance.low, place, high=stance.high)
+    yield ApproachTask(
+        "point_on_plane",
+        0,
+        centre,
+        along,
+        placement.low,
+        f"palm near the middle of the {extent}",
+        upper=placement.high,
+    )
     yield ApproachTask(
         "orientation",
         3,
         centre,
-        grip.closing,
+        geometry.closing,
         0.0,
-        f"palm {'down' if grip.approach == 'top' else 'to the face'}, closing across the object",
+        f"palm {'down' if top else 'to the face'}, closing across the object",
         palm=palm,
     )
 
 
-def _within_cone(grip: Grip, standoff: float, cone: float) -> ApproachTask:
-    """Ask the hand to stay on the side that it comes from: its place along there has a bound."""
+def _within_cone(geometry: GraspGeometry, standoff: float, cone: float) -> ApproachTask:
+    """Bound the angle of the approach by a lower bound of the palm's place along the axis."""
     cosine = float(np.cos(cone))
     return ApproachTask(
         "point_on_plane",
         0,
-        grip.centre,
-        -grip.palm,
+        geometry.centre,
+        -geometry.palm,
         standoff * cosine,
-        f"no more than {np.degrees(cone):.0f} degrees off the side it comes from",
-        high=float("inf"),
-        recedes=cosine,
+        f"approach within {np.degrees(cone):.0f} degrees of the palm's direction",
+        upper=float("inf"),
+        retreat_slope=cosine,
     )

@@ -1,4 +1,4 @@
-"""All grasps of an object that a hand could try, each judged."""
+"""Generate and evaluate all candidate grasps of an object."""
 
 from __future__ import annotations
 
@@ -7,214 +7,214 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .grasp_geometry import Grip, turned
-from .grasp_scoring import Judgement, judge, room_term
-from .hand_clearance import finger_room
-from .low_clearance import roomier
-from .palm_placement import GraspDepths, Stance, stance
-from .prototypes import ROOMIER, TIGHT
+from .grasp_geometry import GraspGeometry, turned
+from .grasp_scoring import GraspEvaluation, clearance_term, evaluate_grasp
+from .hand_clearance import finger_clearance
+from .low_clearance import low_clearance_grasps
+from .palm_placement import PalmPlacement, TipDepth, place_palm
+from .prototypes import (
+    CLEARANCE,
+    CROWDED_PINCER_LENGTH,
+    CROWDED_PINCER_WIDTH,
+    FINGER_GAP,
+    MAX_OPENING,
+    PUSH_DEPTH,
+    SIDE_CLEARANCE,
+    TIGHT_CLEARANCE,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from eyehand.perception import Superquadric
 
-    from .hand_clearance import Neighbours
-    from .hand_model import HandModel
-    from .prototypes import Approach, GraspPurpose, Prototype, PrototypeLimits
+    from .grasp_scoring import GraspContext
+    from .prototypes import Approach, Prototype
 
-KINDS_OF_GRASP: tuple[tuple[Prototype, Approach], ...] = (
+USUAL_GRASPS: tuple[tuple[Prototype, Approach], ...] = (
     ("pincer", "top"),
     ("power", "side"),
     ("power", "top"),
     ("precision", "top"),
     ("precision", "side"),
 )
-"""Prototypes with where the palm comes from."""
-CROWDED_WAYS: tuple[tuple[Prototype, float], ...] = (
+"""Usual combinations of prototype and approach."""
+LOW_CLEARANCE_GRASPS: tuple[tuple[Prototype, float], ...] = (
     ("precision", 0.030),
     ("precision", 0.010),
     ("pincer", 0.010),
 )
-"""Prototypes and openings beyond the width, m, that are tried for want of room."""
+"""Prototypes and clearances, m, of the low-clearance grasps."""
+TIGHT_WEIGHT = 0.9
+"""Weight of a grasp with a small clearance."""
+VARIANT_WEIGHT = 0.5
+"""Weight of a low-clearance variant."""
 TURNS = 12
-"""Directions about up that are tried where symmetry leaves them free and neighbours do not."""
-NARROWEST_CONE = 0.14
-"""Half the angle left to the hand where only one direction is free of neighbours, rad."""
+"""Number of directions about up that are tried between neighbours if symmetry leaves them free."""
+MIN_CONE = 0.14
+"""Half the cone of approach directions if only one of them is free of neighbours, rad."""
 
 
 @dataclass(frozen=True)
-class Candidate:
-    """One grasp, judged."""
+class GraspCandidate:
+    """A candidate grasp with its evaluation."""
 
     prototype: Prototype
-    """How the hand closes."""
-    grip: Grip
-    """Where it takes hold."""
+    """Prototype of the grasp."""
+    geometry: GraspGeometry
+    """Directions and sizes of the grasp."""
     opening: float
-    """Free width of the open hand, m."""
-    stance: Stance
-    """Where the palm is."""
-    judgement: Judgement
+    """Opening of the hand before it closes, m."""
+    placement: PalmPlacement
+    """Place of the palm."""
+    evaluation: GraspEvaluation
     """Refusal or score."""
-    depths: GraspDepths
-    """By which the palm was placed."""
-    pushes: int = 0
+    depth: TipDepth
+    """Wanted depth of the fingertips."""
+    pushed_label: int = 0
     """Label of the neighbour that the fingers push; 0 for none."""
 
     @property
     def name(self) -> str:
         """Approach and prototype."""
-        return f"{self.grip.approach} {self.prototype}"
+        return f"{self.geometry.approach} {self.prototype}"
 
 
-@dataclass(frozen=True)
-class Circumstances:
-    """What is the same for all grasps of one object."""
+def usual_candidates(
+    geometries: Sequence[GraspGeometry], context: GraspContext
+) -> Iterator[GraspCandidate]:
+    """Yield every prototype for every geometry; impossible ones carry the reason.
 
-    hand: HandModel
-    """The hand."""
-    near: Neighbours
-    """Its neighbours."""
-    mass: float
-    """Likely mass, kg."""
-    visible: float
-    """Visible share of the outline, 0-1."""
-    narrowest: float
-    """Smallest horizontal width, m."""
-    purpose: GraspPurpose
-    """What follows."""
-    limits: PrototypeLimits
-    """Sizes that the prototypes suit."""
-    depths: GraspDepths
-    """Where the object is to be in the hand."""
-
-
-def candidates(ways: Sequence[Grip], given: Circumstances) -> Iterator[Candidate]:
-    """Give every prototype in every grip, refused ones with the reason.
-
-    Among neighbours also those that suit less and need less room: opened less, by two fingers.
+    Between neighbours, candidates with a smaller clearance or with one finger are added.
     """
-    limits = given.limits
-    crowded = len(given.near.points) > 0
-    for prototype, approach in KINDS_OF_GRASP:
-        for grip in ways:
-            if grip.approach != approach:
+    crowded = len(context.neighbours.points) > 0
+    for prototype, approach in USUAL_GRASPS:
+        for geometry in geometries:
+            if geometry.approach != approach:
                 continue
-            clearance = limits.side_clearance if approach == "side" else limits.clearance
-            usual = _candidate(prototype, grip, given, clearance)
-            found = tuple(_between_neighbours(usual, given))
+            clearance = SIDE_CLEARANCE if approach == "side" else CLEARANCE
+            usual = _candidate(prototype, geometry, context, clearance)
+            found = tuple(_between_neighbours(usual, context))
             yield from found
-            if all(one.judgement.terms.get("room") == 1.0 for one in found):
+            if all(one.evaluation.terms.get("room") == 1.0 for one in found):
                 continue
-            if crowded and not usual.judgement.refusal:
-                tight = _candidate(prototype, grip, given, limits.tight_clearance)
-                yield from _between_neighbours(tight, given)
+            if crowded and not usual.evaluation.refusal:
+                tight = _candidate(prototype, geometry, context, TIGHT_CLEARANCE)
+                yield from _between_neighbours(tight, context)
             elif crowded and prototype == "pincer":
-                pinch = _candidate(prototype, grip, given, limits.tight_clearance, makeshift=True)
-                yield from _between_neighbours(pinch, given)
+                pincer = _candidate(prototype, geometry, context, TIGHT_CLEARANCE, wide_pincer=True)
+                yield from _between_neighbours(pincer, context)
 
 
-def crowded_candidates(
-    ways: Sequence[Grip], solid: Superquadric, given: Circumstances, *, push: bool = False
-) -> Iterator[Candidate]:
-    """Give the grasps from above that need less room, or push a neighbour; no refused ones."""
-    for grip in ways:
-        if grip.approach != "top":
+def low_clearance_candidates(
+    geometries: Sequence[GraspGeometry],
+    solid: Superquadric,
+    context: GraspContext,
+    *,
+    push: bool = False,
+) -> Iterator[GraspCandidate]:
+    """Yield the possible top grasps that need less free space, or that push a neighbour."""
+    for geometry in geometries:
+        if geometry.approach != "top":
             continue
-        for place, depths, worth in roomier(grip, solid, given.narrowest, given.depths):
-            here = replace(given, depths=depths)
-            for prototype, clearance in CROWDED_WAYS:
-                if prototype == "precision" or not _wide_for_two(place, given):
-                    found = _candidate(prototype, place, here, clearance, makeshift=True)
-                    if found.judgement.refusal:
-                        continue
-                    found = _with_room(found, place, here, push=push)
-                    if found.judgement.refusal:
-                        continue
-                    terms = {**found.judgement.terms, "roomier": ROOMIER * worth}
-                    yield replace(found, judgement=Judgement("", terms))
+        for variant, depth, weight in low_clearance_grasps(geometry, solid, context.narrowest):
+            for prototype, clearance in LOW_CLEARANCE_GRASPS:
+                if prototype == "pincer" and _too_wide_for_pincer(variant):
+                    continue
+                found = _candidate(
+                    prototype, variant, context, clearance, depth=depth, wide_pincer=True
+                )
+                if found.evaluation.refusal:
+                    continue
+                found = _with_clearance(found, variant, context, push=push)
+                if found.evaluation.refusal:
+                    continue
+                terms = {**found.evaluation.terms, "variant": VARIANT_WEIGHT * weight}
+                yield replace(found, evaluation=GraspEvaluation("", terms))
 
 
-def _wide_for_two(grip: Grip, given: Circumstances) -> bool:
-    width, length = given.limits.crowded_pincer
-    return grip.width > width or grip.length > length
+def _too_wide_for_pincer(geometry: GraspGeometry) -> bool:
+    return geometry.width > CROWDED_PINCER_WIDTH or geometry.length > CROWDED_PINCER_LENGTH
 
 
 def _candidate(
     prototype: Prototype,
-    grip: Grip,
-    given: Circumstances,
+    geometry: GraspGeometry,
+    context: GraspContext,
     clearance: float,
     *,
-    makeshift: bool = False,
-) -> Candidate:
-    limits, hand = given.limits, given.hand
-    wanted = grip.width + clearance + 2.0 * grip.doubt
-    opening = float(min(wanted, limits.opening, hand.widest))
-    place = stance(grip, prototype, opening, hand, given.depths)
-    judgement = judge(
-        prototype,
-        grip,
-        place,
-        hand,
-        mass=given.mass,
-        visible=given.visible,
-        narrowest=given.narrowest,
-        purpose=given.purpose,
-        limits=limits,
-        makeshift=makeshift,
-    )
-    if clearance < limits.clearance:
-        terms = {**judgement.terms, "opening": TIGHT}
-        judgement = Judgement(judgement.refusal, terms)
-    return Candidate(prototype, grip, opening, place, judgement, given.depths)
+    depth: TipDepth | None = None,
+    wide_pincer: bool = False,
+) -> GraspCandidate:
+    """Place the palm for a grasp and evaluate it without neighbours."""
+    depth = depth or TipDepth()
+    hand = context.hand
+    wanted = geometry.width + clearance + 2.0 * geometry.width_std
+    opening = float(min(wanted, MAX_OPENING, hand.max_opening))
+    placement = place_palm(geometry, prototype, opening, hand, depth)
+    evaluation = evaluate_grasp(prototype, geometry, placement, context, wide_pincer=wide_pincer)
+    if clearance < CLEARANCE:
+        terms = {**evaluation.terms, "opening": TIGHT_WEIGHT}
+        evaluation = GraspEvaluation(evaluation.refusal, terms)
+    return GraspCandidate(prototype, geometry, opening, placement, evaluation, depth)
 
 
-def _between_neighbours(found: Candidate, given: Circumstances) -> Iterator[Candidate]:
-    """Judge the room for the fingers; where neighbours take some, hold what symmetry left free."""
-    if found.judgement.refusal or not len(given.near.points):
+def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterator[GraspCandidate]:
+    """Evaluate the clearance; between neighbours, use the freedom that symmetry leaves."""
+    if found.evaluation.refusal or not len(context.neighbours.points):
         yield found
         return
-    grip = found.grip
-    if grip.freedom == "none":
-        yield _with_room(found, grip, given)
+    geometry = found.geometry
+    if geometry.freedom == "none":
+        yield _with_clearance(found, geometry, context)
         return
-    tries = [_with_room(found, turn, given) for turn in turned(grip, TURNS)]
-    clear = [not one.judgement.refusal for one in tries]
-    if all(clear) or not any(clear):
-        yield min(tries, key=lambda one: one.judgement.total) if all(clear) else tries[0]
-    elif grip.freedom == "around":
+    tries = [_with_clearance(found, turn, context) for turn in turned(geometry, TURNS)]
+    clear = [not one.evaluation.refusal for one in tries]
+    if all(clear):
+        yield min(tries, key=lambda one: one.evaluation.total)
+    elif not any(clear):
+        yield tries[0]
+    elif geometry.freedom == "around":
         first, count = _longest_run(clear)
         middle = tries[(first + count // 2) % TURNS]
-        cone = max((count - 1) * np.pi / TURNS, NARROWEST_CONE)
+        cone = max((count - 1) * np.pi / TURNS, MIN_CONE)
         if count % 2 == 0:
             cone -= np.pi / TURNS
-        yield replace(middle, grip=replace(middle.grip, cone=max(cone, NARROWEST_CONE)))
+        yield replace(middle, geometry=replace(middle.geometry, cone=max(cone, MIN_CONE)))
     else:
-        fixed = sorted(tries, key=lambda one: -one.judgement.total)[:2]
-        for one in fixed:
-            grip = replace(one.grip, freedom="none")
-            place = stance(grip, one.prototype, one.opening, given.hand, given.depths)
-            yield _with_room(replace(one, grip=grip, stance=place), grip, given)
+        best = sorted(tries, key=lambda one: -one.evaluation.total)[:2]
+        for one in best:
+            fixed = replace(one.geometry, freedom="none")
+            placement = place_palm(fixed, one.prototype, one.opening, context.hand, one.depth)
+            yield _with_clearance(replace(one, geometry=fixed, placement=placement), fixed, context)
 
 
-def _with_room(
-    found: Candidate, grip: Grip, given: Circumstances, *, push: bool = False
-) -> Candidate:
-    gap, label = finger_room(
-        grip, found.prototype, found.stance, found.opening, given.hand, given.near
+def _with_clearance(
+    found: GraspCandidate, geometry: GraspGeometry, context: GraspContext, *, push: bool = False
+) -> GraspCandidate:
+    """Return a candidate at a geometry, with the score term of its clearance."""
+    gap, label = finger_clearance(
+        geometry,
+        found.prototype,
+        found.placement,
+        found.opening,
+        context.hand,
+        context.neighbours,
     )
-    refusal = found.judgement.refusal
-    if gap < (-given.limits.push_depth if push else given.limits.finger_gap):
-        refusal = refusal or f"object {label} stands where the hand goes"
-    terms = {**found.judgement.terms, "room": room_term(gap, given.limits)}
-    pushes = label if gap < given.limits.finger_gap else 0
-    return replace(found, grip=grip, judgement=Judgement(refusal, terms), pushes=pushes)
+    refusal = found.evaluation.refusal
+    if gap < (-PUSH_DEPTH if push else FINGER_GAP):
+        refusal = refusal or f"object {label} is in the way of the hand"
+    terms = {**found.evaluation.terms, "room": clearance_term(gap)}
+    return replace(
+        found,
+        geometry=geometry,
+        evaluation=GraspEvaluation(refusal, terms),
+        pushed_label=label if gap < FINGER_GAP else 0,
+    )
 
 
 def _longest_run(clear: list[bool]) -> tuple[int, int]:
-    """First place and length of the longest run of true values around a circle that has both."""
+    """Return start and length of the longest cyclic run of true values; both values must occur."""
     count = len(clear)
     best = (0, 0)
     for first in range(count):

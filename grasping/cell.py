@@ -1,4 +1,4 @@
-"""A robot, what it sees by, and where it puts things: all that a pick works with."""
+"""The robot cell: a robot, its perception, and the tray that objects are put into."""
 
 from __future__ import annotations
 
@@ -27,67 +27,67 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Moment:
-    """What an onlooker is told after every control period."""
+class CycleInfo:
+    """State of the cell after one control cycle, as passed to `Cell.on_cycle`."""
 
     phase: Phase
-    """What the robot is at."""
+    """Phase under way."""
     reading: RobotReading
-    """Its state."""
+    """State of the robot."""
     scene: Scene | None
-    """What was seen last."""
+    """Last perceived scene."""
     plan: GraspPlan | None
     """Grasp under way."""
     force: NDArray[np.float64]
-    """Force on each finger, the thumb last, then the palm, (F + 1,), N."""
+    """Force on each finger, then on the palm, (F + 1,), N. The thumb is the last finger."""
 
 
 @dataclass
 class Cell:
-    """A robot at work; every motion goes through :meth:`step`, which watches and records.
+    """A robot at work. Every motion goes through :meth:`step`, which records forces.
 
     Parameters
     ----------
     robot
         The robot.
-    see
-        From a depth frame to a scene in the world's frame.
+    perceive
+        Function from a depth frame to a scene in the world frame.
     tray
-        Where things are put.
+        The tray that objects are put into.
     options
-        Of the pick.
-    watch
-        Told of every control period.
+        Options of the pick.
+    on_cycle
+        Callback after every control cycle.
     """
 
     robot: Robot
-    see: Callable[[DepthFrame], Scene]
+    perceive: Callable[[DepthFrame], Scene]
     tray: Tray
     options: PickOptions = field(default_factory=PickOptions)
-    watch: Callable[[Moment], None] | None = None
+    on_cycle: Callable[[CycleInfo], None] | None = None
 
     def __post_init__(self) -> None:
         self.reading: RobotReading = self.robot.read()
-        """State at the end of the last period."""
-        self.tops: list[float] = []
-        """Height over the tray's floor up to which the objects of each layer stand, m."""
+        """State of the robot after the last cycle."""
+        self.layer_tops: list[float] = []
+        """Height of the objects of each layer in the tray, above its floor, m."""
         self.scene: Scene | None = None
-        """What was seen last."""
+        """Last perceived scene."""
         self.plan: GraspPlan | None = None
         """Grasp under way."""
-        self.phase: Phase = "look"
+        self.phase: Phase = "observe"
         """Phase under way."""
         self.records: list[PhaseRecord] = []
         """Phases that ended since the last :meth:`begin`."""
         self.times: list[float] = []
-        """Times of the forces recorded since then, s."""
+        """Robot times of the forces recorded since the last :meth:`begin`, s."""
         self.forces: list[NDArray[np.float64]] = []
-        """Those forces, each (F + 1,), N."""
+        """Recorded forces, each (F + 1,), N."""
         self._models: dict[tuple[float, ...], RobotModel] = {}
-        self._owner = _pad_owners(self.robot.hand.pads, self.robot.hand.fingers)
+        self._finger_of_pad = _finger_of_pad(self.robot.hand.pads, self.robot.hand.fingers)
 
     def model(self, excursions: NDArray[np.float64]) -> RobotModel:
-        """Arm and hand for control, with the tendons pulled in so far, (D,), m."""
+        """Return the model of arm and hand at given tendon excursions (D,), m."""
         key = tuple(np.round(excursions, 4).tolist())
         if key not in self._models:
             robot = self.robot
@@ -95,63 +95,78 @@ class Cell:
             self._models[key] = RobotModel.load(described, robot.frame, joints=robot.joints)
         return self._models[key]
 
-    def palm(self) -> RigidTransform:
-        """Where the palm is, T_world_palm."""
-        state = self._opened().at(self.reading.q)
+    def palm_pose(self) -> RigidTransform:
+        """Return the pose of the palm, T_world_palm."""
+        state = self._model_with_open_hand().at(self.reading.q)
         rotation = Rotation.from_matrix(state.rotation)
         return RigidTransform.from_components(state.position, rotation)
 
     @property
     def home(self) -> NDArray[np.float64]:
         """The arm's rest posture, (n,), rad."""
-        return self._opened().home
+        return self._model_with_open_hand().home
 
     @property
     def tray_height(self) -> float:
-        """Height over the tray's floor up to which walls or objects in it stand, m."""
-        return max([self.tray.wall_height, *self.tops])
+        """Height of the tray's walls, or of the objects in it if they are higher, m.
+
+        It is measured from the tray's floor.
+        """
+        return max([self.tray.wall_height, *self.layer_tops])
 
     def begin(self) -> None:
-        """Start a new record."""
+        """Start new records."""
         self.records, self.times, self.forces = [], [], []
 
     def enter(self, phase: Phase) -> float:
-        """Enter a phase, and give the robot's time."""
+        """Enter a phase, and return the robot time, s."""
         self.phase = phase
         return self.reading.time
 
     def leave(self, start: float, outcome: str) -> None:
-        """Note how the phase that began at ``start`` ended."""
+        """Record the end of the phase that began at the robot time ``start``, s."""
         self.records.append(PhaseRecord(self.phase, start, self.reading.time, outcome))
 
     def step(
         self, velocity: NDArray[np.float64], command: HandCommand | None = None
     ) -> RobotReading:
-        """Move for one period."""
+        """Move for one control period at joint velocities (n,), rad/s."""
         self.reading = reading = self.robot.step(velocity, command)
         force = np.zeros(len(self.robot.hand.fingers) + 1)
-        np.add.at(force, self._owner, reading.hand.forces)
+        np.add.at(force, self._finger_of_pad, reading.hand.forces)
         self.times.append(reading.time)
         self.forces.append(force)
-        if self.watch is not None:
-            self.watch(Moment(self.phase, reading, self.scene, self.plan, force))
+        if self.on_cycle is not None:
+            self.on_cycle(CycleInfo(self.phase, reading, self.scene, self.plan, force))
         return reading
 
-    def rest(self, seconds: float, command: HandCommand | None = None) -> RobotReading:
-        """Stand still for some time, or until the robot has a fault."""
+    def wait(
+        self,
+        seconds: float,
+        command: Callable[[RobotReading], HandCommand | None] | HandCommand | None = None,
+    ) -> RobotReading:
+        """Keep the arm still for a time, or until the robot has a fault.
+
+        Parameters
+        ----------
+        seconds
+            Robot time, s.
+        command
+            Command of the hand, or a function that computes it in every cycle.
+        """
         still = np.zeros(len(self.robot.joints))
         end = self.reading.time + seconds
         while self.reading.time < end and not self.reading.fault:
-            self.step(still, command)
+            self.step(still, command(self.reading) if callable(command) else command)
         return self.reading
 
-    def _opened(self) -> RobotModel:
+    def _model_with_open_hand(self) -> RobotModel:
         hand = self.robot.hand
-        return self.model(hand.pulled(hand.widest))
+        return self.model(hand.excursions_at(hand.max_opening))
 
 
-def _pad_owners(pads: tuple[str, ...], fingers: tuple[str, ...]) -> NDArray[np.intp]:
-    """For each pad the number of its finger; one past the last for the palm."""
+def _finger_of_pad(pads: tuple[str, ...], fingers: tuple[str, ...]) -> NDArray[np.intp]:
+    """Return the number of the finger of each pad, (P,); pads of the palm get ``len(fingers)``."""
     return np.array(
         [
             next((k for k, finger in enumerate(fingers) if pad.startswith(finger)), len(fingers))

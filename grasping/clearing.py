@@ -1,4 +1,4 @@
-"""Clear a table: look, choose, pick, look again, until nothing is left that can be had."""
+"""Clear a table: observe, verify, select and pick, until no graspable object is left."""
 
 from __future__ import annotations
 
@@ -6,242 +6,284 @@ import time
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
 from eyehand.errors import InputError
 
 from .closing import open_command
-from .frame_fusion import steady
-from .grasp_selection import Chosen, choose, grasp_key
-from .motion import bumped, go
-from .obstacles import surroundings
+from .frame_fusion import fuse_frames
+from .grasp_selection import FailedGrasps, GraspSelection, grasp_key, select_grasp
+from .motion import execute, unexpected_contact
+from .obstacles import scene_obstacles
 from .pick import pick
-from .pick_verification import SAME_PLACE, seen_after
-from .planning import SelectOptions
-from .report import ClearReport, PickReport
-from .scene_validation import doubts
+from .pick_verification import verify_pick
+from .planning import GraspOptions
+from .report import CLEAR, NOT_TRIED, NOTHING_GRASPABLE, ClearReport, PickReport
+from .scene_validation import validate_scene
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    from numpy.typing import NDArray
+    from typing import TypeAlias
 
     from eyehand.perception import DepthFrame, Scene
 
     from .cell import Cell
-    from .pick_state import Choice
+    from .pick_state import SelectedGrasp
     from .tray import Tray
 
+    Step: TypeAlias = "Callable[[_Clearing], Step | None]"
+
 HOME_SPEED = 2.0
-"""Largest norm of the joint velocities on the way to the rest posture, rad/s."""
+"""Maximum norm of the joint velocities on the way to the rest posture, rad/s."""
 HOME_SECONDS = 6.0
-"""Longest such way, s."""
-LOOKS = 5
-"""Depth images of which a look that leaves a doubt is made: what is lost in one is there in
-another, and a camera takes so many in a fifth of a second."""
+"""Time limit of the motion to the rest posture, s."""
+HOME_TOLERANCE = 0.02
+"""Error at which the rest posture counts as reached, rad."""
+MAX_FRAMES = 5
+"""Number of depth images fused when one image gives no valid scene. A pixel without a reading in
+one image usually has one in another; a camera takes so many in 0.2 s."""
 
 
 @dataclass(frozen=True)
 class ClearOptions:
-    """When clearing ends."""
+    """Options of :func:`clear_table`."""
 
     failures: int = 2
-    """Failed picks in a row after which it ends: the rule of the clutter-removal benchmarks."""
+    """Number of consecutive failed picks after which clearing ends. The benchmarks of clutter
+    removal use 2."""
     picks: int = 40
-    """Most picks."""
+    """Maximum number of picks."""
     push: bool = True
-    """Whether fingers may push neighbours aside where nothing else is left: the last objects of a
-    pile lie in each other's way, and contact is meant then."""
-    look_from_tray: bool = True
-    """Whether to look while the hand is still over the tray: saves the way to the rest posture,
-    where the tray stands beside what the camera is to see."""
-
-
-@dataclass
-class Memory:
-    """What was tried before, by place."""
-
-    places: list[NDArray[np.float64]] = field(default_factory=list)
-    """Where objects were that a pick failed on, each (3,), m."""
-    ways: list[set[str]] = field(default_factory=list)
-    """Ways tried there, by name."""
-
-    def tried(self, place: NDArray[np.float64]) -> set[str]:
-        """Ways tried on what stands at a place (3,)."""
-        number = self._find(place)
-        return self.ways[number] if number is not None else set()
-
-    def note(self, place: NDArray[np.float64], way: str) -> None:
-        """Remember that a way failed there."""
-        number = self._find(place)
-        if number is None:
-            self.places.append(place)
-            self.ways.append({way})
-        else:
-            self.places[number] = place
-            self.ways[number].add(way)
-
-    def _find(self, place: NDArray[np.float64]) -> int | None:
-        apart = [float(np.linalg.norm(place - other)) for other in self.places]
-        return int(np.argmin(apart)) if apart and min(apart) < SAME_PLACE else None
+    """Whether the fingers may push neighbours aside when no other grasp is left. The last objects
+    of a pile often block each other."""
+    capture_over_tray: bool = True
+    """Whether to capture the next image while the hand is still over the tray. This saves the
+    motion to the rest posture. The tray must then be outside the region of interest."""
 
 
 def clear_table(
     cell: Cell,
-    select: SelectOptions | None = None,
+    grasp_options: GraspOptions | None = None,
     options: ClearOptions | None = None,
-    told: Callable[[Choice, PickReport | None], None] | None = None,
+    on_pick: Callable[[SelectedGrasp, PickReport | None], None] | None = None,
 ) -> ClearReport:
-    """Put everything on the table that can be grasped into the tray.
+    """Put all graspable objects on the table into the tray.
 
     Parameters
     ----------
     cell
         The robot at rest.
-    select
-        How grasps are chosen.
+    grasp_options
+        Options of grasp planning.
     options
-        When to end.
-    told
-        Told of every pick before it, with None, and after it, with its report, once a look has
-        shown what became of it.
+        Options that decide when clearing ends.
+    on_pick
+        Callback before each pick, with None, and after it, with the verified report.
     """
-    options = options or ClearOptions()
-    picks: list[PickReport] = []
-    memory = Memory()
-    looks = 0
-    away = False
+    clearing = _Clearing(cell, grasp_options or GraspOptions(), options or ClearOptions(), on_pick)
+    step: Step | None = _observe
+    while step is not None:
+        step = step(clearing)
+    return clearing.report()
+
+
+@dataclass
+class _Clearing:
+    """State of clearing a table, shared by its steps."""
+
+    cell: Cell
+    grasp_options: GraspOptions
+    options: ClearOptions
+    on_pick: Callable[[SelectedGrasp, PickReport | None], None] | None
+    picks: list[PickReport] = field(default_factory=list)
+    failed: FailedGrasps = field(default_factory=FailedGrasps)
+    observations: int = 0
     scene: Scene | None = None
-    last: Choice | None = None
-    # What the next pick waits for, of all looks and searches since the one before.
-    perceive_ms = plan_ms = 0.0
-    while True:
-        seen, seeing_ms, doubt = look(cell)
-        perceive_ms += seeing_ms
-        looks += 1
-        if seen is None:
-            if scene is not None and away and not cell.reading.fault:
-                # The arm over the tray may be what the doubt comes from.
-                go_home(cell, scene)
-                away = False
-                continue
-            _tell(told, last, picks)
-            return ClearReport(tuple(picks), looks, (), cell.reading.fault or doubt)
-        scene = seen
-        if last is not None:
-            believed, picks[-1] = picks[-1], seen_after(picks[-1], last, scene, cell.tray)
-            if believed and not picks[-1]:
-                _remember(memory, last)
-        failures = _failed_in_a_row(picks)
-        stopped = ""
-        if cell.reading.fault:
-            stopped = cell.reading.fault
-        elif not scene.objects:
-            stopped = "clear"
-        elif failures >= options.failures:
-            stopped = f"{failures} picks failed in a row"
-        elif len(picks) >= options.picks:
-            stopped = f"{options.picks} picks made"
-        chosen = (
-            choose(cell, scene, memory, select, perceive_ms, plan_ms)
-            if not stopped
-            else Chosen(None, (), plan_ms)
-        )
-        plan_ms = chosen.plan_ms
-        if not stopped and chosen.choice is None:
-            stopped = "nothing left that can be grasped"
-        if away and stopped in ("clear", "nothing left that can be grasped"):
-            # The arm over the tray may hide something, or be where no way begins: look once more.
-            go_home(cell, scene)
-            away = False
-            continue
-        if stopped == "nothing left that can be grasped" and options.push:
-            pushing = replace(select or SelectOptions(), push=True)
-            chosen = choose(cell, scene, memory, pushing, perceive_ms, plan_ms)
-            stopped = "" if chosen.choice is not None else stopped
-        if stopped or chosen.choice is None:
-            if away:
-                go_home(cell, scene)
-            left = chosen.left or tuple(f"object {one.label}: not tried" for one in scene.objects)
-            _tell(told, last, picks)
-            return ClearReport(tuple(picks), looks, left, cell.reading.fault or stopped)
-        _tell(told, last, picks)
-        last = chosen.choice
-        if told is not None:
-            told(last, None)
-        perceive_ms = plan_ms = 0.0
-        picks.append(pick(cell, last, sum(map(bool, picks))))
-        if not picks[-1]:
-            _remember(memory, last)
-        away = bool(picks[-1]) and options.look_from_tray
-        if picks[-1].outcome != "fault" and not away:
-            go_home(cell, scene)
+    """Last valid scene."""
+    grasp: SelectedGrasp | None = None
+    """Grasp of the last pick."""
+    selection: GraspSelection = field(default_factory=lambda: GraspSelection(None, ()))
+    """Last selection."""
+    over_tray: bool = False
+    """Whether the arm is over the tray instead of at rest."""
+    perceive_ms: float = 0.0
+    """Computing time of all observations since the last pick, ms."""
+    plan_ms: float = 0.0
+    """Computing time of all selections since the last pick, ms."""
+    stop_reason: str = ""
+    remaining: tuple[str, ...] = ()
+
+    def report(self) -> ClearReport:
+        return ClearReport(tuple(self.picks), self.observations, self.remaining, self.stop_reason)
+
+    def report_last_pick(self) -> None:
+        if self.on_pick is not None and self.grasp is not None:
+            self.on_pick(self.grasp, self.picks[-1])
+
+    def add_failed_grasp(self) -> None:
+        assert self.grasp is not None, "a pick has a grasp"
+        place = self.grasp.target.points.mean(axis=0)
+        self.failed.add(place, grasp_key(self.grasp.plan))
+
+    def move_home(self) -> None:
+        assert self.scene is not None, "the arm moves after a valid observation"
+        move_home(self.cell, self.scene)
+        self.over_tray = False
 
 
-def look(cell: Cell) -> tuple[Scene | None, float, str]:
-    """Take a depth image and see what is there; where that leaves a doubt, take more and fuse them.
+def _observe(run: _Clearing) -> Step | None:
+    """Perceive the scene; from the rest posture if the view from over the tray is not valid."""
+    scene, milliseconds, problem = observe(run.cell)
+    run.perceive_ms += milliseconds
+    run.observations += 1
+    if scene is not None:
+        run.scene = scene
+        return _verify
+    fault = run.cell.reading.fault
+    if run.scene is not None and run.over_tray and not fault:
+        # The arm over the tray may be the cause.
+        run.move_home()
+        return _observe
+    run.report_last_pick()
+    run.stop_reason = fault or problem
+    return None
 
-    Gives the scene and the ms that seeing took; None where it is nothing to act on, and why.
+
+def _verify(run: _Clearing) -> Step:
+    """Correct the outcome of the last pick by the new scene."""
+    if run.grasp is not None:
+        assert run.scene is not None, "the scene is valid"
+        believed = run.picks[-1]
+        run.picks[-1] = verify_pick(believed, run.grasp, run.scene, run.cell.tray)
+        if believed and not run.picks[-1]:
+            run.add_failed_grasp()
+    return _select
+
+
+def _select(run: _Clearing) -> Step:
+    """Select the next grasp, or the reason to stop."""
+    run.selection = GraspSelection(None, (), run.plan_ms)
+    run.stop_reason = _stop_reason(run)
+    if not run.stop_reason:
+        _run_selection(run, run.grasp_options)
+        run.plan_ms = run.selection.plan_ms
+    if run.over_tray and run.stop_reason in (CLEAR, NOTHING_GRASPABLE):
+        # The arm over the tray may hide objects, or be a bad start of a motion.
+        run.move_home()
+        return _observe
+    if run.stop_reason == NOTHING_GRASPABLE and run.options.push:
+        _run_selection(run, replace(run.grasp_options, push=True))
+    return _stop if run.stop_reason else _pick
+
+
+def _run_selection(run: _Clearing, options: GraspOptions) -> None:
+    assert run.scene is not None, "the scene is valid"
+    run.selection = select_grasp(
+        run.cell, run.scene, run.failed, options, run.perceive_ms, run.plan_ms
+    )
+    run.stop_reason = "" if run.selection.grasp is not None else NOTHING_GRASPABLE
+
+
+def _pick(run: _Clearing) -> Step:
+    """Pick the selected object."""
+    run.report_last_pick()
+    grasp = run.grasp = run.selection.grasp
+    assert grasp is not None, "a grasp was selected"
+    if run.on_pick is not None:
+        run.on_pick(grasp, None)
+    run.perceive_ms = run.plan_ms = 0.0
+    report = pick(run.cell, grasp, sum(map(bool, run.picks)))
+    run.picks.append(report)
+    if not report:
+        run.add_failed_grasp()
+    run.over_tray = bool(report) and run.options.capture_over_tray
+    if report.outcome != "fault" and not run.over_tray:
+        run.move_home()
+    return _observe
+
+
+def _stop(run: _Clearing) -> None:
+    """Move home and list the remaining objects."""
+    assert run.scene is not None, "the scene is valid"
+    if run.over_tray:
+        run.move_home()
+    run.remaining = run.selection.skipped or tuple(
+        f"object {item.label}: {NOT_TRIED}" for item in run.scene.objects
+    )
+    run.report_last_pick()
+    run.stop_reason = run.cell.reading.fault or run.stop_reason
+
+
+def _stop_reason(run: _Clearing) -> str:
+    """Return the reason to stop before a selection; empty to continue."""
+    assert run.scene is not None, "the scene is valid"
+    if run.cell.reading.fault:
+        return run.cell.reading.fault
+    if not run.scene.objects:
+        return CLEAR
+    failures = len(run.picks) - max(
+        (k for k, one in enumerate(run.picks, start=1) if one), default=0
+    )
+    if failures >= run.options.failures:
+        return f"{failures} picks failed in a row"
+    if len(run.picks) >= run.options.picks:
+        return f"{run.options.picks} picks made"
+    return ""
+
+
+def observe(cell: Cell) -> tuple[Scene | None, float, str]:
+    """Capture a depth image and perceive the scene in it.
+
+    If the scene is not valid, more images are captured and fused.
+
+    Returns
+    -------
+    tuple
+        The scene without the objects in the tray, or None; the computing time in ms; and the
+        reason why there is no valid scene, empty otherwise.
     """
-    cell.enter("look")
+    cell.enter("observe")
     frames: list[DepthFrame] = []
-    spent, doubt = 0.0, ""
-    for more in (1, LOOKS - 1):
+    spent, problem = 0.0, ""
+    for count in (1, MAX_FRAMES - 1):
         began = time.perf_counter()
         try:
-            frames += [cell.robot.look() for _ in range(more)]
+            frames += [cell.robot.capture() for _ in range(count)]
             began = time.perf_counter()
-            frame = steady(frames)
-            scene = _without_tray(cell.see(frame), cell.tray)
-            doubt = doubts(frame, scene, cell.tray)
+            frame = fuse_frames(frames)
+            scene = _without_tray(cell.perceive(frame), cell.tray)
+            problem = validate_scene(frame, scene, cell.tray)
         except InputError as error:
-            scene, doubt = None, f"cannot see: {error}"
+            scene, problem = None, f"no valid depth image: {error}"
         spent += 1e3 * (time.perf_counter() - began)
-        if scene is not None and not doubt:
+        if scene is not None and not problem:
             cell.scene = scene
             return scene, spent, ""
-    return None, spent, doubt
+    return None, spent, problem
 
 
-def go_home(cell: Cell, scene: Scene) -> bool:
-    """Bring the arm to its rest posture, the hand open; tells whether it got there."""
+def move_home(cell: Cell, scene: Scene) -> bool:
+    """Move the arm to its rest posture with the hand open; return whether it got there."""
     options = cell.options
     hand = cell.robot.hand
     world = CollisionWorld(
-        cell.model(hand.pulled(hand.widest)),
-        (*surroundings(scene, None), cell.tray.filled(cell.tray_height)),
+        cell.model(hand.excursions_at(hand.max_opening)),
+        (*scene_obstacles(scene), cell.tray.block(cell.tray_height)),
     )
-    control = replace(options.control, dt=cell.robot.period, tolerance=0.02)
-    controller = PlannedApproach(
-        world, (Posture(cell.home, speed=HOME_SPEED),), control, options.planner
-    )
+    control = replace(options.control, dt=cell.robot.period, tolerance=HOME_TOLERANCE)
+    posture = Posture(cell.home, speed=HOME_SPEED)
+    controller = PlannedApproach(world, (posture,), control, options.planner)
     command = open_command(hand)
-    arrival = go(
-        cell, controller, HOME_SECONDS, command=lambda _: command, stop=lambda r: bumped(cell, r)
+    result = execute(
+        cell,
+        controller,
+        HOME_SECONDS,
+        command=lambda _: command,
+        stop=lambda reading: unexpected_contact(cell, reading),
     )
-    return bool(arrival)
+    return bool(result)
 
 
 def _without_tray(scene: Scene, tray: Tray) -> Scene:
-    objects = tuple(one for one in scene.objects if not tray.holds(one.points.mean(axis=0)))
+    objects = tuple(item for item in scene.objects if not tray.contains(item.points.mean(axis=0)))
     return replace(scene, objects=objects)
-
-
-def _tell(
-    told: Callable[[Choice, PickReport | None], None] | None,
-    last: Choice | None,
-    picks: list[PickReport],
-) -> None:
-    if told is not None and last is not None:
-        told(last, picks[-1])
-
-
-def _remember(memory: Memory, choice: Choice) -> None:
-    place = choice.target.points.mean(axis=0)
-    memory.note(place, grasp_key(choice.plan))
-
-
-def _failed_in_a_row(picks: list[PickReport]) -> int:
-    return len(picks) - max((k for k, one in enumerate(picks, start=1) if one), default=0)

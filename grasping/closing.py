@@ -1,4 +1,4 @@
-"""Close a compliant hand: gently until both sides touch, then firmly, and wrap where it should."""
+"""Close a compliant hand: gently until both sides touch, then firmly."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ import numpy as np
 from eyehand.errors import InputError
 
 from .grip_options import GripOptions
-from .hand_names import PINCER_FINGER, THUMB, WRAPS
-from .hand_state import LEAST_WRAPPED, finger_forces, held, width
+from .hand_names import PINCER_FINGER, THUMB, WRAP_DRIVES
+from .hand_state import MIN_ENCLOSED_WIDTH, finger_forces, grip_width, is_holding
 from .prototypes import Prototype
 from .robot import HandCommand
-from .wrapping import ANVIL, Wrapping
+from .wrapping import DRAW_TENSION, DRAW_TENSION_RATE, THUMB_HOLD_SHARE, Wrapping
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,41 +22,72 @@ if TYPE_CHECKING:
     from .robot import DriveMode, HandReading
 
 ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty"]
-"""preshape: not begun; closing: until both sides touch; gripping: the force rises; holding: it is
-steady; empty: closed with nothing between."""
+"""State of the closing hand.
 
-ASIDE = 0.06
-"""How much wider than a pincer its other fingers stand, m: out of the way of what it pinches, and
-no farther out than neighbours leave room for."""
-FALLS_BACK = 0.024
-"""Twice as far as a round thing of 50 mm falls back between the middle of the hand and the next
-finger, m: whatever is rounder, that finger passes."""
-BEYOND = 0.03
-"""How far past the middle fingers follow an object that stands off it, m."""
+- preshape: closing has not begun.
+- closing: until both sides touch.
+- gripping: the tension rises.
+- holding: the grip is steady.
+- empty: the hand closed without an object.
+"""
+
+IDLE_OPENING = 0.06
+"""Additional opening of the idle fingers in a pincer grasp, m. They stay clear of the object, but
+no farther out than neighbours allow."""
+ROUND_ALLOWANCE = 0.024
+"""Distance, doubled, by which a round object of 50 mm is thinner at the next finger than at the
+middle one, m."""
+OVERTRAVEL = 0.03
+"""Distance by which the fingers follow an off-centre object beyond the closed position, m."""
+MIN_GAP = 0.003
+"""Width below which the hand has closed without an object, m."""
+TOUCH_HOLD_TENSION = 25.0
+"""Maximum tension of a finger that touches first and waits for the thumb, N."""
+WRAP_HOLD_TENSION = 40.0
+"""Maximum tension with which pre-bent outer joints keep their bend in a precision grasp, N."""
+TENSION_RATE = 200.0
+"""Rate at which the fingers' tension rises, N/s. Slower lets round objects settle."""
+LOST_SECONDS = 0.15
+"""Time without force on one side after which the hand is empty, s. A light object bounces between
+the pads at first."""
+STEADY_SPEED = 0.05
+"""Joint speed below which the grip is steady, rad/s."""
+STEADY_SECONDS = 0.06
+"""Time for which the joint speed must stay below it, s."""
+GRIP_SECONDS = 2.0
+"""Maximum time of the rise of the tension, s. A grip that still moves then counts as holding."""
+END_SECONDS = 0.3
+"""Time at the end of their travel after which fingers without contact count as empty, s."""
 CAGE_WIDTH, CAGE_SECONDS = 0.045, 0.35
-"""Tips that met before a slim thing at the palm part so far, m, and bend for so long, s."""
-CAGED = 3.0
-"""After how many times that the hand around a slim thing is judged: it has to be drawn in."""
+"""Opening, m, and time, s, of the cage: fingertips that met in front of a slim object at the palm
+open again and bend around it."""
+CAGE_CHECK_PERIODS = 3.0
+"""Number of cage times after which a caged object must be held. It has to be drawn in first."""
 
 
 class Closing:
-    """Closes the hand on whatever is between fingers and thumb, one control period at a time.
+    """Controller that closes the hand on an object, one control period at a time.
 
-    Each side closes gently until it touches and then waits for the other, so that an object off
-    the middle is met where it is and not pushed over. Then the thumb holds its place as an anvil
-    and the fingers' force rises. In a power grasp the outer joints are bent as well: what the
-    tips hold is drawn to the palm, and the phalanges close around it.
+    Each side closes gently until it touches, and then waits for the other side. So an off-centre
+    object is not pushed over. Then the thumb holds its place and the fingers' tension rises. In a
+    power grasp the outer joints bend as well: they draw the object to the palm, and the phalanges
+    enclose it (`Wrapping`).
 
     Parameters
     ----------
     hand
         The hand.
     prototype
-        How to grip.
+        Prototype of the grasp.
     opening
-        Free width from which the hand closes, m.
+        Opening from which the hand closes, m.
     options
-        Speeds and tensions.
+        Speed and tensions.
+
+    Raises
+    ------
+    InputError
+        If the prototype is unknown.
     """
 
     def __init__(
@@ -77,38 +108,38 @@ class Closing:
         self.touched = False
         names = hand.drives
         self._thumb = names.index(THUMB)
-        self._wraps = [k for k, name in enumerate(names) if name in WRAPS]
-        rest = [k for k in range(len(names)) if k != self._thumb and k not in self._wraps]
-        only = [k for k in rest if names[k] == PINCER_FINGER]
-        alone = prototype == "pincer" and bool(only)
-        self._fingers = only if alone else rest
-        self._pulling = 1 if alone else len(hand.fingers) - 1
+        self._wraps = [k for k, name in enumerate(names) if name in WRAP_DRIVES]
+        others = [k for k in range(len(names)) if k != self._thumb and k not in self._wraps]
+        pincer = [k for k in others if names[k] == PINCER_FINGER]
+        one_finger = prototype == "pincer" and bool(pincer)
+        self._fingers = pincer if one_finger else others
+        self._finger_count = 1 if one_finger else len(hand.fingers) - 1
         start = preshape_command(hand, opening, prototype)
         self._modes: list[DriveMode] = list(start.modes)
         self._values = start.values.copy()
-        self._begun = self._steady = self._level = self._loose = 0.0
+        self._elapsed = self._steady_seconds = self._tension = self._lost_seconds = 0.0
         self._caged = False
         self._bend = 0.0
         self._slack = np.zeros(len(names))
         self._wrapping: Wrapping | None = None
         self._angles: NDArray[np.float64] | None = None
-        # Past the closed hand, as far as an object off the middle may stand.
-        self._ends = hand.excursions[0] + hand.excursions[0] - hand.pulled(2.0 * BEYOND)
+        # Beyond the closed hand, to follow an off-centre object.
+        self._ends = hand.excursions[0] + hand.excursions[0] - hand.excursions_at(2.0 * OVERTRAVEL)
 
     @property
-    def grip_force(self) -> float:
-        """Tension of each finger's tendon when gripped, N."""
-        return self._options.grip(self._prototype, self._pulling)
+    def grip_tension(self) -> float:
+        """Tension of each finger's tendon in the grip, N."""
+        return self._options.finger_tension(self._prototype, self._finger_count)
 
     def step(self, reading: HandReading, dt: float) -> HandCommand:
-        """Give the command for the next control period.
+        """Compute the command for the next control period.
 
         Parameters
         ----------
         reading
-            What the hand feels now.
+            Readings of the hand.
         dt
-            The period, s.
+            Control period, s.
         """
         if self.state == "preshape":
             self.state = "closing"
@@ -131,13 +162,14 @@ class Closing:
         for k, touch in zip([*self._fingers, self._thumb], [*touching, thumb], strict=True):
             if touch and self._modes[k] != "hold":
                 self._modes[k] = "hold"
-                self._values[k] = options.touch_hold
+                self._values[k] = TOUCH_HOLD_TENSION
             elif self._modes[k] == "place":
                 self._slack[k] = reading.tensions[k]
                 self._values[k] = min(self._values[k] + options.closing_speed * dt, self._ends[k])
-        slim = self._prototype == "power" and width(reading, hand) < LEAST_WRAPPED
-        if slim or width(reading, hand) < options.least_gap:
-            # Before a slim thing at the palm the tips meet too: only wrapping tells.
+        width = grip_width(reading, hand)
+        slim = self._prototype == "power" and width < MIN_ENCLOSED_WIDTH
+        if slim or width < MIN_GAP:
+            # The tips also meet in front of a slim object at the palm. Wrapping decides.
             self._caged = slim
             self.state = "gripping" if slim else "empty"
             return
@@ -145,49 +177,50 @@ class Closing:
         if any(stopped) and self._modes[self._thumb] == "hold":
             self.touched = True
             self.state = "gripping"
-            # What a finger runs into pulls more for a moment than the thumb is set to oppose.
-            pulled = float(np.mean([reading.tensions[k] for k in self._fingers]))
-            self._level = min(pulled, self.grip_force)
+            # An impact may raise the tension above what the thumb can oppose.
+            tension = float(np.mean([reading.tensions[k] for k in self._fingers]))
+            self._tension = min(tension, self.grip_tension)
             return
         moving = [k for k in [*self._fingers, self._thumb] if self._modes[k] == "place"]
         if all(self._values[k] >= self._ends[k] for k in moving):
-            self._begun += dt
-            if self._begun > 0.3:
+            self._elapsed += dt
+            if self._elapsed > END_SECONDS:
                 self.state = "empty"
 
     def _grip(self, reading: HandReading, dt: float) -> None:
-        options, goal = self._options, self.grip_force
-        self._begun += dt
-        if self._caged and self._begun < CAGE_SECONDS:
+        goal = self.grip_tension
+        self._elapsed += dt
+        if self._caged and self._elapsed < CAGE_SECONDS:
             self._cage(dt)
             return
         if self._angles is not None:
             speed = float(np.abs(reading.angles - self._angles).max(initial=0.0)) / dt
-            self._steady = self._steady + dt if speed < options.settled_speed else 0.0
+            self._steady_seconds = self._steady_seconds + dt if speed < STEADY_SPEED else 0.0
         limit, wrapped = goal, True
         if self._prototype == "power" and self._wraps:
             limit, wrapped = self._wrap(reading, dt)
-        self._level = min(self._level + options.ramp * dt, max(limit, self._level))
+        self._tension = min(self._tension + TENSION_RATE * dt, max(limit, self._tension))
         self._pull(reading, dt)
-        firm = self._level >= goal and self._begun > (CAGED * CAGE_SECONDS if self._caged else 0.0)
+        check_after = CAGE_CHECK_PERIODS * CAGE_SECONDS if self._caged else 0.0
+        firm = self._tension >= goal and self._elapsed > check_after
         if self._lost(reading, dt) and firm:
             self.state = "empty"
-        elif self._begun > options.grip_seconds or (
-            self._level >= goal
+        elif self._elapsed > GRIP_SECONDS or (
+            self._tension >= goal
             and wrapped
-            and self._steady >= options.settle_seconds
-            and self._loose == 0.0
+            and self._steady_seconds >= STEADY_SECONDS
+            and self._lost_seconds == 0.0
         ):
             self.state = "holding"
 
     def _wrap(self, reading: HandReading, dt: float) -> tuple[float, bool]:
-        """Give the fingers' tension for now, N, and whether the object is wrapped."""
+        """Return the tension limit of the fingers, N, and whether the object is enclosed."""
         if self._wrapping is None:
             self._wrapping = Wrapping(
-                self._hand, self._options, self.grip_force, self._slack, self._bend
+                self._hand, self._options, self.grip_tension, self._slack, self._bend
             )
-        steady = self._steady >= self._options.settle_seconds
-        self._wrapping.step(reading, self._level, steady, dt)
+        steady = self._steady_seconds >= STEADY_SECONDS
+        self._wrapping.step(reading, self._tension, steady, dt)
         return self._wrapping.limit, self._wrapping.stage == "wrapped"
 
     def _pull(self, reading: HandReading, dt: float) -> None:
@@ -195,50 +228,56 @@ class Closing:
         forces, wrapping = finger_forces(reading, self._hand), self._wrapping
         for k in self._fingers:
             if self._modes[k] == "pull" or self._joins(k, forces):
-                self._modes[k], self._values[k] = "pull", self._level
+                self._modes[k], self._values[k] = "pull", self._tension
             else:
-                self._accompany(k, reading, dt)
+                self._follow(k, reading, dt)
         for k in self._wraps:
             if wrapping is None:
-                self._modes[k], self._values[k] = "hold", self._options.wrap_hold
+                self._modes[k], self._values[k] = "hold", WRAP_HOLD_TENSION
             else:
                 self._modes[k], self._values[k] = "pull", wrapping.bend(k)
         if wrapping is None:
-            thumb = "hold", ANVIL * self._pulling * self.grip_force
+            thumb = "hold", THUMB_HOLD_SHARE * self._finger_count * self.grip_tension
         else:
-            thumb = wrapping.thumb(self._level, self._fingers)
+            thumb = wrapping.thumb(self._tension, self._fingers)
         self._modes[self._thumb], self._values[self._thumb] = thumb
 
     def _cage(self, dt: float) -> None:
-        """Part tips that met before a slim thing at the palm, and bend them around it."""
-        options = self._options
+        """Open tips that met in front of a slim object at the palm, and bend them around it."""
         for k in [*self._fingers, self._thumb]:
-            self._modes[k], self._values[k] = "place", self._hand.pulled(CAGE_WIDTH)[k]
-        self._bend = min(self._bend + options.draw_ramp * dt, options.draw_tension)
+            self._modes[k], self._values[k] = "place", self._hand.excursions_at(CAGE_WIDTH)[k]
+        self._bend = min(self._bend + DRAW_TENSION_RATE * dt, DRAW_TENSION)
         for k in self._wraps:
             self._modes[k], self._values[k] = "pull", self._bend
 
     def _joins(self, drive: int, forces: NDArray[np.float64]) -> bool:
-        """Whether a drive's fingers press something: beside a narrow object they would close on."""
+        """Return whether a drive takes part in the grip.
+
+        Beside a narrow object a finger without contact would close on nothing.
+        """
         return (
             self._prototype == "power"
             or self._modes[drive] == "hold"
             or self._force_of(drive, forces) >= self._options.touch_force
         )
 
-    def _accompany(self, drive: int, reading: HandReading, dt: float) -> None:
-        """Keep fingers that touch nothing a little before the others: round things fall back."""
-        beside = self._hand.pulled(width(reading, self._hand) - FALLS_BACK)[drive]
+    def _follow(self, drive: int, reading: HandReading, dt: float) -> None:
+        """Keep a finger without contact a little inside the others, for round objects."""
+        width = grip_width(reading, self._hand) - ROUND_ALLOWANCE
+        beside = self._hand.excursions_at(width)[drive]
         stride = self._options.closing_speed * dt
         self._values[drive] += float(np.clip(beside - self._values[drive], -stride, stride))
 
     def _lost(self, reading: HandReading, dt: float) -> bool:
-        """Whether nothing has been held for longer than a bounce."""
-        self._loose = 0.0 if held(reading, self._hand) else self._loose + dt
-        return self._loose > self._options.lost_seconds
+        """Return whether nothing has been held for longer than a bounce."""
+        self._lost_seconds = 0.0 if is_holding(reading, self._hand) else self._lost_seconds + dt
+        return self._lost_seconds > LOST_SECONDS
 
     def _force_of(self, drive: int, forces: NDArray[np.float64]) -> float:
-        """Largest force on a finger that a drive moves: its own name, or every other finger."""
+        """Return the maximum force on the fingers that a drive moves, N.
+
+        A drive moves the finger of its name, or all fingers without a drive of their own.
+        """
         name, fingers = self._hand.drives[drive], self._hand.fingers[:-1]
         if name in fingers:
             return float(forces[fingers.index(name)])
@@ -249,15 +288,15 @@ class Closing:
 
 
 def preshape_command(hand: HandModel, opening: float, prototype: Prototype) -> HandCommand:
-    """Open the hand to a free width, in m; a pincer's other fingers stay out of the way."""
-    values = hand.pulled(opening)
+    """Return the command that opens the hand, m; idle fingers of a pincer open wider."""
+    values = hand.excursions_at(opening)
     if prototype == "pincer" and PINCER_FINGER in hand.drives:
         for k, name in enumerate(hand.drives):
-            if name not in (PINCER_FINGER, THUMB, *WRAPS):
-                values[k] = hand.pulled(opening + ASIDE)[k]
+            if name not in (PINCER_FINGER, THUMB, *WRAP_DRIVES):
+                values[k] = hand.excursions_at(opening + IDLE_OPENING)[k]
     return HandCommand(("place",) * len(hand.drives), values)
 
 
 def open_command(hand: HandModel) -> HandCommand:
-    """Open the hand as far as it goes."""
+    """Return the command that opens the hand fully."""
     return HandCommand(("pull",) * len(hand.drives), np.zeros(len(hand.drives)))

@@ -1,4 +1,4 @@
-"""The lengths of a solid that a hand cares about, relative to up."""
+"""Extents of a solid that matter for a grasp."""
 
 from __future__ import annotations
 
@@ -15,41 +15,41 @@ if TYPE_CHECKING:
     from eyehand.perception import Superquadric
 
 DIRECTIONS = 90
-"""Closing directions tried over half a turn: one every 2°."""
-FINE = 41
-"""Directions tried again around the best: one every 0.1°."""
-ROUND = 0.04
-"""Widths that differ by less than this share count as round."""
+"""Number of closing directions tried over half a turn, one every 2°."""
+FINE_DIRECTIONS = 41
+"""Number of directions tried around the best one, one every 0.1°."""
+ROUND_SHARE = 0.04
+"""Maximum relative difference of the widths of a round object."""
 
 
 @dataclass(frozen=True)
 class Extents:
-    """Caliper widths of a solid."""
+    """Widths of a solid between two parallel planes."""
 
     height: float
     """Extent along up, m."""
     width: float
-    """Smallest horizontal caliper width, m."""
+    """Smallest horizontal width, m."""
     length: float
-    """Horizontal caliper width across it, m."""
+    """Horizontal width perpendicular to it, m."""
     closing: NDArray[np.float64]
-    """Unit direction along which the smallest width is measured, (3,)."""
+    """Unit direction of the smallest width, (3,)."""
     up: NDArray[np.float64]
     """Unit up direction, (3,)."""
     round: bool
-    """Whether every horizontal direction is about as wide: any closing direction will do."""
+    """Whether all horizontal widths are about equal."""
 
 
-def measure(solid: Superquadric, up: NDArray[np.float64]) -> Extents:
-    """Measure a solid by its support function (a caliper's two jaws are two support planes)."""
+def measure_extents(solid: Superquadric, up: NDArray[np.float64]) -> Extents:
+    """Measure the extents of a solid relative to an up direction (3,), by its support function."""
     up = np.asarray(up, dtype=np.float64) / np.linalg.norm(up)
     side, other = perpendicular_pair(up)
     step = np.pi / DIRECTIONS
     angles = np.arange(DIRECTIONS) * step
     widths = _widths(solid, angles, side, other)
     near = angles[int(np.argmin(widths))]
-    # A box's narrow side is a sharp minimum: between two steps it would be missed by a degree.
-    fine = near + np.linspace(-step, step, FINE)
+    # The width of a box has a sharp minimum, so the coarse search misses it by up to 1°.
+    fine = near + np.linspace(-step, step, FINE_DIRECTIONS)
     narrow = float(fine[int(np.argmin(_widths(solid, fine, side, other)))])
     closing = np.cos(narrow) * side + np.sin(narrow) * other
     across = np.cross(up, closing)
@@ -59,7 +59,7 @@ def measure(solid: Superquadric, up: NDArray[np.float64]) -> Extents:
         length=float(solid.support(across) + solid.support(-across)),
         closing=closing,
         up=up,
-        round=bool(widths.max() - widths.min() < ROUND * widths.max()),
+        round=bool(widths.max() - widths.min() < ROUND_SHARE * widths.max()),
     )
 
 

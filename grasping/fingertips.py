@@ -1,4 +1,4 @@
-"""What fingertips feel: a contact on the face that holds, or a bump beside it."""
+"""Contacts on the fingertips, and on which face they are."""
 
 from __future__ import annotations
 
@@ -14,32 +14,33 @@ if TYPE_CHECKING:
     from .hand_model import HandModel
     from .robot import HandReading
 
-THRESHOLD = 200.0
-"""Pressure above which a tactel counts as touched, Pa: 5 mN on one of 5 x 5 mm."""
+PRESSURE_THRESHOLD = 200.0
+"""Pressure above which a tactel counts as touched, Pa; 5 mN on a tactel of 5 x 5 mm."""
 FACE_SHARE = 0.5
-"""Share of a tip's force that its tactels bear where it is the holding face that touches: the rest
-is on its end or back."""
+"""Minimum share of a tip's force on its tactels for a contact on the gripping face. Otherwise the
+contact is on the end or the back of the tip."""
 
 
 def fingertip_contacts(reading: HandReading) -> tuple[ContactFeatures, ...]:
-    """Describe the contact on each fingertip, the thumb last; empty for a hand without tactels."""
-    return tuple(contact_features(image, THRESHOLD) for image in reading.tips)
+    """Return the contact on each fingertip, the thumb last; empty without tactile sensors."""
+    return tuple(contact_features(image, PRESSURE_THRESHOLD) for image in reading.tips)
 
 
-def bumped_tips(reading: HandReading, hand: HandModel, least: float) -> tuple[str, ...]:
-    """Name the fingertips that feel at least a force, N, beside the face that holds.
+def off_face_contacts(reading: HandReading, hand: HandModel, min_force: float) -> tuple[str, ...]:
+    """Return the names of the fingers with a contact beside the gripping face of their tip.
 
-    A tip without tactels cannot tell, and counts as bumped.
+    Only contacts of at least ``min_force``, N, count. A contact on a tip without tactile sensor
+    always counts.
     """
     forces = dict(zip(hand.pads, reading.forces.tolist(), strict=True))
-    faces = dict(zip(hand.fingers, reading.tips, strict=False))
-    bumped = []
+    images = dict(zip(hand.fingers, reading.tips, strict=False))
+    fingers = []
     for finger in hand.fingers:
         force = forces.get(f"{finger}_{TIP}", 0.0)
-        if force < least:
+        if force < min_force:
             continue
-        image = faces.get(finger)
-        on_face = contact_features(image, THRESHOLD).force if image is not None else 0.0
+        image = images.get(finger)
+        on_face = contact_features(image, PRESSURE_THRESHOLD).force if image is not None else 0.0
         if on_face < FACE_SHARE * force:
-            bumped.append(finger)
-    return tuple(bumped)
+            fingers.append(finger)
+    return tuple(fingers)

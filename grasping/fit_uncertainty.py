@@ -1,4 +1,4 @@
-"""How far a fit may be wrong about where an object ends, in a direction that a hand asks about."""
+"""Uncertainty of a fitted solid in the directions that matter for a grasp."""
 
 from __future__ import annotations
 
@@ -11,39 +11,39 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SuperquadricFit
 
-MOST_DOUBT = 0.010
-"""Largest standard deviation that counts, m: of a side that nobody saw the first-order figure has
-no bound, while the table, free space and the other sides still bound the object."""
-UNSEEN_DOUBT = 0.004
-"""Least standard deviation of a side that nobody saw, m."""
+MAX_STD = 0.010
+"""Maximum standard deviation that is returned, m. The first-order estimate of an unseen side is
+unbounded, but the table, free space and the other sides still bound the object."""
+MIN_UNSEEN_STD = 0.004
+"""Minimum standard deviation of an unseen side, m."""
 _CENTRE = slice(8, 11)
 
 
-def doubt_along(fit: SuperquadricFit, direction: NDArray[np.float64]) -> float:
-    """Standard deviation of the caliper width along a unit direction (3,), m; 0 if not known.
+def width_std(fit: SuperquadricFit, direction: NDArray[np.float64]) -> float:
+    """Return the standard deviation of the width along a unit direction (3,), m; 0 if unknown.
 
-    The solid's support along d is c·d + Σ a_k |d·e_k| at most, linear in centre and semi-axes; the
-    centre drops out of the sum of two opposite sides.
+    The solid's support along d is at most c·d + Σ a_k |d·e_k|, which is linear in centre and
+    semi-axes. The centre cancels in the sum of two opposite sides.
     """
-    solid, doubt = fit.superquadric, fit.uncertainty
-    if solid is None or doubt is None:
+    solid, uncertainty = fit.superquadric, fit.uncertainty
+    if solid is None or uncertainty is None:
         return 0.0
-    shares = np.abs(direction @ solid.rotation)
-    variance = 4.0 * float(shares @ doubt.covariance[:3, :3] @ shares)
-    # One of the two sides across the direction, of those that nobody saw.
-    facing = "xyz"[int(np.argmax(shares))]
-    least = UNSEEN_DOUBT if any(side[1] == facing for side in doubt.unobserved) else 0.0
-    return float(np.clip(np.sqrt(max(variance, 0.0)), least, MOST_DOUBT))
+    weights = np.abs(direction @ solid.rotation)
+    variance = 4.0 * float(weights @ uncertainty.covariance[:3, :3] @ weights)
+    facing = "xyz"[int(np.argmax(weights))]
+    unseen = any(side[1] == facing for side in uncertainty.unobserved)
+    lower = MIN_UNSEEN_STD if unseen else 0.0
+    return float(np.clip(np.sqrt(max(variance, 0.0)), lower, MAX_STD))
 
 
-def side_doubt(fit: SuperquadricFit) -> float:
-    """Standard deviation of the least sure side of a fitted solid, m, no more than counts."""
-    solid, doubt = fit.superquadric, fit.uncertainty
-    if solid is None or doubt is None:
+def max_side_std(fit: SuperquadricFit) -> float:
+    """Return the maximum standard deviation of a solid's six sides, m, at most `MAX_STD`."""
+    solid, uncertainty = fit.superquadric, fit.uncertainty
+    if solid is None or uncertainty is None:
         return 0.0
-    slopes = np.zeros((6, len(doubt.covariance)))
+    slopes = np.zeros((6, len(uncertainty.covariance)))
     slopes[:, :3] = np.vstack([np.eye(3), np.eye(3)])
     slopes[:3, _CENTRE] = solid.rotation.T
     slopes[3:, _CENTRE] = -solid.rotation.T
-    variance = np.einsum("si,ij,sj->s", slopes, doubt.covariance, slopes).max()
-    return float(min(np.sqrt(max(float(variance), 0.0)), MOST_DOUBT))
+    variance = np.einsum("si,ij,sj->s", slopes, uncertainty.covariance, slopes).max()
+    return float(min(np.sqrt(max(float(variance), 0.0)), MAX_STD))

@@ -1,4 +1,4 @@
-"""A hand at an object: which way it closes, where it comes from, and how large the object is so."""
+"""Geometry of the grasps of an object: directions, sizes, and what symmetry leaves free."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from .fit_uncertainty import doubt_along
+from .fit_uncertainty import width_std
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,145 +18,146 @@ if TYPE_CHECKING:
     from .prototypes import Approach
 
 Freedom = Literal["any_side", "turn", "around", "none"]
-"""What the object's symmetry leaves free. any_side: all about a ball's centre; turn: the turn about
-the palm's direction; around: the side from which the hand comes, about an upright axis."""
+"""Freedom that the object's symmetry leaves.
+
+- any_side: any direction towards a sphere's centre.
+- turn: the rotation about the palm's direction.
+- around: the approach direction about a vertical axis.
+- none: no freedom.
+"""
 
 UPRIGHT_COSINE = 0.94
-"""Cosine of the largest tilt at which an axis still counts as upright."""
+"""Cosine of the maximum tilt of an axis that counts as vertical (20°)."""
 
 
-# Arrays have no truth value: equality is identity.
+# Equality is identity, because arrays have no truth value.
 @dataclass(frozen=True, eq=False)
-class Grip:
-    """One way to take hold of a solid; all in the scene's frame."""
+class GraspGeometry:
+    """Directions and sizes of one grasp, in the scene's frame."""
 
     kind: str
-    """Solid it is taken for."""
+    """Kind of the fitted solid."""
     approach: Approach
-    """Whether the palm comes from the side or from above."""
+    """Whether the palm comes from the side or from the top."""
     freedom: Freedom
-    """What stays free."""
+    """Freedom of the grasp."""
     closing: NDArray[np.float64]
-    """Unit direction (3,) from the fingers to the thumb; but one of many where the turn is free."""
+    """Unit direction (3,) from the fingers to the thumb; an example where the turn is free."""
     palm: NDArray[np.float64]
-    """Unit direction (3,) in which the palm faces; but one of many where the side is free."""
+    """Unit direction (3,) that the palm faces; an example where the approach is free."""
     axis: NDArray[np.float64]
     """Unit direction (3,) of the row of fingers."""
     up: NDArray[np.float64]
     """Unit up direction (3,)."""
     centre: NDArray[np.float64]
-    """Middle of the object as the hand sees it, (3,), m."""
+    """Centre of the object's extents along the grasp axes, (3,), m."""
     width: float
-    """Caliper width along the closing direction, m."""
+    """Object width along the closing direction, m."""
     length: float
-    """Caliper width along the row of fingers, m."""
+    """Object width along the row of fingers, m."""
     height: float
     """Extent along up, m."""
     half_depth: float
-    """Distance of the object's near face from the centre, against the palm's direction, m."""
+    """Distance between the centre and the object's near face along the palm's direction, m."""
     rise: float
-    """Height of the centre above what the object stands on, m."""
-    doubt: float
-    """Standard deviation of the width, of unseen sides above all, m."""
+    """Height of the centre above the surface that the object rests on, m."""
+    width_std: float
+    """Standard deviation of the width, m; mostly from unseen sides."""
     flat: bool = False
-    """Whether the face before the palm is about as wide as the object."""
+    """Whether the face in front of the palm is about as wide as the object."""
     cone: float = float(np.pi)
-    """Largest angle of the hand's way from ``palm``, about what is free, rad."""
-
-    @property
-    def top(self) -> float:
-        """Height of the object's top above what it stands on, m."""
-        return self.rise + 0.5 * self.height
+    """Maximum angle of the approach from ``palm`` within the freedom, rad."""
 
 
-def grips(
+def grasp_geometries(
     item: SceneObject, solid: Superquadric, extents: Extents, support: SupportPlane | None
-) -> tuple[Grip, ...]:
-    """Give every way to take hold that differs for a hand, the thumb on either side.
+) -> tuple[GraspGeometry, ...]:
+    """Return all different grasp geometries, with the thumb on either side.
 
     Parameters
     ----------
     item
-        The object; its fit tells how sure its sides are.
+        The object; its fit holds the uncertainty.
     solid, extents
-        Its solid and measures.
+        Its solid, and the extents of it.
     support
-        Plane below; without one the object's lowest point is taken for the ground.
+        Support plane. Without one the object's lowest point defines the ground.
     """
     up, narrow = extents.up, extents.closing
     across = np.cross(up, narrow)
-    ground = _ground(item, solid, support, up)
-    ways: list[tuple[Approach, Freedom, NDArray[np.float64], NDArray[np.float64]]] = []
+    ground = _ground_height(item, solid, support, up)
+    grasps: list[tuple[Approach, Freedom, NDArray[np.float64], NDArray[np.float64]]] = []
     if extents.round:
-        ways.append(("top", "any_side" if solid.kind == "sphere" else "turn", narrow, -up))
+        grasps.append(("top", "any_side" if solid.kind == "sphere" else "turn", narrow, -up))
         for thumb in (narrow, -narrow):
-            ways.append(("side", "around", thumb, across))
+            grasps.append(("side", "around", thumb, across))
     else:
         for closing, along in ((narrow, across), (across, narrow)):
             for thumb in (closing, -closing):
-                ways.append(("top", "none", thumb, -up))
-                ways.append(("side", "none", thumb, along))
-                ways.append(("side", "none", thumb, -along))
-    measured = _Measured(item.fit, solid, np.array([narrow, across, up]))
-    return tuple(_grip(measured, ground, *way) for way in ways)
+                grasps.append(("top", "none", thumb, -up))
+                grasps.append(("side", "none", thumb, along))
+                grasps.append(("side", "none", thumb, -along))
+    measured = _MeasuredSolid(item.fit, solid, np.array([narrow, across, up]))
+    return tuple(_geometry(measured, ground, *grasp) for grasp in grasps)
 
 
-def turned(grip: Grip, count: int) -> tuple[Grip, ...]:
-    """Give a grip turned about up, so many times over a whole turn, the first one as it is.
+def turned(geometry: GraspGeometry, count: int) -> tuple[GraspGeometry, ...]:
+    """Return ``count`` copies turned about up over a full turn, the original first.
 
-    Only for what is round for the hand: widths are taken to stay.
+    The object must be rotationally symmetric for the hand: widths are kept.
     """
-    side = np.cross(grip.up, _flat(grip))
-    found = []
+    flat = _horizontal_direction(geometry)
+    side = np.cross(geometry.up, flat)
+    copies = []
     for angle in np.arange(count) * 2.0 * np.pi / count:
-        turn = np.cos(angle) * _flat(grip) + np.sin(angle) * side
-        if grip.approach == "top":
-            found.append(replace(grip, closing=turn, axis=np.cross(grip.palm, turn)))
+        turn = np.cos(angle) * flat + np.sin(angle) * side
+        if geometry.approach == "top":
+            copies.append(replace(geometry, closing=turn, axis=np.cross(geometry.palm, turn)))
         else:
-            closing = np.cross(grip.axis, turn)
+            closing = np.cross(geometry.axis, turn)
             closing /= np.linalg.norm(closing)
-            found.append(replace(grip, palm=turn, closing=closing))
-    return tuple(found)
+            copies.append(replace(geometry, palm=turn, closing=closing))
+    return tuple(copies)
 
 
-def _flat(grip: Grip) -> NDArray[np.float64]:
-    """The direction that turns when a grip turns about up: closing from above, palm from aside."""
-    return grip.closing if grip.approach == "top" else grip.palm
+def _horizontal_direction(geometry: GraspGeometry) -> NDArray[np.float64]:
+    """Return the horizontal direction of a grasp: closing in a top grasp, palm in a side grasp."""
+    return geometry.closing if geometry.approach == "top" else geometry.palm
 
 
-class _Measured:
-    """A solid's ends and doubts along three axes at right angles, asked for once."""
+class _MeasuredSolid:
+    """Extents and uncertainties of a solid along three orthogonal axes, computed once."""
 
     def __init__(
         self, fit: SuperquadricFit, solid: Superquadric, axes: NDArray[np.float64]
     ) -> None:
         ends = solid.support(np.vstack([axes, -axes]))
-        self.kind, self.own = solid.kind, solid.rotation[:, 2]
+        self.kind, self.own_axis = solid.kind, solid.rotation[:, 2]
         self.axes, self.up = axes, axes[2]
-        self.spans = ends[:3] + ends[3:]
-        self.middle = 0.5 * (ends[:3] - ends[3:]) @ axes
-        self.doubts = [doubt_along(fit, axis) for axis in axes]
+        self.widths = ends[:3] + ends[3:]
+        self.centre = 0.5 * (ends[:3] - ends[3:]) @ axes
+        self.width_stds = [width_std(fit, axis) for axis in axes]
 
-    def which(self, direction: NDArray[np.float64]) -> int:
-        """Number of the axis that a direction is along."""
+    def axis_index(self, direction: NDArray[np.float64]) -> int:
+        """Return the index of the axis that is parallel to a direction (3,)."""
         return int(np.argmax(np.abs(self.axes @ direction)))
 
 
-def _grip(
-    solid: _Measured,
+def _geometry(
+    solid: _MeasuredSolid,
     ground: float,
     approach: Approach,
     freedom: Freedom,
     closing: NDArray[np.float64],
     palm: NDArray[np.float64],
-) -> Grip:
+) -> GraspGeometry:
     axis = np.cross(palm, closing)
-    along = solid.which(axis)
+    along = solid.axis_index(axis)
     if freedom == "around" and solid.kind != "sphere":
-        upright = float(solid.own @ axis)
+        upright = float(solid.own_axis @ axis)
         if abs(upright) > UPRIGHT_COSINE:
-            axis = solid.own * np.sign(upright)
-    return Grip(
+            axis = solid.own_axis * np.sign(upright)
+    return GraspGeometry(
         kind=solid.kind,
         approach=approach,
         freedom=freedom,
@@ -164,30 +165,30 @@ def _grip(
         palm=palm,
         axis=axis,
         up=solid.up,
-        centre=solid.middle,
-        width=float(solid.spans[solid.which(closing)]),
-        length=float(solid.spans[along]),
-        height=float(solid.spans[2]),
-        half_depth=0.5 * float(solid.spans[solid.which(palm)]),
-        rise=float(solid.middle @ solid.up) - ground,
-        doubt=solid.doubts[solid.which(closing)],
-        flat=_flat_face(solid, palm),
+        centre=solid.centre,
+        width=float(solid.widths[solid.axis_index(closing)]),
+        length=float(solid.widths[along]),
+        height=float(solid.widths[2]),
+        half_depth=0.5 * float(solid.widths[solid.axis_index(palm)]),
+        rise=float(solid.centre @ solid.up) - ground,
+        width_std=solid.width_stds[solid.axis_index(closing)],
+        flat=_has_flat_face(solid, palm),
     )
 
 
-def _flat_face(solid: _Measured, palm: NDArray[np.float64]) -> bool:
+def _has_flat_face(solid: _MeasuredSolid, palm: NDArray[np.float64]) -> bool:
     if solid.kind == "cylinder":
-        return abs(float(solid.own @ palm)) > UPRIGHT_COSINE
+        return abs(float(solid.own_axis @ palm)) > UPRIGHT_COSINE
     return solid.kind in ("box", "superquadric")
 
 
-def _ground(
+def _ground_height(
     item: SceneObject,
     solid: Superquadric,
     support: SupportPlane | None,
     up: NDArray[np.float64],
 ) -> float:
-    """Coordinate along up of what the object stands on, m."""
+    """Return the coordinate along up of the surface that the object rests on, m."""
     lowest = -float(solid.support(-up))
     if support is None or item.rests_on not in (0, None):
         return lowest

@@ -1,4 +1,4 @@
-"""From the rest posture to an object held: pre-grasp, approach, contact, close, grip."""
+"""Phases from the rest posture to a held object: pre-grasp, approach, contact, close, grip."""
 
 from __future__ import annotations
 
@@ -11,177 +11,207 @@ from eyehand.control.tasks import Position
 
 from .closing import Closing, preshape_command
 from .control_tasks import control_tasks
-from .fingertips import bumped_tips
-from .motion import bumped, distance_left, go
-from .pick_state import Ended, Job
+from .fingertips import off_face_contacts
+from .motion import RAMP_SECONDS, execute, remaining_distance, unexpected_contact
+from .pick_state import PhaseFailure, PickState
 
 if TYPE_CHECKING:
     from .cell import Cell
     from .robot import HandCommand, HandReading, RobotReading
 
 SLIPPED_OUT = "the object left the closing hand"
-"""Reason of a close that may be tried again."""
-NEARLY_THERE = 0.012
-"""A touch so near the goal is the grasp's own contact, m: the fingers close from there."""
+"""Reason of a failed close that is tried again."""
+CONTACT_DISTANCE = 0.012
+"""Distance from the grasp below which a touch is the contact of the grasp itself, m."""
+TOUCH_FORCE = 0.6
+"""Force on a pad that counts as touch while the arm moves, N."""
+APPROACH_SPEED = 0.2
+"""Speed of the straight approach to the grasp, m/s."""
+PALM_SEARCH, PALM_SPEED = 0.012, 0.03
+"""A power grasp moves on by this distance, m, at this speed, m/s, to touch the object with the
+palm."""
+OFFSET_STEP = 0.008
+"""Sideways correction of the grasp after an early touch, m."""
+MAX_RETRIES = 2
+"""Maximum number of new approaches after an early touch."""
+MAX_REGRASPS = 1
+"""Maximum number of new grasps after the object left the closing hand."""
+PRE_GRASP_SECONDS = 9.0
+"""Time limit of the motion to the pre-grasp, s. A motion around obstacles takes 3 to 6 s."""
+NEAR_GOAL_SECONDS = 0.3
+"""Time after which the arm stops near the pre-grasp without reaching it, s."""
+APPROACH_SECONDS = 3.0
+"""Time limit of the approach, s."""
+CLOSE_SECONDS = 3.0
+"""Time limit of closing the hand, s."""
+GRIP_SECONDS = 0.15
+"""Time for which the grip settles before the lift, s."""
 
 
-def pre_grasp(cell: Cell, job: Job) -> Ended | None:
-    """Bring the open hand before the object, with as few rows as its symmetry allows."""
-    hand, options = cell.robot.hand, cell.options
-    tasks = control_tasks(job.plan, hand, job.back(cell))
-    shape = preshape_command(hand, job.plan.opening, job.prototype)
-    _off_the_tray(cell, job, shape)
-    since = np.inf
+def pre_grasp(cell: Cell, state: PickState) -> PhaseFailure | None:
+    """Move the pre-shaped hand to the pre-grasp, with as few task rows as symmetry allows."""
+    hand = cell.robot.hand
+    tasks = control_tasks(state.plan, hand, state.retreat(cell))
+    shape = preshape_command(hand, state.plan.opening, state.prototype)
+    _leave_tray(cell, state, shape)
+    near_since = np.inf
 
     def stop(reading: RobotReading) -> str:
-        # At a joint's limit an error just over the tolerance may stay for ever.
-        nonlocal since
-        since = min(since, reading.time) if job.there(cell, tasks, reading.q) else np.inf
-        near = reading.time - since > options.near_seconds
-        return bumped(cell, reading) or ("near enough" if near else "")
+        # At a joint limit the error may stay just above the tolerance.
+        nonlocal near_since
+        near = state.near_goal(cell, tasks, reading.q)
+        near_since = min(near_since, reading.time) if near else np.inf
+        near_enough = reading.time - near_since > NEAR_GOAL_SECONDS
+        return unexpected_contact(cell, reading) or ("near enough" if near_enough else "")
 
-    arrival = go(
+    result = execute(
         cell,
-        job.far(cell, tasks, "there"),
-        options.pre_grasp_seconds,
+        state.transit(cell, tasks, "obstacle"),
+        cell.options.time_limit(PRE_GRASP_SECONDS),
         command=lambda _: shape,
         stop=stop,
     )
-    if arrival or job.there(cell, tasks, cell.reading.q):
+    if result or state.near_goal(cell, tasks, cell.reading.q):
         return None
-    return Ended("stuck", f"before the grasp: {arrival.reason}")
+    return PhaseFailure("stuck", f"before the grasp: {result.reason}")
 
 
-def _off_the_tray(cell: Cell, job: Job, shape: HandCommand) -> None:
-    """Go level until the hand is beside the tray: straight to the object, it dips behind a wall."""
-    palm, tray = cell.palm().translation, cell.tray
+def _leave_tray(cell: Cell, state: PickState, shape: HandCommand) -> None:
+    """Move the hand horizontally until it is beside the tray.
+
+    A direct motion to the object would lower the hand behind a wall of the tray.
+    """
+    palm, tray = cell.palm_pose().translation, cell.tray
     if tray.distance(palm) > 0.0:
         return
-    there = job.choice.target.points.mean(axis=0)
-    level = Position(np.array([there[0], there[1], palm[2]]))
-    beside = 0.5 * max(cell.robot.hand.spread(job.plan.opening), cell.robot.hand.row)
-    go(
+    target = state.grasp.target.points.mean(axis=0)
+    level = Position(np.array([target[0], target[1], palm[2]]))
+    half_hand = 0.5 * max(cell.robot.hand.spread(state.plan.opening), cell.robot.hand.row)
+
+    def stop(reading: RobotReading) -> str:
+        beside = tray.distance(cell.palm_pose().translation) > half_hand
+        return unexpected_contact(cell, reading) or ("beside the tray" if beside else "")
+
+    execute(
         cell,
-        job.far(cell, (level,), "there"),
-        cell.options.pre_grasp_seconds,
+        state.transit(cell, (level,), "obstacle"),
+        cell.options.time_limit(PRE_GRASP_SECONDS),
         command=lambda _: shape,
-        stop=lambda r: (
-            bumped(cell, r) or ("beside" if tray.distance(cell.palm().translation) > beside else "")
-        ),
+        stop=stop,
     )
 
 
-def approach(cell: Cell, job: Job) -> Ended | None:
-    """Go straight to the grasp; where a finger meets the object too early, come again beside it."""
+def approach(cell: Cell, state: PickState) -> PhaseFailure | None:
+    """Move straight to the grasp; after an early touch, back off and approach beside it."""
     hand, options = cell.robot.hand, cell.options
-    for tried in range(options.contact_retries + 1):
-        tasks = control_tasks(job.plan, hand, 0.0)
-        controller = job.near(cell, tasks, options.approach_speed)
-        arrival = go(cell, controller, options.approach_seconds, stop=lambda r: _touch(cell, r))
-        left = distance_left(tasks, controller.step(cell.reading.q).errors)
-        if arrival or (arrival.end == "stopped" and left < NEARLY_THERE):
+    seconds = options.time_limit(APPROACH_SECONDS)
+    for retry in range(MAX_RETRIES + 1):
+        tasks = control_tasks(state.plan, hand, 0.0)
+        controller = state.near(cell, tasks, APPROACH_SPEED)
+        result = execute(cell, controller, seconds, stop=lambda r: _touched_pads(cell, r))
+        distance = remaining_distance(tasks, controller.step(cell.reading.q).errors)
+        if result or (result.end == "stopped" and distance < CONTACT_DISTANCE):
             return None
-        if arrival.end != "stopped":
-            if job.there(cell, tasks, cell.reading.q):
+        if result.end != "stopped":
+            if state.near_goal(cell, tasks, cell.reading.q):
                 return None
-            return Ended("stuck", f"at the grasp: {arrival.reason}")
+            return PhaseFailure("stuck", f"at the grasp: {result.reason}")
         reading = cell.reading.hand
-        # Felt on the fingers' inner faces, it is between them already.
-        if not bumped_tips(reading, hand, options.touch_force):
+        # A touch on the inner faces of the fingers means that the object is between them.
+        if not off_face_contacts(reading, hand, TOUCH_FORCE):
             return None
-        side = _side(cell, reading)
-        if tried == options.contact_retries:
-            return Ended("no_contact", f"{arrival.reason} was touched {left * 1e3:.0f} mm early")
-        job.offset = job.offset + options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
-        back = job.near(cell, control_tasks(job.plan, hand, job.back(cell)), options.approach_speed)
-        if not go(cell, back, options.approach_seconds):
-            return Ended("stuck", f"backing off after {arrival.reason} was touched")
+        side = _touched_side(cell, reading)
+        if retry == MAX_RETRIES:
+            reason = f"{result.reason} touched something {distance * 1e3:.0f} mm before the grasp"
+            return PhaseFailure("no_contact", reason)
+        _shift(cell, state, side)
+        if not _back_off(cell, state):
+            return PhaseFailure("stuck", f"backing off after a touch of {result.reason}")
     return None
 
 
-def contact(cell: Cell, job: Job) -> Ended | None:
-    """Go on until the palm feels the object, where the whole hand is to hold it."""
-    grip = replace(cell.options.grip, load=job.plan.mass[-1])
-    job.closing = Closing(cell.robot.hand, job.prototype, job.plan.opening, grip)
-    if job.prototype != "power":
+def contact(cell: Cell, state: PickState) -> PhaseFailure | None:
+    """Prepare the closing; for a power grasp, move on until the palm touches the object."""
+    grip = replace(cell.options.grip, load=state.plan.mass[-1])
+    state.closing = Closing(cell.robot.hand, state.prototype, state.plan.opening, grip)
+    if state.prototype != "power":
         return None
-    options = cell.options
-    palm = cell.palm()
-    ahead = palm.translation + options.palm_search * palm.rotation.as_matrix()[:, 2]
-    controller = job.near(cell, (Position(ahead),), options.palm_speed)
-    seconds = options.palm_search / options.palm_speed + options.ramp_seconds
-    go(cell, controller, seconds, stop=lambda r: _touch(cell, r))
+    palm = cell.palm_pose()
+    goal = palm.translation + PALM_SEARCH * palm.rotation.as_matrix()[:, 2]
+    controller = state.near(cell, (Position(goal),), PALM_SPEED)
+    seconds = PALM_SEARCH / (cell.options.speed * PALM_SPEED) + RAMP_SECONDS
+    execute(cell, controller, seconds, stop=lambda r: _touched_pads(cell, r))
     return None
 
 
-def close(cell: Cell, job: Job) -> Ended | None:
-    """Close the hand until it holds; where it loses what it touched, back off and come again."""
-    for tried in range(cell.options.regrasps + 1):
-        ended, side = _close(cell, job)
-        if ended is None or ended.reason != SLIPPED_OUT or tried == cell.options.regrasps:
-            return ended
-        job.offset = job.offset + (
-            cell.options.shift * side * cell.palm().rotation.as_matrix()[:, 0]
-        )
-        shape = preshape_command(cell.robot.hand, job.plan.opening, job.prototype)
-        tasks = control_tasks(job.plan, cell.robot.hand, job.back(cell))
-        back = job.near(cell, tasks, cell.options.approach_speed)
-        if not go(cell, back, cell.options.approach_seconds, command=lambda _, to=shape: to):
-            return ended
-        again = approach(cell, job) or contact(cell, job)
+def close(cell: Cell, state: PickState) -> PhaseFailure | None:
+    """Close the hand until it holds; if the object slips out, back off and grasp again."""
+    for regrasp in range(MAX_REGRASPS + 1):
+        failure, side = _close_once(cell, state)
+        if failure is None or failure.reason != SLIPPED_OUT or regrasp == MAX_REGRASPS:
+            return failure
+        _shift(cell, state, side)
+        shape = preshape_command(cell.robot.hand, state.plan.opening, state.prototype)
+        if not _back_off(cell, state, shape):
+            return failure
+        again = approach(cell, state) or contact(cell, state)
         if again is not None:
             return again
     return None
 
 
-def _close(cell: Cell, job: Job) -> tuple[Ended | None, float]:
-    """Close once; gives also the side on which something was felt last, as `_side` does."""
-    closing = job.closing
+def _close_once(cell: Cell, state: PickState) -> tuple[PhaseFailure | None, float]:
+    """Close the hand; return the failure, if any, and the side of the last touch."""
+    closing = state.closing
     if closing is None:
-        return Ended("no_contact", "nothing to close on"), 0.0
-    end = cell.reading.time + cell.options.close_seconds
+        return PhaseFailure("no_contact", "the contact phase was not executed"), 0.0
+    end = cell.reading.time + CLOSE_SECONDS
     still = np.zeros(len(cell.robot.joints))
     side = 0.0
     touched = False
     while cell.reading.time < end and not cell.reading.fault:
         cell.step(still, closing.step(cell.reading.hand, cell.robot.period))
         touched = touched or closing.touched
-        if _touch(cell, cell.reading):
-            side = _side(cell, cell.reading.hand)
+        if _touched_pads(cell, cell.reading):
+            side = _touched_side(cell, cell.reading.hand)
         if closing.state in ("holding", "empty"):
             break
     if closing.state == "holding":
         return None, side
-    why = SLIPPED_OUT if touched else "the hand closed on nothing"
-    return Ended("empty_close", why), side
+    reason = SLIPPED_OUT if touched else "the hand closed without an object"
+    return PhaseFailure("empty_close", reason), side
 
 
-def grip(cell: Cell, job: Job) -> Ended | None:
+def grip(cell: Cell, state: PickState) -> PhaseFailure | None:
     """Let the grip settle."""
-    hold(cell, job, cell.options.grip_seconds)
-    job.T_palm_grasped = cell.palm().inv()
+    cell.wait(GRIP_SECONDS, lambda reading: state.grip_command(cell, reading))
+    state.T_palm_world_at_grasp = cell.palm_pose().inv()
     return None
 
 
-def hold(cell: Cell, job: Job, seconds: float) -> None:
-    """Stand still with the fingers at work."""
-    end = cell.reading.time + seconds
-    still = np.zeros(len(cell.robot.joints))
-    while cell.reading.time < end and not cell.reading.fault:
-        closing = job.closing
-        command = closing.step(cell.reading.hand, cell.robot.period) if closing else None
-        cell.step(still, command)
+def _shift(cell: Cell, state: PickState, side: float) -> None:
+    """Shift the grasp along the closing axis, towards the side that was touched."""
+    closing_axis = cell.palm_pose().rotation.as_matrix()[:, 0]
+    state.offset = state.offset + OFFSET_STEP * side * closing_axis
 
 
-def _touch(cell: Cell, reading: RobotReading) -> str:
-    """Name the pads that feel something; empty when none does."""
-    felt = reading.hand.forces > cell.options.touch_force
-    return ", ".join(np.array(cell.robot.hand.pads)[felt].tolist())
+def _back_off(cell: Cell, state: PickState, shape: HandCommand | None = None) -> bool:
+    """Move back to the pre-grasp; return whether it was reached."""
+    tasks = control_tasks(state.plan, cell.robot.hand, state.retreat(cell))
+    controller = state.near(cell, tasks, APPROACH_SPEED)
+    seconds = cell.options.time_limit(APPROACH_SECONDS)
+    return bool(execute(cell, controller, seconds, command=lambda _: shape))
 
 
-def _side(cell: Cell, reading: HandReading) -> float:
-    """Tell which way along the closing axis to go: 1 where the thumb met it, -1 for fingers."""
-    felt = np.array(cell.robot.hand.pads)[reading.forces > cell.options.touch_force].tolist()
+def _touched_pads(cell: Cell, reading: RobotReading) -> str:
+    """Return the names of the pads in contact; empty without contact."""
+    touched = reading.hand.forces > TOUCH_FORCE
+    return ", ".join(np.array(cell.robot.hand.pads)[touched].tolist())
+
+
+def _touched_side(cell: Cell, reading: HandReading) -> float:
+    """Return the touched side along the closing axis: 1 thumb, -1 fingers, 0 both or neither."""
+    touched = np.array(cell.robot.hand.pads)[reading.forces > TOUCH_FORCE].tolist()
     *fingers, thumb = cell.robot.hand.fingers
-    on_thumb = any(pad.startswith(thumb) for pad in felt)
-    return float(on_thumb) - float(any(pad.startswith(tuple(fingers)) for pad in felt))
+    on_thumb = any(pad.startswith(thumb) for pad in touched)
+    return float(on_thumb) - float(any(pad.startswith(tuple(fingers)) for pad in touched))

@@ -1,206 +1,258 @@
-"""How well a prototype suits a way to take hold: the rules, their refusals and score terms."""
+"""Score a prototype for a grasp geometry: rejections and score terms."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from .fit_uncertainty import MOST_DOUBT
+from .fit_uncertainty import MAX_STD
 from .prototypes import (
-    CROWDED,
-    DOUBTED,
-    EASY_HOLD,
-    LONG_SIDE,
-    MAKESHIFT,
-    PALM_AWAY,
-    PRECISION_FALLBACK,
-    PURPOSE_PREFERENCE,
-    PUSHED,
-    SHALLOW,
-    SIDE_PRECISION,
-    SLENDER,
-    SQUEEZED,
-    TOPPLES,
+    CROWDED_PINCER_LENGTH,
+    CROWDED_PINCER_WIDTH,
+    EASY_FINGER_GAP,
+    FINGER_GAP,
+    FINGERTIP_HEIGHT,
+    FINGERTIP_HOLD,
+    MAX_OPENING,
+    MIN_CLEARANCE,
+    PINCER_LENGTH,
+    PINCER_MASS,
+    PINCER_WIDTH,
+    PRECISION_MASS,
+    PRECISION_WIDTH,
+    PUSH_DEPTH,
+    SIDE_POWER_HEIGHT,
+    SIDE_POWER_SLENDERNESS,
+    SIDE_POWER_WIDTH,
+    TOP_POWER_HEIGHT,
+    TOP_POWER_WIDTH,
 )
 
 if TYPE_CHECKING:
-    from .grasp_geometry import Grip
+    from .grasp_geometry import GraspGeometry
+    from .hand_clearance import NeighbourPoints
     from .hand_model import HandModel
-    from .palm_placement import Stance
-    from .prototypes import GraspPurpose, Prototype, PrototypeLimits
+    from .palm_placement import PalmPlacement
+    from .prototypes import GraspPurpose, Prototype
 
-MOST_OFF_MIDDLE = 0.35
-"""Share of the height by which the palm may be off the middle from the side: more misses it."""
+PURPOSE_PREFERENCE: dict[GraspPurpose, dict[Prototype, float]] = {
+    "lift": {"power": 1.0, "precision": 0.9, "pincer": 0.9},
+    "move": {"power": 1.0, "precision": 0.85, "pincer": 0.8},
+    "hand-over": {"power": 0.7, "precision": 1.0, "pincer": 0.9},
+    "use": {"power": 1.0, "precision": 0.8, "pincer": 0.6},
+}
+"""Weight of each prototype for the purpose of a grasp. Moving prefers the whole hand. A hand-over
+prefers a free part of the object."""
+PRECISION_WEIGHT = 0.7
+"""Weight of a precision grasp. It holds almost every object, but less firmly than the prototype for
+the object's size."""
+SIDE_PRECISION_WEIGHT = 0.8
+"""Additional weight of a precision grasp from the side, where the pads carry the weight
+tangentially."""
+LONG_SIDE_WEIGHT = 0.9
+"""Weight of closing along the longer side, which leaves less clearance."""
+SLENDERNESS_RANGE, TOPPLE_WEIGHT = (3.0, 6.0), 0.7
+"""Ratios of height to width from which an object may topple and surely topples when touched, and
+the weight of the latter."""
+PALM_DISTANCE_RANGE, NO_PALM_WEIGHT = (0.010, 0.040), 0.85
+"""Palm distances up to which a power grasp encloses the object and from which on only the fingers
+hold it, m, and the weight of the latter."""
+GOOD_HOLD, SHALLOW_WEIGHT = 0.015, 0.6
+"""Overlap of fingertips and object above which more has no effect, m, and the weight of none."""
+UNCERTAIN_WEIGHT = 0.7
+"""Weight of a grasp at the maximum uncertainty of the width."""
+WIDE_PINCER_WEIGHT = 0.25
+"""Weight of a pincer on an object that is too wide for it. Every other grasp goes first."""
+PUSH_WEIGHT = 0.3
+"""Weight of a grasp that pushes a neighbour by the maximum depth."""
+CROWDED_WEIGHT = 0.5
+"""Weight of a grasp with the minimum distance to a neighbour."""
+MAX_OFFSET_SHARE = 0.35
+"""Maximum palm offset from the object's middle in a side grasp, as a share of its height."""
+
+
+class GraspContext(NamedTuple):
+    """Data that all grasps of one object share."""
+
+    hand: HandModel
+    """The hand."""
+    neighbours: NeighbourPoints
+    """Surface points of the neighbours."""
+    mass: float
+    """Likely mass, kg."""
+    visible: float
+    """Visible share of the object's outline, in [0, 1]."""
+    narrowest: float
+    """Smallest horizontal width of the object, m."""
+    purpose: GraspPurpose
+    """Purpose of the grasp."""
 
 
 @dataclass(frozen=True)
-class Judgement:
-    """What is to be said about one prototype in one grip."""
+class GraspEvaluation:
+    """Evaluation of one prototype for one grasp geometry."""
 
     refusal: str
-    """Why it cannot be, or an empty string."""
+    """Reason why the grasp is impossible; empty if it is possible."""
     terms: dict[str, float]
-    """Score terms, 0-1."""
+    """Score terms, each in [0, 1]."""
 
     @property
     def total(self) -> float:
-        """Product of the terms; 0 when refused."""
+        """Product of the terms; 0 for an impossible grasp."""
         return 0.0 if self.refusal else float(np.prod(list(self.terms.values())))
 
 
-def judge(
+def evaluate_grasp(
     prototype: Prototype,
-    grip: Grip,
-    stance: Stance,
-    hand: HandModel,
+    geometry: GraspGeometry,
+    placement: PalmPlacement,
+    context: GraspContext,
     *,
-    mass: float,
-    visible: float,
-    narrowest: float,
-    purpose: GraspPurpose,
-    limits: PrototypeLimits,
-    makeshift: bool = False,
-) -> Judgement:
-    """Judge a prototype by sizes, weight, table, doubt and purpose; neighbours are judged apart.
+    wide_pincer: bool = False,
+) -> GraspEvaluation:
+    """Evaluate a grasp by size, weight, table, uncertainty and purpose, without neighbours.
 
     Parameters
     ----------
-    prototype, grip, stance, hand
-        What is judged.
-    mass
-        Likely mass, kg.
-    visible
-        Share of the object's outline that is visible, 0-1.
-    narrowest
-        Its smallest horizontal width, m.
-    purpose, limits
-        What follows, and the sizes that the prototypes suit.
-    makeshift
-        Whether a pincer takes what is too wide for it, as where there is room for no more.
+    prototype, geometry, placement
+        The grasp.
+    context
+        Hand, object and purpose.
+    wide_pincer
+        Whether a pincer may hold an object that is too wide for it, for want of room.
     """
-    pincer = _makeshift_pincer if makeshift else _pincer
-    rules = {"power": _power, "precision": _precision, "pincer": pincer}
-    fit = rules[prototype](grip, mass, limits)
-    refusal = fit.refusal or _beyond_hand(grip, hand, limits)
-    refusal = refusal or _misses(prototype, grip, stance, hand, limits)
-    slender = grip.height / narrowest
+    evaluate = {"power": _power, "precision": _precision, "pincer": _pincer}
+    if wide_pincer:
+        evaluate["pincer"] = _wide_pincer
+    size = evaluate[prototype](geometry, context.mass)
+    refusal = size.refusal or _too_wide(geometry, context.hand)
+    refusal = refusal or _misses(geometry, placement, context.hand)
     terms = {
-        **fit.terms,
-        "purpose": PURPOSE_PREFERENCE[purpose][prototype],
-        "certainty": _between(grip.doubt, (0.0, MOST_DOUBT), DOUBTED) * (0.5 + 0.5 * visible),
-        "stands": _between(slender, SLENDER, TOPPLES),
+        **size.terms,
+        "purpose": PURPOSE_PREFERENCE[context.purpose][prototype],
+        "certainty": _interpolate(geometry.width_std, (0.0, MAX_STD), UNCERTAIN_WEIGHT)
+        * (0.5 + 0.5 * context.visible),
+        "stands": _interpolate(
+            geometry.height / context.narrowest, SLENDERNESS_RANGE, TOPPLE_WEIGHT
+        ),
     }
-    if grip.freedom == "none" and grip.width > narrowest * 1.05:
-        terms["side"] = LONG_SIDE
+    if geometry.freedom == "none" and geometry.width > context.narrowest * 1.05:
+        terms["side"] = LONG_SIDE_WEIGHT
     if prototype == "power":
-        away = stance.standoff - grip.half_depth
-        terms["palm"] = _between(away, PALM_AWAY, SQUEEZED)
-    elif grip.approach == "top":
-        terms["hold"] = _between(EASY_HOLD - _hold(grip, stance, hand), (0.0, EASY_HOLD), SHALLOW)
-    return Judgement(refusal, terms)
+        distance = placement.standoff - geometry.half_depth
+        terms["palm"] = _interpolate(distance, PALM_DISTANCE_RANGE, NO_PALM_WEIGHT)
+    elif geometry.approach == "top":
+        missing = GOOD_HOLD - _hold(geometry, placement, context.hand)
+        terms["hold"] = _interpolate(missing, (0.0, GOOD_HOLD), SHALLOW_WEIGHT)
+    return GraspEvaluation(refusal, terms)
 
 
-def room_term(gap: float, limits: PrototypeLimits) -> float:
-    """Score term of the free space beside the fingers, m; below 0 they push a neighbour."""
-    if gap < limits.finger_gap:
-        return _between(
-            limits.finger_gap - gap, (0.0, limits.finger_gap + limits.push_depth), PUSHED
-        )
-    return _between(limits.easy_gap - gap, (0.0, limits.easy_gap - limits.finger_gap), CROWDED)
+def clearance_term(gap: float) -> float:
+    """Return the score term of the distance to neighbours, m; a negative one pushes them."""
+    if gap < FINGER_GAP:
+        return _interpolate(FINGER_GAP - gap, (0.0, FINGER_GAP + PUSH_DEPTH), PUSH_WEIGHT)
+    return _interpolate(EASY_FINGER_GAP - gap, (0.0, EASY_FINGER_GAP - FINGER_GAP), CROWDED_WEIGHT)
 
 
-def _pincer(grip: Grip, mass: float, limits: PrototypeLimits) -> Judgement:
+def _pincer(
+    geometry: GraspGeometry,
+    mass: float,
+    max_width: float = PINCER_WIDTH,
+    max_length: float = PINCER_LENGTH,
+) -> GraspEvaluation:
     refusal = (
-        _above("width", grip.width, limits.pincer_width)
-        or _above("length", grip.length, limits.pincer_length)
-        or _below("height", grip.height, limits.fingertip_height)
-        or _too_heavy(mass, limits.pincer_mass)
+        _above("width", geometry.width, max_width)
+        or _above("length", geometry.length, max_length)
+        or _below("height", geometry.height, FINGERTIP_HEIGHT)
+        or _too_heavy(mass, PINCER_MASS)
     )
-    width = _margin(grip.width, 0.0, limits.pincer_width)
-    return Judgement(refusal, {"width": width, "weight": _ease(mass, limits.pincer_mass)})
+    width = _centred(geometry.width, 0.0, max_width)
+    return GraspEvaluation(refusal, {"width": width, "weight": _ease(mass, PINCER_MASS)})
 
 
-def _makeshift_pincer(grip: Grip, mass: float, limits: PrototypeLimits) -> Judgement:
-    width, length = limits.crowded_pincer
-    suits = _pincer(grip, mass, replace(limits, pincer_width=width, pincer_length=length))
-    return Judgement(suits.refusal, {**suits.terms, "width": MAKESHIFT})
+def _wide_pincer(geometry: GraspGeometry, mass: float) -> GraspEvaluation:
+    pincer = _pincer(geometry, mass, CROWDED_PINCER_WIDTH, CROWDED_PINCER_LENGTH)
+    return GraspEvaluation(pincer.refusal, {**pincer.terms, "width": WIDE_PINCER_WEIGHT})
 
 
-def _power(grip: Grip, mass: float, limits: PrototypeLimits) -> Judgement:
-    side = grip.approach == "side"
-    low, high = limits.side_power_width if side else limits.top_power_width
-    least = limits.side_power_height if side else limits.top_power_height
-    slender = grip.height / grip.width
-    refusal = _below("height", grip.height, least)
-    if side and slender < limits.side_power_slenderness:
-        refusal = refusal or f"height/width {slender:.2f} < {limits.side_power_slenderness}"
-    refusal = refusal or _below("width", grip.width, low) or _above("width", grip.width, high)
-    return Judgement(
-        refusal,
-        {"width": _margin(grip.width, low, high), "height": _ease(least, grip.height)},
-    )
-
-
-def _precision(grip: Grip, mass: float, limits: PrototypeLimits) -> Judgement:
-    side = grip.approach == "side"
+def _power(geometry: GraspGeometry, mass: float) -> GraspEvaluation:
+    del mass  # The whole hand holds every object of a suitable size.
+    side = geometry.approach == "side"
+    low, high = SIDE_POWER_WIDTH if side else TOP_POWER_WIDTH
+    min_height = SIDE_POWER_HEIGHT if side else TOP_POWER_HEIGHT
+    slenderness = geometry.height / geometry.width
+    refusal = _below("height", geometry.height, min_height)
+    if side and slenderness < SIDE_POWER_SLENDERNESS:
+        refusal = refusal or f"height/width {slenderness:.2f} < {SIDE_POWER_SLENDERNESS}"
     refusal = (
-        _above("width", grip.width, limits.precision_width)
-        or _below(
-            "height", grip.height, limits.side_power_height if side else limits.fingertip_height
-        )
-        or _too_heavy(mass, limits.precision_mass)
+        refusal or _below("width", geometry.width, low) or _above("width", geometry.width, high)
     )
     terms = {
-        "width": _margin(grip.width, 0.0, limits.precision_width),
-        "weight": _ease(mass, limits.precision_mass),
-        "fallback": PRECISION_FALLBACK * (SIDE_PRECISION if side else 1.0),
+        "width": _centred(geometry.width, low, high),
+        "height": _ease(min_height, geometry.height),
     }
-    return Judgement(refusal, terms)
+    return GraspEvaluation(refusal, terms)
 
 
-def _beyond_hand(grip: Grip, hand: HandModel, limits: PrototypeLimits) -> str:
-    most = min(hand.widest, limits.opening) - limits.least_clearance
-    return _above("width with its doubt", grip.width + grip.doubt, most)
+def _precision(geometry: GraspGeometry, mass: float) -> GraspEvaluation:
+    side = geometry.approach == "side"
+    refusal = (
+        _above("width", geometry.width, PRECISION_WIDTH)
+        or _below("height", geometry.height, SIDE_POWER_HEIGHT if side else FINGERTIP_HEIGHT)
+        or _too_heavy(mass, PRECISION_MASS)
+    )
+    terms = {
+        "width": _centred(geometry.width, 0.0, PRECISION_WIDTH),
+        "weight": _ease(mass, PRECISION_MASS),
+        "fallback": PRECISION_WEIGHT * (SIDE_PRECISION_WEIGHT if side else 1.0),
+    }
+    return GraspEvaluation(refusal, terms)
 
 
-def _misses(
-    prototype: Prototype, grip: Grip, stance: Stance, hand: HandModel, limits: PrototypeLimits
-) -> str:
-    """Why the hand, at its place, would miss the object, or an empty string."""
-    if grip.approach == "side":
-        if stance.low > MOST_OFF_MIDDLE * grip.height:
+def _too_wide(geometry: GraspGeometry, hand: HandModel) -> str:
+    limit = min(hand.max_opening, MAX_OPENING) - MIN_CLEARANCE
+    return _above("width with its uncertainty", geometry.width + geometry.width_std, limit)
+
+
+def _misses(geometry: GraspGeometry, placement: PalmPlacement, hand: HandModel) -> str:
+    """Return the reason why the placed hand misses the object; empty if it does not."""
+    if geometry.approach == "side":
+        if placement.low > MAX_OFFSET_SHARE * geometry.height:
             return (
-                f"the hand must stay {stance.low * 1e3:.0f} mm above the middle "
-                f"of {grip.height * 1e3:.0f} mm to clear the table"
+                f"the palm must be {placement.low * 1e3:.0f} mm above the middle "
+                f"of {geometry.height * 1e3:.0f} mm to clear the table"
             )
         return ""
-    hold = _hold(grip, stance, hand)
-    if hold < limits.fingertip_hold:
-        return f"tips would hold {max(hold, 0.0) * 1e3:.0f} mm of it above the table"
+    hold = _hold(geometry, placement, hand)
+    if hold < FINGERTIP_HOLD:
+        return (
+            f"the fingertips would hold {max(hold, 0.0) * 1e3:.0f} mm of the object above the table"
+        )
     return ""
 
 
-def _hold(grip: Grip, stance: Stance, hand: HandModel) -> float:
-    """How far the tips reach below the object's near face, closed on it, m."""
-    return hand.reach(grip.width) - (stance.standoff - grip.half_depth)
+def _hold(geometry: GraspGeometry, placement: PalmPlacement, hand: HandModel) -> float:
+    """Return the reach of the closed fingertips beyond the object's near face, m."""
+    return hand.reach(geometry.width) - (placement.standoff - geometry.half_depth)
 
 
-def _margin(value: float, low: float, high: float) -> float:
-    """1 in the middle of a range, 0.5 at its ends: room for errors of the fit."""
+def _centred(value: float, low: float, high: float) -> float:
+    """Return 1 in the middle of a range and 0.5 at its ends, which tolerate smaller errors."""
     middle, half = 0.5 * (low + high), 0.5 * (high - low)
     return float(max(1.0 - 0.5 * abs(value - middle) / half, 0.0))
 
 
 def _ease(load: float, limit: float) -> float:
-    """1 far below a limit, 0.5 at it."""
+    """Return 1 far below a limit and 0.5 at it."""
     return float(max(1.0 - 0.5 * load / limit, 0.0))
 
 
-def _between(value: float, span: tuple[float, float], worst: float) -> float:
-    """1 below a span, the worst above it, straight in between."""
-    return float(np.interp(value, span, (1.0, worst)))
+def _interpolate(value: float, span: tuple[float, float], end: float) -> float:
+    """Interpolate linearly from 1 at the start of a span to ``end`` at its end."""
+    return float(np.interp(value, span, (1.0, end)))
 
 
 def _above(name: str, value: float, limit: float) -> str:

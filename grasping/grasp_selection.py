@@ -1,18 +1,20 @@
-"""Which object next, and how: the best grasp of those that the arm can get to."""
+"""Select the next object and the best grasp that the arm can reach."""
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from .control_tasks import control_tasks
-from .motion import paced
-from .pick_state import TARGET, Choice, Job
-from .planning import grasp_plans
+from .motion import TURN_SPEED, with_speed
+from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
+from .pick_verification import SAME_OBJECT_DISTANCE
+from .planning import plan_grasps
 from .reachable import is_reachable
+from .report import UNREACHABLE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,132 +24,158 @@ if TYPE_CHECKING:
 
     from .cell import Cell
     from .plan import GraspPlan
-    from .planning import SelectOptions
+    from .planning import GraspOptions
 
     Worlds = dict[tuple[int, float, str], CollisionWorld]
 
-UNDER_ANOTHER = 0.3
-"""Share of its score that an object keeps while another rests on it: what lies on top goes first,
-but a pile of two that hold each other must begin somewhere."""
-
-SAME_AGAIN = 0.4
-"""Share of its score that a grasp keeps after one of the same name failed on the object: another
-way to hold it goes first."""
+LOADED_WEIGHT = 0.3
+"""Weight of the score of an object that another one rests on. Upper objects go first, but two
+objects that rest on each other must both stay possible."""
+REPEATED_WEIGHT = 0.4
+"""Weight of the score of a grasp whose kind already failed on the object. Other kinds go first."""
 
 
-class Tried(Protocol):
-    """What was tried before."""
+@dataclass
+class FailedGrasps:
+    """Memory of the failed grasps at each place."""
 
-    def tried(self, place: NDArray[np.float64]) -> set[str]:
-        """Ways tried on what stands at a place (3,)."""
-        ...
+    places: list[NDArray[np.float64]] = field(default_factory=list)
+    """Places of objects that a pick failed on, each (3,), m."""
+    keys: list[set[str]] = field(default_factory=list)
+    """Keys of the failed grasps at each place, as `grasp_key` returns them."""
+
+    def at(self, place: NDArray[np.float64]) -> set[str]:
+        """Return the keys of the grasps that failed at a place (3,), m."""
+        index = self._find(place)
+        return self.keys[index] if index is not None else set()
+
+    def add(self, place: NDArray[np.float64], key: str) -> None:
+        """Add a failed grasp at a place (3,), m."""
+        index = self._find(place)
+        if index is None:
+            self.places.append(place)
+            self.keys.append({key})
+        else:
+            self.places[index] = place
+            self.keys[index].add(key)
+
+    def _find(self, place: NDArray[np.float64]) -> int | None:
+        distances = [float(np.linalg.norm(place - other)) for other in self.places]
+        if not distances or min(distances) >= SAME_OBJECT_DISTANCE:
+            return None
+        return int(np.argmin(distances))
 
 
 @dataclass(frozen=True)
-class Chosen:
-    """What to do next, or why nothing."""
+class GraspSelection:
+    """The selected grasp, or the reasons why there is none."""
 
-    choice: Choice | None
-    """The pick to make."""
-    left: tuple[str, ...]
-    """Objects passed over, each with the reason."""
+    grasp: SelectedGrasp | None
+    """The grasp to execute."""
+    skipped: tuple[str, ...]
+    """Objects that were skipped, each with the reason."""
     plan_ms: float = 0.0
-    """Time that choosing took, whether it found something or not."""
+    """Computing time of the selection, successful or not, ms."""
 
 
-def choose(
+def select_grasp(
     cell: Cell,
     scene: Scene,
-    memory: Tried,
-    select: SelectOptions | None = None,
+    failed: FailedGrasps,
+    options: GraspOptions | None = None,
     perceive_ms: float = 0.0,
     spent_ms: float = 0.0,
-) -> Chosen:
-    """Choose an object and a grasp that the arm can get to, best score first.
+) -> GraspSelection:
+    """Select the grasp with the best score that the arm can reach.
 
     Parameters
     ----------
     cell
         The robot at rest.
     scene
-        What is seen.
-    memory
-        Ways that failed are not tried again; an object is left alone after ``options.tries``.
-    select
-        How grasps are scored.
+        Perceived scene.
+    failed
+        Failed grasps, which are not tried again. An object with `PickOptions.max_attempts` of them
+        is skipped.
+    options
+        Options of grasp planning.
     perceive_ms
-        Time that seeing took, to be told on.
+        Computing time of perception, ms, for the report.
     spent_ms
-        Time that was spent on choosing before, in vain; it counts.
+        Computing time of earlier selections without a result, ms. It is added.
     """
     began = time.perf_counter()
-    cell.enter("choose")
-    loaded = {one.rests_on for one in scene.objects}
-    left: dict[int, str] = {}
-    offers: list[tuple[float, SceneObject, GraspPlan]] = []
-    for one in scene.objects:
-        tried = memory.tried(one.points.mean(axis=0))
-        if len(tried) >= cell.options.tries:
-            left[one.label] = f"left alone after {len(tried)} tries"
+    cell.enter("select")
+    loaded = {item.rests_on for item in scene.objects}
+    skipped: dict[int, str] = {}
+    candidates: list[tuple[float, SceneObject, GraspPlan]] = []
+    for item in scene.objects:
+        keys = failed.at(item.points.mean(axis=0))
+        if len(keys) >= cell.options.max_attempts:
+            skipped[item.label] = f"skipped after {len(keys)} attempts"
             continue
-        others = [other for other in scene.objects if other is not one]
-        plans = grasp_plans(
-            one, scene.support, neighbours=others, hand=cell.robot.hand, options=select
+        others = [other for other in scene.objects if other is not item]
+        plans = plan_grasps(
+            item, scene.support, neighbours=others, hand=cell.robot.hand, options=options
         )
-        share = UNDER_ANOTHER if one.label in loaded else 1.0
-        names = {way.split(" facing")[0] for way in tried}
+        weight = LOADED_WEIGHT if item.label in loaded else 1.0
+        names = {key.split(" facing")[0] for key in keys}
         for plan in plans:
             if not plan:
-                left[one.label] = plan.reason
-            elif grasp_key(plan) not in tried:
-                again = SAME_AGAIN if plan.name in names else 1.0
-                offers.append((again * share * plan.score.total, one, plan))
-    offers.sort(key=lambda offer: -offer[0])
+                skipped[item.label] = plan.reason
+            elif grasp_key(plan) not in keys:
+                repeated = REPEATED_WEIGHT if plan.name in names else 1.0
+                candidates.append((repeated * weight * plan.score.total, item, plan))
+    candidates.sort(key=lambda candidate: -candidate[0])
     worlds: Worlds = {}
-    for _, one, plan in offers:
-        choice = Choice(scene, one, plan, perceive_ms)
-        why = blocked(cell, Job(choice, 0), worlds)
-        if not why:
+    for _, item, plan in candidates:
+        grasp = SelectedGrasp(scene, item, plan, perceive_ms)
+        reason = check_reachability(cell, PickState(grasp, 0), worlds)
+        if not reason:
             plan_ms = spent_ms + 1e3 * (time.perf_counter() - began)
-            choice = Choice(scene, one, plan, perceive_ms, plan_ms)
-            return Chosen(choice, _told(left), plan_ms)
-        left[one.label] = why
-    return Chosen(None, _told(left), spent_ms + 1e3 * (time.perf_counter() - began))
+            grasp = SelectedGrasp(scene, item, plan, perceive_ms, plan_ms)
+            return GraspSelection(grasp, _by_label(skipped), plan_ms)
+        skipped[item.label] = reason
+    return GraspSelection(None, _by_label(skipped), spent_ms + 1e3 * (time.perf_counter() - began))
 
 
-def blocked(cell: Cell, job: Job, worlds: Worlds) -> str:
-    """Tell why the arm would not get to a grasp; empty when a look ahead gets there.
+def check_reachability(cell: Cell, state: PickState, worlds: Worlds) -> str:
+    """Return the reason why the arm cannot reach a grasp; empty if it can.
 
-    Worlds are kept by object and shape of the hand: to measure them costs more than to look ahead.
+    ``worlds`` caches the collision world of each object and hand shape, because building one takes
+    longer than the check itself.
     """
     hand, q = cell.robot.hand, cell.reading.q
-    before = control_tasks(job.plan, hand, job.back(cell))
-    options = cell.options
-    tasks = paced(before, options.transit_speed, options.transit_turn_speed, options.gain)
-    key = (job.choice.target.label, round(job.plan.opening, 3), job.prototype)
+    speed = cell.options.speed
+    pre_grasp = with_speed(
+        control_tasks(state.plan, hand, state.retreat(cell)),
+        speed * TRANSIT_SPEED,
+        speed * TURN_SPEED,
+    )
+    key = (state.grasp.target.label, round(state.plan.opening, 3), state.prototype)
     if key not in worlds:
-        worlds[key] = job.world(cell, "there")
+        worlds[key] = state.world(cell, "obstacle")
     world = worlds[key]
-    ahead = is_reachable(world, [tasks], q, job.far_options(cell))
-    if not ahead and not job.there(cell, tasks, ahead.q):
-        return f"no way to before a {job.plan.name}: {ahead.reason}"
-    at = control_tasks(job.plan, hand, 0.0)
-    itself = next((one for one in world.obstacles if one.name == TARGET), None)
-    if itself is not None:
+    ahead = is_reachable(world, [pre_grasp], q, state.far_options(cell))
+    if not ahead and not state.near_goal(cell, pre_grasp, ahead.q):
+        return f"{UNREACHABLE} the pre-grasp of a {state.plan.name}: {ahead.reason}"
+    grasp = control_tasks(state.plan, hand, 0.0)
+    target = next((one for one in world.obstacles if one.name == TARGET), None)
+    if target is not None:
         world.remove(TARGET)
-    ahead = is_reachable(world, [at], ahead.q, job.near_options(cell))
-    if itself is not None:
-        world.add(itself)
-    if ahead or job.there(cell, at, ahead.q):
+    ahead = is_reachable(world, [grasp], ahead.q, state.near_options(cell))
+    if target is not None:
+        world.add(target)
+    if ahead or state.near_goal(cell, grasp, ahead.q):
         return ""
-    return f"no way to a {job.plan.name}: {ahead.reason}"
+    return f"{UNREACHABLE} a {state.plan.name}: {ahead.reason}"
 
 
 def grasp_key(plan: GraspPlan) -> str:
-    """Name a way to grasp: the same for the hand turned by half, as that is no other way."""
+    """Return a key of a grasp; the hand turned by half a turn about the palm has the same key."""
     closing = plan.closing * np.sign(plan.closing[np.argmax(np.abs(plan.closing))] or 1.0)
     return f"{plan.name} facing {plan.palm.round(1)}, closing {closing.round(1)}"
 
 
-def _told(left: dict[int, str]) -> tuple[str, ...]:
-    return tuple(f"object {label}: {why}" for label, why in left.items())
+def _by_label(skipped: dict[int, str]) -> tuple[str, ...]:
+    return tuple(f"object {label}: {reason}" for label, reason in skipped.items())

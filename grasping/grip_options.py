@@ -1,4 +1,4 @@
-"""Speeds and tensions with which a hand closes."""
+"""Options of closing a hand: speed, touch threshold and tendon tensions."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from eyehand.errors import InputError
 
 from .prototypes import Prototype
 
-TIP_LEVER = 15.0
-"""Tension over force at the fingertip, as measured: 90 mm of finger on a knuckle's arm of 12 mm,
-less what springs and the outer joints take."""
+TENSION_PER_TIP_FORCE = 15.0
+"""Measured ratio of tendon tension to force at the fingertip. A finger of 90 mm turns on a lever of
+12 mm; springs and outer joints take the rest."""
 GRAVITY = 9.81
-"""m/s²."""
+"""Gravitational acceleration, m/s²."""
 
 
 @dataclass(frozen=True)
 class GripOptions:
-    """Speeds and tensions of closing.
+    """Dials of closing the hand.
 
     Raises
     ------
@@ -29,50 +29,24 @@ class GripOptions:
     """
 
     closing_speed: float = 0.014
-    """Of a finger's tendon until touch, m/s: 0.1 m/s at the tips. Slower pushes light things
-    less."""
+    """Speed of a finger's tendon until touch, m/s; 0.014 moves the fingertips at 0.1 m/s. Slower
+    pushes light objects less."""
     touch_force: float = 0.3
-    """Force on a side's pads that counts as touch, N: lower topples less, and trips on noise."""
-    touch_hold: float = 25.0
-    """Largest tension with which a finger that touches first waits for the thumb, N."""
+    """Force on the pads of one side that counts as touch, N. Lower topples fewer objects, but
+    reacts to noise."""
     tension: dict[Prototype, float] = field(
         default_factory=lambda: {"pincer": 45.0, "precision": 70.0, "power": 90.0}
     )
-    """Tension of each finger's tendon in the grip, N."""
-    wrap_hold: float = 40.0
-    """Largest tension with which a pre-bent finger keeps its bend in a precision grasp, N."""
-    draw_tension: float = 60.0
-    """Tension that bends the outer joints while a power grasp draws the object to the palm, N:
-    more draws what is heavier, and bends the tips past what they should lie on."""
-    draw_share: float = 0.2
-    """Share of the power grip's tension with which the fingers close meanwhile: less lets the
-    object slide to the palm, more has it held more surely."""
-    draw_seconds: float = 0.5
-    """Longest time for that; nothing is drawn that the palm feels already."""
-    draw_ramp: float = 300.0
-    """How fast that tension rises and falls, N/s."""
-    ramp: float = 200.0
-    """How fast the fingers' tension rises, N/s: slower lets round things settle."""
+    """Tension of each finger's tendon in the grip, N. Higher holds more, but deforms more."""
     load: float | None = None
-    """Mass to lift, kg, if known: light things get less force; None grips with the whole."""
+    """Mass to lift, kg. Light objects get less tension. None applies the full tension."""
     friction: float = 0.6
-    """Friction assumed for that load."""
+    """Coefficient of friction that is assumed for the load."""
     safety: float = 3.0
-    """Grip force over what that load needs."""
-    least_share: float = 0.75
-    """Least share of the prototype's tension, however light the load: less spares what is thin, and
-    lets go of what is heavier than it looks, as half hidden things are."""
-    least_gap: float = 0.003
-    """Free width below which the hand is closed on nothing, m."""
-    lost_seconds: float = 0.15
-    """How long nothing is felt on one side before the hand counts as empty: a light object bounces
-    between the pads at first."""
-    settled_speed: float = 0.05
-    """Joint speed below which the grip is steady, rad/s."""
-    settle_seconds: float = 0.06
-    """How long it must be so."""
-    grip_seconds: float = 2.0
-    """Longest rise of the force; a grip still moving then counts as holding."""
+    """Ratio of the grip force to the force that the load needs."""
+    min_tension_share: float = 0.75
+    """Minimum share of the prototype's tension, however light the load. Lower spares thin objects,
+    but drops objects that are heavier than estimated, such as half-hidden ones."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
@@ -80,12 +54,16 @@ class GripOptions:
                 raise InputError(f"grip option {name} must lie in (0, 10000), got {value}")
         for prototype, value in self.tension.items():
             if prototype not in get_args(Prototype) or not 0.0 < value < 1e4:
-                raise InputError(f"tension {prototype!r} must be > 0 N, got {value}")
+                raise InputError(
+                    f"tension of {prototype!r} must lie in (0, 10000) N for one of "
+                    f"{', '.join(get_args(Prototype))}, got {value}"
+                )
 
-    def grip(self, prototype: Prototype, fingers: int) -> float:
-        """Tension of each finger in the grip, N, scaled to the load where that is known."""
-        most = self.tension[prototype]
+    def finger_tension(self, prototype: Prototype, fingers: int) -> float:
+        """Return the tension of each finger in the grip, N, scaled to the load if it is known."""
+        full = self.tension[prototype]
         if self.load is None:
-            return most
+            return full
         needed = self.load * GRAVITY * self.safety / (2.0 * self.friction)
-        return float(np.clip(needed / fingers * TIP_LEVER, self.least_share * most, most))
+        tension = needed / fingers * TENSION_PER_TIP_FORCE
+        return float(np.clip(tension, self.min_tension_share * full, full))

@@ -1,19 +1,19 @@
-"""What the names of a hand's parts mean: which finger opposes, which pinches, which drives wrap."""
+"""Names of a hand's parts with a meaning, and checks of them."""
 
 from __future__ import annotations
 
 from eyehand.errors import InputError
 
 THUMB = "thumb"
-"""The finger that opposes all others, and the drive that moves it."""
+"""Name of the finger that opposes all others, and of its drive."""
 PINCER_FINGER = "middle"
-"""The finger that pinches against the thumb, and its drive; without it all fingers pinch."""
-WRAPS = ("wrap", "thumb_wrap")
-"""Drives that bend the outer joints of the fingers and of the thumb around an object."""
+"""Name of the finger that pinches against the thumb, and of its drive."""
+WRAP_DRIVES = ("wrap", "thumb_wrap")
+"""Names of the drives that bend the outer joints of fingers and thumb around an object."""
 TIP = "distal"
-"""How the names of the tips' pads end."""
+"""End of the names of fingertip pads."""
 PALM = "palm"
-"""How the names of the palm's pads begin."""
+"""Begin of the names of palm pads."""
 
 
 def check_names(
@@ -22,65 +22,65 @@ def check_names(
     pads: tuple[str, ...],
     fingers: tuple[str, ...],
 ) -> None:
-    """Check that the names of a hand tell what closing needs to know of it.
+    """Check the names of a hand's parts.
 
     Parameters
     ----------
     drives, joints, pads, fingers
-        Names, as :class:`~.hand_model.HandModel` has them.
+        Names as in :class:`~.hand_model.HandModel`, which lists the rules.
 
     Raises
     ------
     InputError
-        If one of its rules is broken: which, by what, and what would be right.
+        If a name breaks a rule.
     """
     for kind, names in (("drives", drives), ("joints", joints), ("pads", pads)):
-        _check_unlike(kind, names)
+        _check_unique(kind, names)
     _check_fingers(fingers)
     _check_drives(drives, fingers)
     _check_pads(pads, fingers)
 
 
-def _check_unlike(kind: str, names: tuple[str, ...]) -> None:
+def _check_unique(kind: str, names: tuple[str, ...]) -> None:
     twice = sorted({name for name in names if not name or names.count(name) > 1})
     if twice:
         raise InputError(
-            f"{kind} of a hand must have names unlike one another, {_told(twice)} is not one; "
-            f"got {_told(names)}"
+            f"{kind} of a hand must have unique, non-empty names, but {_quoted(twice)} is not; "
+            f"got {_quoted(names)}"
         )
 
 
 def _check_fingers(fingers: tuple[str, ...]) -> None:
-    _check_unlike("fingers", fingers)
+    _check_unique("fingers", fingers)
     if len(fingers) < 2 or fingers[-1] != THUMB:
         raise InputError(
-            f"fingers of a hand must be one or more, and last {THUMB!r}, which opposes them; "
-            f"got {_told(fingers)}"
+            f"fingers of a hand must be one or more fingers, then {THUMB!r}; got {_quoted(fingers)}"
         )
     for name in fingers:
         begins = [other for other in (*fingers, PALM) if other != name and name.startswith(other)]
-        if begins or name in WRAPS:
+        if begins or name in WRAP_DRIVES:
             raise InputError(
-                f"finger {name!r} must have another name: {_told(begins or WRAPS)} "
-                f"{'begins it, and ' if begins else 'are drives, and '}"
-                "pads and joints are a finger's whose name theirs begins with"
+                f"finger {name!r} must have another name: it must not begin with "
+                f"{_quoted(begins)}, because pads and joints begin with their finger's name"
+                if begins
+                else f"finger {name!r} must have another name: {_quoted(WRAP_DRIVES)} are drives"
             )
 
 
 def _check_drives(drives: tuple[str, ...], fingers: tuple[str, ...]) -> None:
     valid = (
-        f"valid are {_told(fingers)} (moves that finger), {_told(WRAPS)} (bend outer joints), and "
-        "any other name for a drive of all fingers that have none of their own"
+        f"valid are {_quoted(fingers)} (moves that finger), {_quoted(WRAP_DRIVES)} (bend outer "
+        "joints), and any other name for a drive of all fingers without a drive of their own"
     )
     if THUMB not in drives:
-        raise InputError(f"one drive must be {THUMB!r}; got {_told(drives)}; {valid}")
-    shared = [name for name in drives if name not in (*fingers, *WRAPS)]
+        raise InputError(f"one drive must be {THUMB!r}; got {_quoted(drives)}; {valid}")
+    shared = [name for name in drives if name not in (*fingers, *WRAP_DRIVES)]
     alone = [name for name in fingers if name not in drives]
     if alone and not shared:
-        raise InputError(f"no drive moves {_told(alone)}; got {_told(drives)}; {valid}")
+        raise InputError(f"no drive moves {_quoted(alone)}; got {_quoted(drives)}; {valid}")
     if shared and not alone:
         raise InputError(
-            f"drive {_told(shared)} moves nothing, as every finger has its own; {valid}"
+            f"drive {_quoted(shared)} moves nothing, because every finger has its own; {valid}"
         )
 
 
@@ -89,15 +89,16 @@ def _check_pads(pads: tuple[str, ...], fingers: tuple[str, ...]) -> None:
     missing = [name for name in tips if name not in pads]
     if missing:
         raise InputError(
-            f"every finger must have a pad at its tip; {_told(missing)} is missing among "
-            f"{_told(pads)}"
+            f"every finger must have a pad at its tip; {_quoted(missing)} is missing, "
+            f"got {_quoted(pads)}"
         )
-    strange = [name for name in pads if not name.startswith((*fingers, PALM))]
-    if strange:
+    unknown = [name for name in pads if not name.startswith((*fingers, PALM))]
+    if unknown:
         raise InputError(
-            f"pad {_told(strange)} is nobody's: names of pads begin with {_told((*fingers, PALM))}"
+            f"pad {_quoted(unknown)} has no finger: names of pads must begin with "
+            f"{_quoted((*fingers, PALM))}"
         )
 
 
-def _told(names: tuple[str, ...] | list[str]) -> str:
+def _quoted(names: tuple[str, ...] | list[str]) -> str:
     return ", ".join(repr(name) for name in names) or "none"

@@ -1,4 +1,4 @@
-"""Grips that need less room: turned, shallower, off the middle."""
+"""Grasp variants that need less free space: turned, shallower, or off the middle."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .palm_placement import TipDepth
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
@@ -14,93 +16,92 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Superquadric
 
-    from .grasp_geometry import Grip
-    from .palm_placement import GraspDepths
+    from .grasp_geometry import GraspGeometry
 
 DIRECTIONS = 8
-"""Closing directions over half a turn that are tried on what has no flat sides to close on."""
-WIDER = 1.25
-"""Width beside the narrowest up to which such a direction counts: farther off, the fingers turn
-the object before they hold it."""
-OFF_MIDDLE = 0.22
-"""Shares of the length by which a long object is held off its middle."""
-LONG = 0.050
-"""Length from which that is worth while, m."""
-STRAIGHT = ("box", "cylinder", "superquadric", "tapered")
-"""Kinds that are about as wide off their middle as in it."""
-SHALLOW_SIDES = 0.013
-"""How far tips reach below a flat top where there is no room for more, m."""
-SHALLOW_MIDDLE = 0.003
-"""How far the ends of the tips then pass the middle of what is round, m."""
+"""Number of closing directions over half a turn, tried on solids without flat sides."""
+MAX_WIDTH_RATIO = 1.25
+"""Maximum ratio of the width along such a direction to the smallest width. In other directions the
+fingers turn the object before they hold it."""
+OFFSET_SHARE = 0.22
+"""Offset of the grasp from the middle of a long object, as a share of its length."""
+MIN_LONG = 0.050
+"""Length above which an object is also grasped off its middle, m."""
+STRAIGHT_KINDS = ("box", "cylinder", "superquadric", "tapered")
+"""Kinds that have about the same width off their middle."""
+SHALLOW_BELOW_FACE = 0.013
+"""Depth of the fingertips below a flat top in a shallow grasp, m."""
+SHALLOW_BEYOND_CENTRE = 0.003
+"""Depth of the fingertips beyond the centre of a round object in a shallow grasp, m."""
 
 
-def roomier(
-    grip: Grip, solid: Superquadric, narrowest: float, depths: GraspDepths
-) -> Iterator[tuple[Grip, GraspDepths, float]]:
-    """Give other ways to take hold from above, each with its depths and what it is worth, 0-1.
+def low_clearance_grasps(
+    geometry: GraspGeometry, solid: Superquadric, narrowest: float
+) -> Iterator[tuple[GraspGeometry, TipDepth, float]]:
+    """Yield variants of a top grasp, each with its fingertip depth and weight in [0, 1].
+
+    The weight decreases off the middle, with shallow grasps and with the width. All variants have
+    a fixed orientation.
 
     Parameters
     ----------
-    grip
-        A grip from above; one of several for what is not round.
+    geometry
+        A top grasp.
     solid
-        What is held.
+        Solid to grasp.
     narrowest
-        Its smallest horizontal width, m.
-    depths
-        The usual depths; the first of the two given for each grip.
-
-    Returns
-    -------
-    iterator of tuple
-        All fixed in orientation. Worth falls off the middle, with shallow holds and
-        with width.
+        Smallest horizontal width of the solid, m.
     """
-    for place, worth in _places(grip, solid, narrowest):
-        yield place, depths, worth
-        yield place, _shallow(place, depths), 0.8 * worth
+    for variant, weight in _variants(geometry, solid, narrowest):
+        yield variant, TipDepth(), weight
+        yield variant, _shallow_depth(variant), 0.8 * weight
 
 
-def _places(grip: Grip, solid: Superquadric, narrowest: float) -> Iterator[tuple[Grip, float]]:
-    for closing in _closings(grip, solid):
-        level = _turned(grip, solid, closing)
-        if level.width > WIDER * max(narrowest, grip.width):
+def _variants(
+    geometry: GraspGeometry, solid: Superquadric, narrowest: float
+) -> Iterator[tuple[GraspGeometry, float]]:
+    for closing in _closing_directions(geometry, solid):
+        turned = _turned(geometry, solid, closing)
+        if turned.width > MAX_WIDTH_RATIO * max(narrowest, geometry.width):
             continue
-        worth = float(min(grip.width / level.width, 1.0)) ** 2
-        yield level, worth
-        if grip.kind in STRAIGHT and level.length > LONG and level.width < level.length:
-            for share in (-OFF_MIDDLE, OFF_MIDDLE):
-                aside = level.centre + share * level.length * level.axis
-                yield replace(level, centre=aside, length=level.length), 0.7 * worth
+        weight = float(min(geometry.width / turned.width, 1.0)) ** 2
+        yield turned, weight
+        is_long = turned.length > MIN_LONG and turned.width < turned.length
+        if geometry.kind in STRAIGHT_KINDS and is_long:
+            for share in (-OFFSET_SHARE, OFFSET_SHARE):
+                centre = turned.centre + share * turned.length * turned.axis
+                yield replace(turned, centre=centre), 0.7 * weight
 
 
-def _closings(grip: Grip, solid: Superquadric) -> list[NDArray[np.float64]]:
-    if solid.kind in ("box", "cylinder") and grip.freedom == "none":
-        return [grip.closing]
-    across = np.cross(grip.up, grip.closing)
-    if grip.freedom == "none":
-        # The other pair of sides has a grip of its own: to half of the way there.
+def _closing_directions(geometry: GraspGeometry, solid: Superquadric) -> list[NDArray[np.float64]]:
+    if solid.kind in ("box", "cylinder") and geometry.freedom == "none":
+        return [geometry.closing]
+    across = np.cross(geometry.up, geometry.closing)
+    if geometry.freedom == "none":
+        # The other pair of sides has its own grasp, so half of the angle to it is enough.
         angles = np.arange(-DIRECTIONS // 4 + 1, DIRECTIONS // 4 + 1) * np.pi / DIRECTIONS
     else:
         angles = np.arange(2 * DIRECTIONS) * np.pi / DIRECTIONS
-    return [np.cos(angle) * grip.closing + np.sin(angle) * across for angle in angles]
+    return [np.cos(angle) * geometry.closing + np.sin(angle) * across for angle in angles]
 
 
-def _turned(grip: Grip, solid: Superquadric, closing: NDArray[np.float64]) -> Grip:
-    axis = np.cross(grip.palm, closing)
-    spans = solid.support(np.array([closing, axis])) + solid.support(-np.array([closing, axis]))
+def _turned(
+    geometry: GraspGeometry, solid: Superquadric, closing: NDArray[np.float64]
+) -> GraspGeometry:
+    axis = np.cross(geometry.palm, closing)
+    widths = solid.support(np.array([closing, axis])) + solid.support(-np.array([closing, axis]))
     return replace(
-        grip,
+        geometry,
         freedom="none",
         closing=closing,
         axis=axis,
-        width=float(spans[0]),
-        length=float(spans[1]),
+        width=float(widths[0]),
+        length=float(widths[1]),
     )
 
 
-def _shallow(grip: Grip, depths: GraspDepths) -> GraspDepths:
+def _shallow_depth(geometry: GraspGeometry) -> TipDepth:
     # A superquadric may be round below a face that looks flat.
-    if grip.flat and grip.kind != "superquadric":
-        return replace(depths, tip_depth=SHALLOW_SIDES, tip_beyond=-float("inf"))
-    return replace(depths, tip_depth=0.0, tip_beyond=SHALLOW_MIDDLE)
+    if geometry.flat and geometry.kind != "superquadric":
+        return TipDepth(SHALLOW_BELOW_FACE, -float("inf"))
+    return TipDepth(0.0, SHALLOW_BEYOND_CENTRE)

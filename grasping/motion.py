@@ -1,4 +1,4 @@
-"""One motion of the arm, until it is there, is stuck, or something stops it."""
+"""Execute one motion of the arm until it ends, and set the speeds of its tasks."""
 
 from __future__ import annotations
 
@@ -21,56 +21,74 @@ if TYPE_CHECKING:
     from .robot import HandCommand, RobotReading
 
 MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
-"""stuck: no way on; late: out of time; stopped: by what was watched for; fault: of the robot."""
+"""End of a motion.
+
+- reached: the goal is reached.
+- stuck: the controller finds no way to continue.
+- late: the time limit is over.
+- stopped: the stop condition is met.
+- fault: the robot stopped itself.
+"""
 
 ROTATION_TASKS = (AxisAlignment, LookAt, Orientation)
+"""Tasks whose error is an angle."""
 INFEASIBLE_SECONDS = 0.3
-"""A motion that cannot keep its margins for so long has no way on: shorter is a passing squeeze."""
+"""Time for which a motion may violate its margins, s. Shorter violations end by themselves."""
+RAMP_SECONDS = 0.15
+"""Time in which a motion reaches its full speed, s. Shorter ramps jerk the held object."""
+TURN_SPEED = 2.5
+"""Angular speed of the hand, rad/s."""
+GAIN = 8.0
+"""Gain of the final, slow part of a motion, 1/s. A higher gain demands more of the arm's servos."""
+POSITION_SLACK = 0.006
+"""Position error that is acceptable where the arm cannot come closer, m."""
+ANGLE_SLACK = 0.09
+"""Acceptable angular error there, rad (5°). At the edge of its workspace the arm tilts the hand."""
 
 
 class Controller(Protocol):
-    """What gives joint velocities: an approach controller, with or without a search."""
+    """A controller of joint velocities, such as an approach controller."""
 
     def step(self, q: NDArray[np.float64]) -> ControlStep:
-        """Give the cycle for joint angles q, (n,)."""
+        """Compute one control cycle at joint angles q (n,), rad."""
         ...
 
 
 @dataclass(frozen=True)
-class Arrival:
-    """How a motion ended; true in a condition when it is there."""
+class MotionResult:
+    """Result of a motion; true in a condition when the goal was reached."""
 
     end: MotionEnd
-    """How."""
+    """How the motion ended."""
     reason: str
-    """Why, where it is not there."""
+    """Why the goal was not reached; empty otherwise."""
 
     def __bool__(self) -> bool:
         return self.end == "reached"
 
 
-def go(
+def execute(
     cell: Cell,
     controller: Controller,
     seconds: float,
     *,
     command: Callable[[RobotReading], HandCommand | None] | None = None,
     stop: Callable[[RobotReading], str] | None = None,
-) -> Arrival:
-    """Move until the controller has reached its tasks, and stand still, however it ends.
+) -> MotionResult:
+    """Move until the controller reaches its goal or the motion ends early, then stop the arm.
 
     Parameters
     ----------
     cell
         The robot.
     controller
-        Its period is the robot's.
+        Controller with the robot's period.
     seconds
-        Longest time, s of the robot's clock.
+        Time limit, s of robot time.
     command
-        What the hand does meanwhile.
+        Function that computes the command of the hand in each cycle.
     stop
-        Why to stop now; empty to go on.
+        Function that returns the reason to stop, or an empty string to continue.
     """
     start = cell.reading.time
     end = start + seconds
@@ -79,37 +97,39 @@ def go(
     while True:
         reading = cell.reading
         if reading.fault:
-            return Arrival("fault", reading.fault)
-        why = stop(reading) if stop else ""
-        if why:
+            return MotionResult("fault", reading.fault)
+        stop_reason = stop(reading) if stop else ""
+        if stop_reason:
             cell.step(still)
-            return Arrival("stopped", why)
+            return MotionResult("stopped", stop_reason)
         cycle = controller.step(reading.q)
         infeasible = infeasible + cell.robot.period if cycle.status == "infeasible" else 0.0
         if cycle.status == "reached":
             cell.step(still)
-            return Arrival("reached", "")
+            return MotionResult("reached", "")
         if cycle.status == "stuck" or infeasible > INFEASIBLE_SECONDS:
             cell.step(still)
-            return Arrival("stuck", cycle.reason)
+            return MotionResult("stuck", cycle.reason)
         if reading.time >= end:
             cell.step(still)
-            left = ", ".join(f"{error:.3g}" for error in cycle.errors)
-            return Arrival("late", f"not there after {seconds:g} s: {left} m or rad left")
-        # Standing still is safe, and so is all between it and a safe velocity.
-        begun = (reading.time - start + cell.robot.period) / cell.options.ramp_seconds
-        cell.step(min(begun, 1.0) * cycle.velocity, command(reading) if command else None)
+            errors = ", ".join(f"{error:.3g}" for error in cycle.errors)
+            return MotionResult(
+                "late", f"not reached after {seconds:g} s: errors {errors} (m or rad)"
+            )
+        # Zero velocity is safe, and so is every velocity between it and a safe one.
+        ramp = (reading.time - start + cell.robot.period) / RAMP_SECONDS
+        cell.step(min(ramp, 1.0) * cycle.velocity, command(reading) if command else None)
 
 
-def bumped(cell: Cell, reading: RobotReading) -> str:
-    """Name the pads that met something harder than what is brushed aside; empty when none did."""
-    hand = reading.hand.forces > cell.options.bump_force
-    pads = ", ".join(np.array(cell.robot.hand.pads)[hand].tolist())
-    return f"{pads} met what was not seen" if pads else ""
+def unexpected_contact(cell: Cell, reading: RobotReading) -> str:
+    """Return the reason to stop a motion in free space; empty without a hard contact."""
+    hard = reading.hand.forces > cell.options.max_contact_force
+    pads = ", ".join(np.array(cell.robot.hand.pads)[hard].tolist())
+    return f"{pads} touched something that was not perceived" if pads else ""
 
 
-def distance_left(tasks: Sequence[Task], errors: Sequence[float]) -> float:
-    """Largest error of the tasks that are lengths, m; turns do not count."""
+def remaining_distance(tasks: Sequence[Task], errors: Sequence[float]) -> float:
+    """Return the maximum error of the tasks that control a length, m."""
     return max(
         (
             error
@@ -120,33 +140,28 @@ def distance_left(tasks: Sequence[Task], errors: Sequence[float]) -> float:
     )
 
 
-def paced(tasks: Iterable[Task], speed: float, turn_speed: float, gain: float) -> tuple[Task, ...]:
-    """Give the tasks with other speeds, m/s and rad/s, and another gain, 1/s."""
-    return tuple(_paced(task, speed, turn_speed, gain) for task in tasks)
+def with_speed(tasks: Iterable[Task], speed: float, turn_speed: float) -> tuple[Task, ...]:
+    """Return tasks with a maximum speed, m/s, an angular speed, rad/s, and the gain `GAIN`."""
+    return tuple(_with_speed(task, speed, turn_speed) for task in tasks)
 
 
-def near_enough(
-    robot: RobotModel,
-    tasks: Iterable[Task],
-    q: NDArray[np.float64],
-    slack: float,
-    turn_slack: float,
-) -> bool:
-    """Return whether every task is met within a distance, m, or an angle, rad, at q (n,).
+def within_slack(robot: RobotModel, tasks: Iterable[Task], q: NDArray[np.float64]) -> bool:
+    """Return whether all errors at joint angles q (n,) are small enough to continue.
 
-    At the edge of reach the hand's own compliance takes up a few degrees.
+    The compliance of the hand compensates errors up to `POSITION_SLACK` and `ANGLE_SLACK`.
     """
     state = robot.at(q)
     return all(
-        task.at(state).unmet <= (turn_slack if isinstance(task, ROTATION_TASKS) else slack)
+        task.at(state).unmet
+        <= (ANGLE_SLACK if isinstance(task, ROTATION_TASKS) else POSITION_SLACK)
         for task in tasks
     )
 
 
-def _paced(task: Task, speed: float, turn_speed: float, gain: float) -> Task:
+def _with_speed(task: Task, speed: float, turn_speed: float) -> Task:
     if isinstance(task, Interval):
-        return replace(task, task=_paced(task.task, speed, turn_speed, gain))
+        return replace(task, task=_with_speed(task.task, speed, turn_speed))
     if isinstance(task, Pose):
-        return replace(task, speed=speed, turn_speed=turn_speed, gain=gain)
-    faster = turn_speed if isinstance(task, ROTATION_TASKS) else speed
-    return replace(task, speed=faster, gain=gain)  # pyright: ignore[reportArgumentType] - all tasks are dataclasses with a speed
+        return replace(task, speed=speed, turn_speed=turn_speed, gain=GAIN)
+    own_speed = turn_speed if isinstance(task, ROTATION_TASKS) else speed
+    return replace(task, speed=own_speed, gain=GAIN)  # pyright: ignore[reportArgumentType] - all tasks are dataclasses with a speed

@@ -1,4 +1,4 @@
-"""The hand that sizes are judged for when no other is known."""
+"""The default hand of grasp planning."""
 
 from __future__ import annotations
 
@@ -9,14 +9,17 @@ import numpy as np
 from .hand_model import HandModel
 
 OPENINGS = (0.0, 0.05, 0.07, 0.10, 0.135)
-"""Free widths, m."""
+"""Openings, m."""
 REACHES = (0.100, 0.103, 0.103, 0.101, 0.096)
-"""Reaches of 0.1 m fingers at those widths, m: farthest when they stand straight."""
+"""Reaches of fingers of 0.1 m at those openings, m; the maximum is that of straight fingers."""
 
 
 @cache
 def nominal_hand() -> HandModel:
-    """Give three fingers against a thumb, 0.1 m long, opening to 135 mm; its drives are made up."""
+    """Return a hand of three fingers and a thumb, 0.1 m long, with an opening of 135 mm.
+
+    Its drives are placeholders.
+    """
     openings = np.array(OPENINGS)
     return HandModel(
         drives=("finger", "thumb"),

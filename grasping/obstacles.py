@@ -1,8 +1,7 @@
-"""A scene as obstacles: the table, the other objects, and the space behind them that nobody saw."""
+"""Convert a scene to obstacles: the table, the other objects, and occluded space."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,102 +12,91 @@ from eyehand.errors import InputError
 from eyehand.perception import perpendicular_pair
 from eyehand.perception.superquadric import mesh
 
-from .fit_uncertainty import side_doubt
-from .occlusion import Gap, gap_between, outline, shadow
+from .fit_uncertainty import max_side_std
+from .occlusion import Slab, hull_points, occluded_points, separating_slab
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.perception import Scene, SceneObject, Superquadric
 
-THINNEST = 0.002
-"""Half the thickness of the box that stands for points which lie in one plane, m."""
-MESH_RESOLUTION = 24
-"""Points around the mesh of a solid that is none of the plain shapes: its chords cut a millimetre
-off one of 60 mm."""
-MOST_GIVE = 0.6
-"""Share of an object's smallest half extent by which it shrinks at most: its core stays."""
 TABLE = "table"
 """Name of the table among the obstacles."""
+TABLE_MARGIN = 0.5
+"""Extent of the table beyond the objects, m. More keeps a far-reaching elbow off it, but may cover
+what stands beside the table."""
+TABLE_THICKNESS = 0.1
+"""Thickness of the table, m. More stops a hand that comes from below."""
+MAX_GROWTH = 0.005
+"""Maximum growth of an object for its uncertainty, m. More keeps away from unseen sides, but closes
+gaps between objects."""
+OCCLUDED_LENGTH = 0.12
+"""Length of the occluded space behind an object, m. More is safer, but leaves less free space."""
+FINGER_SPACE = 0.03
+"""Distance from the target that the occluded space of other objects keeps free, m."""
+PUSH_SHRINK = 0.012
+"""Shrinkage of other objects when the hand may push them, m. More clears denser piles, but touches
+more."""
+MAX_SHRINK_SHARE = 0.6
+"""Maximum shrinkage as a share of an object's smallest semi-axis. Its core stays an obstacle."""
+MIN_HALF_THICKNESS = 0.002
+"""Half the thickness of the box around coplanar points, m."""
+MESH_RESOLUTION = 24
+"""Points around the mesh of a superquadric. Its chords cut off 1 mm of a radius of 60 mm."""
 
 
-@dataclass(frozen=True)
-class SurroundingsOptions:
-    """Options of :func:`surroundings`; lengths in m."""
-
-    table_margin: float = 0.5
-    """How far the table is taken to go on beyond the objects: more keeps a far-reaching elbow off
-    it, and may run into what stands beside the table."""
-    table_thickness: float = 0.1
-    """Thickness of the table: more stops a hand that came from below it."""
-    most_growth: float = 0.005
-    """By how much an object grows for what is not sure of it, at most: more keeps farther off sides
-    that nobody saw, and closes gaps between objects."""
-    unseen: bool = True
-    """Whether the space behind objects counts as occupied."""
-    unseen_length: float = 0.12
-    """How far behind an object that space goes on: more is safer, and leaves the arm less room."""
-    give: float = 0.0
-    """By how much other objects shrink, where the hand may push them aside, in place of growing:
-    more clears denser piles, and touches more."""
-    finger_space: float = 0.03
-    """Room about the target that unseen space of other objects does not take."""
-
-
-PUSHING = SurroundingsOptions(unseen=False, give=0.012)
-"""For a hand that may push aside what stands around its target."""
-
-
-def surroundings(
-    scene: Scene, target: SceneObject | None = None, options: SurroundingsOptions | None = None
+def scene_obstacles(
+    scene: Scene, target: SceneObject | None = None, *, may_push: bool = False
 ) -> tuple[Obstacle, ...]:
-    """Give what a hand must not touch on its way to an object.
+    """Return the obstacles of a hand on its way to an object.
 
     Parameters
     ----------
     scene
-        What was seen.
+        Perceived scene.
     target
-        The object to grasp, which is no obstacle, nor is the space right behind it: fingers close
-        there. None: all objects are obstacles.
-    options
-        Sizes of the table and of unseen space.
+        The object to grasp. Neither it nor the space behind it is an obstacle, because the fingers
+        close there. None makes all objects obstacles.
+    may_push
+        Whether the hand may push the other objects aside. They shrink instead of growing, and
+        occluded space is free.
 
     Returns
     -------
     tuple of Obstacle
-        In the scene's frame: ``table``, ``object N`` by label, and ``behind N``, the convex space
-        between an object and what the camera could not see past it, down to the table. Where the
-        object had room beside the target, its growth and unseen space leave it.
+        Obstacles in the scene's frame: ``table``, ``object N`` by label, and ``behind N``. The
+        last one is the convex space between an object, its occluded space and the table. Growth
+        and occluded space never close the gap between an object and the target.
     """
-    options = options or SurroundingsOptions()
-    found = []
-    goal = outline(target) if target is not None else None
+    obstacles = []
+    target_points = hull_points(target) if target is not None else None
     if scene.support is not None:
-        found.append(_table(scene, options))
+        obstacles.append(_table(scene))
     for item in scene.objects:
         if target is not None and item.label == target.label:
             continue
-        points = outline(item)
+        points = hull_points(item)
         if len(points) == 0:
             continue
-        gap = gap_between(points, goal) if goal is not None and len(goal) else None
-        growth = min(side_doubt(item.fit), options.most_growth)
-        if gap is not None:
-            growth = min(growth, max(0.5 * gap.width, 0.0))
+        slab = None
+        if target_points is not None and len(target_points):
+            slab = separating_slab(points, target_points)
+        growth = min(max_side_std(item.fit), MAX_GROWTH)
+        if slab is not None:
+            growth = min(growth, max(0.5 * slab.width, 0.0))
         solid = item.fit.superquadric
-        if target is not None and options.give and solid is not None:
-            growth = -min(options.give, MOST_GIVE * float(solid.semi_axes.min()))
-        found.append(_object(item, points, growth))
-        if options.unseen:
-            hidden = _behind(scene, item, points, gap, options)
-            if hidden is not None:
-                found.append(hidden)
-    return tuple(found)
+        if target is not None and may_push and solid is not None:
+            growth = -min(PUSH_SHRINK, MAX_SHRINK_SHARE * float(solid.semi_axes.min()))
+        obstacles.append(_object(item, points, growth))
+        if not may_push:
+            occluded = _occluded_space(scene, item, points, slab)
+            if occluded is not None:
+                obstacles.append(occluded)
+    return tuple(obstacles)
 
 
-def enclosing(solid: Superquadric, growth: float, name: str) -> Obstacle:
-    """Enclose a solid, grown by some m, in the plain shape of its kind, or the hull of its mesh."""
+def solid_obstacle(solid: Superquadric, growth: float, name: str) -> Obstacle:
+    """Return a solid, grown by a length in m, as a primitive or as the hull of its mesh."""
     axes = solid.semi_axes + growth
     match solid.kind:
         case "sphere":
@@ -129,48 +117,39 @@ def _object(item: SceneObject, points: NDArray[np.float64], growth: float) -> Ob
     name = f"object {item.label}"
     solid = item.fit.superquadric
     if solid is not None and item.fit:
-        return enclosing(solid, growth, name)
+        return solid_obstacle(solid, growth, name)
     try:
         return Obstacle(name, ConvexMesh(points), RigidTransform.identity())
     except InputError:
-        half = np.maximum(0.5 * np.ptp(points, axis=0), THINNEST)
+        half = np.maximum(0.5 * np.ptp(points, axis=0), MIN_HALF_THICKNESS)
         middle = 0.5 * (points.min(axis=0) + points.max(axis=0))
         return Obstacle(name, Box(half), RigidTransform.from_translation(middle))
 
 
-def _behind(
-    scene: Scene,
-    item: SceneObject,
-    points: NDArray[np.float64],
-    gap: Gap | None,
-    options: SurroundingsOptions,
+def _occluded_space(
+    scene: Scene, item: SceneObject, points: NDArray[np.float64], slab: Slab | None
 ) -> Obstacle | None:
-    if gap is not None and gap.width <= 0.0:
+    if slab is not None and slab.width <= 0.0:
         return None
-    space = shadow(
-        points,
-        scene.view_origin,
-        scene.support,
-        options.unseen_length,
-        gap,
-        options.finger_space,
+    corners = occluded_points(
+        points, scene.view_origin, scene.support, OCCLUDED_LENGTH, slab, FINGER_SPACE
     )
     try:
-        return Obstacle(f"behind {item.label}", ConvexMesh(space), RigidTransform.identity())
+        return Obstacle(f"behind {item.label}", ConvexMesh(corners), RigidTransform.identity())
     except InputError:
         return None
 
 
-def _table(scene: Scene, options: SurroundingsOptions) -> Obstacle:
+def _table(scene: Scene) -> Obstacle:
     support = scene.support
     assert support is not None
     side, other = perpendicular_pair(support.normal)
-    frame = np.column_stack([side, other, support.normal])
+    axes = np.column_stack([side, other, support.normal])
     clouds = [item.points for item in scene.objects if len(item.points)]
-    seen = np.vstack(clouds) if clouds else scene.view_origin[None]
-    flat = seen @ frame[:, :2]
-    low, high = flat.min(axis=0), flat.max(axis=0)
-    half = np.append(0.5 * (high - low) + options.table_margin, 0.5 * options.table_thickness)
-    centre = frame @ np.append(0.5 * (low + high), -support.offset - half[2])
-    pose = RigidTransform.from_components(centre, Rotation.from_matrix(frame))
+    points = np.vstack(clouds) if clouds else scene.view_origin[None]
+    plan = points @ axes[:, :2]
+    low, high = plan.min(axis=0), plan.max(axis=0)
+    half = np.append(0.5 * (high - low) + TABLE_MARGIN, 0.5 * TABLE_THICKNESS)
+    centre = axes @ np.append(0.5 * (low + high), -support.offset - half[2])
+    pose = RigidTransform.from_components(centre, Rotation.from_matrix(axes))
     return Obstacle(TABLE, Box(half), pose)

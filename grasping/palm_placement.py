@@ -1,144 +1,155 @@
-"""How deep an object comes into the hand: near enough to hold, the tips clear of the table."""
+"""Place the palm for a grasp: close enough to hold, with the fingertips clear of the table."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from .grasp_geometry import Grip
+    from .grasp_geometry import GraspGeometry
     from .hand_model import HandModel
     from .prototypes import Prototype
 
-
-@dataclass(frozen=True)
-class GraspDepths:
-    """Where the object is in the hand at the grasp; lengths in m."""
-
-    palm_gap: float = 0.003
-    """Distance of the palm from what it wraps: nearer wraps better, and touches sooner."""
-    roots: float = 0.058
-    """Free width between the roots of fingers and thumb: a wider flat face meets them before it
-    meets the palm."""
-    root_gap: float = 0.85
-    """Further distance of the palm per m by which such a face is wider."""
-    table_gap: float = 0.004
-    """Height that tips keep above what the object stands on: lower holds plates, and touches the
-    table when the table is not where it was seen."""
-    edge_gap: float = 0.008
-    """Height that the lower edge of the hand keeps above it when it comes from the side."""
-    tip_depth: float = 0.025
-    """How far tips reach below the near face of what they pinch, at least where they can."""
-    tip_beyond: float = 0.010
-    """How far the ends of the tips pass the object's middle: their pads are behind their ends."""
-    closing_slack: float = 0.010
-    """By how much fingers close past the object's width while their reach still counts: covers
-    errors of the width."""
-    height_tolerance: float = 0.15
-    """Share of the height by which the hand may hold a tall object off its middle."""
-    length_tolerance: float = 0.10
-    """Share of the length by which the hand may hold a long object off its middle."""
-    most_tolerance: float = 0.015
-    """No tolerance along the object is more than this, m."""
-    ball_tilt: float = 0.26
-    """Angle from which a ball may be approached off its top, rad: more leaves the arm more freedom,
-    and lets the tips hang lower or hold less deep."""
+PALM_GAP = 0.003
+"""Distance between the palm and an object that it encloses, m. Smaller encloses better, but touches
+earlier."""
+FREE_ROOT_WIDTH = 0.058
+"""Free width between the roots of fingers and thumb, m. A wider flat face touches the roots before
+the palm."""
+ROOT_GAP_SLOPE = 0.85
+"""Additional palm distance per excess width of such a face."""
+TABLE_GAP = 0.004
+"""Height of the fingertips above the surface that the object rests on, m. Lower holds plates, but
+touches the table if its estimated height is wrong."""
+EDGE_GAP = 0.008
+"""Height of the lower edge of the hand above that surface in a side grasp, m."""
+CLOSING_SLACK = 0.010
+"""Distance by which fingers close beyond the object's width, m. It covers errors of the width."""
+HEIGHT_TOLERANCE = 0.15
+"""Palm offset along a tall object, as a share of its height."""
+LENGTH_TOLERANCE = 0.10
+"""Palm offset along a long object, as a share of its length."""
+MAX_TOLERANCE = 0.015
+"""Maximum palm offset along an object, m."""
+MAX_SPHERE_TILT = 0.26
+"""Maximum tilt of the approach to a sphere from above, rad. More leaves the arm more freedom, but
+lets the fingertips hang lower or hold less deep."""
 
 
-@dataclass(frozen=True)
-class Stance:
-    """Where the palm is at the grasp."""
+class TipDepth(NamedTuple):
+    """How far the fingertips reach around an object."""
+
+    below_face: float = 0.025
+    """Depth of the fingertips below the near face of the object, m."""
+    beyond_centre: float = 0.010
+    """Minimum depth of the fingertips beyond the object's centre, m. The pads lie behind the
+    tips."""
+
+
+class PalmPlacement(NamedTuple):
+    """Place of the palm relative to the object at the grasp."""
 
     standoff: float
     """Distance from the object's centre against the palm's direction, m."""
     cone: float
-    """Largest angle of the hand's way from the grip's palm direction, rad."""
+    """Maximum angle between the approach and the palm's nominal direction, rad."""
     low: float
-    """Least place of the palm along the object (up from the side, the row from above), from the
-    centre, m."""
+    """Minimum palm offset along the object from its centre, m. The direction is up in a side grasp
+    and the row of fingers in a top grasp."""
     high: float
-    """Largest."""
+    """Maximum palm offset along the object, m."""
 
 
-def stance(
-    grip: Grip,
+def place_palm(
+    geometry: GraspGeometry,
     prototype: Prototype,
     opening: float,
     hand: HandModel,
-    depths: GraspDepths | None = None,
-) -> Stance:
-    """Place the palm for a grip: as near as the prototype wants, the tips clear of the table."""
-    depths = depths or GraspDepths()
-    near = grip.half_depth + depths.palm_gap
-    if grip.flat:
-        near += depths.root_gap * max(grip.width - depths.roots, 0.0)
-    if grip.approach == "side":
-        return _beside(grip, prototype, opening, hand, depths, near)
-    slack = _tolerance(grip.length, depths.length_tolerance, depths)
-    reach = closing_reach(hand, grip.width, opening, depths)
-    # Below the centre, counted down: how far the tips may go, and how far they should.
-    most = min(reach - near, grip.rise - depths.table_gap)
-    if grip.freedom == "any_side":
-        return _over_ball(grip, opening, hand, depths, reach, most)
-    tips = most if prototype == "power" else min(most, _wanted_depth(grip, depths))
-    return Stance(reach - tips, 0.0, -slack, slack)
+    depth: TipDepth | None = None,
+) -> PalmPlacement:
+    """Place the palm for a grasp as close as the prototype needs.
+
+    Parameters
+    ----------
+    geometry
+        Directions and sizes of the grasp.
+    prototype
+        Prototype of the grasp.
+    opening
+        Opening of the hand before it closes, m.
+    hand
+        The hand.
+    depth
+        Wanted depth of the fingertips; None for the default.
+    """
+    depth = depth or TipDepth()
+    near = geometry.half_depth + PALM_GAP
+    if geometry.flat:
+        near += ROOT_GAP_SLOPE * max(geometry.width - FREE_ROOT_WIDTH, 0.0)
+    if geometry.approach == "side":
+        return _beside(geometry, prototype, opening, hand, depth, near)
+    slack = min(LENGTH_TOLERANCE * geometry.length, MAX_TOLERANCE)
+    reach = max_closing_reach(hand, geometry.width, opening)
+    # Depths below the centre: the maximum possible and the wanted one.
+    max_depth = min(reach - near, geometry.rise - TABLE_GAP)
+    if geometry.freedom == "any_side":
+        return _over_sphere(geometry, opening, hand, depth, reach, max_depth)
+    tips = max_depth
+    if prototype != "power":
+        tips = min(max_depth, _wanted_depth(geometry, depth))
+    return PalmPlacement(reach - tips, 0.0, -slack, slack)
 
 
-def closing_reach(
-    hand: HandModel, width: float, opening: float, depths: GraspDepths | None = None
-) -> float:
-    """Farthest reach of the tips from the palm while they close from an opening onto a width, m."""
-    depths = depths or GraspDepths()
-    low = max(width - depths.closing_slack, float(hand.openings[0]))
+def max_closing_reach(hand: HandModel, width: float, opening: float) -> float:
+    """Return the maximum reach of the fingertips while they close from an opening to a width, m."""
+    low = max(width - CLOSING_SLACK, float(hand.openings[0]))
     between = hand.reaches[(hand.openings >= low) & (hand.openings <= opening)]
     return max(hand.reach(low), hand.reach(opening), *between.tolist())
 
 
-def row_width(hand: HandModel, prototype: Prototype) -> float:
-    """Outer width along the row of what a prototype closes, m."""
-    return hand.middle_row if prototype == "pincer" else hand.row
-
-
-def _over_ball(
-    grip: Grip, opening: float, hand: HandModel, depths: GraspDepths, reach: float, most: float
-) -> Stance:
-    """Tilt as far as keeps the outer tips off the table, and hold no less deep than needed."""
+def _over_sphere(
+    geometry: GraspGeometry,
+    opening: float,
+    hand: HandModel,
+    depth: TipDepth,
+    reach: float,
+    max_depth: float,
+) -> PalmPlacement:
+    """Allow the tilt that keeps the fingertips off the table at a sufficient depth."""
     half = 0.5 * hand.spread(opening)
-    room = grip.rise - depths.table_gap
-    least = min(depths.tip_beyond, most)
-    # Of least cos + half sin = room, the tilt at which the lower tips meet the table.
-    size = float(np.hypot(least, half))
+    room = geometry.rise - TABLE_GAP
+    min_depth = min(depth.beyond_centre, max_depth)
+    # The lower fingertips touch the table at the tilt that solves
+    # min_depth * cos(tilt) + half * sin(tilt) = room.
+    size = float(np.hypot(min_depth, half))
     ratio = room / size
-    tilt = np.pi if ratio >= 1.0 else float(np.arcsin(max(ratio, 0.0)) - np.arctan2(least, half))
-    tilt = float(np.clip(tilt, 0.0, depths.ball_tilt))
+    tilt = np.pi
+    if ratio < 1.0:
+        tilt = float(np.arcsin(max(ratio, 0.0)) - np.arctan2(min_depth, half))
+    tilt = float(np.clip(tilt, 0.0, MAX_SPHERE_TILT))
     deepest = (room - half * np.sin(tilt)) / np.cos(tilt)
-    return Stance(reach - min(most, max(deepest, least)), tilt, 0.0, 0.0)
+    return PalmPlacement(reach - min(max_depth, max(deepest, min_depth)), tilt, 0.0, 0.0)
 
 
 def _beside(
-    grip: Grip,
+    geometry: GraspGeometry,
     prototype: Prototype,
     opening: float,
     hand: HandModel,
-    depths: GraspDepths,
+    depth: TipDepth,
     near: float,
-) -> Stance:
-    slack = _tolerance(grip.height, depths.height_tolerance, depths)
-    lowest = 0.5 * row_width(hand, prototype) + depths.edge_gap - grip.rise
-    low = max(-slack, lowest)
+) -> PalmPlacement:
+    slack = min(HEIGHT_TOLERANCE * geometry.height, MAX_TOLERANCE)
+    row = hand.middle_row if prototype == "pincer" else hand.row
+    low = max(-slack, 0.5 * row + EDGE_GAP - geometry.rise)
     standoff = near
     if prototype != "power":
-        reach = closing_reach(hand, grip.width, opening, depths)
-        standoff = max(near, reach - _wanted_depth(grip, depths))
-    return Stance(standoff, np.pi, low, max(low, slack))
+        reach = max_closing_reach(hand, geometry.width, opening)
+        standoff = max(near, reach - _wanted_depth(geometry, depth))
+    return PalmPlacement(standoff, np.pi, low, max(low, slack))
 
 
-def _wanted_depth(grip: Grip, depths: GraspDepths) -> float:
-    """How far tips should pass the object's centre, m: its near face is half a depth before it."""
-    return max(depths.tip_beyond, depths.tip_depth - grip.half_depth)
-
-
-def _tolerance(extent: float, share: float, depths: GraspDepths) -> float:
-    return min(share * extent, depths.most_tolerance)
+def _wanted_depth(geometry: GraspGeometry, depth: TipDepth) -> float:
+    """Return the wanted depth of the fingertips beyond the object's centre, m."""
+    return max(depth.beyond_centre, depth.below_face - geometry.half_depth)

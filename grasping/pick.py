@@ -1,4 +1,4 @@
-"""Pick one object: phase by phase, each with a time-out and a named outcome."""
+"""Pick one object, phase by phase."""
 
 from __future__ import annotations
 
@@ -8,8 +8,8 @@ import numpy as np
 
 from .fingertips import fingertip_contacts
 from .grasp_phases import approach, close, contact, grip, pre_grasp
-from .hand_state import curl
-from .pick_state import Ended, Job
+from .hand_state import finger_curl
+from .pick_state import PhaseFailure, PickState
 from .report import PickReport
 from .transport_phases import check, lift, place
 
@@ -19,68 +19,68 @@ if TYPE_CHECKING:
     from eyehand.tactile import ContactFeatures
 
     from .cell import Cell
-    from .pick_state import Choice
+    from .pick_state import SelectedGrasp
     from .report import Phase
 
-TOUCHED = 0.1
-"""Force from which a pad counts as in contact while an object is held, N."""
+CONTACT_FORCE = 0.1
+"""Force above which a pad counts as in contact with the held object, N."""
 
 
-def pick(cell: Cell, choice: Choice, slot: int = 0) -> PickReport:
-    """Grasp the object, lift it, and put it into the tray.
+def pick(cell: Cell, grasp: SelectedGrasp, slot: int = 0) -> PickReport:
+    """Grasp an object, lift it, and put it into the tray.
+
+    After a failed phase the hand opens and moves off the object, unless the robot has a fault.
 
     Parameters
     ----------
     cell
-        The robot at rest, its hand free.
-    choice
-        What to pick and how.
+        The robot at rest with an empty hand.
+    grasp
+        The object and its grasp.
     slot
-        Number of the place in the tray.
-
-    Returns
-    -------
-    PickReport
-        Whatever happens: the hand is open and off the object, or the robot has a fault.
+        Number of the slot in the tray.
     """
-    job = Job(choice, slot)
-    solid = choice.target.fit.superquadric
+    state = PickState(grasp, slot)
+    solid = grasp.target.fit.superquadric
     cell.begin()
-    cell.plan = choice.plan
-    ended: Ended | None = None
-    wrapped = (0, 0.0)
+    cell.plan = grasp.plan
+    failure: PhaseFailure | None = None
+    contact_pads, curl = 0, 0.0
     tips: tuple[ContactFeatures, ...] = ()
     for phase, run in PHASES:
         start = cell.enter(phase)
-        ended = run(cell, job)
+        failure = run(cell, state)
         if cell.reading.fault:
-            ended = Ended("fault", cell.reading.fault)
-        cell.leave(start, ended.reason if ended else "done")
-        if phase == "check" and ended is None:
-            wrapped = _wrapped(cell)
-            tips = fingertip_contacts(cell.reading.hand)
-        if ended is not None:
+            failure = PhaseFailure("fault", cell.reading.fault)
+        cell.leave(start, failure.reason if failure else "done")
+        if failure is not None:
             break
-    if ended is not None and ended.outcome != "fault":
-        job.let_go(cell)
+        if phase == "check":
+            reading = cell.reading.hand
+            contact_pads = int((reading.forces > CONTACT_FORCE).sum())
+            curl = finger_curl(reading, cell.robot.hand)
+            tips = fingertip_contacts(reading)
+    if failure is not None and failure.outcome != "fault":
+        state.release(cell)
     cell.plan = None
     return PickReport(
-        label=choice.target.label,
+        label=grasp.target.label,
         kind=solid.kind if solid else "none",
-        plan=choice.plan,
-        outcome=ended.outcome if ended else "placed",
-        reason=ended.reason if ended else "",
+        plan=grasp.plan,
+        outcome=failure.outcome if failure else "placed",
+        reason=failure.reason if failure else "",
         phases=tuple(cell.records),
-        perceive_ms=choice.perceive_ms,
-        plan_ms=choice.plan_ms,
+        perceive_ms=grasp.perceive_ms,
+        plan_ms=grasp.plan_ms,
         times=np.array(cell.times),
         forces=np.array(cell.forces).reshape(len(cell.times), len(cell.robot.hand.fingers) + 1),
-        wrapped=wrapped,
+        contact_pads=contact_pads,
+        finger_curl=curl,
         tips=tips,
     )
 
 
-PHASES: tuple[tuple[Phase, Callable[[Cell, Job], Ended | None]], ...] = (
+PHASES: tuple[tuple[Phase, Callable[[Cell, PickState], PhaseFailure | None]], ...] = (
     ("pre-grasp", pre_grasp),
     ("approach", approach),
     ("contact", contact),
@@ -90,9 +90,4 @@ PHASES: tuple[tuple[Phase, Callable[[Cell, Job], Ended | None]], ...] = (
     ("check", check),
     ("place", place),
 )
-"""What is done, in order."""
-
-
-def _wrapped(cell: Cell) -> tuple[int, float]:
-    reading = cell.reading.hand
-    return int((reading.forces > TOUCHED).sum()), curl(reading, cell.robot.hand)
+"""Phases of a pick and their functions, in execution order."""

@@ -1,4 +1,4 @@
-"""Every choice of the pick, with its unit and what it trades."""
+"""Options of a pick."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from eyehand.errors import InputError
 
 from .grip_options import GripOptions
 
-MOST = 1e3
-"""No option in SI units is as large."""
-NOT_ZERO = ("gain", "ramp_seconds", "reached", "off", "bump_force", "touch_force")
-"""Options besides speeds that nothing happens without."""
+MAX_VALUE = 1e3
+"""Upper bound of every numeric option in SI units."""
+POSITIVE = ("speed", "carry_speed", "max_contact_force")
+"""Options that must not be 0, because nothing would move."""
 
 
 @dataclass(frozen=True)
 class PickOptions:
-    """Speeds, distances and time-outs of a pick, phase by phase.
+    """Dials of a pick: speed, distances, retries and the options of control and grip.
 
     Raises
     ------
@@ -28,100 +28,47 @@ class PickOptions:
     control: ControlOptions = field(
         default_factory=lambda: ControlOptions(dt=0.004, margin=0.006, influence=0.04)
     )
-    """Of the arm's ways far from the object; its period is the robot's. On a packed table the free
-    space is centimetres: a wider influence keeps the hand out of it."""
+    """Control options of motions far from the object; the period is taken from the robot. On a
+    packed table the free space is a few centimetres. A larger influence keeps the hand out of
+    it."""
     planner: PlannerOptions = field(default_factory=lambda: PlannerOptions(rollouts=85))
-    """Of the search where such a way is stuck."""
+    """Options of the planner, which is used when a motion is stuck."""
     grip: GripOptions = field(default_factory=GripOptions)
-    """Of the closing hand."""
-    near_margin: float = 0.003
-    """Distance kept from table and neighbours around the grasp, m: less reaches what lies lower and
-    closer, and forgives less of what was seen wrong."""
-    near_influence: float = 0.015
-    """Distance below which they repel there, m."""
-    transit_speed: float = 0.8
-    """Of the hand far from objects, m/s: faster saves time, and hits harder what was not seen."""
+    """Options of closing the hand."""
+    speed: float = 1.0
+    """Factor on the speeds of the arm with an empty hand and during the lift. A factor below 1
+    extends the time limits as well. Faster saves time, but hits unseen obstacles harder."""
     carry_speed: float = 0.6
-    """The same with an object in it, m/s: faster asks more of the grip."""
-    transit_turn_speed: float = 2.5
-    """Of its turning there, rad/s."""
-    gain: float = 8.0
-    """How fast the last of an error is taken away, 1/s: higher settles sooner, and asks more of the
-    arm's servos."""
-    ramp_seconds: float = 0.15
-    """How long a motion takes to come up to its speed, s: longer jerks less at what is held."""
-    before: float = 0.025
-    """Free space between the tips and the object where the last straight way begins, m: longer
-    comes in straighter, and is farther."""
-    approach_speed: float = 0.2
-    """Of that last way, m/s."""
-    reached: float = 0.004
-    """Error at which a place counts as reached, m or rad: the hand's compliance takes up the
-    rest."""
-    off: float = 0.01
-    """Error at which a motion that only leads away counts as done, m."""
-    slack: float = 0.006
-    """Error with which the grasp still begins where the arm comes no nearer, m ..."""
-    turn_slack: float = 0.09
-    """... and rad, 5 degrees: at the edge of reach the hand leans a little."""
-    touch_force: float = 0.6
-    """Force on any pad that counts as touch, N."""
-    bump_force: float = 10.0
-    """Force on any pad at which a way far from the object ends, N: it met what was not seen. Light
-    things are brushed aside with less."""
-    shift: float = 0.008
-    """How far the next try goes sideways from where a finger met the object too early, m."""
-    contact_retries: int = 2
-    """How often the hand backs off and comes again after such a touch."""
-    regrasps: int = 1
-    """How often the hand backs off and closes again after it lost what it had touched."""
-    palm_search: float = 0.012
-    """How far a power grasp goes on past its goal to feel the object with the palm, m."""
-    palm_speed: float = 0.03
-    """Of the hand meanwhile, m/s."""
+    """Speed of the hand with an object in it, m/s. Faster needs a stronger grip."""
+    pre_grasp_distance: float = 0.025
+    """Free distance between the fingertips and the object at the pre-grasp, m. Longer approaches
+    straighter, but needs more free space."""
     lift_height: float = 0.1
-    """m."""
-    lift_speed: float = 0.35
-    """m/s."""
-    over_tray: float = 0.03
-    """How far the object passes over the tray's walls, m."""
+    """Height of the lift, m."""
     drop_height: float = 0.012
-    """How far the object's lowest point is over the tray's floor when the hand opens, m."""
-    near_seconds: float = 0.3
-    """How long the arm tries to come nearer once it is near enough for the grasp to begin, s."""
-    pre_grasp_seconds: float = 9.0
-    """Longest way to the pre-grasp, robot time, s: a way around what is in the way takes 3 to 6."""
-    approach_seconds: float = 3.0
-    """Longest last way, s."""
-    close_seconds: float = 3.0
-    """Longest closing of the hand, s."""
-    grip_seconds: float = 0.15
-    """How long the grip settles before the lift, s."""
-    lift_seconds: float = 2.5
-    """Longest lift, s."""
+    """Height of the object above the tray's floor when the hand opens, m. Lower drops it more
+    gently, but may push it into the floor."""
+    max_contact_force: float = 10.0
+    """Force on a pad at which a motion far from the object stops, N. Higher ignores light objects
+    that the hand brushes aside."""
     check_seconds: float = 0.2
-    """How long the object is watched in the lifted hand, s."""
+    """Time for which the object is observed in the lifted hand, s. Longer detects slower slip."""
     shake_seconds: float = 0.0
-    """How long the lifted object is shaken to try the grip, s; 0 does not."""
-    place_seconds: float = 8.0
-    """Longest way to the tray, s."""
-    down_patience: float = 0.2
-    """How long the way down into the tray may go without progress before the hand opens, s."""
-    open_seconds: float = 0.25
-    """How long the hand takes to open, s."""
-    tries: int = 2
-    """Ways to grasp one object before it is left alone."""
+    """Time for which the lifted object is shaken to test the grip, s; 0 skips the test."""
+    max_attempts: int = 2
+    """Maximum number of different grasps tried on one object."""
 
     def __post_init__(self) -> None:
         for name, value in vars(self).items():
             if not isinstance(value, (int, float)):
                 continue
-            if not 0.0 <= value < MOST:
-                raise InputError(f"pick option {name} must lie in [0, {MOST:g}), got {value}")
-            if value == 0.0 and (name.endswith("_speed") or name in NOT_ZERO):
-                raise InputError(f"pick option {name} must be > 0")
-        if self.tries < 1 or min(self.contact_retries, self.regrasps) < 0:
-            raise InputError(
-                f"need tries >= 1, contact_retries and regrasps >= 0, got {self.tries}, "
-                f"{self.contact_retries}, {self.regrasps}"
-            )
+            if not 0.0 <= value < MAX_VALUE:
+                raise InputError(f"pick option {name} must lie in [0, {MAX_VALUE:g}), got {value}")
+            if value == 0.0 and name in POSITIVE:
+                raise InputError(f"pick option {name} must be > 0, got {value}")
+        if self.max_attempts < 1:
+            raise InputError(f"pick option max_attempts must be >= 1, got {self.max_attempts}")
+
+    def time_limit(self, seconds: float) -> float:
+        """Return the time limit of a motion, s, given its limit at normal speed, s."""
+        return max(1.0, 1 / self.speed) * seconds

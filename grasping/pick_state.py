@@ -1,4 +1,4 @@
-"""One pick under way: what was chosen, and what its phases hand on to one another."""
+"""State of one pick, and the controllers of its motions."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from eyehand.control import ApproachController, CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Orientation, Position
 
 from .closing import Closing, open_command, preshape_command
-from .motion import go, near_enough, paced
-from .obstacles import PUSHING, enclosing, surroundings
+from .motion import TURN_SPEED, execute, with_speed, within_slack
+from .obstacles import scene_obstacles, solid_obstacle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,189 +29,215 @@ if TYPE_CHECKING:
     from .plan import GraspPlan
     from .prototypes import Prototype
     from .report import PickOutcome
+    from .robot import HandCommand, RobotReading
 
 TARGET = "target"
-"""Name of the object under way among obstacles."""
+"""Name of the target object among the obstacles."""
+TRANSIT_SPEED = 0.8
+"""Speed of the empty hand far from objects, m/s."""
+LIFT_SPEED = 0.35
+"""Speed of the lift, of lowering and of moving off an object, m/s."""
+LIFT_SECONDS = 2.5
+"""Time limit of such a motion, s."""
+OPEN_SECONDS = 0.25
+"""Time in which the hand opens, s."""
+GOAL_TOLERANCE = 0.004
+"""Error at which a goal counts as reached, m or rad. The hand's compliance takes the rest."""
+RETREAT_TOLERANCE = 0.01
+"""Error at which a motion away from an object counts as done, m."""
+NEAR_MARGIN = 0.003
+"""Distance kept from table and neighbours near the grasp, m. Less reaches lower and closer objects,
+but tolerates smaller perception errors."""
+NEAR_INFLUENCE = 0.015
+"""Distance below which obstacles repel the hand near the grasp, m."""
+CARRY_PATIENCE = 0.2
+"""Time without progress after which a motion with a held object ends, s."""
 
 
 @dataclass(frozen=True)
-class Choice:
-    """What to pick, and how."""
+class SelectedGrasp:
+    """An object to pick and the grasp for it."""
 
     scene: Scene
-    """What was seen."""
+    """Perceived scene."""
     target: SceneObject
-    """One of its objects."""
+    """Object to pick, one of the scene."""
     plan: GraspPlan
-    """How to grasp it."""
+    """Grasp of the object."""
     perceive_ms: float = 0.0
-    """Time that seeing took."""
+    """Computing time of perception, ms."""
     plan_ms: float = 0.0
-    """Time that choosing took."""
+    """Computing time of the selection, ms."""
 
 
 @dataclass(frozen=True)
-class Ended:
-    """Why a pick ended early."""
+class PhaseFailure:
+    """Failure that ends a pick."""
 
     outcome: PickOutcome
-    """Which outcome it has."""
+    """Outcome of the pick."""
     reason: str
-    """Why, for people."""
+    """Reason, for people."""
 
 
 @dataclass
-class Job:
-    """What the phases of one pick share and hand on."""
+class PickState:
+    """State that the phases of one pick share."""
 
-    choice: Choice
-    """What to pick and how."""
+    grasp: SelectedGrasp
+    """Object and grasp."""
     slot: int
-    """Number of its place in the tray."""
+    """Number of the object's slot in the tray."""
     offset: NDArray[np.float64] = field(default_factory=lambda: np.zeros(3))
-    """How far the object turned out to be from where it was seen, by touch, (3,), m."""
+    """Offset of the object from its perceived position, estimated by touch, (3,), m."""
     lowering: bool = False
-    """Whether the object is going down into the tray."""
+    """Whether the object is being lowered into the tray."""
     closing: Closing | None = None
-    """The hand's fingers at work, once they close."""
-    T_palm_grasped: RigidTransform = field(default_factory=RigidTransform.identity)
-    """From the world to the palm at the moment when the object was held: what the hand carries
-    moves with it from there."""
+    """Controller of the fingers; None before the hand closes."""
+    T_palm_world_at_grasp: RigidTransform = field(default_factory=RigidTransform.identity)
+    """Transform from world to palm at the time of the grasp. It maps the perceived pose of the
+    object to its pose in the palm while the object is held."""
 
     @property
     def plan(self) -> GraspPlan:
-        """The grasp, moved to where touch found the object."""
-        plan = self.choice.plan
+        """The grasp, shifted by `offset`."""
+        plan = self.grasp.plan
         if not self.offset.any():
             return plan
         tasks = tuple(replace(task, point=task.point + self.offset) for task in plan.tasks)
         return replace(plan, tasks=tasks)
 
-    def back(self, cell: Cell) -> float:
-        """How far before the grasp the last way begins, m: with the tips short of the object."""
-        plan = self.choice.plan
-        return max(cell.robot.hand.reach(plan.opening) - plan.depth, 0.0) + cell.options.before
-
     @property
     def prototype(self) -> Prototype:
-        """How the hand closes."""
-        assert self.choice.plan.prototype is not None, "a refusal is not picked"
-        return self.choice.plan.prototype
+        """Prototype of the grasp."""
+        assert self.grasp.plan.prototype is not None, "a refused grasp cannot be picked"
+        return self.grasp.plan.prototype
+
+    def retreat(self, cell: Cell) -> float:
+        """Return the distance of the pre-grasp from the grasp, m.
+
+        At the pre-grasp the fingertips are `pre_grasp_distance` away from the object.
+        """
+        plan = self.grasp.plan
+        depth = max(cell.robot.hand.reach(plan.opening) - plan.palm_gap, 0.0)
+        return depth + cell.options.pre_grasp_distance
 
     def model(self, cell: Cell) -> RobotModel:
-        """Arm and hand as opened for this grasp, a pincer's other fingers wider."""
+        """Return the model of the arm with the hand in the pre-shape of this grasp."""
         shape = preshape_command(cell.robot.hand, self.plan.opening, self.prototype)
         return cell.model(np.asarray(shape.values))
 
-    def there(self, cell: Cell, tasks: Sequence[Task], q: NDArray[np.float64]) -> bool:
-        """Tell whether tasks are met well enough to go on, at joint angles q (n,)."""
-        options = cell.options
-        return near_enough(self.model(cell), tasks, q, options.slack, options.turn_slack)
+    def grip_command(self, cell: Cell, reading: RobotReading) -> HandCommand | None:
+        """Compute the next command of the closing hand; None before it closes."""
+        return self.closing.step(reading.hand, cell.robot.period) if self.closing else None
 
-    def world(self, cell: Cell, target: Literal["there", "held", "ignored"]) -> CollisionWorld:
-        """Give the arm and all that was seen.
+    def near_goal(self, cell: Cell, tasks: Sequence[Task], q: NDArray[np.float64]) -> bool:
+        """Return whether tasks are fulfilled well enough to continue, at joint angles q (n,)."""
+        return within_slack(self.model(cell), tasks, q)
+
+    def world(self, cell: Cell, target: Literal["obstacle", "held", "ignored"]) -> CollisionWorld:
+        """Return the collision world of the arm and the scene.
 
         Parameters
         ----------
         cell
             The robot.
         target
-            Whether the object to grasp is an obstacle, a part of the robot, or neither.
+            Role of the target object: an obstacle, a part of the robot, or neither.
         """
-        # A long way keeps off all that the tray holds; near it, only its walls are known.
+        # Far motions avoid the tray and its content as one block. Near motions avoid the walls
+        # only, because the hand must reach into the tray.
         tray = cell.tray.obstacles()
         if target != "ignored" and not self.lowering:
-            tray = (cell.tray.filled(cell.tray_height),)
-        around = (*self._seen, *tray)
-        solid = self.choice.target.fit.superquadric
+            tray = (cell.tray.block(cell.tray_height),)
+        obstacles = (*self._scene_obstacles, *tray)
+        solid = self.grasp.target.fit.superquadric
         if target == "ignored" or solid is None:
-            return CollisionWorld(self.model(cell), around)
-        itself = enclosing(solid, 0.0, TARGET)
-        if target == "there":
-            return CollisionWorld(self.model(cell), (*around, itself))
-        world = CollisionWorld(self.model(cell), around)
-        world.attach(TARGET, itself.shape, self.T_palm_grasped * itself.pose)
+            return CollisionWorld(self.model(cell), obstacles)
+        body = solid_obstacle(solid, 0.0, TARGET)
+        if target == "obstacle":
+            return CollisionWorld(self.model(cell), (*obstacles, body))
+        world = CollisionWorld(self.model(cell), obstacles)
+        world.attach(TARGET, body.shape, self.T_palm_world_at_grasp * body.pose)
         return world
 
     @cached_property
-    def _seen(self) -> tuple[Obstacle, ...]:
-        # What fingers may push aside is nothing that they keep far from.
-        options = PUSHING if self.choice.plan.may_push else None
-        return surroundings(self.choice.scene, self.choice.target, options)
+    def _scene_obstacles(self) -> tuple[Obstacle, ...]:
+        grasp = self.grasp
+        return scene_obstacles(grasp.scene, grasp.target, may_push=grasp.plan.may_push)
 
-    def far(
-        self, cell: Cell, tasks: Sequence[Task], target: Literal["there", "held"]
+    def transit(
+        self, cell: Cell, tasks: Sequence[Task], target: Literal["obstacle", "held"]
     ) -> PlannedApproach:
-        """Control a long way, among all that was seen."""
+        """Return a controller with planner for a motion far from the object."""
         options = cell.options
-        speed = options.carry_speed if target == "held" else options.transit_speed
-        wanted = paced(tasks, speed, options.transit_turn_speed, options.gain)
+        speed = options.carry_speed if target == "held" else options.speed * TRANSIT_SPEED
+        tasks = with_speed(tasks, speed, options.speed * TURN_SPEED)
         world = self.world(cell, target)
-        return PlannedApproach(world, wanted, self.far_options(cell), options.planner)
+        return PlannedApproach(world, tasks, self.far_options(cell), options.planner)
 
-    def straight(self, cell: Cell, tasks: Sequence[Task]) -> ApproachController:
-        """Control a long way with the object in the hand, without a search where it is stuck."""
+    def direct_carry(self, cell: Cell, tasks: Sequence[Task]) -> ApproachController:
+        """Return a controller without planner for a far motion with the held object."""
         options = cell.options
-        control = replace(self.far_options(cell), retreats=0, patience=options.down_patience)
-        wanted = paced(tasks, options.carry_speed, options.transit_turn_speed, options.gain)
-        return ApproachController(self.world(cell, "held"), wanted, control)
+        control = replace(self.far_options(cell), retreats=0, patience=CARRY_PATIENCE)
+        tasks = with_speed(tasks, options.carry_speed, options.speed * TURN_SPEED)
+        return ApproachController(self.world(cell, "held"), tasks, control)
 
-    def near(
-        self,
-        cell: Cell,
-        tasks: Sequence[Task],
-        speed: float,
-    ) -> ApproachController:
-        """Control a short way close to table, neighbours or tray."""
-        wanted = paced(tasks, speed, cell.options.transit_turn_speed, cell.options.gain)
-        return ApproachController(self.world(cell, "ignored"), wanted, self.near_options(cell))
+    def near(self, cell: Cell, tasks: Sequence[Task], speed: float) -> ApproachController:
+        """Return a controller for a short motion close to table, neighbours or tray.
 
-    def down(self, cell: Cell, tasks: Sequence[Task]) -> ApproachController:
-        """Control the way down into the tray: about there is there, and walls soon end it."""
-        options = cell.options
+        ``speed`` is in m/s at the speed factor 1.
+        """
+        factor = cell.options.speed
+        tasks = with_speed(tasks, factor * speed, factor * TURN_SPEED)
+        return ApproachController(self.world(cell, "ignored"), tasks, self.near_options(cell))
+
+    def lower(self, cell: Cell, tasks: Sequence[Task]) -> ApproachController:
+        """Return a controller that lowers the held object into the tray or onto the table.
+
+        The motion ends early without progress, because the tray's walls may block it.
+        """
+        factor = cell.options.speed
         control = replace(
-            self.near_options(cell), tolerance=options.off, patience=options.down_patience
+            self.near_options(cell), tolerance=RETREAT_TOLERANCE, patience=CARRY_PATIENCE
         )
-        wanted = paced(tasks, options.lift_speed, options.transit_turn_speed, options.gain)
-        return ApproachController(self.world(cell, "held"), wanted, control)
+        tasks = with_speed(tasks, factor * LIFT_SPEED, factor * TURN_SPEED)
+        return ApproachController(self.world(cell, "held"), tasks, control)
 
-    def off(self, cell: Cell, tasks: Sequence[Task], speed: float) -> ApproachController:
-        """Control a way off what the hand touches, with nothing in the way."""
-        wanted = paced(tasks, speed, cell.options.transit_turn_speed, cell.options.gain)
+    def move_off(self, cell: Cell, tasks: Sequence[Task], speed: float) -> ApproachController:
+        """Return a controller that moves the hand off what it touches, without obstacles.
+
+        ``speed`` is in m/s at the speed factor 1.
+        """
+        factor = cell.options.speed
+        tasks = with_speed(tasks, factor * speed, factor * TURN_SPEED)
         world = CollisionWorld(self.model(cell), ())
-        control = replace(self.near_options(cell), tolerance=cell.options.off)
-        return ApproachController(world, wanted, control)
+        control = replace(self.near_options(cell), tolerance=RETREAT_TOLERANCE)
+        return ApproachController(world, tasks, control)
 
     def far_options(self, cell: Cell) -> ControlOptions:
-        """Control options of long ways."""
-        options = cell.options
-        return replace(options.control, dt=cell.robot.period, tolerance=options.reached)
+        """Return the control options of motions far from the object."""
+        return replace(cell.options.control, dt=cell.robot.period, tolerance=GOAL_TOLERANCE)
 
     def near_options(self, cell: Cell) -> ControlOptions:
-        """Control options beside the object."""
-        options = cell.options
+        """Return the control options of motions close to the object."""
         return replace(
-            options.control,
-            dt=cell.robot.period,
-            tolerance=options.reached,
-            margin=options.near_margin,
-            influence=options.near_influence,
-            retreats=0,
+            self.far_options(cell), margin=NEAR_MARGIN, influence=NEAR_INFLUENCE, retreats=0
         )
 
-    def let_go(self, cell: Cell, clear: NDArray[np.float64] | None = None) -> None:
-        """Open the hand, and go back off whatever is there.
+    def release(self, cell: Cell, goal: NDArray[np.float64] | None = None) -> None:
+        """Open the hand and move it off the object.
 
         Parameters
         ----------
         cell
             The robot.
-        clear
-            Where the palm goes, (3,), world, m; back along its own way when not given.
+        goal
+            Goal of the palm, (3,), world, m. None moves back against the palm's direction.
         """
-        cell.rest(cell.options.open_seconds, open_command(cell.robot.hand))
-        palm = cell.palm()
-        back = palm.translation - self.back(cell) * palm.rotation.as_matrix()[:, 2]
-        tasks = (Position(back if clear is None else clear), Orientation(palm.rotation))
-        speed = cell.options.lift_speed if clear is None else cell.options.transit_speed
-        go(cell, self.off(cell, tasks, speed), cell.options.lift_seconds)
+        cell.wait(OPEN_SECONDS, open_command(cell.robot.hand))
+        palm = cell.palm_pose()
+        back = palm.translation - self.retreat(cell) * palm.rotation.as_matrix()[:, 2]
+        tasks = (Position(back if goal is None else goal), Orientation(palm.rotation))
+        speed = LIFT_SPEED if goal is None else TRANSIT_SPEED
+        execute(cell, self.move_off(cell, tasks, speed), cell.options.time_limit(LIFT_SECONDS))

@@ -1,4 +1,4 @@
-"""What the next look tells of a pick: gone from its place, still there, or beside the tray."""
+"""Verify the outcome of a pick with the next perceived scene."""
 
 from __future__ import annotations
 
@@ -12,85 +12,88 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Scene, SceneObject
 
-    from .pick_state import Choice
+    from .pick_state import SelectedGrasp
     from .report import PickReport
     from .tray import Tray
 
-SAME_PLACE = 0.03
-"""An object seen so near the place of an earlier one is that one, m: they do not move by
-themselves, and centres of fits of one object differ by less."""
-ALIKE_SHARE, ALIKE_LENGTH = 0.2, 0.005
-"""Semi-axes of one object in two looks differ by less than this share of them or this length, m."""
-BESIDE = 0.1
-"""What lies so near the tray, m, fell as it was put down."""
+SAME_OBJECT_DISTANCE = 0.03
+"""Distance below which two perceived centres belong to the same object, m. Objects do not move by
+themselves, and the centres of repeated fits differ by less."""
+SIZE_TOLERANCE_SHARE, SIZE_TOLERANCE = 0.2, 0.005
+"""Maximum difference of the semi-axes of one object in two scenes, as a share and in m; the larger
+of the two counts."""
+BESIDE_TRAY_DISTANCE = 0.1
+"""Distance from the tray up to which an object counts as fallen beside it, m."""
 
 
-def seen_after(report: PickReport, choice: Choice, scene: Scene, tray: Tray) -> PickReport:
-    """Revise what a pick tells of itself by what is seen after it.
+def verify_pick(report: PickReport, grasp: SelectedGrasp, scene: Scene, tray: Tray) -> PickReport:
+    """Correct the outcome of a pick by the scene perceived after it.
 
-    Touch may be wrong: fingers that press on each other feel what holds feel. So what counts as
-    placed must be gone from the table.
+    Touch can be wrong: fingers that press on each other feel the same force as a held object.
+    Therefore a placed object must have disappeared from the table.
 
     Parameters
     ----------
     report
-        How the pick ended by touch.
-    choice
-        What was picked, and the scene that it was seen in.
+        Outcome of the pick according to touch.
+    grasp
+        The executed grasp, with the scene before it.
     scene
-        What is seen now, less what lies in the tray.
+        The scene after the pick, without the objects in the tray.
     tray
-        Where the object should be.
+        The tray that the object was put into.
 
     Returns
     -------
     PickReport
-        The same where nothing speaks against it.
+        The same report, or one with another outcome and reason.
     """
-    place = _middle(choice.target)
+    place = _centre(grasp.target)
     if report.outcome in ("empty_close", "no_contact"):
-        if not any(_apart(one, place) < SAME_PLACE for one in scene.objects):
-            reason = f"{report.reason}; it is no longer where it was seen"
+        if not any(_distance(item, place) < SAME_OBJECT_DISTANCE for item in scene.objects):
+            reason = f"{report.reason}; the object is no longer at its place"
             return replace(report, outcome="moved_away", reason=reason)
         return report
-    again = _again(choice, scene) if report else None
-    if again is None:
+    found = _find_again(grasp, scene) if report else None
+    if found is None:
         return report
-    if _apart(again, place) < SAME_PLACE:
-        reason = "the hand held nothing: it is still where it was seen"
+    if _distance(found, place) < SAME_OBJECT_DISTANCE:
+        reason = "the hand held nothing: the object is still at its place"
         return replace(report, outcome="empty_close", reason=reason)
-    if tray.distance(_middle(again)) < BESIDE:
-        return replace(report, outcome="place_failed", reason="it lies beside the tray")
-    return replace(report, outcome="lost", reason="it lies on the table, elsewhere than before")
+    if tray.distance(_centre(found)) < BESIDE_TRAY_DISTANCE:
+        return replace(report, outcome="place_failed", reason="the object lies beside the tray")
+    return replace(report, outcome="lost", reason="the object lies elsewhere on the table")
 
 
-def _again(choice: Choice, scene: Scene) -> SceneObject | None:
-    """Find the object picked among those seen after: alike, and not one of the others before.
+def _find_again(grasp: SelectedGrasp, scene: Scene) -> SceneObject | None:
+    """Find the picked object in the scene after the pick.
 
-    Nothing is found while fewer are seen than before: then what is new came to light behind it.
+    It must have the same size and must not be one of the other objects before the pick. If the
+    scene has fewer objects than before, a new object was hidden before, so None is returned.
     """
-    if len(scene.objects) < len(choice.scene.objects):
+    if len(scene.objects) < len(grasp.scene.objects):
         return None
-    others = [_middle(one) for one in choice.scene.objects if one is not choice.target]
+    others = [_centre(item) for item in grasp.scene.objects if item is not grasp.target]
     new = [
-        one
-        for one in scene.objects
-        if _alike(one, choice.target) and all(_apart(one, at) >= SAME_PLACE for at in others)
+        item
+        for item in scene.objects
+        if _same_size(item, grasp.target)
+        and all(_distance(item, other) >= SAME_OBJECT_DISTANCE for other in others)
     ]
-    return min(new, key=lambda one: _apart(one, _middle(choice.target)), default=None)
+    return min(new, key=lambda item: _distance(item, _centre(grasp.target)), default=None)
 
 
-def _alike(one: SceneObject, other: SceneObject) -> bool:
+def _same_size(one: SceneObject, other: SceneObject) -> bool:
     first, second = one.fit.superquadric, other.fit.superquadric
     if first is None or second is None:
         return False
     a, b = np.sort(first.semi_axes), np.sort(second.semi_axes)
-    return bool((np.abs(a - b) <= np.maximum(ALIKE_SHARE * b, ALIKE_LENGTH)).all())
+    return bool((np.abs(a - b) <= np.maximum(SIZE_TOLERANCE_SHARE * b, SIZE_TOLERANCE)).all())
 
 
-def _middle(one: SceneObject) -> NDArray[np.float64]:
-    return one.points.mean(axis=0)
+def _centre(item: SceneObject) -> NDArray[np.float64]:
+    return item.points.mean(axis=0)
 
 
-def _apart(one: SceneObject, place: NDArray[np.float64]) -> float:
-    return float(np.linalg.norm(_middle(one) - place))
+def _distance(item: SceneObject, place: NDArray[np.float64]) -> float:
+    return float(np.linalg.norm(_centre(item) - place))

@@ -1,4 +1,4 @@
-"""What the hand is asked to do: a prototype, a pre-shape, and the rows the approach controls."""
+"""The planned grasp: prototype, pre-shape, and the tasks of the approach."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from .grasp_geometry import Grip
-    from .palm_placement import GraspDepths
+    from .grasp_geometry import GraspGeometry
+    from .palm_placement import TipDepth
     from .prototypes import Approach, Prototype
 
-Row = Literal[
+ApproachTaskName = Literal[
     "distance_to_point",
     "distance_to_axis",
     "position",
@@ -22,105 +22,101 @@ Row = Literal[
     "axis_alignment",
     "orientation",
 ]
-"""Approach tasks by name, as the control basis calls them."""
+"""Names of the approach tasks, equal to those of the control tasks."""
 
 
 @dataclass(frozen=True)
 class ApproachTask:
-    """One task of the approach, in the scene's frame; priority is its place in the plan."""
+    """One task of the approach, in the scene's frame; its place in the plan is its priority."""
 
-    name: Row
-    """Which task."""
+    name: ApproachTaskName
+    """Name of the control task."""
     rows: int
-    """Degrees of freedom it takes."""
+    """Degrees of freedom that the task controls."""
     point: NDArray[np.float64]
     """Reference point, (3,), m."""
     axis: NDArray[np.float64]
-    """Unit direction, (3,): the axis itself, the plane's normal, the hand's goal axis, or the
-    palm's preferred direction for `look_at`."""
+    """Unit direction, (3,): the axis, the plane's normal, the goal of the hand axis, or the
+    preferred direction of the palm for `look_at`."""
     target: float
-    """Target value: a distance in m or an angle in rad; of an interval its lower bound."""
-    says: str
-    """What the task asks, for people."""
-    high: float | None = None
-    """Upper bound of an interval, inf for none; None for a plain target. An interval takes a row
-    only at a bound, and counts as 0 rows."""
-    recedes: float = 0.0
-    """By how much the target (and an interval's upper bound) grows per m that the hand stands
-    back."""
-    ahead: float | None = None
-    """Distance before the palm of the hand's point that is meant, m, which then recedes in place of
-    the target; None: the palm itself."""
+    """Target value in m or rad; the lower bound of an interval."""
+    description: str
+    """What the task controls, for people."""
+    upper: float | None = None
+    """Upper bound of an interval; inf for none. None means that the task is not an interval. An
+    interval controls a degree of freedom only at a bound, and counts 0 rows."""
+    retreat_slope: float = 0.0
+    """Increase of the target, and of the upper bound, per metre of retreat."""
+    palm_offset: float | None = None
+    """Distance of the controlled point in front of the palm, m. It increases with the retreat
+    instead of the target. None controls the palm itself."""
     hand_axis: Literal["x", "y", "z"] = "z"
-    """Axis of the hand that an alignment turns onto ``axis``."""
+    """Axis of the hand that an alignment turns to ``axis``."""
     palm: NDArray[np.float64] | None = None
-    """Of an orientation: where the palm faces, (3,); ``axis`` is where the thumb is."""
+    """Goal of the palm's direction for an orientation, (3,); ``axis`` is the thumb's direction."""
 
 
 @dataclass(frozen=True)
 class Score:
-    """How well a prototype suits, from 0 to 1, with its terms."""
+    """Score of a grasp."""
 
     total: float
-    """Product of the terms."""
+    """Product of the terms, in [0, 1]."""
     terms: dict[str, float]
-    """Each term, 0-1."""
+    """Terms by name, each in [0, 1]."""
 
 
 @dataclass(frozen=True)
 class GraspPlan:
-    """The chosen grasp, or the refusal (false in a condition) with its reason."""
+    """A planned grasp, or a refusal with its reason (false in a condition)."""
 
     prototype: Prototype | None
-    """Chosen prototype; None when refused."""
+    """Prototype; None for a refusal."""
     approach: Approach | None
-    """Where the palm comes from."""
+    """Direction from which the palm approaches; None for a refusal."""
     opening: float
-    """Pre-shape: distance of fingertips and thumb, m."""
+    """Distance of fingertips and thumb in the pre-shape, m."""
     closing: NDArray[np.float64]
-    """Unit direction along which the hand closes, (3,)."""
+    """Unit direction of closing from the fingers to the thumb, (3,)."""
     palm: NDArray[np.float64]
-    """Unit direction in which the palm faces and arrives, (3,); a preference where the tasks
-    leave it free."""
+    """Unit direction that the palm faces, (3,); a preference where the tasks leave it free."""
     tasks: tuple[ApproachTask, ...]
-    """Approach tasks by priority."""
+    """Approach tasks, the highest priority first."""
     score: Score
-    """Score of the chosen prototype."""
+    """Score of the grasp."""
     rejected: dict[str, str]
-    """Why each other prototype lost."""
+    """Reason why each other kind of grasp was rejected."""
     mass: tuple[float, float, float]
-    """Least, likely and largest mass, kg."""
+    """Minimum, likely and maximum mass of the object, kg."""
     reason: str
-    """Why this prototype, or why none."""
-    grip: Grip | None = None
-    """Where and how the hand takes hold, as far as the object alone tells; None when refused."""
+    """Summary of the grasp, or the reason of the refusal."""
+    geometry: GraspGeometry | None = None
+    """Directions and sizes of the grasp; None for a refusal."""
     standoff: float = 0.0
     """Distance of the palm from the object's centre at the grasp, along ``palm``, m."""
-    depth: float = 0.0
+    palm_gap: float = 0.0
     """Distance of the palm from the object's near face at the grasp, m."""
-    depths: GraspDepths | None = None
-    """Options by which the palm was placed; the usual ones when None."""
-
-    pushes: int = 0
-    """Label of the neighbour that the fingers push aside on purpose; 0 for none."""
-
+    tip_depth: TipDepth | None = None
+    """Wanted depth of the fingertips; None for the default."""
+    pushed_label: int = 0
+    """Label of the neighbour that the fingers push aside; 0 for none."""
     may_push: bool = False
-    """Whether hand and arm may touch neighbours on the way, and go where nobody saw."""
+    """Whether hand and arm may touch neighbours and enter occluded space."""
 
     def __bool__(self) -> bool:
         return self.prototype is not None
 
     @property
     def name(self) -> str:
-        """Approach and prototype, for people: ``top precision``; ``no grasp`` when refused."""
+        """Approach and prototype, for example ``top precision``; ``no grasp`` for a refusal."""
         return f"{self.approach} {self.prototype}" if self.prototype else "no grasp"
 
     @property
     def kind(self) -> str:
-        """Solid that the object was taken for; ``unknown`` when there is none."""
-        return self.grip.kind if self.grip else "unknown"
+        """Kind of the fitted solid; ``unknown`` for a refusal."""
+        return self.geometry.kind if self.geometry else "unknown"
 
     @property
     def rows(self) -> int:
-        """Degrees of freedom that the approach tasks take; a full pose takes 6."""
+        """Degrees of freedom that the approach controls; a full pose has 6."""
         return sum(task.rows for task in self.tasks)

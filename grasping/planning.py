@@ -1,8 +1,8 @@
-"""Choose how to grasp an object: prototypes and ways to take hold, ranked, each with its why."""
+"""Plan the grasps of an object: candidates of all prototypes, ranked by score."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
@@ -10,14 +10,14 @@ import numpy as np
 from eyehand.errors import InputError
 
 from .approach_tasks import approach_tasks
-from .candidates import Candidate, Circumstances, candidates, crowded_candidates
-from .extents import measure
-from .grasp_geometry import grips
+from .candidates import GraspCandidate, low_clearance_candidates, usual_candidates
+from .extents import measure_extents
+from .grasp_geometry import grasp_geometries
+from .grasp_scoring import GraspContext
 from .hand_clearance import neighbour_points
 from .nominal_hand import nominal_hand
-from .palm_placement import GraspDepths
 from .plan import GraspPlan, Score
-from .prototypes import GraspPurpose, PrototypeLimits, WeightEstimate
+from .prototypes import GraspPurpose, mass_range
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,34 +30,29 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class SelectOptions:
-    """Options of :func:`grasp_plans`."""
+class GraspOptions:
+    """Options of :func:`plan_grasps`."""
 
-    limits: PrototypeLimits = field(default_factory=PrototypeLimits)
-    """Sizes that the prototypes suit."""
-    weight: WeightEstimate = field(default_factory=WeightEstimate)
-    """Density range behind the mass estimate."""
     purpose: GraspPurpose = "lift"
-    """What happens after the grasp."""
-    least_visible: float = 0.25
-    """Least visible share of the outline for a fit to be trusted: lower dares more."""
-    depths: GraspDepths = field(default_factory=GraspDepths)
-    """Where the object is to be in the hand."""
+    """Purpose of the grasp."""
+    min_visible: float = 0.25
+    """Minimum visible share of an object's outline for its fit to be trusted, in [0, 1]. Lower
+    grasps more objects, but misses more of them."""
     push: bool = False
-    """Whether fingers may push neighbours aside: the last resort of a pile, contact is meant. Adds
-    grasps that need less room too, which are otherwise tried only where no other suits."""
+    """Whether fingers may push neighbours aside. It also adds grasps that need less free space;
+    they are otherwise planned only if no other grasp is possible."""
 
 
-def grasp_plans(
+def plan_grasps(
     scene_object: SceneObject,
     support: SupportPlane | None = None,
     *,
     neighbours: Sequence[SceneObject] = (),
     hand: HandModel | None = None,
     up: NDArray[np.float64] | None = None,
-    options: SelectOptions | None = None,
+    options: GraspOptions | None = None,
 ) -> tuple[GraspPlan, ...]:
-    """Give all grasps that suit an object, best first, or one refusal with the reason.
+    """Plan all possible grasps of an object, the best first.
 
     Parameters
     ----------
@@ -66,27 +61,27 @@ def grasp_plans(
     support
         Support plane in the same frame; its normal is up.
     neighbours
-        Other objects of the scene (itself among them does no harm): fingers need room.
+        Other objects of the scene, which the fingers must avoid. The object itself may be among
+        them.
     hand
-        The hand; one of common size when None.
+        The hand; None for `nominal_hand`.
     up
-        Up direction (3,) where there is no support plane; default z.
+        Up direction (3,) without a support plane; default z.
     options
-        Limits of the hand, purpose and trust.
+        Purpose, and how much to trust the fit.
 
     Returns
     -------
     tuple of GraspPlan
-        Prototypes from above and from the side, closing over either pair of sides, the thumb on
-        either side. Those alike in score come in a fixed order. At least one; that is false in a
-        condition when no prototype suits, and ``reason`` says what is in the way.
+        At least one plan. If no grasp is possible it is a single refusal, which is false in a
+        condition and holds the reason. Plans of equal score have a fixed order.
 
     Raises
     ------
     InputError
-        If the purpose is not one of the known ones, or up is no direction.
+        If the purpose is unknown, or up is not a direction.
     """
-    options = options or SelectOptions()
+    options = options or GraspOptions()
     if options.purpose not in get_args(GraspPurpose):
         raise InputError(
             f"purpose must be one of {', '.join(get_args(GraspPurpose))}, got {options.purpose!r}"
@@ -94,11 +89,11 @@ def grasp_plans(
     solid = scene_object.fit.superquadric
     if solid is None or not scene_object.fit:
         return (_refusal(f"no solid was fitted: {scene_object.fit.reason}"),)
-    if scene_object.visible_share < options.least_visible:
+    if scene_object.visible_share < options.min_visible:
         return (
             _refusal(
                 f"only {scene_object.visible_share:.0%} of the outline is visible, "
-                f"at least {options.least_visible:.0%} are needed"
+                f"at least {options.min_visible:.0%} are needed"
             ),
         )
     if support is not None:
@@ -107,31 +102,27 @@ def grasp_plans(
     if up.shape != (3,) or not np.isfinite(up).all() or not np.linalg.norm(up) > 0:
         raise InputError(f"up must be 3 finite numbers, not all 0, got {up.tolist()}")
     hand = hand or nominal_hand()
-    extents = measure(solid, up)
-    mass = options.weight.mass(solid.volume)
-    given = Circumstances(
+    extents = measure_extents(solid, up)
+    mass = mass_range(solid.volume)
+    context = GraspContext(
         hand=hand,
-        near=neighbour_points(scene_object, neighbours, hand),
+        neighbours=neighbour_points(scene_object, neighbours, hand),
         mass=mass[1],
         visible=scene_object.visible_share,
         narrowest=extents.width,
         purpose=options.purpose,
-        limits=options.limits,
-        depths=options.depths,
     )
-    ways = grips(scene_object, solid, extents, support)
-    found = tuple(candidates(ways, given))
-    suit = sorted(
-        (one for one in found if one.judgement.total > 0.0), key=lambda one: -one.judgement.total
-    )
-    if options.push or (not suit and len(given.near.points)):
-        more = crowded_candidates(ways, solid, given, push=options.push)
-        suit = sorted((*suit, *more), key=lambda one: -one.judgement.total)
-    if not suit:
-        lost = _lost(found, "", 0.0)
-        why = "; ".join(f"{name}: {refusal}" for name, refusal in lost.items())
-        return (_refusal(f"no prototype suits ({why})", lost, mass),)
-    return tuple(_plan(one, found, mass, may_push=options.push) for one in suit)
+    geometries = grasp_geometries(scene_object, solid, extents, support)
+    found = tuple(usual_candidates(geometries, context))
+    possible = _ranked([one for one in found if one.evaluation.total > 0.0])
+    if options.push or (not possible and len(context.neighbours.points)):
+        more = low_clearance_candidates(geometries, solid, context, push=options.push)
+        possible = _ranked([*possible, *more])
+    if not possible:
+        rejected = _rejected(found, "", 0.0)
+        reasons = "; ".join(f"{name}: {refusal}" for name, refusal in rejected.items())
+        return (_refusal(f"no prototype suits ({reasons})", rejected, mass),)
+    return tuple(_plan(one, found, mass, may_push=options.push) for one in possible)
 
 
 def select_prototype(
@@ -141,54 +132,60 @@ def select_prototype(
     neighbours: Sequence[SceneObject] = (),
     hand: HandModel | None = None,
     up: NDArray[np.float64] | None = None,
-    options: SelectOptions | None = None,
+    options: GraspOptions | None = None,
 ) -> GraspPlan:
-    """Give the first of :func:`grasp_plans`: power, precision or pincer, or the refusal."""
-    return grasp_plans(
+    """Return the best plan of :func:`plan_grasps`, or the refusal."""
+    return plan_grasps(
         scene_object, support, neighbours=neighbours, hand=hand, up=up, options=options
     )[0]
 
 
+def _ranked(candidates: Sequence[GraspCandidate]) -> list[GraspCandidate]:
+    return sorted(candidates, key=lambda one: -one.evaluation.total)
+
+
 def _plan(
-    one: Candidate,
-    found: Sequence[Candidate],
+    one: GraspCandidate,
+    found: Sequence[GraspCandidate],
     mass: tuple[float, float, float],
     *,
     may_push: bool,
 ) -> GraspPlan:
-    grip, place = one.grip, one.stance
+    geometry, placement = one.geometry, one.placement
     return GraspPlan(
         prototype=one.prototype,
-        approach=grip.approach,
+        approach=geometry.approach,
         opening=one.opening,
-        closing=grip.closing,
-        palm=grip.palm,
-        tasks=approach_tasks(grip, place),
-        score=Score(one.judgement.total, one.judgement.terms),
-        rejected=_lost(found, one.name, one.judgement.total),
+        closing=geometry.closing,
+        palm=geometry.palm,
+        tasks=approach_tasks(geometry, placement),
+        score=Score(one.evaluation.total, one.evaluation.terms),
+        rejected=_rejected(found, one.name, one.evaluation.total),
         mass=mass,
         reason=(
-            f"{grip.kind} {grip.width * 1e3:.0f} x {grip.length * 1e3:.0f} mm, "
-            f"{grip.height * 1e3:.0f} mm high: {one.prototype} from the {grip.approach}"
+            f"{geometry.kind} {geometry.width * 1e3:.0f} x {geometry.length * 1e3:.0f} mm, "
+            f"{geometry.height * 1e3:.0f} mm high: {one.prototype} from the {geometry.approach}"
         ),
-        grip=grip,
-        standoff=place.standoff,
-        depth=place.standoff - grip.half_depth,
-        depths=one.depths,
-        pushes=one.pushes,
+        geometry=geometry,
+        standoff=placement.standoff,
+        palm_gap=placement.standoff - geometry.half_depth,
+        tip_depth=one.depth,
+        pushed_label=one.pushed_label,
         may_push=may_push,
     )
 
 
-def _lost(found: Sequence[Candidate], chosen: str, score: float) -> dict[str, str]:
-    """Why each kind of grasp lost against a chosen one, by the best of its kind."""
-    best: dict[str, Candidate] = {}
+def _rejected(found: Sequence[GraspCandidate], selected: str, score: float) -> dict[str, str]:
+    """Return the reason why each other kind of grasp was rejected, by its best candidate."""
+    best: dict[str, GraspCandidate] = {}
     for one in found:
         rival = best.get(one.name)
-        if one.name != chosen and (rival is None or one.judgement.total > rival.judgement.total):
+        if one.name != selected and (
+            rival is None or one.evaluation.total > rival.evaluation.total
+        ):
             best[one.name] = one
     return {
-        name: one.judgement.refusal or f"score {one.judgement.total:.2f} beside {score:.2f}"
+        name: one.evaluation.refusal or f"score {one.evaluation.total:.2f}, selected {score:.2f}"
         for name, one in best.items()
     }
 

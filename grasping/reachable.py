@@ -1,4 +1,4 @@
-"""A quick look ahead: whether the arm gets to a grasp at all, before it is tried."""
+"""Check whether the arm can reach a grasp, by simulating the approach controller."""
 
 from __future__ import annotations
 
@@ -6,49 +6,43 @@ import time
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-import numpy as np
-
 from eyehand.control import ApproachController, ControlOptions
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import numpy as np
     from numpy.typing import NDArray
 
     from eyehand.control import CollisionWorld
     from eyehand.control.tasks import Task
 
-
-@dataclass(frozen=True)
-class LookAheadOptions:
-    """Options of :func:`is_reachable`."""
-
-    dt: float = 0.04
-    """Period of the look-ahead, s: longer is faster, and follows obstacles less well."""
-    seconds: float = 4.0
-    """Longest motion of one leg, s: longer lets slow ways count."""
-    patience: float = 0.4
-    """A leg ends when it has got no nearer for so long, s."""
-    tolerance: float = 2e-3
-    """Error at which a leg counts as done, m or rad: the last creep is not worth its time."""
+PERIOD = 0.04
+"""Period of the simulation, s. Longer is faster, but follows obstacles less accurately."""
+MAX_SECONDS = 4.0
+"""Maximum simulated time of one motion, s."""
+PATIENCE = 0.4
+"""Simulated time without progress after which a motion ends, s."""
+MIN_TOLERANCE = 2e-3
+"""Minimum goal tolerance, m or rad. Smaller tolerances spend time on the slow end of a motion."""
 
 
 @dataclass(frozen=True)
 class Reachability:
-    """How a look-ahead ended; true in a condition when every leg was done."""
+    """Result of a reachability check; true in a condition when every goal was reached."""
 
     reached: bool
-    """Whether the last leg's tasks were reached."""
+    """Whether the last goal was reached."""
     leg: int
-    """Last leg that was begun, from 0."""
+    """Index of the last simulated motion."""
     reason: str
-    """Why it was not done; empty otherwise."""
+    """Why a goal was not reached; empty otherwise."""
     q: NDArray[np.float64]
     """Joint angles at the end, (n,), rad."""
     seconds: float
-    """Duration of the motion, s."""
+    """Simulated time, s."""
     computed: float
-    """Time the look-ahead took, s."""
+    """Computing time, s."""
 
     def __bool__(self) -> bool:
         return self.reached
@@ -59,52 +53,48 @@ def is_reachable(
     legs: Sequence[Sequence[Task]],
     q: NDArray[np.float64],
     control: ControlOptions | None = None,
-    options: LookAheadOptions | None = None,
 ) -> Reachability:
-    """Roll the approach controller from joint angles q (n,) through legs of tasks, one by one.
+    """Simulate the approach controller through a sequence of motions.
 
     Parameters
     ----------
     world
-        The robot and what it must not touch.
+        The robot and its obstacles.
     legs
-        Tasks to reach in turn: those of the pre-grasp, then those of the grasp.
+        Tasks of each motion, such as those of the pre-grasp and those of the grasp.
     q
-        Where the arm is, (n,), rad.
+        Joint angles at the start, (n,), rad.
     control
-        Options of the motion looked ahead to; retreats are left out.
-    options
-        What it may cost.
+        Options of the real motion; the simulation runs without retreats.
 
     Raises
     ------
     InputError
-        If q does not fit the robot, or a leg has no task.
+        If q does not fit the robot, or a motion has no task.
     """
-    options = options or LookAheadOptions()
     control = control or ControlOptions()
     began = time.perf_counter()
-    # A longer period needs a softer repulsion, as much softer as it is longer.
-    ahead = replace(
+    # A longer period needs a proportionally softer repulsion to stay stable.
+    simulated = replace(
         control,
-        dt=options.dt,
-        patience=options.patience,
-        tolerance=max(options.tolerance, control.tolerance),
+        dt=PERIOD,
+        patience=PATIENCE,
+        tolerance=max(MIN_TOLERANCE, control.tolerance),
         retreats=0,
-        eta=min(control.eta, control.eta * control.dt / options.dt),
+        eta=min(control.eta, control.eta * control.dt / PERIOD),
     )
     q = world.robot.checked(q)
     moved = 0.0
     for leg, tasks in enumerate(legs):
-        controller = ApproachController(world, tasks, ahead)
+        controller = ApproachController(world, tasks, simulated)
         reason = "no time left"
-        for _ in range(round(options.seconds / options.dt)):
+        for _ in range(round(MAX_SECONDS / PERIOD)):
             cycle = controller.step(q)
             if cycle.status != "moving":
                 reason = cycle.reason
                 break
-            q = q + options.dt * cycle.velocity
-            moved += options.dt
+            q = q + PERIOD * cycle.velocity
+            moved += PERIOD
         if reason:
             return Reachability(False, leg, reason, q, moved, time.perf_counter() - began)
     return Reachability(True, len(legs) - 1, "", q, moved, time.perf_counter() - began)

@@ -1,4 +1,4 @@
-"""What happened in picking: phase by phase, object by object."""
+"""Reports of a pick and of clearing a table."""
 
 from __future__ import annotations
 
@@ -14,9 +14,18 @@ if TYPE_CHECKING:
     from .plan import GraspPlan
 
 Phase = Literal[
-    "look", "choose", "pre-grasp", "approach", "contact", "close", "grip", "lift", "check", "place"
+    "observe",
+    "select",
+    "pre-grasp",
+    "approach",
+    "contact",
+    "close",
+    "grip",
+    "lift",
+    "check",
+    "place",
 ]
-"""Phases of a pick, in their order."""
+"""Phases of a pick, in execution order."""
 
 PickOutcome = Literal[
     "placed",
@@ -31,79 +40,100 @@ PickOutcome = Literal[
     "place_failed",
     "fault",
 ]
-"""placed: in the tray; refused: no prototype suits; unreachable: no way to any grasp was found;
-stuck: the arm did not get there in time; no_contact: fingers met nothing where it was;
-empty_close: fingers closed on nothing; slipped: dropped while lifting; lost: dropped later;
-moved_away: not where it was seen; place_failed: could not be put down in the tray; fault: the robot
-stopped by itself."""
+"""Outcome of a pick.
+
+- placed: the object is in the tray.
+- refused: no grasp prototype suits the object.
+- unreachable: the arm reaches no grasp of the object.
+- stuck: the arm did not reach its goal in time.
+- no_contact: the fingers touched nothing at the expected place.
+- empty_close: the hand closed without an object.
+- slipped: the object slipped out during the lift.
+- lost: the object slipped out after the lift.
+- moved_away: the object is no longer where it was perceived.
+- place_failed: the object could not be put into the tray.
+- fault: the robot stopped itself.
+"""
+
+
+CLEAR = "clear"
+"""Stop reason when no object is left."""
+NOTHING_GRASPABLE = "no remaining object can be grasped"
+"""Stop reason when no grasp of the remaining objects is reachable."""
+NOT_TRIED = "not tried"
+"""Reason of an object that remains because clearing ended early."""
+UNREACHABLE = "the arm cannot reach"
+"""Begin of the reason of an object whose grasps are all out of reach."""
 
 
 @dataclass(frozen=True)
 class PhaseRecord:
-    """One phase of one pick."""
+    """One executed phase of a pick."""
 
     phase: Phase
-    """Which."""
+    """Name of the phase."""
     start: float
-    """Robot time at its start, s."""
+    """Robot time at the start, s."""
     end: float
-    """Robot time at its end, s."""
+    """Robot time at the end, s."""
     outcome: str
-    """How it ended: ``done``, or what went wrong, in a few words."""
+    """``done``, or the reason of the failure."""
 
 
 @dataclass(frozen=True)
 class PickReport:
-    """One try to pick one object."""
+    """One attempt to pick one object. True in a condition when the object was placed."""
 
     label: int
-    """Label of the object in the scene it was seen in."""
+    """Label of the object in the scene that the pick was planned in."""
     kind: str
-    """Solid it was taken for."""
+    """Kind of the fitted solid."""
     plan: GraspPlan
-    """Grasp tried, or the refusal."""
+    """The executed grasp, or the refusal."""
     outcome: PickOutcome
-    """How it ended."""
+    """Outcome of the pick."""
     reason: str
-    """Why, for people."""
+    """Reason of a failure, for people; empty after success."""
     phases: tuple[PhaseRecord, ...]
-    """What was done, in order."""
+    """Executed phases, in order."""
     perceive_ms: float
-    """Time from depth image to solids, for the scene."""
+    """Computing time from depth image to scene, ms."""
     plan_ms: float
-    """Time to choose the grasp and check its way."""
+    """Computing time to select the grasp and check its reachability, ms."""
     times: NDArray[np.float64]
-    """Robot times at which forces were read, (T,), s."""
+    """Robot times of the recorded forces, (T,), s."""
     forces: NDArray[np.float64]
-    """Force on each finger, the thumb last, then the palm, (T, F + 1), N."""
-    wrapped: tuple[int, float]
-    """Pads in contact, palm included, when held, and the mean curl of the fingers, rad."""
+    """Force on each finger, then on the palm, (T, F + 1), N. The thumb is the last finger."""
+    contact_pads: int
+    """Number of pads in contact while the object was held, palm included."""
+    finger_curl: float
+    """Mean curl of the fingers while the object was held, rad."""
     tips: tuple[ContactFeatures, ...] = ()
-    """What each fingertip felt when held, the thumb last."""
+    """Contact on each fingertip while the object was held, the thumb last."""
 
     def __bool__(self) -> bool:
         return self.outcome == "placed"
 
     @property
     def seconds(self) -> float:
-        """Robot time from choice to end, s."""
+        """Robot time from the first phase to the end, s."""
         return self.phases[-1].end - self.phases[0].start if self.phases else 0.0
 
 
 @dataclass(frozen=True)
 class ClearReport:
-    """A table cleared, or what is left on it and why."""
+    """All picks on one table, and what remains on it."""
 
     picks: tuple[PickReport, ...]
-    """Every try, in order."""
-    looks: int
-    """Depth images taken."""
-    left: tuple[str, ...]
-    """What was left alone, and why."""
-    stopped: str
-    """Why it ended: ``clear``, or what else."""
+    """Every attempt, in order."""
+    observations: int
+    """Number of scene observations."""
+    remaining: tuple[str, ...]
+    """Objects that were left on the table, each with the reason."""
+    stop_reason: str
+    """Reason why clearing ended; ``clear`` when no object is left."""
 
     @property
     def placed(self) -> int:
-        """Objects put into the tray."""
+        """Number of objects put into the tray."""
         return sum(map(bool, self.picks))

@@ -1,4 +1,4 @@
-"""What the pick needs of a robot: a small protocol that a real cell or a simulated one fulfils."""
+"""The robot protocol: everything that a pick asks of a real or simulated robot."""
 
 from __future__ import annotations
 
@@ -15,61 +15,66 @@ if TYPE_CHECKING:
     from .hand_model import HandModel
 
 DriveMode = Literal["place", "pull", "hold"]
-"""place: servo the tendon to an excursion; pull: a tension; hold: stay, up to a tension."""
+"""Mode of a drive.
+
+- place: servo the tendon to an excursion.
+- pull: apply a tension.
+- hold: keep the excursion, up to a maximum tension.
+"""
 
 
 @dataclass(frozen=True)
 class HandCommand:
-    """What each drive of the hand does until the next command, in the hand model's order."""
+    """Command for each drive of the hand, in the order of the hand model."""
 
     modes: tuple[DriveMode, ...]
     """Mode of each drive."""
     values: NDArray[np.float64]
-    """(D,): excursion in m from fully open (place), tension in N (pull), largest tension in N at
-    which the drive stays where it is (hold)."""
+    """Value of each drive, (D,): the excursion from fully open in m (place), the tension in N
+    (pull), or the maximum tension in N (hold)."""
 
 
 @dataclass(frozen=True)
 class HandReading:
-    """What the hand feels, in the order of the hand model's drives, joints, pads and tips."""
+    """Sensor readings of the hand, in the order of the hand model's drives, joints and pads."""
 
     excursions: NDArray[np.float64]
-    """How far each tendon is pulled in, (D,), m; 0 is fully open."""
+    """Excursion of each tendon, (D,), m; 0 is fully open."""
     tensions: NDArray[np.float64]
     """Tension of each tendon, (D,), N."""
     angles: NDArray[np.float64]
-    """Joint angles, (J,), rad; 0 is straight, inwards is positive."""
+    """Joint angles, (J,), rad; 0 is straight, positive bends inwards."""
     forces: NDArray[np.float64]
-    """Normal force on each pad (phalanges and palm), (P,), N."""
+    """Normal force on each pad of phalanges and palm, (P,), N."""
     tips: tuple[TactileImage, ...]
-    """Tactile image of each fingertip."""
+    """Tactile image of each fingertip; empty for a hand without tactile sensors."""
 
 
 @dataclass(frozen=True)
 class RobotReading:
-    """The robot's state at the end of a control period."""
+    """State of the robot at the end of a control period."""
 
     time: float
-    """s since the start."""
+    """Robot time since the start, s."""
     q: NDArray[np.float64]
-    """Arm joint angles, (n,), rad."""
+    """Joint angles of the arm, (n,), rad."""
     speed: NDArray[np.float64]
-    """Arm joint speeds, (n,), rad/s."""
+    """Joint velocities of the arm, (n,), rad/s."""
     hand: HandReading
-    """What the hand feels."""
+    """Readings of the hand."""
     fault: str = ""
-    """Why the robot stopped by itself; empty while all is well."""
+    """Reason why the robot stopped itself; empty without a fault."""
 
 
 class Robot(Protocol):
-    """An arm with a hand and an eye, one control period at a time."""
+    """An arm with a hand and a depth camera, stepped one control period at a time."""
 
     @property
     def hand(self) -> HandModel:
-        """What is known of the hand before it touches anything.
+        """Model of the hand.
 
-        Its names tell closing which finger opposes (``thumb``), which pinches (``middle``) and
-        which pads are tips (``<finger>_distal``): `HandModel` has the rules.
+        The names in it define the opposing finger (``thumb``), the pinching finger (``middle``)
+        and the fingertip pads (``<finger>_distal``). `HandModel` lists the rules.
         """
         ...
 
@@ -80,9 +85,9 @@ class Robot(Protocol):
 
     @property
     def frame(self) -> str:
-        """Name of the hand's frame in the description.
+        """Name of the hand frame in the description.
 
-        Its origin is the middle of the palm's face, z points out of the palm, x from the fingers
+        Its origin is the middle of the palm's face. z points out of the palm, x from the fingers
         to the thumb.
         """
         ...
@@ -93,38 +98,38 @@ class Robot(Protocol):
         ...
 
     def description(self, excursions: NDArray[np.float64]) -> Any:
-        """Describe arm and hand for control, the tendons pulled in so far, (D,), m.
+        """Describe arm and hand for control, at given tendon excursions (D,), m.
 
-        Its base stands in it where it stands in the world, the frame of `T_world_camera` and of
-        the tray: a description whose base is at the origin is moved there (`T_world_base`).
-        The keyframe ``home`` holds the arm's rest posture, out of the camera's view, and the
-        hand's joints at that opening. Whatever `eyehand.control.RobotModel.load` takes.
+        The result is anything that `eyehand.control.RobotModel.load` accepts. The robot's base has
+        its pose in the world frame, the frame of `T_world_camera` and of the tray. If the base of
+        a description is at the origin, move it by `T_world_base`. The keyframe ``home`` holds the
+        arm's rest posture, outside the camera's view, and the hand's joints at these excursions.
         """
         ...
 
-    def look(self) -> DepthFrame:
-        """Take a depth image whose pixels of the robot itself have no reading.
+    def capture(self) -> DepthFrame:
+        """Capture a depth image in which pixels of the robot have no reading.
 
-        `T_world_camera`, from hand-eye calibration, is known; the robot stands still meanwhile.
-        It stands at rest or, unless `ClearOptions.look_from_tray` is False, over the tray; what
-        shows of it is 0 in the depth, or would be taken for an object.
+        The frame's `T_world_camera` comes from hand-eye calibration. The robot stands still
+        meanwhile, either at rest or over the tray (`ClearOptions.capture_over_tray`). Pixels that
+        show the robot must be 0 in the depth. Otherwise the robot is segmented as an object.
         """
         ...
 
     def read(self) -> RobotReading:
-        """Give the state now, without moving."""
+        """Return the current state without moving."""
         ...
 
     def step(
         self, velocity: NDArray[np.float64], command: HandCommand | None = None
     ) -> RobotReading:
-        """Move for one period and give the state at its end.
+        """Move for one period and return the state at its end.
 
         Parameters
         ----------
         velocity
-            Arm joint velocities, (n,), rad/s; finite and within the joints' limits.
+            Joint velocities of the arm, (n,), rad/s; finite and within the joints' limits.
         command
-            For the hand's drives; as before when None.
+            Command of the hand; None keeps the previous command.
         """
         ...

@@ -1,4 +1,4 @@
-"""Whether a look tells enough to act on: a table, level, where it should be, and readings of it."""
+"""Validate a perceived scene before the robot acts on it."""
 
 from __future__ import annotations
 
@@ -11,100 +11,105 @@ if TYPE_CHECKING:
 
     from .tray import Tray
 
-LEAST_READINGS = 0.4
-"""Share of the image that must have a reading, 0.8 to 0.9 being usual: with less, objects fall into
-pieces too small to be told from noise, and the table looks empty."""
-MOST_TILT = np.radians(3.0)
-"""Between the table seen and the level, rad: a table stands level and is seen to 0.5°, so that more
-means that the camera is not where it is told to be, by centimetres over the table."""
-MOST_STEP = 0.3
-"""Between the table seen and the tray's floor, m: more is another surface, such as the floor."""
-LEAST_HEIGHT, MOST_HEIGHT = 0.01, 0.5
-"""Readings so high over the table, m, are of something on it: lower may be noise, higher is a lamp
-or a person."""
+MIN_VALID_SHARE = 0.4
+"""Minimum share of pixels with a reading; 0.8 to 0.9 is usual. With fewer readings objects break
+into pieces too small to be separated from noise, and the table looks empty."""
+MAX_TILT = np.radians(3.0)
+"""Maximum angle between the perceived table and the horizontal plane, rad. The table is level, and
+its normal is estimated to 0.5°. A larger angle means a wrong camera pose, with errors of
+centimetres on the table."""
+MAX_HEIGHT_DIFFERENCE = 0.3
+"""Maximum height difference of the perceived table and the tray's floor, m. A larger one belongs to
+another surface, such as the floor of the room."""
+MIN_HEIGHT, MAX_HEIGHT = 0.01, 0.5
+"""Heights above the table between which readings belong to an object on it, m. Lower readings may
+be noise, higher ones a lamp or a person."""
 NOISE_SIGMAS = 6.0
-"""Spreads of the table's own readings about it that are noise."""
-CELL = 0.03
-"""Side of the squares in plan by which such readings are summed, m: about a small object."""
-LEAST_SEEN = 1e-4
-"""Area seen in one of them from which something stands there, m²: flying pixels over an empty table
-add up to 0.2 cm², a ball of 15 mm shows 1.8 cm²."""
+"""Height of the noise above the table, in standard deviations of the table's own readings."""
+GRID_CELL = 0.03
+"""Side of the square grid cells in which unexplained readings are summed, m; the size of a small
+object."""
+MIN_UNEXPLAINED_AREA = 1e-4
+"""Unexplained area in one cell that indicates an object, m². Flying pixels over an empty table sum
+up to 0.2 cm²; a sphere of 15 mm covers 1.8 cm²."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def doubts(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
-    """Tell why a look is nothing to act on; empty when it is.
+def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
+    """Return the reason why the robot must not act on a scene; empty if it is valid.
 
-    An empty scene means a clear table only where the table itself was seen.
+    An empty scene means a clear table only if the table itself was perceived.
 
     Parameters
     ----------
     frame
-        Depth image, its pose known.
+        Depth image with its pose.
     scene
-        What was made of it, in the world's frame.
+        The scene perceived in it, in the world frame.
     tray
-        Where things are put.
+        The tray that objects are put into.
     """
     share = float(frame.valid.mean())
-    if share < LEAST_READINGS:
-        return f"cannot see: {share:.0%} of the image has a reading, need {LEAST_READINGS:.0%}"
+    if share < MIN_VALID_SHARE:
+        return (
+            f"no valid depth image: {share:.0%} of the pixels have a reading, "
+            f"at least {MIN_VALID_SHARE:.0%} are needed"
+        )
     support = scene.support
     if support is None:
-        return "cannot see a table: no level surface in view"
+        return "no table found: there is no level surface in view"
     tilt = float(np.arccos(np.clip(support.normal @ UP, -1.0, 1.0)))
-    if tilt > MOST_TILT:
+    if tilt > MAX_TILT:
         return (
-            f"the table seen tilts by {np.degrees(tilt):.1f}°, more than "
-            f"{np.degrees(MOST_TILT):.0f}°: is the camera where it is told to be?"
+            f"the perceived table tilts by {np.degrees(tilt):.1f}°, more than "
+            f"{np.degrees(MAX_TILT):.0f}°: check the camera pose"
         )
-    off = float(support.normal @ tray.centre + support.offset)
-    if abs(off) > MOST_STEP:
-        where = "below" if off > 0 else "above"
-        return f"cannot see the table: the surface seen lies {abs(off):.2f} m {where} the tray"
-    seen = unexplained(frame, scene) if not scene.objects else 0.0
-    if seen > LEAST_SEEN:
+    offset = float(support.normal @ tray.centre + support.offset)
+    if abs(offset) > MAX_HEIGHT_DIFFERENCE:
+        where = "below" if offset > 0 else "above"
+        return f"no table found: the perceived surface lies {abs(offset):.2f} m {where} the tray"
+    area = unexplained_area(frame, scene) if not scene.objects else 0.0
+    if area > MIN_UNEXPLAINED_AREA:
         return (
-            f"cannot tell a clear table: readings of {1e4 * seen:.0f} cm² above it belong to no "
-            "object that was made out"
+            f"the table may not be clear: readings of {1e4 * area:.0f} cm² above it belong to no "
+            "segmented object"
         )
     return ""
 
 
-def unexplained(frame: DepthFrame, scene: Scene) -> float:
-    """Sum what was seen over the table and belongs to no object.
+def unexplained_area(frame: DepthFrame, scene: Scene) -> float:
+    """Return the maximum area of readings above the table that belong to no object.
 
     Parameters
     ----------
     frame
-        Depth image, its pose known.
+        Depth image with its pose.
     scene
-        What was made of it, in the world's frame; one not made of this image leaves nothing
-        unexplained.
+        The scene perceived in it, in the world frame. A scene of another image gives 0.
 
     Returns
     -------
     float
-        Largest area, across the line of sight, within a square of `CELL` in plan, m².
+        Maximum area in a grid cell of side `GRID_CELL`, perpendicular to the line of sight, m².
     """
-    labels, support, place = scene.segmentation.labels, scene.support, frame.T_world_camera
-    if support is None or place is None or labels.shape != frame.depth.shape:
+    labels, support, T_world_camera = scene.segmentation.labels, scene.support, frame.T_world_camera
+    if support is None or T_world_camera is None or labels.shape != frame.depth.shape:
         return 0.0
     free = frame.valid & (labels == 0)
-    points = place.apply(frame.points()[free])
+    points = T_world_camera.apply(frame.points()[free])
     height = support.height(points)
-    low = max(LEAST_HEIGHT, NOISE_SIGMAS * support.tolerance)
-    table = points[np.abs(height) < low, :2]
+    noise = max(MIN_HEIGHT, NOISE_SIGMAS * support.tolerance)
+    table = points[np.abs(height) < noise, :2]
     if not len(table):
         return 0.0
     first, last = table.min(axis=0), table.max(axis=0)
-    over = (height >= low) & (height < MOST_HEIGHT)
-    over &= ((points[:, :2] >= first) & (points[:, :2] <= last)).all(axis=1)
-    # Squares overlap by half, so that no edge cuts a small thing in two.
-    half = 0.5 * CELL
-    cells = ((points[over, :2] - first) / half).astype(np.intp)
+    above = (height >= noise) & (height < MAX_HEIGHT)
+    above &= ((points[:, :2] >= first) & (points[:, :2] <= last)).all(axis=1)
+    # Cells overlap by half, so that no cell border splits a small object.
+    half = 0.5 * GRID_CELL
+    cells = ((points[above, :2] - first) / half).astype(np.intp)
     lens = frame.intrinsics
-    areas = frame.depth[free][over].astype(np.float64) ** 2 / (lens.fx * lens.fy)
+    areas = frame.depth[free][above].astype(np.float64) ** 2 / (lens.fx * lens.fy)
     sums = np.zeros(((last - first) / half).astype(np.intp) + 2)
     np.add.at(sums, tuple(cells.T), areas)
     rows = sums[1:] + sums[:-1]

@@ -1,4 +1,4 @@
-"""Shake the hand, along each axis in turn: a test of its grip, or to be rid of what hangs on it."""
+"""Shake the hand, to test a grip or to remove what hangs on the open hand."""
 
 from __future__ import annotations
 
@@ -8,64 +8,63 @@ import numpy as np
 
 if TYPE_CHECKING:
     from .cell import Cell
-    from .pick_state import Job
+    from .pick_state import PickState
 
 FREQUENCY = 3.0
-"""Hz."""
+"""Frequency of the motion, Hz."""
 AMPLITUDE = 0.012
-"""m: with the frequency, 4 m/s² at the turning points."""
+"""Amplitude of the motion, m. With `FREQUENCY` the peak acceleration is 4 m/s²."""
 DAMPING = 0.05
-"""Of the inverse near singular postures: the shake gets smaller there."""
-HANGS = 0.1
-"""Force on a pad of the open hand in the air from which something hangs on it, N: 10 g."""
-OFF_SECONDS = 1.0
-"""How long the hand is shaken then, s: one swing along each axis."""
+"""Damping of the pseudo-inverse, which reduces the motion near singular configurations."""
+HANGING_FORCE = 0.1
+"""Force on a pad of the open hand above which something hangs on it, N (10 g)."""
+SHAKE_OFF_SECONDS = 1.0
+"""Time for which the open hand is shaken, s: one period along each axis."""
 
 
-def shake(cell: Cell, job: Job, seconds: float) -> None:
-    """Move the palm to and fro, a third of the time along each world axis.
+def shake(cell: Cell, state: PickState, seconds: float) -> None:
+    """Oscillate the palm along each world axis in turn, a third of the time each.
 
     Parameters
     ----------
     cell
-        The robot with an object in its hand.
-    job
-        The pick, whose fingers stay at work.
+        The robot.
+    state
+        The pick; its closing controller stays active.
     seconds
-        How long, s of the robot's clock; ends early when the robot has a fault.
+        Duration, s of robot time. The motion ends early if the robot has a fault.
     """
-    model = job.model(cell)
+    model = state.model(cell)
     start = cell.reading.time
-    pace = 2.0 * np.pi * FREQUENCY
-    while (passed := cell.reading.time - start) < seconds and not cell.reading.fault:
-        along = min(int(3.0 * passed / seconds), 2)
+    rate = 2.0 * np.pi * FREQUENCY
+    while (elapsed := cell.reading.time - start) < seconds and not cell.reading.fault:
+        axis = min(int(3.0 * elapsed / seconds), 2)
         twist = np.zeros(6)
-        twist[along] = AMPLITUDE * pace * np.cos(pace * (passed - along * seconds / 3.0))
-        state = model.at(cell.reading.q)
-        jacobian = state.jacobian
-        lever = jacobian @ jacobian.T + DAMPING**2 * np.eye(6)
-        velocity = jacobian.T @ np.linalg.solve(lever, twist)
-        fastest = float(np.max(np.abs(velocity) / state.speed, initial=1.0))
-        command = job.closing.step(cell.reading.hand, cell.robot.period) if job.closing else None
-        cell.step(velocity / fastest, command)
+        twist[axis] = AMPLITUDE * rate * np.cos(rate * (elapsed - axis * seconds / 3.0))
+        robot = model.at(cell.reading.q)
+        jacobian = robot.jacobian
+        damped = jacobian @ jacobian.T + DAMPING**2 * np.eye(6)
+        velocity = jacobian.T @ np.linalg.solve(damped, twist)
+        excess = float(np.max(np.abs(velocity) / robot.speed, initial=1.0))
+        cell.step(velocity / excess, state.grip_command(cell, cell.reading))
 
 
-def shake_off(cell: Cell, job: Job) -> str:
-    """Be rid of what still hangs on the open hand; names the pads that feel it even then.
+def shake_off(cell: Cell, state: PickState) -> str:
+    """Shake an object off the open hand; return the names of pads that still feel a force.
 
     Parameters
     ----------
     cell
-        The robot, its hand open and off all else.
-    job
-        The pick, whose fingers stay open.
+        The robot, its hand open and free.
+    state
+        The pick; its closing controller is removed.
     """
-    job.closing = None
-    if _hanging(cell):
-        shake(cell, job, OFF_SECONDS)
-    return _hanging(cell)
+    state.closing = None
+    if _loaded_pads(cell):
+        shake(cell, state, SHAKE_OFF_SECONDS)
+    return _loaded_pads(cell)
 
 
-def _hanging(cell: Cell) -> str:
+def _loaded_pads(cell: Cell) -> str:
     pads = zip(cell.robot.hand.pads, cell.reading.hand.forces, strict=True)
-    return ", ".join(pad for pad, force in pads if force > HANGS)
+    return ", ".join(pad for pad, force in pads if force > HANGING_FORCE)

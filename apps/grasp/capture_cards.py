@@ -18,8 +18,7 @@ from .score_terms import SIZES, score_words
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.grasping import GraspPlan
-    from eyehand.grasping.report import PickReport
+    from eyehand.grasping import GraspPlan, PickReport
     from eyehand.perception import DepthFrame
 
     from .demo_record import DemoRecord, Look
@@ -50,8 +49,8 @@ def look_card(number: int, look: Look, record: DemoRecord) -> str:
 
 def final_look_card(number: int, look: Look, record: DemoRecord) -> str:
     """Make the card of a look after which nothing was picked."""
-    left = "".join(f"<li>{escape(one)}</li>" for one in record.report.left)
-    stopped = record.report.stopped
+    left = "".join(f"<li>{escape(one)}</li>" for one in record.report.remaining)
+    stopped = record.report.stop_reason
     told = "nothing is left on the table" if stopped == "clear" else stopped
     return (
         f'<section class="card" id="look{number}"><div class="head"><h2>Last look</h2>'
@@ -130,7 +129,7 @@ def _embedded(picture: NDArray[np.uint8]) -> str:
 def _task_table(pick: PickReport) -> str:
     rows = "".join(
         f"<tr><td>{escape(task.name.replace('_', ' '))}</td>"
-        f'<td class="n">{task.rows or "bounds"}</td><td>{escape(task.says)}</td></tr>'
+        f'<td class="n">{task.rows or "bounds"}</td><td>{escape(task.description)}</td></tr>'
         for task in pick.plan.tasks
     )
     return (
@@ -157,11 +156,11 @@ def _rejected(pick: PickReport) -> str:
 
 def _as_met(plan: GraspPlan) -> str:
     """Say how large the object is for the hand, where it has a hold."""
-    grip = plan.grip
-    if grip is None:
+    geometry = plan.geometry
+    if geometry is None:
         return plan.reason
-    sides = f"{1e3 * grip.width:.0f} mm wide × {1e3 * grip.length:.0f} mm long"
-    return f"between the fingers: {sides}, {1e3 * grip.height:.0f} mm high"
+    sides = f"{1e3 * geometry.width:.0f} mm wide × {1e3 * geometry.length:.0f} mm long"
+    return f"between the fingers: {sides}, {1e3 * geometry.height:.0f} mm high"
 
 
 def _numbers(look: Look) -> str:
@@ -174,8 +173,8 @@ def _numbers(look: Look) -> str:
     ]
     if len(pick.forces):
         told.append((f"{pick.forces.max():.1f} N", "largest force on a finger or the palm"))
-    if pick.wrapped[0]:
-        pads, curl = pick.wrapped
+    if pick.contact_pads:
+        pads, curl = pick.contact_pads, pick.finger_curl
         told.append((f"{pads} pads", f"in contact when held, fingers bent {np.degrees(curl):.0f}°"))
     if row is not None and row.touched_before:
         told.append((str(row.touched_before), "other things touched before the grasp"))

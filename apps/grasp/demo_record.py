@@ -12,9 +12,7 @@ if TYPE_CHECKING:
 
     from scipy.spatial.transform import RigidTransform
 
-    from eyehand.grasping.cell import Cell, Moment
-    from eyehand.grasping.pick_state import Choice
-    from eyehand.grasping.report import ClearReport, PickReport
+    from eyehand.grasping import Cell, ClearReport, CycleInfo, PickReport, SelectedGrasp
     from eyehand.perception import DepthFrame, Scene, SceneObject
 
     from .bench.trial import PickRow, TrialResult
@@ -94,14 +92,14 @@ class Recorder:
         self._picks: dict[int, PickReport] = {}
         self._palms: dict[int, RigidTransform] = {}
         self._chosen_by = 0
-        see = cell.see
+        perceive = cell.perceive
 
         def remember(frame: DepthFrame) -> Scene:
-            scene = see(frame)
+            scene = perceive(frame)
             self._seen.append((frame, scene))
             return scene
 
-        cell.see = remember
+        cell.perceive = remember
 
     @property
     def frame(self) -> DepthFrame | None:
@@ -118,13 +116,13 @@ class Recorder:
         """Number of each of its objects' colour, by label."""
         return self._all_colours()[-1] if self._seen else {}
 
-    def watch(self, moment: Moment) -> None:
-        """Note where the palm is when the hand begins to close; told of every control period."""
+    def on_cycle(self, cycle: CycleInfo) -> None:
+        """Note where the palm is when the hand begins to close, after each control cycle."""
         number = len(self._seen) - 1
-        if moment.phase == "close" and number not in self._palms:
-            self._palms[number] = self._cell.palm()
+        if cycle.phase == "close" and number not in self._palms:
+            self._palms[number] = self._cell.palm_pose()
 
-    def told(self, choice: Choice, report: PickReport | None) -> None:
+    def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Take note of a pick that ended, with the look that it was chosen by."""
         del choice
         if report is None:
@@ -146,8 +144,8 @@ class Recorder:
         return tuple(made)
 
     def _on_table(self, scene: Scene) -> Scene:
-        holds = self._cell.tray.holds
-        objects = tuple(one for one in scene.objects if not holds(one.points.mean(axis=0)))
+        contains = self._cell.tray.contains
+        objects = tuple(one for one in scene.objects if not contains(one.points.mean(axis=0)))
         return replace(scene, objects=objects)
 
     def _all_colours(self) -> tuple[dict[int, int], ...]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
-from eyehand.grasping import SelectOptions
-from eyehand.grasping.clearing import ClearOptions, clear_table
+from eyehand.grasping import ClearOptions, GraspOptions, clear_table
 
 from .bench.trial import GraspTrial, Scorer
 from .demo_record import DemoRecord, Recorder
@@ -15,9 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping.cell import Cell, Moment
-    from eyehand.grasping.pick_state import Choice
-    from eyehand.grasping.report import PickReport
+    from eyehand.grasping import Cell, CycleInfo, PickReport, SelectedGrasp
 
 
 FAILURES = 6
@@ -28,11 +25,11 @@ can do nothing here is not watched forever."""
 class Onlooker(Protocol):
     """Who sees the demo while it runs: a film, a live page."""
 
-    def watch(self, moment: Moment) -> None:
+    def on_cycle(self, cycle: CycleInfo) -> None:
         """See the robot after a control period."""
         ...
 
-    def told(self, choice: Choice, report: PickReport | None) -> None:
+    def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Hear of a pick: before it, with None, and after it."""
         ...
 
@@ -64,32 +61,32 @@ def run_demo(
         When to end.
     """
     began, watching = time.process_time(), 0.0
-    select = SelectOptions(purpose=trial.purpose)
+    select = GraspOptions(purpose=trial.purpose)
     cell, robot = built
     recorder = Recorder(cell)
     joined = time.process_time()
     seeing: list[Onlooker] = [recorder, *(make(cell, robot, recorder) for make in onlookers)]
     watching += time.process_time() - joined
 
-    def watch(moment: Moment) -> None:
+    def on_cycle(cycle: CycleInfo) -> None:
         nonlocal watching
         started = time.process_time()
         for one in seeing:
-            one.watch(moment)
+            one.on_cycle(cycle)
         watching += time.process_time() - started
 
-    cell.watch = watch
+    cell.on_cycle = on_cycle
     scorer = Scorer(cell, robot)
 
-    def told(choice: Choice, report: PickReport | None) -> None:
+    def on_pick(choice: SelectedGrasp, report: PickReport | None) -> None:
         nonlocal watching
-        scorer.told(choice, report)
+        scorer.on_pick(choice, report)
         started = time.process_time()
         for one in seeing:
-            one.told(choice, report)
+            one.on_pick(choice, report)
         watching += time.process_time() - started
 
-    report = clear_table(cell, select, options or ClearOptions(failures=FAILURES), told)
+    report = clear_table(cell, select, options or ClearOptions(failures=FAILURES), on_pick)
     # The robot's own time: a film takes many times as much, and a robot needs none.
     result = scorer.result(trial, report, time.process_time() - began - watching)
     return DemoRecord(

@@ -77,7 +77,7 @@ def demo_rows(record: DemoRecord) -> list[dict[str, Any]]:
                 "approach": pick.plan.approach,
                 "task_rows": pick.plan.rows,
                 "tasks": [
-                    {"task": task.name, "rows": task.rows, "says": task.says}
+                    {"task": task.name, "rows": task.rows, "says": task.description}
                     for task in pick.plan.tasks
                 ],
                 "perceive_ms": round(pick.perceive_ms, 2),
@@ -88,8 +88,8 @@ def demo_rows(record: DemoRecord) -> list[dict[str, Any]]:
                 "in_tray": None if row is None else row.success,
                 "touched_before": None if row is None else row.touched_before,
                 "largest_force_n": round(float(pick.forces.max(initial=0.0)), 2),
-                "pads": pick.wrapped[0],
-                "curl_rad": round(pick.wrapped[1], 3),
+                "pads": pick.contact_pads,
+                "curl_rad": round(pick.finger_curl, 3),
                 "phases": [
                     {
                         "phase": phase.phase,
@@ -111,10 +111,10 @@ def task_words(plan: GraspPlan) -> str:
 
 def ending(record: DemoRecord) -> str:
     """Say how it ended, in one or a few lines."""
-    result, stopped = record.result, record.report.stopped
+    result, stopped = record.result, record.report.stop_reason
     objects = plural(result.total, "object")
     lines = [f"{result.placed} of {result.total} {objects} in the tray; {_why(stopped)}"]
-    lines += [f"left alone: {one}" for one in record.report.left]
+    lines += [f"left alone: {one}" for one in record.report.remaining]
     film = record.film_cpu_seconds
     more = "" if film is None else f"; {film:.1f} s more for the film"
     lines.append(f"{result.cpu_seconds:.1f} s of processor time for robot and simulation{more}")

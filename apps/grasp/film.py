@@ -24,10 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping import GraspPlan
-    from eyehand.grasping.cell import Cell, Moment
-    from eyehand.grasping.pick_state import Choice
-    from eyehand.grasping.report import PickReport
+    from eyehand.grasping import Cell, CycleInfo, GraspPlan, PickReport, SelectedGrasp
 
     from .demo_record import Recorder
 
@@ -170,7 +167,7 @@ class Film:
         self._names, self._count = names, count
         self._count_again()
 
-    def told(self, choice: Choice, report: PickReport | None) -> None:
+    def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Show what was chosen; count what lies in the tray."""
         self._count_again()
         if report is not None:
@@ -183,16 +180,16 @@ class Film:
         kind = solid.kind if solid else "object"
         self._told = f"pick {self._picks}: {kind} {size} mm, {choice.plan.name}"
         self._see_again(choice.plan)
-        self._show("choose", None, self._options.still_seconds)
+        self._show("select", None, self._options.still_seconds)
 
-    def watch(self, moment: Moment) -> None:
-        """Take a picture when one is due; told of every control period."""
-        now = moment.reading.time
+    def on_cycle(self, cycle: CycleInfo) -> None:
+        """Take a picture when one is due, after each control cycle."""
+        now = cycle.reading.time
         if now < self._next:
             return
-        pace = self._pace(moment.phase)
+        pace = self._pace(cycle.phase)
         self._next = now + pace / self._options.fps
-        self._show(moment.phase, moment.force, 1.0 / self._options.fps)
+        self._show(cycle.phase, cycle.force, 1.0 / self._options.fps)
 
     def _see_again(self, plan: GraspPlan | None = None) -> None:
         """Show the last look, and the grasp to come."""

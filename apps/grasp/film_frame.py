@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.grasping.report import Phase
+    from eyehand.grasping import Phase
 
 PANEL_SHARE = 0.3
 """Width of the panel beside the cell over the film's: nothing is drawn over the cell itself, as

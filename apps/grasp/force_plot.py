@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.grasping.report import Phase, PhaseRecord, PickReport
+    from eyehand.grasping import Phase, PhaseRecord, PickReport
 
 PHASE_COLOURS: dict[Phase, str] = {
-    "look": "#EEF0F3",
-    "choose": "#EEF0F3",
+    "observe": "#EEF0F3",
+    "select": "#EEF0F3",
     "pre-grasp": "#DDE7F1",
     "approach": "#BFD6EA",
     "contact": "#FBE3B6",

@@ -44,7 +44,7 @@ def draw_grasp(
     T_world_palm
         Where the palm was when the hand closed; without it, where the plan prefers it.
     """
-    if not plan or plan.grip is None or frame.T_world_camera is None:
+    if not plan or plan.geometry is None or frame.T_world_camera is None:
         return
     if T_world_palm is None:
         T_world_palm = preferred_palm(plan)
@@ -73,9 +73,9 @@ def draw_grasp(
 
 def preferred_palm(plan: GraspPlan) -> RigidTransform:
     """Give the palm's pose that a plan prefers: z along its palm, x from fingers to thumb."""
-    assert plan.grip is not None
+    assert plan.geometry is not None
     z = plan.palm / np.linalg.norm(plan.palm)
     x = plan.closing - (plan.closing @ z) * z
     x /= np.linalg.norm(x)
     turn = Rotation.from_matrix(np.column_stack([x, np.cross(z, x), z]))
-    return RigidTransform.from_components(plan.grip.centre - plan.standoff * z, turn)
+    return RigidTransform.from_components(plan.geometry.centre - plan.standoff * z, turn)

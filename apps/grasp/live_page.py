@@ -14,10 +14,7 @@ from .live_scene import EYE, LOOKED_AT, LiveScene
 
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping import GraspPlan
-    from eyehand.grasping.cell import Cell, Moment
-    from eyehand.grasping.pick_state import Choice
-    from eyehand.grasping.report import PickReport
+    from eyehand.grasping import Cell, CycleInfo, GraspPlan, PickReport, SelectedGrasp
 
     from .demo_record import Recorder
 
@@ -103,7 +100,7 @@ class LiveCell:
         self._says.content = "Looking ..."
         return self
 
-    def told(self, choice: Choice, report: PickReport | None) -> None:
+    def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Show what was chosen, and how it went."""
         if report is not None:
             told = f"{report.outcome.replace('_', ' ')}" + (
@@ -116,17 +113,17 @@ class LiveCell:
         self._see(choice.plan)
         self._set_anchor(None)
 
-    def watch(self, moment: Moment) -> None:
-        """Keep the pace, halt, and show; told of every control period."""
-        self._wait_for(moment.reading.time)
-        self._samples.append((moment.reading.time, *moment.force.tolist()))
+    def on_cycle(self, cycle: CycleInfo) -> None:
+        """Keep the pace, halt, and show, after each control cycle."""
+        self._wait_for(cycle.reading.time)
+        self._samples.append((cycle.reading.time, *cycle.force.tolist()))
         while self._samples[-1][0] - self._samples[0][0] > PLOT_SPAN:
             self._samples.popleft()
         now = time.perf_counter()
-        if now - self._shown < SHOWN_SECONDS and moment.phase == self._phase:
+        if now - self._shown < SHOWN_SECONDS and cycle.phase == self._phase:
             return
         self._shown = now
-        self._draw(moment)
+        self._draw(cycle)
         if now - self._plotted > PLOTTED_SECONDS:
             self._plotted = now
             self._draw_plot()
@@ -175,18 +172,18 @@ class LiveCell:
     def _set_anchor(self, anchor: tuple[float, float] | None) -> None:
         self._anchor = anchor
 
-    def _draw(self, moment: Moment) -> None:
+    def _draw(self, cycle: CycleInfo) -> None:
         with self._server.atomic():
             if self._scene is not None:
                 self._scene.move()
-                if moment.phase == "lift" != self._phase:
+                if cycle.phase == "lift" != self._phase:
                     self._scene.taken(self._target)
-            if moment.phase != self._phase:
-                plan = moment.plan
-                asks = [] if plan is None else [f"- {task.says}" for task in plan.tasks]
+            if cycle.phase != self._phase:
+                plan = cycle.plan
+                asks = [] if plan is None else [f"- {task.description}" for task in plan.tasks]
                 name = "" if plan is None else f", {plan.name}"
-                self._says.content = "\n".join([f"### {moment.phase}{name}", "", *asks])
-        self._phase = moment.phase
+                self._says.content = "\n".join([f"### {cycle.phase}{name}", "", *asks])
+        self._phase = cycle.phase
 
     def _show_parts(self) -> None:
         if self._scene is not None:

@@ -21,7 +21,7 @@ SCORE_WORDS: dict[str, str] = {
     "hold": "the fingertips reach far enough below its top",
     "room": "fingers have free space beside its neighbours",
     "opening": "the hand opens wide enough to forgive errors",
-    "roomier": "its usual place for the hand was free",
+    "variant": "its usual place for the hand was free",
 }
 """By term, what is so where the term is 1."""
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from eyehand.grasping.clearing import Memory, look
-from eyehand.grasping.grasp_selection import choose
+from eyehand.grasping import observe
+from eyehand.grasping.grasp_selection import FailedGrasps, select_grasp
 
 from ..perceived_frame import load_kernels
 from .bench.trial import GraspTrial, make_cell
@@ -13,6 +13,6 @@ def ready_grasping() -> None:
     """Load the kernels of seeing, of control and of touch: seconds, or once half a minute."""
     load_kernels()
     cell, _ = make_cell(GraspTrial(family="single", seed=0, known=True))
-    scene, _, _ = look(cell)
+    scene, _, _ = observe(cell)
     if scene is not None:
-        choose(cell, scene, Memory())
+        select_grasp(cell, scene, FailedGrasps())

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.grasping.hand_model import HandModel
+    from eyehand.grasping import HandModel
 
 HAND = Path(__file__).parent / "assets" / "hand.xml"
 """The underactuated hand that comes with eyehand: three fingers against a thumb."""

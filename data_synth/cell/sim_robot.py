@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping.robot import HandCommand, RobotReading
+from eyehand.grasping import HandCommand, RobotReading
 from eyehand.perception import CameraIntrinsics, DepthFrame, mask_points, mask_robot
 
 from ..mujoco_import import import_mujoco
@@ -25,7 +25,7 @@ from .grasp_world import ROBOT_PREFIX
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.grasping.hand_model import HandModel
+    from eyehand.grasping import HandModel
 
     from ..render.rendered_view import DepthRenderer
     from .grasp_world import GraspWorld
@@ -191,7 +191,7 @@ class SimRobot:
             mujoco.mj_forward(model, data)
         return self.read()
 
-    def look(self) -> DepthFrame:
+    def capture(self) -> DepthFrame:
         """Take a depth image; pixels of the robot and of its tray have no reading."""
         cell = self._world.cell
         labels = np.zeros(self._model.ngeom, dtype=np.int32)

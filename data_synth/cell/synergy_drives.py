@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.grasping.robot import HandCommand, HandReading
+from eyehand.grasping import HandCommand, HandReading
 
 from ..mujoco_import import import_mujoco
 from .hand_description import THUMB, HandDescription

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.grasping.hand_model import HandModel
+from eyehand.grasping import HandModel
 from eyehand.grasping.hand_names import PINCER_FINGER
 
 from ..mujoco_import import import_mujoco

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.optimize import root_scalar
 
 from eyehand.errors import InputError
-from eyehand.grasping.hand_model import HandModel
+from eyehand.grasping import HandModel
 from eyehand.grasping.hand_names import PALM, PINCER_FINGER, THUMB
 
 from ..mujoco_import import import_mujoco

@@ -52,7 +52,7 @@ class FakeRobot:
         """Describe the arm and the hand that come with eyehand."""
         return ROBOT.description(ROBOT.home, excursions, self.T_world_base)
 
-    def look(self):
+    def capture(self):
         """Give an image that nobody reads."""
         camera = CameraIntrinsics(100.0, 100.0, 15.5, 11.5, 32, 24)
         depth = np.ones((24, 32), np.float32)

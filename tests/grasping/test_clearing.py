@@ -13,9 +13,9 @@ from eyehand.control.tasks import Orientation, Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.clearing import ClearOptions, Memory, clear_table
-from eyehand.grasping.grasp_selection import choose
-from eyehand.grasping.motion import distance_left
+from eyehand.grasping.clearing import ClearOptions, FailedGrasps, clear_table
+from eyehand.grasping.grasp_selection import select_grasp
+from eyehand.grasping.motion import remaining_distance
 from eyehand.grasping.pick import pick
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.tray import Tray
@@ -42,15 +42,15 @@ def cell_of(robot, *scenes):
         return known_scene(shown.pop(0) if len(shown) > 1 else shown[0], VIEW)
 
     cell = Cell(robot, see, TRAY)
-    robot.palm_height = lambda q: cell.palm().translation[2]
+    robot.palm_height = lambda q: cell.palm_pose().translation[2]
     return cell
 
 
-def cleared(robot, boxes, watch=None, tray=TRAY):
+def cleared(robot, boxes, on_cycle=None, tray=TRAY):
     """Clear a table from which every box is gone once it was picked."""
     there = list(boxes)
 
-    def told(choice, report):
+    def on_pick(choice, report):
         if report is None:
             place = choice.target.points.mean(axis=0)
             there.sort(key=lambda one: -np.linalg.norm(one.shape.centre - place))
@@ -58,9 +58,9 @@ def cleared(robot, boxes, watch=None, tray=TRAY):
 
     cell = cell_of(robot)
     cell.tray = tray
-    cell.see = lambda _frame: known_scene(there, VIEW)
-    cell.watch = watch
-    return clear_table(cell, told=told), cell
+    cell.perceive = lambda _frame: known_scene(there, VIEW)
+    cell.on_cycle = on_cycle
+    return clear_table(cell, on_pick=on_pick), cell
 
 
 @dataclass
@@ -71,10 +71,10 @@ class LookingRobot(FakeRobot):
         super().__post_init__()
         self.speeds = []
 
-    def look(self):
+    def capture(self):
         """Give an image that nobody reads."""
         self.speeds.append(float(np.abs(self.speed).max()))
-        return super().look()
+        return super().capture()
 
 
 @dataclass
@@ -109,10 +109,10 @@ def test_the_hand_leaves_the_tray_level():
     report, cell = cleared(FakeRobot(), [box(), box(-0.1)], moments.append)
     assert report.placed == 2
     heights = []
-    for moment in moments:
-        cell.reading = moment.reading
-        palm = cell.palm().translation
-        if moment.phase == "pre-grasp" and TRAY.holds(palm):
+    for cycle in moments:
+        cell.reading = cycle.reading
+        palm = cell.palm_pose().translation
+        if cycle.phase == "pre-grasp" and TRAY.contains(palm):
             heights.append(palm[2])
     assert len(heights) > 10
     assert min(heights) > heights[0] - 0.01
@@ -130,7 +130,7 @@ def test_the_arm_stands_still_at_every_look():
     robot = LookingRobot()
     report, _ = cleared(robot, [box(), box(-0.1)])
     assert report.placed == 2
-    assert len(robot.speeds) == report.looks >= 3
+    assert len(robot.speeds) == report.observations >= 3
     assert max(robot.speeds) == 0.0
 
 
@@ -138,8 +138,8 @@ def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
     robot = FakeRobot()
     cell = cell_of(robot, [box()], [])
     report = clear_table(cell)
-    assert report.stopped == "clear"
-    assert report.looks == 3
+    assert report.stop_reason == "clear"
+    assert report.observations == 3
     assert np.allclose(robot.q, cell.home, atol=0.03)
 
 
@@ -149,13 +149,13 @@ def test_a_fault_on_the_way_home_is_told_in_place_of_a_clear_table():
     robot = FakeRobot(breaks_at=picked.phases[-1].end + 0.1)
     report = clear_table(cell_of(robot, [box()], []))
     assert report.picks[0].outcome == "placed"
-    assert report.stopped == "the arm has lost its power"
+    assert report.stop_reason == "the arm has lost its power"
 
 
 def test_a_robot_with_a_fault_picks_nothing_and_says_so():
     robot = FakeRobot()
     cell = cell_of(robot, [box()])
-    choice = choose(cell, cell.see(robot.look()), Memory()).choice
+    choice = select_grasp(cell, cell.perceive(robot.capture()), FailedGrasps()).grasp
     assert choice is not None
     robot.breaks_at = 0.0
     cell.reading = robot.read()
@@ -168,47 +168,47 @@ def test_a_hard_bump_far_from_the_object_ends_the_way():
     report = clear_table(cell_of(BumpingRobot(), [box()]), options=ClearOptions(failures=1))
     assert report.picks[0].outcome == "stuck"
     assert "thumb" in report.picks[0].reason
-    assert "met what was not seen" in report.picks[0].reason
+    assert "touched something that was not perceived" in report.picks[0].reason
 
 
 def test_what_no_longer_fits_side_by_side_goes_on_top():
     robot = FakeRobot()
     lowest = [np.inf]
 
-    def watch(moment):
-        if moment.phase == "pre-grasp" and np.isfinite(lowest[-1]):
+    def on_cycle(cycle):
+        if cycle.phase == "pre-grasp" and np.isfinite(lowest[-1]):
             lowest.append(np.inf)
-        if moment.phase == "place":
-            lowest[-1] = min(lowest[-1], robot.palm_height(moment.reading.q))
+        if cycle.phase == "place":
+            lowest[-1] = min(lowest[-1], robot.palm_height(cycle.reading.q))
 
-    narrow = replace(TRAY, places=(1, 1))
-    report, cell = cleared(robot, [box(-0.1), box(0.05)], watch, narrow)
+    narrow = replace(TRAY, slots=(1, 1))
+    report, cell = cleared(robot, [box(-0.1), box(0.05)], on_cycle, narrow)
     assert report.placed == 2
-    assert cell.tops == pytest.approx([HEIGHT, 2 * HEIGHT], abs=0.002)
+    assert cell.layer_tops == pytest.approx([HEIGHT, 2 * HEIGHT], abs=0.002)
     assert len(lowest) == 2
     assert lowest[1] - lowest[0] == pytest.approx(HEIGHT, abs=0.02)
 
 
 def test_time_spent_in_vain_counts_as_planning():
     cell = cell_of(FakeRobot(), [box()])
-    scene = cell.see(cell.robot.look())
-    assert choose(cell, scene, Memory(), spent_ms=500.0).plan_ms > 500.0
-    memory = Memory()
+    scene = cell.perceive(cell.robot.capture())
+    assert select_grasp(cell, scene, FailedGrasps(), spent_ms=500.0).plan_ms > 500.0
+    memory = FailedGrasps()
     for way in ("one", "another"):
-        memory.note(scene.objects[0].points.mean(axis=0), way)
-    nothing = choose(cell, scene, memory, spent_ms=500.0)
-    assert nothing.choice is None
+        memory.add(scene.objects[0].points.mean(axis=0), way)
+    nothing = select_grasp(cell, scene, memory, spent_ms=500.0)
+    assert nothing.grasp is None
     assert nothing.plan_ms > 500.0
 
 
 def test_the_distance_left_is_of_lengths_alone():
     tasks = (Position(np.zeros(3)), Orientation(np.eye(3)))
-    assert distance_left(tasks, (0.003, 0.2)) == 0.003
-    assert distance_left(tasks[1:], (0.2,)) == 0.0
+    assert remaining_distance(tasks, (0.003, 0.2)) == 0.003
+    assert remaining_distance(tasks[1:], (0.2,)) == 0.0
 
 
 @pytest.mark.parametrize(
-    "wrong", [{"transit_speed": -1}, {"palm_speed": 0.0}, {"ramp_seconds": 0.0}, {"tries": 0}]
+    "wrong", [{"speed": -1}, {"carry_speed": 0.0}, {"speed": 0.0}, {"max_attempts": 0}]
 )
 def test_options_that_would_reverse_or_stop_motion_are_refused(wrong):
     (name,) = wrong

@@ -11,7 +11,7 @@ from eyehand.errors import InputError
 from eyehand.grasping.closing import Closing, preshape_command
 from eyehand.grasping.grip_options import GripOptions
 from eyehand.grasping.hand_model import HandModel
-from eyehand.grasping.hand_state import curl, held, width
+from eyehand.grasping.hand_state import finger_curl, grip_width, is_holding
 from eyehand.grasping.robot import HandReading
 
 DT = 0.004
@@ -52,7 +52,7 @@ def reading(hand, excursions, forces, angles=None):
 
 def test_the_side_that_touches_first_waits(hand):
     closing = Closing(hand, "precision", 0.08)
-    start = hand.pulled(0.08)
+    start = hand.excursions_at(0.08)
     command = closing.step(reading(hand, start, [0, 0, 0, 2, 0]), DT)
 
     assert command.modes[2] == "hold"
@@ -63,7 +63,7 @@ def test_the_side_that_touches_first_waits(hand):
 
 def test_both_sides_touched_the_force_rises_to_the_prototypes(hand):
     closing = Closing(hand, "precision", 0.08)
-    felt = reading(hand, hand.pulled(0.06), [1, 1, 1, 3, 0])
+    felt = reading(hand, hand.excursions_at(0.06), [1, 1, 1, 3, 0])
     command = closing.step(felt, DT)
     assert closing.touched
     levels = []
@@ -88,11 +88,11 @@ def test_nothing_between_ends_empty(hand):
 
 def test_what_slips_out_is_noticed(hand):
     closing = Closing(hand, "precision", 0.08)
-    felt = reading(hand, hand.pulled(0.06), [1, 1, 1, 3, 0])
+    felt = reading(hand, hand.excursions_at(0.06), [1, 1, 1, 3, 0])
     for _ in range(250):
         closing.step(felt, DT)
     for _ in range(60):
-        closing.step(reading(hand, hand.pulled(0.0), [0, 0, 0, 0, 0]), DT)
+        closing.step(reading(hand, hand.excursions_at(0.0), [0, 0, 0, 0, 0]), DT)
 
     assert closing.state == "empty"
 
@@ -100,70 +100,72 @@ def test_what_slips_out_is_noticed(hand):
 def test_a_pincer_leaves_the_outer_fingers_open(hand):
     command = preshape_command(hand, 0.04, "pincer")
     aside = command.values[0]
-    assert aside < hand.pulled(0.08)[0]
+    assert aside < hand.excursions_at(0.08)[0]
     closing = Closing(hand, "pincer", 0.04)
     for _ in range(20):
-        command = closing.step(reading(hand, hand.pulled(0.04), [0, 0, 0, 0, 0]), DT)
+        command = closing.step(reading(hand, hand.excursions_at(0.04), [0, 0, 0, 0, 0]), DT)
 
     assert command.values[0] == aside
-    assert command.values[1] > hand.pulled(0.04)[1]
+    assert command.values[1] > hand.excursions_at(0.04)[1]
 
 
 def test_width_and_curl_read_the_hand(hand):
-    felt = reading(hand, hand.pulled(0.05), [1, 1, 1, 3, 0], np.tile([0.2, 0.4], 4))
+    felt = reading(hand, hand.excursions_at(0.05), [1, 1, 1, 3, 0], np.tile([0.2, 0.4], 4))
 
-    assert width(felt, hand) == pytest.approx(0.05, abs=1e-6)
-    assert curl(felt, hand) == pytest.approx(0.4)
-    assert held(felt, hand)
+    assert grip_width(felt, hand) == pytest.approx(0.05, abs=1e-6)
+    assert finger_curl(felt, hand) == pytest.approx(0.4)
+    assert is_holding(felt, hand)
 
 
 def test_a_finger_that_went_past_the_thumb_holds_nothing(hand):
     # The pad of the palm stands for every phalanx that is no tip.
-    between = reading(hand, hand.pulled(0.02), [0, 3, 0, 0, 3])
+    between = reading(hand, hand.excursions_at(0.02), [0, 3, 0, 0, 3])
     crossed = reading(hand, hand.excursions[0] * 1.2, [0, 3, 0, 0, 3])
     bent = np.tile([0.2, 1.4], 4)
     wrapped = reading(hand, hand.excursions[0] * 1.2, [0, 3, 0, 0, 3], bent)
 
-    assert held(between, hand)
-    assert width(crossed, hand) < -0.005
-    assert not held(crossed, hand)
-    assert held(wrapped, hand)
+    assert is_holding(between, hand)
+    assert grip_width(crossed, hand) < -0.005
+    assert not is_holding(crossed, hand)
+    assert is_holding(wrapped, hand)
 
 
 def test_a_fist_whose_tips_press_on_the_own_palm_holds_nothing(hand):
     # Index and ring on the palm, the middle finger's tip on the thumb's.
     fist = [7, 9, 7, 9, 15]
-    excursions = hand.pulled(0.02)
+    excursions = hand.excursions_at(0.02)
     empty = reading(hand, excursions, fist, np.array([0.5, 2.2, -0.6, 2.2, 0.5, 2.2, 0.0, 1.3]))
     around = reading(hand, excursions, fist, np.array([0.1, 1.5, 0.1, 1.5, 0.1, 1.5, 0.0, 0.7]))
     beside = reading(hand, excursions, fist, np.array([0.5, 2.2, 0.1, 1.5, 0.1, 1.5, 0.0, 0.7]))
 
-    assert not held(empty, hand)
-    assert held(around, hand)
-    assert held(beside, hand)
+    assert not is_holding(empty, hand)
+    assert is_holding(around, hand)
+    assert is_holding(beside, hand)
 
 
 def test_the_shock_of_touching_pulls_no_more_than_the_grip(hand):
     closing = Closing(hand, "pincer", 0.04, GripOptions(load=0.01))
-    shocked = replace(reading(hand, hand.pulled(0.03), [0, 2, 0, 2, 0]), tensions=np.full(5, 55.0))
+    shocked = replace(
+        reading(hand, hand.excursions_at(0.03), [0, 2, 0, 2, 0]), tensions=np.full(5, 55.0)
+    )
     commands = [closing.step(shocked, DT) for _ in range(50)]
 
     middle, thumb = commands[-1].values[1:3]
-    assert middle <= closing.grip_force < 55.0
+    assert middle <= closing.grip_tension < 55.0
     assert thumb > middle
 
 
 def test_light_loads_get_less_force_and_none_more_than_the_prototypes():
-    full = GripOptions().grip("precision", 3)
-    light = GripOptions(load=0.05).grip("precision", 3)
+    full = GripOptions().finger_tension("precision", 3)
+    light = GripOptions(load=0.05).finger_tension("precision", 3)
 
     assert light < full
-    assert GripOptions(load=5.0).grip("precision", 3) == full
-    assert light >= GripOptions().least_share * full
+    assert GripOptions(load=5.0).finger_tension("precision", 3) == full
+    assert light >= GripOptions().min_tension_share * full
 
 
 def test_bad_options_are_refused():
-    with pytest.raises(InputError, match="ramp"):
-        GripOptions(ramp=0.0)
+    with pytest.raises(InputError, match="closing_speed"):
+        GripOptions(closing_speed=0.0)
     with pytest.raises(InputError, match="prototype"):
         Closing(None, "fist", 0.05)  # pyright: ignore[reportArgumentType]

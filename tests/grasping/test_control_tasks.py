@@ -10,10 +10,10 @@ from eyehand.control import ApproachController, CollisionWorld, ControlOptions, 
 from eyehand.control.tasks import PointOnPlane
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
-from eyehand.grasping import grasp_plans
+from eyehand.grasping import plan_grasps
 from eyehand.grasping.control_tasks import control_tasks
 from eyehand.grasping.nominal_hand import nominal_hand
-from eyehand.grasping.palm_placement import GraspDepths, closing_reach
+from eyehand.grasping.palm_placement import EDGE_GAP, MAX_SPHERE_TILT, TABLE_GAP, max_closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 
 TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
@@ -51,7 +51,7 @@ def world() -> CollisionWorld:
 
 def follow(world, item, name, q=None):
     """Best grasp of a name that the arm can do, and the tool's state before it and at it."""
-    for plan in grasp_plans(item, TABLE):
+    for plan in plan_grasps(item, TABLE):
         states = _states(world, plan, q) if plan.name == name else ()
         if len(states) == 2:
             return plan, *states
@@ -77,7 +77,7 @@ def _states(world, plan, q):
 
 
 def some(item, name):
-    return next(plan for plan in grasp_plans(item, TABLE) if plan.name == name)
+    return next(plan for plan in plan_grasps(item, TABLE) if plan.name == name)
 
 
 @pytest.mark.parametrize(
@@ -96,7 +96,7 @@ def some(item, name):
 )
 def test_the_palm_arrives_and_stood_back_before(world, item, name):
     plan, before, there = follow(world, item, name)
-    grip = plan.grip
+    grip = plan.geometry
     assert grip is not None
     centre, x, palm = grip.centre, there.rotation[:, 0], there.rotation[:, 2]
     to_centre = centre - there.position
@@ -110,14 +110,14 @@ def test_the_palm_arrives_and_stood_back_before(world, item, name):
         plan.standoff + BACK, abs=2e-3
     )
     if plan.approach == "top":
-        assert palm @ grip.up < -np.cos(GraspDepths().ball_tilt + 0.01)
-        tips = there.position[2] + closing_reach(HAND, grip.width, plan.opening) * palm[2]
+        assert palm @ grip.up < -np.cos(MAX_SPHERE_TILT + 0.01)
+        tips = there.position[2] + max_closing_reach(HAND, grip.width, plan.opening) * palm[2]
         lean = 0.5 * HAND.spread(plan.opening) * np.linalg.norm(palm[:2])
-        assert tips - lean > GraspDepths().table_gap - 3e-3
+        assert tips - lean > TABLE_GAP - 3e-3
     else:
         assert abs(palm @ grip.up) < 3e-3
         assert abs(there.rotation[2, 1]) > 1 - 1e-4
-        assert there.position[2] - 0.5 * HAND.row > GraspDepths().edge_gap - 2e-3
+        assert there.position[2] - 0.5 * HAND.row > EDGE_GAP - 2e-3
     if grip.freedom == "none":
         assert x @ plan.closing > 1 - 1e-4
 
@@ -139,7 +139,7 @@ def test_what_symmetry_leaves_free_ends_where_the_start_leads(world, item, name,
 
 def test_the_rows_stay_the_same_all_the_way():
     for item in (BALL, CAN, CARTON, BRICK):
-        for plan in grasp_plans(item, TABLE):
+        for plan in plan_grasps(item, TABLE):
             kinds = [
                 [
                     (type(task), type(getattr(task, "task", None)))
@@ -162,8 +162,8 @@ def test_tasks_follow_tasks_that_touch_has_moved():
 
 
 def test_a_refusal_has_no_approach():
-    (plan,) = grasp_plans(thing("box", [0.2, 0.2, 0.1], (0.1, 0.1)), TABLE)
+    (plan,) = plan_grasps(thing("box", [0.2, 0.2, 0.1], (0.1, 0.1)), TABLE)
     with pytest.raises(InputError, match="refused"):
         control_tasks(plan, HAND)
-    with pytest.raises(InputError, match="back"):
+    with pytest.raises(InputError, match="retreat"):
         control_tasks(some(BALL, "top power"), HAND, -0.1)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.grasping import measure
+from eyehand.grasping.extents import measure_extents
 from eyehand.perception import Superquadric
 
 UP = np.array([0.0, 0.0, 1.0])
@@ -14,7 +14,7 @@ UP = np.array([0.0, 0.0, 1.0])
 
 def test_an_ellipsoid_shows_its_axes():
     solid = Superquadric(np.array([0.05, 0.03, 0.02]), (1.0, 1.0), RigidTransform.identity())
-    found = measure(solid, UP)
+    found = measure_extents(solid, UP)
     assert found.height == pytest.approx(0.04)
     assert found.width == pytest.approx(0.06, abs=1e-4)
     assert found.length == pytest.approx(0.10, abs=1e-4)
@@ -25,18 +25,18 @@ def test_an_ellipsoid_shows_its_axes():
 def test_a_cylinder_is_round_seen_along_its_axis_only():
     can = Superquadric(np.array([0.03, 0.03, 0.06]), (0.1, 1.0), RigidTransform.identity())
     lying = RigidTransform.from_rotation(Rotation.from_euler("x", 90, degrees=True))
-    assert measure(can, UP).round
-    assert not measure(Superquadric(can.semi_axes, can.exponents, lying), UP).round
+    assert measure_extents(can, UP).round
+    assert not measure_extents(Superquadric(can.semi_axes, can.exponents, lying), UP).round
 
 
 @given(seed=st.integers(0, 10_000))
-def test_measures_do_not_depend_on_where_the_world_is(seed):
+def test_extents_do_not_depend_on_where_the_world_is(seed):
     rng = np.random.default_rng(seed)
     pose = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
     solid = Superquadric(rng.uniform(0.02, 0.1, 3), (0.4, 1.1), pose)
     turn = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
-    here = measure(solid, UP)
-    there = measure(
+    here = measure_extents(solid, UP)
+    there = measure_extents(
         Superquadric(solid.semi_axes, solid.exponents, turn * pose), turn.rotation.apply(UP)
     )
     # Directions are tried every 2 degrees: widths agree to second order in that.

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from eyehand.data_synth.cell import tip_array
-from eyehand.grasping.fingertips import bumped_tips, fingertip_contacts
+from eyehand.data_synth.cell.fingertip_pads import tip_array
+from eyehand.grasping.fingertips import fingertip_contacts, off_face_contacts
 from eyehand.grasping.robot import HandReading
 from eyehand.tactile import TactileImage
 
@@ -28,15 +28,15 @@ def reading(finger: str, force: float, on_face: float) -> HandReading:
 
 @pytest.mark.parametrize("finger", HAND.fingers)
 def test_a_bump_on_a_tips_end_is_told_from_a_contact_on_its_face(finger):
-    assert bumped_tips(reading(finger, 3.0, 0.0), HAND, 0.6) == (finger,)
-    assert bumped_tips(reading(finger, 3.0, 2.9), HAND, 0.6) == ()
-    assert bumped_tips(reading(finger, 0.3, 0.0), HAND, 0.6) == ()
+    assert off_face_contacts(reading(finger, 3.0, 0.0), HAND, 0.6) == (finger,)
+    assert off_face_contacts(reading(finger, 3.0, 2.9), HAND, 0.6) == ()
+    assert off_face_contacts(reading(finger, 0.3, 0.0), HAND, 0.6) == ()
 
 
 def test_tips_without_tactels_cannot_tell():
     felt = reading("thumb", 3.0, 3.0)
     blind = HandReading(felt.excursions, felt.tensions, felt.angles, felt.forces, ())
-    assert bumped_tips(blind, HAND, 0.6) == ("thumb",)
+    assert off_face_contacts(blind, HAND, 0.6) == ("thumb",)
     assert fingertip_contacts(blind) == ()
 
 

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.grasping.frame_fusion import steady
+from eyehand.grasping.frame_fusion import fuse_frames
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
 LENS = CameraIntrinsics(50.0, 50.0, 1.5, 0.5, 4, 2)
@@ -20,7 +20,7 @@ def frame(*depth: float, place: RigidTransform | None = PLACE) -> DepthFrame:
 
 
 def test_a_pixel_has_the_median_of_what_it_got():
-    fused = steady(
+    fused = fuse_frames(
         [frame(1.0, 1.0, 0.0, 0.0), frame(1.2, 0.0, 0.0, 0.9), frame(1.1, 2.0, 0.0, 0.0)]
     )
     np.testing.assert_array_equal(fused.depth[0], np.array([1.1, 1.0, 0.0, 0.9], np.float32))
@@ -30,7 +30,7 @@ def test_a_pixel_has_the_median_of_what_it_got():
 
 @given(st.lists(st.lists(st.sampled_from([0.0, 0.7, 1.3]), min_size=4, max_size=4), min_size=1))
 def test_holes_stay_only_where_no_image_has_a_reading(rows):
-    fused = steady([frame(*row) for row in rows]).depth[0]
+    fused = fuse_frames([frame(*row) for row in rows]).depth[0]
     stack = np.array(rows, np.float32)
     np.testing.assert_array_equal(fused == 0.0, (stack == 0.0).all(axis=0))
     assert all(value in stack[:, k] for k, value in enumerate(fused))
@@ -39,6 +39,6 @@ def test_holes_stay_only_where_no_image_has_a_reading(rows):
 @pytest.mark.parametrize("place", [None, RigidTransform.from_translation([0.0, 0.0, 1.1])])
 def test_images_from_elsewhere_do_not_count(place):
     newest = frame(1.0, 0.0, 1.0, 1.0)
-    fused = steady([frame(2.0, 2.0, 2.0, 2.0, place=place), newest])
+    fused = fuse_frames([frame(2.0, 2.0, 2.0, 2.0, place=place), newest])
     np.testing.assert_array_equal(fused.depth, newest.depth)
-    assert steady([replace(newest)]).depth[0, 1] == 0.0
+    assert fuse_frames([replace(newest)]).depth[0, 1] == 0.0

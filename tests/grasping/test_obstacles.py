@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Sphere
-from eyehand.grasping.obstacles import PUSHING, SurroundingsOptions, surroundings
+from eyehand.grasping.obstacles import scene_obstacles
 from eyehand.perception import (
     Scene,
     SceneObject,
@@ -71,7 +71,7 @@ def inside(obstacle, points) -> np.ndarray:
 def test_an_obstacle_encloses_its_solid(kind):
     rng = np.random.default_rng(3)
     one = item(1, kind, [0.0, 0.1, 0.1], rng)
-    found = {obstacle.name: obstacle for obstacle in surroundings(scene(one))}
+    found = {obstacle.name: obstacle for obstacle in scene_obstacles(scene(one))}
     assert set(found) == {"table", "object 1", "behind 1"}
     # A mesh has corners on the surface, and its faces are chords of it.
     assert inside(found["object 1"], one.points).min() > (
@@ -88,7 +88,7 @@ def test_unseen_space_is_behind_the_object_above_the_table_and_off_the_target(se
     aside = rng.normal(size=2)
     apart = np.append(0.13 * aside / np.linalg.norm(aside), 0.0)
     one, target = item(1, kind, place, rng), item(2, "box", place + apart, rng)
-    found = surroundings(scene(one, target), target)
+    found = scene_obstacles(scene(one, target), target)
     assert {obstacle.name for obstacle in found} == {"table", "object 1", "behind 1"}
     (behind,) = (obstacle for obstacle in found if obstacle.name == "behind 1")
     assert isinstance(behind.shape, ConvexMesh)
@@ -102,12 +102,12 @@ def test_unseen_space_is_behind_the_object_above_the_table_and_off_the_target(se
 def test_a_point_behind_is_occupied_and_one_before_is_not():
     rng = np.random.default_rng(0)
     one = item(1, "sphere", [0.0, 0.0, 0.08], rng)
-    (behind,) = (found for found in surroundings(scene(one)) if found.name == "behind 1")
+    (behind,) = (found for found in scene_obstacles(scene(one)) if found.name == "behind 1")
     centre = np.array([0.0, 0.0, 0.08])
     ray = (centre - EYE) / np.linalg.norm(centre - EYE)
     assert inside(behind, (centre + 0.06 * ray)[None])[0] > 0.0
     assert inside(behind, (centre - 0.06 * ray)[None])[0] < 0.0
-    none = surroundings(scene(one), options=SurroundingsOptions(unseen=False))
+    none = scene_obstacles(scene(one), may_push=True)
     assert {found.name for found in none} == {"table", "object 1"}
 
 
@@ -115,7 +115,9 @@ def test_what_may_be_pushed_shrinks_to_its_core_and_the_unseen_is_free():
     rng = np.random.default_rng(0)
     near, thin = item(1, "sphere", [0.0, 0.0, 0.08], rng), item(2, "box", [0.2, 0, 0.08], rng, 0.01)
     target = item(3, "sphere", [0.1, 0.0, 0.08], rng)
-    found = {one.name: one for one in surroundings(scene(near, thin, target), target, PUSHING)}
+    found = {
+        one.name: one for one in scene_obstacles(scene(near, thin, target), target, may_push=True)
+    }
     assert set(found) == {"table", "object 1", "object 2"}
     solids = near.fit.superquadric, thin.fit.superquadric
     assert solids[0] is not None
@@ -131,7 +133,7 @@ def test_what_may_be_pushed_shrinks_to_its_core_and_the_unseen_is_free():
 def test_the_table_is_below_its_plane_and_wider_than_the_objects():
     rng = np.random.default_rng(0)
     one = item(1, "box", [0.2, -0.1, 0.08], rng)
-    table = surroundings(scene(one))[0]
+    table = scene_obstacles(scene(one))[0]
     above, below = np.array([[0.2, -0.1, 0.001]]), np.array([[0.55, -0.1, -0.05]])
     assert inside(table, above)[0] < 0.0
     assert inside(table, below)[0] > 0.0
@@ -144,7 +146,7 @@ def test_what_has_no_solid_is_the_hull_of_its_points():
     lump = SceneObject(1, cloud, 60, none, 0.0, 0)
     flat = SceneObject(2, cloud * [1.0, 1.0, 0.0] + [0.2, 0.0, 0.01], 60, none, 0.0, 0)
     nothing = SceneObject(3, np.zeros((0, 3)), 0, none, 0.0, None)
-    found = {one.name: one for one in surroundings(scene(lump, flat, nothing))}
+    found = {one.name: one for one in scene_obstacles(scene(lump, flat, nothing))}
     assert inside(found["object 1"], cloud).min() > -1e-9
     assert isinstance(found["object 2"].shape, Box)
     assert "object 3" not in found
@@ -155,8 +157,8 @@ def test_of_many_points_the_outermost_make_the_hull():
     cloud = rng.normal(size=(2000, 3))
     cloud *= 0.04 / np.linalg.norm(cloud, axis=1)[:, None]
     cloud[:, 2] += 0.08
-    lump = SceneObject(1, cloud, 2000, SuperquadricFit.rejected("too few"), 0.0, 0)
-    (hull,) = (one for one in surroundings(scene(lump)) if one.name == "object 1")
+    lump = SceneObject(1, cloud, 2000, SuperquadricFit.none("too few"), 0.0, 0)
+    (hull,) = (one for one in scene_obstacles(scene(lump)) if one.name == "object 1")
     # 150 ends of a ball are some 12 degrees apart.
     assert inside(hull, lump.points).min() > -0.04 * (1.0 - np.cos(np.radians(15.0)))
 
@@ -164,10 +166,10 @@ def test_of_many_points_the_outermost_make_the_hull():
 def test_five_objects_take_little_time():
     rng = np.random.default_rng(0)
     five = [item(k, "box", [0.12 * k, 0.0, 0.05], rng) for k in range(1, 6)]
-    surroundings(scene(*five), five[0])
+    scene_obstacles(scene(*five), five[0])
     best = float("inf")
     for _ in range(5):
         began = time.perf_counter()
-        surroundings(scene(*five), five[0])
+        scene_obstacles(scene(*five), five[0])
         best = min(best, time.perf_counter() - began)
     assert best < 0.02

@@ -35,7 +35,7 @@ def run(robot, *scenes, **options):
         return known_scene(objects, VIEW)
 
     cell = Cell(robot, see, TRAY)
-    robot.palm_height = lambda q: cell.palm().translation[2]
+    robot.palm_height = lambda q: cell.palm_pose().translation[2]
     return clear_table(cell, options=ClearOptions(**options)), cell
 
 
@@ -53,7 +53,7 @@ def test_what_is_held_is_lifted_and_put_into_the_tray():
         "pre-grasp", "approach", "contact", "close", "grip", "lift", "check", "place",
     ]  # fmt: skip
     assert all(record.outcome == "done" for record in pick.phases)
-    assert report.stopped == "clear"
+    assert report.stop_reason == "clear"
     assert report.placed == 1
     assert pick.forces.shape == (len(pick.times), 5)
     assert np.isfinite(pick.forces).all()
@@ -70,7 +70,7 @@ def test_a_hand_that_closes_on_nothing_says_so():
 def test_an_object_gone_at_the_next_look_has_moved_away():
     pick = first(FakeRobot(holds=None), [box()], [box(x=-0.1)])
     assert pick.outcome == "moved_away"
-    assert "no longer where it was seen" in pick.reason
+    assert "no longer at its place" in pick.reason
 
 
 def test_what_slips_in_the_lift_is_told_from_what_is_lost_later():
@@ -93,31 +93,31 @@ def test_a_fault_ends_everything_and_is_told():
     robot = FakeRobot(breaks_at=1.0)
     report, _ = run(robot, [box()])
     assert report.picks[0].outcome == "fault"
-    assert report.stopped == "the arm has lost its power"
+    assert report.stop_reason == "the arm has lost its power"
     assert robot.time < 1.1
 
 
 def test_a_failed_object_is_tried_another_way_then_left_alone():
     report, cell = run(FakeRobot(holds=None), [box()], failures=9)
-    assert len(report.picks) == cell.options.tries
-    first_way, second_way = (pick.plan for pick in report.picks)
-    assert first_way.name != second_way.name or not np.allclose(
-        np.abs(first_way.closing @ second_way.closing), 1.0
+    assert len(report.picks) == cell.options.max_attempts
+    first_plan, second_plan = (pick.plan for pick in report.picks)
+    assert first_plan.name != second_plan.name or not np.allclose(
+        np.abs(first_plan.closing @ second_plan.closing), 1.0
     )
-    assert report.stopped == "nothing left that can be grasped"
-    assert "left alone after 2 tries" in report.left[0]
+    assert report.stop_reason == "no remaining object can be grasped"
+    assert "skipped after 2 attempts" in report.remaining[0]
 
 
 def test_two_failures_in_a_row_end_a_trial():
     boxes = [box(), box(-0.1, name="box_2"), box(0.15, name="box_3")]
     report, _ = run(FakeRobot(holds=None), boxes)
     assert len(report.picks) == 2
-    assert report.stopped == "2 picks failed in a row"
+    assert report.stop_reason == "2 picks failed in a row"
 
 
 def test_an_empty_table_is_clear():
     report, _ = run(FakeRobot(), [])
-    assert report.stopped == "clear"
+    assert report.stop_reason == "clear"
     assert report.picks == ()
 
 
@@ -125,14 +125,14 @@ def test_an_empty_table_is_clear():
 def test_what_is_wider_than_the_hand_is_left_with_the_reason(size):
     report, _ = run(FakeRobot(), [box(size=size)])
     assert report.picks == ()
-    assert report.left
-    assert "mm" in report.left[0]
+    assert report.remaining
+    assert "mm" in report.remaining[0]
 
 
 def test_fingertips_on_each_other_hold_nothing_of_a_wide_object():
     failed = first(FakeRobot(holds=0.008), [box()], [])
     assert failed.outcome == "slipped"
-    assert "apart around 40 mm" in failed.reason
+    assert "apart on an object of 40 mm" in failed.reason
 
 
 class StickyRobot(FakeRobot):

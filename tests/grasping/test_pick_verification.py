@@ -11,8 +11,8 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.grasp.true_scene import known_scene
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import clear_table
-from eyehand.grasping.pick_state import Choice
-from eyehand.grasping.pick_verification import seen_after
+from eyehand.grasping.pick_state import SelectedGrasp
+from eyehand.grasping.pick_verification import verify_pick
 from eyehand.grasping.plan import GraspPlan
 from eyehand.grasping.report import PickOutcome, PickReport
 
@@ -36,9 +36,11 @@ def revised(plan, outcome: PickOutcome, before, after) -> PickReport:
     scene = known_scene(before, VIEW)
     report = PickReport(
         label=1, kind="box", plan=plan, outcome=outcome, reason="why", phases=(), perceive_ms=0.0,
-        plan_ms=0.0, times=np.zeros(0), forces=np.zeros((0, 5)), wrapped=(0, 0.0),
+        plan_ms=0.0, times=np.zeros(0), forces=np.zeros((0, 5)), contact_pads=0, finger_curl=0.0,
     )  # fmt: skip
-    return seen_after(report, Choice(scene, scene.objects[0], plan), known_scene(after, VIEW), TRAY)
+    return verify_pick(
+        report, SelectedGrasp(scene, scene.objects[0], plan), known_scene(after, VIEW), TRAY
+    )
 
 
 @pytest.mark.parametrize(
@@ -71,11 +73,11 @@ def test_what_was_called_placed_and_still_stands_there_is_tried_again_and_told_o
     shown, told = [[box()], [box()], []], []
     cell = Cell(FakeRobot(), lambda _: known_scene(shown.pop(0) if shown else [], VIEW), TRAY)
 
-    def hear(_choice, pick):
+    def on_pick(_choice, pick):
         told.append(None if pick is None else pick.outcome)
 
-    report = clear_table(cell, told=hear)
+    report = clear_table(cell, on_pick=on_pick)
     assert [pick.outcome for pick in report.picks] == ["empty_close", "placed"]
     assert told == [None, "empty_close", None, "placed"]
-    assert "still where it was seen" in report.picks[0].reason
+    assert "still at its place" in report.picks[0].reason
     assert report.placed == 1

@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping import SelectOptions, grasp_plans, select_prototype
+from eyehand.grasping import GraspOptions, plan_grasps, select_prototype
 from eyehand.grasping.nominal_hand import nominal_hand
-from eyehand.grasping.palm_placement import closing_reach
+from eyehand.grasping.palm_placement import max_closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 from eyehand.perception.superquadric import Uncertainty
 
@@ -108,18 +108,18 @@ def test_neighbours_all_around_rule_out_the_side():
     assert select_prototype(alone, TABLE, neighbours=[alone]).approach == "side"
     crowded = select_prototype(alone, TABLE, neighbours=[alone, *ring(0.11, 9)])
     assert crowded.approach == "top"
-    assert "stands where the hand goes" in crowded.rejected["side power"]
+    assert "is in the way of the hand" in crowded.rejected["side power"]
 
 
 def test_one_neighbour_leaves_the_sides_away_from_it():
     beside = can(0.03, 0.16, at=(0.095, 0.0), label=2)
-    plans = grasp_plans(can(0.03, 0.16), TABLE, neighbours=[beside])
+    plans = plan_grasps(can(0.03, 0.16), TABLE, neighbours=[beside])
     plan = next(plan for plan in plans if plan.name == "side power")
-    assert plan.grip is not None
-    assert plan.grip.cone < np.pi / 2
+    assert plan.geometry is not None
+    assert plan.geometry.cone < np.pi / 2
     # The palm does not come through the neighbour.
     assert plan.palm @ [1.0, 0.0, 0.0] > -0.5
-    assert any("off the side it comes from" in task.says for task in plan.tasks)
+    assert any("degrees of the palm's direction" in task.description for task in plan.tasks)
 
 
 def test_fingers_from_above_close_where_no_neighbour_stands():
@@ -137,7 +137,7 @@ def test_neighbours_near_leave_a_smaller_opening_or_a_pinch():
     wall = thing("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(0.036, 0.0), label=2)
     other = thing("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(-0.036, 0.0), label=3)
     near = [wall, other]
-    plans = grasp_plans(item, TABLE, neighbours=near)
+    plans = plan_grasps(item, TABLE, neighbours=near)
     # No room for three fingers in a row along the gap: two close along the walls.
     assert alone.name == "top precision"
     assert {plan.name for plan in plans} == {"top pincer"}
@@ -148,7 +148,7 @@ def test_neighbours_near_leave_a_smaller_opening_or_a_pinch():
 
 @pytest.mark.parametrize("family", [can(0.03, 0.16), brick(0.05, 0.07, 0.1), ball(0.0375)])
 def test_scores_fall_and_every_plan_says_why_the_others_lost(family):
-    plans = grasp_plans(family, TABLE)
+    plans = plan_grasps(family, TABLE)
     totals = [plan.score.total for plan in plans]
     assert totals == sorted(totals, reverse=True)
     for plan in plans:
@@ -156,11 +156,11 @@ def test_scores_fall_and_every_plan_says_why_the_others_lost(family):
         assert len(plan.rejected) == 4
         assert plan.reason
         for task in plan.tasks:
-            assert task.says
+            assert task.description
 
 
 def test_the_thumb_may_be_on_either_side_of_what_has_faces():
-    plans = [p for p in grasp_plans(brick(0.05, 0.07, 0.1), TABLE) if p.name == "top precision"]
+    plans = [p for p in plan_grasps(brick(0.05, 0.07, 0.1), TABLE) if p.name == "top precision"]
     closings = np.array([plan.closing for plan in plans])
     assert len(plans) == 4
     assert np.allclose(closings.sum(axis=0), 0.0)
@@ -179,8 +179,10 @@ def test_a_side_that_nobody_saw_opens_the_hand_wider_and_scores_lower():
 def test_a_plate_is_taken_by_the_tips_just_above_the_table():
     plan = select_prototype(brick(0.05, 0.09, 0.012), TABLE)
     assert plan.name == "top precision"
-    assert plan.grip is not None
-    lowest = plan.grip.rise + plan.standoff - closing_reach(nominal_hand(), 0.05, plan.opening)
+    assert plan.geometry is not None
+    lowest = (
+        plan.geometry.rise + plan.standoff - max_closing_reach(nominal_hand(), 0.05, plan.opening)
+    )
     assert lowest == pytest.approx(0.004, abs=1e-3)
 
 
@@ -215,20 +217,22 @@ def test_where_neighbours_are_lower_the_tips_stay_above_them():
     alone = select_prototype(item, TABLE)
     plan = select_prototype(item, TABLE, neighbours=walls)
     assert plan, plan.reason
-    assert plan.grip is not None
-    assert "roomier" in plan.score.terms
+    assert plan.geometry is not None
+    assert "variant" in plan.score.terms
     assert plan.standoff > alone.standoff
-    tips = plan.grip.rise + plan.standoff - closing_reach(nominal_hand(), 0.045, plan.opening)
+    tips = (
+        plan.geometry.rise + plan.standoff - max_closing_reach(nominal_hand(), 0.045, plan.opening)
+    )
     assert 0.040 < tips < 0.060
 
 
 def test_with_leave_to_push_there_are_ways_off_the_middle_that_stay_on_the_object():
     item = brick(0.045, 0.10, 0.06)
-    usual = grasp_plans(item, TABLE)
-    more = grasp_plans(item, TABLE, options=SelectOptions(push=True))
+    usual = plan_grasps(item, TABLE)
+    more = plan_grasps(item, TABLE, options=GraspOptions(push=True))
     assert len(more) > len(usual)
     assert more[0].name == usual[0].name
-    ways = [plan.grip for plan in more if plan.grip is not None]
+    ways = [plan.geometry for plan in more if plan.geometry is not None]
     off = [abs(float((grip.centre - ways[0].centre) @ grip.axis)) for grip in ways]
     assert 0.015 < max(off) < 0.04
 
@@ -236,12 +240,12 @@ def test_with_leave_to_push_there_are_ways_off_the_middle_that_stay_on_the_objec
 def test_only_when_asked_to_the_fingers_push_a_neighbour_and_the_plan_says_which():
     item, near = can(0.025, 0.06), pen(0.040, 0.040, 0.06)
     assert not select_prototype(item, TABLE, neighbours=near)
-    plan = select_prototype(item, TABLE, neighbours=near, options=SelectOptions(push=True))
+    plan = select_prototype(item, TABLE, neighbours=near, options=GraspOptions(push=True))
     assert plan, plan.reason
     assert plan.may_push
-    assert plan.pushes in {one.label for one in near}
-    free = select_prototype(item, TABLE, options=SelectOptions(push=True))
-    assert free.pushes == 0
+    assert plan.pushed_label in {one.label for one in near}
+    free = select_prototype(item, TABLE, options=GraspOptions(push=True))
+    assert free.pushed_label == 0
     assert plan.score.total < free.score.total
 
 
@@ -250,16 +254,16 @@ def test_an_up_without_a_direction_is_refused():
         select_prototype(ball(0.04), up=np.zeros(3))
 
 
-def test_the_task_changes_the_choice():
+def test_purpose_changes_prototype():
     item = can(0.0375, 0.08)
-    lift = select_prototype(item, TABLE, options=SelectOptions(purpose="lift"))
-    give = select_prototype(item, TABLE, options=SelectOptions(purpose="hand-over"))
+    lift = select_prototype(item, TABLE, options=GraspOptions(purpose="lift"))
+    give = select_prototype(item, TABLE, options=GraspOptions(purpose="hand-over"))
     assert (lift.prototype, give.prototype) == ("power", "precision")
 
 
-def test_an_unknown_task_names_the_known_ones():
+def test_unknown_purpose_is_rejected_with_valid_ones():
     with pytest.raises(InputError, match="lift, move, hand-over, use"):
-        select_prototype(ball(0.04), TABLE, options=SelectOptions(purpose="juggle"))  # type: ignore[arg-type]  # the wrong word is the test
+        select_prototype(ball(0.04), TABLE, options=GraspOptions(purpose="juggle"))  # type: ignore[arg-type]  # the wrong word is the test
 
 
 def test_the_plan_turns_with_the_scene():

@@ -13,17 +13,17 @@ TRAY = Tray(np.array([0.4, -0.1, 0.01]), (0.2, 0.3), 0.06)
 
 @given(st.integers(0, 50))
 def test_every_place_lies_on_the_floor(number):
-    place = TRAY.place(number)
-    assert TRAY.holds(place)
+    place = TRAY.slot_position(number)
+    assert TRAY.contains(place)
     assert place[2] == TRAY.centre[2]
 
 
 def test_places_differ_until_the_tray_is_full():
-    places = np.array([TRAY.place(k) for k in range(6)])
+    places = np.array([TRAY.slot_position(k) for k in range(6)])
     apart = np.linalg.norm(places[:, None] - places[None], axis=2)[np.triu_indices(6, 1)]
     assert apart.min() == pytest.approx(0.1)
     np.testing.assert_allclose(places.mean(axis=0), TRAY.centre)
-    np.testing.assert_allclose(TRAY.place(6), TRAY.place(0))
+    np.testing.assert_allclose(TRAY.slot_position(6), TRAY.slot_position(0))
 
 
 def test_distance_is_from_the_floors_edge_in_plan():
@@ -39,7 +39,7 @@ def test_walls_stand_around_the_floor():
     assert parts["tray floor"].pose.translation[2] == pytest.approx(0.01 - 0.003)
 
 
-@pytest.mark.parametrize("wrong", [{"size": (0.0, 0.3)}, {"wall_height": -1.0}, {"places": (0, 2)}])
+@pytest.mark.parametrize("wrong", [{"size": (0.0, 0.3)}, {"wall_height": -1.0}, {"slots": (0, 2)}])
 def test_impossible_trays_are_refused(wrong):
     given = {"centre": np.zeros(3), "size": (0.2, 0.3), "wall_height": 0.05} | wrong
     with pytest.raises(InputError):

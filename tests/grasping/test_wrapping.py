@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.wrapping import Wrapping
+from eyehand.grasping.wrapping import DRAW_TENSION, Wrapping
 
 DT = 0.004
 GOAL = 90.0
@@ -52,7 +52,7 @@ def test_what_it_does_not_feel_is_drawn_until_it_does_and_then_let_lie(hand):
     level = run(wrapping, 0.0, 0.3)
     assert wrapping.stage == "draw"
     assert wrapping.limit < 0.5 * GOAL
-    assert wrapping.bend(3) == wrapping.bend(4) == GripOptions().draw_tension
+    assert wrapping.bend(3) == wrapping.bend(4) == DRAW_TENSION
     level = run(wrapping, 2.0, 0.3, level)
 
     assert wrapping.stage == "tighten"
@@ -69,7 +69,7 @@ def test_what_the_palm_never_reaches_stays_hooked(hand):
     run(wrapping, 0.0, 3.0, level, steady=False)
 
     assert wrapping.stage == "wrapped"
-    assert wrapping.bend(3) == GripOptions().draw_tension
+    assert wrapping.bend(3) == DRAW_TENSION
 
 
 def test_the_thumb_pulls_as_the_fingers_do_together_and_then_stays(hand):

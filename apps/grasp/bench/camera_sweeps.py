@@ -13,7 +13,7 @@ from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
 from eyehand.data_synth.cell import GraspCell
 from eyehand.data_synth.scenes import look_at
-from eyehand.grasping.motion import go
+from eyehand.grasping.motion import execute
 
 from ...bench.sweep import Sweep, Trial
 from .event_sweeps import can
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping.pick_options import PickOptions
+    from eyehand.grasping import PickOptions
     from eyehand.perception import DepthFrame
 
 SOMETHING = f"{PLACED}; where nothing can be seen, the robot says so and stays"
@@ -56,9 +56,9 @@ class OddEyedRobot:
     def __getattr__(self, name: str) -> Any:
         return getattr(self._robot, name)
 
-    def look(self) -> DepthFrame:
+    def capture(self) -> DepthFrame:
         """Take a depth image, and change it."""
-        return self._change(self._robot.look())
+        return self._change(self._robot.capture())
 
 
 def seeing_sweeps() -> tuple[Sweep[PickOptions], ...]:
@@ -169,8 +169,8 @@ def _robot_in_view(share_pct: float, seed: int, options: PickOptions) -> Trial:
     goal = cell.home + 0.01 * share_pct * (IN_SIGHT - cell.home)
     hand = cell.robot.hand
     control = replace(options.control, dt=cell.robot.period, tolerance=0.02)
-    world = CollisionWorld(cell.model(hand.pulled(hand.widest)), ())
-    go(cell, PlannedApproach(world, (Posture(goal, speed=2.0),), control), WAY_SECONDS)
+    world = CollisionWorld(cell.model(hand.excursions_at(hand.max_opening)), ())
+    execute(cell, PlannedApproach(world, (Posture(goal, speed=2.0),), control), WAY_SECONDS)
     cell.step(np.zeros(len(cell.robot.joints)))
     return _says_so(bench)
 
@@ -181,8 +181,8 @@ def _only_table(distance_mm: float, seed: int, options: PickOptions) -> Trial:
     eye = middle + MM * distance_mm * np.array([-0.3, 0.0, 0.954])
     near = replace(usual, T_world_camera=look_at(eye, middle))
     ended = bench_of([], seed, options, known=False, places=near).clear()
-    right = ended.report.stopped == "clear" and not ended.picks
-    return ended.judged(right, f"{len(ended.picks)} picks; {ended.report.stopped}")
+    right = ended.report.stop_reason == "clear" and not ended.picks
+    return ended.judged(right, f"{len(ended.picks)} picks; {ended.report.stop_reason}")
 
 
 def _says_so(bench: Bench) -> Trial:

@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
-from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping import PickOptions
 from eyehand.perception import FitOptions, PerceiveOptions, SegmentationOptions
 
 if TYPE_CHECKING:
@@ -48,11 +48,6 @@ CONTROL: dict[str, str] = {
     "planner": f"searches with up to {LONG_SEARCH_ROLLOUTS} roll-outs where the arm is stuck",
 }
 """Control dials by name, and what each does."""
-
-SPEEDS = ("transit_speed", "transit_turn_speed", "approach_speed", "palm_speed", "lift_speed")
-"""Fields of the pick's options that are speeds ..."""
-TIME_OUTS = ("pre_grasp_seconds", "approach_seconds", "lift_seconds", "place_seconds")
-"""... and longest times of motions, which a slow hand needs more of."""
 
 
 def perception_dial(name: str) -> PerceiveOptions:
@@ -103,10 +98,7 @@ def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
     check_dials("control", CONTROL, [name])
     options = base or PickOptions()
     if name in ("slow", "fast"):
-        factor = SLOW if name == "slow" else FAST
-        turned = {field: factor * getattr(options, field) for field in SPEEDS}
-        turned |= {field: max(1.0, 1 / factor) * getattr(options, field) for field in TIME_OUTS}
-        return replace(options, **turned)
+        return replace(options, speed=(SLOW if name == "slow" else FAST) * options.speed)
     if name == "planner":
         planner = replace(options.planner, rollouts=LONG_SEARCH_ROLLOUTS)
         return replace(options, planner=planner)

@@ -15,8 +15,7 @@ from .stress_trial import Bench, bench_of
 
 if TYPE_CHECKING:
     from eyehand.data_synth.scenes import TabletopObject
-    from eyehand.grasping.pick_options import PickOptions
-    from eyehand.grasping.report import Phase
+    from eyehand.grasping import Phase, PickOptions
     from eyehand.perception import DepthFrame, Scene
 
 BASE = np.array([0.0, -0.58])
@@ -129,12 +128,12 @@ def _level(seed: int) -> np.ndarray:
 
 def _beside_truth(error_mm: float, seed: int, options: PickOptions) -> Trial:
     bench = bench_of([can(seed)], seed, options)
-    see, by = bench.cell.see, MM * error_mm * _level(seed)
+    perceive, by = bench.cell.perceive, MM * error_mm * _level(seed)
 
     def wrong(frame: DepthFrame) -> Scene:
-        return displaced(see(frame), by)
+        return displaced(perceive(frame), by)
 
-    bench.cell.see = wrong
+    bench.cell.perceive = wrong
     return bench.clear().judged()
 
 
@@ -160,9 +159,9 @@ def _vanished(number: float, seed: int, options: PickOptions) -> Trial:
     bench.disturb = lambda: bench.vanish("can")
     ended = bench.clear()
     named = bool(ended.picks) and ended.picks[0].outcome not in ("placed", "fault")
-    right = named and ended.report.stopped == "clear"
+    right = named and ended.report.stop_reason == "clear"
     outcomes = ", ".join(row.outcome for row in ended.picks) or "no pick"
-    return ended.judged(right, f"{outcomes}; {ended.report.stopped}")
+    return ended.judged(right, f"{outcomes}; {ended.report.stop_reason}")
 
 
 def _held(seconds: float, seed: int, options: PickOptions) -> Trial:

@@ -21,8 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth.cell import SimRobot
-    from eyehand.grasping.pick_options import PickOptions
-    from eyehand.grasping.robot import HandCommand, RobotReading
+    from eyehand.grasping import HandCommand, PickOptions, RobotReading
 
 NAN = float("nan")
 SHOVE_N = 1e13
@@ -95,7 +94,7 @@ def _failing(
     if bench.disturb is not None:
         return ended.judged(False, f"the pick never came to {bench.phase}; {ended.says}")
     named = [row for row in ended.picks if row.outcome == "fault" and says in row.reason]
-    stopped = says in ended.report.stopped
+    stopped = says in ended.report.stop_reason
     before = bench.robot.read().q
     for _ in range(AFTER):
         bench.robot.step(np.full(len(before), 0.1))
@@ -103,7 +102,7 @@ def _failing(
     still = moved <= STILL_RAD
     right = len(named) == 1 and len(ended.picks) == 1 and stopped and still
     outcomes = ", ".join(row.outcome for row in ended.picks)
-    said = f"{outcomes}; {ended.report.stopped}" if still else f"moved on by {moved:.2g} rad"
+    said = f"{outcomes}; {ended.report.stop_reason}" if still else f"moved on by {moved:.2g} rad"
     return ended.judged(right, said)
 
 

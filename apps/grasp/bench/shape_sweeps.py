@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from eyehand.data_synth.scenes import TabletopObject
-    from eyehand.grasping.pick_options import PickOptions
+    from eyehand.grasping import PickOptions
 
 PLACED = "in the tray at the end"
 """What is right where nothing else is asked."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from eyehand.grasping.pick_options import PickOptions
+from eyehand.grasping import PickOptions
 
 from ...bench.chart_style import GREY, VERMILION, draw_curve
 from ...bench.shares import (

@@ -10,11 +10,15 @@ import numpy as np
 
 from eyehand.data_synth import DepthNoise, import_mujoco
 from eyehand.data_synth.cell import GraspCell, GraspWorld, SimRobot
-from eyehand.grasping.cell import Cell, Moment
-from eyehand.grasping.clearing import ClearOptions, clear_table
-from eyehand.grasping.pick_options import PickOptions
-from eyehand.grasping.report import PickOutcome
-from eyehand.grasping.tray import Tray
+from eyehand.grasping import (
+    Cell,
+    ClearOptions,
+    CycleInfo,
+    PickOptions,
+    PickOutcome,
+    Tray,
+    clear_table,
+)
 from eyehand.perception import perceive
 
 from ...bench.sweep import Trial
@@ -29,7 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.data_synth.scenes import TabletopObject
-    from eyehand.grasping.report import ClearReport, Phase
+    from eyehand.grasping import ClearReport, Phase
     from eyehand.perception import DepthFrame, Scene
 
     from .trial import PickRow
@@ -79,7 +83,7 @@ class Bench:
     """What happens between the first choice and its motion."""
     disturb: Callable[[], None] | None = None
     """What happens in the phase named ..."""
-    phase: Phase = "look"
+    phase: Phase = "observe"
     """... here, once, in the middle of it."""
     waits: int = 5
     """Control periods of that phase before it happens."""
@@ -99,7 +103,7 @@ class Bench:
             for name in self.robot.object_names
         ]
         self._rates = np.array([[d, d + 1, d + 2] for d in starts], dtype=np.intp).reshape(-1, 3)
-        self.cell.watch = self._moment
+        self.cell.on_cycle = self._note_cycle
 
     def put(self, name: str, place: NDArray[np.float64]) -> None:
         """Put an object somewhere else, at rest, (3,), world, m."""
@@ -127,25 +131,25 @@ class Bench:
         scorer = Scorer(self.cell, self.robot)
         first = [self.after_look]
 
-        def told(choice, report) -> None:
-            scorer.told(choice, report)
+        def on_pick(choice, report) -> None:
+            scorer.on_pick(choice, report)
             if report is None and first and (hook := first.pop()) is not None:
                 hook()
 
-        report = clear_table(self.cell, None, ClearOptions(picks=picks), told)
+        report = clear_table(self.cell, None, ClearOptions(picks=picks), on_pick)
         seconds = time.process_time() - began
         result = scorer.result(GraspTrial(), report, seconds)
         self._watch_speed()
         return Ended(self, report, result.picks, seconds)
 
-    def _moment(self, moment: Moment) -> None:
+    def _note_cycle(self, cycle: CycleInfo) -> None:
         self._watch_speed()
-        if self.disturb is not None and moment.phase == self.phase:
+        if self.disturb is not None and cycle.phase == self.phase:
             self.waits -= 1
             if self.waits <= 0:
                 happens, self.disturb = self.disturb, None
                 happens()
-        if moment.phase == "check":
+        if cycle.phase == "check":
             self._watch_creep()
 
     def _watch_speed(self) -> None:
@@ -159,7 +163,7 @@ class Bench:
         if len(held) != 1:
             return
         place = self.robot.object_pose(held[0]).translation
-        now = self.cell.palm().inv().apply(place)
+        now = self.cell.palm_pose().inv().apply(place)
         if held[0] != self._held:
             self._held, self._grasped = held[0], now
         self.creep = max(self.creep or 0.0, float(np.linalg.norm(now - self._grasped)))
@@ -192,7 +196,7 @@ class Ended:
     @property
     def refused(self) -> bool:
         """Whether nothing was tried, and the reason was given."""
-        return not self.picks and self.report.stopped != "clear"
+        return not self.picks and self.report.stop_reason != "clear"
 
     @property
     def says(self) -> str:
@@ -200,7 +204,7 @@ class Ended:
         bad = next((row for row in reversed(self.picks) if not row.success), None)
         if bad is not None:
             return f"{bad.outcome}: {bad.reason}"
-        return self.report.left[0] if self.report.left else self.report.stopped
+        return self.report.remaining[0] if self.report.remaining else self.report.stop_reason
 
     @property
     def fault(self) -> str:
@@ -217,7 +221,7 @@ class Ended:
             return "a pick without a named outcome"
         if any(row.outcome == "placed" and not row.success for row in self.picks):
             return "says placed, but it is not in the tray"
-        if self.report.stopped == "clear" and self.left:
+        if self.report.stop_reason == "clear" and self.left:
             return f"says clear while {len(self.left)} stand on the table"
         return self._strayed()
 
@@ -299,6 +303,6 @@ def bench_of(
         )
 
     cell = Cell(robot, true_scene if known else seen, tray, options)
-    cell.rest(SETTLE_SECONDS)
+    cell.wait(SETTLE_SECONDS)
     bench.append(Bench(cell, robot))
     return bench[0]

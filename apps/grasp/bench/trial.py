@@ -11,10 +11,15 @@ import numpy as np
 
 from eyehand.data_synth import DepthNoise
 from eyehand.data_synth.cell import GraspRobot, GraspWorld, SimRobot
-from eyehand.grasping import GraspPurpose, SelectOptions
-from eyehand.grasping.cell import Cell, Moment
-from eyehand.grasping.clearing import ClearOptions, clear_table
-from eyehand.grasping.tray import Tray
+from eyehand.grasping import (
+    Cell,
+    ClearOptions,
+    CycleInfo,
+    GraspOptions,
+    GraspPurpose,
+    Tray,
+    clear_table,
+)
 from eyehand.perception import perceive
 
 from ..mesh_scenes import folder_scene
@@ -28,15 +33,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from eyehand.data_synth.scenes import MeshObject, TabletopObject
-    from eyehand.grasping.pick_state import Choice
-    from eyehand.grasping.report import ClearReport, PickReport
+    from eyehand.grasping import ClearReport, PickReport, SelectedGrasp
     from eyehand.perception import DepthFrame, Scene
 
 SETTLE_SECONDS = 0.3
 """Robot time before the first look: what was dropped comes to rest on this world's table."""
 FALL_SECONDS = 2.5
 """The same where objects begin in the air."""
-BEFORE_GRASP = ("look", "choose", "pre-grasp", "approach", "contact")
+BEFORE_GRASP = ("observe", "select", "pre-grasp", "approach", "contact")
 """Phases in which the robot is to touch nothing but the object."""
 
 
@@ -136,7 +140,9 @@ class TrialResult:
     """What no pick began on, though it was there: each counts as a pick that failed."""
 
 
-def run_trial(trial: GraspTrial, watch: Callable[[Moment], None] | None = None) -> TrialResult:
+def run_trial(
+    trial: GraspTrial, on_cycle: Callable[[CycleInfo], None] | None = None
+) -> TrialResult:
     """Clear a table, and tell how it went.
 
     Raises
@@ -145,14 +151,14 @@ def run_trial(trial: GraspTrial, watch: Callable[[Moment], None] | None = None) 
         If the trial asks for what there is not.
     """
     began = time.process_time()
-    cell, robot = make_cell(trial, watch)
+    cell, robot = make_cell(trial, on_cycle)
     scorer = Scorer(cell, robot)
-    report = clear_table(cell, SelectOptions(purpose=trial.purpose), ClearOptions(), scorer.told)
+    report = clear_table(cell, GraspOptions(purpose=trial.purpose), ClearOptions(), scorer.on_pick)
     return scorer.result(trial, report, time.process_time() - began)
 
 
 def make_cell(
-    trial: GraspTrial, watch: Callable[[Moment], None] | None = None
+    trial: GraspTrial, on_cycle: Callable[[CycleInfo], None] | None = None
 ) -> tuple[Cell, SimRobot]:
     """Build the simulated cell of a trial, its objects at rest.
 
@@ -163,14 +169,14 @@ def make_cell(
     """
     if trial.objects_dir:
         items = folder_scene(trial.objects_dir, trial.family, trial.seed, trial.objects)
-        return cell_of(items, trial, watch)
-    return cell_of(grasp_scene(trial.family, trial.seed, trial.objects).objects, trial, watch)
+        return cell_of(items, trial, on_cycle)
+    return cell_of(grasp_scene(trial.family, trial.seed, trial.objects).objects, trial, on_cycle)
 
 
 def cell_of(
     objects: Sequence[TabletopObject | MeshObject],
     trial: GraspTrial,
-    watch: Callable[[Moment], None] | None = None,
+    on_cycle: Callable[[CycleInfo], None] | None = None,
 ) -> tuple[Cell, SimRobot]:
     """Build a cell around given objects; of the trial, the scene is not looked at."""
     kind = None
@@ -180,15 +186,15 @@ def cell_of(
     robot = SimRobot(world, noise=DepthNoise.realistic(), seed=trial.seed)
     perception = perception_dial(trial.perception)
 
-    def see(frame: DepthFrame) -> Scene:
+    def perceive_frame(frame: DepthFrame) -> Scene:
         return _true_scene(robot, frame) if trial.known else perceive(frame, perception)
 
     places = world.cell
     tray = Tray(np.array(places.tray_centre), places.tray_size, places.tray_height)
     options = replace(control_dial(trial.control), shake_seconds=trial.shake)
-    cell = Cell(robot, see, tray, options)
-    cell.rest(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
-    cell.watch = watch
+    cell = Cell(robot, perceive_frame, tray, options)
+    cell.wait(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
+    cell.on_cycle = on_cycle
     return cell, robot
 
 
@@ -198,21 +204,21 @@ class Scorer:
     Parameters
     ----------
     cell, robot
-        As made for the trial; the cell's onlooker is told on.
+        As made for the trial; the cell's `on_cycle` callback is called as well.
     """
 
     def __init__(self, cell: Cell, robot: SimRobot) -> None:
         self._cell = cell
         self._robot = robot
-        self._watch = cell.watch
-        cell.watch = self._moment
+        self._on_cycle = cell.on_cycle
+        cell.on_cycle = self._note_cycle
         self._rows: list[PickRow] = []
         self._target = ""
         self._began = 0.0
         self._touched: set[str] = set()
         self._grasping = False
 
-    def told(self, choice: Choice, report: PickReport | None) -> None:
+    def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Take note of a pick: before it, with None, and after it."""
         if report is None:
             self._target = self._nearest(choice.target.points.mean(axis=0))
@@ -240,8 +246,8 @@ class Scorer:
                 seconds=report.seconds,
                 wall_seconds=time.perf_counter() - self._began,
                 touched_before=len(touched - meant),
-                pads=report.wrapped[0],
-                curl=report.wrapped[1],
+                pads=report.contact_pads,
+                curl=report.finger_curl,
                 pushed=plan.may_push,
                 touched_pushing=len(meant),
             )
@@ -257,7 +263,7 @@ class Scorer:
             placed=placed,
             total=len(names),
             left=len(names) - placed,
-            stopped=report.stopped,
+            stopped=report.stop_reason,
             cpu_seconds=cpu_seconds,
             untried=untried_objects(
                 [name for name in names if not self._robot.in_tray(name)],
@@ -268,12 +274,12 @@ class Scorer:
             ),
         )
 
-    def _moment(self, moment: Moment) -> None:
+    def _note_cycle(self, cycle: CycleInfo) -> None:
         if not self._grasping:
             self._touched |= self._robot.robot_contacts()
-            self._grasping = moment.phase not in BEFORE_GRASP
-        if self._watch is not None:
-            self._watch(moment)
+            self._grasping = cycle.phase not in BEFORE_GRASP
+        if self._on_cycle is not None:
+            self._on_cycle(cycle)
 
     def _nearest(self, point: np.ndarray) -> str:
         """Name of the object that holds a point (3,), or whose surface is nearest to it.

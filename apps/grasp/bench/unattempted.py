@@ -6,25 +6,20 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from eyehand.grasping.report import CLEAR, NOT_TRIED
+from eyehand.grasping.report import UNREACHABLE as CANNOT_REACH
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     import numpy as np
 
-    from eyehand.grasping.cell import Cell
-    from eyehand.grasping.report import ClearReport
+    from eyehand.grasping import Cell, ClearReport
 
 REFUSED, UNREACHABLE, UNSEEN, DOUBT, FAULT = "refused", "unreachable", "unseen", "doubt", "fault"
 """Outcomes: no grasp suits it; the arm finds no way to one; it stands there, and the robot takes
 nothing that it sees for it; a look left a doubt, and nothing was tried any more; nor was it as the
 robot had stopped by itself."""
-CLEAR = "clear"
-"""Why clearing ended when the robot saw nothing more."""
-NO_WAY = "no way to "
-"""With this the robot begins its reason where a grasp suits and none can be got to."""
-NOT_TRIED = "not tried"
-"""Its reason for what an end of another sort left: two failures in a row, say. The rule of the
-benchmarks counts no pick for it."""
 LEFT = re.compile(r"object (\d+): (.*)", re.DOTALL)
 """How the report says what was left alone, and why."""
 
@@ -75,12 +70,12 @@ def untried_objects(
     if cell.reading.fault:
         told = bool(report.picks) and report.picks[-1].outcome == FAULT
         return () if told else (Untried("", FAULT, cell.reading.fault),)
-    if not report.left and report.stopped != CLEAR:
-        return (Untried("", DOUBT, report.stopped),)
-    if any(line.endswith(NOT_TRIED) for line in report.left):
+    if not report.remaining and report.stop_reason != CLEAR:
+        return (Untried("", DOUBT, report.stop_reason),)
+    if any(line.endswith(NOT_TRIED) for line in report.remaining):
         return ()
     reasons = _reasons(report, cell, nearest)
-    return tuple(_untried(name, reasons.get(name), report.stopped) for name in names)
+    return tuple(_untried(name, reasons.get(name), report.stop_reason) for name in names)
 
 
 def _reasons(
@@ -89,7 +84,7 @@ def _reasons(
     """Reasons of the robot by the true names of what they are about."""
     seen = {} if cell.scene is None else {one.label: one for one in cell.scene.objects}
     reasons = {}
-    for line in report.left:
+    for line in report.remaining:
         found = LEFT.fullmatch(line)
         one = seen.get(int(found[1])) if found else None
         if found and one is not None:
@@ -100,4 +95,4 @@ def _reasons(
 def _untried(name: str, reason: str | None, stopped: str) -> Untried:
     if reason is None:
         return Untried(name, UNSEEN, f"ended with: {stopped}")
-    return Untried(name, UNREACHABLE if reason.startswith(NO_WAY) else REFUSED, reason)
+    return Untried(name, UNREACHABLE if reason.startswith(CANNOT_REACH) else REFUSED, reason)

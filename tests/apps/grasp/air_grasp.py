@@ -18,16 +18,14 @@ from eyehand.data_synth.cell import (
 )
 from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
 from eyehand.errors import InputError
-from eyehand.grasping.closing import Closing, preshape_command
-from eyehand.grasping.grip_options import GripOptions
+from eyehand.grasping import Closing, GripOptions, preshape_command
 from eyehand.grasping.hand_state import finger_forces
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from eyehand.data_synth.cell import HandDescription
-    from eyehand.grasping.hand_model import HandModel
-    from eyehand.grasping.prototypes import Prototype
+    from eyehand.grasping import HandModel, Prototype
     from eyehand.perception.superquadric import Superquadric
 
 STEP_S, CONTROL_STEPS = 0.002, 2
@@ -137,11 +135,12 @@ def grasp_in_air(
     hand = synergy_hand_model(alone, description, frame)
     along = {"down": [0.0, 0.0, 1.0], "side": [0.0, 1.0, 0.0]}[facing]
     width = 2.0 * _half(shape, [1.0, 0.0, 0.0])
-    if width > hand.widest:
+    if width > hand.max_opening:
         raise InputError(
-            f"the solid is {1e3 * width:.0f} mm wide, the hand opens to {1e3 * hand.widest:.0f} mm"
+            f"the solid is {1e3 * width:.0f} mm wide, "
+            f"the hand opens to {1e3 * hand.max_opening:.0f} mm"
         )
-    opening = min(width + CLEARANCE_M, hand.widest)
+    opening = min(width + CLEARANCE_M, hand.max_opening)
     T_world_hand = RigidTransform.from_components(
         [0.0, 0.0, HEIGHT_M], Rotation.from_matrix(np.array(_TURNS[facing], dtype=float))
     )
@@ -151,7 +150,7 @@ def grasp_in_air(
     model = _world(spec, description, solid, T_world_hand * _root(alone, frame), friction)
     data = mujoco.MjData(model)
     drives = SynergyDrives(model, data, description, prefix=PREFIX)
-    drives.pose(hand.pulled(opening))
+    drives.pose(hand.excursions_at(opening))
     mujoco.mj_forward(model, data)
     body = model.body("solid").id
     period = STEP_S * CONTROL_STEPS

@@ -24,12 +24,12 @@ class Notes:
     before: int = 0
     after: int = 0
 
-    def watch(self, moment) -> None:
+    def on_cycle(self, cycle) -> None:
         """Count a control period."""
-        assert np.isfinite(moment.force).all()
+        assert np.isfinite(cycle.force).all()
         self.moments += 1
 
-    def told(self, choice, report) -> None:
+    def on_pick(self, choice, report) -> None:
         """Count a pick, before and after."""
         self.before += report is None
         self.after += report is not None

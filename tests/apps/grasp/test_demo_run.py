@@ -65,7 +65,7 @@ def test_every_pick_follows_its_look_and_onlookers_hear_all(cleared):
     record, notes = cleared
     picks = record.report.picks
     assert len(picks) >= 1
-    assert record.report.looks == len(record.looks)
+    assert record.report.observations == len(record.looks)
     assert [look.pick for look in record.looks if look.pick is not None] == list(picks)
     assert [look.row for look in record.looks if look.row is not None] == list(record.result.picks)
     assert notes.before == notes.after == len(picks)
@@ -231,10 +231,10 @@ def test_an_onlooker_s_time_is_not_the_robot_s(single):
     class Slow:
         spent = 0.0
 
-        def watch(self, moment) -> None:
+        def on_cycle(self, moment) -> None:
             """See nothing."""
 
-        def told(self, choice, report) -> None:
+        def on_pick(self, choice, report) -> None:
             """Work for a second."""
             began = time.process_time()
             while time.process_time() < began + 1.0:

@@ -50,7 +50,7 @@ def test_ten_pictures_become_a_film_slower_where_fingers_move(tmp_path):
         film.film(camera, recorder)  # pyright: ignore[reportArgumentType] - all that it asks for
         for step in range(160):
             phase = "lift" if step < 80 else "close"
-            film.watch(moment(0.004 * step, phase))  # pyright: ignore[reportArgumentType] - too
+            film.on_cycle(moment(0.004 * step, phase))  # pyright: ignore[reportArgumentType] - too
         assert film.frames == 2 + 4
         assert not path.exists()
     assert camera.closed
@@ -68,7 +68,7 @@ def test_an_error_leaves_no_film(tmp_path):
     def fail() -> None:
         with Film(tmp_path / "none.mp4", FilmOptions(size=SIZE)) as film:
             film.film(Grey(), SimpleNamespace(frame=None))  # pyright: ignore[reportArgumentType]
-            film.watch(moment(0.0, "lift"))  # pyright: ignore[reportArgumentType] - as above
+            film.on_cycle(moment(0.0, "lift"))  # pyright: ignore[reportArgumentType] - as above
             raise ValueError("stop")
 
     with pytest.raises(ValueError, match="stop"):
@@ -123,10 +123,10 @@ def test_the_tray_is_counted_by_what_lies_in_it(tmp_path):
     recorder = SimpleNamespace(frame=None)
     with Film(tmp_path / "a.mp4", FilmOptions(size=SIZE)) as film:
         film.film(Grey(), recorder, NAMES, lambda: f"{lies[0]} in")  # pyright: ignore[reportArgumentType]
-        film.told(None, pick)  # pyright: ignore[reportArgumentType] - claimed, and not there
+        film.on_pick(None, pick)  # pyright: ignore[reportArgumentType] - claimed, and not there
         assert film.counted == "0 in"
         lies[0] = 1
-        film.told(None, pick)  # pyright: ignore[reportArgumentType] - as above
+        film.on_pick(None, pick)  # pyright: ignore[reportArgumentType] - as above
         assert film.counted == "1 in"
         lies[0] = 0
     assert film.counted == "0 in"

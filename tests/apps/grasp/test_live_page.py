@@ -18,7 +18,7 @@ from eyehand.apps.grasp.demo_record import Recorder
 from eyehand.apps.grasp.live_page import LiveCell
 from eyehand.apps.grasp.live_scene import LiveScene
 from eyehand.apps.scene_picture import colour_of
-from eyehand.grasping.cell import Moment
+from eyehand.grasping.cell import CycleInfo
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +34,9 @@ def page(stage):
         yield live
 
 
-def moment(cell, seconds: float) -> Moment:
+def moment(cell, seconds: float) -> CycleInfo:
     reading = SimpleNamespace(time=cell.reading.time + seconds)
-    return Moment("lift", reading, None, None, np.arange(5.0))  # pyright: ignore[reportArgumentType]
+    return CycleInfo("lift", reading, None, None, np.arange(5.0))  # pyright: ignore[reportArgumentType]
 
 
 def test_the_page_answers(page):
@@ -58,12 +58,12 @@ def test_every_object_and_the_robot_have_a_mesh_of_their_size(stage):
 
 def test_a_halted_page_waits_until_it_may_step(page, stage):
     cell, _ = stage
-    page.watch(moment(cell, 0.0))
+    page.on_cycle(moment(cell, 0.0))
     page.paused.value = True
     ended = threading.Event()
 
     def run() -> None:
-        page.watch(moment(cell, 0.004))
+        page.on_cycle(moment(cell, 0.004))
         ended.set()
 
     waiting = threading.Thread(target=run, daemon=True)
@@ -79,10 +79,10 @@ def test_a_halted_page_waits_until_it_may_step(page, stage):
 def test_robot_time_goes_as_fast_as_the_slider_says(page, stage):
     cell, _ = stage
     page.speed.value = 2.0
-    page.watch(moment(cell, 0.0))
+    page.on_cycle(moment(cell, 0.0))
     began = time.perf_counter()
     for step in range(1, 51):
-        page.watch(moment(cell, 0.008 * step))
+        page.on_cycle(moment(cell, 0.008 * step))
     assert 0.17 < time.perf_counter() - began < 1.0
 
 
@@ -133,10 +133,10 @@ def test_the_last_look_stands_when_all_is_done(page, cleared):
     look, last = record.looks[0], record.looks[-1]
     page._recorder = SimpleNamespace(frame=look.frame, scene=look.scene, colours=look.colours)
     choice = SimpleNamespace(target=look.target, plan=look.pick.plan, scene=look.scene)
-    page.told(choice, None)
+    page.on_pick(choice, None)
     assert "grasp" in nodes(page._server)
     page._recorder = SimpleNamespace(frame=last.frame, scene=last.scene, colours=last.colours)
-    page.told(choice, look.pick)
+    page.on_pick(choice, look.pick)
     page.finish()
     left = nodes(page._server)
     assert "cloud0" in left

@@ -51,9 +51,9 @@ def test_arm_and_hand_are_told_apart(robot_file):
     assert robot.hand_joints[0] == f"{PREFIX}left_knuckle"
     assert robot.drives == ("left", "right", "thumb")
     hand = robot.measured_hand()
-    half = robot.posture(hand.pulled(0.05))
+    half = robot.posture(hand.excursions_at(0.05))
     assert half.shape == (6,)
-    assert (half > robot.posture(hand.pulled(0.08))).all()
+    assert (half > robot.posture(hand.excursions_at(0.08))).all()
     # Opened as wide as it goes, the posture is what the file calls open.
     np.testing.assert_allclose(robot.posture(np.zeros(3)), [-0.55, 0.15] * 3)
 
@@ -95,7 +95,7 @@ def test_a_hand_of_servos_goes_on_any_flange():
     )
 
     assert len(robot.joints) == 7
-    assert robot.measured_hand().widest > 0.1
+    assert robot.measured_hand().max_opening > 0.1
     assert robot.posture(np.zeros(3)).shape == (6,)
 
 
@@ -119,7 +119,7 @@ def test_a_robot_with_tendons_in_one_file_is_as_one_in_two(tmp_path):
     np.testing.assert_allclose(found.openings, known.openings)
     np.testing.assert_allclose(found.reaches, known.reaches, atol=1e-5)
     np.testing.assert_allclose(found.excursions, known.excursions, atol=1e-5)
-    pulled = known.pulled(0.06)
+    pulled = known.excursions_at(0.06)
     np.testing.assert_allclose(one.posture(pulled), two.posture(pulled), atol=1e-3)
     result = run_trial(GraspTrial("single", 3, known=True, robot=str(path), hand_frame="palm"))
     assert result.placed == 1, result

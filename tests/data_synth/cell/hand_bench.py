@@ -14,7 +14,7 @@ from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
 from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
 from eyehand.grasping.closing import Closing, preshape_command
 from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.hand_state import curl, finger_forces
+from eyehand.grasping.hand_state import finger_curl, finger_forces
 from eyehand.grasping.prototypes import Approach, Prototype
 
 if TYPE_CHECKING:
@@ -152,7 +152,7 @@ class HandBench:
         self._prototype: Prototype = prototype
         self.hand: HandModel = tendon_hand_model(spec)
         half = options.scale * half_extents(item)
-        self._opening = min(2.0 * half[0] + options.clearance, self.hand.widest)
+        self._opening = min(2.0 * half[0] + options.clearance, self.hand.max_opening)
         flat = item.shape.exponents[approach == "side"] < ROUND_EXPONENT
         self._goal = palm_place(self.hand, prototype, approach, half, self._opening, flat=flat)
         self._goal += options.shift
@@ -298,7 +298,7 @@ class HandBench:
             phalanges=sum(pad.startswith(tuple(fingers)) for pad in contacts),
             thumb=sum(pad.startswith(thumb) for pad in contacts),
             palm=PALM_PAD in contacts,
-            curl=curl(reading, self.hand),
+            curl=finger_curl(reading, self.hand),
             slip_mm=slip,
             pushed_mm=pushed * 1e3,
             force=max(

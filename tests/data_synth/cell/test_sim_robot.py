@@ -83,7 +83,7 @@ def test_the_description_has_the_robot_where_it_stands(world: GraspWorld):
 def test_the_hand_goes_where_its_tendons_are_placed(world: GraspWorld):
     robot = SimRobot(world)
     hand = robot.hand
-    wanted = hand.pulled(0.06)
+    wanted = hand.excursions_at(0.06)
     command = HandCommand(("place",) * len(hand.drives), wanted)
     reading = robot.read()
     for _ in range(250):
@@ -128,7 +128,7 @@ def test_it_closes_lifts_and_feels_what_it_holds():
 
 def test_the_camera_sees_the_object_and_neither_robot_nor_tray(world: GraspWorld):
     robot = SimRobot(world)
-    frame = robot.look()
+    frame = robot.capture()
     assert frame.T_world_camera is not None
     seen = frame.depth > 0
     points = frame.T_world_camera.apply(frame.intrinsics.rays()[seen] * frame.depth[seen, None])
@@ -139,7 +139,7 @@ def test_the_camera_sees_the_object_and_neither_robot_nor_tray(world: GraspWorld
     assert len(high) > 300
     centre = robot.object_pose("ball_1").translation
     assert np.abs(np.linalg.norm(high - centre, axis=1) - 0.03).max() < 0.002
-    again = robot.look()
+    again = robot.capture()
     assert np.array_equal(frame.depth, again.depth)
 
 

@@ -155,7 +155,7 @@ def test_a_command_must_fit():
 def test_the_table_says_what_the_posed_hand_does():
     model, data, drives = hand()
     table = synergy_hand_model(model, HAND, "palm")
-    drives.pose(table.pulled(0.05))
+    drives.pose(table.excursions_at(0.05))
     import_mujoco().mj_kinematics(model, data)
 
     left, thumb = data.geom("left_tip"), data.geom("thumb_tip")
@@ -166,7 +166,7 @@ def test_the_table_says_what_the_posed_hand_does():
     assert ends == pytest.approx(-0.025, abs=5e-4)
     assert start == pytest.approx(0.025, abs=5e-4)
     assert table.openings[0] < 0.002
-    assert table.widest > 0.1
+    assert table.max_opening > 0.1
     assert (np.diff(table.excursions, axis=0) < 0).all()
 
 

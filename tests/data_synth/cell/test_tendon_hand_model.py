@@ -16,7 +16,7 @@ def test_the_hand_opens_from_closed_to_130_mm():
     hand = tendon_hand_model()
 
     assert hand.openings[0] == 0.0
-    assert hand.widest >= 0.130
+    assert hand.max_opening >= 0.130
     assert hand.fingers == ("index", "middle", "ring", "thumb")
     assert hand.pads[-1] == "palm_pad"
     assert (hand.reaches > 0.08).all()
@@ -31,7 +31,7 @@ def test_placed_tendons_make_the_openings_of_the_table(opening):
     hand = tendon_hand_model()
     drives = HandDrives(model, data)
     model.opt.gravity[:] = 0.0
-    drives.command(HandCommand(("place",) * 5, hand.pulled(opening)))
+    drives.command(HandCommand(("place",) * 5, hand.excursions_at(opening)))
     for _ in range(600):
         drives.apply()
         mujoco.mj_step(model, data)

@@ -61,7 +61,7 @@ def run_made_up(trial: dict[str, Any]) -> dict[str, Any]:
             }
         )
     left = trial["objects"] - placed
-    stopped = "2 picks failed in a row" if in_a_row == 2 else "nothing left that can be grasped"
+    stopped = "2 picks failed in a row" if in_a_row == 2 else "no remaining object can be grasped"
     untried = [{"object": "flat", "outcome": str(other.choice(REFUSALS)), "reason": "too flat"}]
     return {
         "picks": picks,

@@ -10,8 +10,6 @@ from eyehand.apps.grasp.bench.dials import (
     CONTROL,
     DEFAULT,
     PERCEPTION,
-    SPEEDS,
-    TIME_OUTS,
     control_dial,
     perception_dial,
 )
@@ -41,17 +39,15 @@ def test_fast_perception_looks_at_less_and_fine_at_more():
 
 def test_a_slow_hand_has_more_time_and_a_fast_one_no_less():
     slow, usual, fast = (control_dial(name) for name in ("slow", DEFAULT, "fast"))
-    for field in SPEEDS:
-        assert getattr(slow, field) < getattr(usual, field) < getattr(fast, field)
-    for field in TIME_OUTS:
-        assert getattr(slow, field) > getattr(usual, field) == getattr(fast, field)
+    assert slow.speed < usual.speed < fast.speed
+    assert slow.time_limit(3.0) > usual.time_limit(3.0) == fast.time_limit(3.0)
 
 
 def test_the_planner_dial_searches_longer_and_keeps_all_else():
-    base = PickOptions(before=0.05)
+    base = PickOptions(pre_grasp_distance=0.05)
     turned = control_dial("planner", base)
     assert turned.planner.rollouts > base.planner.rollouts
-    assert turned.before == base.before
+    assert turned.pre_grasp_distance == base.pre_grasp_distance
 
 
 @pytest.mark.parametrize("dial", [perception_dial, control_dial])

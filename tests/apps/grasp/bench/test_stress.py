@@ -14,7 +14,7 @@ from eyehand.apps.grasp.bench.stress_objects import standing
 from eyehand.apps.grasp.bench.stress_trial import FLUNG_SPEED, Bench, Ended, bench_of
 from eyehand.apps.grasp.bench.trial import PickRow
 from eyehand.errors import InputError
-from eyehand.grasping.clearing import look
+from eyehand.grasping.clearing import observe
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.report import ClearReport
 
@@ -40,7 +40,7 @@ def ended(bench: Bench, *rows: PickRow, stopped="2 picks failed in a row") -> En
     ("rows", "stopped", "says"),
     [
         ([row()], "2 picks failed in a row", ""),
-        ([], "nothing left that can be grasped", ""),
+        ([], "no remaining object can be grasped", ""),
         ([row(touched=2)], "2 picks failed in a row", "2 other things touched"),
         ([row(reason="")], "2 picks failed in a row", ""),
         ([row(outcome="", reason="")], "2 picks failed in a row", "without a named outcome"),
@@ -77,7 +77,7 @@ def test_what_is_flung_or_leaves_the_table_is_unclean():
 
 
 def test_seen_objects_are_displaced_with_their_points(bench):
-    scene, _, doubt = look(bench.cell)
+    scene, _, doubt = observe(bench.cell)
     assert doubt == ""
     assert scene is not None
     by = np.array([0.01, -0.02, 0.0])

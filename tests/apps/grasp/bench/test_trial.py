@@ -16,8 +16,8 @@ from eyehand.data_synth.cell import GraspCell
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
-    from eyehand.grasping.cell import Moment
-    from eyehand.grasping.pick_state import Choice
+    from eyehand.grasping.cell import CycleInfo
+    from eyehand.grasping.pick_state import SelectedGrasp
     from eyehand.grasping.report import PickReport
 
 
@@ -120,8 +120,9 @@ def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
     scorer = Scorer(cell, robot)
     for name in ("box", "wall"):
         middle = robot.object_pose(name).translation
-        scorer.told(
-            cast("Choice", SimpleNamespace(target=SimpleNamespace(points=middle[None]))), None
+        scorer.on_pick(
+            cast("SelectedGrasp", SimpleNamespace(target=SimpleNamespace(points=middle[None]))),
+            None,
         )
         assert scorer._target == name
 
@@ -149,13 +150,13 @@ def test_neighbours_that_a_grasp_may_push_are_counted_apart(may_push, counts, mo
     plan = SimpleNamespace(prototype="pincer", approach="top", rows=6, may_push=may_push)
     report = SimpleNamespace(
         kind="box", outcome="stuck", reason="", perceive_ms=1.0, plan_ms=1.0, seconds=1.0,
-        wrapped=(0, 0.0), plan=plan,
+        contact_pads=0, finger_curl=0.0, plan=plan,
     )  # fmt: skip
-    choice = cast("Choice", SimpleNamespace(target=target))
-    scorer.told(choice, None)
+    choice = cast("SelectedGrasp", SimpleNamespace(target=target))
+    scorer.on_pick(choice, None)
     monkeypatch.setattr(robot, "robot_contacts", lambda: {"table", "box", "other"})
-    scorer._moment(cast("Moment", SimpleNamespace(phase="pre-grasp")))
-    scorer.told(choice, cast("PickReport", report))
+    scorer._note_cycle(cast("CycleInfo", SimpleNamespace(phase="pre-grasp")))
+    scorer.on_pick(choice, cast("PickReport", report))
     (row,) = scorer._rows
     assert row.pushed == may_push
     assert (row.touched_before, row.touched_pushing) == counts

@@ -27,7 +27,9 @@ def found(
     cell = SimpleNamespace(
         scene=SimpleNamespace(objects=seen), reading=SimpleNamespace(fault=fault)
     )
-    report = SimpleNamespace(left=told, stopped=stopped, picks=[SimpleNamespace(outcome=last)])
+    report = SimpleNamespace(
+        remaining=told, stop_reason=stopped, picks=[SimpleNamespace(outcome=last)]
+    )
 
     def nearest(point: np.ndarray) -> str:
         return min(PLACES, key=lambda name: abs(PLACES[name] - point[0]))
@@ -36,7 +38,7 @@ def found(
     return [(row.object, row.outcome) for row in rows]
 
 
-NOTHING = "nothing left that can be grasped"
+NOTHING = "no remaining object can be grasped"
 
 
 @pytest.mark.parametrize(
@@ -44,12 +46,18 @@ NOTHING = "nothing left that can be grasped"
     [
         ([], ["can"], (), "clear", []),
         (["can"], [], ("object 1: wider than the hand",), NOTHING, [("can", "refused")]),
-        (["can"], [], ("object 1: no way to a pincer: stuck",), NOTHING, [("can", "unreachable")]),
-        (["can"], ["can"], ("object 1: left alone after 2 tries",), NOTHING, []),
+        (
+            ["can"],
+            [],
+            ("object 1: the arm cannot reach a pincer: stuck",),
+            NOTHING,
+            [("can", "unreachable")],
+        ),
+        (["can"], ["can"], ("object 1: skipped after 2 attempts",), NOTHING, []),
         (
             ["can", "plate"],
             ["can"],
-            ("object 1: left alone after 2 tries", "object 2: too flat"),
+            ("object 1: skipped after 2 attempts", "object 2: too flat"),
             NOTHING,
             [("plate", "refused")],
         ),
