@@ -158,12 +158,10 @@ def _check_names(inputs: Sequence[CloudInput | FrameInput]) -> None:
 
 
 def _write(folder: Path, fits: Sequence[FittedCloud], mesh: MeshFormat, density: float) -> None:
-    from .fitting.gl_child import GlChild
     from .fitting.solid_files import solid_files, write_files
 
-    with GlChild() as gl:
-        for fitted in tracked(fits, "drawing and writing", len(fits)):
-            write_files(folder, solid_files(fitted, form=mesh, density=density, gl=gl))
+    for fitted in tracked(fits, "drawing and writing", len(fits)):
+        write_files(folder, solid_files(fitted, form=mesh, density=density))
     say(f"solids written to {folder}")
 
 

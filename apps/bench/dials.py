@@ -1,4 +1,4 @@
-"""Settings of a stage's options for its chart: every dial turned alone, some turned together."""
+"""Settings of a stage's options for its chart: each dial alone, and some in combination."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ if TYPE_CHECKING:
 
 Options = TypeVar("Options")
 DEFAULT = "default"
-"""Name of the setting that turns nothing."""
+"""Name of the setting with all dials at their defaults."""
 BARE = "bare"
-"""Name of what switches every stage off that can be."""
+"""Name of the setting that switches off all optional steps."""
 
 
 @dataclass(frozen=True)
@@ -21,20 +21,20 @@ class DialBoard(Generic[Options]):
     """All dials of a stage."""
 
     default: Options
-    """Options, a frozen dataclass, with every dial where users get it."""
+    """Default options, a frozen dataclass."""
     dials: Mapping[str, tuple[Any, ...]]
-    """Fields of the options and the values that each is turned to."""
+    """Fields of the options and the values to try."""
     crosses: tuple[Mapping[str, tuple[Any, ...]], ...] = ()
-    """What is turned together, every value with every other."""
+    """Combinations: every value with every other."""
     quick: Mapping[str, tuple[Any, ...]] = field(default_factory=dict)
-    """Dials of a quick look, each alone."""
+    """Dials of a quick chart, each alone."""
     words: Mapping[tuple[str, Any], str] = field(default_factory=dict)
-    """What a value is called where field and value do not tell: (field, value) → word."""
+    """Names of values for the chart: (field, value) → word; default: field and value."""
     bare: Mapping[str, Any] = field(default_factory=dict)
     """Values that together are called BARE."""
 
     def setting(self, dials: Mapping[str, Any] | None = None) -> DialSetting[Options]:
-        """Turn these dials; those at their default count as not turned."""
+        """Return the setting with these values; default values are left out."""
         wanted = dials or {}
         turned = {key: wanted[key] for key in self.dials if key in wanted}
         default = self.default
@@ -43,7 +43,7 @@ class DialBoard(Generic[Options]):
         )
 
     def settings(self, *, quick: bool = False) -> list[DialSetting[Options]]:
-        """List settings, none twice, those that turn fewer dials first: the default is first."""
+        """Return all different settings. Those that change fewer dials come first."""
         chosen: list[dict[str, Any]] = [{}]
         for key, values in (self.quick if quick else self.dials).items():
             chosen += [{key: value} for value in values]
@@ -62,11 +62,11 @@ class DialSetting(Generic[Options]):
 
     board: DialBoard[Options]
     dials: Mapping[str, Any]
-    """Those that are not at their default, by field name."""
+    """Values that differ from the default, by field name."""
 
     @property
     def name(self) -> str:
-        """How it differs from the default, in words."""
+        """Difference from the default, in words."""
         bare = self.board.bare
         stripped = bool(bare) and all(self.dials.get(key) == v for key, v in bare.items())
         words = [

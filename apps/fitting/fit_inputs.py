@@ -171,7 +171,7 @@ def read_inputs(
 
 
 def _is_frame(path: Path, *, wanted: bool) -> bool:
-    """Tell a depth image from a cloud; `wanted` settles archives that hold both."""
+    """Decide between depth image and cloud; `wanted` decides for archives that hold both."""
     suffix = path.suffix.lower()
     if suffix not in FRAME_SUFFIXES and suffix not in CLOUD_SUFFIXES:
         known = ", ".join(dict.fromkeys((*CLOUD_SUFFIXES, *FRAME_SUFFIXES)))

@@ -1,4 +1,7 @@
-"""Panels of a fit's picture drawn flat by matplotlib: the same look where no GL can be had."""
+"""The panels of a fit's picture, drawn by matplotlib.
+
+Hidden edges and points are faint. OpenGL showed nothing more, and needs a graphics driver.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A server of pages on this machine that keeps to itself what it would tell the terminal."""
+"""A local page server that prints nothing to the terminal."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
     import viser
 
     try:
-        # viser greets on stdout, also when told not to, and that belongs to --json.
+        # viser always prints a greeting on stdout, which belongs to --json.
         with _silent():
             return viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
     except (OSError, RuntimeError) as error:

@@ -27,16 +27,13 @@ if TYPE_CHECKING:
     from eyehand.perception import Superquadric
 
     from .fit_inputs import FittedCloud
-    from .gl_child import GlChild
 
 SCHEMA = "eyehand.solid/1"
 """Of the JSON file; a change that breaks a reader raises the number."""
 
 
-def solid_files(
-    fitted: FittedCloud, *, form: MeshFormat, density: float, gl: GlChild | None = None
-) -> dict[str, bytes]:
-    """Make all files of one fit in memory, contents by name; `gl` draws the picture, if given.
+def solid_files(fitted: FittedCloud, *, form: MeshFormat, density: float) -> dict[str, bytes]:
+    """Return the contents of all files of one fit, by name.
 
     ``<stem>_solid.json`` and ``<stem>_solid.png`` always; for a fit that can be used the mesh
     ``<stem>_solid.<form>`` in the cloud's frame, ``<stem>_body.xml`` (MJCF) and
@@ -51,7 +48,7 @@ def solid_files(
     report = {"schema": SCHEMA, "units": UNITS, **_source(fitted), **fit_json(fit)}
     files = {
         f"{stem}_solid.json": (json.dumps(report, indent=1, allow_nan=False) + "\n").encode(),
-        f"{stem}_solid.png": fit_picture(fitted, gl),
+        f"{stem}_solid.png": fit_picture(fitted),
     }
     if fit:
         parts = fit_parts(fit)

@@ -106,7 +106,7 @@ def _kind(
     exponents: tuple[float, float],
     taper: tuple[float, float],
 ) -> Kind:
-    """Simplest name that still tells the whole shape."""
+    """Return the simplest name that describes the whole shape."""
     if any(taper):
         return "tapered"
     if start.kind == "tapered" or not np.allclose(exponents, start.exponents, rtol=0, atol=SAME):

@@ -36,7 +36,7 @@ def write_page(path: Path, fits: Sequence[FittedCloud]) -> None:
 
 def page_html(fits: Sequence[FittedCloud]) -> str:
     """Make the file's text, about 1.5 MB: viser's viewer and the scene."""
-    # viser's serialiser belongs to a server: one that nobody is told of.
+    # viser's serialiser needs a server, which is not announced.
     server = open_server()
     try:
         _draw(server, fits)

@@ -27,7 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .fit_inputs import FittedCloud
-    from .gl_child import GlChild
     from .panel_look import PANEL
 from .picture_scene import PictureScene
 
@@ -41,30 +40,23 @@ SCALE_SHARE = 0.3
 ROUND_LENGTHS_MM = tuple(step * 10**power for power in range(5) for step in (1, 2, 5))
 
 
-def fit_picture(fitted: FittedCloud, gl: GlChild | None = None) -> bytes:
+def fit_picture(fitted: FittedCloud) -> bytes:
     """Draw a fit as a PNG.
 
     Parameters
     ----------
     fitted
-        Cloud and solid; without a solid the cloud alone is drawn, with the reason in the title.
-    gl
-        Draws by OpenGL; without it, and where it cannot, matplotlib draws the same flat.
+        Cloud and solid. Without a solid the cloud alone is drawn, with the reason in the title.
     """
     scene = picture_scene(fitted)
     rows = 2 if scene.surfaces else 1
     panel = (WIDTH - 2 * MARGIN - NAMES - 2 * GAP) / 3
     height = HEAD + MARGIN + rows * panel + (rows - 1) * GAP + FOOT
     figure, axes = _panels(rows, panel, height)
-    pictures = None if gl is None else gl.panels(scene)
     for row in range(rows):
         for column, view in enumerate(scene.views):
             place = axes[row][column]
-            if pictures is not None:
-                reach = (-scene.half, scene.half, -scene.half, scene.half)
-                place.imshow(pictures[row][column], extent=reach, interpolation="antialiased")
-            else:
-                flat_panel(place, scene, view, solid=row == 1, panel=panel)
+            flat_panel(place, scene, view, solid=row == 1, panel=panel)
             place.set_xlim(-scene.half, scene.half)
             place.set_ylim(-scene.half, scene.half)
             if row == 0:

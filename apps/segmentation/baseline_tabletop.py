@@ -184,7 +184,7 @@ def _over_table(
     edges = np.roll(hull, -1, axis=0) - hull
     outward = np.column_stack([edges[:, 1], -edges[:, 0]])
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
-    # OpenCV's hulls run one way or the other; the middle tells which side is in.
+    # The orientation of OpenCV's hulls varies; the centre decides which side is inside.
     if np.sum(outward * (hull.mean(axis=0) - hull)) > 0:
         outward = -outward
     feet = points[above] @ axes.T

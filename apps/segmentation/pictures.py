@@ -93,7 +93,7 @@ def verdict(score: SegmentationScore) -> str:
 def write_frame_picture(path: Path, shown: ScoredFrame) -> None:
     """Write truth and prediction side by side (PNG), matched objects in the same colour.
 
-    Every predicted object tells its F in %. What has no partner is red, with a word: an object
+    Every predicted object shows its F in %. An object without a partner is red, with a word: one
     ``missed`` or ``merged`` into another's segment, a segment that is a ``part`` of an object
     that has another, or ``false``.
 

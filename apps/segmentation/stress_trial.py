@@ -76,7 +76,7 @@ def try_scene(
     frame, truth = staged_frame(scene, noise, seed, colour=colour)
     if dropout > 0:
         frame = _thinned(frame, dropout, np.random.default_rng([seed, 1]))
-    # Of a bad camera its own picture tells more than the scene's colours.
+    # For a bad camera its own picture is more informative than the scene's colours.
     shown = scene if noise is BASE_NOISE and not dropout else None
     return try_frame(method, frame, truth, scene=shown, ambiguous=ambiguous)
 

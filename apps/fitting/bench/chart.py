@@ -142,7 +142,7 @@ def chart_fit(
 
 
 def _without_ladder(*, quick: bool) -> list[Method[FitCase, FitAnswer]]:
-    """Ours when it tells no kind: a curve beside the front, for it answers less."""
+    """Return our fit without a choice of kind: a curve of its own, because it answers less."""
     fitters = [
         own_fitter(f"{count} points", FitOptions(kinds=NO_LADDER, points=count))
         for count in (QUICK_BASELINE_POINTS if quick else LADDERLESS_POINTS)

@@ -147,7 +147,7 @@ def _table(summary: list[dict[str, Any]], seed: int, cases: int) -> Table:
         pad_edge=False,
         caption="IoU with the true solid: median, 10th percentile and worst, %; failed: IoU below "
         "50 %; mm: distance of the surfaces, mean and largest, and the worst half extent's error; "
-        "kind: kinds told right, %; ms: wall time, median and 90th percentile",
+        "kind: correct kinds, %; ms: wall time, median and 90th percentile",
         caption_justify="left",
     )
     table.add_column("clouds", no_wrap=True)

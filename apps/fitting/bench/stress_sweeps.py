@@ -1,4 +1,4 @@
-"""All sweeps of `eyehand stress fit`, in the order in which they are told."""
+"""All sweeps of `eyehand stress fit`, in reading order."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ if TYPE_CHECKING:
 
 
 def fit_sweeps() -> tuple[Sweep[FitCallable], ...]:
-    """All sweeps of the fit."""
+    """Return all sweeps of the fit."""
     return (*cloud_sweeps(), *solid_sweeps())

@@ -32,7 +32,7 @@ class Look:
     support_plane: NDArray[np.float64] | None = None
     """(4,) unit normal and offset."""
     hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
-    """Tells of unit directions (K, 3) from the camera which something nearer hides, (K,)."""
+    """Returns a mask (K,) of the view directions (K, 3) that a nearer object hides."""
     unit: float = 1.0
     """Length in m by which the numbers above are to be read: options are scaled by it."""
 

@@ -1,14 +1,10 @@
-"""Pictures show the points and the solid, with OpenGL and without."""
+"""Pictures show the points and the solid."""
 
 import cv2
 import numpy as np
-import pytest
 
-from eyehand.apps.fitting.gl_child import GlChild
 from eyehand.apps.fitting.panel_look import SOLID
-from eyehand.apps.fitting.picture_scene import picture_scene
 from eyehand.apps.fitting.solid_picture import fit_picture
-from eyehand.data_synth.render import gl_fault
 
 
 def decoded(png: bytes) -> np.ndarray:
@@ -33,23 +29,6 @@ def test_the_flat_picture_shows_points_above_and_the_solid_below(lens):
     assert bluish(below) > bluish(above) + 0.1
 
 
-def test_opengl_draws_the_same_sides(lens):
-    if gl_fault():
-        pytest.skip(f"no OpenGL here: {gl_fault()}")
-    with GlChild() as gl:
-        flat, drawn = decoded(fit_picture(lens)), decoded(fit_picture(lens, gl))
-    assert not np.array_equal(flat, drawn)
-    # The panels differ in shading alone: where one shows the object the other does too.
-    full = [picture[:, 150:].std(axis=2) > 6 for picture in (flat, drawn)]
-    assert (full[0] & full[1]).sum() > 0.7 * (full[0] | full[1]).sum()
-
-
-def test_opengl_is_not_tried_where_it_is_forbidden(lens, monkeypatch):
-    monkeypatch.setenv("MUJOCO_GL", "disable")
-    with GlChild() as gl:
-        assert gl.panels(picture_scene(lens)) is None
-
-
 def test_a_cloud_without_a_solid_is_drawn_with_the_reason(unfit, lens):
     picture = decoded(fit_picture(unfit))
     assert len(picture) < len(decoded(fit_picture(lens)))
@@ -57,16 +36,3 @@ def test_a_cloud_without_a_solid_is_drawn_with_the_reason(unfit, lens):
 
 def test_pictures_are_the_same_each_time(can):
     assert fit_picture(can) == fit_picture(can)
-
-
-@pytest.mark.parametrize("program", ["import os; os.abort()", "raise SystemExit(3)", "print(1)"])
-def test_where_opengl_crashes_the_picture_is_drawn_flat(program, can):
-    with GlChild(program) as gl:
-        assert fit_picture(can, gl) == fit_picture(can)
-        assert gl.panels(picture_scene(can)) is None
-
-
-def test_a_driver_that_hangs_is_given_up(monkeypatch, can):
-    monkeypatch.setattr("eyehand.apps.fitting.gl_child.TIMEOUT_S", 0.2)
-    with GlChild("import time; time.sleep(30)") as gl:
-        assert gl.panels(picture_scene(can)) is None
