@@ -18,10 +18,10 @@ picture takes its time by their square."""
 SHADOW_PX = 3072
 """Of the shadow map: shadows at the table are sharp to some mm."""
 
-SHOW_FROM = (1.35, 1.5, 1.0)
-SHOW_AT = (0.02, -0.22, 0.36)
+DISPLAY_EYE = (1.35, 1.5, 1.0)
+DISPLAY_TARGET = (0.02, -0.22, 0.36)
 """Where an onlooker stands and looks, world, m: before the table, the robot on its far side."""
-SHOW_FOCAL_SHARE = 0.98
+DISPLAY_FOCAL_SHARE = 0.98
 """Focal length of his camera over the picture's width."""
 
 _LAMP = (0.55, 1.25, 2.9)
@@ -47,10 +47,10 @@ _MAST_M = 0.012
 _MAST_BEHIND_M = 0.12
 """How far behind the camera its mast stands, so that it is not seen."""
 _CAMERA_HALF_M = (0.045, 0.0125, 0.0125)
-_UNFELT = {"contype": 0, "conaffinity": 0}
+_NO_CONTACT = {"contype": 0, "conaffinity": 0}
 
 
-def add_cell_look(spec: Any, cell: GraspCell) -> None:
+def add_cell_visuals(spec: Any, cell: GraspCell) -> None:
     """Add what is only seen to a cell's `MjSpec`, which has a lamp and a floor already."""
     mujoco = import_mujoco()
     _add_light(mujoco, spec)
@@ -83,7 +83,7 @@ def _add_legs(mujoco: Any, spec: Any, cell: GraspCell) -> None:
     x, y = 0.5 * np.array(table.size) - _LEG_INSET_M
     high, low = table.height - _TABLE_THICKNESS_M, table.height - table.floor_drop
     for sx, sy in ((1, 1), (1, -1), (-1, 1), (-1, -1)):
-        leg = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, material=STEEL, **_UNFELT)
+        leg = spec.worldbody.add_geom(type=mujoco.mjtGeom.mjGEOM_BOX, material=STEEL, **_NO_CONTACT)
         leg.pos = [sx * x, sy * y, 0.5 * (high + low)]
         leg.size = [_LEG_M, _LEG_M, 0.5 * (high - low)]
 
@@ -107,7 +107,7 @@ def _add_mast(mujoco: Any, spec: Any, cell: GraspCell) -> None:
             fromto=[*start, *end],
             size=[radius, 0, 0],
             material=STEEL,
-            **_UNFELT,
+            **_NO_CONTACT,
         )
     # Behind its own optical centre: it must not see itself.
     spec.worldbody.add_geom(
@@ -116,5 +116,5 @@ def _add_mast(mujoco: Any, spec: Any, cell: GraspCell) -> None:
         pos=eye - 2 * _CAMERA_HALF_M[2] * sight,
         quat=turn.as_quat(scalar_first=True),
         material=STEEL,
-        **_UNFELT,
+        **_NO_CONTACT,
     )

@@ -18,7 +18,7 @@ _PEDESTAL = "pedestal"
 _FIXED = ("table", "tray", _PEDESTAL)
 
 
-class TouchRecord:
+class ContactRecord:
     """What the robot has touched, noted at every physics step.
 
     Parameters

@@ -32,10 +32,10 @@ _LOOSE_M = (0.50, 0.46)
 
 _FOCAL_PX = 525.0
 _IMAGE_PX = (640, 480)
-_SIGHT = (0.85, np.radians(45.0), np.radians(190.0))
+_CAMERA_VIEW = (0.85, np.radians(45.0), np.radians(190.0))
 """Distance to the point it looks at, m; elevation; azimuth: as near as sees the whole work area up
 to 0.25 m, from the side of the table where the arm does not stand."""
-_LOOKED_AT = (0.0, 0.0, 0.07)
+_CAMERA_TARGET = (0.0, 0.0, 0.07)
 
 STEEL = "steel"
 """Material of pedestal, mast and legs."""
@@ -46,10 +46,10 @@ _PLATE_M = (0.17, 0.012)
 
 
 def _sight() -> RigidTransform:
-    distance, elevation, azimuth = _SIGHT
+    distance, elevation, azimuth = _CAMERA_VIEW
     level = np.cos(elevation)
     away = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
-    return look_at(np.add(_LOOKED_AT, distance * np.array(away)), _LOOKED_AT)
+    return look_at(np.add(_CAMERA_TARGET, distance * np.array(away)), _CAMERA_TARGET)
 
 
 def _base() -> RigidTransform:
@@ -84,7 +84,7 @@ class GraspCell:
     intrinsics: CameraIntrinsics = field(default_factory=_intrinsics)
     """Of the depth camera."""
 
-    def tray_holds(self, points: NDArray[np.float64]) -> Any:
+    def is_over_tray(self, points: NDArray[np.float64]) -> Any:
         """Tell which points (…, 3), world, lie over the tray, its walls included; (…,) bool."""
         half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
         return np.all(np.abs(points[..., :2] - self.tray_centre[:2]) <= half, axis=-1)

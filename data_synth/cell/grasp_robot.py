@@ -20,7 +20,7 @@ from .pad_friction import grip_pads
 from .spec_assembly import match_options, prepare_for_attachment, set_base
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
-from .tendon_drives import HandDrives
+from .tendon_drives import TendonDrives
 from .tendon_hand_model import tendon_hand_model
 from .tendon_posture import tendon_posture
 
@@ -195,7 +195,7 @@ class GraspRobot:
             return data.qpos[self._hand_places].copy()
         return tendon_posture(self._moments, excursions, *self._springs)
 
-    def motors(self, model: Any, data: Any, prefix: str) -> HandDrives | SynergyDrives:
+    def motors(self, model: Any, data: Any, prefix: str) -> TendonDrives | SynergyDrives:
         """Give what executes hand commands in a world with this robot.
 
         Parameters
@@ -206,7 +206,7 @@ class GraspRobot:
             What stands before the hand's names in it.
         """
         if self.fingers is None:
-            return HandDrives(model, data, prefix=prefix)
+            return TendonDrives(model, data, prefix=prefix)
         return SynergyDrives(model, data, self.fingers, prefix=prefix)
 
     def measured_hand(self) -> HandModel:

@@ -14,7 +14,7 @@ from ..mujoco_import import import_mujoco
 from ..scenes.mesh_object import MeshObject, add_mesh_object
 from ..scenes.tabletop_scene import TabletopObject
 from ..scenes.tabletop_spec import tabletop_spec
-from .cell_appearance import add_cell_look
+from .cell_appearance import add_cell_visuals
 from .grasp_cell import GraspCell
 from .grasp_robot import GraspRobot
 from .spec_assembly import match_options, set_base
@@ -92,7 +92,7 @@ class GraspWorld:
             if isinstance(item, MeshObject):
                 add_mesh_object(spec, item)
         cell.add_furniture(spec)
-        add_cell_look(spec, cell)
+        add_cell_visuals(spec, cell)
         arm = robot.spec(friction)
         match_options(spec, arm)
         set_base(arm, cell.T_world_base)
@@ -109,7 +109,7 @@ class GraspWorld:
             told = " ".join(str(error).split())
             raise InputError(f"MuJoCo cannot compile the cell: {told}") from None
         if robot.hand_prefix:
-            _carry_hand(model, ROBOT_PREFIX + robot.hand_prefix)
+            _compensate_hand_weight(model, ROBOT_PREFIX + robot.hand_prefix)
         return cls(model, objects, robot, cell, friction)
 
     @property
@@ -122,17 +122,17 @@ class GraspWorld:
         """What stands before the names of the hand in the model."""
         return ROBOT_PREFIX + self.robot.hand_prefix
 
-    def own_model(self) -> Any:
+    def copy_model(self) -> Any:
         """Give a copy of the model: drives change it while they run."""
         return copy.copy(self.model)
 
-    def tray_region(self, points: NDArray[np.float64]) -> Any:
+    def is_near_tray(self, points: NDArray[np.float64]) -> Any:
         """Tell which points (…, 3), world, lie at or over the tray; (…,) bool."""
         near = replace(self.cell, tray_wall=self.cell.tray_wall + _NEAR_TRAY_M)
-        return near.tray_holds(points)
+        return near.is_over_tray(points)
 
 
-def _carry_hand(model: Any, prefix: str) -> None:
+def _compensate_hand_weight(model: Any, prefix: str) -> None:
     """Let the arm's controller carry the whole hand's weight, as it is told its tool's mass."""
     for body in range(1, model.nbody):
         parent = model.body(int(model.body_parentid[body])).name

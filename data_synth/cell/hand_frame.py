@@ -7,7 +7,7 @@ from typing import Any
 from eyehand.errors import InputError
 
 from ..mujoco_import import import_mujoco
-from .name_suggestions import near_names
+from .name_suggestions import suggest_names
 
 
 def find_frame(model: Any, frame: str) -> tuple[int, int]:
@@ -29,5 +29,5 @@ def find_frame(model: Any, frame: str) -> tuple[int, int]:
     names += [model.body(k).name for k in range(1, model.nbody)]
     raise InputError(
         f"the robot has no site or body {frame!r} to be the hand's frame; "
-        + near_names(frame, names)
+        + suggest_names(frame, names)
     )

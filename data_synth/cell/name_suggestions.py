@@ -12,12 +12,12 @@ _MOST = 8
 """Names that a message has room for."""
 
 
-def near_names(name: str, names: Iterable[str]) -> str:
+def suggest_names(name: str, names: Iterable[str]) -> str:
     """Say which names there are, the likeliest first, as the end of a message.
 
     Examples
     --------
-    >>> near_names("plam", ["tool", "palm"])
+    >>> suggest_names("plam", ["tool", "palm"])
     'there are palm, tool'
     """
     known = [known for known in dict.fromkeys(names) if known]

@@ -17,8 +17,8 @@ from ..render.depth_noise import DepthNoise, add_depth_noise
 from ..render.depth_renderer import DEFAULT_MAX_RANGE_M, open_renderer
 from ..scenes.viewpoint import look_at
 from .arm_servos import ArmServos
-from .cell_appearance import SHOW_AT, SHOW_FOCAL_SHARE, SHOW_FROM
-from .contact_record import TouchRecord
+from .cell_appearance import DISPLAY_TARGET, DISPLAY_FOCAL_SHARE, DISPLAY_EYE
+from .contact_record import ContactRecord
 from .fingertip_pads import FingertipPads
 from .grasp_world import ROBOT_PREFIX
 
@@ -78,7 +78,7 @@ class SimRobot:
         self._mujoco = mujoco = import_mujoco()
         self._world, self._noise, self._renderer = world, noise or DepthNoise.none(), renderer
         self._seed, self._looks = seed, 0
-        self._model = model = world.own_model()
+        self._model = model = world.copy_model()
         self._data = data = mujoco.MjData(model)
         self._hand = hand or world.robot.measured_hand()
         self._steps = round(PERIOD_S / model.opt.timestep)
@@ -87,7 +87,7 @@ class SimRobot:
         self._open_hand()
         self._drives = world.robot.motors(model, data, world.hand_prefix)
         self._tips = _tips(model, world.hand_prefix, self._hand.fingers)
-        self._touch = TouchRecord(model, data, world)
+        self._touch = ContactRecord(model, data, world)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
         self._kept = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION))
         self._fault = ""
@@ -202,7 +202,7 @@ class SimRobot:
         depth = add_depth_noise(view.depth, cell.intrinsics, rng, self._noise)
         depth = mask_robot(depth, view.labels == 1)
         frame = DepthFrame(depth, cell.intrinsics, cell.T_world_camera)
-        return replace(frame, depth=mask_points(frame, self._world.tray_region))
+        return replace(frame, depth=mask_points(frame, self._world.is_near_tray))
 
     def picture(
         self, size: tuple[int, int] = (1280, 720), T_world_camera: RigidTransform | None = None
@@ -222,9 +222,9 @@ class SimRobot:
             (H, W, 3) uint8 RGB.
         """
         wide, high = size
-        focal = SHOW_FOCAL_SHARE * wide
+        focal = DISPLAY_FOCAL_SHARE * wide
         lens = CameraIntrinsics(focal, focal, (wide - 1) / 2, (high - 1) / 2, wide, high)
-        place = look_at(SHOW_FROM, SHOW_AT) if T_world_camera is None else T_world_camera
+        place = look_at(DISPLAY_EYE, DISPLAY_TARGET) if T_world_camera is None else T_world_camera
         colour = self._render(
             lens, place, np.zeros(self._model.ngeom, np.int32), colour=True
         ).colour
@@ -257,7 +257,7 @@ class SimRobot:
         cell = self._world.cell
         low = place[2] - cell.tray_centre[2] < _IN_TRAY_M
         held = "robot" in self._touch.touching(name)
-        return bool(low and cell.tray_holds(place) and not held)
+        return bool(low and cell.is_over_tray(place) and not held)
 
     def _check(self, velocity: NDArray[np.float64], command: HandCommand | None) -> None:
         if not np.isfinite(velocity).all():

@@ -11,7 +11,7 @@ from eyehand.grasping import HandCommand, HandReading
 
 from ..mujoco_import import import_mujoco
 from .hand_description import THUMB, HandDescription
-from .name_suggestions import near_names
+from .name_suggestions import suggest_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -311,5 +311,5 @@ def _id(model: Any, kind: Any, name: str) -> int:
     names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(count)]
     raise InputError(
         f"the hand's description names a {what} {name!r}, which its MJCF file does not have; "
-        + near_names(name, names)
+        + suggest_names(name, names)
     )

@@ -33,7 +33,7 @@ SLIP_DAMPING = 4000.0
 """Ns/m: a held tendon pulled 40 N above its limit gives way at 10 mm/s."""
 
 
-class HandDrives:
+class TendonDrives:
     """Executes hand commands on a MuJoCo model, one physics step at a time.
 
     A held tendon is a brake: a limit on its length, which the contact solver keeps exactly and
@@ -61,7 +61,7 @@ class HandDrives:
         mujoco = import_mujoco()
         self._mujoco, self._model, self._data = mujoco, model, data
         kinds = mujoco.mjtObj
-        self.drives = tuple(drives) or names_below(model, kinds.mjOBJ_TENDON, prefix)
+        self.drives = tuple(drives) or names_with_prefix(model, kinds.mjOBJ_TENDON, prefix)
         tendons = [_id(model, kinds.mjOBJ_TENDON, prefix + name) for name in self.drives]
         if not tendons:
             raise InputError(f"the hand {prefix!r} has no tendons to pull")
@@ -192,7 +192,7 @@ class HandDrives:
         return forces[:-1]
 
 
-def names_below(model: Any, kind: Any, prefix: str) -> tuple[str, ...]:
+def names_with_prefix(model: Any, kind: Any, prefix: str) -> tuple[str, ...]:
     """Names of a model's objects of one kind that begin with a prefix, without it."""
     mujoco = import_mujoco()
     counts = {mujoco.mjtObj.mjOBJ_TENDON: model.ntendon, mujoco.mjtObj.mjOBJ_GEOM: model.ngeom}

@@ -19,7 +19,7 @@ from eyehand.grasping import HandModel
 from eyehand.grasping.hand_names import PALM, PINCER_FINGER, THUMB
 
 from ..mujoco_import import import_mujoco
-from .tendon_drives import HandDrives, tendon_arms
+from .tendon_drives import TendonDrives, tendon_arms
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,7 +35,7 @@ OPENINGS = np.linspace(0.0, 0.144, 13)
 """Free widths in the table, m; those that the hand cannot make are left out."""
 _MOST_PULL, _MOST_WRAP = 60.0, 30.0
 """Tensions, N, that close the unloaded hand and bend its outer joints all the way."""
-_TOO_BENT = 1.0
+_MAX_BEND = 1.0
 _WRAPS = {"wrap": False, "thumb_wrap": True}
 """Tendons of the outer joints, and whether they are the thumb's."""
 
@@ -117,7 +117,7 @@ class _Unloaded:
     def __init__(self, model: Any, frame: str, prefix: str) -> None:
         mujoco = import_mujoco()
         self._mujoco, self._model, self._data = mujoco, model, mujoco.MjData(model)
-        self.drives = HandDrives(model, self._data, prefix=prefix)
+        self.drives = TendonDrives(model, self._data, prefix=prefix)
         kinds = mujoco.mjtObj
         self.names = [
             (mujoco.mj_id2name(model, kinds.mjOBJ_GEOM, g) or "").removeprefix(prefix)
@@ -234,7 +234,7 @@ class _Unloaded:
         def leaning(tension: float) -> float:
             tensions[wraps] = tension
             # Bent so far that it cannot open to the width any more: less bend is asked.
-            return self._lean(finger) if _solve(missing, _MOST_PULL) else _TOO_BENT
+            return self._lean(finger) if _solve(missing, _MOST_PULL) else _MAX_BEND
 
         tensions[wraps] = 0.0
         if not _solve(missing, _MOST_PULL):

@@ -18,7 +18,7 @@ for from there on the pressure grows along the tangent."""
 TABLE_SIZE = 2048
 """Entries of a table of pressures: steps of 1.6 µm on a rigid object, exact to 1 Pa at 10 kPa."""
 _INVERSION_POINTS = 20000
-_LEAST_TABLE_PRESSURE = 1e-3
+_MIN_TABLE_PRESSURE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -141,7 +141,7 @@ def pressure_table(pad: Foam, touched: Foam | None = None) -> PressureTable:
     if touched is None:
         depths = np.linspace(0.0, pad.hard_depth, TABLE_SIZE)
         return PressureTable(depths[1], pad.pressure(depths))
-    rising = np.geomspace(_LEAST_TABLE_PRESSURE, pad.hard_pressure, _INVERSION_POINTS)
+    rising = np.geomspace(_MIN_TABLE_PRESSURE, pad.hard_pressure, _INVERSION_POINTS)
     pressures = np.concatenate([[0.0], rising])
     reached = pad.compression(pressures) + touched.compression(pressures)
     depths = np.linspace(0.0, reached[-1], TABLE_SIZE)

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from ..scenes.staged_solids import Part
     from .rendered_view import RenderedView
 
-MOST_VERTICAL = 1e-6
+MIN_VERTICAL_ANGLE = 1e-6
 """A line of sight this close to straight down, rad, leaves open which way is up in the image."""
-KEPT_VIEWS = 24
+MAX_CACHED_VIEWS = 24
 """Clean views that are kept for the next noise: 2.5 MB each at 640x480."""
 
 
@@ -83,7 +83,7 @@ class StagedView:
     def __post_init__(self) -> None:
         if not 0 < self.distance < np.inf:
             raise InputError(f"distance must be > 0 m and finite, got {self.distance}")
-        if not abs(self.elevation) < np.pi / 2 - MOST_VERTICAL:
+        if not abs(self.elevation) < np.pi / 2 - MIN_VERTICAL_ANGLE:
             raise InputError(
                 "elevation must lie within (-π/2, π/2) rad, for straight down has no upright "
                 f"image, got {self.elevation}"
@@ -170,7 +170,7 @@ def noise_at_one_metre(sigma: float) -> DepthNoise:
     return DepthNoise(axial=sigma / float(axial_sigma(np.array(1.0))))
 
 
-@functools.lru_cache(maxsize=KEPT_VIEWS)
+@functools.lru_cache(maxsize=MAX_CACHED_VIEWS)
 def render_staged(scene: StagedScene, *, colour: bool = False) -> RenderedView:
     """Cast one ray through every pixel's centre, on the CPU: the same image on every machine.
 

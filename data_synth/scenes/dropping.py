@@ -112,7 +112,7 @@ def _let_go(
     position[2] = max([floor, *tops])
     physics.put(index, RigidTransform.from_components(position, start.rotation))
     for _ in range(_LOWERING_STEPS):
-        gap = min(physics.least_gap(index, below), position[2] - floor)
+        gap = min(physics.nearest_gap(index, below), position[2] - floor)
         if gap < _TOUCH_M:
             break
         position[2] -= gap

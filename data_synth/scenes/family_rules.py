@@ -103,7 +103,7 @@ def fallen_fault(
     half = np.tile(np.array(options.table_size) / 2, 2)
     if not all(np.all(item.shape.support(_LEVEL) <= half) for item in objects):
         return "off the table"
-    if not physics.deepest() <= MAX_OVERLAP_M:
+    if not physics.max_penetration() <= MAX_OVERLAP_M:
         return "overlap"
     count = len(objects)
     carried = count - len(physics.on_table())
@@ -117,4 +117,4 @@ def fallen_fault(
 
 def _gaps(physics: TabletopPhysics, count: int) -> list[float]:
     """Distance from each object to the nearest other, m."""
-    return [physics.least_gap(k, [j for j in range(count) if j != k]) for k in range(count)]
+    return [physics.nearest_gap(k, [j for j in range(count) if j != k]) for k in range(count)]

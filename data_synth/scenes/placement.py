@@ -222,7 +222,7 @@ def _approach(
     for _ in range(_APPROACH_STEPS):
         position = above - away * heading
         physics.move(index, lift.translation + position)
-        gap = physics.least_gap(index, others)
+        gap = physics.nearest_gap(index, others)
         if gap < 2 * _CONTACT_M:
             return RigidTransform.from_components(position, resting.rotation) if gap > 0 else None
         away -= gap - _CONTACT_M

@@ -24,23 +24,23 @@ SHELL_RADIUS_M = (0.30, 0.75)
 """Range of a box's middle's distance from the arm's first axis: where elbow and hand move."""
 SHELL_HEIGHT_M = (0.05, 0.85)
 """Range of a box's middle's height above the arm's foot."""
-SHARE_NEAR_WAY = 0.5
+SHARE_NEAR_PATH = 0.5
 """Share of the boxes that are drawn about the tool's straight way, the others anywhere in the
 shell; the dial of how hard the scenes are."""
-MIDDLE_OF_WAY = (0.2, 0.8)
+PATH_RANGE = (0.2, 0.8)
 """Part of the way that they are drawn about."""
 SPREAD_M = 0.10
 """Standard deviation of their middle from it, along each axis."""
-MOST_TILT = 0.5
+MAX_TILT = 0.5
 """A box leans by up to this angle, rad, to any side."""
 COLUMN_M = (0.16, 0.42)
 """Radius and height about the arm's foot that boxes stay out of: link1 cannot move away."""
 
-LEAST_CLEARANCE_M = 0.020
+MIN_CLEARANCE_M = 0.020
 """Start and goal posture are this far from all boxes and from themselves: room for a margin."""
-LEAST_TRAVEL_M = 0.4
+MIN_TRAVEL_M = 0.4
 """The tool's way is at least this long, so that something may stand in it."""
-LEAST_HEIGHT_M = 0.1
+MIN_HEIGHT_M = 0.1
 """Elbow, wrist and tool start and end above this: the arm stands on a floor, though none is met."""
 JOINT_RANGE_SHARE = 0.95
 """Share of each joint's range that postures are drawn from: a goal at a limit is another test."""
@@ -129,7 +129,7 @@ def _clutter(
         if _meets_column(box):
             continue
         clearance = ArmClearance([box])
-        if min(clearance.at(start), clearance.at(witness)) >= LEAST_CLEARANCE_M:
+        if min(clearance.at(start), clearance.at(witness)) >= MIN_CLEARANCE_M:
             placed.append(box)
     return None
 
@@ -137,12 +137,12 @@ def _clutter(
 def _box(rng: np.random.Generator, name: str, way: NDArray[np.float64]) -> ReachingObstacle:
     low, high, tall = rng.uniform(*HALF_EXTENT_M, size=3)
     azimuth, lean_azimuth, yaw = rng.uniform(-np.pi, np.pi, size=3)
-    lean = rng.uniform(0.0, MOST_TILT)
+    lean = rng.uniform(0.0, MAX_TILT)
     axis = np.array([np.cos(lean_azimuth), np.sin(lean_azimuth), 0.0])
     turn = Rotation.from_rotvec(lean * axis) * Rotation.from_rotvec([0.0, 0.0, yaw])
     radius, height = rng.uniform(*SHELL_RADIUS_M), rng.uniform(*SHELL_HEIGHT_M)
-    if rng.random() < SHARE_NEAR_WAY:
-        share = rng.uniform(*MIDDLE_OF_WAY)
+    if rng.random() < SHARE_NEAR_PATH:
+        share = rng.uniform(*PATH_RANGE)
         centre = way[0] + share * (way[1] - way[0]) + rng.normal(0.0, SPREAD_M, size=3)
     else:
         centre = np.array([radius * np.cos(azimuth), radius * np.sin(azimuth), height])
@@ -166,12 +166,12 @@ def _free_posture(
     while True:
         posture = rng.uniform(*(JOINT_RANGE_SHARE * clearance.joint_range))
         far = away_from is None or bool(
-            np.linalg.norm(clearance.tool(posture) - away_from) >= LEAST_TRAVEL_M
+            np.linalg.norm(clearance.tool(posture) - away_from) >= MIN_TRAVEL_M
         )
         if (
             far
-            and clearance.lowest_joint(posture) >= LEAST_HEIGHT_M
-            and clearance.at(posture) >= LEAST_CLEARANCE_M
+            and clearance.lowest_joint(posture) >= MIN_HEIGHT_M
+            and clearance.at(posture) >= MIN_CLEARANCE_M
         ):
             return posture
 

@@ -52,8 +52,8 @@ MAX_SETTLE_S = 3.0
 """Longest simulated time to come to rest; for dropped and piled objects, after the last has
 fallen."""
 
-_WATCH_S = 1.0
-_WATCHED_DRIFT_M = 1e-4
+_STABILITY_TIME_S = 1.0
+_STABILITY_DRIFT_M = 1e-4
 """What fell and came to rest may stand on an edge that gives way: watched for so long, it must
 not move by more than this."""
 
@@ -120,7 +120,7 @@ def _draw(seed: int, attempt: int, options: TabletopOptions) -> TabletopScene | 
         return rested
     shapes = [item.shape for item in rested]
     steps = FINE_STEPS if falls else COARSE_STEPS
-    T_world_camera = draw_viewpoint(shapes, options.view, rng, physics.seen_pixels, steps)
+    T_world_camera = draw_viewpoint(shapes, options.view, rng, physics.visible_pixels, steps)
     if T_world_camera is None:
         return "no view of every object"
     return TabletopScene(seed, options.family, rested, table, intrinsics, T_world_camera)
@@ -140,7 +140,7 @@ def _stand(
         physics.put(index, pose)
     if not physics.settle(MAX_SETTLE_S):
         return "never at rest"
-    rested = _at_rest(objects, physics)
+    rested = _settled_objects(objects, physics)
     fault = standing_fault(physics, start, [item.shape.pose for item in rested], options)
     return fault or rested
 
@@ -156,20 +156,20 @@ def _fall(
         return "too full"
     if not physics.settle(MAX_SETTLE_S):
         return "unstable physics" if physics.unstable else "never at rest"
-    rested = _at_rest(objects, physics)
+    rested = _settled_objects(objects, physics)
     fault = fallen_fault(physics, rested, options)
     if fault:
         return fault
-    physics.run(_WATCH_S)
-    now = _at_rest(objects, physics)
+    physics.run(_STABILITY_TIME_S)
+    now = _settled_objects(objects, physics)
     moved = [
         float(np.linalg.norm(one.shape.centre - other.shape.centre))
         for one, other in zip(rested, now, strict=True)
     ]
-    return rested if max(moved) <= _WATCHED_DRIFT_M else "balanced for a moment only"
+    return rested if max(moved) <= _STABILITY_DRIFT_M else "balanced for a moment only"
 
 
-def _at_rest(objects: list[TabletopObject], physics: TabletopPhysics) -> tuple[TabletopObject, ...]:
+def _settled_objects(objects: list[TabletopObject], physics: TabletopPhysics) -> tuple[TabletopObject, ...]:
     return tuple(item.at(physics.pose(index)) for index, item in enumerate(objects))
 
 

@@ -89,7 +89,7 @@ class TabletopPhysics:
         rotation = Rotation.from_quat(qpos[3:], scalar_first=True)
         return RigidTransform.from_components(qpos[:3], rotation)
 
-    def deepest(self) -> float:
+    def max_penetration(self) -> float:
         """Greatest depth to which an object lies inside another or the table, m; 0 for none."""
         geoms = [*self._geom, self._table]
         gaps = (
@@ -103,7 +103,7 @@ class TabletopPhysics:
         """Distance between two objects, m; negative where they overlap."""
         return self._distance(self._geom[one], self._geom[other])
 
-    def least_gap(self, index: int, others: Sequence[int]) -> float:
+    def nearest_gap(self, index: int, others: Sequence[int]) -> float:
         """Distance from an object to the nearest of others, m; infinite when there are none."""
         return min((self.gap(index, other) for other in others), default=np.inf)
 
@@ -130,7 +130,7 @@ class TabletopPhysics:
             self._step(batch)
             if self.unstable:
                 return False
-            quiet = quiet + batch * step if self.fastest() < QUIET_SPEED_M_S else 0.0
+            quiet = quiet + batch * step if self.max_speed() < QUIET_SPEED_M_S else 0.0
         self._mujoco.mj_forward(self._model, self._data)
         return quiet >= QUIET_TIME_S
 
@@ -146,7 +146,7 @@ class TabletopPhysics:
         bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
         return any(self._data.warning[int(kind)].number > 0 for kind in bad)
 
-    def fastest(self) -> float:
+    def max_speed(self) -> float:
         """Bound on the speed of any point of any object that is not parked, m/s."""
         twist = self._data.qvel.reshape(self._count, 6)
         linear = np.linalg.norm(twist[:, :3], axis=1)
@@ -175,7 +175,7 @@ class TabletopPhysics:
         touching = {int(g) for pair in pairs if self._table in pair for g in pair}
         return {k for k, geom in enumerate(self._geom) if geom in touching}
 
-    def seen_pixels(
+    def visible_pixels(
         self, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
     ) -> NDArray[np.intp]:
         """Pixels in which a camera sees each object, (n,); the table hides nothing."""

@@ -80,7 +80,7 @@ def tabletop_spec(
     look = not free if look is None else look
     _add_table(mujoco, spec, table, with_look=look)
     if look:
-        _add_look(mujoco, spec, table)
+        _add_visuals(mujoco, spec, table)
     for item in objects:
         body = spec.worldbody.add_body(name=item.name)
         body.pos = item.shape.centre
@@ -138,7 +138,7 @@ def _add_table(mujoco: Any, spec: Any, table: Table, *, with_look: bool) -> None
     floor.material = "object"
 
 
-def _add_look(mujoco: Any, spec: Any, table: Table) -> None:
+def _add_visuals(mujoco: Any, spec: Any, table: Table) -> None:
     texture = spec.add_texture(name="wood", type=mujoco.mjtTexture.mjTEXTURE_2D)
     texture.nchannel = 3
     texture.width, texture.height, texture.data = _wood_texture(table.size)

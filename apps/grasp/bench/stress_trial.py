@@ -231,7 +231,7 @@ class Ended:
         for name in self.there:
             place = self.bench.robot.object_pose(name).translation
             on_table = bool((np.abs(place[:2]) <= half).all())
-            if not on_table and not cell.tray_holds(place):
+            if not on_table and not cell.is_over_tray(place):
                 return f"{name} left the table, to {np.round(place[:2], 2).tolist()} m"
         return ""
 

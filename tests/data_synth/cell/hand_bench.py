@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell.tendon_drives import PALM_PAD, HandDrives
+from eyehand.data_synth.cell.tendon_drives import PALM_PAD, TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
 from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
 from eyehand.grasping.closing import Closing, preshape_command
@@ -197,7 +197,7 @@ class HandBench:
                 body.gravcomp = 1.0
         self.model = world.compile()
         self.data = mujoco.MjData(self.model)
-        self.drives = HandDrives(self.model, self.data, prefix="hand/", drives=self.hand.drives)
+        self.drives = TendonDrives(self.model, self.data, prefix="hand/", drives=self.hand.drives)
         self._rails = np.array([self.model.actuator(f"rail_{a}").id for a in "xyz"])
         self._site = self.model.site("hand/palm").id
         self._body = self.model.body(item.name).id

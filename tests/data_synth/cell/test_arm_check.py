@@ -10,7 +10,7 @@ import pytest
 
 from eyehand.data_synth import LBR_ARM, import_mujoco
 from eyehand.data_synth.cell import HAND, GraspRobot, GraspWorld, SimRobot
-from eyehand.data_synth.cell.contact_record import TouchRecord
+from eyehand.data_synth.cell.contact_record import ContactRecord
 from eyehand.errors import InputError
 
 PARTS = HAND.parent
@@ -90,8 +90,8 @@ def test_bodies_without_a_name_are_the_robots(tmp_path):
     path = tmp_path / "robot.xml"
     path.write_text(ARM.replace("<worldbody>", '<worldbody><body><geom size="0.01"/></body>', 1))
     world = GraspWorld.build([], robot=GraspRobot.of_file(path, "tool"))
-    model = world.own_model()
-    touch = TouchRecord(model, import_mujoco().MjData(model), world)
+    model = world.copy_model()
+    touch = ContactRecord(model, import_mujoco().MjData(model), world)
     (unnamed,) = (k for k in range(1, model.nbody) if not model.body(k).name)
     assert touch.robot[model.body_geomadr[unnamed]]
 

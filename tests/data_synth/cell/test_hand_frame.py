@@ -6,7 +6,7 @@ import pytest
 
 from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell import find_frame
-from eyehand.data_synth.cell.name_suggestions import near_names
+from eyehand.data_synth.cell.name_suggestions import suggest_names
 from eyehand.errors import InputError
 
 MODEL = import_mujoco().MjModel.from_xml_string(
@@ -26,6 +26,6 @@ def test_a_wrong_name_brings_the_right_ones():
 
 
 def test_names_are_told_the_nearest_first_and_not_too_many():
-    assert near_names("plam", ["tool", "palm", ""]) == "there are palm, tool"
-    assert near_names("x", []) == "there are none with a name"
-    assert near_names("x", [f"link {k}" for k in range(20)]).endswith("link 7, …")
+    assert suggest_names("plam", ["tool", "palm", ""]) == "there are palm, tool"
+    assert suggest_names("x", []) == "there are none with a name"
+    assert suggest_names("x", [f"link {k}" for k in range(20)]).endswith("link 7, …")

@@ -133,7 +133,7 @@ def test_the_camera_sees_the_object_and_neither_robot_nor_tray(world: GraspWorld
     seen = frame.depth > 0
     points = frame.T_world_camera.apply(frame.intrinsics.rays()[seen] * frame.depth[seen, None])
     cell = GraspCell()
-    assert not cell.tray_holds(points).any()
+    assert not cell.is_over_tray(points).any()
     on_table = np.all(np.abs(points[:, :2]) < [0.6, 0.4], axis=1)
     high = points[on_table & (points[:, 2] > 0.005)]
     assert len(high) > 300

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell.tendon_drives import HandDrives
+from eyehand.data_synth.cell.tendon_drives import TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand
@@ -19,7 +19,7 @@ def hand():
     model.opt.gravity[:] = 0.0
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    drives = HandDrives(model, data)
+    drives = TendonDrives(model, data)
 
     def run(modes, values, steps=300):
         drives.command(HandCommand(modes, np.array(values, dtype=float)))
@@ -68,7 +68,7 @@ def test_names_may_have_a_prefix():
     spec = mujoco.MjSpec()
     spec.attach(mujoco.MjSpec.from_file(str(HAND)), frame=spec.worldbody.add_frame(), prefix="h/")
     model = spec.compile()
-    drives = HandDrives(model, mujoco.MjData(model), prefix="h/")
+    drives = TendonDrives(model, mujoco.MjData(model), prefix="h/")
 
     assert drives.drives == ("outer", "middle", "thumb", "wrap", "thumb_wrap")
     assert drives.joints[0] == "index_1"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth import import_mujoco
-from eyehand.data_synth.cell.tendon_drives import HandDrives
+from eyehand.data_synth.cell.tendon_drives import TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
 from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand
@@ -29,7 +29,7 @@ def test_placed_tendons_make_the_openings_of_the_table(opening):
     model = mujoco.MjModel.from_xml_path(str(HAND))
     data = mujoco.MjData(model)
     hand = tendon_hand_model()
-    drives = HandDrives(model, data)
+    drives = TendonDrives(model, data)
     model.opt.gravity[:] = 0.0
     drives.command(HandCommand(("place",) * 5, hand.excursions_at(opening)))
     for _ in range(600):

@@ -72,7 +72,7 @@ def test_what_fell_is_at_rest(family: Family, seed: int):
     scene = scene_of(family, seed)
     physics = physics_of(scene)
     physics.run(1.0)
-    assert physics.fastest() < 5e-3
+    assert physics.max_speed() < 5e-3
     for index, item in enumerate(scene.objects):
         moved = physics.pose(index).translation - item.shape.pose.translation
         assert np.linalg.norm(moved) < 2e-4, item.name
@@ -88,7 +88,7 @@ def test_no_solid_lies_a_millimetre_inside_another_or_the_table(family: Family, 
         for j, cloud in enumerate(clouds):
             assert j == k or depth_inside(item, cloud).max() < 1e-3, (k, j)
         assert clouds[k][:, 2].min() > -1e-3
-    assert physics_of(scene).deepest() < 1e-3
+    assert physics_of(scene).max_penetration() < 1e-3
 
 
 @pytest.mark.parametrize("family", FALLEN)
@@ -133,7 +133,7 @@ def test_piled_objects_lie_on_and_against_each_other(seed: int):
     scene = scene_of("piled", seed)
     physics = physics_of(scene)
     count = len(scene.objects)
-    gaps = [physics.least_gap(k, [j for j in range(count) if j != k]) for k in range(count)]
+    gaps = [physics.nearest_gap(k, [j for j in range(count) if j != k]) for k in range(count)]
     physics.run(0.1)
     assert np.mean(np.array(gaps) <= TOUCH_GAP_M) >= 0.75
     assert count - len(physics.on_table()) >= carried_count(count) >= 1
@@ -183,4 +183,4 @@ def test_the_more_of_a_pile_must_touch_the_fewer_roll_away(monkeypatch: pytest.M
     options = TabletopOptions(family="piled", count_range=(4, 4))
     scene = make_scene(0, options)
     physics = physics_of(scene)
-    assert max(physics.least_gap(k, [j for j in range(4) if j != k]) for k in range(4)) <= 1e-3
+    assert max(physics.nearest_gap(k, [j for j in range(4) if j != k]) for k in range(4)) <= 1e-3

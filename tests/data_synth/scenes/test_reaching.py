@@ -12,8 +12,8 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.data_synth.scenes import ArmClearance
 from eyehand.data_synth.scenes.reaching import (
-    LEAST_CLEARANCE_M,
-    LEAST_TRAVEL_M,
+    MIN_CLEARANCE_M,
+    MIN_TRAVEL_M,
     ReachingObstacle,
     ReachingScene,
     make_reaching_scene,
@@ -39,11 +39,11 @@ def test_a_seed_gives_the_scene_that_it_always_gave(was: dict[str, Any]):
 def test_start_and_goal_are_clear_of_everything_and_apart():
     for scene in SCENES:
         clearance = ArmClearance(scene.obstacles)
-        assert clearance.at(scene.start) >= LEAST_CLEARANCE_M
-        assert clearance.at(scene.witness) >= LEAST_CLEARANCE_M
+        assert clearance.at(scene.start) >= MIN_CLEARANCE_M
+        assert clearance.at(scene.witness) >= MIN_CLEARANCE_M
         assert np.allclose(clearance.tool(scene.witness), scene.goal, rtol=0, atol=1e-12)
         way = np.linalg.norm(clearance.tool(scene.start) - scene.goal)
-        assert way >= LEAST_TRAVEL_M
+        assert way >= MIN_TRAVEL_M
         lower, upper = clearance.joint_range
         assert ((scene.start > lower) & (scene.start < upper)).all()
 

@@ -35,7 +35,7 @@ def gaps_of(scene: TabletopScene) -> list[float]:
     """Distance from each object to its nearest neighbour, m."""
     physics = physics_of(scene)
     every = range(len(scene.objects))
-    return [physics.least_gap(k, [j for j in every if j != k]) for k in every]
+    return [physics.nearest_gap(k, [j for j in every if j != k]) for k in every]
 
 
 @pytest.mark.parametrize("family", FAMILIES)

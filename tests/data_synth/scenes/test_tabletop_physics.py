@@ -85,7 +85,7 @@ def test_the_deepest_overlap_is_that_of_two_objects_or_of_one_and_the_table(
     physics = balls(2)
     physics.put(0, one)
     physics.put(1, other)
-    assert physics.deepest() == pytest.approx(depth, abs=1e-5)
+    assert physics.max_penetration() == pytest.approx(depth, abs=1e-5)
 
 
 def test_a_simulation_that_blows_up_is_never_at_rest(
