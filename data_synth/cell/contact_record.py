@@ -1,4 +1,4 @@
-"""Who touches whom in a simulated cell, by the names that a person would use."""
+"""Contacts in a simulated cell, by names such as "robot", "table" and those of objects."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ _FIXED = ("table", "tray", _PEDESTAL)
 
 
 class ContactRecord:
-    """What the robot has touched, noted at every physics step.
+    """The contacts of the robot, recorded at every physics step.
 
     Parameters
     ----------
     model, data
         `MjModel`, `MjData` of the world.
     world
-        What is in it.
+        The world.
     """
 
     def __init__(self, model: Any, data: Any, world: GraspWorld) -> None:
@@ -38,24 +38,24 @@ class ContactRecord:
 
     @property
     def robot(self) -> NDArray[np.bool_]:
-        """Which geoms are the robot's, its pedestal included, (ngeom,)."""
+        """Mask of the geoms of the robot and its pedestal, (ngeom,)."""
         return (self._owner == _ROBOT) | (self._owner == self._names.index(_PEDESTAL))
 
     def note(self) -> None:
-        """Note what the robot touches in the current state."""
+        """Record the robot's contacts in the current state."""
         if self._data.ncon:
             owners = self._owner[self._data.contact.geom]
             mine = (owners == _ROBOT).any(axis=1)
             self._touched[owners[mine].ravel()] = True
 
     def take(self) -> set[str]:
-        """Give the names of what the robot touched since last asked."""
+        """Return the names of what the robot touched since the last call."""
         names = {self._names[k] for k in np.flatnonzero(self._touched) if k != _ROBOT}
         self._touched[:] = False
         return names
 
     def touching(self, name: str) -> set[str]:
-        """Give the names of what an object touches now, "robot" among them."""
+        """Return the names of what an object touches now; "robot" may be one."""
         if not self._data.ncon:
             return set()
         number = self._names.index(name)
@@ -71,5 +71,5 @@ def _owner(model: Any, geom: int) -> str:
         return "robot"
     if body == 0:
         return _PEDESTAL if model.geom(geom).name.startswith(_PEDESTAL) else "table"
-    # Only a robot's file brings bodies without a name.
+    # Only the files of robots contain bodies without a name.
     return name or "robot"

@@ -25,30 +25,30 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 STEP_S = 0.002
-"""Physics step: holding needs it this short."""
+"""Physics step, s: longer steps lose held objects."""
 IMPRATIO = 100.0
-"""Friction this much harder than normal contact: what is held does not creep."""
+"""Stiffness of friction over that of normal contact: held objects do not creep."""
 ROBOT_PREFIX = "robot_"
-"""What stands before the robot's names in the world."""
+"""Prefix of the robot's names in the world."""
 
 _NEAR_TRAY_M = 0.02
-"""What lies this close beside the tray counts as its part in a depth image."""
+"""Points this close to the tray count as tray in a depth image."""
 
 
 @dataclass(frozen=True, eq=False)
 class GraspWorld:
-    """A compiled world; make it with :meth:`build`. Robots that run in it copy the model."""
+    """A compiled world, made by :meth:`build`. Robots that run in it copy the model."""
 
     model: Any
     """`mujoco.MjModel`; bodies of objects carry their names, the robot's begin with ``robot_``."""
     objects: tuple[TabletopObject | MeshObject, ...]
-    """What stands on the table, at the start."""
+    """Objects on the table, at the start."""
     robot: GraspRobot
-    """What grasps it."""
+    """Arm and hand."""
     cell: GraspCell
-    """Where everything stands."""
+    """Poses of base, table, tray and camera."""
     friction: float | None
-    """Sliding friction of the hand on everything; None is what its file says."""
+    """Sliding friction of the hand; None keeps the value of its file."""
 
     @classmethod
     def build(
@@ -64,15 +64,15 @@ class GraspWorld:
         Parameters
         ----------
         objects
-            What stands on the table (`TabletopScene.objects`, meshes), names unlike one another;
-            not in the tray's place.
+            Objects on the table (`TabletopScene.objects`, meshes). Their names must differ, and
+            none may stand in the place of the tray.
         robot
-            Arm and hand; the LBR-like arm with the hand that comes with eyehand when None.
+            Arm and hand; the LBR-like arm with the included hand if None.
         cell
-            Where everything stands.
+            Poses of base, table, tray and camera.
         friction
-            Sliding friction of the hand on everything, which is what holds an object; objects
-            slide on table and tray as `tabletop_spec` says.
+            Sliding friction of the hand, which holds an object. Friction of objects on table and
+            tray is that of `tabletop_spec`.
 
         Raises
         ------
@@ -87,7 +87,7 @@ class GraspWorld:
             cell.check_clear(item.name, *_ball(item))
         mujoco = import_mujoco()
         simple = [item for item in objects if isinstance(item, TabletopObject)]
-        spec = tabletop_spec(simple, cell.table, free=True, look=True)
+        spec = tabletop_spec(simple, cell.table, free=True, visuals=True)
         for item in objects:
             if isinstance(item, MeshObject):
                 add_mesh_object(spec, item)
@@ -101,13 +101,13 @@ class GraspWorld:
         option.timestep, option.impratio = STEP_S, IMPRATIO
         option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
         option.cone, option.solver = mujoco.mjtCone.mjCONE_ELLIPTIC, mujoco.mjtSolver.mjSOL_NEWTON
-        # A simulation that fails is to say so, not to start again from the beginning.
+        # An unstable simulation must report it instead of resetting itself.
         option.disableflags |= int(mujoco.mjtDisableBit.mjDSBL_AUTORESET)
         try:
             model = spec.compile()
         except ValueError as error:
-            told = " ".join(str(error).split())
-            raise InputError(f"MuJoCo cannot compile the cell: {told}") from None
+            reason = " ".join(str(error).split())
+            raise InputError(f"MuJoCo cannot compile the cell: {reason}") from None
         if robot.hand_prefix:
             _compensate_hand_weight(model, ROBOT_PREFIX + robot.hand_prefix)
         return cls(model, objects, robot, cell, friction)
@@ -119,21 +119,21 @@ class GraspWorld:
 
     @property
     def hand_prefix(self) -> str:
-        """What stands before the names of the hand in the model."""
+        """Prefix of the hand's names in the model."""
         return ROBOT_PREFIX + self.robot.hand_prefix
 
     def copy_model(self) -> Any:
-        """Give a copy of the model: drives change it while they run."""
+        """Return a copy of the model, because drives change it while they run."""
         return copy.copy(self.model)
 
     def is_near_tray(self, points: NDArray[np.float64]) -> Any:
-        """Tell which points (…, 3), world, lie at or over the tray; (…,) bool."""
+        """Return which points (…, 3), world, m, lie at or over the tray, (…,) bool."""
         near = replace(self.cell, tray_wall=self.cell.tray_wall + _NEAR_TRAY_M)
         return near.is_over_tray(points)
 
 
 def _compensate_hand_weight(model: Any, prefix: str) -> None:
-    """Let the arm's controller carry the whole hand's weight, as it is told its tool's mass."""
+    """Compensate the weight of the whole hand, as an arm's controller does for its tool."""
     for body in range(1, model.nbody):
         parent = model.body(int(model.body_parentid[body])).name
         if model.body(body).name.startswith(prefix) and not parent.startswith(prefix):
@@ -141,7 +141,7 @@ def _compensate_hand_weight(model: Any, prefix: str) -> None:
 
 
 def _ball(item: TabletopObject | MeshObject) -> tuple[NDArray[np.float64], float]:
-    """Centre and radius of a ball that holds an object."""
+    """Return centre (3,), m, and radius, m, of a ball around an object."""
     if isinstance(item, MeshObject):
         return item.centre, item.radius
     return item.shape.centre, float(np.linalg.norm(item.shape.semi_axes))
@@ -153,4 +153,4 @@ def _check(objects: Sequence[TabletopObject | MeshObject], friction: float | Non
     names = [item.name for item in objects]
     twice = {name for name in names if names.count(name) > 1}
     if twice:
-        raise InputError(f"objects must have names of their own; twice: {', '.join(twice)}")
+        raise InputError(f"names of objects must differ; used twice: {', '.join(twice)}")

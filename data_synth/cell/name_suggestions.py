@@ -1,4 +1,4 @@
-"""What somebody may have meant by a name that there is not."""
+"""Suggest valid names for an unknown one."""
 
 from __future__ import annotations
 
@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-_MOST = 8
-"""Names that a message has room for."""
+_MAX_NAMES = 8
+"""Largest number of names in a message."""
 
 
 def suggest_names(name: str, names: Iterable[str]) -> str:
-    """Say which names there are, the likeliest first, as the end of a message.
+    """List the valid names, the closest first, as the end of a message.
 
     Examples
     --------
@@ -21,7 +21,7 @@ def suggest_names(name: str, names: Iterable[str]) -> str:
     'there are palm, tool'
     """
     known = [known for known in dict.fromkeys(names) if known]
-    near = difflib.get_close_matches(name, known, _MOST, cutoff=0.4)
-    told = (near + [known for known in known if known not in near])[:_MOST]
-    more = ", …" if len(known) > _MOST else ""
-    return f"there are {', '.join(told)}{more}" if told else "there are none with a name"
+    near = difflib.get_close_matches(name, known, _MAX_NAMES, cutoff=0.4)
+    listed = (near + [known for known in known if known not in near])[:_MAX_NAMES]
+    more = ", …" if len(known) > _MAX_NAMES else ""
+    return f"there are {', '.join(listed)}{more}" if listed else "there are none with a name"

@@ -17,7 +17,7 @@ from ..render.depth_noise import DepthNoise, add_depth_noise
 from ..render.depth_renderer import DEFAULT_MAX_RANGE_M, open_renderer
 from ..scenes.viewpoint import look_at
 from .arm_servos import ArmServos
-from .cell_appearance import DISPLAY_TARGET, DISPLAY_FOCAL_SHARE, DISPLAY_EYE
+from .cell_appearance import DISPLAY_EYE, DISPLAY_FOCAL_SHARE, DISPLAY_TARGET
 from .contact_record import ContactRecord
 from .fingertip_pads import FingertipPads
 from .grasp_world import ROBOT_PREFIX

@@ -1,4 +1,4 @@
-"""Objects that fall one by one in any orientation: apart from each other, or into a pile."""
+"""Objects that fall one by one in any orientation, apart from each other or into a pile."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from .tabletop_physics import TabletopPhysics
 
 _PAUSE_S = 0.6
-"""Longest time that an object has before the next one falls: most lie still by then."""
+"""Longest time before the next object falls: most lie still by then."""
 _BOWL_PULL_M_S2 = 4.0
-"""Level pull while a pile is made, as of a bowl with walls of 22°: on a flat table, round objects
-and those that slide off others end up apart. A steeper bowl packs them so that they fly apart
-when it is gone."""
+"""Horizontal acceleration towards the middle while a pile forms, as in a bowl with walls of 22°. On
+a flat table, round objects and those that slide off others end up apart. A steeper bowl packs them
+so tightly that they fly apart when it is removed."""
 _BOWL_FADES_S = 0.3
 _BOWL_FADE_STEPS = 10
-"""The bowl becomes flat so slowly that friction takes over."""
+"""The bowl becomes flat slowly enough for friction to hold the pile."""
 _TOUCH_M = 0.001
 _LOWERING_STEPS = 60
 
@@ -36,16 +36,16 @@ def drop(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> bool:
-    """Let every object fall from `fall_height` above what is below it, one after the other.
+    """Let objects fall one after the other, each from `FALL_HEIGHT_M` above what lies below it.
 
-    They may still move a little at the end.
+    They may still move slightly at the end.
 
     Parameters
     ----------
     shapes
         The solids, shape frames at the origin.
     physics
-        Where they fall; its objects end on the table.
+        The simulation; its objects end on the table.
     options
         Family (``dropped`` or ``piled``), area and heights.
     rng
@@ -54,7 +54,7 @@ def drop(
     Returns
     -------
     bool
-        False when the work area is too full for objects that shall fall apart from each other.
+        False if the work area is too full for objects that must fall apart from each other.
     """
     physics.park(range(len(shapes)))
     if options.family == "piled":
@@ -74,7 +74,7 @@ def _heap(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> None:
-    """Drop objects over a small disc at the bottom of a shallow bowl, then make that flat."""
+    """Drop objects onto a small disc in a shallow bowl, then flatten the bowl."""
     # Lying flat, an object covers about the product of its two longer extents.
     covered = sum(4 * float(np.prod(np.sort(shape.semi_axes)[1:])) for shape in shapes)
     radius = np.sqrt(covered / np.pi)
@@ -97,10 +97,9 @@ def _let_go(
     physics: TabletopPhysics,
     options: TabletopOptions,
 ) -> None:
-    """Lower an object onto what lies below it, lift it by `fall_height`, and let it fall.
+    """Lower an object onto what lies below it, lift it by `FALL_HEIGHT_M`, and let it fall.
 
-    Going down by the gap to the nearest cannot overlap anything (conservative advancement,
-    Mirtich 1996).
+    Moving down by the smallest gap cannot cause overlap (conservative advancement, Mirtich 1996).
     """
     below = range(index)
     reach = np.linalg.norm(shapes[index].semi_axes)

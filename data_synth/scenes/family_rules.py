@@ -1,4 +1,4 @@
-"""Whether objects that have come to rest stand to one another as their family says."""
+"""Checks that objects at rest follow the rule of their family."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _LEVEL = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.
 
 
 def carried_count(count: int) -> int:
-    """How many of `count` piled objects must lie on others only, at least."""
+    """Return how many of `count` piled objects must lie only on others, at least."""
     return count // 4
 
 
@@ -42,27 +42,27 @@ def standing_fault(
     poses: Sequence[RigidTransform],
     options: TabletopOptions,
 ) -> str:
-    """Why objects put down at `start` and at rest at `poses` break their family's rule.
+    """Return why standing objects break their family's rule.
 
     Parameters
     ----------
     physics
-        Their state at rest.
+        The objects at rest.
     start, poses
-        T_world_shape of every object, before and after.
+        T_world_shape of every object, at the start and at rest.
     options
-        Family ``separate``, ``touching`` or ``stacked``, and its lengths.
+        Family ``separate``, ``touching`` or ``stacked``, and its gaps.
 
     Returns
     -------
     str
-        The first fault found; empty when there is none.
+        The first fault; empty if there is none.
     """
     moved = [
         float(np.linalg.norm(after.translation - before.translation))
         for before, after in zip(start, poses, strict=True)
     ]
-    # A NaN from a simulation that blew up must fail too.
+    # NaN from an unstable simulation must fail too.
     if not max(moved) <= MAX_DRIFT_M:
         return "left its place"
     gaps = _gaps(physics, len(poses))
@@ -80,25 +80,25 @@ def standing_fault(
 def fallen_fault(
     physics: TabletopPhysics, objects: Sequence[TabletopObject], options: TabletopOptions
 ) -> str:
-    """Why objects that fell and came to rest break their family's rule.
+    """Return why fallen objects break their family's rule.
 
-    All lie over the table, and none deeper in another than `max_overlap`. Dropped objects all
-    touch the table. Of piled ones, `pile_contact` touch another, and `carried_count` lie on
-    others only.
+    All must lie over the table and overlap by at most `MAX_OVERLAP_M`. All dropped objects must
+    touch the table. Of the piled objects, the share `PILE_CONTACT_SHARE` must touch another, and
+    `carried_count` must lie only on others.
 
     Parameters
     ----------
     physics
-        Their state at rest.
+        The objects at rest.
     objects
-        The same objects, where they came to rest.
+        The same objects, with their poses at rest.
     options
-        Family ``dropped`` or ``piled``, and its lengths.
+        Family ``dropped`` or ``piled``, and the table.
 
     Returns
     -------
     str
-        The first fault found; empty when there is none.
+        The first fault; empty if there is none.
     """
     half = np.tile(np.array(options.table_size) / 2, 2)
     if not all(np.all(item.shape.support(_LEVEL) <= half) for item in objects):
@@ -116,5 +116,5 @@ def fallen_fault(
 
 
 def _gaps(physics: TabletopPhysics, count: int) -> list[float]:
-    """Distance from each object to the nearest other, m."""
+    """Return the distance from each object to the nearest other one, m."""
     return [physics.nearest_gap(k, [j for j in range(count) if j != k]) for k in range(count)]

@@ -1,4 +1,4 @@
-"""Random solids of household size, and the ways in which each can rest on a table."""
+"""Random solids of household size, and the orientations in which they rest on a table."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
 EXPONENT_RANGE = (0.2, 1.3)
 """Exponents of the kind ``superquadric``: low is boxy, 1 is round, above 1 is pinched."""
 SLENDERNESS = 3.0
-"""Flat-footed solids up to this height over width stand; slimmer ones topple at a touch."""
+"""Solids with a flat foot stand up to this height over width; slimmer ones topple easily."""
 ROUND_SLENDERNESS = 1.2
 """The same for solids without a flat foot."""
 BASE_SHARE = 0.6
-"""Solids that carry others are at least this share of the largest width wide."""
+"""Smallest width of a solid that carries another, as a share of the largest width."""
 BASE_SLENDERNESS = 0.9
 
 
@@ -45,7 +45,7 @@ def draw_shape(kind: Kind, options: TabletopOptions, rng: np.random.Generator) -
 
 
 def draw_base_shape(options: TabletopOptions, rng: np.random.Generator) -> Superquadric:
-    """Draw a box or cylinder that is low and wide enough to carry another object on its top."""
+    """Draw a box or cylinder that is low and wide enough to carry another object."""
     flat: list[Kind] = [kind for kind in options.kinds if kind in ("box", "cylinder")]
     kind = flat[rng.integers(len(flat))]
     high = options.width_range[1]
@@ -62,7 +62,7 @@ def draw_base_shape(options: TabletopOptions, rng: np.random.Generator) -> Super
 def rest_rotation(
     shape: Superquadric, rng: np.random.Generator, *, upright: bool = False
 ) -> Rotation:
-    """Draw a rotation, world from shape, with an axis up on which the solid stands, any yaw.
+    """Draw a rotation (world from shape) in which the solid stands on the table, with any yaw.
 
     Parameters
     ----------

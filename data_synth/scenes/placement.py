@@ -1,4 +1,4 @@
-"""Where objects are put down before physics takes over, for each family of scenes."""
+"""Initial poses of objects, before physics settles them, for each family of scenes."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ _MIN_GROUP_SIZE = 4
 _ANGLES = np.arange(96) / 96 * 2 * np.pi
 _DIRECTIONS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
 _SPOTS = 300
-"""Places tried at once for one group."""
+"""Random positions tried at once for one group."""
 _LAYOUTS = 12
-"""Times all objects are set out anew before the draw is given up."""
+"""Layouts of all objects tried before the draw is rejected."""
 _GAP_SLACK_M = 0.002
-"""Objects start this much farther apart than they must end."""
+"""Objects start this much farther apart than they must be at rest."""
 _CONTACT_M = 1e-4
-"""Gap that is left between touching objects before they settle."""
+"""Gap between touching objects before they settle."""
 _APPROACHES = 24
 _APPROACH_START_M = 0.8
 _APPROACH_STEPS = 60
@@ -50,14 +50,14 @@ _TOP_OFFSET_SHARE = 0.3
 
 @dataclass
 class _Group:
-    """Objects that are set down together, with their places relative to the group's."""
+    """Objects that are placed together, with their poses relative to the group."""
 
     members: list[int]
     places: list[RigidTransform]
 
 
 def carrier_count(count: int) -> int:
-    """How many of `count` stacked objects carry another: objects 0 .. n-1 carry n .. 2n-1."""
+    """Return how many of `count` stacked objects carry another: 0 .. n-1 carry n .. 2n-1."""
     return (count + 1) // 3
 
 
@@ -67,9 +67,9 @@ def place(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> list[RigidTransform] | None:
-    """Find a place for every object, `drop_height` above what it will rest on.
+    """Find a pose for every object, slightly above the surface on which it will rest.
 
-    Objects of the family ``dropped`` are turned anyhow, `fall_height` above the table.
+    Objects of the family ``dropped`` get any orientation, `FALL_HEIGHT_M` above the table.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def place(
         The solids, shape frames at the origin; in the family ``stacked`` the first
         `carrier_count` must be flat-topped.
     physics
-        Measures distances; its objects end parked or anywhere.
+        Used to measure distances; its objects end in any pose.
     options
         Family, area and gaps.
     rng
@@ -102,7 +102,7 @@ def place(
 
 
 def tumbled(shape: Superquadric, height: float, rng: np.random.Generator) -> RigidTransform:
-    """Pose over the origin in any orientation, with the lowest point at `height`, in m."""
+    """Draw a pose over the origin in any orientation, with the lowest point at `height`, m."""
     return _lifted(shape, height, Rotation.random(rng=rng))
 
 
@@ -143,7 +143,7 @@ def _resting(
     *,
     upright: bool = False,
 ) -> RigidTransform:
-    """Pose at the origin, off its rest by up to `tilt` rad, with the lowest point at `height`."""
+    """Draw a pose at the origin, tilted by up to `tilt` rad, the lowest point at `height`, m."""
     angle = rng.uniform(0, 2 * np.pi)
     lean = tilt * np.sqrt(rng.uniform()) * np.array([np.cos(angle), np.sin(angle), 0.0])
     rotation = Rotation.from_rotvec(lean) * rest_rotation(shape, rng, upright=upright)
@@ -180,12 +180,12 @@ def _touching(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> _Group | None:
-    """Bring each object up to those before it until it all but touches one of them."""
+    """Move each object towards the previous ones until it almost touches one of them."""
     physics.park(range(len(shapes)))
     lift = RigidTransform.from_translation([0.0, 0.0, options.table_height])
     group = _Group([], [])
     for index in members:
-        # Level, because an object that rocks back to its rest leaves the one it touched.
+        # Level, because an object that rocks back to rest moves away from the one it touched.
         resting = _resting(shapes[index], _DROP_HEIGHT_M, 0.0, rng)
         place = resting if not group.members else None
         for _ in range(_APPROACHES):
@@ -212,9 +212,9 @@ def _approach(
     physics: TabletopPhysics,
     lift: RigidTransform,
 ) -> RigidTransform | None:
-    """Slide an object along `heading` towards above `goal`, each step as long as its gap.
+    """Slide an object along `heading` towards a point above `goal`, each step as long as its gap.
 
-    Moving by the gap cannot overlap anything (conservative advancement, Mirtich 1996).
+    Moving by the gap cannot cause overlap (conservative advancement, Mirtich 1996).
     """
     physics.put(index, lift * resting)
     above = np.array([goal[0], goal[1], resting.translation[2]])
@@ -237,18 +237,18 @@ def _pack(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> list[NDArray[np.float64]] | None:
-    """Spots (2,) for groups, in m, that keep their members `min_gap` apart seen from above.
+    """Find positions (2,) of groups, m, so that their members are `min_gap` apart seen from above.
 
-    Two convex outlines are that far apart when some direction separates them by it, which
-    their support functions tell.
+    Two convex outlines are that far apart if some direction separates them by it. Their support
+    functions show this.
     """
     outlines = [_outlines(group, shapes) for group in groups]
     half = np.array(options.work_area) / 2
     gap = options.min_gap + _GAP_SLACK_M
     spots: dict[int, NDArray[np.float64]] = {}
-    # The largest first: small ones find room between.
+    # The largest first: small ones fit between.
     for k in sorted(range(len(groups)), key=lambda k: -float(outlines[k].max())):
-        # An outline reaches h(d) towards d: the spot keeps that inside the work area.
+        # An outline reaches h(d) in direction d; the position keeps it inside the work area.
         right, up, left, down = outlines[k].max(axis=0)[:: len(_ANGLES) // 4]
         low, high = -half + [left, down], half - [right, up]
         if np.any(low > high):
@@ -268,7 +268,7 @@ def _pack(
 
 
 def _outlines(group: _Group, shapes: Sequence[Superquadric]) -> NDArray[np.float64]:
-    """Support functions of the members in the horizontal directions, (members, 96), m."""
+    """Compute support functions of the members in horizontal directions, (members, 96), m."""
     supports = [
         shapes[member].support(local.rotation.inv().apply(_DIRECTIONS))
         + _DIRECTIONS @ local.translation

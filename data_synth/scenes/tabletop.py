@@ -1,4 +1,4 @@
-"""Random tabletop scenes: drawn from a seed, dropped, settled by physics, checked."""
+"""Random tabletop scenes: objects drawn from a seed, settled by physics, and checked."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ PALETTE = (
     (0.48, 0.62, 0.30),  # moss
     (0.95, 0.78, 0.60),  # peach
 )
-"""Red, green, blue of objects, told apart at a glance."""
+"""Distinct object colours: red, green, blue."""
 
 MAX_DRAWS = 60
 """Draws before :func:`make_scene` gives up."""
@@ -54,26 +54,25 @@ fallen."""
 
 _STABILITY_TIME_S = 1.0
 _STABILITY_DRIFT_M = 1e-4
-"""What fell and came to rest may stand on an edge that gives way: watched for so long, it must
-not move by more than this."""
+"""Fallen objects may balance on an edge for a moment. In this time they must not move by more than
+this drift."""
 
 
 def make_scene(seed: int, options: TabletopOptions | None = None) -> TabletopScene:
-    """Draw a scene whose objects stand still.
+    """Draw a scene whose objects are at rest.
 
-    Objects that stand are put down from `drop_height`, those of the families ``dropped`` and
-    ``piled`` fall one by one from `fall_height` in any orientation; all settle in MuJoCo. A draw
-    is thrown away when the work area is too full, an object leaves its place or the table or does
-    not come to rest, the family's rule is broken in the end, or no camera sees everything; the
-    next draw takes over. The same seed and options give the same scene to the last bit on one
-    machine.
+    Standing objects are placed slightly above the table. Objects of the families ``dropped`` and
+    ``piled`` fall one by one in any orientation. All settle in MuJoCo. A draw is rejected and
+    repeated if the work area is too full, if an object leaves its place or the table or does not
+    come to rest, if the family's rule is broken, or if no camera pose shows every object. The same
+    seed and options give the same scene to the last bit on one machine.
 
     Parameters
     ----------
     seed : int
         Source of all randomness, >= 0.
     options : TabletopOptions, optional
-        What to draw from.
+        Numbers, sizes and arrangement of the objects.
 
     Returns
     -------
@@ -83,8 +82,8 @@ def make_scene(seed: int, options: TabletopOptions | None = None) -> TabletopSce
     Raises
     ------
     InputError
-        If the seed is not a whole number >= 0, or `tries` draws all failed (the message counts
-        why).
+        If the seed is not a whole number >= 0, or all draws failed (the message counts the
+        reasons).
     DeviceError
         If MuJoCo cannot be loaded.
     """
@@ -105,7 +104,7 @@ def make_scene(seed: int, options: TabletopOptions | None = None) -> TabletopSce
 
 
 def _draw(seed: int, attempt: int, options: TabletopOptions) -> TabletopScene | str:
-    """One draw: a scene, or why it is none."""
+    """Draw once; return the scene, or the reason for its rejection."""
     rng = np.random.default_rng([seed, attempt])
     table = Table(options.table_size, options.table_height)
     intrinsics = camera_intrinsics(options.view)
@@ -132,7 +131,7 @@ def _stand(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> tuple[TabletopObject, ...] | str:
-    """Put objects down where they stay: the same at rest, or why not."""
+    """Place standing objects; return them at rest, or the reason for rejection."""
     start = place([item.shape for item in objects], physics, options, rng)
     if start is None:
         return "too full"
@@ -151,7 +150,7 @@ def _fall(
     options: TabletopOptions,
     rng: np.random.Generator,
 ) -> tuple[TabletopObject, ...] | str:
-    """Let objects fall one by one: the same at rest, or why not."""
+    """Let objects fall one by one; return them at rest, or the reason for rejection."""
     if not drop([item.shape for item in objects], physics, options, rng):
         return "too full"
     if not physics.settle(MAX_SETTLE_S):
@@ -169,7 +168,9 @@ def _fall(
     return rested if max(moved) <= _STABILITY_DRIFT_M else "balanced for a moment only"
 
 
-def _settled_objects(objects: list[TabletopObject], physics: TabletopPhysics) -> tuple[TabletopObject, ...]:
+def _settled_objects(
+    objects: list[TabletopObject], physics: TabletopPhysics
+) -> tuple[TabletopObject, ...]:
     return tuple(item.at(physics.pose(index)) for index, item in enumerate(objects))
 
 

@@ -1,4 +1,4 @@
-"""Every choice behind a random tabletop scene, with its unit and what it trades."""
+"""Options of random tabletop scenes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 MAX_OBJECTS = 15
-"""More do not fit on a table with room for a hand between them."""
+"""More objects do not fit on a table with room for a hand between them."""
 MIN_OBJECTS: dict[Family, int] = {
     "separate": 0,
     "touching": 2,
@@ -24,18 +24,18 @@ MIN_OBJECTS: dict[Family, int] = {
     "dropped": 1,
     "piled": 2,
 }
-"""What each family needs to be one."""
+"""Smallest number of objects in each family."""
 MIN_IMAGE_SIZE = (32, 24)
 MAX_IMAGE_SIZE = (4096, 4096)
 
 
 STRAIGHT_KINDS: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
-"""Solids that scenes are drawn from. Tapered ones are staged (:mod:`staged_solids`)."""
+"""Solids of random scenes. Tapered solids exist only in staged scenes (:mod:`staged_solids`)."""
 
 
 @dataclass(frozen=True)
 class ViewOptions:
-    """Where the camera of a scene may stand.
+    """Range of camera poses of a scene, and the image size.
 
     Raises
     ------
@@ -44,12 +44,12 @@ class ViewOptions:
     """
 
     image_size: tuple[int, int] = (640, 480)
-    """Columns and rows, px: more resolve smaller objects, cost time in every stage."""
+    """Columns and rows, px: more resolve smaller objects and cost time in every stage."""
     elevation_range: tuple[float, float] = (np.pi / 6, 65 * np.pi / 180)
-    """Least and largest angle of the line of sight below the horizon, rad: low views hide more
-    behind other objects, high views hide the sides."""
+    """Smallest and largest angle of the optical axis below the horizon, rad. Low views hide more
+    behind other objects; high views hide the sides."""
     distance_range: tuple[float, float] = (0.6, 1.1)
-    """Least and largest distance to the middle of the objects, m: noise grows with its square."""
+    """Smallest and largest distance to the middle of the objects, m: noise grows with its square."""
 
     def __post_init__(self) -> None:
         for size, least, most in zip(self.image_size, MIN_IMAGE_SIZE, MAX_IMAGE_SIZE, strict=True):
@@ -73,34 +73,35 @@ class TabletopOptions:
     """
 
     family: Family = "separate"
-    """``separate`` keeps `min_gap` between all objects, in ``touching`` every object touches
-    another, in ``stacked`` some rest on others; these stand. ``dropped`` objects fell apart from
-    each other and lie, lean or stand as they came to rest; ``piled`` ones fell onto each other."""
+    """Arrangement of the objects. Standing: ``separate`` (at least `min_gap` between all objects),
+    ``touching`` (every object touches another), ``stacked`` (some rest on others). Fallen, in any
+    orientation: ``dropped`` (apart from each other), ``piled`` (onto each other)."""
     count_range: tuple[int, int] = (4, 8)
-    """Fewest and most objects; 0 is an empty table, in the family ``separate`` only."""
+    """Smallest and largest number of objects; 0 is an empty table (family ``separate`` only)."""
     kinds: tuple[Kind, ...] = STRAIGHT_KINDS
-    """Solids to draw from, with equal chance."""
+    """Kinds of solids, drawn with equal probability."""
     width_range: tuple[float, float] = (0.03, 0.12)
-    """Smallest and largest horizontal extent of an upright object, m: what a hand spans."""
+    """Smallest and largest horizontal extent of an upright object, m; a hand must span it."""
     height_range: tuple[float, float] = (0.03, 0.25)
     """Smallest and largest extent along an object's third axis, m."""
     density_range: tuple[float, float] = (150.0, 600.0)
-    """Mass over volume, kg/m³: hollow household goods rather than solid ones."""
+    """Mass over volume, kg/m³. The default is that of hollow household goods."""
     table_size: tuple[float, float] = (1.2, 0.8)
     """Extent of the table along world x and y, m."""
     table_height: float = 0.0
     """World z of the table's top, m."""
     work_area: tuple[float, float] = (0.56, 0.48)
     """Objects stand inside this rectangle in the middle of the table, m: smaller is denser.
-    Dropped objects begin inside it, and may end anywhere on the table."""
+    Dropped objects start inside it and may end anywhere on the table."""
     min_gap: float = 0.015
-    """Least distance between separate objects, between groups of the families that stand, and
-    between dropped objects seen from above before they fall, m."""
+    """Smallest distance between separate objects and between groups of standing objects, m. Also
+    the smallest horizontal distance between dropped objects before they fall."""
     pile_spread: float = 0.5
-    """Piled objects fall onto a disc whose radius is this share of the one they would cover side
-    by side: lower piles higher and hides more, higher leaves more objects on the table."""
+    """Radius of the disc onto which piled objects fall, as a share of the disc that they would
+    cover side by side. Lower makes higher piles that hide more; higher leaves more objects on the
+    table."""
     view: ViewOptions = field(default_factory=ViewOptions)
-    """Where the camera may stand."""
+    """Camera poses and image size."""
 
     def __post_init__(self) -> None:
         _check_name("family", self.family, get_args(Family))

@@ -1,4 +1,4 @@
-"""Rigid objects on a table under gravity: put down, measured, let come to rest."""
+"""Physics of rigid objects on a table: placing, measuring distances, settling."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from .tabletop_scene import Table, TabletopObject
 
 QUIET_SPEED_M_S = 1e-3
-"""An object none of whose points is faster than this is quiet."""
+"""An object is quiet if none of its points is faster than this."""
 QUIET_TIME_S = 0.24
-"""All objects quiet for so long are at rest."""
+"""Objects that are quiet for this long are at rest."""
 
 BOWL_DRAG_HZ = 10.0
-"""Share of its level speed that an object in a bowl loses per second: it does not swing."""
+"""Share of its horizontal speed that an object in a bowl loses per second, against swinging."""
 
 _CHECK_INTERVAL_S = 0.03
 _NO_SLIP_PASSES = 3
@@ -34,20 +34,20 @@ _GAP_HORIZON_M = 10.0
 
 
 class TabletopPhysics:
-    """The state of a set of objects in MuJoCo; each is parked far away until it is put down."""
+    """State of a set of objects in MuJoCo; each is parked far away until it is placed."""
 
     def __init__(
         self, objects: Sequence[TabletopObject], table: Table, *, no_creep: bool = False
     ) -> None:
-        """Make the objects' bodies.
+        """Create the bodies of the objects.
 
         Parameters
         ----------
         objects, table
-            What falls, and onto what.
+            The objects and the table.
         no_creep
-            Friction holds to the end, at a tenth to a half more time: else what lies aslant slides
-            by 0.1 mm/s, and may fall after seconds.
+            Compute friction without creep, which takes 10 % to 50 % more time. Otherwise tilted
+            objects slide by 0.1 mm/s and may fall after seconds.
         """
         self._mujoco = import_mujoco()
         self._model = tabletop_spec(objects, table, free=True).compile()
@@ -64,14 +64,14 @@ class TabletopPhysics:
         self.park(range(self._count))
 
     def park(self, indices: Iterable[int]) -> None:
-        """Take objects off the table; time leaves them where they are until they are put down."""
+        """Move objects far away, where they stay until they are placed."""
         self._parked.update(indices)
         for index in indices:
             self._data.qvel[6 * index : 6 * index + 6] = 0.0
             self.move(index, np.array([_PARKING_M, index, _PARKING_M]))
 
     def put(self, index: int, T_world_shape: RigidTransform) -> None:
-        """Place object `index`, at rest."""
+        """Place object `index` at a pose, with zero velocity."""
         self._parked.discard(index)
         turn = T_world_shape.rotation.as_quat(scalar_first=True)
         self._data.qpos[7 * index + 3 : 7 * index + 7] = turn
@@ -84,13 +84,13 @@ class TabletopPhysics:
         self._mujoco.mj_kinematics(self._model, self._data)
 
     def pose(self, index: int) -> RigidTransform:
-        """Where object `index` is: T_world_shape."""
+        """Return T_world_shape of object `index`."""
         qpos = self._data.qpos[7 * index : 7 * index + 7]
         rotation = Rotation.from_quat(qpos[3:], scalar_first=True)
         return RigidTransform.from_components(qpos[:3], rotation)
 
     def max_penetration(self) -> float:
-        """Greatest depth to which an object lies inside another or the table, m; 0 for none."""
+        """Return the largest depth of an object inside another or the table, m; 0 if none."""
         geoms = [*self._geom, self._table]
         gaps = (
             self._distance(geoms[one], geoms[other])
@@ -100,32 +100,32 @@ class TabletopPhysics:
         return max(0.0, -min(gaps))
 
     def gap(self, one: int, other: int) -> float:
-        """Distance between two objects, m; negative where they overlap."""
+        """Return the distance between two objects, m; negative if they overlap."""
         return self._distance(self._geom[one], self._geom[other])
 
     def nearest_gap(self, index: int, others: Sequence[int]) -> float:
-        """Distance from an object to the nearest of others, m; infinite when there are none."""
+        """Return the distance from an object to the nearest of others, m; infinite if none."""
         return min((self.gap(index, other) for other in others), default=np.inf)
 
     def bowl(self, radius: float, pull: float) -> None:
-        """Draw objects to the table's middle, as if it were hollow; a pull of 0 makes it flat.
+        """Pull objects to the middle of the table, as a bowl would; a pull of 0 makes it flat.
 
         Parameters
         ----------
         radius
-            Distance from the z-axis inside which the bowl gets flatter towards its middle, m.
+            Distance from the z-axis within which the pull decreases to 0, m.
         pull
-            Level acceleration outside it, m/s²: over g, the slope of the bowl's wall.
+            Horizontal acceleration outside it, m/s²; divided by g, the slope of the wall.
         """
         self._bowl_radius, self._pull = radius, pull
         self._data.xfrc_applied[:] = 0.0
 
-    def settle(self, longest: float) -> bool:
-        """Let time run until all objects are at rest; False if they are not after `longest` s."""
+    def settle(self, max_time: float) -> bool:
+        """Simulate until all objects are at rest; return False if they are not after `max_time` s."""
         step = self._model.opt.timestep
         batch = max(round(_CHECK_INTERVAL_S / step), 1)
         quiet = 0.0
-        ends = self._data.time + longest
+        ends = self._data.time + max_time
         while self._data.time < ends and quiet < QUIET_TIME_S:
             self._step(batch)
             if self.unstable:
@@ -147,7 +147,7 @@ class TabletopPhysics:
         return any(self._data.warning[int(kind)].number > 0 for kind in bad)
 
     def max_speed(self) -> float:
-        """Bound on the speed of any point of any object that is not parked, m/s."""
+        """Return an upper bound of the speed of any point of an object that is not parked, m/s."""
         twist = self._data.qvel.reshape(self._count, 6)
         linear = np.linalg.norm(twist[:, :3], axis=1)
         angular = np.linalg.norm(twist[:, 3:], axis=1)
@@ -170,7 +170,7 @@ class TabletopPhysics:
             self.park(self._parked.copy())
 
     def on_table(self) -> set[int]:
-        """Objects that touch the table."""
+        """Return the indices of the objects that touch the table."""
         pairs = self._data.contact.geom
         touching = {int(g) for pair in pairs if self._table in pair for g in pair}
         return {k for k, geom in enumerate(self._geom) if geom in touching}
@@ -178,7 +178,7 @@ class TabletopPhysics:
     def visible_pixels(
         self, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
     ) -> NDArray[np.intp]:
-        """Pixels in which a camera sees each object, (n,); the table hides nothing."""
+        """Count the pixels of each object in a camera's image, (n,); the table hides nothing."""
         rays = intrinsics.rays().reshape(-1, 3) @ T_world_camera.rotation.as_matrix().T
         hit = np.full(len(rays), -1, dtype=np.int32)
         self._mujoco.mj_multiRay(

@@ -1,4 +1,4 @@
-"""A table with objects at rest and a camera over it: the ground truth of one synthetic view."""
+"""Ground truth of one synthetic view: a table, objects at rest, and a camera."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from eyehand.perception.superquadric import Kind, Superquadric
 
 Family = Literal["separate", "touching", "stacked", "dropped", "piled"]
-"""How the objects stand to one another."""
+"""Arrangement of the objects."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,8 @@ class Table:
 class TabletopObject:
     """One rigid object.
 
-    Its solid is exact for the kind: a box has sharp edges, although the superquadric that
-    stands for it has exponents just above 0 (the corner of that superquadric lies 1.1 % of the
-    half diagonal inside the box's).
+    The solid is exact for its kind: a box has sharp edges. The superquadric that describes it has
+    exponents just above 0, and its corner lies 1.1 % of the half diagonal inside the box's.
     """
 
     name: str
@@ -49,11 +48,11 @@ class TabletopObject:
 
     @property
     def kind(self) -> Kind:
-        """Which solid it is."""
+        """Kind of solid."""
         return self.shape.kind
 
     def at(self, T_world_shape: RigidTransform) -> TabletopObject:
-        """Return the same object with its shape frame at another place."""
+        """Return the same object with another pose."""
         return replace(self, shape=replace(self.shape, pose=T_world_shape))
 
 
@@ -62,13 +61,13 @@ class TabletopScene:
     """Objects at rest on a table, seen by one camera."""
 
     seed: int
-    """What it was drawn from."""
+    """Seed of the scene."""
     family: Family
-    """How the objects stand to one another."""
+    """Arrangement of the objects."""
     objects: tuple[TabletopObject, ...]
     """Label k of a rendered view is object k-1."""
     table: Table
-    """What they stand on."""
+    """The table."""
     intrinsics: CameraIntrinsics
     """The camera."""
     T_world_camera: RigidTransform
@@ -76,7 +75,7 @@ class TabletopScene:
 
 
 def solid_volume(shape: Superquadric) -> float:
-    """Volume in m³ of the solid that the kind names, with sharp edges where it has some."""
+    """Return the volume of the exact solid of a kind, m³."""
     box = 8.0 * float(np.prod(shape.semi_axes))
     filled = {"box": 1.0, "cylinder": np.pi / 4, "sphere": np.pi / 6, "ellipsoid": np.pi / 6}
     return box * filled[shape.kind] if shape.kind in filled else shape.volume

@@ -1,4 +1,4 @@
-"""A tabletop as a MuJoCo model description, for physics and for pictures."""
+"""A tabletop as a MuJoCo model description, for physics and for rendering."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ if TYPE_CHECKING:
 
 VISIBLE_GROUPS = (1, 1, 1, 0, 0, 0)
 PHYSICS_GROUP = 3
-"""Geom groups: MuJoCo draws groups 0 to 2, so group 3 is felt and not seen."""
+"""Geom groups. MuJoCo draws groups 0 to 2, so group 3 collides but is invisible."""
 TABLE_TOP = "table_top"
-"""Geom that is seen as the table."""
+"""Visible geom of the table."""
 
 SLIDING_FRICTION = 0.6
 TORSIONAL_FRICTION_M = 0.005
@@ -34,37 +34,37 @@ _SOLREF = (0.006, 1.0)
 _SOLIMP = (0.99, 0.999, 1e-4, 0.5, 2.0)
 """Stiff enough that objects sink less than 0.02 mm into the table."""
 _IMPRATIO = 10.0
-"""Friction this much harder than normal contact: objects do not creep."""
+"""Stiffness of friction over that of normal contact: objects do not creep."""
 
 _TABLE_THICKNESS_M = 0.03
 _FLOOR_EXTENT_M = 30.0
 _FLOOR_FACET_M = 0.4
-"""GL lights the corners of facets: finer ones show a rounder pool of light."""
+"""OpenGL lights the corners of facets: finer facets show a rounder spot of light."""
 _FLOOR_COLOUR = (0.62, 0.63, 0.65)
 _TEXTURE_PX_PER_M = 1000
 _SLICES = 160
-"""Facets of round primitives in GL: a 120 mm ball is true to 0.02 mm."""
+"""Facets of round primitives in OpenGL: a 120 mm ball is exact to 0.02 mm."""
 _KEY_LIGHT = (-0.4, 0.55, 1.85)
-"""Place of the shadow-casting light from the table's centre, m."""
+"""Position of the shadow-casting light relative to the table's centre, m."""
 
 
 def tabletop_spec(
-    objects: Sequence[TabletopObject], table: Table, *, free: bool, look: bool | None = None
+    objects: Sequence[TabletopObject], table: Table, *, free: bool, visuals: bool | None = None
 ) -> Any:
     """Describe a table, its floor, lights, and one body per object.
 
-    Body and geom of object k carry its name; the geom `table` is what objects rest on.
+    Body and geom of an object have its name. Objects rest on the geom `table`.
 
     Parameters
     ----------
     objects
-        What stands on the table, each at the place its shape's pose gives.
+        Objects on the table, each at the pose of its shape.
     table
         The table.
     free
-        Give the objects a free joint (physics) or fix them (pictures).
-    look
-        Add what is only seen: table top, floor, lamp, materials; None where objects are fixed.
+        Give the objects a free joint (for physics) or fix them (for rendering).
+    visuals
+        Add visual parts: table top, floor, lamp, materials. None adds them if objects are fixed.
 
     Returns
     -------
@@ -77,9 +77,9 @@ def tabletop_spec(
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = _IMPRATIO
-    look = not free if look is None else look
-    _add_table(mujoco, spec, table, with_look=look)
-    if look:
+    visuals = not free if visuals is None else visuals
+    _add_table(mujoco, spec, table, visuals=visuals)
+    if visuals:
         _add_visuals(mujoco, spec, table)
     for item in objects:
         body = spec.worldbody.add_body(name=item.name)
@@ -91,7 +91,7 @@ def tabletop_spec(
         geom.rgba = [*item.colour, 1.0]
         _set_solid(mujoco, spec, geom, item.name, item.shape)
         set_contact(geom)
-        if look:
+        if visuals:
             geom.material = "object"
     return spec
 
@@ -114,19 +114,19 @@ def _set_solid(mujoco: Any, spec: Any, geom: Any, name: str, shape: Superquadric
 
 
 def set_contact(geom: Any) -> None:
-    """Give an object's geom of an `MjSpec` the friction and stiffness of all objects."""
+    """Set friction and stiffness of an object's geom in an `MjSpec`."""
     geom.condim = 6
     geom.friction = [SLIDING_FRICTION, TORSIONAL_FRICTION_M, ROLLING_FRICTION_M]
     geom.solref, geom.solimp = _SOLREF, _SOLIMP
 
 
-def _add_table(mujoco: Any, spec: Any, table: Table, *, with_look: bool) -> None:
+def _add_table(mujoco: Any, spec: Any, table: Table, *, visuals: bool) -> None:
     world = spec.worldbody
     # An infinite plane carries objects more cheaply and evenly than the top of a box.
     plane = world.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_PLANE, group=PHYSICS_GROUP)
     plane.size, plane.pos = [0, 0, 1], [0, 0, table.height]
     set_contact(plane)
-    if not with_look:
+    if not visuals:
         return
     half = _TABLE_THICKNESS_M / 2
     top = world.add_geom(name=TABLE_TOP, type=mujoco.mjtGeom.mjGEOM_BOX, contype=0, conaffinity=0)
@@ -148,7 +148,7 @@ def _add_visuals(mujoco: Any, spec: Any, table: Table) -> None:
     visual = spec.visual
     visual.headlight.ambient, visual.headlight.diffuse = [0.38] * 3, [0.22] * 3
     visual.headlight.specular = [0.05] * 3
-    # A steep lamp, a narrow cone and a fine map: else the floor is speckled with its own shadow.
+    # A steep lamp, a narrow cone and a fine map avoid speckled shadows on the floor.
     visual.map.shadowscale = 0.4
     visual.quality.shadowsize, visual.quality.offsamples = 4096, 4
     visual.quality.numslices, visual.quality.numstacks = _SLICES, _SLICES // 2

@@ -1,4 +1,4 @@
-"""Where the camera of a random scene stands."""
+"""Camera poses: looking at a point, and random viewpoints of a scene."""
 
 from __future__ import annotations
 
@@ -33,11 +33,11 @@ _OUTLINE_RESOLUTION = 16
 COARSE_STEPS = (4,)
 """Visible shares are counted on every fourth column and row."""
 FINE_STEPS = (4, 2)
-"""The same, then on every other: for slivers between other objects, at 5 times the time."""
+"""The same, then on every second one: finds slivers between objects, in 5 times the time."""
 
 
 def look_at(eye: ArrayLike, target: ArrayLike) -> RigidTransform:
-    """T_world_camera of a camera at `eye` whose optical axis goes through `target`.
+    """Return T_world_camera of a camera at `eye` whose optical axis goes through `target`.
 
     Image columns stay level (camera x is horizontal in the world).
 
@@ -66,7 +66,7 @@ def look_at(eye: ArrayLike, target: ArrayLike) -> RigidTransform:
 
 
 def camera_intrinsics(options: ViewOptions) -> CameraIntrinsics:
-    """Pinhole camera of the chosen size, its principal point in the middle of the image."""
+    """Return a pinhole camera of this image size, its principal point in the middle."""
     width, height = options.image_size
     focal = FOCAL_SHARE * width
     return CameraIntrinsics(focal, focal, (width - 1) / 2, (height - 1) / 2, width, height)
@@ -79,7 +79,7 @@ def draw_viewpoint(
     seen: Callable[[CameraIntrinsics, RigidTransform], NDArray[np.intp]],
     steps: tuple[int, ...] = COARSE_STEPS,
 ) -> RigidTransform | None:
-    """Draw a place for the camera from which all solids lie whole in the image, none hidden.
+    """Draw a camera pose that shows all solids completely in the image, none hidden.
 
     Parameters
     ----------
@@ -90,14 +90,14 @@ def draw_viewpoint(
     rng
         Source of randomness.
     seen
-        Pixels that a camera with these intrinsics at this T_world_camera sees of each solid.
+        Function of intrinsics and T_world_camera that counts the visible pixels of each solid.
     steps
-        Every so many-th column and row is counted; each count must show enough of every solid.
+        Strides in columns and rows; each count must show enough of every solid.
 
     Returns
     -------
     RigidTransform or None
-        T_world_camera, or None when no draw showed all of them.
+        T_world_camera, or None if no draw showed all of them.
     """
     camera = camera_intrinsics(options)
     cameras = [_coarser(camera, step) for step in steps]
@@ -106,7 +106,7 @@ def draw_viewpoint(
     vertices = np.vstack([mesh(shape, _OUTLINE_RESOLUTION)[0] for shape in shapes])
     last = np.array([camera.width - 1, camera.height - 1])
     for _ in range(_MAX_DRAWS):
-        T_world_camera = _look_from_anywhere(target, options, rng)
+        T_world_camera = _random_viewpoint(target, options, rng)
         pixels = camera.project(T_world_camera.inv().apply(vertices))
         # NaN behind the camera fails both comparisons.
         if np.all((pixels >= _MARGIN_PX) & (pixels <= last - _MARGIN_PX)):
@@ -117,12 +117,12 @@ def draw_viewpoint(
 
 
 def draw_table_view(options: TabletopOptions, rng: np.random.Generator) -> RigidTransform:
-    """Draw a place for the camera of an empty table.
+    """Draw a camera pose for an empty table.
 
     Parameters
     ----------
     options
-        The camera looks at some point of the work area, as it would at an object there.
+        Work area and camera ranges; the camera looks at a random point of the work area.
     rng
         Source of randomness.
 
@@ -132,10 +132,10 @@ def draw_table_view(options: TabletopOptions, rng: np.random.Generator) -> Rigid
         T_world_camera.
     """
     spot = rng.uniform(-0.5, 0.5, size=2) * options.work_area
-    return _look_from_anywhere(np.append(spot, options.table_height), options.view, rng)
+    return _random_viewpoint(np.append(spot, options.table_height), options.view, rng)
 
 
-def _look_from_anywhere(
+def _random_viewpoint(
     target: NDArray[np.float64], options: ViewOptions, rng: np.random.Generator
 ) -> RigidTransform:
     azimuth = rng.uniform(0, 2 * np.pi)
@@ -147,7 +147,7 @@ def _look_from_anywhere(
 
 
 def _coarser(camera: CameraIntrinsics, step: int) -> CameraIntrinsics:
-    """Return the same field of view in a `step`-th of the columns and rows."""
+    """Return the same field of view with columns and rows divided by `step`."""
     k = camera
     width, height = max(k.width // step, 1), max(k.height // step, 1)
     x, y = width / k.width, height / k.height
