@@ -1,4 +1,4 @@
-"""What is only seen of a grasping cell: light, background, table legs, the mast of the camera."""
+"""Visual parts of a grasping cell: light, background, table legs, the camera's mast."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ if TYPE_CHECKING:
     from .grasp_cell import GraspCell
 
 SLICES = 56
-"""Facets of round things: a 120 mm ball is true to 0.1 mm, a twentieth of the camera's noise; every
-picture takes its time by their square."""
+"""Facets of round geoms. A 120 mm ball is exact to 0.1 mm, a twentieth of the camera's noise. The
+rendering time grows with their square."""
 SHADOW_PX = 3072
-"""Of the shadow map: shadows at the table are sharp to some mm."""
+"""Size of the shadow map: shadows on the table are sharp to a few mm."""
 
 DISPLAY_EYE = (1.35, 1.5, 1.0)
 DISPLAY_TARGET = (0.02, -0.22, 0.36)
-"""Where an onlooker stands and looks, world, m: before the table, the robot on its far side."""
+"""Camera position and target for pictures, world, m: in front of the table, facing the robot."""
 DISPLAY_FOCAL_SHARE = 0.98
-"""Focal length of his camera over the picture's width."""
+"""Focal length of that camera over the image width."""
 
 _LAMP = (0.55, 1.25, 2.9)
 _LAMP_AT = (0.0, -0.15, 0.1)
@@ -45,13 +45,13 @@ _LEG_INSET_M = 0.06
 _TABLE_THICKNESS_M = 0.03
 _MAST_M = 0.012
 _MAST_BEHIND_M = 0.12
-"""How far behind the camera its mast stands, so that it is not seen."""
+"""Distance of the mast behind the camera, so that the camera does not see it."""
 _CAMERA_HALF_M = (0.045, 0.0125, 0.0125)
 _NO_CONTACT = {"contype": 0, "conaffinity": 0}
 
 
 def add_cell_visuals(spec: Any, cell: GraspCell) -> None:
-    """Add what is only seen to a cell's `MjSpec`, which has a lamp and a floor already."""
+    """Add visual parts to a cell's `MjSpec`, which already has a lamp and a floor."""
     mujoco = import_mujoco()
     _add_light(mujoco, spec)
     _add_legs(mujoco, spec, cell)
@@ -109,7 +109,7 @@ def _add_mast(mujoco: Any, spec: Any, cell: GraspCell) -> None:
             material=STEEL,
             **_NO_CONTACT,
         )
-    # Behind its own optical centre: it must not see itself.
+    # Behind the optical centre: the camera must not see itself.
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=_CAMERA_HALF_M,

@@ -1,4 +1,4 @@
-"""The places of a grasping cell: robot, work area, tray and camera, and the furniture they need."""
+"""Layout of a grasping cell: robot base, work area, tray and camera, and the furniture."""
 
 from __future__ import annotations
 
@@ -23,18 +23,18 @@ if TYPE_CHECKING:
     from ..scenes.tabletop_scene import Family
 
 WORK_AREA_M = (0.42, 0.37)
-"""Objects lie inside this rectangle in the middle of the table: everywhere in it the hand points
+"""Objects lie inside this rectangle in the middle of the table. Everywhere in it the hand can point
 straight down, and sideways from some direction."""
 PILE_SPREAD = 0.5
 """See `TabletopOptions.pile_spread`."""
 _LOOSE_M = (0.50, 0.46)
-"""What falls may roll this far from the middle of the table, full extents: still within reach."""
+"""Full extents of the area in which falling objects may end: still within reach."""
 
 _FOCAL_PX = 525.0
 _IMAGE_PX = (640, 480)
 _CAMERA_VIEW = (0.85, np.radians(45.0), np.radians(190.0))
-"""Distance to the point it looks at, m; elevation; azimuth: as near as sees the whole work area up
-to 0.25 m, from the side of the table where the arm does not stand."""
+"""Distance to the target, m; elevation and azimuth, rad. The camera is as near as shows the whole
+work area up to 0.25 m, on the side of the table away from the arm."""
 _CAMERA_TARGET = (0.0, 0.0, 0.07)
 
 STEEL = "steel"
@@ -65,10 +65,10 @@ def _intrinsics() -> CameraIntrinsics:
 
 @dataclass(frozen=True)
 class GraspCell:
-    """Where everything stands; world z up, the table's top at z = 0, its middle at the origin."""
+    """Poses in the cell; world z up, the table's top at z = 0, its middle at the origin."""
 
     T_world_base: RigidTransform = field(default_factory=_base)
-    """The robot's base, on a pedestal beside the table; its x-axis points over the table."""
+    """Robot base, on a pedestal beside the table; its x-axis points over the table."""
     table: Table = field(default_factory=Table)
     """The table; its top is at z = 0."""
     tray_centre: tuple[float, float, float] = (0.43, -0.19, 0.006)
@@ -85,12 +85,12 @@ class GraspCell:
     """Of the depth camera."""
 
     def is_over_tray(self, points: NDArray[np.float64]) -> Any:
-        """Tell which points (…, 3), world, lie over the tray, its walls included; (…,) bool."""
+        """Return which points (…, 3), world, m, lie over the tray and its walls, (…,) bool."""
         half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
         return np.all(np.abs(points[..., :2] - self.tray_centre[:2]) <= half, axis=-1)
 
     def check_clear(self, name: str, centre: NDArray[np.float64], radius: float) -> None:
-        """Raise an `InputError` if a ball about an object is in the tray's place."""
+        """Raise an `InputError` if a ball around an object overlaps the tray's area."""
         half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
         if np.all(np.abs(centre[:2] - self.tray_centre[:2]) - half < radius):
             raise InputError(
@@ -99,7 +99,7 @@ class GraspCell:
             )
 
     def add_furniture(self, spec: Any) -> None:
-        """Add what can be felt, pedestal and tray, to a scene's `MjSpec`."""
+        """Add pedestal and tray, which collide, to a scene's `MjSpec`."""
         mujoco = import_mujoco()
         spec.add_material(name=STEEL, rgba=_STEEL_COLOUR, specular=0.5, shininess=0.6)
         spec.add_material(name="tray", rgba=_TRAY_COLOUR, specular=0.2, shininess=0.4)
@@ -144,7 +144,7 @@ def add_pedestal(spec: Any, cell: GraspCell, material: str = "") -> None:
 def scene_options(
     family: Family = "separate", count_range: tuple[int, int] = (5, 5), **changes: Any
 ) -> TabletopOptions:
-    """Give what scenes for the cell are drawn from: `make_scene(seed, scene_options(...))`.
+    """Return options of scenes for the cell: `make_scene(seed, scene_options(...))`.
 
     Parameters
     ----------
@@ -155,7 +155,7 @@ def scene_options(
     """
     fields: dict[str, Any] = {
         "work_area": WORK_AREA_M,
-        # Nothing comes to rest out of reach or in the tray's place.
+        # No object comes to rest out of reach or in the tray's area.
         "table_size": _LOOSE_M,
         "pile_spread": PILE_SPREAD,
     }

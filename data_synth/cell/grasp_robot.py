@@ -1,4 +1,4 @@
-"""The robot of a grasping cell as a MuJoCo description: an arm, and the hand on its flange."""
+"""The robot of a grasping cell as a MuJoCo description: an arm with a hand on its flange."""
 
 from __future__ import annotations
 
@@ -32,18 +32,18 @@ if TYPE_CHECKING:
     from eyehand.grasping import HandModel
 
 HAND = Path(__file__).parent / "assets" / "hand.xml"
-"""The underactuated hand that comes with eyehand: three fingers against a thumb."""
+"""The included underactuated hand: three fingers against a thumb."""
 HAND_PREFIX = "hand_"
-"""What stands before the names of a hand that is put on an arm."""
+"""Prefix of the names of a hand attached to an arm."""
 PALM_SITE = "hand_palm"
-"""Its frame: origin in the middle of the palm's face, z out of it."""
+"""Frame of the hand: origin in the middle of the palm's face, z out of it."""
 PALM_BEFORE_FLANGE_M = 0.06
-"""From the arm's flange to the palm's face: the palm's shell is so deep."""
+"""Distance from the arm's flange to the palm's face: the depth of the palm's shell."""
 REST_POSTURE = (-0.42, -0.04, 0.0, -1.87, 0.0, 1.31, -1.99)
-"""Joint angles of the LBR at rest in the cell, rad: beside the work area, out of the picture."""
+"""Joint angles of the LBR at rest in the cell, rad: beside the work area, outside the image."""
 
 _PROBE_RAD = 1e-4
-"""Step of joint angles by which the tendons' moment arms are measured."""
+"""Step of joint angles with which the tendons' moment arms are measured."""
 
 
 @dataclass(frozen=True)
@@ -59,21 +59,21 @@ class GraspRobot:
     arm: Path = LBR_ARM
     """MJCF file of the arm, or of the whole robot."""
     hand: Path | None = HAND
-    """MJCF file of the hand, its root body's frame the hand's; None when the arm's file has it."""
+    """MJCF file of the hand; None if the arm's file contains the hand."""
     frame: str = PALM_SITE
     """Site or body that is the hand's frame: origin in the palm's face, z out of it, x from the
     fingers to the thumb."""
     flange: str = TOOL_SITE
     """Site of the arm that carries the hand, its z-axis out of the flange."""
     rest: tuple[float, ...] | None = None
-    """Arm joint angles at rest, rad; None takes `REST_POSTURE` for the LBR-like arm, and the
+    """Arm joint angles at rest, rad; None means `REST_POSTURE` for the LBR-like arm, and the
     keyframe ``home`` for others."""
     fingers: HandDescription | None = None
-    """Which joints make up which finger, where motors move them; None for a hand of tendons."""
+    """Joints of each finger of a hand with joint motors; None for a tendon hand."""
 
     @classmethod
     def of_file(cls, path: Path, frame: str) -> GraspRobot:
-        """Take a whole robot from one MJCF file, its hand as the JSON beside it tells.
+        """Read a whole robot from one MJCF file, and its hand description from the JSON beside it.
 
         Parameters
         ----------
@@ -99,7 +99,7 @@ class GraspRobot:
 
     @functools.cached_property
     def joints(self) -> tuple[str, ...]:
-        """Names of the hinges between the world and the hand's frame, from base to tip."""
+        """Names of the arm's joints, from base to tip."""
         model = self._model
         body, _ = find_frame(model, self.frame)
         names = []
@@ -113,13 +113,13 @@ class GraspRobot:
 
     @functools.cached_property
     def hand_joints(self) -> tuple[str, ...]:
-        """Names of the joints that are the hand's, in the order of its file."""
+        """Names of the hand's joints, in the order of its file."""
         model, arm = self._model, set(self.joints)
         return tuple(n for n in (model.joint(j).name for j in range(model.njnt)) if n not in arm)
 
     @functools.cached_property
     def drives(self) -> tuple[str, ...]:
-        """Names of the tendons, in the order of the file; of the fingers where it has none."""
+        """Names of the tendons in the order of the file; names of the fingers if it has none."""
         if self.fingers is not None:
             return tuple(finger.name for finger in self.fingers.fingers)
         model = self._model
@@ -145,11 +145,11 @@ class GraspRobot:
 
     @property
     def hand_prefix(self) -> str:
-        """What stands before the hand's names in :meth:`spec`; nothing where it is one file."""
+        """Prefix of the hand's names in :meth:`spec`; empty if the robot is one file."""
         return "" if self.hand is None else HAND_PREFIX
 
     def hand_spec(self) -> Any:
-        """Describe the hand alone (`MjSpec`); the whole robot where it is one file."""
+        """Describe the hand alone (`MjSpec`); the whole robot if it is one file."""
         return _read(self.hand or self.arm)
 
     def spec(self, friction: float | None = None) -> Any:
@@ -158,7 +158,7 @@ class GraspRobot:
         Parameters
         ----------
         friction
-            Sliding friction of the whole hand; None leaves what its file says.
+            Sliding friction of the whole hand; None keeps the values of its file.
         """
         spec = _read(self.arm)
         if self.hand is not None:
@@ -181,7 +181,7 @@ class GraspRobot:
         return spec
 
     def posture(self, excursions: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give the hand's joint angles (J,), rad, with the tendons pulled in so far, (D,), m."""
+        """Return the hand's joint angles (J,), rad, at tendon excursions (D,), m."""
         excursions = np.asarray(excursions, dtype=np.float64)
         if excursions.shape != (len(self.drives),) or not np.isfinite(excursions).all():
             raise InputError(
@@ -196,30 +196,30 @@ class GraspRobot:
         return tendon_posture(self._moments, excursions, *self._springs)
 
     def motors(self, model: Any, data: Any, prefix: str) -> TendonDrives | SynergyDrives:
-        """Give what executes hand commands in a world with this robot.
+        """Create the drives that execute hand commands in a world with this robot.
 
         Parameters
         ----------
         model, data
             `MjModel` and `MjData` of the world.
         prefix
-            What stands before the hand's names in it.
+            Prefix of the hand's names in the world.
         """
         if self.fingers is None:
             return TendonDrives(model, data, prefix=prefix)
         return SynergyDrives(model, data, self.fingers, prefix=prefix)
 
     def measured_hand(self) -> HandModel:
-        """Measure how the hand opens and reaches, by its kinematics.
+        """Measure opening widths and reach of the hand from its kinematics.
 
         Raises
         ------
         InputError
-            If it has no fingers that close against a thumb, or nothing tells them.
+            If no fingers close against a thumb, or the fingers are not described.
         """
         if self.fingers is None and self.hand is None and not self.drives:
             raise InputError(
-                f"nothing tells the fingers of {self.arm}: describe them in "
+                f"the fingers of {self.arm} are not described: describe them in "
                 f"{Path(self.arm).with_suffix(DESCRIPTION_SUFFIX)}, as {EXAMPLE}"
             )
         if self.fingers is None and self.hand is None:
@@ -240,7 +240,7 @@ class GraspRobot:
         q
             The arm's joint angles at home, (n,), rad.
         excursions
-            How far the hand's tendons are pulled in, (D,), m.
+            Tendon excursions of the hand, (D,), m.
         place
             T_world_base, RigidTransform.
         """
@@ -253,7 +253,7 @@ class GraspRobot:
         return spec
 
     def _hand_alone(self) -> Any:
-        """Cut the hand out of a whole robot: what hangs on the frame's body, names prefixed."""
+        """Return the hand of a whole robot as its own spec: the frame's body and its children."""
         mujoco = import_mujoco()
         spec, alone = self.spec(), mujoco.MjSpec()
         match_options(alone, spec)
@@ -268,13 +268,13 @@ class GraspRobot:
         try:
             return spec.compile()
         except ValueError as error:
-            told = " ".join(str(error).split())
+            reason = " ".join(str(error).split())
             files = f"{self.arm} with {self.hand}" if self.hand is not None else f"{self.arm}"
-            raise InputError(f"MuJoCo cannot compile {files}: {told}") from None
+            raise InputError(f"MuJoCo cannot compile {files}: {reason}") from None
 
     @functools.cached_property
     def _control_spec(self) -> Any:
-        """The robot without what is only seen: it compiles faster."""
+        """The robot without visual geoms, which compiles faster."""
         spec = self.spec()
         for geom in list(spec.geoms):
             if geom.contype == 0 and geom.conaffinity == 0:
@@ -291,7 +291,7 @@ class GraspRobot:
 
     @functools.cached_property
     def _springs(self) -> tuple[NDArray, NDArray, NDArray]:
-        """Stiffness, rest angles and limits of the hand's joints."""
+        """Stiffness, Nm/rad, rest angles and limits, rad, of the hand's joints."""
         model = self._model
         numbers = [model.joint(name).id for name in self.hand_joints]
         limits = np.where(
@@ -302,7 +302,7 @@ class GraspRobot:
 
     @functools.cached_property
     def _moments(self) -> NDArray[np.float64]:
-        """By how much each joint of the hand shortens each tendon, (D, J), m/rad."""
+        """Shortening of each tendon per joint angle, (D, J), m/rad."""
         mujoco, model = import_mujoco(), self._model
         data = mujoco.MjData(model)
         _, rest, limits = self._springs

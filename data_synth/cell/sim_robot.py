@@ -34,29 +34,29 @@ PERIOD_S = 0.004
 """Control period: two physics steps."""
 
 _WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
-"""MuJoCo's words for a state that is no longer a number, or too large to be true."""
+"""MuJoCo's warnings of a state that is not finite or too large."""
 _IN_TRAY_M = 0.3
-"""What lies in the tray has its middle below this height over the floor of it."""
+"""An object in the tray has its centre below this height over the tray's floor."""
 
 
 class SimRobot:
     """A robot in a simulated cell; fulfils `eyehand.grasping.robot.Robot`.
 
-    It stands still at rest when made, the hand open. What the simulation knows and a robot does not
-    is given by :meth:`object_pose`, :meth:`robot_contacts`, :meth:`lifted` and :meth:`in_tray`.
+    It starts at rest with the hand open. :meth:`object_pose`, :meth:`robot_contacts`,
+    :meth:`lifted` and :meth:`in_tray` return the ground truth, which a real robot does not have.
 
     Parameters
     ----------
     world
-        Where it stands.
+        The world in which it runs.
     noise
-        The camera's errors; none when not given.
+        The camera's noise; none if not given.
     seed
-        Source of the noise, >= 0; each look draws its own.
+        Source of the noise, >= 0; each image draws its own.
     renderer
-        What draws; without one, `open_renderer` chooses when it is first needed.
+        Renderer; `open_renderer` chooses one if not given.
     hand
-        What is known of the hand; measured from its file when None.
+        Model of the hand; measured from its file if None.
 
     Raises
     ------
@@ -94,12 +94,12 @@ class SimRobot:
         try:
             mujoco.mj_forward(model, data)
         except mujoco.FatalError as error:
-            told = " ".join(str(error).split())
-            raise InputError(f"MuJoCo cannot run a cell with this robot: {told}") from None
+            reason = " ".join(str(error).split())
+            raise InputError(f"MuJoCo cannot run a cell with this robot: {reason}") from None
 
     @property
     def hand(self) -> HandModel:
-        """What is known of the hand before it touches anything."""
+        """Model of the hand."""
         return self._hand
 
     @property
@@ -119,26 +119,26 @@ class SimRobot:
 
     @property
     def world(self) -> GraspWorld:
-        """Where the robot stands."""
+        """The world in which the robot runs."""
         return self._world
 
     @property
     def model(self) -> Any:
-        """The `mujoco.MjModel` that it runs."""
+        """The `mujoco.MjModel` of the simulation."""
         return self._model
 
     @property
     def data(self) -> Any:
-        """The state, `mujoco.MjData`: to look at, not to change."""
+        """The state, `mujoco.MjData`; read only."""
         return self._data
 
     def description(self, excursions: NDArray[np.float64]) -> Any:
-        """Describe arm and hand for control (`MjSpec`), the tendons pulled in so far, (D,), m."""
+        """Describe arm and hand for control (`MjSpec`), with tendon excursions (D,), m."""
         robot = self._world.robot
         return robot.description(robot.home, excursions, self._world.cell.T_world_base)
 
     def read(self) -> RobotReading:
-        """Give the state now."""
+        """Return the current state."""
         data = self._data
         return RobotReading(
             float(data.time),
@@ -151,17 +151,17 @@ class SimRobot:
     def step(
         self, velocity: NDArray[np.float64], command: HandCommand | None = None
     ) -> RobotReading:
-        """Move for one period and give the state at its end.
+        """Move for one control period and return the state at its end.
 
-        After a command that is not finite, or when the simulation fails, the robot stands still for
-        good and the reading's `fault` says why.
+        After a command that is not finite, or after a failure of the simulation, the robot stands
+        still permanently, and `fault` of the reading gives the reason.
 
         Parameters
         ----------
         velocity
-            Arm joint velocities, (n,), rad/s; cut to the joints' limits of speed and place.
+            Arm joint velocities, (n,), rad/s; limited to the joints' speeds and ranges.
         command
-            For the hand's drives; as before when None.
+            Command for the hand's drives; the last one if None.
 
         Raises
         ------
@@ -207,14 +207,14 @@ class SimRobot:
     def picture(
         self, size: tuple[int, int] = (1280, 720), T_world_camera: RigidTransform | None = None
     ) -> NDArray[np.uint8]:
-        """Photograph the cell as it is now, for people.
+        """Render a colour image of the cell for people.
 
         Parameters
         ----------
         size
             Columns and rows, px.
         T_world_camera
-            From where (x right, y down, z forward); before the table when None.
+            Camera pose (x right, y down, z forward); in front of the table if None.
 
         Returns
         -------
@@ -232,7 +232,7 @@ class SimRobot:
         return colour
 
     def object_pose(self, name: str) -> RigidTransform:
-        """Give the true pose of an object, T_world_shape."""
+        """Return the true pose of an object, T_world_shape."""
         body = self._data.body(self._known(name))
         turn = Rotation.from_quat(body.xquat, scalar_first=True)
         return RigidTransform.from_components(body.xpos.copy(), turn)
@@ -243,16 +243,16 @@ class SimRobot:
         return self._world.object_names
 
     def robot_contacts(self) -> set[str]:
-        """Give what the robot has touched since this was last asked: "table", "tray", names."""
+        """Return what the robot touched since the last call: "table", "tray", object names."""
         return self._touch.take()
 
     def lifted(self, name: str) -> bool:
-        """Tell whether an object touches the robot and nothing else."""
+        """Return whether an object touches the robot and nothing else."""
         touching = self._touch.touching(self._known(name))
         return touching == {"robot"}
 
     def in_tray(self, name: str) -> bool:
-        """Tell whether an object lies in the tray, out of the robot's hand."""
+        """Return whether an object lies in the tray and not in the hand."""
         place = self._data.body(self._known(name)).xpos
         cell = self._world.cell
         low = place[2] - cell.tray_centre[2] < _IN_TRAY_M
@@ -298,13 +298,13 @@ class SimRobot:
 
     def _known(self, name: str) -> str:
         if name not in self.object_names:
-            told = ", ".join(self.object_names) or "none"
-            raise InputError(f"there is no object {name!r}; there are: {told}")
+            known = ", ".join(self.object_names) or "none"
+            raise InputError(f"there is no object {name!r}; there are: {known}")
         return name
 
 
 def _tips(model: Any, prefix: str, fingers: tuple[str, ...]) -> FingertipPads:
-    """Read the fingertips that have a pad ``<finger>_distal`` and a site ``<finger>_tip``."""
+    """Find the fingertips with a pad ``<finger>_distal`` and a site ``<finger>_tip``."""
     geoms = {model.geom(g).name: g for g in range(model.ngeom)}
     sites = {model.site(s).name: s for s in range(model.nsite)}
     pairs = [

@@ -1,4 +1,4 @@
-"""The simulated hand's motors: tendons placed, pulled or held, and what the hand feels."""
+"""Motors of a simulated tendon hand (position, tension or brake), and its sensors."""
 
 from __future__ import annotations
 
@@ -19,35 +19,36 @@ if TYPE_CHECKING:
     from eyehand.tactile import TactileImage
 
 PALM_PAD = "palm_pad"
-"""Geom of the palm's face; the other pads carry their phalanx's name."""
+"""Geom of the palm's face; other pads have the name of their phalanx."""
 
 PLACE_STIFFNESS = 4000.0
-"""Of a placed tendon, N/m: a lag of 1 mm pulls with 4 N more."""
+"""Stiffness of position control, N/m: 1 mm of error adds 4 N."""
 PLACE_DAMPING = 60.0
-"""Ns/m; a finger weighs 2-4 kg seen from its tendon, so that this settles in 30 ms."""
+"""Damping of position control, Ns/m. A finger has an effective mass of 2-4 kg at its tendon, so it
+settles in 30 ms."""
 PLACE_INTEGRAL = 60e3
-"""N/(m s): carries the springs, whose force is not known beforehand, within 0.1 s."""
+"""Integral gain of position control, N/(m s): compensates the springs within 0.1 s."""
 PLACE_SPEED = 0.030
-"""Largest speed of a placed tendon, m/s: 2.5 rad/s of a knuckle, as a geared motor turns."""
+"""Largest tendon speed in position control, m/s: 2.5 rad/s at the knuckle."""
 SLIP_DAMPING = 4000.0
-"""Ns/m: a held tendon pulled 40 N above its limit gives way at 10 mm/s."""
+"""Damping of a slipping brake, Ns/m: 40 N above the limit slip at 10 mm/s."""
 
 
 class TendonDrives:
-    """Executes hand commands on a MuJoCo model, one physics step at a time.
+    """Drives of a tendon hand in a MuJoCo model, run one physics step at a time.
 
-    A held tendon is a brake: a limit on its length, which the contact solver keeps exactly and
-    which only ever pulls. The model's tendon limits are changed while the hand runs.
+    A held tendon is a brake: a limit on the tendon's length. The contact solver keeps it exactly,
+    and it can only pull. The limits in the model change while the hand runs.
 
     Parameters
     ----------
     model, data
         `MjModel` and `MjData` with the hand in it.
     prefix
-        What stands before every name of the hand, as `MjSpec.attach` puts it.
+        Prefix of all names of the hand, as `MjSpec.attach` sets it.
     drives
-        Names of the tendons, each with an actuator of the same name; by default every tendon
-        below the prefix.
+        Names of the tendons, each with an actuator of the same name; by default all tendons with
+        the prefix.
 
     Raises
     ------
@@ -89,7 +90,7 @@ class TendonDrives:
         # A tendon shortens as its finger closes; the open hand has every joint at its lower end.
         self._open = -arms[:, joints] @ model.jnt_range[joints, 0]
         self._signs = np.sign(-model.actuator_gear[self._motors, 0])
-        self._most = model.actuator_ctrlrange[self._motors, 1]
+        self._max_tension = model.actuator_ctrlrange[self._motors, 1]
         # As a number: NumPy compares an array with the enum itself a hundred times slower.
         self._limit_kind = int(mujoco.mjtConstraint.mjCNSTR_LIMIT_TENDON)
         count = len(tendons)
@@ -99,11 +100,11 @@ class TendonDrives:
         self._sum = np.zeros(count)
 
     def excursions(self) -> NDArray[np.float64]:
-        """How far each tendon is pulled in from fully open, (D,), m."""
+        """Return the excursion of each tendon from fully open, (D,), m."""
         return -self._data.ten_length[self._tendons] - self._open
 
     def command(self, command: HandCommand) -> None:
-        """Take a command; what changes its mode starts from where it is.
+        """Set a command; a drive whose mode changes continues from its current state.
 
         Raises
         ------
@@ -134,32 +135,32 @@ class TendonDrives:
         self._modes, self._values = command.modes, values.copy()
 
     def apply(self) -> None:
-        """Set the motors for the next physics step, after the state it starts from is computed."""
+        """Set the motors for the next physics step; call it after the state is computed."""
         model, data = self._model, self._data
         step = float(model.opt.timestep)
         now = self.excursions()
         speed = -data.ten_velocity[self._tendons]
         brakes = self._brakes()
         for k, mode in enumerate(self._modes):
-            value, most = self._values[k], self._most[k]
+            value, max_tension = self._values[k], self._max_tension[k]
             tension = 0.0
             if mode == "pull":
-                tension = min(max(value, 0.0), most)
+                tension = min(max(value, 0.0), max_tension)
             elif mode == "place":
                 stride = PLACE_SPEED * step
                 self._goal[k] += np.clip(value - self._goal[k], -stride, stride)
                 error = self._goal[k] - now[k]
                 self._sum[k] += PLACE_INTEGRAL * error * step
-                self._sum[k] = min(max(self._sum[k], 0.0), most)
+                self._sum[k] = min(max(self._sum[k], 0.0), max_tension)
                 tension = self._sum[k] + PLACE_STIFFNESS * error - PLACE_DAMPING * speed[k]
-                tension = min(max(tension, 0.0), most)
+                tension = min(max(tension, 0.0), max_tension)
             elif brakes[k] > value:
                 give = (brakes[k] - value) / SLIP_DAMPING * step
                 model.tendon_range[self._tendons[k], 1] += give
             data.ctrl[self._motors[k]] = self._signs[k] * tension
 
     def reading(self, tips: tuple[TactileImage, ...] = ()) -> HandReading:
-        """What the hand feels now, with the tactile images given."""
+        """Return the current sensor values, together with the given tactile images."""
         data = self._data
         return HandReading(
             excursions=self.excursions(),
@@ -170,7 +171,7 @@ class TendonDrives:
         )
 
     def _brakes(self) -> NDArray[np.float64]:
-        """Tension of each brake, (D,), N."""
+        """Return the tension of each brake, (D,), N."""
         data = self._data
         tensions = np.zeros(len(self._tendons))
         if "hold" not in self._modes or not data.nefc:
@@ -193,7 +194,7 @@ class TendonDrives:
 
 
 def names_with_prefix(model: Any, kind: Any, prefix: str) -> tuple[str, ...]:
-    """Names of a model's objects of one kind that begin with a prefix, without it."""
+    """Return the names of a model's elements of one kind with a prefix, without the prefix."""
     mujoco = import_mujoco()
     counts = {mujoco.mjtObj.mjOBJ_TENDON: model.ntendon, mujoco.mjtObj.mjOBJ_GEOM: model.ngeom}
     names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(counts[kind])]
@@ -201,9 +202,9 @@ def names_with_prefix(model: Any, kind: Any, prefix: str) -> tuple[str, ...]:
 
 
 def tendon_arms(model: Any, tendon: int) -> NDArray[np.float64]:
-    """Moment arms of a fixed tendon about every joint of the model, (J,), m; 0 where it has none.
+    """Return the moment arms of a fixed tendon about all joints, (J,), m; 0 where it has none.
 
-    Positive lengthens the tendon as the angle grows.
+    A positive arm lengthens the tendon as the angle grows.
     """
     arms = np.zeros(model.njnt)
     first = model.tendon_adr[tendon]

@@ -1,4 +1,4 @@
-"""How far the 7-joint arm is from the solids around it and from itself, from joint angles alone."""
+"""Distance of the 7-joint arm to the solids around it and between its own links."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 HORIZON_M = 1.0
-"""Gaps are told up to here; what is farther does not matter to anybody."""
+"""Distances are computed up to this value."""
 
 _JOINT_BODIES = ("link4", "link6")
 
@@ -36,10 +36,10 @@ class ReachingObstacle(NamedTuple):
 
 
 class ArmClearance:
-    """A MuJoCo model of the arm amid solids that stand still, asked for its least gap.
+    """A MuJoCo model of the arm between fixed solids, for its smallest distance.
 
-    What counts: every shell of a link that moves against every solid, and every pair of shells
-    that the arm's file does not exclude. Trim is left out.
+    The distance covers all moving links against all solids, and all pairs of links that the arm's
+    file does not exclude. Geoms without collision are left out.
     """
 
     def __init__(self, obstacles: Sequence[ReachingObstacle] = ()) -> None:
@@ -48,7 +48,7 @@ class ArmClearance:
         Parameters
         ----------
         obstacles
-            What stands around; only kind "box".
+            Fixed solids; only kind "box".
         """
         self._mujoco = import_mujoco()
         self._model = arm_spec(obstacles).compile()
@@ -64,29 +64,29 @@ class ArmClearance:
         return self._model.jnt_range.T.copy()
 
     def at(self, q: NDArray[np.float64]) -> float:
-        """Least distance at joint angles `q` (7,), m: at most 1, negative where shapes overlap.
+        """Return the smallest distance at joint angles `q` (7,), m, <= 1; negative in overlap.
 
-        A depth is exact until a shell's middle line enters a box; deeper, it is MuJoCo's guess.
+        The depth is exact until the middle line of a link enters a box, and approximate beyond.
         """
         self._move(q)
         middles = self._data.geom_xpos[self._pairs]
         bound = np.linalg.norm(middles[:, 0] - middles[:, 1], axis=1) - self._reach
-        least = HORIZON_M
+        smallest = HORIZON_M
         for index in np.argsort(bound):
-            if bound[index] >= least:
+            if bound[index] >= smallest:
                 break
             one, other = (int(geom) for geom in self._pairs[index])
             gap = self._mujoco.mj_geomDistance(self._model, self._data, one, other, HORIZON_M, None)
-            least = min(least, gap)
-        return float(least)
+            smallest = min(smallest, gap)
+        return float(smallest)
 
     def tool(self, q: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where the tool is at joint angles `q` (7,): (3,), world, m."""
+        """Return the tool's position at joint angles `q` (7,): (3,), world, m."""
         self._move(q)
         return self._data.site_xpos[self._tool].copy()
 
     def lowest_joint(self, q: NDArray[np.float64]) -> float:
-        """Height of the lowest of elbow, wrist and tool at joint angles `q` (7,), m."""
+        """Return the smallest height of elbow, wrist and tool at joint angles `q` (7,), m."""
         tool = self.tool(q)
         return float(min(tool[2], *self._data.xpos[self._joint_bodies, 2]))
 
@@ -96,12 +96,12 @@ class ArmClearance:
 
 
 def arm_spec(obstacles: Sequence[ReachingObstacle] = ()) -> Any:
-    """Describe the arm with solids that stand still around it.
+    """Describe the arm with fixed solids around it.
 
     Parameters
     ----------
     obstacles
-        What stands around; only kind "box". Each becomes a body and a geom of its name.
+        Fixed solids; only kind "box". Each becomes a body and a geom of its name.
 
     Returns
     -------
@@ -131,8 +131,8 @@ def arm_spec(obstacles: Sequence[ReachingObstacle] = ()) -> Any:
 def clearance_pairs(model: Any) -> NDArray[np.intp]:
     """List the pairs of geoms of a model that may touch: (P, 2) numbers, the lower one first.
 
-    Left out: geoms without collision, pairs that do not move against each other, neighbours that
-    share a joint, and pairs of bodies that the model excludes.
+    The list leaves out geoms without collision, pairs without relative motion, neighbours that
+    share a joint, and pairs that the model excludes.
     """
     solid = np.flatnonzero(model.geom_contype | model.geom_conaffinity)
     excluded = {(int(sign) >> 16, int(sign) & 0xFFFF) for sign in model.exclude_signature}
@@ -141,7 +141,7 @@ def clearance_pairs(model: Any) -> NDArray[np.intp]:
         for other in solid[index + 1 :]:
             bodies = sorted((int(model.geom_bodyid[one]), int(model.geom_bodyid[other])))
             welds = [int(model.body_weldid[body]) for body in bodies]
-            # The world is no neighbour: a link that turns on it can still hit what stands there.
+            # The world is no neighbour: the first link can still hit solids fixed in the world.
             neighbours = 0 not in welds and (
                 int(model.body_parentid[welds[1]]) == welds[0]
                 or int(model.body_parentid[welds[0]]) == welds[1]

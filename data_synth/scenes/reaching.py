@@ -1,4 +1,4 @@
-"""Cluttered reaching scenes: a 7-joint arm amid boxes, where it starts and what it shall reach."""
+"""Cluttered reaching scenes: a 7-joint arm between boxes, its start and its goal."""
 
 from __future__ import annotations
 
@@ -16,68 +16,69 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_BOXES = 12
-"""With more there is hardly a posture left that touches none."""
+"""With more boxes there is hardly a posture without contact."""
 
 HALF_EXTENT_M = (0.05, 0.20)
 """Range of a box's half extents."""
 SHELL_RADIUS_M = (0.30, 0.75)
-"""Range of a box's middle's distance from the arm's first axis: where elbow and hand move."""
+"""Range of the distance of a box centre from the arm's first axis: where elbow and hand move."""
 SHELL_HEIGHT_M = (0.05, 0.85)
-"""Range of a box's middle's height above the arm's foot."""
+"""Range of the height of a box centre above the arm's base."""
 SHARE_NEAR_PATH = 0.5
-"""Share of the boxes that are drawn about the tool's straight way, the others anywhere in the
-shell; the dial of how hard the scenes are."""
+"""Share of the boxes drawn near the tool's straight path; the others lie anywhere in the shell. It
+sets the difficulty of the scenes."""
 PATH_RANGE = (0.2, 0.8)
-"""Part of the way that they are drawn about."""
+"""Part of the path near which they are drawn."""
 SPREAD_M = 0.10
-"""Standard deviation of their middle from it, along each axis."""
+"""Standard deviation of their centres from the path, along each axis."""
 MAX_TILT = 0.5
-"""A box leans by up to this angle, rad, to any side."""
+"""Largest tilt of a box, rad, to any side."""
 COLUMN_M = (0.16, 0.42)
-"""Radius and height about the arm's foot that boxes stay out of: link1 cannot move away."""
+"""Radius and height of a column around the arm's base without boxes: link1 cannot move away."""
 
 MIN_CLEARANCE_M = 0.020
-"""Start and goal posture are this far from all boxes and from themselves: room for a margin."""
+"""Smallest distance of start and goal posture to boxes and between the arm's own links."""
 MIN_TRAVEL_M = 0.4
-"""The tool's way is at least this long, so that something may stand in it."""
+"""Smallest length of the tool's path, so that a box may block it."""
 MIN_HEIGHT_M = 0.1
-"""Elbow, wrist and tool start and end above this: the arm stands on a floor, though none is met."""
+"""Smallest height of elbow, wrist and tool at start and goal. The scene itself has no floor."""
 JOINT_RANGE_SHARE = 0.95
-"""Share of each joint's range that postures are drawn from: a goal at a limit is another test."""
+"""Share of each joint's range from which postures are drawn. Goals at joint limits are another
+test."""
 
 _TRIES = 600
-"""Boxes drawn for one start and goal before these are drawn anew."""
+"""Boxes drawn for one start and goal before both are drawn again."""
 _ROUTES = 50
 
 
 @dataclass(frozen=True)
 class ReachingScene:
-    """Take the tool from where it is at `start` to `goal`, in any orientation, touching nothing."""
+    """Task: move the tool from `start` to `goal`, in any orientation, without contact."""
 
     seed: int
-    """What it was drawn from."""
+    """Seed of the scene."""
     start: NDArray[np.float64]
-    """Joint angles to start from (7,), rad, clear of everything."""
+    """Joint angles at the start (7,), rad, without contact."""
     goal: NDArray[np.float64]
-    """Where the tool shall go (3,), world, m."""
+    """Goal position of the tool (3,), world, m."""
     obstacles: tuple[ReachingObstacle, ...]
-    """What stands around."""
+    """The boxes."""
     witness: NDArray[np.float64]
-    """Joint angles (7,), rad, clear of everything, with the tool at the goal: it can be reached.
-    For the judge's eyes only."""
+    """Joint angles (7,), rad, without contact and with the tool at the goal. They prove that the
+    goal can be reached; methods under test must not use them."""
 
 
 def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
-    """Draw a scene; the goal is where the tool is in a posture that touches nothing.
+    """Draw a scene whose goal is the tool's position in a posture without contact.
 
-    Whether a way leads from the start to such a posture is left to chance: boxes may wall it off.
+    A path from the start to such a posture may not exist, because boxes may block all paths.
 
     Parameters
     ----------
     seed
-        Source of chance, >= 0; the same seed gives the same scene.
+        Source of randomness, >= 0; the same seed gives the same scene.
     boxes
-        How many boxes stand around, 0 to 12.
+        Number of boxes, 0 to 12.
 
     Returns
     -------
@@ -104,11 +105,11 @@ def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
         obstacles = _clutter(rng, boxes, start, witness)
         if obstacles is not None:
             return ReachingScene(seed, start, goal, obstacles, witness)
-    raise InputError(f"found no room for {boxes} boxes; take fewer")
+    raise InputError(f"found no free place for {boxes} boxes; use fewer")
 
 
 def straight_path_is_blocked(scene: ReachingScene) -> bool:
-    """Tell whether the tool's straight way to the goal crosses a box: how hard the scene is."""
+    """Return whether the tool's straight path to the goal crosses a box."""
     first = ArmClearance(scene.obstacles).tool(scene.start)
     return any(_crosses(first, scene.goal, item) for item in scene.obstacles)
 

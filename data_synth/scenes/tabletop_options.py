@@ -49,7 +49,7 @@ class ViewOptions:
     """Smallest and largest angle of the optical axis below the horizon, rad. Low views hide more
     behind other objects; high views hide the sides."""
     distance_range: tuple[float, float] = (0.6, 1.1)
-    """Smallest and largest distance to the middle of the objects, m: noise grows with its square."""
+    """Smallest and largest distance to the objects' middle, m: noise grows with its square."""
 
     def __post_init__(self) -> None:
         for size, least, most in zip(self.image_size, MIN_IMAGE_SIZE, MAX_IMAGE_SIZE, strict=True):

@@ -121,7 +121,7 @@ class TabletopPhysics:
         self._data.xfrc_applied[:] = 0.0
 
     def settle(self, max_time: float) -> bool:
-        """Simulate until all objects are at rest; return False if they are not after `max_time` s."""
+        """Simulate until all objects are at rest; return False if not within `max_time`, s."""
         step = self._model.opt.timestep
         batch = max(round(_CHECK_INTERVAL_S / step), 1)
         quiet = 0.0

@@ -58,7 +58,7 @@ def with_line(line, before="</mujoco>"):
             re.sub("<position[^>]*joint3[^>]*/>", '<motor joint="joint3"/>', ARM),
             r"joint3 has no position servo",
         ),
-        (ARM, r"nothing tells the fingers of .*robot\.hand\.json"),
+        (ARM, r"the fingers of .* are not described: .*robot\.hand\.json"),
     ],
 )
 def test_what_is_wrong_with_an_mjcf_is_told(tmp_path, text, told):
