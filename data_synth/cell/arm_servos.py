@@ -1,4 +1,4 @@
-"""The simulated arm's servos: joint velocities followed by position servos without lag."""
+"""Servos of the simulated arm: position servos that follow joint velocities without lag."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-LEASH_RAD = 0.04
-"""How far the commanded place may run ahead of a joint that is held up: more pushes harder against
-what is in the way, less gives way under a load."""
+MAX_LEAD_RAD = 0.04
+"""Largest lead of the commanded angle over the joint. A larger lead pushes harder against
+obstacles; a smaller one yields under load."""
 
 
 class ArmServos:
     """Position servos whose goals are integrated from commanded velocities.
 
-    A position servo damps the joint's own speed, and so lags behind a moving goal by damping over
-    stiffness, 25 to 50 ms here; the goal is set ahead by as much.
+    A position servo damps the joint's speed, so it lags behind a moving goal by damping over
+    stiffness, 25 to 50 ms here. The goal is set ahead by this time.
 
     Parameters
     ----------
     model, data
         `MjModel`, `MjData` of the world.
     joints
-        Names of the arm's hinges in it.
+        Names of the arm's hinges.
     start
-        Their angles to begin with, (n,), rad, which are set.
+        Initial joint angles, (n,), rad, which are set.
 
     Raises
     ------
@@ -64,26 +64,26 @@ class ArmServos:
         """Set the servos for the next physics step."""
         now = self._data.qpos[self._places]
         goal = self._goal + self._dt * velocity
-        goal = np.minimum(np.maximum(goal, now - LEASH_RAD), now + LEASH_RAD)
+        goal = np.minimum(np.maximum(goal, now - MAX_LEAD_RAD), now + MAX_LEAD_RAD)
         self._goal = np.minimum(np.maximum(goal, self._low), self._high)
         self._data.ctrl[self._motors] = self._goal + self._ahead * velocity
 
     def positions(self) -> NDArray[np.float64]:
-        """Joint angles (n,), rad."""
+        """Return the joint angles (n,), rad."""
         return self._data.qpos[self._places].copy()
 
     def speeds(self) -> NDArray[np.float64]:
-        """Joint speeds (n,), rad/s."""
+        """Return the joint speeds (n,), rad/s."""
         return self._data.qvel[self._rates].copy()
 
 
 def servo_of(model: Any, joint: int, name: str) -> int:
-    """Find the position servo of a joint by its number: the number of the actuator.
+    """Return the actuator number of a joint's position servo.
 
     Raises
     ------
     InputError
-        If it has none.
+        If the joint has no position servo.
     """
     mujoco = import_mujoco()
     for motor in range(model.nu):

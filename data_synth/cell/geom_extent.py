@@ -1,4 +1,4 @@
-"""How far the geoms of a MuJoCo model reach along a direction."""
+"""Extent of the geoms of a MuJoCo model along a direction."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ if TYPE_CHECKING:
 def extent(
     model: Any, data: Any, geoms: Iterable[int], axis: NDArray[np.float64]
 ) -> tuple[float, float]:
-    """Give the least and largest coordinate of geoms along a unit vector of the world, m.
+    """Return the smallest and largest coordinate of geoms along a unit vector of the world, m.
 
-    Exact for primitives and for meshes' convex hulls; planes have no bounds and are left out.
-    Without any geom the interval is empty: (inf, -inf).
+    The result is exact for primitives and for the convex hulls of meshes. Planes have no bounds and
+    are ignored. Without geoms the interval is empty: (inf, -inf).
     """
     low, high = np.inf, -np.inf
     for geom in geoms:
@@ -32,7 +32,7 @@ def extent(
 
 
 def _reach(model: Any, geom: int, axis: NDArray[np.float64]) -> tuple[float, float]:
-    """Bounds along an axis of the geom's own frame, from its origin."""
+    """Return the bounds of a geom along an axis in its own frame, m."""
     kinds = import_mujoco().mjtGeom
     kind, size = int(model.geom_type[geom]), model.geom_size[geom]
     if kind == int(kinds.mjGEOM_PLANE):

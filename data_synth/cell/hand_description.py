@@ -1,4 +1,4 @@
-"""Which joints of a foreign hand make up which finger, and from where to where they close."""
+"""Description of a hand with joint motors: the joints of each finger, and how they close."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from typing import Any
 from eyehand.errors import InputError
 
 THUMB = "thumb"
-"""Name of the finger that the others oppose."""
+"""Name of the finger that opposes the others."""
 DESCRIPTION_SUFFIX = ".hand.json"
-"""A hand's description lies beside its MJCF: ``robot.xml``, ``robot.hand.json``."""
+"""Suffix of a hand's description beside its MJCF: ``robot.xml``, ``robot.hand.json``."""
 
 EXAMPLE = (
     '{"fingers": {"middle": {"joints": {"MFJ2": [0.8, 1.5]}, "pads": ["mf_tip"]}, "thumb": {…}}}'
 )
-"""What a description looks like, for whoever has to write one."""
+"""Example of a description, for error messages."""
 
 
 @dataclass(frozen=True)
 class FingerDescription:
-    """One finger: its joints close together, from an open posture to a closed one.
+    """One finger, whose joints close together from an open to a closed posture.
 
     Raises
     ------
@@ -32,12 +32,12 @@ class FingerDescription:
     """
 
     name: str
-    """What it is called. "middle" is the one that a pincer uses, "thumb" the one that opposes."""
+    """Name. A pincer grasp uses "middle"; "thumb" opposes the other fingers."""
     joints: dict[str, tuple[float, float]]
-    """Joints from the base to the tip, each with its place in the open and in the closed posture,
-    rad (m where it slides). One without a motor is coupled to others by the file."""
+    """Joints from the base to the tip, each with its position in the open and the closed posture,
+    rad (m for slides). The MJCF file couples joints without a motor to others."""
     pads: tuple[str, ...]
-    """Geoms that touch, from the base to the tip."""
+    """Geoms that touch objects, from the base to the tip."""
 
     def __post_init__(self) -> None:
         if not self.joints or not self.pads:
@@ -50,7 +50,7 @@ class FingerDescription:
 
 @dataclass(frozen=True)
 class HandDescription:
-    """A hand whose motors move joints, told finger by finger.
+    """A hand with joint motors, described finger by finger.
 
     Raises
     ------
@@ -63,7 +63,7 @@ class HandDescription:
     palm: tuple[str, ...] = ()
     """Geoms of the palm's face."""
     still: dict[str, float] = field(default_factory=dict)
-    """Joints that keep a place, rad (m where they slide): a wrist, a spreading of fingers."""
+    """Joints that keep a position, rad (m for slides), such as a wrist or the spread of fingers."""
 
     def __post_init__(self) -> None:
         names = [finger.name for finger in self.fingers]
@@ -84,12 +84,12 @@ class HandDescription:
 
     @property
     def joint_names(self) -> tuple[str, ...]:
-        """Names by which the hand's readings tell joints: ``<finger>_<number>``."""
+        """Names of the joints in readings: ``<finger>_<number>``."""
         return tuple(f"{f.name}_{k + 1}" for f in self.fingers for k in range(len(f.joints)))
 
     @property
     def pad_names(self) -> tuple[str, ...]:
-        """Names by which readings tell pads: numbers, the tip's ``distal``; last the palm's."""
+        """Names of the pads in readings, such as ``middle_1``, ``middle_distal``, ``palm_pad``."""
         names = [
             f"{f.name}_{'distal' if k == len(f.pads) - 1 else k + 1}"
             for f in self.fingers
@@ -104,7 +104,7 @@ def description_beside(path: Path) -> HandDescription | None:
     Returns
     -------
     HandDescription or None
-        None when there is no such file.
+        None if there is no such file.
 
     Raises
     ------
@@ -118,47 +118,47 @@ def description_beside(path: Path) -> HandDescription | None:
 def read_description(path: Path) -> HandDescription:
     """Read a hand's description from JSON.
 
-    ``fingers``, ``palm`` and ``still`` are those of `HandDescription`; ``prefix`` is what stands
-    before all names of joints and geoms in the robot's file, as attaching a hand puts it there.
+    ``fingers``, ``palm`` and ``still`` are those of `HandDescription`. ``prefix`` is the prefix of
+    all joints and geoms of the hand in the robot's file.
 
     Raises
     ------
     InputError
-        If the file cannot be read, or something in it is missing or of another kind.
+        If the file cannot be read, or a value in it is missing or of the wrong type.
     """
     try:
-        told = json.loads(Path(path).read_text(encoding="utf-8"))
+        data = json.loads(Path(path).read_text(encoding="utf-8"))
     except (OSError, ValueError) as error:
         raise InputError(f"{path}: cannot read the hand's description: {error}") from None
     try:
-        return _description(told)
+        return _description(data)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
 
 
-def _description(told: Any) -> HandDescription:
-    fingers = told.get("fingers") if isinstance(told, dict) else None
+def _description(data: Any) -> HandDescription:
+    fingers = data.get("fingers") if isinstance(data, dict) else None
     if not isinstance(fingers, dict):
         raise InputError(f"there is no object 'fingers'; expected {EXAMPLE}")
-    unknown = sorted(set(told) - {"fingers", "palm", "still", "prefix"})
+    unknown = sorted(set(data) - {"fingers", "palm", "still", "prefix"})
     if unknown:
         raise InputError(f"unknown {', '.join(unknown)}; known are fingers, palm, still, prefix")
-    prefix = told.get("prefix", "")
+    prefix = data.get("prefix", "")
     if not isinstance(prefix, str):
         raise InputError(f"'prefix' must be what the names begin with, got {prefix!r}")
     order = sorted(fingers, key=lambda name: name == THUMB)
-    still = told.get("still", {})
+    still = data.get("still", {})
     if not isinstance(still, dict):
         raise InputError(f"'still' must map joints to places, got {still!r}")
     return HandDescription(
         tuple(_finger(name, fingers[name], prefix) for name in order),
-        _names("palm", told.get("palm", []), prefix),
+        _names("palm", data.get("palm", []), prefix),
         {prefix + name: _number(f"still {name}", value) for name, value in still.items()},
     )
 
 
-def _finger(name: str, told: Any, prefix: str) -> FingerDescription:
-    joints = told.get("joints") if isinstance(told, dict) else None
+def _finger(name: str, data: Any, prefix: str) -> FingerDescription:
+    joints = data.get("joints") if isinstance(data, dict) else None
     if not isinstance(joints, dict):
         raise InputError(f"finger {name} has no object 'joints'; expected {EXAMPLE}")
     places = {}
@@ -166,16 +166,16 @@ def _finger(name: str, told: Any, prefix: str) -> FingerDescription:
         if not isinstance(pair, list) or len(pair) != 2:
             raise InputError(f"joint {joint} must have two places, [open, closed], got {pair!r}")
         places[prefix + joint] = (_number(joint, pair[0]), _number(joint, pair[1]))
-    return FingerDescription(name, places, _names(f"pads of {name}", told.get("pads", []), prefix))
+    return FingerDescription(name, places, _names(f"pads of {name}", data.get("pads", []), prefix))
 
 
-def _names(what: str, told: Any, prefix: str) -> tuple[str, ...]:
-    if not isinstance(told, list) or not all(isinstance(name, str) for name in told):
-        raise InputError(f"{what} must be a list of names of geoms, got {told!r}")
-    return tuple(prefix + name for name in told)
+def _names(what: str, data: Any, prefix: str) -> tuple[str, ...]:
+    if not isinstance(data, list) or not all(isinstance(name, str) for name in data):
+        raise InputError(f"{what} must be a list of names of geoms, got {data!r}")
+    return tuple(prefix + name for name in data)
 
 
-def _number(what: str, told: Any) -> float:
-    if isinstance(told, bool) or not isinstance(told, (int, float)) or not math.isfinite(told):
-        raise InputError(f"{what} must be a finite number in rad, got {told!r}")
-    return float(told)
+def _number(what: str, data: Any) -> float:
+    if isinstance(data, bool) or not isinstance(data, (int, float)) or not math.isfinite(data):
+        raise InputError(f"{what} must be a finite number in rad, got {data!r}")
+    return float(data)

@@ -11,7 +11,7 @@ from .name_suggestions import suggest_names
 
 
 def find_frame(model: Any, frame: str) -> tuple[int, int]:
-    """Numbers of the body that carries a frame, and of its site; -1 where it is the body's own.
+    """Return the body that carries a frame, and its site; -1 if the frame is that of the body.
 
     Raises
     ------

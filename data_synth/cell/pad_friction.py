@@ -1,4 +1,4 @@
-"""How the pads of a foreign hand touch: as rubber does."""
+"""Rubber-like friction for the pads of a hand that has a description."""
 
 from __future__ import annotations
 
@@ -8,27 +8,27 @@ if TYPE_CHECKING:
     from .hand_description import HandDescription
 
 SLIDING_FRICTION = 1.0
-"""Of rubber on what it holds, where no other is asked for."""
+"""Default sliding friction, as of rubber."""
 SPIN_FRICTION_M = 0.02
-"""Of a pad against spinning on the spot, m, as that of the hand that comes with eyehand: files give
-the little that a point has, and what two fingertips hold would turn between them."""
+"""Torsional friction of a pad, m, as in the included hand. Most files have only that of a point
+contact, with which an object between two fingertips would rotate."""
 
 
 def grip_pads(
     spec: Any, description: HandDescription, friction: float | None = None, *, prefix: str = ""
 ) -> None:
-    """Let a hand's pads alone decide their contacts, changing its `MjSpec`.
+    """Set friction and priority of a hand's pads in its `MjSpec`.
 
     Parameters
     ----------
     spec
-        Of the hand, or of a robot that has it.
+        Spec of the hand, or of a robot with the hand.
     description
-        Which geoms are pads.
+        Description of the hand, with its pads.
     friction
-        Their sliding friction; `SLIDING_FRICTION` when None.
+        Sliding friction of the pads; `SLIDING_FRICTION` if None.
     prefix
-        What stands before the names of the description in the spec.
+        Prefix of the description's names in the spec.
     """
     names = {name for finger in description.fingers for name in finger.pads} | set(description.palm)
     sliding = SLIDING_FRICTION if friction is None else friction

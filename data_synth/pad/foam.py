@@ -1,4 +1,4 @@
-"""The law of a foam: how hard it pushes back when it is squeezed, and how it gives with others."""
+"""Pressure of foam over its compression, alone and in series with another foam."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 HARD_SHARE = 0.94
-"""Share of the densification strain up to which the law is followed; its own pole is never met,
-for from there on the pressure grows along the tangent."""
+"""Share of the densification strain up to which the formula holds. Beyond it the pressure grows
+along the tangent, so the pole of the formula is never reached."""
 TABLE_SIZE = 2048
-"""Entries of a table of pressures: steps of 1.6 µm on a rigid object, exact to 1 Pa at 10 kPa."""
+"""Entries of a pressure table: steps of 1.6 µm for a rigid object, exact to 1 Pa at 10 kPa."""
 _INVERSION_POINTS = 20000
 _MIN_TABLE_PRESSURE = 1e-3
 
 
 @dataclass(frozen=True)
 class Foam:
-    """A layer of open-cell foam: linear when squeezed a little, then stiffer as its cells close.
+    """A layer of open-cell foam: linear at small strain, then stiffer as its cells close.
 
     The pressure at strain e is `modulus * e / (1 - (e / densification)^2)`: the slope is the
     modulus at first, 1.6 times that at half the thickness, and grows without bound towards
     densification, where cell walls touch (after the densification term of Gibson and Ashby,
     Cellular Solids, 1997, chapter 5; their plateau belongs to stiffer foams whose walls buckle).
 
-    The defaults are a soft conductive foam. Half its thickness is 9.2 kPa, so the sensor's range
-    (0.1-10 kPa) takes 2 of its 4 mm and the linear range (0.1-1 kPa) 0.03-0.33 mm; a rigid face
-    feels 3.3 kPa at 1 mm. Stiffer would leave less travel than an arm can be controlled in, and
-    softer would bottom out before the range is used.
+    The defaults are a soft conductive foam. Half its thickness needs 9.2 kPa, so the sensor's range
+    (0.1-10 kPa) takes 2 of its 4 mm, and the linear range (0.1-1 kPa) 0.03-0.33 mm. A rigid face at
+    1 mm causes 3.3 kPa. With a stiffer foam the travel would be too short to control an arm in; a
+    softer one would bottom out within the sensor's range.
 
     Raises
     ------
@@ -42,7 +42,7 @@ class Foam:
     """
 
     thickness: float = 0.004
-    """Height of the unloaded layer, m: more travel, and more blur on a real pad."""
+    """Height of the unloaded layer, m: more gives more travel, and more blur on a real pad."""
     modulus: float = 12e3
     """Slope of pressure over strain when unloaded, Pa."""
     densification: float = 0.85
@@ -60,7 +60,7 @@ class Foam:
 
     @property
     def hard_depth(self) -> float:
-        """Compression past which the layer counts as solid, m."""
+        """Compression beyond which the layer counts as solid, m."""
         return HARD_SHARE * self.densification * self.thickness
 
     @property
@@ -69,12 +69,12 @@ class Foam:
         return self.modulus * HARD_SHARE * self.densification / (1 - HARD_SHARE**2)
 
     def pressure(self, compression: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give the pressure at a compression.
+        """Compute the pressure at a compression.
 
         Parameters
         ----------
         compression
-            (...), m; below 0 there is a gap and no pressure.
+            (...), m; negative values are gaps without pressure.
 
         Returns
         -------
@@ -87,7 +87,7 @@ class Foam:
         return soft + self._hard_slope * np.maximum(compression - self.hard_depth, 0.0)
 
     def compression(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give the compression at a pressure: the inverse of :meth:`pressure`.
+        """Compute the compression at a pressure, the inverse of :meth:`pressure`.
 
         Parameters
         ----------
@@ -114,7 +114,7 @@ class Foam:
 
 @dataclass(frozen=True)
 class PressureTable:
-    """Pressure over depth in even steps, for kernels; past its end it goes on straight."""
+    """Pressure over depth in even steps, for kernels; extrapolated linearly."""
 
     step: float
     """Depth between two entries, m."""
@@ -123,20 +123,20 @@ class PressureTable:
 
 
 def pressure_table(pad: Foam, touched: Foam | None = None) -> PressureTable:
-    """Tabulate the pressure over how deep an object's surface lies inside the pad's.
+    """Tabulate the pressure over the depth of an object's surface in the pad's foam.
 
     Parameters
     ----------
     pad
         The pad's foam.
     touched
-        What the object is made of, as a layer of foam; rigid when not given. Both layers bear
-        the same pressure, and their compressions add up to the depth.
+        Material of the object, as a layer of foam; rigid if not given. Both layers bear the same
+        pressure, and their compressions add up to the depth.
 
     Returns
     -------
     PressureTable
-        From depth 0 to where the pad's foam is solid.
+        Table from depth 0 to the depth at which the pad's foam is solid.
     """
     if touched is None:
         depths = np.linspace(0.0, pad.hard_depth, TABLE_SIZE)

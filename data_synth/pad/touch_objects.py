@@ -1,7 +1,7 @@
-"""Objects to touch: simple solids put together, rigid or of foam.
+"""Objects to touch, assembled from simple solids, rigid or of foam.
 
-Each stands in its own frame with z up; the origin is where a pad that comes down from above
-touches first, unless the object says otherwise.
+The frame of each object has z up. Its origin is the point that a pad coming from above touches
+first, unless the object states otherwise.
 """
 
 from __future__ import annotations
@@ -24,16 +24,15 @@ if TYPE_CHECKING:
     Kind = Literal["sphere", "capsule", "ellipsoid", "cylinder", "box"]
 
 STIFF_FOAM = Foam(thickness=0.03, modulus=150e3, densification=0.7)
-"""What toy boxes are cut from, as a packing foam: 5 MPa/m, which the pad's own 3 MPa/m is in
-series with."""
+"""Foam of toy boxes, as packing foam: 5 MPa/m, in series with the pad's 3 MPa/m."""
 BALL_FOAM = Foam(thickness=0.035, modulus=12e3, densification=0.8)
-"""A soft ball, one radius deep: 0.34 MPa/m, ten times as soft as the pad."""
+"""Foam of a soft ball, one radius thick: 0.34 MPa/m, ten times as soft as the pad."""
 PEN_RADIUS = 0.004
-"""Rounded end of a pen, m."""
+"""Radius of the rounded end of a pen, m."""
 PROBE_RADIUS = 0.001
-"""The chapter's probe tip is 2 mm in diameter (its Fig. 5)."""
+"""Radius of the probe tip, m: 2 mm in diameter, as in the chapter's Fig. 5."""
 CABLE_RADIUS = 0.003
-"""Half the thickness of a mains cable, m."""
+"""Radius of a mains cable, m."""
 
 
 @dataclass(frozen=True)
@@ -47,13 +46,13 @@ class Part:
     """
 
     kind: Kind
-    """As MuJoCo names its geoms."""
+    """Kind of geom, named as in MuJoCo."""
     size: tuple[float, ...]
-    """m, as MuJoCo has it: radius; radius and half length along z; semi-axes; half edges."""
+    """Sizes as in MuJoCo, m: radius; radius and half length along z; semi-axes; half edges."""
     place: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Its centre in the object's frame, m."""
+    """Position of its centre in the object's frame, m."""
     quat_wxyz: tuple[float, float, float, float] = (1.0, 0.0, 0.0, 0.0)
-    """Turns its axes to the object's."""
+    """Rotation, object from part."""
 
     def __post_init__(self) -> None:
         if not all(0 < value < np.inf for value in self.size):
@@ -65,15 +64,15 @@ class TouchObject:
     """An object to touch."""
 
     name: str
-    """What it is called; geoms are named by it and their number."""
+    """Name; geoms have this name and their number."""
     parts: tuple[Part, ...]
-    """Its solids."""
+    """Solids of the object."""
     foam: Foam | None = None
-    """What it is made of, as a layer of foam; rigid when none."""
+    """Material, as a layer of foam; None for a rigid object."""
 
 
 def pen() -> TouchObject:
-    """Give the rounded end of a rigid pen that stands upright."""
+    """Return the rounded end of an upright, rigid pen."""
     half = 0.06
     return TouchObject(
         "pen", (Part("capsule", (PEN_RADIUS, half), (0.0, 0.0, -half - PEN_RADIUS)),)
@@ -81,33 +80,33 @@ def pen() -> TouchObject:
 
 
 def toy_box() -> TouchObject:
-    """Give a toy box of stiff foam, 40 x 30 x 40 mm, with its flat top up."""
+    """Return a toy box of stiff foam, 40 x 30 x 40 mm, with its flat top up."""
     return TouchObject(
         "toy_box", (Part("box", (0.02, 0.015, 0.02), (0.0, 0.0, -0.02)),), STIFF_FOAM
     )
 
 
 def soft_ball() -> TouchObject:
-    """Give a soft ball, 70 mm in diameter."""
+    """Return a soft ball, 70 mm in diameter."""
     radius = BALL_FOAM.thickness
     return TouchObject("soft_ball", (Part("sphere", (radius,), (0.0, 0.0, -radius)),), BALL_FOAM)
 
 
 def probe() -> TouchObject:
-    """Give a flat-ended rigid pin, 2 mm in diameter, that stands upright."""
+    """Return an upright, flat-ended rigid pin, 2 mm in diameter."""
     half = 0.02
     return TouchObject("probe", (Part("cylinder", (PROBE_RADIUS, half), (0.0, 0.0, -half)),))
 
 
 def box_edge(length: float = 0.16, side: float = 0.04) -> TouchObject:
-    """Give a rigid box with an edge up, along x.
+    """Return a rigid box with an edge up, along x.
 
     Parameters
     ----------
     length
-        Of the edge, m.
+        Length of the edge, m.
     side
-        Of the square across it, m.
+        Side of the square cross-section, m.
     """
     low = side / np.sqrt(2)
     size = (0.5 * length, 0.5 * side, 0.5 * side)
@@ -117,16 +116,16 @@ def box_edge(length: float = 0.16, side: float = 0.04) -> TouchObject:
 
 
 def tilted_face(tilt: float, direction: float = 0.0, side: float = 0.06) -> TouchObject:
-    """Give a flat rigid face that leans, for a pad to roll onto.
+    """Return a tilted, flat, rigid face, onto which a pad can roll.
 
     Parameters
     ----------
     tilt
         Angle between the face's normal and z, rad.
     direction
-        Which way the normal leans, about z from x, rad.
+        Azimuth of the normal, about z from x, rad.
     side
-        Of the square face, m. The origin is its middle.
+        Side of the square face, m. The origin is its middle.
     """
     axis = np.array([-np.sin(direction), np.cos(direction), 0.0])
     turn = Rotation.from_rotvec(tilt * axis)
@@ -137,15 +136,15 @@ def tilted_face(tilt: float, direction: float = 0.0, side: float = 0.06) -> Touc
 
 
 def cable(centre_line: ArrayLike, radius: float = CABLE_RADIUS) -> TouchObject:
-    """Give a cable as a chain of capsules.
+    """Return a cable as a chain of capsules.
 
     Parameters
     ----------
     centre_line
-        Points (M, 3) of its middle in the object's frame, m, M >= 2; they should be closer than
-        the cable is thick where it bends.
+        Points (M, 3) of the centre line in the object's frame, m, M >= 2. In bends they should be
+        closer than the cable's diameter.
     radius
-        Of the cable, m.
+        Radius of the cable, m.
 
     Raises
     ------
@@ -174,17 +173,17 @@ def cable(centre_line: ArrayLike, radius: float = CABLE_RADIUS) -> TouchObject:
 
 
 def unknown_object(seed: int = 0) -> TouchObject:
-    """Give a rigid object of unknown shape to explore, some 200 x 140 mm.
+    """Return a rigid object of unknown shape to explore, about 200 x 140 mm.
 
-    One of a family by turns: a flat dome that carries a ridge and a block with edges and corners; a
-    pebble, smooth all over, of three round bodies; a barrel that lies, with rims, a disc and a
-    ridge across. The origin is the top of the largest part; the others stand 2-5 mm out of it.
+    There are three kinds: a flat dome with a ridge and a block; a smooth pebble of three round
+    bodies; a lying barrel with rims, a disc and a ridge across. The origin is the top of the
+    largest part; the other parts protrude by 2-5 mm.
 
     Parameters
     ----------
     seed
-        Chooses the kind by its remainder of 3. The first of each kind is as described; with later
-        seeds what stands out is moved, turned and resized.
+        The seed modulo 3 selects the kind. From seed 3 on, the protruding parts are also moved,
+        rotated and resized at random.
 
     Raises
     ------
@@ -267,12 +266,12 @@ def _quat(rotation_vector: ArrayLike) -> tuple[float, float, float, float]:
 
 
 def _quat_from_z(direction: ArrayLike) -> tuple[float, float, float, float]:
-    """Turn z to a direction, any length."""
+    """Return the rotation from z to a direction of any length, w, x, y, z."""
     d = np.asarray(direction, float)
     x, y, z = d / np.linalg.norm(d)
     angle = np.arctan2(np.hypot(x, y), z)
     across = np.array([-y, x, 0.0])
     norm = np.linalg.norm(across)
-    # Straight up or down, any axis across will do.
+    # Straight up or down, any horizontal axis is right.
     axis = across / norm if norm > 0 else np.array([1.0, 0.0, 0.0])
     return _quat(angle * axis)

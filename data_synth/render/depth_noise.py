@@ -1,4 +1,4 @@
-"""The errors of a structured-light depth camera, put on a noise-free depth image."""
+"""Noise of a structured-light depth camera, added to a noise-free depth image."""
 
 from __future__ import annotations
 
@@ -21,21 +21,22 @@ AXIAL_NEAREST_M = 0.4
 """Nguyen, Izadi and Lovell 2012, eq (2): σ_z = base + growth (z - nearest)², fitted to Kinect."""
 
 LEAST_EDGE = 0.02
-"""Neighbours whose depths differ by more than this share of the nearer one lie on two surfaces."""
+"""Neighbours lie on two surfaces if their depths differ by more than this share of the smaller."""
 
 _LEAST_STEP = 0.05
-"""The same share within two pixels on either side: a steep surface keeps below it."""
+"""The same share within two pixels on either side; steep surfaces stay below it."""
 
 
 @dataclass(frozen=True)
 class DepthNoise:
-    """How strong each error is; 0 switches it off.
+    """Strength of each error; 0 switches it off.
 
     Sources: axial noise by Nguyen, Izadi and Lovell, "Modeling Kinect Sensor Noise for Improved
     3D Reconstruction and Tracking", 3DIMPVT 2012; lateral jitter and disparity steps by Barron
-    and Malik, "Intrinsic Scene Properties from a Single RGB-D Image", CVPR 2013, as taken over by
+    and Malik, "Intrinsic Scene Properties from a Single RGB-D Image", CVPR 2013, as adopted by
     Handa, Whelan, McDonald and Davison, "A Benchmark for RGB-D Visual Odometry, 3D Reconstruction
-    and SLAM", ICRA 2014. What is lost or mixed at edges is chosen by eye, not fitted.
+    and SLAM", ICRA 2014. Dropouts and flying pixels at edges are chosen by
+    eye, not fitted.
 
     Raises
     ------
@@ -46,30 +47,30 @@ class DepthNoise:
     axial: float = 0.0
     """Standard deviation along the optical axis, in units of Nguyen's σ_z."""
     lateral: float = 0.0
-    """Standard deviation of the place that a pixel looks at, px: makes outlines ragged."""
+    """Standard deviation of the image position that a pixel reads, px: makes outlines ragged."""
     correlation: float = 0.0
-    """Standard deviation of the kernel that blurs axial and lateral noise (their strength stays),
-    px: 0 is independent pixels, which smoothing removes too easily."""
+    """Standard deviation of the kernel that correlates axial and lateral noise, px. At 0 the pixels
+    are independent, and smoothing removes the noise too easily."""
     disparity_step: float = 0.0
     """Disparity is rounded to multiples of this, px: Kinect's is 1/8."""
     baseline: float = 0.075
-    """Distance between projector and camera, m: with the focal length it makes a disparity step
-    a depth step, z² step / (f baseline)."""
+    """Distance between projector and camera, m. A disparity step causes the depth step
+    z² step / (f baseline)."""
     edge_dropout: float = 0.0
-    """Chance that a pixel on either side of a depth step has no reading."""
+    """Probability that a pixel on either side of a depth step has no reading."""
     flying: float = 0.0
-    """Chance that a pixel on either side of a depth step reads a depth between the two."""
+    """Probability that a pixel on either side of a depth step reads a depth between the two."""
     grazing_dropout: float = 0.0
-    """Chance that a surface seen at `grazing_end` has no reading; rises from 0 at
+    """Probability that a surface at the angle `grazing_end` has no reading; it rises from 0 at
     `grazing_start`."""
     grazing_start: float = 1.31
     """Angle between line of sight and surface normal where readings begin to fail, rad."""
     grazing_end: float = 1.52
     """Angle where `grazing_dropout` is reached, rad."""
     hole_share: float = 0.0
-    """Share of the image that is lost in random blotches."""
+    """Share of the image without reading, in random holes."""
     hole_size: float = 5.0
-    """Distance over which a blotch changes, px."""
+    """Correlation length of the holes, px."""
 
     def __post_init__(self) -> None:
         for name in ("axial", "lateral", "correlation", "disparity_step"):
@@ -92,12 +93,12 @@ class DepthNoise:
 
     @classmethod
     def none(cls) -> DepthNoise:
-        """No error at all."""
+        """Return no noise at all."""
         return cls()
 
     @classmethod
     def realistic(cls, scale: float = 1.0) -> DepthNoise:
-        """Errors of the first Kinect at `scale` 1; 0 is none of them, 2 is twice as bad."""
+        """Return the errors of the first Kinect, times `scale`."""
         return cls(
             axial=1.0,
             lateral=0.5,
@@ -110,7 +111,7 @@ class DepthNoise:
         ).scaled(scale)
 
     def scaled(self, scale: float) -> DepthNoise:
-        """Return every strength times `scale` >= 0, shares at most 1."""
+        """Return all strengths times `scale` >= 0, with shares limited to 1."""
         if not 0 <= scale < np.inf:
             raise InputError(f"the noise scale must be >= 0 and finite, got {scale}")
         lengths = ("axial", "lateral", "disparity_step")
@@ -121,7 +122,7 @@ class DepthNoise:
 
 
 def axial_sigma(z: NDArray[np.floating]) -> NDArray[np.floating]:
-    """Nguyen's standard deviation of depth z (…,), both in m."""
+    """Compute Nguyen's standard deviation of depths z (…,), both in m."""
     return AXIAL_BASE_M + AXIAL_GROWTH_PER_M * (z - AXIAL_NEAREST_M) ** 2
 
 
@@ -131,7 +132,7 @@ def add_depth_noise(
     rng: np.random.Generator,
     options: DepthNoise | None = None,
 ) -> NDArray[np.float32]:
-    """Depth image as a real camera would give it.
+    """Add noise to a depth image.
 
     Parameters
     ----------
@@ -218,7 +219,7 @@ def _jittered(
 def _torn_edges(
     z: NDArray[np.float32], noise: DepthNoise, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Lose or mix pixels with a neighbour on another surface."""
+    """Remove pixels, or mix them with a neighbour on another surface."""
     kernel = np.ones((3, 3), np.uint8)
     far = np.asarray(cv2.dilate(z, kernel))
     near = np.asarray(cv2.erode(np.where(z > 0, z, np.float32(np.inf)), kernel))
@@ -235,7 +236,7 @@ def _torn_edges(
 
 
 def _quantised(z: NDArray[np.float32], focal_baseline: float, step: float) -> NDArray[np.float32]:
-    """Round disparity f b / z to multiples of `step`; what rounds to 0 is out of reach."""
+    """Round disparity f b / z to multiples of `step`; a disparity of 0 is out of range."""
     unit = np.float32(focal_baseline / step)
     level = np.rint(np.divide(unit, z, out=np.zeros_like(z), where=z > 0))
     return np.divide(unit, level, out=np.zeros_like(z), where=level > 0)
@@ -244,7 +245,7 @@ def _quantised(z: NDArray[np.float32], focal_baseline: float, step: float) -> ND
 def _grazing_chance(
     z: NDArray[np.float32], intrinsics: CameraIntrinsics, noise: DepthNoise
 ) -> NDArray[np.float32]:
-    """Chance that a pixel is lost to the slant of its surface, (H, W)."""
+    """Compute the probability that a pixel is lost at a grazing angle, (H, W)."""
     k = intrinsics
     x = ((np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
     y = ((np.arange(k.height) - k.cy) / k.fy).astype(np.float32)[:, None]
@@ -262,7 +263,7 @@ def _grazing_chance(
 
 
 def _slope(z: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
-    """Depth change per pixel along an axis: the smaller one-sided difference, m/px.
+    """Compute the depth change per pixel along an axis: the smaller one-sided difference, m/px.
 
     The smaller of the two does not see a step beside the pixel.
     """
@@ -280,7 +281,7 @@ def _slope(z: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
 def _holes(
     shape: tuple[int, ...], noise: DepthNoise, rng: np.random.Generator
 ) -> NDArray[np.bool_]:
-    """Blotches where a smooth random field is highest."""
+    """Draw holes where a smooth random field is highest."""
     if noise.hole_share >= 1:
         return np.ones(shape, dtype=bool)
     height, width = shape

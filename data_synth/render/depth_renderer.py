@@ -1,4 +1,4 @@
-"""The choice of a renderer, and the view of a tabletop scene."""
+"""Choose a renderer, and render tabletop scenes."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ if TYPE_CHECKING:
     from .rendered_view import DepthRenderer, RenderedView
 
 Backend = Literal["auto", "gl", "rays"]
-"""``gl`` draws with OpenGL, ``rays`` casts rays on the CPU, ``auto`` takes what there is."""
+"""``gl`` uses OpenGL, ``rays`` casts rays on the CPU, ``auto`` uses OpenGL if available."""
 
 DEFAULT_MAX_RANGE_M = 4.0
-"""Past this a depth camera of the table-top kind gives no reading."""
+"""Largest depth that a tabletop depth camera reads."""
 
 _GL_ADVICE = "on Debian or Ubuntu install libegl1 and libgl1-mesa-dri"
 
@@ -33,15 +33,15 @@ _log = logging.getLogger("eyehand")
 
 @functools.cache
 def open_renderer(backend: Backend = "auto") -> DepthRenderer:
-    """Open a renderer, or return the one this process has already.
+    """Open a renderer, or return the one that this process already has.
 
-    What ``auto`` takes is said once, to the logger ``eyehand``. OpenGL is not taken where the
+    The choice of ``auto`` is logged once, to the logger ``eyehand``. It does not use OpenGL if the
     environment variable `MUJOCO_GL` is ``off``.
 
     Parameters
     ----------
     backend
-        Which one.
+        Name of the back end.
 
     Raises
     ------
@@ -80,18 +80,18 @@ def render_scene(
     colour: bool = True,
     max_range: float = DEFAULT_MAX_RANGE_M,
 ) -> RenderedView:
-    """Draw what the scene's camera sees, without noise.
+    """Render the view of the scene's camera, without noise.
 
     Parameters
     ----------
     scene
         The scene.
     renderer
-        What draws it; without one, `open_renderer` chooses.
+        Renderer; `open_renderer` chooses one if not given.
     colour
-        Whether to draw colours too, which takes most of the time.
+        Whether to render colours too, which takes most of the time.
     max_range
-        Depth past which there is no reading, m.
+        Largest depth with a reading, m.
 
     Returns
     -------
@@ -103,7 +103,7 @@ def render_scene(
     InputError
         If `max_range` is not positive.
     DeviceError
-        If nothing can draw here.
+        If no renderer works on this machine.
     """
     if not 0 < max_range < np.inf:
         raise InputError(f"max_range must be > 0 m and finite, got {max_range}")

@@ -1,4 +1,4 @@
-"""Whether this machine can draw off-screen with OpenGL, found out where a crash does no harm."""
+"""Check in a child process whether this machine can render off-screen with OpenGL."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ context.free()
 
 
 def gl_module() -> str | None:
-    """Name of the module of MuJoCo that opens contexts here; None when `MUJOCO_GL` forbids it.
+    """Return the name of MuJoCo's module that opens contexts; None if `MUJOCO_GL` forbids it.
 
     Linux takes EGL, which needs no display, unless the variable names another.
     """
@@ -42,7 +42,7 @@ def gl_module() -> str | None:
 
 @functools.cache
 def gl_fault() -> str:
-    """Why OpenGL cannot be used, in a few words; empty when it can.
+    """Return why OpenGL cannot be used; empty if it can.
 
     A driver without hardware may crash rather than fail, so that the first context is opened
     in a child process (about a second). The answer holds for the life of this process.

@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from eyehand.perception import CameraIntrinsics
 
 NEAR_M = 0.02
-"""Nothing closer is drawn. MuJoCo's depth is reversed floating point: 1e-7 m at 1 m with this."""
+"""Near plane, m. With it, MuJoCo's reversed floating-point depth is exact to 1e-7 m at 1 m."""
 
 _FAR_COLOUR_M = 60.0
 _MAX_GEOMS = 4000
 
 
 class GlRenderer:
-    """Draws with one OpenGL context, kept for the life of the object.
+    """Renderer with one OpenGL context, kept for the life of the object.
 
     Depth and labels come from one pass, so that they agree in every pixel. The context is made
     here, not by `mujoco.Renderer`, which can only use what `MUJOCO_GL` said when mujoco was
@@ -81,7 +81,7 @@ class GlRenderer:
         max_range: float,
         colour: bool,
     ) -> RenderedView:
-        """Draw as told in :class:`DepthRenderer`.
+        """Render as described in :class:`DepthRenderer`.
 
         Raises
         ------
@@ -110,7 +110,7 @@ class GlRenderer:
     def photograph(
         self, model: Any, data: Any, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
     ) -> NDArray[np.uint8]:
-        """Draw colours alone, (H, W, 3) uint8 RGB: half the time of :meth:`render`.
+        """Render only colours, (H, W, 3) uint8 RGB, in half the time of :meth:`render`.
 
         Raises
         ------
@@ -132,7 +132,7 @@ class GlRenderer:
             raise DeviceError(f"OpenGL failed to draw: {' '.join(str(error).split())}") from error
 
     def _take_model(self, model: Any, intrinsics: CameraIntrinsics) -> None:
-        """Upload meshes and textures, unless the model is the one that was drawn last."""
+        """Upload meshes and textures, unless the model is the same as last time."""
         mujoco = self._mujoco
         if self._model is not model:
             self._forget_model()
@@ -187,7 +187,7 @@ class GlRenderer:
         picture: NDArray[np.uint8],
         depth: NDArray[np.float32] | None,
     ) -> None:
-        """Draw the scene and read it out, first row at the top."""
+        """Render the scene and read the image, first row at the top."""
         mujoco = self._mujoco
         whole = mujoco.MjrRect(0, 0, intrinsics.width, intrinsics.height)
         mujoco.mjr_render(whole, self._scene, self._drawing)
@@ -200,7 +200,7 @@ class GlRenderer:
 def _aim(
     scene: Any, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform, far: float
 ) -> None:
-    """Give the scene's camera the frustum whose pixel centres are those of the intrinsics.
+    """Set the camera's frustum so that its pixel centres match the intrinsics.
 
     The image's outer borders lie half a pixel outside the first and last pixel centres.
     """
@@ -219,7 +219,7 @@ def _aim(
 
 
 def _metric(buffer: NDArray[np.float32], far: float) -> NDArray[np.float32]:
-    """Depth in m from MuJoCo's reversed depth: 1 at the near plane, 0 at the far one."""
+    """Convert MuJoCo's reversed depth (1 at the near plane, 0 at the far one) to m."""
     near_far = np.float64(np.float32(NEAR_M)) * np.float64(np.float32(far))
     span = np.float64(np.float32(far)) - np.float64(np.float32(NEAR_M))
     return (near_far / (np.float64(np.float32(NEAR_M)) + buffer.astype(np.float64) * span)).astype(

@@ -1,4 +1,4 @@
-"""Depth, labels and colour by casting one ray per pixel: needs no graphics library."""
+"""Depth, labels and colour by casting one ray per pixel, without a graphics library."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from eyehand.perception import CameraIntrinsics
 
 SHADOW_SLACK = 1e-3
-"""Share of the way from a light at which a surface does not shade itself."""
+"""Share of the distance to a light at which a surface cannot shade itself."""
 BACKGROUND = (0.62, 0.63, 0.65)
 
 
 class RayRenderer:
-    """Draws by `mj_multiRay`: exact on primitives, slower than OpenGL on meshes."""
+    """Renderer by `mj_multiRay`: exact on primitives, slower than OpenGL on meshes."""
 
     def __init__(self) -> None:
         self._mujoco = import_mujoco()
@@ -44,7 +44,7 @@ class RayRenderer:
         max_range: float,
         colour: bool,
     ) -> RenderedView:
-        """Draw as told in :class:`DepthRenderer`."""
+        """Render as described in :class:`DepthRenderer`."""
         shape = (intrinsics.height, intrinsics.width)
         # Rays with z = 1 in the camera frame: their length at the hit is the depth.
         rays = intrinsics.rays().reshape(-1, 3) @ T_world_camera.rotation.as_matrix().T
@@ -73,7 +73,7 @@ class RayRenderer:
         rays: NDArray[np.float64],
         normals: NDArray[np.float64] | None,
     ) -> tuple[NDArray[np.float64], NDArray[np.int32]]:
-        """Hits of rays (n, 3): share of the ray's length (n,), and geom (n,), both -1 for none."""
+        """Cast rays (n, 3); return share of the ray's length (n,) and geom (n,), -1 for no hit."""
         count = len(rays)
         distance, geom = np.full(count, -1.0), np.full(count, -1, dtype=np.int32)
         groups = np.array(VISIBLE_GROUPS, dtype=np.uint8)
@@ -102,7 +102,7 @@ class RayRenderer:
         normals: NDArray[np.float64],
         geom: NDArray[np.int32],
     ) -> NDArray[np.float64]:
-        """Lambert's law for the light at the eye and for lamps with shadows, (n, 3) in [0, 1]."""
+        """Compute Lambertian shading by the head light and lamps with shadows, (n, 3) in [0, 1]."""
         base = model.geom_rgba[geom, :3].astype(np.float64)
         tops = [k for k in range(model.ngeom) if model.geom(k).name == TABLE_TOP]
         for top in tops:
@@ -123,7 +123,7 @@ class RayRenderer:
 def _lambert(
     place: NDArray[np.float64], points: NDArray[np.float64], normals: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Cosine between surface normals and the direction to a light, 0 behind, (n, 1)."""
+    """Compute the cosine between normals and the direction to a light, >= 0, (n, 1)."""
     towards = place - points
     cosine = np.einsum("ij,ij->i", normals, towards) / np.linalg.norm(towards, axis=1)
     return np.maximum(cosine, 0.0)[:, None]

@@ -1,4 +1,4 @@
-"""What a renderer gives for one camera, and what a renderer is."""
+"""The images of one camera, and the renderer protocol."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RenderedView:
-    """Images without noise, registered to the pixel."""
+    """Images of one camera without noise, registered to the pixel."""
 
     depth: NDArray
-    """Distance along the optical axis, (H, W) float32, m; 0 where nothing is in range."""
+    """Depth along the optical axis, (H, W) float32, m; 0 where nothing is in range."""
     labels: NDArray
-    """Label of the geom seen, (H, W) int32; 0 where nothing is in range."""
+    """Label of the visible geom, (H, W) int32; 0 where nothing is in range."""
     colour: NDArray | None
-    """(H, W, 3) uint8 RGB, or None when it was not asked for."""
+    """(H, W, 3) uint8 RGB, or None if not requested."""
 
 
 class DepthRenderer(Protocol):
-    """Draws a MuJoCo model; one per process is enough (see :func:`open_renderer`)."""
+    """Renderer of MuJoCo models; one per process is enough (see :func:`open_renderer`)."""
 
     @property
     def name(self) -> str:
-        """Which back end it is: ``gl`` or ``rays``."""
+        """Back end: ``gl`` or ``rays``."""
         ...
 
     def render(
@@ -43,7 +43,7 @@ class DepthRenderer(Protocol):
         max_range: float,
         colour: bool,
     ) -> RenderedView:
-        """Draw geom groups 0 to 2 as a camera sees them, at pixel centres.
+        """Render geom groups 0 to 2 as seen by a camera, at pixel centres.
 
         Parameters
         ----------
@@ -56,8 +56,8 @@ class DepthRenderer(Protocol):
         geom_labels
             Label of every geom, (ngeom,) int32.
         max_range
-            Depth past which there is no reading, m.
+            Largest depth with a reading, m.
         colour
-            Whether to draw colours too.
+            Whether to render colours too.
         """
         ...

@@ -1,4 +1,4 @@
-"""Scenes put together by hand, with exact poses: no physics, no chance."""
+"""Scenes with given objects and exact poses, without physics and randomness."""
 
 from __future__ import annotations
 
@@ -30,35 +30,36 @@ if TYPE_CHECKING:
     from .rendered_view import RenderedView
 
 MIN_VERTICAL_ANGLE = 1e-6
-"""A line of sight this close to straight down, rad, leaves open which way is up in the image."""
+"""Smallest angle between line of sight and vertical, rad; below it the image has no upright
+direction."""
 MAX_CACHED_VIEWS = 24
-"""Clean views that are kept for the next noise: 2.5 MB each at 640x480."""
+"""Noise-free views kept for the next call: 2.5 MB each at 640x480."""
 
 
 @dataclass(frozen=True)
 class StagedObject:
-    """A solid and where it stands."""
+    """A solid and its pose."""
 
     solid: StagedSolid
-    """What it is."""
+    """The solid."""
     at: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """World place of its foot's middle, m; the table's top is at z = 0."""
+    """Position of its foot's centre in the world, m; the table's top is at z = 0."""
     yaw: float = 0.0
-    """Turn about the world's z-axis, rad, after `lean`."""
+    """Rotation about the world's z-axis, rad, after `lean`."""
     lean: float = 0.0
-    """Turn about its own y-axis, which tips its top towards its own +x, rad."""
+    """Rotation about its own y-axis, rad; tilts its top towards its own +x."""
     colour: tuple[float, float, float] = (0.72, 0.24, 0.2)
     """Red, green, blue, each in [0, 1]."""
 
     @property
     def rotation(self) -> Rotation:
-        """Turns the solid's frame to the world's axes."""
+        """Rotation, world from solid."""
         return Rotation.from_euler("ZY", [self.yaw, self.lean])
 
 
 @dataclass(frozen=True)
 class StagedView:
-    """Where the camera stands and what it takes.
+    """Camera pose and image of a staged scene.
 
     Raises
     ------
@@ -71,14 +72,14 @@ class StagedView:
     azimuth: float = -np.pi / 2
     """Direction from the target to the camera about the world's z-axis, rad; -π/2 is on -y."""
     distance: float = 0.8
-    """From the target, m."""
+    """Distance to the target, m."""
     target: tuple[float, float, float] = (0.0, 0.0, 0.04)
-    """World point that the optical axis goes through, m."""
+    """World point on the optical axis, m."""
     image_size: tuple[int, int] = (640, 480)
     """Columns and rows, px."""
     shift: tuple[float, float] = (0.0, 0.0)
-    """How far the image is moved on the sensor's plane, px to the right and down: cuts what
-    leaves it, without any change of the view."""
+    """Shift of the image on the sensor plane, px to the right and down. It crops the view without
+    changing the perspective."""
 
     def __post_init__(self) -> None:
         if not 0 < self.distance < np.inf:
@@ -91,14 +92,14 @@ class StagedView:
 
     @property
     def intrinsics(self) -> CameraIntrinsics:
-        """The camera."""
+        """Intrinsics of the camera."""
         k = camera_intrinsics(ViewOptions(image_size=self.image_size))
         right, down = self.shift
         return CameraIntrinsics(k.fx, k.fy, k.cx + right, k.cy + down, k.width, k.height)
 
     @property
     def pose(self) -> RigidTransform:
-        """T_world_camera: maps camera coordinates to the world's."""
+        """T_world_camera."""
         level = np.cos(self.elevation)
         towards = [level * np.cos(self.azimuth), level * np.sin(self.azimuth)]
         return look_at(
@@ -109,14 +110,14 @@ class StagedView:
 
 @dataclass(frozen=True)
 class StagedScene:
-    """Objects on a table seen by one camera, exact to the number."""
+    """Objects on a table with exact poses, and one camera."""
 
     objects: tuple[StagedObject, ...]
     """Label k of the view is object k-1."""
     view: StagedView = field(default_factory=StagedView)
     """The camera."""
     table: Table = field(default_factory=Table)
-    """What they stand on."""
+    """The table."""
 
 
 def staged_frame(
@@ -163,7 +164,7 @@ def staged_frame(
 
 
 def noise_at_one_metre(sigma: float) -> DepthNoise:
-    """Depth noise of each pixel for itself, with standard deviation `sigma` (m) at 1 m.
+    """Return noise, independent in each pixel, with standard deviation `sigma` (m) at 1 m.
 
     It grows with distance as Nguyen's does (see `depth_noise`).
     """
@@ -172,7 +173,7 @@ def noise_at_one_metre(sigma: float) -> DepthNoise:
 
 @functools.lru_cache(maxsize=MAX_CACHED_VIEWS)
 def render_staged(scene: StagedScene, *, colour: bool = False) -> RenderedView:
-    """Cast one ray through every pixel's centre, on the CPU: the same image on every machine.
+    """Render by ray casting on the CPU, which gives the same image on every machine.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Depth frames of synthetic scenes, from the same kind of camera object as real ones."""
+"""Depth frames of synthetic scenes, behind the camera protocol."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ def render_frame(
     renderer: DepthRenderer | None = None,
     colour: bool = True,
 ) -> tuple[DepthFrame, NDArray[np.int32]]:
-    """What a depth camera gives for a scene, with the ground truth of its pixels.
+    """Render a depth frame of a scene, with the ground-truth label of each pixel.
 
     Parameters
     ----------
     scene
         The scene.
     noise
-        The camera's errors; none when not given.
+        The camera's noise; none if not given.
     seed
         Source of the noise, >= 0; the same seed gives the same image.
     renderer
-        What draws it; without one, `open_renderer` chooses.
+        Renderer; `open_renderer` chooses one if not given.
     colour
         Whether to draw colours too.
 
@@ -57,7 +57,7 @@ def render_frame(
     InputError
         If the seed is negative, or the noise leaves no reading.
     DeviceError
-        If nothing can draw here.
+        If no renderer works on this machine.
     """
     if seed < 0:
         raise InputError(f"seed must be a whole number >= 0, got {seed}")
@@ -66,7 +66,7 @@ def render_frame(
 
 
 class SyntheticCamera:
-    """A camera that looks at random or given scenes, one after the other.
+    """A camera that captures random or given scenes, one after the other.
 
     Fulfils the protocol `eyehand.perception.cameras.protocol.Camera`.
     """
@@ -82,22 +82,22 @@ class SyntheticCamera:
         renderer: DepthRenderer | None = None,
         colour: bool = True,
     ) -> None:
-        """Choose what to look at.
+        """Set scenes, noise and renderer.
 
         Parameters
         ----------
         scenes
-            Scenes, or seeds from which `make_scene` draws them when their turn comes.
+            Scenes, or seeds from which `make_scene` draws them on demand.
         noise
-            The camera's errors; none when not given.
+            The camera's noise; none if not given.
         options
-            What scenes are drawn from.
+            Options of the drawn scenes.
         looks
-            Frames of each scene, which differ by their noise.
+            Frames of each scene, which differ in their noise.
         seed
             Source of the noise, >= 0.
         renderer
-            What draws; without one, `open_renderer` chooses.
+            Renderer; `open_renderer` chooses one if not given.
         colour
             Whether to draw colours too.
 
@@ -119,14 +119,14 @@ class SyntheticCamera:
         self._colour = colour
 
     def frames(self) -> Iterator[DepthFrame]:
-        """Frames in the order of the scenes; the same ones each time it is asked.
+        """Yield frames in the order of the scenes; each call yields the same frames.
 
         Raises
         ------
         InputError
             If a seed gives no scene.
         DeviceError
-            If nothing can draw here.
+            If no renderer works on this machine.
         """
         for index, source in enumerate(self._scenes):
             scene = source
