@@ -1,4 +1,4 @@
-"""The approach controller: tasks, obstacles, joint angles in; joint velocities and a status out."""
+"""The approach controller: from tasks, obstacles and joint positions to joint velocities."""
 
 from __future__ import annotations
 
@@ -29,20 +29,19 @@ if TYPE_CHECKING:
     from .tasks.task import Task
 
 Status = Literal["moving", "reached", "stuck", "infeasible"]
-"""``stuck``: safe and no longer getting nearer; ``infeasible``: what must be kept cannot be."""
+"""``stuck``: safe, but without progress; ``infeasible``: not all safety bounds can be kept."""
 Phase = Literal["approach", "retreat", "path"]
-"""A motion that is stuck goes back to a posture of refuge before it tries again, or follows a way
-that a search found."""
+"""A stuck motion retreats before it tries again, or follows a path that a search found."""
 
 AT_RETREAT_GOAL = 0.1
-"""Norm of the joint differences at which a retreat has arrived, rad: it is but a new start."""
+"""Norm of the joint differences at which a retreat has arrived, rad: it need not be exact."""
 MIN_PROGRESS = 0.01
 """Decrease of an error that counts as progress, m or rad: larger gives up creeping sooner."""
 PROGRESS_SHARE = 0.1
 """Share of the smallest error so far whose decrease counts as progress too, near the goal."""
 HELD_SHARE = 0.5
-"""A task that misses less than this share of its rate can go on: then it is repulsion that stops
-it, not a lack of joints."""
+"""A task that misses less than this share of its rate could move without obstacles near. Repulsion
+then stops it, not a lack of joints."""
 RETREAT_PATIENCE = 0.3
 """A retreat ends after this time without progress, s."""
 RETREAT_SPEED = 1.5
@@ -55,16 +54,16 @@ RETREAT_SECONDS = 20.0
 
 @dataclass(frozen=True)
 class ControlStep:
-    """One control cycle."""
+    """The result of one control cycle."""
 
     velocity: NDArray[np.float64]
     """Joint velocities to command, (n,), rad/s (m/s of sliding joints)."""
     status: Status
-    """Where the motion stands."""
+    """Status of the motion."""
     reason: str
     """Why it is stuck or infeasible, by name; empty otherwise."""
     phase: Phase
-    """Whether it heads for the tasks or for a refuge, or follows a way."""
+    """Whether it drives the tasks, retreats, or follows a path."""
     errors: tuple[float, ...]
     """By task: norm of what is left, m or rad."""
     clearance: float
@@ -72,14 +71,14 @@ class ControlStep:
     beta: tuple[float, ...]
     """By task: weight of avoidance (eq. 8)."""
     blocking: tuple[str, ...]
-    """What the safety level holds back for, strongest first."""
+    """What the safety level holds the motion back for, strongest first."""
 
     def __bool__(self) -> bool:
         return self.status in ("moving", "reached")
 
 
 class ApproachController:
-    """Drive a robot to a stack of tasks among obstacles; one call a control cycle.
+    """Drive a robot to a stack of tasks among obstacles, with one call per control cycle.
 
     Parameters
     ----------
@@ -93,7 +92,8 @@ class ApproachController:
     Raises
     ------
     InputError
-        If there is no task, one is none, or the repulsion would oscillate at this control period.
+        If there is no task, one has no method `at`, or the repulsion would oscillate at this
+        control period.
     """
 
     def __init__(
@@ -110,22 +110,22 @@ class ApproachController:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """Its tasks, highest priority first; for others make another controller (some 50 µs)."""
+        """The tasks, highest priority first; for other tasks make another controller (50 µs)."""
         return self._tasks
 
     @property
     def options(self) -> ControlOptions:
-        """Its options; for others make another controller."""
+        """The options; for other options make another controller."""
         return self._options
 
     def restart(self) -> None:
-        """Forget how the motion went: after a jump of the robot, new obstacles, new patience."""
+        """Reset the progress of the motion: after a jump of the robot, or new obstacles."""
         self._phase: Phase = "approach"
         self._retreats = 0
         self._begin()
 
     def step(self, q: NDArray[np.float64]) -> ControlStep:
-        """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
+        """Return the joint velocities for joint positions q (n,), and advance time by one period.
 
         Raises
         ------
@@ -156,7 +156,7 @@ class ApproachController:
         self._clock = 0.0
 
     def _motion(self, q: NDArray[np.float64]) -> CycleResult:
-        """Motion towards the tasks, or towards a refuge with the tasks watched."""
+        """Return the motion to the tasks, or to a retreat configuration with the tasks watched."""
         place = self._retreats if self._phase == "retreat" else 0
         cycle = self._cycles.get(place)
         if cycle is None:
@@ -173,10 +173,10 @@ class ApproachController:
         return cycle.at(q)
 
     def _unhurried(self, q: NDArray[np.float64], motion: CycleResult) -> NDArray[np.float64]:
-        """The way back (n,), rad/s, with the frame no faster than on the way there.
+        """Return the velocity (n,) of a retreat, rad/s, with the frame within its speed limit.
 
-        Bounds that standing still keeps, a slower motion keeps too; inside the margin, where
-        standing still does not, nothing slows it down.
+        A slower motion keeps all bounds that standing still keeps. Inside the margin standing still
+        does not keep them, so the velocity is not limited there.
         """
         hand = float(np.linalg.norm(self.robot.at(q).jacobian[:3] @ motion.velocity))
         if motion.clearance < self.options.margin or hand <= RETREAT_HAND_SPEED:
@@ -190,7 +190,7 @@ class ApproachController:
             return "reached", ""
         if self._stalled_for(errors) < self.options.patience:
             return "moving", ""
-        # With the first task met and nothing in the way, it is tasks that conflict: stay with it.
+        # With the first task met and nothing near, the tasks conflict, and a retreat is no use.
         torn = errors[0] <= self.options.tolerance and not motion.blocking
         if self._retreats < self.options.retreats and not torn:
             self._phase = "retreat"
@@ -207,10 +207,10 @@ class ApproachController:
             self._begin()
 
     def _stalled_for(self, errors: tuple[float, ...]) -> float:
-        """Time without progress, s: no error fell below its least so far by what counts.
+        """Return the time without progress, s: no error fell enough below its smallest so far.
 
-        One that falls starts those below it anew, which may grow for it. As each falls only so
-        often before it is met, no motion goes on for ever.
+        Where one error falls, the smallest values of the tasks below it start anew, because those
+        errors may grow for it. Each error can fall only so often, so every motion ends.
         """
         options = self.options
         if not self._best:
@@ -246,19 +246,19 @@ class ApproachController:
 
 
 def counted(tasks: Sequence[Task]) -> tuple[int, ...]:
-    """Places of the tasks by which a motion is reached or stuck: not those that only draw.
+    """Return the indices of the tasks that decide whether a motion is reached or stuck.
 
-    A task says so by an attribute ``endless``; where all are, all count.
+    Tasks with a true attribute ``endless`` do not count, unless all tasks are endless.
     """
     ending = [place for place, task in enumerate(tasks) if not getattr(task, "endless", False)]
     return tuple(ending or range(len(tasks)))
 
 
 def retreat_configurations(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
-    """Postures (n,) to try again from: home, and its mirror image in the joints' ranges.
+    """Return the postures (n,) to try again from: home, and its mirror image in the joint ranges.
 
-    The image bends elbow and wrist the other way, which is what a way round often needs. A joint
-    without a range is mirrored about zero.
+    The mirror image bends elbow and wrist the other way, which a path around an obstacle often
+    needs. A joint without a range is mirrored about zero.
     """
     ranged = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     span = np.add(robot.lower, robot.upper, out=np.zeros(robot.n), where=ranged)
@@ -267,12 +267,12 @@ def retreat_configurations(robot: RobotModel) -> tuple[NDArray[np.float64], ...]
 
 
 def _lever(state: RobotState) -> float:
-    """Largest motion of the frame per unit of joint motion, m: what a distance row may reach."""
+    """Return the largest motion of the frame per unit of joint motion, m."""
     return float(np.linalg.norm(state.jacobian[:3], 2))
 
 
 def _could_go(state: RobotState, tasks: tuple[Task, ...], options: ControlOptions) -> bool:
-    """Whether the first task that is not met would move, were nothing near."""
+    """Return whether the first task that is not met would move without obstacles."""
     task_rows = [task.at(state) for task in tasks]
     missing = solve_stack(task_rows, speed=state.speed).missing
     for rows, rest in zip(task_rows, missing, strict=True):

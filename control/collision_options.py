@@ -1,4 +1,4 @@
-"""Every choice of the collision world, with its unit and what it trades."""
+"""Options of the collision world, each with its unit and what it trades."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eyehand.errors import InputError
 
 @dataclass(frozen=True)
 class CoverOptions:
-    """How parts are covered with balls for the soft minimum.
+    """The balls that cover parts of the robot for the soft minimum.
 
     Raises
     ------
@@ -19,8 +19,9 @@ class CoverOptions:
 
     overhang: float = 0.004
     """How far balls may stand out of a part, m: smaller costs more balls (with the cube of it)."""
-    most: int = 64
-    """Most balls for one part: fewer are faster and stand out farther than ``overhang``."""
+    max_balls: int = 64
+    """Maximum number of balls for one part: fewer are faster, and may stand out farther than
+    ``overhang``."""
     sharpness: float = 2000.0
     """k of the soft minimum, 1/m: larger is nearer to the true minimum (below it by at most
     log(balls)/k), and turns the gradient faster."""
@@ -28,8 +29,8 @@ class CoverOptions:
     def __post_init__(self) -> None:
         if not 0.0 < self.overhang < float("inf"):
             raise InputError(f"overhang must be finite and > 0, got {self.overhang}")
-        if self.most < 1:
-            raise InputError(f"most must be >= 1, got {self.most}")
+        if self.max_balls < 1:
+            raise InputError(f"max_balls must be >= 1, got {self.max_balls}")
         if not 0.0 < self.sharpness < float("inf"):
             raise InputError(f"sharpness must be finite and > 0, got {self.sharpness}")
 
@@ -45,16 +46,16 @@ class CollisionOptions:
     """
 
     cut_off: float = 0.15
-    """Pairs farther apart than this are left out, m: larger sees obstacles earlier and costs about
-    a microsecond a pair."""
+    """Pairs farther apart than this are skipped, m: larger includes obstacles earlier, and costs
+    about a microsecond per pair."""
     self_margin: float = 0.005
-    """Two parts of the robot nearer than this at home are taken to belong together, m, and never
-    measured: larger forgives shapes that are cut coarsely, and overlooks more."""
+    """Two parts of the robot nearer than this at home count as joined, m, and are never measured:
+    larger accepts coarser shapes, and misses more self-collisions."""
     cover: CoverOptions | None = None
-    """Whether parts of the robot with flat or long sides are covered with balls and measured by a
-    soft minimum: the gradient then turns smoothly where the nearest point would jump, for distances
-    that are some millimetres too small outside, depths that may be too small inside (the sign is
-    kept), and more time. None measures the shapes as they are."""
+    """Balls that cover parts of the robot with flat or long sides, for a distance by soft minimum.
+    The gradient then turns smoothly where the nearest point would jump. In return distances
+    are some millimetres too small outside, depths may be too small inside (the sign is kept), and a
+    cycle takes longer. None measures the shapes as they are."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.cut_off < float("inf"):

@@ -1,4 +1,4 @@
-"""The approach with a search behind it: local as long as that works, else along a found way."""
+"""The approach controller with a planner: local while that works, else along a planned path."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
     from .tasks.task import Task
 
 PATH_TOLERANCE = 0.02
-"""The robot is where the way wants it when no joint is farther off, rad or m."""
+"""A point of the path is reached when no joint is farther off, rad or m."""
 SPEED_SHARE = 0.5
-"""Share of the joint speed limits that a way is gone with: the rest is for catching up."""
+"""Share of the joint speed limits that a path uses: the rest is for catching up."""
 HELD_UP_SECONDS = 0.5
-"""A way is given up when the robot has not come where it wants it for so long, s."""
+"""A path is abandoned when the robot does not reach its next point for this time, s."""
 ROUNDING = 1e-9
-"""A way so many cycles longer than a whole number of them is not."""
+"""Excess over a whole number of cycles that is rounding."""
 
 
 class PlannedApproach:
-    """An :class:`ApproachController` that searches for a way where it is stuck, and follows it.
+    """An :class:`ApproachController` that plans a path where it is stuck, and follows the path.
 
-    The safety level stands above the way too: what the search overlooked at its longer steps, or
-    what moved since, stops the robot.
+    The safety level acts on the path too: obstacles that the planner missed at its longer steps, or
+    that moved since, stop the robot.
 
     Parameters
     ----------
@@ -47,12 +47,12 @@ class PlannedApproach:
     tasks
         Highest priority first.
     options
-        Of the controller; its retreats are left to the search.
+        Options of the controller. Its retreats are left to the planner.
     planner
-        Of the search.
+        Options of the planner.
     searches
-        Most searches before the motion counts as stuck: a way may be left where safety bends it.
-        A goal that is reached, and then moves off, has as many anew.
+        Maximum number of searches before the motion counts as stuck: a path may be abandoned where
+        the safety level bends it. The count starts again once the goal is reached.
 
     Raises
     ------
@@ -76,16 +76,16 @@ class PlannedApproach:
         self.restart()
 
     def restart(self) -> None:
-        """Forget ways and how the motion went."""
+        """Reset paths and progress."""
         self.paths: list[JointPath] = []
-        """What the searches gave since the start, or since the last restart."""
+        """Results of the searches since the last restart."""
         self._searched = 0
         self._leave_path()
 
     def step(self, q: NDArray[np.float64]) -> ControlStep:
-        """Give the joint velocities for joint angles q (n,), and advance the clock by one period.
+        """Return the joint velocities for joint positions q (n,), and advance time by one period.
 
-        A motion that is stuck stops for a cycle; the one after it takes as long as the search.
+        A stuck motion stops for one cycle. The next call takes as long as the search.
 
         Raises
         ------
@@ -101,12 +101,12 @@ class PlannedApproach:
             self._searched = 0
         if cycle.status != "stuck" or self._searched >= self.searches:
             return cycle
-        # While the search takes its time, a robot keeps to the velocity that it was last told.
+        # A robot keeps its last commanded velocity while the search runs, so that must be zero.
         self._stuck = replace(cycle, velocity=np.zeros_like(cycle.velocity))
         return replace(self._stuck, status="moving", reason="")
 
     def _search(self, q: NDArray[np.float64], cycle: ControlStep) -> ControlStep:
-        """Search for a way from where a cycle was stuck."""
+        """Plan a path from where a cycle was stuck."""
         controller = self.controller
         self._stuck = None
         self._searched += 1
@@ -114,7 +114,7 @@ class PlannedApproach:
         path = plan(controller.world, controller.tasks, q, self.options, planner)
         self.paths.append(path)
         if not path:
-            return replace(cycle, reason=f"{cycle.reason}; no way found: {path.reason}")
+            return replace(cycle, reason=f"{cycle.reason}; no path found: {path.reason}")
         self._track = retimed(path.postures, controller.robot, self.options.dt)
         self._at = min(1, len(self._track) - 1)
         return replace(cycle, status="moving", reason="")
@@ -157,24 +157,24 @@ class PlannedApproach:
 
 
 def retimed(postures: NDArray[np.float64], robot: RobotModel, dt: float) -> NDArray[np.float64]:
-    """Go a way at one speed, one posture a cycle; first and last included.
+    """Return a path at constant speed, one posture per cycle, first and last included.
 
-    Every roll-out of a search slows down towards its end, and a way has several.
+    Every roll-out slows down towards its end, and a path has several.
 
     Parameters
     ----------
     postures
-        Joint positions along the way (N, n), rad or m.
+        Joint positions along the path (N, n), rad or m.
     robot
-        Whose joint speeds hold.
+        The robot with its joint speed limits.
     dt
         Control period, s.
 
     Returns
     -------
     ndarray
-        (M, n), linear between the given ones: no step moves the frame faster than a task by
-        default does, nor a joint faster than a share of its limit.
+        (M, n), linear between the given postures. No step moves the frame faster than the default
+        speed of a task, nor a joint faster than SPEED_SHARE of its limit.
     """
     places = np.array([robot.at(q).position for q in postures])
     by_frame = np.linalg.norm(np.diff(places, axis=0), axis=1) / DEFAULT_LINEAR_SPEED

@@ -1,8 +1,8 @@
-"""Ways round local minima: a tree of roll-outs of the controller, in the space of the task.
+"""Paths around local minima: a search tree of roll-outs of the controller.
 
-Sharing the work between a local controller and a global search follows Behnisch et al. 2011; the
-tree grows in the few dimensions of the frame's place, after LaValle 1998. Its edges are motions of
-the controller itself, so that a way found is a way already gone.
+The division of work between a local controller and a global search follows Behnisch et al. 2011.
+The tree grows in the three dimensions of the frame's position, after LaValle 1998. Its edges are
+motions of the controller itself, so a path that is found has already been driven in simulation.
 """
 
 from __future__ import annotations
@@ -48,20 +48,20 @@ matter too."""
 
 @dataclass(frozen=True)
 class JointPath:
-    """A way found, or (false in a condition) why none was."""
+    """A path, or (false in a condition) the reason why none was found."""
 
     found: bool
-    """Whether the way ends with all tasks reached."""
+    """Whether the path ends with all tasks reached."""
     postures: NDArray[np.float64]
-    """Joint angles (N, n) along the way, the start first."""
+    """Joint positions (N, n) along the path, the start first."""
     dt: float
     """Time from one posture to the next, s."""
     reason: str
-    """Why no way was found: what blocked the nearest try; empty otherwise."""
+    """Why no path was found: what blocked the last roll-out to the goal; empty otherwise."""
     rollouts: int
-    """Motions tried."""
+    """Number of roll-outs."""
     places: int
-    """Places known at the end."""
+    """Number of places in the tree at the end."""
     seconds: float
     """Time the search took, s."""
 
@@ -74,7 +74,7 @@ class _Place:
     position: NDArray[np.float64]
     q: NDArray[np.float64]
     left: float
-    """Summed errors of the tasks that count."""
+    """Sum of the errors of the tasks that count."""
     parent: int
     postures: NDArray[np.float64]
     """(N, n) from the parent's posture, that one not included."""
@@ -95,11 +95,12 @@ def plan(
     options: ControlOptions,
     planner: PlannerOptions | None = None,
 ) -> JointPath:
-    """Search for a way from joint angles q (n,) to where all tasks are reached.
+    """Search for a path from joint positions q (n,) to a posture that reaches all tasks.
 
-    Each turn rolls the controller out, from the known place nearest to a drawn one towards that,
-    or from the place nearest to the goal towards the tasks themselves; places from which the goal
-    was tried in vain count as farther. Every place that a roll-out newly finds tries for the goal.
+    Each iteration rolls out the controller. It starts either from the known place nearest to a
+    random position and drives there, or from the place nearest to the goal and drives the tasks
+    themselves. Places with failed roll-outs to the goal count as farther. Every new place is
+    followed by a roll-out to the goal.
 
     Raises
     ------
@@ -166,15 +167,15 @@ class _Search:
         return len(self.places) - 1
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Box (3,), (3,) in which places are drawn: about the start and what the tasks point at."""
+        """Return the corners (3,), (3,) of the box in which positions are drawn."""
         start = self.places[0]
         state = self.world.robot.at(start.q)
         ends = [start.position]
         for task in self.tasks:
             rows = task.at(state)
-            # Where the frame would be if the error were taken away at once, in a straight line.
+            # The frame after one straight step that removes the whole error.
             step = np.linalg.pinv(rows.jacobian) @ rows.error
-            # Near a singular posture that step would leave the world.
+            # Near a singular posture that step would be far too long.
             step *= MAX_GUESS_STEP / max(float(np.linalg.norm(step)), MAX_GUESS_STEP)
             ends.append(start.position + state.jacobian[:3] @ step)
         corners = np.array(ends)
@@ -193,7 +194,7 @@ class _Search:
         return int(np.argmin([place.left for place in self.places]))
 
     def try_goal(self, index: int) -> bool:
-        """Head for the tasks; whether they were reached, the last place then being the end."""
+        """Drive the tasks from a place; return whether they were reached, in the last place."""
         place = self.places[index]
         result = self.roll_out(place.q, self.tasks)
         if result.reached:
@@ -209,7 +210,7 @@ class _Search:
         return False
 
     def try_retreats(self) -> bool:
-        """Go back to each posture of refuge and head for the tasks from there."""
+        """Drive to each retreat configuration, and the tasks from there."""
         for configuration in retreat_configurations(self.world.robot):
             task = Posture(configuration, speed=RETREAT_SPEED)
             new = self._keep(0, self.roll_out(self.places[0].q, (task,)))
@@ -218,7 +219,7 @@ class _Search:
         return False
 
     def extend(self, target: NDArray[np.float64]) -> int:
-        """Roll out towards a drawn place from the nearest known one; the new place, or -1."""
+        """Roll out towards a position from the nearest place; return the new place, or -1."""
         away = [float(np.linalg.norm(place.position - target)) for place in self.places]
         index = int(np.argmin(away))
         result = self.roll_out(self.places[index].q, (Position(target),))

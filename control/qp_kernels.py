@@ -57,8 +57,7 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
     _factorise(hessian)
     block = np.zeros((3 * n + 5, n))
     normals, basis, triangle = block[:n], block[n : 2 * n], block[2 * n : 3 * n]
-    away, normal, along = block[3 * n], block[3 * n + 1], block[3 * n + 2]
-    pull, needed = block[3 * n + 3], block[3 * n + 4]
+    away, normal, along, pull, needed = block[3 * n :]
     active = np.empty(n, np.int64)
     lengths = np.empty(len(rows))
     for row in range(len(rows)):

@@ -83,7 +83,7 @@ def cover_box(half_extents: NDArray[np.float64], options: CoverOptions) -> NDArr
     """
     edge = 2.0 * options.overhang / (np.sqrt(3.0) - 1.0)
     cells = np.maximum(np.ceil(2.0 * half_extents / edge), 1.0)
-    while np.prod(cells) > options.most:
+    while np.prod(cells) > options.max_balls:
         # Largest cells last: the direction whose cells are the smallest loses one.
         sizes = np.where(cells > 1.0, 2.0 * half_extents / cells, np.inf)
         cells[int(np.argmin(sizes))] -= 1.0
@@ -99,10 +99,10 @@ def cover_capsule(radius: float, half_length: float, options: CoverOptions) -> N
     Balls at distance s along the axis contain the capsule if their radius is √(r² + s²/4).
     """
     most = np.sqrt((radius + options.overhang) ** 2 - radius**2)
-    gaps = min(int(np.ceil(half_length / most)), max(options.most - 1, 1))
+    gaps = min(int(np.ceil(half_length / most)), max(options.max_balls - 1, 1))
     places = np.linspace(-half_length, half_length, gaps + 1)
     size = float(np.hypot(radius, half_length / gaps))
-    if options.most == 1:
+    if options.max_balls == 1:
         places, size = np.zeros(1), radius + half_length
     return np.column_stack([np.zeros((len(places), 2)), places, np.full(len(places), size)])
 

@@ -287,7 +287,7 @@ def test_held_objects_move_with_the_frame(robot: RobotModel) -> None:
         (lambda w: CollisionOptions(cut_off=0.0), "cut_off must be finite and > 0"),
         (lambda w: CollisionOptions(self_margin=-1.0), "self_margin must be"),
         (lambda w: CoverOptions(overhang=0.0), "overhang must be"),
-        (lambda w: CoverOptions(most=0), "most must be"),
+        (lambda w: CoverOptions(max_balls=0), "max_balls must be"),
         (lambda w: CoverOptions(sharpness=float("inf")), "sharpness must be"),
     ],
 )

@@ -118,7 +118,7 @@ sizes = st.floats(1e-3, 0.3)
 @given(st.tuples(sizes, sizes, sizes), st.integers(1, 100), st.floats(1e-3, 0.05))
 def test_balls_contain_the_box(half: tuple, most: int, overhang: float) -> None:
     extents = np.array(half)
-    balls = cover_box(extents, CoverOptions(overhang=overhang, most=most))
+    balls = cover_box(extents, CoverOptions(overhang=overhang, max_balls=most))
     assert 1 <= len(balls) <= most
     points = np.random.default_rng(SEED).uniform(-1, 1, (300, 3))
     points[:100] = np.sign(points[:100])
@@ -131,7 +131,7 @@ def test_balls_contain_the_box(half: tuple, most: int, overhang: float) -> None:
 def test_balls_contain_the_capsule(
     radius: float, half_length: float, most: int, overhang: float
 ) -> None:
-    balls = cover_capsule(radius, half_length, CoverOptions(overhang=overhang, most=most))
+    balls = cover_capsule(radius, half_length, CoverOptions(overhang=overhang, max_balls=most))
     assert 1 <= len(balls) <= most
     rng = np.random.default_rng(SEED)
     ways = rng.normal(size=(300, 3))
