@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 QUICK_SCENES = 4
-MOST_PROCESSES = 2
+MAX_PROCESSES = 2
 """Scenes run side by side; each process takes about 300 MB."""
 BATCH = 4
 """Scenes handed to a process at a time."""
@@ -102,7 +102,7 @@ def evaluate_motion(
     make_folder(out)
     seeds = range(seed, seed + scenes)
     jobs = [_Job(method, one, boxes, reach) for method in methods for one in seeds]
-    records = _run(jobs, processes=1 if quick else MOST_PROCESSES)
+    records = _run(jobs, processes=1 if quick else MAX_PROCESSES)
     cycles_us = _timed(
         [job for job in jobs if job.seed in seeds[:TIMED_SCENES]], takes=1 if quick else TAKES
     )

@@ -25,14 +25,11 @@ from ..bench.chart_style import (
     Provenance,
     add_footer,
     new_chart,
-    write_chart,
 )
-from .fig1_run import fig1_rows
 from .fig1_scene import OPTIONS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -51,7 +48,7 @@ LINK, RADIUS = 0.25, 0.015
 """Length and radius of the arm's links, m."""
 INSTANTS = 6
 """Postures that are drawn, evenly along the way."""
-FAINTEST, STRONGEST = 0.16, 0.66
+MIN_OPACITY, MAX_OPACITY = 0.16, 0.66
 """Opacity of the first posture and of the last."""
 FIXED = {"beta 0.5": "#F3B36B", "beta 1": "#E88A33", "beta 2": "#CF5C13", "beta 5": "#8F3606"}
 """Colours of the fixed weights: the heavier, the darker."""
@@ -83,25 +80,8 @@ PANELS = (
 """Name, runs and words of each panel."""
 
 
-def write_fig1(path: Path, scene: Fig1Scene, runs: Sequence[Fig1Run]) -> None:
-    """Draw Fig. 1; the CSV goes beside it.
-
-    Parameters
-    ----------
-    path
-        PNG to write.
-    scene
-        Obstacles and goal.
-    runs
-        One a weight, by name.
-
-    Raises
-    ------
-    InputError
-        If the folder cannot be written to.
-    DeviceError
-        If the disk fails.
-    """
+def fig1_picture(scene: Fig1Scene, runs: Sequence[Fig1Run]) -> Figure:
+    """Return Fig. 1 with one panel per kind of weight and a table of the results below."""
     by_name = {run.name: run for run in runs}
     wide = (WIDTH - 2 * MARGIN - 2 * GAP) / 3
     high = wide * (Y[1] - Y[0]) / (X[1] - X[0])
@@ -124,7 +104,7 @@ def write_fig1(path: Path, scene: Fig1Scene, runs: Sequence[Fig1Run]) -> None:
         panel.set_xlabel(told, size=TEXT - 0.5, color=FAINT, labelpad=5, loc="left")
     _draw_table(figure, height, (FOOT - TIGHTER + TABLE) / height, by_name)
     add_footer(figure, Provenance("planar arm, 5 ms cycle, no safety level", None, 1, "scene"))
-    write_chart(figure, path, fig1_rows(runs))
+    return figure
 
 
 def _draw_scene(axes: Axes, scene: Fig1Scene) -> None:
@@ -169,7 +149,7 @@ def _draw_scene(axes: Axes, scene: Fig1Scene) -> None:
 def _draw_arm(axes: Axes, run: Fig1Run, points_a_metre: float) -> None:
     gone = np.linalg.norm(np.diff(run.hand, axis=0), axis=1).cumsum()
     instants = np.searchsorted(gone, np.linspace(0.0, gone[-1] * (1 - 1e-4), INSTANTS))
-    opacity = np.linspace(FAINTEST, STRONGEST, INSTANTS) ** 1.3
+    opacity = np.linspace(MIN_OPACITY, MAX_OPACITY, INSTANTS) ** 1.3
     for number, index in enumerate(instants):
         last = number == INSTANTS - 1
         joints = _joints(run.postures[-1 if last else index])

@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.control import ApproachController
 
-from .fig1_scene import BETAS, LONGEST, fig1_options, fig1_scene
+from .fig1_scene import BETAS, TIME_LIMIT, fig1_options, fig1_scene
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -77,7 +77,7 @@ def run_once(scene: Fig1Scene, name: str, beta: Relaxation, *, safety: bool = Fa
     controller = ApproachController(scene.world, [scene.reach_task], options)
     q, status = scene.start, "moving"
     postures, hand, clearance = [], [], []
-    for _ in range(round(LONGEST / options.dt)):
+    for _ in range(round(TIME_LIMIT / options.dt)):
         cycle = controller.step(q)
         postures.append(q)
         hand.append(scene.world.robot.at(q).position)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 BETAS: tuple[Relaxation, ...] = (0.0, 0.5, 1.0, 2.0, 5.0, "dynamic")
 """Weights of avoidance that are compared: none, fixed ones, and that of eq. 10."""
-LONGEST = 15.0
+TIME_LIMIT = 15.0
 """Simulated time after which a run ends, s, should it not have come to rest before."""
 START = np.array([1.2, 1.15, 0.6, -0.55])
 """Posture to begin with, rad: the hand points away from the base, so that it comes nearest to the

@@ -41,7 +41,7 @@ STEPS, LAST = 1000, 50
 """Steps of the raw law, and those at its end whose distances tell the amplitude."""
 CALM_MM = 0.01
 """Amplitude below which nothing oscillates."""
-MOST_ACCELERATION = 340.0
+MAX_ACCELERATION = 340.0
 """Largest change of a joint's speed over time that changing weights may cost, rad/s²: in a cycle of
 5 ms no more than the slowest joint's full speed."""
 CHATTER = 1e-3
@@ -88,7 +88,7 @@ def gain_sweeps() -> tuple[Sweep[ControlOptions], ...]:
             values=(200.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0),
             holds_to=1.0,
             attempt=_switching,
-            right=f"reached, below {MOST_ACCELERATION:g} rad/s², no chatter at the goal",
+            right=f"reached, below {MAX_ACCELERATION:g} rad/s², no chatter at the goal",
             repeats=3,
         ),
     )
@@ -200,7 +200,7 @@ def _switching(cycles: float, seed: int, options: ControlOptions) -> Trial:
     tail = motion.velocities[-round(1.0 / options.dt) :]
     chatter = float(np.abs(np.diff(tail, axis=0)).max())
     passed = (
-        motion.last.status == "reached" and acceleration < MOST_ACCELERATION and chatter < CHATTER
+        motion.last.status == "reached" and acceleration < MAX_ACCELERATION and chatter < CHATTER
     )
     note = f"{motion.last.status}, {acceleration:.0f} rad/s², chatter {chatter:.1e} rad/s"
     return judged(motion, options, passed=passed, note=note, peak_acceleration=acceleration)

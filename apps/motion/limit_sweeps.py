@@ -36,7 +36,7 @@ NEAR_LIMIT = np.radians(2.0)
 """How near, rad: outside the angle that the safety level keeps from the limits."""
 AROUND = 0.8
 """How far from home its other joints may be, rad: so that the way there is not the question."""
-LONGEST_S = 12.0
+TIME_LIMIT_S = 12.0
 """Simulated time for a goal."""
 CYCLE_S = 0.01
 """Control period here, s: distances do not matter, and 1200 goals are to be tried."""
@@ -89,7 +89,7 @@ def _reach(
     """Whether a goal is reached from home, and how far a joint was past its limit, rad."""
     robot = world.robot
     q, beyond, best, stalled = robot.home.copy(), 0.0, np.inf, 0
-    for _ in range(round(LONGEST_S / options.dt)):
+    for _ in range(round(TIME_LIMIT_S / options.dt)):
         state = robot.at(q)
         proximity = world.proximity(q)
         nominal = nominal_motion(state, goals, proximity, options)

@@ -1,30 +1,20 @@
-"""`eyehand experiment cable`: a cable of unknown shape is followed (section 4.4, Fig. 10)."""
+"""`eyehand experiment cable`: follow cables of unknown shape (section 4.4, Fig. 10)."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rich import box
-from rich.table import Table
-
-from eyehand.errors import InputError
-
-from ..bench.chart_style import write_chart
-from ..console import print_json, say, show, tracked
-from ..output_files import make_folder
+from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..console import tracked
 from .cable_picture import cable_picture
 from .cable_run import cable_row, run_cable, speed_row
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from ..bench.experiment import TrialPlan
 
-CABLES, QUICK_CABLES = 5, 1
-"""Shapes."""
-SPEEDS = (0.05, 0.2)
-"""m/s: a calm one, and one four times as fast."""
 WANTED_MM = {0.05: 0.5, 0.2: 1.3}
-"""Rms error that each speed should stay below, mm."""
+"""Speed along the cable, m/s → rms error that the path should stay below, mm."""
 
 
 def experiment_cable(
@@ -35,66 +25,55 @@ def experiment_cable(
     out: Path = Path("out/experiment_cable"),
     json: bool = False,
 ) -> int:
-    """Follow cables of unknown shape along a table, slowly and fast.
+    """Follow cables of unknown shape along a table, at 50 and at 200 mm/s.
 
-    The pad lands beside the middle of the cable and askew, presses with 2 N, and follows to the
-    cable's end. Its path by the arm's forward kinematics is held to the cable's true middle, as
-    the chapter's Fig. 10 does by eye. Writes cable.png, which shows the first cable, and cable.csv.
+    The pad lands beside the cable's middle line and not quite parallel to it, presses with 2 N,
+    and follows the cable to its end. The path of the pad, from the arm's joints, is compared with
+    the cable's true middle line. The chapter shows a photograph (Fig. 10). Writes cable.png, which
+    shows the first cable, and cable.csv.
 
     Parameters
     ----------
     trials
-        How many cables, >= 1; default: 5.
+        Number of cables, >= 1. Default: 5.
     seed
-        Cable k follows from seed + k.
+        Cable k uses seed + k.
     quick
-        1 cable: a first look.
+        1 cable, for a first look.
     out
         Output folder.
     json
-        Print one JSON object on stdout; the table goes to stderr.
+        Print one JSON object on stdout. The table then goes to stderr.
     """
-    if trials is not None and trials < 1:
-        raise InputError(f"--trials must be >= 1, got {trials}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    count = trials or (QUICK_CABLES if quick else CABLES)
-    make_folder(out)
-    tasks = [(seed + k, speed) for speed in SPEEDS for k in range(count)]
-    runs = [run_cable(k, speed) for k, speed in tracked(tasks, "cables", len(tasks))]
+    return run_experiment(CABLE, trials=trials, seed=seed, quick=quick, out=out, json=json)
+
+
+def _measure(plan: TrialPlan) -> ExperimentResult:
+    cases = [(plan.seed + k, speed) for speed in WANTED_MM for k in range(plan.trials)]
+    runs = [run_cable(seed, speed) for seed, speed in tracked(cases, "cables", len(cases))]
     rows = [cable_row(run) for run in runs]
-    for speed in SPEEDS:
-        own = [run for run in runs if run.speed == speed]
-        rows.append({**speed_row(own), "wanted_rms_mm": WANTED_MM[speed]})
-    path = out / "cable.png"
-    write_chart(cable_picture(runs[::count], seed, count), path, rows)
-    show(_table(rows), json_wanted=json)
-    say(f"wrote {path} and {path.with_suffix('.csv')}")
-    if json:
-        print_json("experiment_cable", seed, rows, trials=count, out=str(out))
-    return 0
-
-
-def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(
-        box=box.SIMPLE,
-        title="a cable's path felt by following it; the chapter shows a photograph (Fig. 10)",
-        title_justify="left",
-        caption="error: the pad's middle against the cable's, across it, from 0.3 s after touch to "
-        "the cable's end; followed: share of the cable ahead of the landing",
+    for speed, wanted in WANTED_MM.items():
+        summary = speed_row([run for run in runs if run.speed == speed])
+        rows.append({**summary, "wanted_rms_mm": wanted})
+    table = result_table(
+        rows,
+        [
+            ("", "{name}"),
+            ("speed", "{speed_mm_s:.0f} mm/s"),
+            ("rms", "{path_rms_mm:.3f} mm"),
+            ("maximum", "{path_max_mm:.3f} mm"),
+            ("wanted rms", "{wanted_rms_mm:g} mm"),
+            ("followed", "{followed_pct:.1f} %"),
+            ("force", "{force_mean_n:.2f} ± {force_std_n:.2f} N"),
+            ("end", "{outcome}"),
+        ],
+        title="path error of a pad that follows a cable; the chapter shows a photograph (Fig. 10)",
+        caption="error: distance of the pad's middle from the cable's middle line, from 0.3 s "
+        "after touch to the cable's end; followed: share of the cable ahead of the landing",
     )
-    for heading in ("", "speed", "rms", "largest", "wanted", "followed", "force", "end"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    for row in rows:
-        wanted = row.get("wanted_rms_mm")
-        table.add_row(
-            row["name"],
-            f"{row['speed_mm_s']:.0f} mm/s",
-            f"{row['path_rms_mm']:.3f} mm",
-            f"{row['path_max_mm']:.3f} mm",
-            f"{wanted:g} mm" if wanted else "",
-            f"{row['followed_pct']:.1f} %",
-            f"{row['force_mean_n']:.2f} ± {row['force_std_n']:.2f} N",
-            row["outcome"],
-        )
-    return table
+    # The runs of the first cable, one per speed.
+    picture = cable_picture(runs[:: plan.trials], plan.seed, plan.trials)
+    return ExperimentResult(rows, table, picture)
+
+
+CABLE = Experiment("cable", _measure, unit="cable", trials=5, quick_trials=1)

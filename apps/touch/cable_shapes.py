@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 LENGTH = 0.42
 """Of a cable, m: what the arm reaches with the pad flat and no joint near its limit."""
-SHARPEST_BEND = 1 / 0.055
+MAX_CURVATURE = 1 / 0.055
 """Curvature of the sharpest bend, 1/m: a mains cable lies in bends of 5 to 6 cm."""
 WAVES = (1, 2, 3)
 """Waves of the curvature over the length: an S, and what makes each cable another."""
@@ -67,7 +67,7 @@ def cable_shape(seed: int) -> CableShape:
         phase = rng.uniform(0.0, 2 * np.pi)
         curvature += rng.uniform(0.4, 1.0) * np.sin(2 * np.pi * waves * way / LENGTH + phase)
     curvature *= np.clip(way / STRAIGHT_START, 0.0, 1.0)
-    curvature *= SHARPEST_BEND / np.abs(curvature).max()
+    curvature *= MAX_CURVATURE / np.abs(curvature).max()
     heading = np.cumsum(curvature) * SPACING
     heading += np.pi / 2 - heading.mean()
     line = SPACING * np.cumsum(np.column_stack([np.cos(heading), np.sin(heading)]), axis=0)

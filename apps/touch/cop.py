@@ -1,4 +1,4 @@
-"""`eyehand experiment cop`: a probe's place between tactels, felt against real (Fig. 5)."""
+"""`eyehand experiment cop`: the centre of pressure of a thin probe between tactels (Fig. 5)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich import box
-from rich.table import Table
 
 from ..bench.chart_style import (
     BLUE,
@@ -21,20 +19,18 @@ from ..bench.chart_style import (
     label_axes,
     new_chart,
 )
-from ..console import tracked
-from ..output_files import make_folder
+from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
 from .probe_path import ProbePath, follow_probe
-from .trials import tell_trials, trial_count
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.figure import Figure
 
-TRIALS, QUICK_TRIALS = 20, 2
-"""Ways, each on a pad of its own."""
-PLACES = 51
-"""Points along the way that the picture and its table show."""
+    from ..bench.experiment import TrialPlan
+
+POINTS = 51
+"""Number of points along each path that the chart and its CSV file show."""
 
 
 def experiment_cop(
@@ -45,47 +41,51 @@ def experiment_cop(
     out: Path = Path("out/experiment_cop"),
     json: bool = False,
 ) -> int:
-    """Lead a 2 mm probe from one tactel to the next, and compare felt with real places.
+    """Move a 2 mm probe from one tactel to the next, and compare its estimated and true position.
 
-    The arm slides its pad along a fixed probe over 5 mm while the servo keeps 1 kPa. Real places
-    come from the arm's joints. Writes cop.png, after Fig. 5, and cop.csv.
+    The arm slides its pad along a fixed probe over 5 mm while the servo keeps 1 kPa. The true
+    positions come from the arm's joints. Writes cop.png, like Fig. 5, and cop.csv.
 
     Parameters
     ----------
     trials
-        Ways, >= 1; default: 20.
+        Number of paths, >= 1. Default: 20.
     seed
-        Way k has a pad, a noise and a place across that follow from seed + k.
+        Path k draws its pad, its noise and its place across the tactels from seed + k.
     quick
-        2 ways: a first look.
+        2 paths, for a first look.
     out
         Output folder.
     json
-        Print one JSON object on stdout; the table goes to stderr.
+        Print one JSON object on stdout. The table then goes to stderr.
     """
-    count = trial_count(trials, QUICK_TRIALS if quick else TRIALS, seed)
-    make_folder(out)
-    paths = [follow_probe(seed + k) for k in tracked(range(count), "ways", count)]
+    return run_experiment(COP, trials=trials, seed=seed, quick=quick, out=out, json=json)
+
+
+def _measure(plan: TrialPlan) -> ExperimentResult:
+    paths = [follow_probe(seed) for seed in plan.seeds()]
     row = probe_row(paths)
-    made = Provenance(
-        "2 mm probe at 1 kPa, 16 × 16 tactels of 5 mm, simulated arm and pad", seed, count, "way"
-    )
-    tell_trials(
-        "experiment cop",
+    table = result_table(
         [row],
-        _table(row),
-        _picture(paths, made),
-        _points(paths),
-        seed=seed,
-        trials=count,
-        out=out,
-        json=json,
+        [
+            ("", "2 mm probe, error"),
+            ("rms", "{error_rms_mm:.3f} mm"),
+            ("maximum", "{error_max_mm:.3f} mm"),
+            ("along the path, rms", "{along_rms_mm:.3f} mm"),
+            ("worst path, rms", "{worst_way_rms_mm:.3f} mm"),
+            ("force", "{force_n:.2f} N"),
+        ],
+        caption="the chapter's Fig. 5 shows a curve without numbers",
     )
-    return 0
+    data = "2 mm probe at 1 kPa, 16 × 16 tactels of 5 mm, simulated arm and pad"
+    return ExperimentResult([row], table, _picture(paths, plan.provenance(data)), _points(paths))
+
+
+COP = Experiment("cop", _measure, unit="path", trials=20, quick_trials=2)
 
 
 def probe_row(paths: Sequence[ProbePath]) -> dict[str, Any]:
-    """Sum up the ways: errors over all readings of all of them, mm."""
+    """Return the position errors over all readings of all paths, mm, and the mean force, N."""
     errors = 1e3 * np.concatenate([path.error for path in paths])
     along = 1e3 * np.concatenate([path.estimated[:, 0] - path.real[:, 0] for path in paths])
     return {
@@ -99,78 +99,67 @@ def probe_row(paths: Sequence[ProbePath]) -> dict[str, Any]:
 
 
 def _points(paths: Sequence[ProbePath]) -> list[dict[str, Any]]:
-    rows = []
-    for number, path in enumerate(paths):
-        for k in np.linspace(0, len(path.real) - 1, PLACES).round().astype(int):
-            rows.append(
-                {
-                    "way": number,
-                    "real_x_mm": round(1e3 * float(path.real[k, 0]), 4),
-                    "estimated_x_mm": round(1e3 * float(path.estimated[k, 0]), 4),
-                    "real_y_mm": round(1e3 * float(path.real[k, 1]), 4),
-                    "estimated_y_mm": round(1e3 * float(path.estimated[k, 1]), 4),
-                    "error_mm": round(1e3 * float(path.error[k]), 4),
-                }
-            )
-    return rows
+    return [
+        {
+            "way": number,
+            "real_x_mm": round(1e3 * float(path.real[k, 0]), 4),
+            "estimated_x_mm": round(1e3 * float(path.estimated[k, 0]), 4),
+            "real_y_mm": round(1e3 * float(path.real[k, 1]), 4),
+            "estimated_y_mm": round(1e3 * float(path.estimated[k, 1]), 4),
+            "error_mm": round(1e3 * float(path.error[k]), 4),
+        }
+        for number, path in enumerate(paths)
+        for k in _shown(path)
+    ]
+
+
+def _shown(path: ProbePath) -> np.ndarray:
+    """Return the indices of the readings that the chart and the CSV file show."""
+    return np.linspace(0, len(path.real) - 1, POINTS).round().astype(int)
 
 
 def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
     row = probe_row(paths)
     figure, (left, right) = new_chart(
-        "Between tactels, a probe is placed to hundredths of a millimetre",
-        f"2 mm probe led over 5 mm; error {row['error_rms_mm']:.3f} mm rms, "
+        "Between tactels, the position of a probe is known to hundredths of a millimetre",
+        f"2 mm probe moved over 5 mm; error {row['error_rms_mm']:.3f} mm rms, "
         f"{row['error_max_mm']:.3f} mm at most",
         columns=2,
         height=5.0,
     )
     ends = np.array([-2.5, 2.5])
-    left.plot(ends, ends, color=GREY, linewidth=LINE, label="real")
+    left.plot(ends, ends, color=GREY, linewidth=LINE, label="true")
     for number, path in enumerate(paths):
-        real, felt = 1e3 * path.real[:, 0], 1e3 * path.estimated[:, 0]
-        shown = np.linspace(0, len(real) - 1, PLACES).round().astype(int)
-        name = "estimated" if number == 0 else None
-        if number == 0:
-            left.plot(real[shown], felt[shown], ".", color=VERMILION, markersize=5, label=name)
+        true, estimated = 1e3 * path.real[:, 0], 1e3 * path.estimated[:, 0]
+        first = number == 0
+        if first:
+            shown = _shown(path)
+            left.plot(
+                true[shown],
+                estimated[shown],
+                ".",
+                color=VERMILION,
+                markersize=5,
+                label="estimated",
+            )
         right.plot(
-            real,
-            felt - real,
-            color=VERMILION if number == 0 else BLUE,
-            linewidth=1.6 if number == 0 else 0.7,
-            alpha=1.0 if number == 0 else 0.35,
-            zorder=3 if number == 0 else 2,
-            label="way at the left" if number == 0 else ("others" if number == 1 else None),
+            true,
+            estimated - true,
+            color=VERMILION if first else BLUE,
+            linewidth=1.6 if first else 0.7,
+            alpha=1.0 if first else 0.35,
+            zorder=3 if first else 2,
+            label={0: "path at the left", 1: "other paths"}.get(number),
         )
     right.axhline(0.0, color=INK, linewidth=0.8)
     high = 1.5 * max(float(np.abs(p.estimated - p.real)[:, 0].max()) for p in paths) * 1e3
     right.set_ylim(-high, high)
-    label_axes(
-        left, "real place [mm]; tactels are at both ends", "place [mm]", panel="Felt and real"
-    )
-    label_axes(
-        right,
-        "real place [mm]; tactels are at both ends",
-        "estimated less real [mm]",
-        panel="Error along the way",
-    )
-    left.set_xticks([-2.5, 0, 2.5], ["−2.5", "0", "2.5"])
-    right.set_xticks([-2.5, 0, 2.5], ["−2.5", "0", "2.5"])
-    add_legend(left, where="upper left")
-    add_legend(right, where="upper left")
+    for axes, y, panel in (
+        (left, "estimated position [mm]", "Estimated position"),
+        (right, "estimated minus true [mm]", "Error along the path"),
+    ):
+        label_axes(axes, "true position [mm]; tactels are at both ends", y, panel=panel)
+        axes.set_xticks([-2.5, 0, 2.5], ["−2.5", "0", "2.5"])
+        add_legend(axes, where="upper left")
     add_footer(figure, made)
     return figure
-
-
-def _table(row: dict[str, Any]) -> Table:
-    table = Table(box=box.SIMPLE, caption="paper: Fig. 5, a curve without figures")
-    for heading in ("", "rms", "largest", "along the way, rms", "worst way, rms", "force"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    table.add_row(
-        "2 mm probe, error",
-        f"{row['error_rms_mm']:.3f} mm",
-        f"{row['error_max_mm']:.3f} mm",
-        f"{row['along_rms_mm']:.3f} mm",
-        f"{row['worst_way_rms_mm']:.3f} mm",
-        f"{row['force_n']:.2f} N",
-    )
-    return table

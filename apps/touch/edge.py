@@ -1,24 +1,16 @@
-"""`eyehand experiment edge`: the pad keeps an object's edge in line (section 4.3)."""
+"""`eyehand experiment edge`: turn the pad with an object's edge (section 4.3)."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rich import box
-from rich.table import Table
-
-from ..console import tracked
-from ..output_files import make_folder
+from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
 from .edge_picture import edge_picture
 from .edge_run import edge_row, mean_row, run_edge
-from .trials import tell_trials, trial_count
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-TRIALS, QUICK_TRIALS = 10, 2
-"""Edges, each at another angle."""
+    from ..bench.experiment import TrialPlan
 
 
 def experiment_edge(
@@ -29,61 +21,49 @@ def experiment_edge(
     out: Path = Path("out/experiment_edge"),
     json: bool = False,
 ) -> int:
-    """Turn the pad with an object's edge.
+    """Align the pad with an object's edge, and keep it aligned while the edge turns.
 
-    The arm lands the pad on an edge that lies up to 60° off its y-axis; with pressing and turning
-    alone, the pad comes into line, and keeps in line while the edge is turned to and fro by 40°.
-    The chapter shows this in its video only. Writes edge.png and edge.csv.
+    The arm lands the pad on an edge that lies up to 60° off the pad's y-axis. The servo controls
+    only pressure and rotation. It aligns the pad with the edge. Then the edge turns to and fro by
+    40°. The chapter shows this in its video only. Writes edge.png and edge.csv.
 
     Parameters
     ----------
     trials
-        How many edges, >= 1; default: 10.
+        Number of edges, >= 1, each at another angle. Default: 10.
     seed
-        Trial k follows from seed + k.
+        Trial k uses seed + k.
     quick
-        2 trials: a first look.
+        2 trials, for a first look.
     out
         Output folder.
     json
-        Print one JSON object on stdout; the table goes to stderr.
+        Print one JSON object on stdout. The table then goes to stderr.
     """
-    count = trial_count(trials, QUICK_TRIALS if quick else TRIALS, seed)
-    make_folder(out)
-    runs = [run_edge(seed + k) for k in tracked(range(count), "edges", count)]
+    return run_experiment(EDGE, trials=trials, seed=seed, quick=quick, out=out, json=json)
+
+
+def _measure(plan: TrialPlan) -> ExperimentResult:
+    runs = [run_edge(seed) for seed in plan.seeds()]
     rows = [edge_row(run) for run in runs]
     rows.append(mean_row(rows))
-    tell_trials(
-        "experiment edge",
+    table = result_table(
         rows,
-        _table(rows),
-        edge_picture(runs, seed),
-        seed=seed,
-        trials=count,
-        out=out,
-        json=json,
+        [
+            ("", "{name}"),
+            ("at touch", "{start_deg:.1f}°"),
+            ("response", "{response_time_s:.2f} s"),
+            ("at rest", "{steady_state_error_deg:.3f} ± {standard_deviation_deg:.3f}°"),
+            ("turning", "{turning_rms_deg:.2f}°"),
+            ("delay", "{delay_ms:.0f} ms"),
+            ("force", "{force_mean_n:.3f} ± {force_std_n:.3f} N"),
+        ],
+        title="angle between the pad and an edge; the chapter shows this in its video only",
+        caption="response: time to a tenth of the angle at touch; at rest: mean and standard "
+        "deviation of the error; turning: rms error while the edge turns; delay: of the pad behind "
+        "the edge",
     )
-    return 0
+    return ExperimentResult(rows, table, edge_picture(runs, plan.seed))
 
 
-def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(
-        box=box.SIMPLE,
-        title="an edge's direction kept by turning; the chapter shows it in its video only",
-        title_justify="left",
-        caption="response: to a tenth of the angle at touch; at rest: mean and deviation of the "
-        "error; turned: rms error while the edge turns to and fro, and by how much the pad is late",
-    )
-    for heading in ("", "at touch", "response", "at rest", "turned", "late", "force"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    for row in rows:
-        table.add_row(
-            row["name"],
-            f"{row['start_deg']:.1f}°",
-            f"{row['response_time_s']:.2f} s",
-            f"{row['steady_state_error_deg']:.3f} ± {row['standard_deviation_deg']:.3f}°",
-            f"{row['turning_rms_deg']:.2f}°",
-            f"{row['delay_ms']:.0f} ms",
-            f"{row['force_mean_n']:.3f} ± {row['force_std_n']:.3f} N",
-        )
-    return table
+EDGE = Experiment("edge", _measure, trials=10, quick_trials=2)

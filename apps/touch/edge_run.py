@@ -22,7 +22,7 @@ FORCE = 3.0
 """With which the edge is touched, N: some 2 kPa on its narrow imprint."""
 GAP = 0.002
 """From the pad to the edge at the start, m."""
-LARGEST_START_DEG, LEAST_START_DEG = 60.0, 15.0
+MAX_START_DEG, MIN_START_DEG = 60.0, 15.0
 """The edge lies this far off the pad's y-axis at the start, to either side, degrees."""
 ALIGN_SECONDS = 4.0
 """Time for landing and coming into line, s; then the edge is turned."""
@@ -57,7 +57,7 @@ class EdgeRun:
 def run_edge(seed: int) -> EdgeRun:
     """Land a pad on an edge that lies askew, and turn the edge once the pad is in line."""
     rng = np.random.default_rng(seed)
-    start = rng.uniform(LEAST_START_DEG, LARGEST_START_DEG) * rng.choice([-1.0, 1.0])
+    start = rng.uniform(MIN_START_DEG, MAX_START_DEG) * rng.choice([-1.0, 1.0])
     home = home_pose()
     y = home.rotation.as_matrix()[:, 1]
     first = np.degrees(np.arctan2(y[1], y[0])) + start

@@ -1,25 +1,20 @@
-"""`eyehand experiment explore`: the shape of an unknown object, felt by two arms (Fig. 11)."""
+"""`eyehand experiment explore`: scan an unknown object with two pads (section 4.5, Fig. 11)."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from rich import box
-from rich.table import Table
-
-from eyehand.errors import InputError
 from eyehand.perception.io import write_cloud
 
-from ..bench.chart_style import write_chart
-from ..console import print_json, say, show
-from ..output_files import make_folder
+from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
 from .explore_picture import explore_picture
-from .explore_run import MOST_TILT_DEG, run_explore
+from .explore_run import MAX_TILT_DEG, run_explore
 from .explore_truth import explore_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from ..bench.experiment import TrialPlan
 
 WANTED_MM = 0.3
 """Rms error that the cloud should stay below, mm."""
@@ -32,75 +27,68 @@ def experiment_explore(
     out: Path = Path("out/experiment_explore"),
     json: bool = False,
 ) -> int:
-    """Scan an unknown object with two pads on two arms, and make a cloud of what they feel.
+    """Scan an unknown object with two pads on two arms, and write the point cloud of its surface.
 
-    Each pad runs over its half in lanes, along one direction and then across, and rolls and
-    presses by touch; the other arm waits meanwhile. The cloud is held to the true surface. The
-    chapter shows a picture (its Fig. 11). One row of the table is of the same images with the
-    foam's spread left in them. Writes explore.png, explore.csv and explore.ply.
+    Each pad covers its half of the object in lanes, first along one direction and then across. It
+    rolls and presses by touch, and the other arm waits. The cloud is compared with the true
+    surface. The chapter shows a picture (Fig. 11). The row "blurred" uses the same images without
+    correction of the foam's spread. Writes explore.png, explore.csv and explore.ply.
 
     Parameters
     ----------
     seed
-        Of the object, the pads' electronics and noise. Objects are a dome with a ridge and a
-        block, a smooth pebble, and a barrel with rims, by turns; from 3 on, varied.
+        Seed of the object, the pads' electronics and their noise. The objects take turns: a dome
+        with a ridge and a block, a smooth pebble, and a barrel with rims. From 3 on they vary.
     quick
-        Two lanes in each direction, faster: a first look.
+        Two lanes in each direction, faster, for a first look.
     out
         Output folder.
     json
-        Print one JSON object on stdout; the table goes to stderr.
+        Print one JSON object on stdout. The table then goes to stderr.
     """
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    make_folder(out)
-    run = run_explore(seed, quick)
+    return run_experiment(EXPLORE, seed=seed, quick=quick, out=out, json=json)
+
+
+def _measure(plan: TrialPlan) -> ExperimentResult:
+    run = run_explore(plan.seed, plan.quick)
     rows = explore_rows(run)
-    path = out / "explore.png"
-    rms = rows[-1]["surface_rms_mm"] if rows else 0.0
-    write_chart(explore_picture(run, rms, seed), path, rows)
-    write_cloud(out / "explore.ply", run.points)
-    show(_table(rows), json_wanted=json)
-    force = f"{run.forces.mean():.2f} ± {run.forces.std():.2f} N"
-    say(f"pads: {', '.join(run.outcomes)}; {run.seconds:.0f} s of scanning at {force}")
-    say(f"tilted up to {run.tilt_deg:.0f}°, rims down to {run.rim_mm:.0f} mm below the top")
-    say(f"wrote {path}, {path.with_suffix('.csv')} and {path.with_suffix('.ply')}")
-    if json:
-        print_json(
-            "experiment_explore",
-            seed,
-            rows,
-            wanted_rms_mm=WANTED_MM,
-            outcomes=list(run.outcomes),
-            force_mean_n=float(run.forces.mean()),
-            force_std_n=float(run.forces.std()),
-            most_tilt_deg=run.tilt_deg,
-            rim_below_top_mm=run.rim_mm,
-            out=str(out),
-        )
-    return 0
-
-
-def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(
-        box=box.SIMPLE,
-        title=f"an object's surface felt; rms wanted: {WANTED_MM:g} mm, the chapter shows Fig. 11",
-        title_justify="left",
-        caption="off the surface, inside it negative; ridges: the points on ridges, edges and "
-        "corners; blurred: with the foam's spread left in; covered: of the surface that a flat pad "
-        f"reaches at up to {MOST_TILT_DEG:g}° of tilt, the share with a felt point within 5 mm",
+    force_mean, force_std = float(run.forces.mean()), float(run.forces.std())
+    table = result_table(
+        rows,
+        [
+            ("", "{name}"),
+            ("points", "{points}"),
+            ("rms", "{surface_rms_mm:.3f} mm"),
+            ("median", "{surface_median_mm:+.3f} mm"),
+            ("p95", "{surface_p95_mm:.3f} mm"),
+            ("ridges rms", "{ridges_rms_mm:.3f} mm"),
+            ("median", "{ridges_median_mm:+.3f} mm"),
+            ("covered", "{covered_pct:.1f} %"),
+        ],
+        title=f"distance of the felt points from the true surface; wanted rms: {WANTED_MM:g} mm",
+        caption="distances inside the object are negative; ridges: points on ridges, edges and "
+        "corners; blurred: without correction of the foam's spread; covered: share of the surface "
+        f"with a felt point within 5 mm, of what a flat pad can reach at up to {MAX_TILT_DEG:g}°",
     )
-    for heading in ("", "points", "rms", "median", "p95", "ridges rms", "median", "covered"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    for row in rows:
-        table.add_row(
-            row["name"],
-            str(row["points"]),
-            f"{row['surface_rms_mm']:.3f} mm",
-            f"{row['surface_median_mm']:+.3f} mm",
-            f"{row['surface_p95_mm']:.3f} mm",
-            f"{row['ridges_rms_mm']:.3f} mm",
-            f"{row['ridges_median_mm']:+.3f} mm",
-            f"{row['covered_pct']:.1f} %",
-        )
-    return table
+    return ExperimentResult(
+        rows,
+        table,
+        explore_picture(run, rows[-1]["surface_rms_mm"] if rows else 0.0, plan.seed),
+        files={"explore.ply": partial(write_cloud, points=run.points)},
+        notes=(
+            f"pads: {', '.join(run.outcomes)}; {run.seconds:.0f} s of scanning at "
+            f"{force_mean:.2f} ± {force_std:.2f} N",
+            f"largest tilt {run.tilt_deg:.0f}°, lowest rim {run.rim_mm:.0f} mm below the top",
+        ),
+        more={
+            "wanted_rms_mm": WANTED_MM,
+            "outcomes": list(run.outcomes),
+            "force_mean_n": force_mean,
+            "force_std_n": force_std,
+            "most_tilt_deg": run.tilt_deg,
+            "rim_below_top_mm": run.rim_mm,
+        },
+    )
+
+
+EXPLORE = Experiment("explore", _measure)

@@ -28,11 +28,11 @@ if TYPE_CHECKING:
 
 HEIGHT = 5.0
 """Of the figure, inches."""
-LARGEST_MM = 0.6
+MAX_ERROR_MM = 0.6
 """Errors at the ends of the colour scale, mm."""
 KEY = 0.55
 """Room for the key of points and colours, inches."""
-MOST_POINTS = 6000
+MAX_POINTS = 6000
 """Points that are drawn of each cloud: more hide what is under them."""
 
 
@@ -59,7 +59,7 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
         below=KEY,
     )
     rng = np.random.default_rng(seed)
-    count = min(MOST_POINTS, len(run.points))
+    count = min(MAX_POINTS, len(run.points))
     shown = np.sort(rng.choice(len(run.points), count, replace=False))
     points, pads = 1e3 * run.points[shown], run.pad[shown]
     _surface(left, run)
@@ -84,7 +84,7 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
     )
     _surface(right, run)
     errors = 1e3 * surface_distance(run.thing, run.points[shown])
-    scale = Normalize(-LARGEST_MM, LARGEST_MM)
+    scale = Normalize(-MAX_ERROR_MM, MAX_ERROR_MM)
     right.scatter(points[:, 0], points[:, 1], s=5, c=errors, cmap="RdBu", norm=scale, linewidths=0)
     place = right.get_position()
     strip = figure.add_axes((place.x0, 0.95 / HEIGHT, place.width, 0.1 / HEIGHT))

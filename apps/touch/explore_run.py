@@ -37,21 +37,21 @@ DROP = 0.03
 """The object's top is this far below the pads at home, m."""
 GAP = 0.008
 """From the object's top to the pads at the start, m: the ridge and the block stand out of it."""
-FORCE, LEAST_FORCE = 3.0, 0.6
+FORCE, MIN_FORCE = 3.0, 0.6
 """With which each pad presses, N, and how little it presses on a corner."""
 MEAN_PRESSURE, PEAK_PRESSURE = 1800.0, 6000.0
 """Over the imprint, and of one tactel, Pa: on a ridge or a corner a pad presses less than on a
 face, as the foam would be solid there, and tactels at their end, long before its whole force."""
 EASE = 0.1
 """Share of the way to another force that is gone in a cycle: it follows an imprint in 40 ms."""
-MOST_SATURATED, MOST_MEAN = 0.5, 8000.0
+MAX_SATURATED_SHARE, MAX_MEAN_PRESSURE = 0.5, 8000.0
 """Share of tactels that may be at their end, and mean pressure, Pa, before a pad gives up: an
 imprint on an edge is so small that a force of 3 N exceeds the usual bounds."""
 SPEED, QUICK_SPEED = 0.025, 0.06
 """Of the pads along their lanes, m/s."""
 GUIDE_GAIN, GUIDE_SPEED = 4.0, 0.1
 """Pull back to the lane, 1/s, and the fastest guidance, m/s."""
-MOST_TILT_DEG, TILT_GAIN = 40.0, 8.0
+MAX_TILT_DEG, TILT_GAIN = 40.0, 8.0
 """Tilt from which rolling on is held against, degrees, and how strongly, 1/s: at an edge, rolling
 would go on over it and take the pad to the side."""
 HEADING_GAIN = 3.0
@@ -154,7 +154,9 @@ def _scan(
     seconds = float(way[-1]) / speed
     # Between ridge, block and dome the contact jumps: that is what an unknown object is like.
     servo = TactileServo(ServoGoal(force=FORCE), PRESETS["roll"])
-    options = PhaseOptions(jump=JUMP, saturated_share=MOST_SATURATED, pressure_limit=MOST_MEAN)
+    options = PhaseOptions(
+        jump=JUMP, saturated_share=MAX_SATURATED_SHARE, pressure_limit=MAX_MEAN_PRESSURE
+    )
     phases = TouchPhases(servo, options)
     phases.phase = "hold"
     foam, still, spread = scene.pad.foam, np.zeros(6), POINT_SPREAD_M
@@ -225,13 +227,13 @@ def _fitting_force(hand: Hand, felt: ContactFeatures) -> float:
     """Give the force for a contact, N: less where the imprint is small or sharp."""
     peak = max(float(hand.reader.image.pressures.max()), NOISE)
     wish = min(FORCE, MEAN_PRESSURE * felt.area, felt.force * PEAK_PRESSURE / peak)
-    return max(wish, LEAST_FORCE)
+    return max(wish, MIN_FORCE)
 
 
 def _back_up(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """Give the turning (2,) about the pad's x and y that takes back what is tilted too far."""
     down = rotation.T @ [0.0, 0.0, -1.0]
-    beyond = max(_tilt(rotation) - np.radians(MOST_TILT_DEG), 0.0)
+    beyond = max(_tilt(rotation) - np.radians(MAX_TILT_DEG), 0.0)
     # About z x down: that turns z towards where down is.
     axis = np.array([-down[1], down[0]]) / max(float(np.hypot(down[0], down[1])), 1e-9)
     return TILT_GAIN * beyond * axis

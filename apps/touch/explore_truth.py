@@ -10,7 +10,7 @@ from scipy.spatial import ConvexHull, KDTree
 
 from eyehand.data_synth.pad import surface_distance, top_surface
 
-from .explore_run import MOST_TILT_DEG
+from .explore_run import MAX_TILT_DEG
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,7 +55,7 @@ def reachable_surface(thing: TouchObject) -> NDArray[np.float64]:
     over = -(planes[:, :2] @ top[:, :2].T + planes[:, 3:]) / planes[:, 2:3]
     facet = over.argmin(axis=0)
     hull = over.min(axis=0)
-    steep = planes[facet, 2] < np.cos(np.radians(MOST_TILT_DEG))
+    steep = planes[facet, 2] < np.cos(np.radians(MAX_TILT_DEG))
     return top[(hull - top[:, 2] < HOLLOW) & ~steep]
 
 

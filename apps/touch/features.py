@@ -1,29 +1,27 @@
-"""`eyehand experiment features`: ways to a contact's direction and place, accuracy against time."""
+"""`eyehand experiment features`: methods for a contact's orientation and position."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich import box
-from rich.table import Table
-
-from eyehand.errors import InputError
 from eyehand.tactile import TactileArray
 
-from ..bench.chart_style import Provenance, write_chart
+from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
 from ..bench.machine import machine_line
-from ..console import print_json, say, show
-from ..output_files import make_folder
 from .calibration_comparison import calibration_rows
 from .feature_chart import feature_chart
 from .feature_comparison import centre_rows, lines_and_probes, orientation_rows, reading_rows
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Mapping
 
-IMPRINTS, QUICK_IMPRINTS = 300, 20
-"""Lines, and as many probes."""
+    from ..bench.experiment import TrialPlan
+
+UNITS = {"orientation": "deg", "centre": "mm", "calibration": "mm"}
+"""Feature → unit of its error."""
+SYMBOLS = {"deg": "°", "mm": " mm"}
+"""Unit → how it is printed after a number."""
 
 
 def experiment_features(
@@ -34,73 +32,73 @@ def experiment_features(
     out: Path = Path("out/experiment_features"),
     json: bool = False,
 ) -> int:
-    """Chart how well and how fast a contact's direction and place are found.
+    """Compare methods for the orientation and the position of a contact: accuracy against time.
 
-    Lines (short ones, and ones that cross the pad) and probes of 2 mm are pressed at random places
-    into a simulated pad with noise. Directions by second moments and by the Hough transform,
-    places by centres of pressure and of touched tactels, and through the simulated read-out,
-    calibrated by the full curve and by the linear range. Writes features.png and features.csv.
+    Lines and probes of 2 mm are pressed at random places into a simulated pad with noise. Half of
+    the lines cross the pad. Orientation: second moments against the Hough transform. Position:
+    centre of pressure against the centre of the touched tactels. Calibration: the full
+    characteristic of each tactel against its linear range. Writes features.png and features.csv.
 
     Parameters
     ----------
     imprints
-        How many lines, and as many probes, >= 2; default: 300.
+        Number of lines, and also of probes, >= 2. Default: 300.
     seed
-        Imprint k follows from seed + k.
+        Imprint k uses seed + k.
     quick
-        20 imprints: a first look.
+        20 imprints, for a first look.
     out
         Output folder.
     json
-        Print one JSON object on stdout; the table goes to stderr.
+        Print one JSON object on stdout. The table then goes to stderr.
     """
-    if imprints is not None and imprints < 2:
-        raise InputError(f"--imprints must be >= 2, got {imprints}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    count = imprints or (QUICK_IMPRINTS if quick else IMPRINTS)
-    make_folder(out)
+    return run_experiment(FEATURES, trials=imprints, seed=seed, quick=quick, out=out, json=json)
+
+
+def _measure(plan: TrialPlan) -> ExperimentResult:
     array = TactileArray.flat()
-    lines, probes = lines_and_probes(array, count, seed)
+    lines, probes = lines_and_probes(array, plan.trials, plan.seed)
     rows = [
         *orientation_rows(array, lines),
         *centre_rows(probes),
-        *calibration_rows(array, count, seed),
+        *calibration_rows(array, plan.trials, plan.seed),
         *reading_rows(array, lines),
     ]
-    made = Provenance(
-        "lines (half of them crossing the pad) and 2 mm probes, 16 × 16 tactels, noise 5 Pa",
-        seed,
-        count,
-        "imprint",
+    data = "lines (half of them crossing the pad) and 2 mm probes, 16 × 16 tactels, noise 5 Pa"
+    table = result_table(
+        [{**row, **_errors(row)} for row in rows],
+        [
+            ("", "{name}"),
+            ("time", "{time_p50_us:.1f} µs"),
+            ("median", "{p50}"),
+            ("p95", "{p95}"),
+            ("rms", "{rms}"),
+        ],
+        caption="columns 2 to 4: error; time: median of one call from Python, without finding the "
+        "contact region; reading: from raw counts to all features; calibration: position of a "
+        "probe, with non-linear characteristics, noise and 12 bits",
     )
-    path = out / "features.png"
-    write_chart(feature_chart(rows, made), path, rows)
-    show(_table(rows), json_wanted=json)
-    say(f"wrote {path} and {path.with_suffix('.csv')}")
-    if json:
-        print_json(
-            "experiment_features", seed, rows, imprints=count, machine=machine_line(), out=str(out)
-        )
-    return 0
+    picture = feature_chart(rows, plan.provenance(data))
+    return ExperimentResult(rows, table, picture, more={"machine": machine_line()})
 
 
-def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(
-        box=box.SIMPLE,
-        caption="errors: median, 95th percentile, root mean square; time: median of a call from "
-        "Python, from the region on; a reading goes from raw counts to all features; "
-        "calibrations: a probe's place through squashed characteristics, noise and 12 bits",
-    )
-    for heading in ("", "time", "median", "p95", "rms"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    for row in rows:
-        unit = {"orientation": "deg", "centre": "mm", "calibration": "mm"}.get(row["feature"])
-        sign = {"deg": "°", "mm": " mm"}.get(unit or "", "")
-        errors = [
-            f"{row[f'error_{what}_{unit}']:.3f}{sign}" if unit else ""
-            for what in ("p50", "p95", "rms")
-        ]
-        time = f"{row['time_p50_us']:.1f} µs" if "time_p50_us" in row else ""
-        table.add_row(row["name"], time, *errors)
-    return table
+def _errors(row: Mapping[str, Any]) -> dict[str, str]:
+    """Return the errors of a row as text with their unit, by statistic."""
+    unit = UNITS.get(row["feature"])
+    if unit is None:
+        return {}
+    return {
+        statistic: f"{row[f'error_{statistic}_{unit}']:.3f}{SYMBOLS[unit]}"
+        for statistic in ("p50", "p95", "rms")
+    }
+
+
+FEATURES = Experiment(
+    "features",
+    _measure,
+    unit="imprint",
+    trials=300,
+    quick_trials=20,
+    min_trials=2,
+    option="imprints",
+)

@@ -16,10 +16,10 @@ if TYPE_CHECKING:
     from eyehand.data_synth.pad import Foam
     from eyehand.tactile import TactileImage
 
-LEAST_PRESSURE = 200.0
+MIN_PRESSURE = 200.0
 """A little over where the sensor's range begins, Pa; less may be what the foam spreads from
 beside, and its noise drawn as a spike."""
-LEAST_SHARE = 0.75
+MIN_SHARE = 0.75
 """Of the highest pressure among the neighbours that a cell must bear: beside a narrow imprint
 cells feel what the foam spreads, not the surface."""
 ROUNDS = 10
@@ -75,10 +75,10 @@ def felt_points(
         pressures = unspread(pressures, float(np.sqrt(array.area)), spread)
         x, y, border = _finer(x), _finer(y), CELLS_PER_TACTEL
     windows = _windows(pressures)
-    felt = (pressures > LEAST_PRESSURE) & (pressures >= LEAST_SHARE * windows.max(axis=0))
+    felt = (pressures > MIN_PRESSURE) & (pressures >= MIN_SHARE * windows.max(axis=0))
     # At the border the windows are cut, and what lies beyond is not felt.
     felt[:border] = felt[-border:] = felt[:, :border] = felt[:, -border:] = False
-    total = np.maximum(windows.sum(axis=0), LEAST_PRESSURE)
+    total = np.maximum(windows.sum(axis=0), MIN_PRESSURE)
     across, down = ((windows * _windows(axis)).sum(axis=0) / total for axis in np.meshgrid(x, y))
     return np.column_stack([across[felt], down[felt], -foam.compression(pressures[felt])])
 

@@ -1,4 +1,4 @@
-"""`eyehand experiment roll`: a pad that lands tilted rolls flat, and follows a face (Fig. 9)."""
+"""`eyehand experiment roll`: roll a tilted pad flat onto a face, and follow the face (Fig. 9)."""
 
 from __future__ import annotations
 
@@ -6,8 +6,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich import box
-from rich.table import Table
 
 from ..bench.chart_style import (
     BLUE,
@@ -20,18 +18,15 @@ from ..bench.chart_style import (
     label_axes,
     new_chart,
 )
-from ..console import tracked
-from ..output_files import make_folder
+from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
-from .trials import tell_trials, trial_count
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from matplotlib.figure import Figure
 
-TRIALS, QUICK_TRIALS = 20, 1
-"""Leans in different directions, each on a pad of its own."""
+    from ..bench.experiment import TrialPlan
 
 
 def experiment_roll(
@@ -42,46 +37,62 @@ def experiment_roll(
     out: Path = Path("out/experiment_roll"),
     json: bool = False,
 ) -> int:
-    """Land on a face that leans by 6°, roll flat, and follow it as it turns to the other side.
+    """Land on a face tilted by 6°, roll the pad flat, and follow the face when it turns by 12°.
 
-    Times are those until the true tilt stays below 1°. Writes roll.png, after Fig. 9, and
-    roll.csv.
+    Times count until the true tilt stays below 1°. Writes roll.png, like Fig. 9, and roll.csv.
 
     Parameters
     ----------
     trials
-        Landings, >= 1; default: 20.
+        Number of landings, >= 1. Default: 20.
     seed
-        Landing k has a pad, a noise and a direction of the lean that follow from seed + k.
+        Landing k draws its pad, its noise and the direction of the tilt from seed + k.
     quick
-        1 landing: a first look.
+        1 landing, for a first look.
     out
         Output folder.
     json
-        Print one JSON object on stdout; the table goes to stderr.
+        Print one JSON object on stdout. The table then goes to stderr.
     """
-    count = trial_count(trials, QUICK_TRIALS if quick else TRIALS, seed)
-    make_folder(out)
-    done = [roll_once(seed + k) for k in tracked(range(count), "landings", count)]
+    return run_experiment(ROLL, trials=trials, seed=seed, quick=quick, out=out, json=json)
+
+
+def _measure(plan: TrialPlan) -> ExperimentResult:
+    done = [roll_once(seed) for seed in plan.seeds()]
     row = roll_row(done)
-    made = Provenance("rigid face 60 × 60 mm, simulated arm and pad", seed, count, "landing")
-    tell_trials(
-        "experiment roll",
-        [row],
-        _table(row),
-        _picture(done, row, made),
-        _points(done[0]),
-        seed=seed,
-        trials=count,
-        out=out,
-        json=json,
+    lines = [
+        {
+            "name": name,
+            "time_s": row[f"time_{key}_s"],
+            "slowest_s": row[f"slowest_{key}_s"],
+            "tilt_deg": row[tilt],
+        }
+        for name, key, tilt in (
+            ("landing at 6°", "to_flat", "settled_tilt_deg"),
+            ("face turned by 12°", "to_flat_again", "settled_tilt_again_deg"),
+        )
+    ]
+    table = result_table(
+        lines,
+        [
+            ("", "{name}"),
+            ("below 1° after", "{time_s:.3f} s"),
+            ("slowest", "{slowest_s:.3f} s"),
+            ("remaining tilt, maximum", "{tilt_deg:.2f}°"),
+        ],
+        caption=f"contacts lost: {row['contact_losses']} of {row['trials']} landings; "
+        "chapter (Fig. 9): flat after 4 s",
     )
-    return 0
+    made = plan.provenance("rigid face 60 × 60 mm, simulated arm and pad")
+    return ExperimentResult([row], table, _picture(done, row, made), _points(done[0]))
+
+
+ROLL = Experiment("roll", _measure, unit="landing", trials=20, quick_trials=1)
 
 
 def _picture(trials: Sequence[RollTrial], row: Mapping[str, Any], made: Provenance) -> Figure:
     figure, panels = new_chart(
-        f"A pad that lands tilted lies flat after {row['slowest_to_flat_s']:.2f} s at most",
+        f"A pad that lands tilted is flat after {row['slowest_to_flat_s']:.2f} s at most",
         "grey: the goals, and tilts below 1°; from 1.2 s the face turns by 12° the other way, "
         "within 0.4 s",
         rows=3,
@@ -128,24 +139,3 @@ def _points(trial: RollTrial) -> list[dict[str, Any]]:
         }
         for k in range(0, len(run.time), 2)
     ]
-
-
-def _table(row: Mapping[str, Any]) -> Table:
-    table = Table(
-        box=box.SIMPLE,
-        caption=f"contacts lost: {row['contact_losses']} of {row['trials']} landings; "
-        "paper (Fig. 9): flat after 4 s",
-    )
-    for heading in ("", "below 1° after", "slowest", "tilt that is left, at most"):
-        table.add_column(heading, justify="left" if not heading else "right")
-    for name, key, left in (
-        ("landing at 6°", "to_flat", "settled_tilt_deg"),
-        ("face has turned by 12°", "to_flat_again", "settled_tilt_again_deg"),
-    ):
-        table.add_row(
-            name,
-            f"{row[f'time_{key}_s']:.3f} s",
-            f"{row[f'slowest_{key}_s']:.3f} s",
-            f"{row[left]:.2f}°",
-        )
-    return table

@@ -1,25 +1,25 @@
-"""`eyehand experiment seek`: ridges, edges and corners of unknown objects, found by touch alone."""
+"""`eyehand experiment seek`: find ridges, edges and corners of unknown objects by touch."""
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
-from rich import box
-from rich.table import Table
 
 from eyehand.errors import InputError
 
-from ..bench.chart_style import write_chart
-from ..console import print_json, say, show, tracked
-from ..output_files import make_folder
+from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..console import tracked
 from .seek_picture import seek_picture
 from .seek_run import run_seek, seek_row, spot_rows
 from .seek_shapes import SHAPES
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
+
+    from ..bench.experiment import TrialPlan
 
 QUICK_SHAPES = ("box", "ridge", "prism")
 """Objects of a first look."""
@@ -33,70 +33,55 @@ def experiment_seek(
     out: Path = Path("out/experiment_seek"),
     json: bool = False,
 ) -> int:
-    """Find ridges, edges and corners of objects that nobody described.
+    """Find ridges, edges and corners of objects of unknown shape and pose.
 
-    The pad lands on an object that lies anyhow, wanders until an edge comes under it, follows the
-    edge, and turns at the corners until it is round; a ridge it follows to both ends. Only the
-    pressure is servoed; where to go is computed from what the pad feels. The chapter names this
-    as future work. Writes seek.png, and seek.csv with every spot that was found.
+    The pad lands on the object and moves until it feels an edge. It follows the edge, turns at the
+    corners, and stops where it started. It follows a ridge to both ends. The servo controls only
+    the pressure; the motion along the surface is computed from the tactile image. The chapter
+    names this as future work. Writes seek.png, and seek.csv with every point that was found.
 
     Parameters
     ----------
     only
-        Objects: box, ridge, prism, bend, disc; all when not given.
+        Objects: box, ridge, prism, bend, disc. Default: all.
     seed
-        Places, directions, first headings and noise follow from it.
+        Seed of places, orientations, first headings and noise.
     quick
-        Box, ridge and prism at twice the speed: a first look.
+        Box, ridge and prism at twice the speed, for a first look.
     out
         Output folder.
     json
-        Print one JSON object on stdout; the table goes to stderr.
+        Print one JSON object on stdout. The table then goes to stderr.
     """
     names = list(dict.fromkeys(only or (QUICK_SHAPES if quick else SHAPES)))
     unknown = [name for name in names if name not in SHAPES]
     if unknown:
         raise InputError(f"--only must name some of {', '.join(SHAPES)}, got {unknown[0]}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    make_folder(out)
-    runs = [run_seek(name, seed, quick=quick) for name in tracked(names, "objects", len(names))]
+    experiment = Experiment("seek", partial(_measure, names=names))
+    return run_experiment(experiment, seed=seed, quick=quick, out=out, json=json)
+
+
+def _measure(plan: TrialPlan, names: Sequence[str]) -> ExperimentResult:
+    objects = tracked(names, "objects", len(names))
+    runs = [run_seek(name, plan.seed, quick=plan.quick) for name in objects]
     rows = [seek_row(run) for run in runs]
-    path = out / "seek.png"
-    write_chart(seek_picture(runs, seed), path, spot_rows(runs))
-    show(_table(rows), json_wanted=json)
-    say(f"wrote {path} and {path.with_suffix('.csv')}")
-    if json:
-        print_json("experiment_seek", seed, rows, out=str(out))
-    return 0
-
-
-def _table(rows: Sequence[Mapping[str, Any]]) -> Table:
-    table = Table(
-        box=box.SIMPLE,
-        title="corners and ends found by touch; the chapter only hopes for such a guide",
-        title_justify="left",
-        caption="found: true corners, or a ridge's ends, with a found one within 5 mm; "
-        "false: found ones without a true one; edge: how far the first noticed edge is off; "
-        "round: back where following began; done: both ends of a ridge",
+    table = result_table(
+        rows,
+        [
+            ("", "{name}"),
+            ("found", "{spots_found} of {spots_true}"),
+            ("false", "{spots_wrong}"),
+            ("error, median", "{place_median_mm:.2f} mm"),
+            ("maximum", "{place_max_mm:.2f} mm"),
+            ("edge error", "{line_max_mm:.2f} mm"),
+            ("path", "{path_mm:.0f} mm"),
+            ("time", "{time_s:.0f} s"),
+            ("end", "{outcome}"),
+        ],
+        title="corners and ridge ends found by touch; the chapter names this as future work",
+        caption="found: true corners or ridge ends with a found one within 5 mm; false: found ones "
+        "without a true one; edge error: of the first point on an edge; round: back at the start "
+        "of the edge; done: both ends of a ridge found",
+        left=("end",),
     )
-    headings = ("", "found", "false", "off by, median", "at most", "edge", "path", "time", "ended")
-    for heading in headings:
-        table.add_column(heading, justify="left" if heading in ("", "ended") else "right")
-    for row in rows:
-        table.add_row(
-            row["name"],
-            f"{row['spots_found']} of {row['spots_true']}",
-            str(row["spots_wrong"]),
-            _mm(row["place_median_mm"], 2),
-            _mm(row["place_max_mm"], 2),
-            _mm(row["line_max_mm"], 2),
-            _mm(row["path_mm"], 0),
-            f"{row['time_s']:.0f} s",
-            row["outcome"],
-        )
-    return table
-
-
-def _mm(value: float | None, digits: int) -> str:
-    return "-" if value is None else f"{value:.{digits}f} mm"
+    return ExperimentResult(rows, table, seek_picture(runs, plan.seed), spot_rows(runs))

@@ -25,7 +25,7 @@ NEAR = 0.1
 """Error of the mean pressure that counts as reached, as a share of the goal."""
 CALM = 0.08
 """Standard deviation of the pressure that counts as calm, likewise."""
-MOST_FORCE = 60.0
+MAX_FORCE = 60.0
 """Force that must never be met, N: twice what ends a task, for the way the carrier still goes."""
 AWAY_SECONDS = 2.0
 """Time to back off in after the trial's, s, where an end was named late in it: the longest way away
@@ -162,7 +162,7 @@ def judged(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
 
 
 def _harm(figures: ContactFigures) -> str:
-    if not np.isfinite(figures.peak_force) or figures.peak_force > MOST_FORCE:
+    if not np.isfinite(figures.peak_force) or figures.peak_force > MAX_FORCE:
         return f"force of {figures.peak_force:.0f} N"
     if figures.growth > GROWTH:
         return f"force grew {figures.growth:.1f} times after {figures.outcome}"

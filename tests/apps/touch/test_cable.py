@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.main import main
-from eyehand.apps.touch.cable_shapes import SHARPEST_BEND, SPACING, cable_shape
+from eyehand.apps.touch.cable_shapes import MAX_CURVATURE, SPACING, cable_shape
 from eyehand.errors import InputError
 
 
@@ -51,7 +51,7 @@ def test_cables_bend_as_they_say(seed):
     assert np.linalg.norm(steps, axis=1) == pytest.approx(SPACING)
     turning = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))) / SPACING
     assert turning == pytest.approx(shape.curvature[2:], abs=1e-6)
-    assert np.abs(shape.curvature).max() == pytest.approx(SHARPEST_BEND)
+    assert np.abs(shape.curvature).max() == pytest.approx(MAX_CURVATURE)
     assert steps[:, 1].min() > 0, "on the whole it runs along y"
 
 
