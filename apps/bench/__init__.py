@@ -2,6 +2,8 @@
 
 - A stress test: declare a :class:`Sweep` per difficulty and one :class:`StressStage`, then call
   :func:`run_stress`. It runs the trials, charts and prints where the method breaks.
+- An experiment: write a function that returns an :class:`ExperimentResult`, declare one
+  :class:`Experiment`, then call :func:`run_experiment`. It writes the files and prints the rows.
 - A comparison: wrap each method in :class:`Method` and call :func:`compare_methods`.
 - A chart of a stage's options: declare a :class:`DialBoard`, measure its settings with
   :func:`compare_methods`, and publish a :class:`DialChart`.
@@ -13,6 +15,7 @@ from .comparison import Method, MethodResult, compare_methods
 from .csv_table import write_csv
 from .dial_chart import ChartWords, DialChart, FrontPlace, Measured
 from .dials import DialBoard, DialSetting
+from .experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .machine import core_count, machine_line
 from .pareto import pareto_front, simplest_front
 from .pareto_chart import BaselineCurve, ChartPoint, ParetoChart
@@ -30,6 +33,8 @@ __all__ = [
     "DialBoard",
     "DialChart",
     "DialSetting",
+    "Experiment",
+    "ExperimentResult",
     "FrontPlace",
     "Measured",
     "Method",
@@ -44,6 +49,7 @@ __all__ = [
     "SweepResult",
     "SweepStep",
     "Trial",
+    "TrialPlan",
     "add_footer",
     "compare_methods",
     "core_count",
@@ -51,6 +57,8 @@ __all__ = [
     "new_chart",
     "pareto_front",
     "peak_megabytes",
+    "result_table",
+    "run_experiment",
     "run_stress",
     "simplest_front",
     "wilson_interval",

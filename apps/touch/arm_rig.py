@@ -107,7 +107,7 @@ class Hand:
         pose[:3, :3], pose[:3, 3] = state.rotation, state.position
         rate = world_twist(pose, twist)
         task = TaskRows("touch", np.zeros(6), rate, state.jacobian)
-        nominal = solve_stack([task], speed=state.speed, options=_CONTROL).velocity
+        nominal = solve_stack([task], speed=state.speed).velocity
         safe = safe_motion(
             nominal, state.jacobian, state, _NOTHING_NEAR, _CONTROL, self.robot.joint_names
         )
