@@ -157,7 +157,7 @@ def test_of_many_points_the_outermost_make_the_hull():
     cloud = rng.normal(size=(2000, 3))
     cloud *= 0.04 / np.linalg.norm(cloud, axis=1)[:, None]
     cloud[:, 2] += 0.08
-    lump = SceneObject(1, cloud, 2000, SuperquadricFit.none("too few"), 0.0, 0)
+    lump = SceneObject(1, cloud, 2000, SuperquadricFit.rejected("too few"), 0.0, 0)
     (hull,) = (one for one in scene_obstacles(scene(lump)) if one.name == "object 1")
     # 150 ends of a ball are some 12 degrees apart.
     assert inside(hull, lump.points).min() > -0.04 * (1.0 - np.cos(np.radians(15.0)))
