@@ -1,7 +1,8 @@
-"""A small world for servo tests: a foam pad that a lagging arm moves over a height field.
+"""A simulated world for servo tests: an arm with a lag moves a foam pad over a height field.
 
-The world's z points into the objects, so that a pad that lies flat has the world's axes. Each
-sample of the pad is a spring on its own (a Winkler bed), in series with the object's.
+The world's z-axis points into the objects. The frame of a pad that lies flat is therefore parallel
+to the world frame. Each sample of the pad is an independent spring (a Winkler foundation), in
+series with the spring of the object.
 """
 
 from __future__ import annotations
@@ -15,26 +16,26 @@ from scipy.spatial.transform import Rotation
 from eyehand.tactile import ContactFeatures, TactileArray, TactileImage, contact_features
 
 FOAM_PA_M = 2e6
-"""Pressure per depth of the pad's foam: 1 kPa at half a millimetre."""
+"""Stiffness of the pad's foam, Pa/m: 1 kPa at half a millimetre."""
 SPREAD_M = 0.0025
-"""Standard deviation with which the foam spreads pressure."""
+"""Standard deviation of the blur of the pressure in the foam, m."""
 PAD = TactileArray.flat()
 FINE = 2
-"""Samples per tactel and axis."""
+"""Number of samples per tactel along each axis."""
 DT = 0.004
 
 Height = Callable[[np.ndarray, np.ndarray], np.ndarray]
-"""World z of the object's surface over world x, y; inf where there is none."""
+"""Function from world x, y to the z of the object's surface, m. It is inf without surface."""
 
 
 @dataclass
 class World:
-    """Pad, arm and object; ``step`` moves on by one control cycle."""
+    """The pad, the arm and the object. ``step`` advances the world by one control cycle."""
 
     height: Height
     stiffness: float = 1e12
-    """Pressure per depth of the object itself, Pa/m."""
-    place: np.ndarray = field(default_factory=lambda: np.zeros(3))
+    """Stiffness of the object, Pa/m."""
+    position: np.ndarray = field(default_factory=lambda: np.zeros(3))
     rotation: Rotation = field(default_factory=Rotation.identity)
     lag: float = 0.015
     latency: int = 1
@@ -57,15 +58,15 @@ class World:
         self.blur = gather @ spread
 
     def pressures(self) -> np.ndarray:
-        """True pressures, (256,), Pa."""
-        there = self.place + self.rotation.apply(self.samples)
-        depth = np.maximum(there[:, 2] - self.height(there[:, 0], there[:, 1]), 0.0)
+        """Return the true pressures, (256,), Pa."""
+        points = self.position + self.rotation.apply(self.samples)
+        depth = np.maximum(points[:, 2] - self.height(points[:, 0], points[:, 1]), 0.0)
         spring = 1.0 / (1.0 / FOAM_PA_M + 1.0 / self.stiffness)
         bed = (spring * depth).reshape(16 * FINE, 16 * FINE)
         return (self.blur @ bed @ self.blur.T).ravel()
 
     def image(self) -> TactileImage:
-        """What the pad reads: with noise, quantised where there is noise."""
+        """Return the measured image. With noise, the pressures are quantised too."""
         pressures = self.pressures()
         if self.noise > 0.0:
             pressures = pressures + self.noise * self.rng.standard_normal(256)
@@ -75,30 +76,30 @@ class World:
         return TactileImage(pressures, PAD)
 
     def features(self) -> ContactFeatures:
-        """Features of what the pad reads."""
+        """Return the contact features of the measured image."""
         return contact_features(self.image(), self.threshold)
 
     def force(self) -> float:
-        """True force between pad and object, N."""
+        """Return the true force between the pad and the object, N."""
         return float(self.pressures().sum() * PAD.area)
 
     def step(self, twist: np.ndarray, dt: float = DT) -> None:
-        """Let the arm follow the twist for one cycle."""
+        """Move the arm by the commanded twist for one cycle."""
         self.waiting.append(np.asarray(twist, float))
-        aim = self.waiting.pop(0)
+        command = self.waiting.pop(0)
         share = 1.0 - np.exp(-dt / self.lag) if self.lag > 0 else 1.0
-        self.velocity = self.velocity + share * (aim - self.velocity)
-        self.place = self.place + self.rotation.apply(self.velocity[:3]) * dt
+        self.velocity = self.velocity + share * (command - self.velocity)
+        self.position = self.position + self.rotation.apply(self.velocity[:3]) * dt
         if self.velocity[3:].any():
             self.rotation = self.rotation * Rotation.from_rotvec(self.velocity[3:] * dt)
 
     def tilt(self) -> float:
-        """Angle between the pad's normal and the world's z, degrees."""
+        """Return the angle between the pad's normal and the world's z-axis, degrees."""
         return float(np.degrees(np.arccos(np.clip(self.rotation.as_matrix()[2, 2], -1, 1))))
 
 
 def box(half_x: float = 0.06, half_y: float = 0.06) -> Height:
-    """A flat top of that half size."""
+    """Return the height field of a box with a flat top of the given half size, m."""
 
     def height(x, y):
         return np.where((np.abs(x) < half_x) & (np.abs(y) < half_y), 0.0, np.inf)
@@ -107,7 +108,7 @@ def box(half_x: float = 0.06, half_y: float = 0.06) -> Height:
 
 
 def ball(radius: float, x0: float = 0.0, y0: float = 0.0) -> Height:
-    """A ball whose top is at z = 0."""
+    """Return the height field of a ball with its top at z = 0."""
 
     def height(x, y):
         rest = radius**2 - (x - x0) ** 2 - (y - y0) ** 2
@@ -117,7 +118,7 @@ def ball(radius: float, x0: float = 0.0, y0: float = 0.0) -> Height:
 
 
 def rod(radius: float, angle: float, x0: float = 0.0, y0: float = 0.0) -> Height:
-    """A straight rod along the direction ``angle``."""
+    """Return the height field of a straight rod along the direction ``angle``, rad."""
 
     def height(x, y):
         across = -np.sin(angle) * (x - x0) + np.cos(angle) * (y - y0)
@@ -132,4 +133,4 @@ OBJECTS = {
     "box": (box(), 5e6),
     "ball": (ball(0.04), 2e5),
 }
-"""Rigid pen's end, stiff foam box and soft ball: height field and own stiffness."""
+"""Height field and stiffness, Pa/m, of the rigid end of a pen, a stiff foam box and a soft ball."""

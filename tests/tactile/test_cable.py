@@ -1,4 +1,4 @@
-"""Following a line: the fit against NumPy, and paths that bend in a closed loop."""
+"""The cable follower: the line fit against NumPy, and curved cables in a closed loop."""
 
 import numpy as np
 import pytest
@@ -28,33 +28,33 @@ def imprint(angle: float, offset: float, slope: float, bend: float) -> TactileIm
     angle=st.floats(0.0, 3.14), offset=st.floats(-0.008, 0.008), slope=st.floats(-0.3, 0.3),
     bend=st.floats(-6.0, 6.0),
 )  # fmt: skip
-def test_the_fit_finds_the_parabola_that_was_pressed(angle, offset, slope, bend):
-    found = fit_line(imprint(angle, offset, slope, bend), angle, 0.5)
-    assert found
-    assert found.offset == pytest.approx(offset, abs=4e-4)
-    assert found.slope == pytest.approx(slope, abs=0.04)
-    assert found.bend == pytest.approx(bend, abs=2.0)
-    assert found.ahead > 0.03
+def test_fit_line_recovers_pressed_parabola(angle, offset, slope, bend):
+    fit = fit_line(imprint(angle, offset, slope, bend), angle, 0.5)
+    assert fit
+    assert fit.offset == pytest.approx(offset, abs=4e-4)
+    assert fit.slope == pytest.approx(slope, abs=0.04)
+    assert fit.bend == pytest.approx(bend, abs=2.0)
+    assert fit.ahead > 0.03
 
 
-def test_the_fit_is_weighted_least_squares():
+def test_fit_line_equals_weighted_least_squares():
     rng = np.random.default_rng(0)
     image = TactileImage(np.maximum(rng.normal(0.0, 300.0, 256), 0.0), PAD)
-    found = fit_line(image, 0.7, 50.0, reach=0.03)
+    fit = fit_line(image, 0.7, 50.0, reach=0.03)
     x, y = PAD.positions[:, 0], PAD.positions[:, 1]
     u, w = np.cos(0.7) * x + np.sin(0.7) * y, -np.sin(0.7) * x + np.cos(0.7) * y
     weight = np.maximum(image.pressures - 50.0, 0.0) * np.maximum(1.0 - (u / 0.03) ** 2, 0.0) ** 2
     bend, slope, offset = np.polyfit(u, w, 2, w=np.sqrt(weight))
-    assert [found.offset, found.slope, found.bend] == pytest.approx([offset, slope, bend], rel=1e-6)
+    assert [fit.offset, fit.slope, fit.bend] == pytest.approx([offset, slope, bend], rel=1e-6)
 
 
-def test_the_bend_bias_of_the_whole_imprint_is_not_in_the_offset():
+def test_offset_of_fit_line_has_no_bias_from_curvature():
     image = imprint(np.pi / 2, 0.0, 0.0, 8.0)
     assert abs(contact_features(image, 1.0).centre[0]) > 0.002
     assert abs(fit_line(image, np.pi / 2, 1.0).offset) < 0.0003
 
 
-def test_too_little_is_no_line():
+def test_fit_line_returns_none_for_too_few_tactels():
     assert not fit_line(TactileImage(np.zeros(256), PAD), 0.0, 10.0)
     few = np.zeros(256)
     few[120:123] = 500.0
@@ -62,13 +62,13 @@ def test_too_little_is_no_line():
     one_row = np.zeros(256)
     one_row[::16] = 500.0
     across = fit_line(TactileImage(one_row, PAD), 0.0, 10.0)
-    assert not across, "seen across, all in one place along u"
+    assert not across, "the tactels span no length along u"
     follower = CableFollower()
     assert not follower.step(TactileImage(np.zeros(256), PAD), 0.3).any()
     assert follower.at_end
 
 
-def test_a_line_that_ends_is_told():
+def test_follower_reports_end_of_line():
     y = PAD.positions[:, 1]
     image = imprint(np.pi / 2, 0.0, 0.0, 0.0)
     follower = CableFollower()
@@ -78,7 +78,7 @@ def test_a_line_that_ends_is_told():
     assert follower.at_end
 
 
-def test_a_line_across_is_turned_to_before_the_pad_goes_on():
+def test_follower_turns_to_line_direction_before_it_moves_forward():
     follower = CableFollower()
     twist = follower.step(imprint(0.2, 0.0, 0.0, 0.0), 0.2)
     assert twist[5] < -0.5
@@ -91,18 +91,21 @@ def wave(y):
 
 
 @pytest.mark.parametrize(("speed", "rms"), [(0.05, 0.0005), (0.1, 0.0006), (0.2, 0.0008)])
-def test_a_bent_cable_is_followed(speed, rms):
-    """Sine of 30 mm over 250 mm: radius 53 mm at the crests; known before: 0.36-1.23 mm rms."""
+def test_follower_tracks_curved_cable(speed, rms):
+    """A sine of amplitude 30 mm and period 250 mm has a radius of 53 mm at its crests.
+
+    Earlier versions reached 0.36 to 1.23 mm rms.
+    """
     errors, _ = follow(speed, CableFollower(CableOptions(speed=speed)))
     assert np.sqrt(np.mean(errors**2)) < rms
 
 
-def test_the_servos_own_features_are_biased_by_the_bend():
+def test_servo_without_follower_is_biased_by_curvature():
     errors, _ = follow(0.05, None)
     assert np.sqrt(np.mean(errors**2)) > 0.0015
 
 
-def test_impossible_options_are_refused():
+def test_cable_options_reject_invalid_values():
     with pytest.raises(InputError, match="heading"):
         CableOptions(heading=float("nan"))
     with pytest.raises(InputError, match="speed"):
@@ -110,7 +113,10 @@ def test_impossible_options_are_refused():
 
 
 def follow(speed, follower):
-    """Distances of the pad's middle from the path, m; the chapter's way without a follower."""
+    """Return the distances of the pad's centre from the path, m, and the world.
+
+    Without a follower, the servo uses the chapter's cable selection.
+    """
     y = np.linspace(-0.3, 0.6, 20001)
     tree, radius = KDTree(np.column_stack([wave(y), y])), 0.003
 
@@ -120,7 +126,7 @@ def follow(speed, follower):
         )
         return np.where(gap < radius, radius - np.sqrt(radius**2 - gap**2), np.inf)
 
-    world = World(cable, place=np.array([0.003, -0.05, -0.001]), noise=3.0, threshold=15.0)
+    world = World(cable, position=np.array([0.003, -0.05, -0.001]), noise=3.0, threshold=15.0)
     servo = TactileServo(selection=PRESS if follower else CABLE)
     errors, landed = [], False
     for _ in range(round(0.32 / speed / DT)):
@@ -132,6 +138,6 @@ def follow(speed, follower):
             outer = follower.step(image, features.orientation)
         twist = servo.step(features, DT, outer if landed else np.eye(6)[2] * 0.01).twist
         world.step(twist)
-        if errors or world.place[1] > -0.03:
-            errors.append(tree.query(world.place[:2])[0])
+        if errors or world.position[1] > -0.03:
+            errors.append(tree.query(world.position[:2])[0])
     return np.array(errors), world

@@ -1,4 +1,4 @@
-"""The compiled features against plain NumPy, and against what was made up, on any array."""
+"""The compiled contact features against a NumPy reference and known contacts, on all arrays."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from eyehand.tactile import FeatureOptions, TactileArray, TactileImage, contact_features
 from eyehand.tactile.feature_kernels import DEAD, SATURATED, read_pressures
 
-from .plain_features import plain_features
+from .reference_features import reference_features
 
 ARRAYS = {
     "flat": TactileArray.flat(),
@@ -24,7 +24,7 @@ ARRAYS = {
     name=st.sampled_from(sorted(ARRAYS)),
     rim=st.sampled_from([0.0, 0.5, 5.0, 1e3]),
 )
-def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name, rim):
+def test_compiled_features_equal_numpy_reference(seed, share, name, rim):
     array = ARRAYS[name]
     rng = np.random.default_rng(seed)
     count = len(array.positions)
@@ -35,39 +35,39 @@ def test_features_are_those_of_plain_numpy_on_any_array(seed, share, name, rim):
     if not (pressures > thresholds).any():
         assert not found
         return
-    plain = plain_features(pressures, thresholds, array, rim)
-    assert found.tactels == len(plain["region"])
-    assert found.force == pytest.approx(plain["force"])
-    assert found.area == pytest.approx(plain["area"])
-    assert found.pressure == pytest.approx(plain["force"] / plain["area"])
-    assert np.allclose(found.centre, plain["centre"])
-    assert np.allclose(found.normal, plain["normal"])
-    assert found.border_share == pytest.approx(plain["border_share"])
+    reference = reference_features(pressures, thresholds, array, rim)
+    assert found.tactels == len(reference["region"])
+    assert found.force == pytest.approx(reference["force"])
+    assert found.area == pytest.approx(reference["area"])
+    assert found.pressure == pytest.approx(reference["force"] / reference["area"])
+    assert np.allclose(found.centre, reference["centre"])
+    assert np.allclose(found.normal, reference["normal"])
+    assert found.border_share == pytest.approx(reference["border_share"])
     if found.tactels > 1:
-        assert found.confidence == pytest.approx(plain["confidence"], abs=1e-9)
+        assert found.confidence == pytest.approx(reference["confidence"], abs=1e-9)
     if found.confidence > 1e-3:
-        gap = (found.orientation - plain["angle"] + np.pi / 2) % np.pi - np.pi / 2
+        gap = (found.orientation - reference["angle"] + np.pi / 2) % np.pi - np.pi / 2
         assert gap == pytest.approx(0.0, abs=1e-6)
 
 
-def test_area_and_pressure_change_little_when_a_tactel_of_the_rim_crosses_its_threshold():
+def test_rim_band_smooths_area_and_pressure_at_threshold_crossing():
     pressures = np.zeros(256)
     pressures[[100, 101, 116]] = 1000.0
-    for rim, most in ((5.0, 1e-2), (0.0, 0.5)):
+    for rim, max_change in ((5.0, 1e-2), (0.0, 0.5)):
         options, found = FeatureOptions(min_tactels=1, rim_band=rim), []
-        for least in (9.99, 10.01):
-            pressures[117] = least
+        for rim_pressure in (9.99, 10.01):
+            pressures[117] = rim_pressure
             image = TactileImage(pressures.copy(), ARRAYS["flat"])
             found.append(contact_features(image, 10.0, options=options))
         assert [features.tactels for features in found] == [3, 4]
         for name in ("area", "pressure"):
             before, after = (getattr(features, name) for features in found)
-            assert abs(after / before - 1.0) < most
+            assert abs(after / before - 1.0) < max_change
             assert rim > 0.0 or abs(after / before - 1.0) > 0.2
 
 
 @pytest.mark.parametrize("name", ARRAYS)
-def test_a_single_tactel_has_no_direction(name):
+def test_orientation_of_single_tactel_has_no_confidence(name):
     array, rng = ARRAYS[name], np.random.default_rng(0)
     for tactel in range(len(array.positions)):
         pressures = np.zeros(len(array.positions))
@@ -76,7 +76,7 @@ def test_a_single_tactel_has_no_direction(name):
         assert (found.orientation, found.confidence) == (0.0, 0.0)
 
 
-def test_a_touch_however_faint_has_the_area_of_its_highest_tactel():
+def test_area_of_faint_contact_is_at_least_one_tactel():
     pressures = np.zeros(256)
     pressures[[100, 101]] = 10.002, 10.001
     found = contact_features(TactileImage(pressures, ARRAYS["flat"]), 10.0)
@@ -85,7 +85,7 @@ def test_a_touch_however_faint_has_the_area_of_its_highest_tactel():
 
 
 def band(array: TactileArray, angle: float) -> np.ndarray:
-    """A band through the origin along a direction of the unrolled surface."""
+    """Return the pressures of a band through the origin at ``angle`` on the unrolled surface."""
     radius = 0.03
     v = radius * np.arctan2(array.positions[:, 1], array.positions[:, 2] + radius)
     across = -np.sin(angle) * array.positions[:, 0] + np.cos(angle) * v
@@ -94,7 +94,7 @@ def band(array: TactileArray, angle: float) -> np.ndarray:
 
 
 @given(st.floats(-1.5, 1.5))
-def test_a_band_on_a_curved_patch_tells_its_direction_in_the_tangent_plane(angle):
+def test_orientation_on_curved_patch_lies_in_tangent_plane(angle):
     array = ARRAYS["curved"]
     found = contact_features(TactileImage(band(array, angle), array), 1.0)
     gap = (found.orientation - angle + np.pi / 2) % np.pi - np.pi / 2
@@ -102,7 +102,7 @@ def test_a_band_on_a_curved_patch_tells_its_direction_in_the_tangent_plane(angle
     assert np.allclose(found.normal, [0.0, 0.0, 1.0], atol=1e-6)
 
 
-def test_the_normal_of_a_contact_on_a_fingertips_side_points_sideways():
+def test_contact_on_side_of_fingertip_has_sideways_normal():
     array = ARRAYS["fingertip"]
     pressures = np.zeros(12)
     pressures[[2, 5, 8]] = 800.0
@@ -122,7 +122,7 @@ def test_the_normal_of_a_contact_on_a_fingertips_side_points_sideways():
         ([4, 5, 6], [6, 5, 4], -np.pi / 4),
     ],
 )
-def test_exact_directions_are_exact_and_a_right_angle_is_plus_90(columns, rows, angle):
+def test_orientation_along_grid_is_exact_and_right_angle_is_positive(columns, rows, angle):
     pressures = np.zeros((16, 16))
     pressures[rows, columns] = 300.0
     found = contact_features(TactileImage(pressures.ravel(), ARRAYS["flat"]), 1.0)
@@ -131,14 +131,14 @@ def test_exact_directions_are_exact_and_a_right_angle_is_plus_90(columns, rows, 
 
 
 @given(st.floats(5e-324, 1e-300))
-def test_pressures_next_to_nothing_are_no_contact_or_a_finite_one(tiny):
+def test_features_of_tiny_pressures_are_finite(tiny):
     pressures = np.zeros(256)
     pressures[[40, 41, 200]] = tiny
     found = contact_features(TactileImage(pressures, ARRAYS["flat"]), 0.0)
     assert np.isfinite([found.force, found.pressure, found.orientation, *found.centre]).all()
 
 
-def test_a_contact_at_the_border_says_so():
+def test_contact_at_border_is_reported():
     def probe(x: float) -> np.ndarray:
         gaps = ARRAYS["flat"].positions[:, :2] - [x, 0.001]
         return 2000.0 * np.exp(-0.5 * (gaps**2).sum(axis=1) / 0.003**2)
@@ -151,15 +151,15 @@ def test_a_contact_at_the_border_says_so():
     assert outside.centre[0] < 0.0375
 
 
-def test_dead_tactels_take_their_live_neighbours_mean_by_distance():
+def test_dead_tactels_are_interpolated_by_distance_weighted_mean():
     array = ARRAYS["flat"]
-    plain = np.tile(np.arange(4096, dtype=np.float32), (256, 1))
+    reference = np.tile(np.arange(4096, dtype=np.float32), (256, 1))
     limits = np.tile(np.array([0, 4000], np.int32), (256, 1))
     limits[[100, 117, 0, 1, 16, 17], 0] = 4096
     raw = np.arange(256, dtype=np.uint16)
     raw[50] = 4050
     pressures, states = np.empty(256), np.empty(256, np.uint8)
-    read_pressures(raw, plain, limits, array.links, array.geometry, pressures, states)
+    read_pressures(raw, reference, limits, array.links, array.geometry, pressures, states)
     sides, corners = [99, 101, 84, 116], [83, 85, 115]
     mean = (sum(sides) + 0.5 * sum(corners)) / (4 + 1.5)
     assert pressures[100] == pytest.approx(mean)

@@ -1,4 +1,4 @@
-"""From raw readings to features, as a servo calls it."""
+"""The feature reader: from raw readings to contact features."""
 
 import time
 
@@ -16,13 +16,13 @@ from eyehand.tactile import (
     contact_features,
 )
 
-from .made_up_pad import MadeUpPad
+from .synthetic_pad import SyntheticPad
 
 ARRAY = TactileArray.flat()
-PAD = MadeUpPad.draw(seed=1)
+PAD = SyntheticPad.draw(seed=1)
 CALIBRATION = calibrate(PAD.bench())
-SLOWEST_US = 40.0
-"""Reached: 6 µs; a machine that is busy with the other tests takes several times as long."""
+MAX_READ_US = 40.0
+"""Longest accepted time of one reading. A quiet machine needs 6 µs; a busy one needs more."""
 
 
 def imprint(x: float = 0.0, y: float = 0.0, angle: float = 0.0, long: float = 0.015, peak=4000.0):
@@ -32,29 +32,29 @@ def imprint(x: float = 0.0, y: float = 0.0, angle: float = 0.0, long: float = 0.
     return peak * np.exp(-0.5 * ((u / long) ** 2 + (v / 0.003) ** 2))
 
 
-def test_a_reading_is_calibration_and_features_one_after_the_other():
+def test_read_equals_calibration_followed_by_contact_features():
     raw = PAD.raw(imprint(0.003, -0.004, 0.7), np.random.default_rng(0))
     found = FeatureReader(CALIBRATION, ARRAY).read(raw)
-    apart = contact_features(CALIBRATION.to_image(raw, ARRAY), CALIBRATION.threshold(4.0))
-    assert found.force == pytest.approx(apart.force)
-    assert np.allclose(found.centre, apart.centre)
-    assert found.orientation == pytest.approx(apart.orientation)
+    separate = contact_features(CALIBRATION.to_image(raw, ARRAY), CALIBRATION.threshold(4.0))
+    assert found.force == pytest.approx(separate.force)
+    assert np.allclose(found.centre, separate.centre)
+    assert found.orientation == pytest.approx(separate.orientation)
     assert found.orientation == pytest.approx(0.7, abs=0.01)
     assert found.centre[:2] == pytest.approx([0.003, -0.004], abs=2e-4)
 
 
-def test_noise_alone_is_no_contact():
+def test_noise_is_not_detected_as_contact():
     reader, rng = FeatureReader(CALIBRATION, ARRAY), np.random.default_rng(0)
     assert not any(reader.read(PAD.raw(np.zeros(256), rng)) for _ in range(2000))
 
 
-def test_a_round_contact_has_no_direction_to_trust():
+def test_round_contact_has_low_orientation_confidence():
     reader, rng = FeatureReader(CALIBRATION, ARRAY), np.random.default_rng(0)
     for x, y in rng.uniform(-0.02, 0.02, (50, 2)):
         assert reader.read(PAD.raw(imprint(x, y, long=0.003), rng)).confidence < 0.12
 
 
-def test_a_dead_tactel_in_a_contact_is_filled_in_and_counted():
+def test_dead_tactel_in_contact_is_interpolated_and_counted():
     run = PAD.bench()
     raw = run.raw.copy()
     raw[:, 136] = 120
@@ -75,7 +75,7 @@ def test_saturated_tactels_in_a_contact_are_counted():
     assert FeatureReader(CALIBRATION, ARRAY).read(PAD.raw(imprint())).saturated == 0
 
 
-def test_it_keeps_to_a_contact_until_reset():
+def test_reader_keeps_tracked_contact_until_reset():
     reader = FeatureReader(CALIBRATION, ARRAY, FeatureOptions(hysteresis=0.5))
     left, right = imprint(-0.02, long=0.005), imprint(0.02, long=0.006)
     assert reader.read(PAD.raw(left)).centre[0] < -0.015
@@ -87,7 +87,7 @@ def test_it_keeps_to_a_contact_until_reset():
     assert reader.image.pressures.max() > 2000.0
 
 
-def test_features_stay_as_they_were_when_the_next_are_read():
+def test_returned_features_are_not_overwritten_by_next_read():
     reader = FeatureReader(CALIBRATION, ARRAY)
     first = reader.read(PAD.raw(imprint(0.01)))
     kept = first.centre.copy()
@@ -95,8 +95,8 @@ def test_features_stay_as_they_were_when_the_next_are_read():
     assert np.array_equal(first.centre, kept)
 
 
-def test_a_fingertip_is_read_the_same_way():
-    pad, tip = MadeUpPad.draw(12), TactileArray.fingertip()
+def test_reader_supports_fingertip_array():
+    pad, tip = SyntheticPad.draw(12), TactileArray.fingertip()
     reader = FeatureReader(calibrate(pad.bench()), tip, FeatureOptions(min_tactels=1))
     pressures = np.zeros(12)
     pressures[10] = 2000.0
@@ -105,32 +105,32 @@ def test_a_fingertip_is_read_the_same_way():
     assert np.allclose(found.normal, tip.normals[10])
 
 
-def test_the_hough_transform_can_be_asked_for_where_there_is_a_grid():
+def test_hough_orientation_requires_grid_array():
     options = FeatureOptions(orientation="hough")
     found = FeatureReader(CALIBRATION, ARRAY, options).read(PAD.raw(imprint(angle=np.pi / 4)))
     assert found.orientation == pytest.approx(np.pi / 4, abs=0.2)
-    pad = MadeUpPad.draw(12)
+    pad = SyntheticPad.draw(12)
     with pytest.raises(InputError, match="grid"):
         FeatureReader(calibrate(pad.bench()), TactileArray.fingertip(), options)
 
 
-def test_readings_and_arrays_that_do_not_fit_are_refused():
+def test_reader_rejects_mismatched_readings_and_arrays():
     reader = FeatureReader(CALIBRATION, ARRAY)
     with pytest.raises(InputError, match="256"):
         reader.read(np.zeros(12, np.uint16))
     with pytest.raises(InputError, match="uint16"):
-        reader.read(np.zeros(256))  # pyright: ignore[reportArgumentType] - that is what is refused
+        reader.read(np.zeros(256))  # pyright: ignore[reportArgumentType] - the invalid argument under test
     with pytest.raises(InputError, match="12 tactels"):
         FeatureReader(CALIBRATION, TactileArray.fingertip())
 
 
-def test_readings_out_of_the_converters_range_are_saturated_and_finite():
+def test_readings_above_converter_range_are_saturated_and_finite():
     found = FeatureReader(CALIBRATION, ARRAY).read(np.full(256, 65535, np.uint16))
     assert found.saturated == 256
     assert np.isfinite(found.force)
 
 
-def test_a_reading_takes_microseconds():
+def test_read_time_is_bounded():
     reader, raw = FeatureReader(CALIBRATION, ARRAY), PAD.raw(imprint(angle=0.3))
     reader.read(raw)
     times = []
@@ -139,10 +139,10 @@ def test_a_reading_takes_microseconds():
         for _ in range(50):
             reader.read(raw)
         times.append(1e6 * (time.perf_counter() - start) / 50)
-    assert min(times) < SLOWEST_US
+    assert min(times) < MAX_READ_US
 
 
-def test_read_raw_to_features(benchmark):
+def test_benchmark_read(benchmark):
     reader, raw = FeatureReader(CALIBRATION, ARRAY), PAD.raw(imprint(angle=0.3))
     found: ContactFeatures = benchmark(reader.read, raw)
     assert found

@@ -1,4 +1,4 @@
-"""Features of made-up contacts against what was made up."""
+"""Contact features of synthetic contacts with known position, direction and force."""
 
 import numpy as np
 import pytest
@@ -21,14 +21,14 @@ def blob(x, y, angle=0.0, long=0.012, short=0.004, peak=1000.0) -> np.ndarray:
 
 
 @given(x=st.floats(-0.015, 0.015), y=st.floats(-0.015, 0.015))
-def test_the_centre_of_a_round_contact_is_found_below_a_tactel(x, y):
+def test_centre_of_round_contact_has_subtactel_accuracy(x, y):
     found = contact_features(TactileImage(blob(x, y, long=0.006, short=0.006), PAD), 1.0)
     assert np.allclose(found.centre, [x, y, 0.0], atol=2e-4)
     assert found.confidence < 0.1
 
 
 @given(angle=st.floats(-1.55, 1.55))
-def test_a_long_contact_tells_its_direction_modulo_pi(angle):
+def test_orientation_of_elongated_contact_is_modulo_pi(angle):
     found = contact_features(TactileImage(blob(0.0, 0.0, angle), PAD), 1.0)
     gap = (found.orientation - angle + np.pi / 2) % np.pi - np.pi / 2
     assert abs(gap) < np.radians(3)
@@ -36,7 +36,7 @@ def test_a_long_contact_tells_its_direction_modulo_pi(angle):
     assert -np.pi / 2 < found.orientation <= np.pi / 2
 
 
-def test_force_is_pressure_times_area_over_the_largest_region_only():
+def test_force_is_summed_over_largest_region_only():
     pressures = np.zeros(256)
     pressures[[0, 1, 16, 17]] = 500.0
     pressures[255] = 5000.0
@@ -47,7 +47,7 @@ def test_force_is_pressure_times_area_over_the_largest_region_only():
     assert np.allclose(found.centre[:2], PAD.positions[[0, 1, 16, 17], :2].mean(axis=0))
 
 
-def test_no_contact_is_false_and_finite():
+def test_features_without_contact_are_false_and_finite():
     found = contact_features(TactileImage(np.zeros(256), PAD), 1.0)
     assert not found
     assert found.force == 0.0
@@ -55,12 +55,12 @@ def test_no_contact_is_false_and_finite():
 
 
 @pytest.mark.parametrize("threshold", [-1.0, float("nan"), float("inf")])
-def test_impossible_thresholds_are_refused(threshold):
+def test_contact_features_reject_invalid_threshold(threshold):
     with pytest.raises(InputError, match="threshold"):
         contact_features(TactileImage(np.zeros(256), PAD), threshold)
 
 
-def test_images_that_do_not_fit_the_array_are_refused():
+def test_image_and_array_reject_invalid_shapes():
     with pytest.raises(InputError, match="256"):
         TactileImage(np.zeros(16), PAD)
     with pytest.raises(InputError, match="pitch"):

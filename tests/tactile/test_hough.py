@@ -1,4 +1,4 @@
-"""The paper's way to a line's direction."""
+"""The direction of a line by the Hough transform of the paper."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from eyehand.tactile import (
 )
 
 PAD = TactileArray.flat()
-ALL = np.ones(256, bool)
+WHOLE_PAD = np.ones(256, bool)
 
 
 def line(angle: float) -> TactileImage:
@@ -26,25 +26,25 @@ def line(angle: float) -> TactileImage:
 
 
 @given(st.floats(-1.57, 1.57))
-def test_the_direction_of_a_line_across_the_pad_is_found_within_10_degrees(angle):
-    gap = (hough_axis(line(angle), ALL) - angle + np.pi / 2) % np.pi - np.pi / 2
+def test_hough_axis_is_accurate_to_10_degrees(angle):
+    gap = (hough_axis(line(angle), WHOLE_PAD) - angle + np.pi / 2) % np.pi - np.pi / 2
     assert abs(gap) < np.radians(10.0)
 
 
 @pytest.mark.parametrize("angle", [0.0, np.pi / 4, np.pi / 2, -np.pi / 4])
-def test_directions_of_the_grid_are_found_exactly(angle):
-    found = hough_axis(line(angle), ALL, HoughOptions(angles=180, share=0.9))
+def test_hough_axis_is_exact_along_grid_directions(angle):
+    found = hough_axis(line(angle), WHOLE_PAD, HoughOptions(angles=180, share=0.9))
     assert found == pytest.approx(angle, abs=np.radians(1.0))
     assert -np.pi / 2 < found <= np.pi / 2
 
 
-def test_features_take_it_on_request_and_an_empty_region_has_none():
+def test_hough_orientation_is_optional_and_zero_for_empty_region():
     options = FeatureOptions(orientation="hough")
     assert contact_features(line(0.0), 10.0, options=options).orientation == pytest.approx(0.0)
     assert hough_axis(line(0.3), np.zeros(256, bool)) == 0.0
 
 
-def test_an_array_without_a_grid_and_impossible_options_are_refused():
+def test_hough_axis_rejects_gridless_array_and_invalid_options():
     tip = TactileArray.fingertip()
     with pytest.raises(InputError, match="grid"):
         hough_axis(TactileImage(np.ones(12), tip), np.ones(12, bool))

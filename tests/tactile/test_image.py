@@ -1,4 +1,4 @@
-"""Flat pads, curved patches and fingertips are descriptions of one class."""
+"""Tactile arrays: flat pads, curved patches and fingertips."""
 
 import numpy as np
 import pytest
@@ -17,28 +17,28 @@ ARRAYS = {
 
 
 @pytest.mark.parametrize("array", ARRAYS.values(), ids=ARRAYS)
-def test_normals_are_unit_vectors_and_the_top_lies_in_the_origin(array):
+def test_normals_have_unit_length_and_top_is_at_origin(array):
     assert np.allclose(np.linalg.norm(array.normals, axis=1), 1.0)
     assert array.positions[:, 2].max() == pytest.approx(0.0, abs=1e-3)
     assert array.areas.mean() == pytest.approx(array.area)
 
 
-def test_a_curved_pad_lies_on_its_cylinder_with_its_normals():
+def test_curved_pad_lies_on_cylinder():
     array = TactileArray.curved(rows=9, columns=4, pitch=0.004, radius=0.03)
-    away = array.positions + np.array([0.0, 0.0, 0.03])
-    assert np.allclose(np.hypot(away[:, 1], away[:, 2]), 0.03)
-    assert np.allclose(away[:, 1:] / 0.03, array.normals[:, 1:])
-    steps = np.diff(np.arctan2(away[::4, 1], away[::4, 2])) * 0.03
+    from_axis = array.positions + np.array([0.0, 0.0, 0.03])
+    assert np.allclose(np.hypot(from_axis[:, 1], from_axis[:, 2]), 0.03)
+    assert np.allclose(from_axis[:, 1:] / 0.03, array.normals[:, 1:])
+    steps = np.diff(np.arctan2(from_axis[::4, 1], from_axis[::4, 2])) * 0.03
     assert np.allclose(steps, 0.004)
 
 
-def test_a_wide_cylinder_is_a_flat_pad():
+def test_curved_pad_of_large_radius_equals_flat_pad():
     flat, curved = TactileArray.flat(), TactileArray.curved(radius=1e4)
     assert np.allclose(curved.positions, flat.positions, atol=1e-6)
     assert np.array_equal(curved.neighbours, flat.neighbours)
 
 
-def test_a_fingertip_has_12_tactels_on_a_cylinder_with_a_ball_at_its_end():
+def test_fingertip_has_12_tactels_on_cylinder_with_spherical_end():
     tip = ARRAYS["fingertip"]
     assert len(tip.positions) == 12
     inside = tip.positions - 0.008 * tip.normals
@@ -48,7 +48,7 @@ def test_a_fingertip_has_12_tactels_on_a_cylinder_with_a_ball_at_its_end():
     assert len(np.unique(tip.areas.round(12))) == 2
 
 
-def test_the_border_is_the_outer_ring():
+def test_border_is_outer_ring_of_tactels():
     ring = np.ones((16, 16), bool)
     ring[1:-1, 1:-1] = False
     assert np.array_equal(ARRAYS["flat"].border, ring.ravel())
@@ -60,25 +60,25 @@ def test_the_border_is_the_outer_ring():
 @given(
     st.lists(st.floats(-1, 1), min_size=3, max_size=3).filter(lambda n: np.hypot(n[0], n[1]) > 1e-3)
 )
-def test_tangents_are_a_right_handed_frame_with_the_normal(normal):
+def test_tangents_and_normal_form_right_handed_frame(normal):
     normal = np.array(normal) / np.linalg.norm(normal)
     x, y = tangents(normal)
     assert np.allclose(np.linalg.norm([x, y], axis=1), 1.0)
     assert np.allclose(np.cross(x, y), normal)
 
 
-def test_tangents_of_the_pads_own_normal_are_x_and_y():
+def test_tangents_of_z_normal_are_x_and_y():
     assert np.array_equal(tangents(np.array([0.0, 0.0, 1.0])), np.eye(3)[:2])
     assert np.array_equal(tangents(np.array([0.0, 0.0, -1.0])), [[1, 0, 0], [0, -1, 0]])
 
 
-def changed(**fields) -> TactileArray:
-    plain = {name: getattr(ARRAYS["flat"], name) for name in ("positions", "normals", "area")}
-    return TactileArray(**{**plain, "neighbours": ARRAYS["flat"].neighbours, **fields})
+def flat_array_with(**fields) -> TactileArray:
+    defaults = {name: getattr(ARRAYS["flat"], name) for name in ("positions", "normals", "area")}
+    return TactileArray(**{**defaults, "neighbours": ARRAYS["flat"].neighbours, **fields})
 
 
 @pytest.mark.parametrize(
-    ("fields", "what"),
+    ("fields", "message"),
     [
         ({"normals": np.zeros((256, 3))}, "unit"),
         ({"positions": np.full((256, 3), np.nan)}, "finite"),
@@ -89,11 +89,11 @@ def changed(**fields) -> TactileArray:
         ({"grid": (3, 4)}, "grid"),
     ],
 )
-def test_impossible_arrays_are_refused(fields, what):
-    with pytest.raises(InputError, match=what):
-        changed(**fields)
+def test_array_rejects_invalid_fields(fields, message):
+    with pytest.raises(InputError, match=message):
+        flat_array_with(**fields)
 
 
-def test_a_pad_cannot_cover_more_than_half_a_cylinder():
+def test_curved_pad_rejects_more_than_half_a_cylinder():
     with pytest.raises(InputError, match="half a cylinder"):
         TactileArray.curved(radius=0.02)

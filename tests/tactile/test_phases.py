@@ -1,4 +1,4 @@
-"""The phase machine: to the contact, through the task, and off again whatever happens."""
+"""The touch phases: approach to contact, task, and retreat with an outcome in every case."""
 
 import math
 from dataclasses import replace
@@ -22,21 +22,21 @@ from eyehand.tactile.servo_options import ServoOptions
 
 from .closed_loop import DT, OBJECTS, World, ball
 
-NOTHING = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+NO_CONTACT = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
 OPTIONS = PhaseOptions(task_seconds=3.0)
 
 
-def world_of(name: str, x: float = 0.0) -> World:
+def make_world(name: str, x: float = 0.0) -> World:
     height, stiffness = OBJECTS[name]
-    return World(height, stiffness, place=np.array([x, 0, -0.005]), noise=3.0, threshold=15.0)
+    return World(height, stiffness, position=np.array([x, 0, -0.005]), noise=3.0, threshold=15.0)
 
 
-def emptiness(x, y):
+def no_surface(x, y):
     return np.full_like(x, np.inf)
 
 
-def play(world, machine, hook=None, seconds=20.0, **kwargs):
-    """Run until the machine has ended; phases in order and the largest force."""
+def run_phases(world, machine, hook=None, seconds=20.0, **kwargs):
+    """Run until the machine has ended. Return the phases in order and the peak force, N."""
     phases, peak = [], 0.0
     for cycle in range(round(seconds / DT)):
         if hook:
@@ -54,90 +54,90 @@ def play(world, machine, hook=None, seconds=20.0, **kwargs):
 
 
 @pytest.mark.parametrize("name", OBJECTS)
-def test_a_task_runs_its_time_and_leaves_the_object(name):
-    world, machine = world_of(name), TouchPhases(TactileServo(), OPTIONS)
-    phases, peak = play(world, machine)
+def test_task_runs_for_its_time_and_pad_retreats(name):
+    world, machine = make_world(name), TouchPhases(TactileServo(), OPTIONS)
+    phases, peak = run_phases(world, machine)
     assert phases == ["hold", "task", "back_off", "ended"]
     assert machine.outcome == "done"
     assert world.force() == 0.0
     assert peak < 8.0
 
 
-def test_the_caller_drives_to_the_work_area_and_only_then_does_the_pad_descend():
+def test_pad_descends_only_after_caller_reached_work_area():
     machine = TouchPhases(TactileServo(), OPTIONS)
     for _ in range(10):
-        step = machine.step(NOTHING, DT, pose_error=(0.1, 0.0))
+        step = machine.step(NO_CONTACT, DT, pose_error=(0.1, 0.0))
         assert step.phase == "move"
         assert not step.twist.any()
-    step = machine.step(NOTHING, DT, pose_error=(0.001, 0.001))
+    step = machine.step(NO_CONTACT, DT, pose_error=(0.001, 0.001))
     assert step.phase == "hold"
     assert step.twist[2] == OPTIONS.approach_speed
 
 
-def test_a_work_area_that_is_not_reached_is_unreachable(monkeypatch):
+def test_move_phase_that_times_out_ends_as_unreachable(monkeypatch):
     monkeypatch.setattr(phases_module, "MAX_MOVE_SECONDS", 0.1)
     machine = TouchPhases(TactileServo(), OPTIONS)
-    steps = [machine.step(NOTHING, DT, pose_error=(0.1, 0.0)) for _ in range(40)]
+    steps = [machine.step(NO_CONTACT, DT, pose_error=(0.1, 0.0)) for _ in range(40)]
     assert steps[-1].outcome == "unreachable"
     assert steps[-1].phase == "ended"
 
 
-def test_where_nothing_is_nothing_is_found():
-    world, machine = World(emptiness, noise=3.0, threshold=15.0), TouchPhases(TactileServo())
-    play(world, machine)
+def test_approach_without_object_ends_as_no_contact():
+    world, machine = World(no_surface, noise=3.0, threshold=15.0), TouchPhases(TactileServo())
+    run_phases(world, machine)
     assert machine.outcome == "no_contact"
-    assert world.place[2] < 0.06
+    assert world.position[2] < 0.06
 
 
-def test_a_pad_told_to_hold_waits_for_the_object_to_come():
-    world = world_of("box")
+def test_hold_with_zero_approach_speed_waits_for_contact():
+    world = make_world("box")
     machine = TouchPhases(TactileServo(), replace(OPTIONS, approach_speed=0.0))
 
-    def come(cycle, world, machine):
+    def approach(cycle, world, machine):
         if machine.phase in ("move", "hold"):
             assert not world.velocity.any()
-            world.place = world.place + np.array([0.0, 0.0, 2e-5])
+            world.position = world.position + np.array([0.0, 0.0, 2e-5])
 
-    assert play(world, machine, come)[0][:2] == ["hold", "task"]
+    assert run_phases(world, machine, approach)[0][:2] == ["hold", "task"]
 
 
-def test_a_contact_that_slipped_off_is_found_again():
-    world, machine = world_of("pen"), TouchPhases(TactileServo(), OPTIONS)
+def test_search_regains_contact_after_slip():
+    world, machine = make_world("pen"), TouchPhases(TactileServo(), OPTIONS)
 
     def slip(cycle, world, machine):
         if cycle == 400:
-            world.place = world.place - np.array([0.012, 0.0, 0.004])
+            world.position = world.position - np.array([0.012, 0.0, 0.004])
 
-    phases, _ = play(world, machine, slip)
+    phases, _ = run_phases(world, machine, slip)
     assert phases == ["hold", "task", "search", "task", "back_off", "ended"]
     assert machine.outcome == "done"
 
 
-def test_a_contact_that_is_gone_is_searched_for_a_while():
-    world, machine = world_of("box"), TouchPhases(TactileServo(), PhaseOptions())
+def test_search_for_lost_contact_is_bounded():
+    world, machine = make_world("box"), TouchPhases(TactileServo(), PhaseOptions())
 
     def vanish(cycle, world, machine):
         if cycle == 400:
-            world.height = emptiness
+            world.height = no_surface
 
-    phases, _ = play(world, machine, vanish)
+    phases, _ = run_phases(world, machine, vanish)
     assert phases[-3:] == ["search", "back_off", "ended"]
     assert machine.outcome == "contact_lost"
 
 
-def test_an_object_that_comes_too_fast_is_fled():
-    world, machine = world_of("box"), TouchPhases(TactileServo(), PhaseOptions())
+def test_fast_approaching_object_ends_as_overload():
+    world, machine = make_world("box"), TouchPhases(TactileServo(), PhaseOptions())
 
     def press(cycle, world, machine):
         if cycle > 300 and machine.outcome is None:
-            world.place = world.place + np.array([0.0, 0.0, 3e-4])
+            world.position = world.position + np.array([0.0, 0.0, 3e-4])
 
-    play(world, machine, press)
+    run_phases(world, machine, press)
     assert machine.outcome == "overload"
     assert world.force() == 0.0
 
 
-def test_tactels_that_cannot_tell_more_count_as_overload():
+def test_saturated_tactels_end_as_overload():
     machine = TouchPhases(TactileServo(), OPTIONS)
     features = ContactFeatures(1.0, np.zeros(3), 900.0, 1e-3, 0.0, 0.0, tactels=40, saturated=12)
     steps = [machine.step(features, DT) for _ in range(3)]
@@ -146,53 +146,53 @@ def test_tactels_that_cannot_tell_more_count_as_overload():
 
 
 @pytest.mark.parametrize(("name", "share"), [("box", 1.5), ("box", 2.0), ("pen", 4.0)])
-def test_a_gain_beyond_the_limit_ends_with_the_pad_backed_off(name, share):
+def test_unstable_gain_ends_with_pad_retracted(name, share):
     options = ServoOptions(stability_share=share, press_gain=1e3)
-    world, machine = world_of(name), TouchPhases(TactileServo(None, PRESS, options), OPTIONS)
-    _, peak = play(world, machine)
+    world, machine = make_world(name), TouchPhases(TactileServo(None, PRESS, options), OPTIONS)
+    _, peak = run_phases(world, machine)
     assert machine.outcome in ("oscillation", "contact_lost")
     assert world.force() == 0.0
     assert peak < 15.0
 
 
-def test_an_object_that_gives_way_is_not_pushed_for_ever():
-    world, machine = world_of("box"), TouchPhases(TactileServo(None, PRESS), PhaseOptions())
-    way, height = [0.0], world.height
+def test_yielding_object_ends_as_no_resistance():
+    world, machine = make_world("box"), TouchPhases(TactileServo(None, PRESS), PhaseOptions())
+    travel, height = [0.0], world.height
 
-    def give_way(cycle, world, machine):
+    def yield_to_pressure(cycle, world, machine):
         pressure = float(world.pressures().max())
-        way[0] += max(0.0, pressure - 100.0) * 5e-7
-        world.height = lambda x, y: height(x, y) + way[0]
+        travel[0] += max(0.0, pressure - 100.0) * 5e-7
+        world.height = lambda x, y: height(x, y) + travel[0]
 
-    play(world, machine, give_way)
+    run_phases(world, machine, yield_to_pressure)
     assert machine.outcome == "no_resistance"
     assert world.force() == 0.0
 
 
 @pytest.mark.parametrize(("speed", "sign"), [(0.016, 1.0), (-0.013, -1.0)])
-def test_a_pressure_that_stays_off_its_goal_is_left(speed, sign, monkeypatch):
-    """An object that comes or goes faster than the integral may make up for."""
+def test_persistent_pressure_error_ends_as_steady_miss(speed, sign, monkeypatch):
+    """The object moves faster than the limited integral term can compensate."""
     monkeypatch.setattr(phases_module, "NEAR_GOAL", 0.0)
-    world, felt = world_of("box"), []
+    world, pressures = make_world("box"), []
     options = ServoOptions(known_stiffness=1e6)
     machine = TouchPhases(TactileServo(None, PRESS, options), PhaseOptions())
 
-    def come(cycle, world, machine):
+    def approach(cycle, world, machine):
         if machine.phase == "task":
-            felt.append(machine.servo.filtered[0])
-            share = min(len(felt) / 250, 1.0)
-            world.place = world.place + np.array([0.0, 0.0, share * speed * DT])
+            pressures.append(machine.servo.filtered[0])
+            share = min(len(pressures) / 250, 1.0)
+            world.position = world.position + np.array([0.0, 0.0, share * speed * DT])
 
-    play(world, machine, come)
+    run_phases(world, machine, approach)
     assert machine.outcome == "steady_miss"
     assert world.force() == 0.0
-    # It had settled there: neither a landing nor a run-away.
-    late = np.array(felt[-125:]) / 1000.0 - 1.0
+    # The pressure had settled at this error: it is neither a landing nor a divergence.
+    late = np.array(pressures[-125:]) / 1000.0 - 1.0
     assert np.all(sign * late > 0.1)
     assert late.std() < 0.05
 
 
-def test_a_swing_below_half_of_the_goal_that_lasts_is_an_oscillation():
+def test_lasting_pressure_swing_ends_as_oscillation():
     for swing, outcome in ((0.3, "oscillation"), (0.03, "done")):
         machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
         twist = np.zeros(6)
@@ -206,19 +206,18 @@ def test_a_swing_below_half_of_the_goal_that_lasts_is_an_oscillation():
         assert twist[2] < 0
 
 
-def test_a_contact_that_noise_takes_and_gives_back_is_unsteady_and_no_oscillation():
+def test_intermittent_contact_ends_as_unsteady_contact():
     machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
-    felt = ContactFeatures(1e-3, np.zeros(3), 1200.0, 4e-5, 0.0, 0.0)
-    nothing = ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
+    contact = ContactFeatures(1e-3, np.zeros(3), 1200.0, 4e-5, 0.0, 0.0)
     for cycle in range(500):
-        machine.step(nothing if cycle % 20 > 14 else felt, DT)
+        machine.step(NO_CONTACT if cycle % 20 > 14 else contact, DT)
         if machine.outcome:
             break
     assert machine.outcome == "unsteady_contact"
 
 
-def test_a_contact_that_fades_before_it_comes_again_is_an_oscillation():
-    """As under a pad that bounces: the pressure falls from cycle to cycle."""
+def test_bouncing_contact_ends_as_oscillation():
+    """A bouncing pad: the pressure falls gradually before the contact is lost."""
     machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
     for cycle in range(500):
         pressure = 700.0 * max(0.0, 0.9 + math.sin(2 * math.pi * 5 * cycle * DT))
@@ -228,7 +227,7 @@ def test_a_contact_that_fades_before_it_comes_again_is_an_oscillation():
     assert machine.outcome == "oscillation"
 
 
-def test_what_the_outer_motion_does_to_the_pressure_is_no_steady_miss():
+def test_pressure_error_during_external_motion_is_no_steady_miss():
     for outer, outcome in ((0.0, "steady_miss"), (0.02, "done")):
         machine = TouchPhases(TactileServo(None, PRESS), OPTIONS)
         features = ContactFeatures(1.3, np.zeros(3), 1300.0, 1e-3, 0.0, 0.0)
@@ -237,8 +236,8 @@ def test_what_the_outer_motion_does_to_the_pressure_is_no_steady_miss():
         assert machine.outcome == outcome
 
 
-def test_a_goal_of_force_is_guarded_by_the_force():
-    """A narrow imprint's pressure is far above the force over the reference area."""
+def test_force_goal_is_monitored_by_the_force():
+    """The pressure of a narrow imprint is far above the force divided by the reference area."""
     servo = TactileServo(ServoGoal(force=1.0), PRESS)
     machine = TouchPhases(servo, OPTIONS)
     for cycle in range(1000):
@@ -251,11 +250,11 @@ def test_a_goal_of_force_is_guarded_by_the_force():
     assert machine.outcome == "done"
 
 
-def test_only_what_gets_no_better_counts():
-    def told(errors):
-        guard = ErrorWatchdog()
+def test_error_watchdog_reports_only_errors_that_do_not_improve():
+    def watchdog_outcome(errors):
+        watchdog = ErrorWatchdog()
         for error in errors:
-            outcome = guard.update(error, 0.1)
+            outcome = watchdog.update(error, 0.1)
             if outcome:
                 return outcome
         return None
@@ -264,63 +263,63 @@ def test_only_what_gets_no_better_counts():
         return np.repeat(means, 5)
 
     wave = np.tile([0.2, -0.2, 0.2, -0.2, 0.0], 3)
-    assert told(spans(0.2, 0.2, 0.2)) == "steady_miss"
-    assert told(spans(-0.2, -0.19, -0.3)) == "steady_miss"
-    assert told(spans(0.2, 0.2)) is None
-    assert told(spans(0.09, 0.09, 0.09, 0.09)) is None
-    assert told(spans(0.8, 0.5, 0.3, 0.2, 0.15, 0.12)) is None
-    assert told(spans(0.2, -0.2, 0.2, -0.2, 0.2)) is None
-    assert told(wave) == "oscillation"
-    assert told(wave[:10]) is None
-    assert told(np.concatenate([wave[:5], 0.8 * wave[5:10], 0.6 * wave[10:]])) is None
-    assert told(0.3 * wave) is None
+    assert watchdog_outcome(spans(0.2, 0.2, 0.2)) == "steady_miss"
+    assert watchdog_outcome(spans(-0.2, -0.19, -0.3)) == "steady_miss"
+    assert watchdog_outcome(spans(0.2, 0.2)) is None
+    assert watchdog_outcome(spans(0.09, 0.09, 0.09, 0.09)) is None
+    assert watchdog_outcome(spans(0.8, 0.5, 0.3, 0.2, 0.15, 0.12)) is None
+    assert watchdog_outcome(spans(0.2, -0.2, 0.2, -0.2, 0.2)) is None
+    assert watchdog_outcome(wave) == "oscillation"
+    assert watchdog_outcome(wave[:10]) is None
+    assert watchdog_outcome(np.concatenate([wave[:5], 0.8 * wave[5:10], 0.6 * wave[10:]])) is None
+    assert watchdog_outcome(0.3 * wave) is None
 
 
-def test_a_contact_at_the_border_is_centred_or_left():
+def test_contact_at_border_is_centred_or_released():
     for selection, outcome in ((TRACK, "done"), (PRESS, "at_border")):
-        world = world_of("pen", x=-0.037)
+        world = make_world("pen", x=-0.037)
         machine = TouchPhases(TactileServo(None, selection), OPTIONS)
-        play(world, machine)
+        run_phases(world, machine)
         assert machine.outcome == outcome
 
 
-def test_two_contacts_that_swap_are_left():
+def test_alternating_contacts_end_as_unsteady_contact():
     one, other = ball(0.006, -0.02), ball(0.006, 0.02)
-    world = replace(world_of("pen"), height=one)
+    world = replace(make_world("pen"), height=one)
 
     def swap(cycle, world, machine):
         lift = 2e-4 * np.sign(np.sin(cycle / 12))
         world.height = lambda x, y: np.minimum(one(x, y) + lift, other(x, y) - lift)
 
     machine = TouchPhases(TactileServo(), OPTIONS)
-    play(world, machine, swap)
+    run_phases(world, machine, swap)
     assert machine.outcome == "unsteady_contact"
 
 
-def test_a_threshold_at_the_noise_level_is_no_contact():
-    world = World(emptiness, noise=30.0, threshold=15.0)
+def test_threshold_at_noise_level_does_not_start_task():
+    world = World(no_surface, noise=30.0, threshold=15.0)
     machine = TouchPhases(TactileServo(), replace(OPTIONS, touch_pressure=20.0))
-    play(world, machine)
+    run_phases(world, machine)
     assert machine.outcome in ("unsteady_contact", "no_contact", "contact_lost")
-    assert world.place[2] < 0.06
+    assert world.position[2] < 0.06
 
 
-def test_dead_tactels_are_borne_until_too_many_are():
-    world = world_of("box")
+def test_sensor_fault_only_when_too_many_tactels_are_dead():
+    world = make_world("box")
     world.dead = np.flatnonzero(np.random.default_rng(0).random(256) < 0.2)
     machine = TouchPhases(TactileServo(), OPTIONS)
-    play(world, machine, trusted=0.8)
+    run_phases(world, machine, trusted=0.8)
     assert machine.outcome == "done"
     machine = TouchPhases(TactileServo(), OPTIONS)
 
-    def die(cycle, world, machine):
+    def kill_all_tactels(cycle, world, machine):
         if cycle == 300:
             world.dead = np.arange(256)
 
-    world = world_of("box")
+    world = make_world("box")
     peak, step, cycle = 0.0, None, 0
     while step is None or step.phase != "ended":
-        die(cycle, world, machine)
+        kill_all_tactels(cycle, world, machine)
         step = machine.step(world.features(), DT, trusted=0.0 if cycle >= 300 else 1.0)
         world.step(step.twist)
         peak, cycle = max(peak, world.force()), cycle + 1
@@ -329,8 +328,8 @@ def test_dead_tactels_are_borne_until_too_many_are():
     assert peak < 8.0
 
 
-def test_features_that_are_not_finite_are_a_sensor_fault():
-    world, machine = world_of("box"), TouchPhases(TactileServo(), OPTIONS)
+def test_non_finite_features_end_as_sensor_fault():
+    world, machine = make_world("box"), TouchPhases(TactileServo(), OPTIONS)
     for _ in range(300):
         world.step(machine.step(world.features(), DT).twist)
     assert machine.phase == "task"
@@ -340,29 +339,29 @@ def test_features_that_are_not_finite_are_a_sensor_fault():
     assert machine.step(replace(world.features(), force=float("inf")), DT).twist[2] < 0
 
 
-def test_finishing_backs_off():
-    world, machine = world_of("box"), TouchPhases(TactileServo(), PhaseOptions())
+def test_finish_starts_retreat():
+    world, machine = make_world("box"), TouchPhases(TactileServo(), PhaseOptions())
 
-    def enough(cycle, world, machine):
+    def finish_at_cycle_300(cycle, world, machine):
         if cycle == 300:
             machine.finish()
 
-    assert play(world, machine, enough)[0][-2:] == ["back_off", "ended"]
+    assert run_phases(world, machine, finish_at_cycle_300)[0][-2:] == ["back_off", "ended"]
     assert machine.outcome == "done"
     assert world.force() == 0.0
 
 
 @settings(max_examples=30, deadline=None)
 @given(data=st.data())
-def test_whatever_the_pad_reads_the_machine_ends_in_bounded_time_and_never_pushes_far(data):
-    """Random contacts, switched at random: the sum of all pushing stays within what is allowed."""
+def test_machine_ends_in_bounded_time_for_random_contacts(data):
+    """Contacts appear at random. Every commanded press speed stays within its limit."""
     options = PhaseOptions(task_seconds=1.0, hold_seconds=2.0, search_seconds=1.0)
     machine = TouchPhases(TactileServo(None, PRESS), options)
     rng = np.random.default_rng(data.draw(st.integers(0, 2**32 - 1)))
     share = data.draw(st.floats(0.0, 1.0))
     for _ in range(5000):
         pressure = rng.uniform(0, 3000) if rng.random() < share else 0.0
-        features = NOTHING
+        features = NO_CONTACT
         if pressure:
             centre = np.append(rng.uniform(-0.03, 0.03, 2), 0.0)
             features = ContactFeatures(pressure * 1e-3, centre, pressure, 1e-3, 0.3, 0.8)
@@ -374,18 +373,18 @@ def test_whatever_the_pad_reads_the_machine_ends_in_bounded_time_and_never_pushe
     raise AssertionError("never ended")
 
 
-def test_swings_that_grow_are_told_from_a_landing_and_from_noise():
+def test_oscillation_detector_ignores_landing_and_noise():
     rng, time = np.random.default_rng(0), np.arange(0, 2, DT)
-    for growth, noise, want in ((2.0, 3.0, True), (0.0, 3.0, True), (-4.0, 3.0, False)):
+    for growth, noise, expected in ((2.0, 3.0, True), (0.0, 3.0, True), (-4.0, 3.0, False)):
         swing = 600.0 * np.exp(growth * time) * np.sin(2 * np.pi * 8 * time)
         swing = 1000.0 + np.clip(swing, -1000, 1000) + rng.normal(0, noise, time.size)
-        guard = OscillationDetector()
-        assert any(guard.update(p / 1000.0, DT) for p in swing) == want
-    guard = OscillationDetector()
-    assert not any(guard.update(p / 1000.0, DT) for p in 1000.0 + rng.normal(0, 50, 5000))
+        detector = OscillationDetector()
+        assert any(detector.update(p / 1000.0, DT) for p in swing) == expected
+    detector = OscillationDetector()
+    assert not any(detector.update(p / 1000.0, DT) for p in 1000.0 + rng.normal(0, 50, 5000))
 
 
-def test_impossible_options_are_refused():
+def test_phase_options_reject_invalid_values():
     with pytest.raises(InputError, match="searches"):
         PhaseOptions(searches=-1)
     with pytest.raises(InputError, match="pad_half_size"):

@@ -1,4 +1,4 @@
-"""Which of several contacts is taken."""
+"""The selection of one contact region among several."""
 
 import numpy as np
 import pytest
@@ -12,64 +12,64 @@ PAD = TactileArray.flat()
 
 
 def image(*blocks: tuple[int, int, int, int], pressure=(500.0, 500.0)) -> TactileImage:
-    """Blocks of (row, column, height, width)."""
-    felt = np.zeros((16, 16))
+    """Return an image with blocks of pressure, each (row, column, height, width) in tactels."""
+    pressures = np.zeros((16, 16))
     for (row, column, height, width), value in zip(blocks, pressure, strict=False):
-        felt[row : row + height, column : column + width] = value
-    return TactileImage(felt.ravel(), PAD)
+        pressures[row : row + height, column : column + width] = value
+    return TactileImage(pressures.ravel(), PAD)
 
 
-def column_of(found) -> float:
+def centre_column(found) -> float:
     return found.centre[0] / 0.005 + 7.5
 
 
-def test_of_two_regions_the_larger_one_wins_and_of_equal_ones_the_stronger():
-    assert column_of(contact_features(image((2, 2, 2, 2), (8, 10, 3, 3)), 10.0)) == 11.0
+def test_largest_region_is_selected_and_force_breaks_ties():
+    assert centre_column(contact_features(image((2, 2, 2, 2), (8, 10, 3, 3)), 10.0)) == 11.0
     equal = image((2, 2, 3, 3), (8, 10, 3, 3), pressure=(500.0, 600.0))
-    assert column_of(contact_features(equal, 10.0)) == 11.0
+    assert centre_column(contact_features(equal, 10.0)) == 11.0
 
 
-def test_two_contacts_that_take_turns_in_being_larger_do_not_make_the_centre_jump():
+def test_hysteresis_keeps_centre_steady_when_region_sizes_alternate():
     left, right = (4, 2, 3, 3), (4, 10, 3, 3)
     images = [image((4, 2, 3, 4), right), image(left, (4, 10, 3, 4))] * 3
     held, jumping, last = [], [], None
     for each in images:
         last = contact_features(each, 10.0, previous=last, options=FeatureOptions(hysteresis=0.3))
-        held.append(column_of(last))
-        jumping.append(column_of(contact_features(each, 10.0)))
+        held.append(centre_column(last))
+        jumping.append(centre_column(contact_features(each, 10.0)))
     assert np.ptp(held) <= 0.5
     assert np.ptp(jumping) > 7
 
 
-def test_a_region_that_is_clearly_larger_is_taken_all_the_same():
+def test_clearly_larger_region_replaces_tracked_region():
     before = contact_features(image((4, 2, 3, 3)), 10.0)
     now = image((4, 2, 3, 3), (4, 10, 5, 5))
-    assert column_of(contact_features(now, 10.0, previous=before)) == 12.0
+    assert centre_column(contact_features(now, 10.0, previous=before)) == 12.0
 
 
-def test_hysteresis_0_is_the_largest_region_whatever_was_before():
+def test_without_hysteresis_largest_region_is_selected():
     before = contact_features(image((4, 2, 3, 3)), 10.0)
     now = image((4, 2, 3, 3), (4, 10, 3, 4))
     options = FeatureOptions(hysteresis=0.0)
-    assert column_of(contact_features(now, 10.0, previous=before, options=options)) == 11.5
+    assert centre_column(contact_features(now, 10.0, previous=before, options=options)) == 11.5
 
 
-def test_regions_with_too_few_tactels_are_no_contact():
+def test_regions_below_min_tactels_are_ignored():
     options = FeatureOptions(min_tactels=3)
     assert not contact_features(image((2, 2, 1, 2)), 10.0, options=options)
     assert contact_features(image((2, 2, 1, 3)), 10.0, options=options)
 
 
 @given(st.integers(0, 255), st.integers(0, 255))
-def test_two_touched_tactels_are_one_region_exactly_when_they_are_neighbours(a, b):
-    felt = np.zeros(256)
-    felt[[a, b]] = 100.0
+def test_two_active_tactels_form_one_region_only_as_neighbours(a, b):
+    pressures = np.zeros(256)
+    pressures[[a, b]] = 100.0
     together = PAD.neighbours[a, b] and a != b
-    assert contact_features(TactileImage(felt, PAD), 1.0).tactels == 1 + together
+    assert contact_features(TactileImage(pressures, PAD), 1.0).tactels == 1 + together
 
 
 @pytest.mark.parametrize(
-    "wrong",
+    "fields",
     [
         {"sigmas": 0.0},
         {"sigmas": float("nan")},
@@ -78,11 +78,11 @@ def test_two_touched_tactels_are_one_region_exactly_when_they_are_neighbours(a, 
         {"orientation": "guess"},
     ],
 )
-def test_impossible_options_are_refused(wrong):
-    with pytest.raises(InputError, match=next(iter(wrong))):
-        FeatureOptions(**wrong)
+def test_feature_options_reject_invalid_values(fields):
+    with pytest.raises(InputError, match=next(iter(fields))):
+        FeatureOptions(**fields)
 
 
-def test_thresholds_must_fit_the_array():
+def test_contact_features_reject_mismatched_thresholds():
     with pytest.raises(InputError, match="256"):
         contact_features(image((2, 2, 2, 2)), np.zeros(3))

@@ -1,4 +1,4 @@
-"""The rim of an imprint: where a face ends, its straight edges, their corners, a line's tip."""
+"""The rim of an imprint: face boundaries, straight edges, corners and the end of a line."""
 
 import numpy as np
 import pytest
@@ -12,17 +12,17 @@ from eyehand.tactile.rim import find_line_end, find_rim, fit_edge, fit_longest_e
 
 PAD = TactileArray.flat()
 SPREAD = 0.003
-"""With which foam and tactels blur an end, m."""
+"""Standard deviation of the blur by foam and tactels, m."""
 
 
 def half_plane(angle, offset):
-    """A face that ends at a line, spread by the foam: shares of the pressure."""
+    """Return the relative pressures of a face that ends at a line, blurred by the foam."""
     out = np.array([np.cos(angle), np.sin(angle)])
     return ndtr((offset - PAD.positions[:, :2] @ out) / SPREAD)
 
 
 @given(st.floats(-np.pi, np.pi), st.floats(-0.02, 0.02), st.integers(0, 99))
-def test_an_edge_is_found_to_a_tenth_of_a_tactel(angle, offset, seed):
+def test_edge_position_is_accurate_to_tenth_of_tactel(angle, offset, seed):
     noise = np.random.default_rng(seed).normal(0.0, 8.0, 256)
     image = TactileImage(1000.0 * half_plane(angle, offset) + noise, PAD)
     edge = fit_longest_edge(find_rim(image))
@@ -33,7 +33,7 @@ def test_an_edge_is_found_to_a_tenth_of_a_tactel(angle, offset, seed):
     assert edge.span > 0.04
 
 
-def test_a_tilted_pad_feels_the_edge_where_it_is():
+def test_edge_position_is_unbiased_on_tilted_pad():
     tilted = 1.0 + 7.0 * PAD.positions[:, 1]
     edge = fit_longest_edge(find_rim(TactileImage(1000.0 * tilted * half_plane(0.3, 0.01), PAD)))
     assert edge is not None
@@ -41,7 +41,7 @@ def test_a_tilted_pad_feels_the_edge_where_it_is():
 
 
 @given(st.floats(-np.pi, np.pi), st.sampled_from([60.0, 72.0, 90.0]))
-def test_two_edges_meet_in_the_corner(angle, turn):
+def test_intersection_of_edges_is_the_corner(angle, turn):
     other = angle + np.radians(turn)
     face = half_plane(angle, 0.008) * half_plane(other, 0.006)
     rim = find_rim(TactileImage(1000.0 * face, PAD))
@@ -58,30 +58,30 @@ def test_two_edges_meet_in_the_corner(angle, turn):
         assert np.linalg.norm(edge.nearest) >= abs(edge.offset) - 1e-9
 
 
-def test_the_nearest_point_of_an_edge_is_one_that_is_felt():
+def test_nearest_point_of_edge_lies_on_measured_rim():
     face = half_plane(0.0, -0.01) + half_plane(np.pi / 2, -0.02)
     edge = fit_edge(find_rim(TactileImage(500.0 * np.minimum(face, 1.0), PAD)), np.array([1.0, 0]))
     assert edge is not None
     assert edge.nearest[0] == pytest.approx(-0.01, abs=0.001)
-    assert edge.nearest[1] > -0.021, "below that the face goes on"
+    assert edge.nearest[1] > -0.021, "the face continues below this point"
 
 
 @given(st.floats(-np.pi, np.pi), st.floats(0.004, 0.02))
-def test_the_tip_of_a_line(angle, tip):
+def test_find_line_end_returns_position_of_tip(angle, tip):
     along = np.array([np.cos(angle), np.sin(angle)])
     u, w = PAD.positions[:, :2] @ along, PAD.positions[:, :2] @ [-along[1], along[0]]
     pressures = 2000.0 * np.exp(-0.5 * (w / SPREAD) ** 2) * ndtr((tip - u) / SPREAD)
     assert find_line_end(TactileImage(pressures, PAD), along) == pytest.approx(tip, abs=0.001)
 
 
-def test_nothing_felt_or_no_end_in_view_has_no_rim():
+def test_uniform_image_has_no_rim():
     for pressures in (np.zeros(256), np.full(256, 1000.0), np.full(256, 20.0)):
         rim = find_rim(TactileImage(pressures, PAD))
         assert not len(rim.points)
         assert fit_longest_edge(rim) is None
 
 
-def test_a_pad_without_a_flat_grid_is_refused():
+def test_find_rim_rejects_array_without_flat_grid():
     fingertip = TactileArray.fingertip()
     with pytest.raises(InputError, match="flat"):
         find_rim(TactileImage(np.zeros(len(fingertip.positions)), fingertip))

@@ -1,4 +1,4 @@
-"""The estimate of dp/dz: told from motion, unmoved by noise, and within its bounds."""
+"""The estimate of the contact stiffness dp/dz: accuracy, robustness to noise, and bounds."""
 
 import numpy as np
 import pytest
@@ -20,7 +20,7 @@ from eyehand.tactile.stiffness import (
 
 
 class Estimate:
-    """The compiled estimate with its state."""
+    """The compiled estimator with its state."""
 
     def __init__(self) -> None:
         self.state = new_stiffness(INITIAL_STIFFNESS)
@@ -37,7 +37,7 @@ class Estimate:
 
 
 @pytest.mark.parametrize("true", [5e4, 4e5, 2e6, 1e7])
-def test_pressing_once_tells_soft_from_stiff(true):
+def test_one_press_estimates_stiffness(true):
     estimate = Estimate()
     rng = np.random.default_rng(0)
     for pressure in np.linspace(0.0, 1000.0, 60):
@@ -45,7 +45,7 @@ def test_pressing_once_tells_soft_from_stiff(true):
     assert estimate.value == pytest.approx(true, rel=0.1)
 
 
-def test_the_first_guess_is_on_the_stiff_side_and_stays_without_excitation():
+def test_initial_stiffness_is_kept_without_excitation():
     estimate = Estimate()
     rng = np.random.default_rng(1)
     for _ in range(5000):
@@ -54,25 +54,25 @@ def test_the_first_guess_is_on_the_stiff_side_and_stays_without_excitation():
     assert estimate.state[UPDATES] == 0.0
 
 
-def test_it_follows_an_object_that_becomes_stiffer():
+def test_estimate_follows_increasing_stiffness():
     estimate = Estimate()
     depth = pressure = 0.0
     for true in (1e5, 1e6):
         for k in range(200):
-            way = 2e-4 * np.sin(0.3 * k)
-            depth, pressure = depth + way, pressure + true * way
+            travel = 2e-4 * np.sin(0.3 * k)
+            depth, pressure = depth + travel, pressure + true * travel
             estimate.update(pressure, depth)
         assert estimate.value == pytest.approx(true, rel=0.05)
 
 
-def test_what_rolling_did_to_the_pressure_is_no_evidence():
+def test_pressure_change_while_rolling_is_ignored():
     estimate = Estimate()
     for k in range(200):
         estimate.update(500.0 * np.sin(k), 1e-5 * k, rolled=1e-4)
     assert estimate.state[UPDATES] == 0.0
 
 
-def test_the_way_through_air_is_no_evidence():
+def test_travel_without_contact_is_ignored():
     estimate = Estimate()
     estimate.update(1000.0, 0.0)
     estimate.state[STARTED] = 0.0
@@ -84,25 +84,28 @@ def test_the_way_through_air_is_no_evidence():
 @given(
     readings=st.lists(st.tuples(st.floats(0.0, 1e4), st.floats(-0.1, 0.1)), min_size=2, max_size=50)
 )
-def test_whatever_comes_it_stays_finite_and_within_bounds(readings):
+def test_estimate_stays_within_bounds_for_any_readings(readings):
     estimate = Estimate()
     for pressure, depth in readings:
         value = estimate.update(pressure, depth)
         assert MIN_STIFFNESS <= value <= MAX_STIFFNESS
 
 
-def test_it_equals_weighted_least_squares():
-    """Recursive and in one piece: weights fall by the forgetting, the guess is one more piece."""
+def test_estimate_equals_weighted_least_squares():
+    """The recursive estimate equals the batch solution.
+
+    The weights decay by the forgetting factor. The initial guess counts as one more reading.
+    """
     rng = np.random.default_rng(2)
-    ways = rng.uniform(3e-5, 3e-4, 30) * rng.choice([-1.0, 1.0], 30)
-    changes = 1.3e6 * ways + rng.normal(0.0, 20.0, 30)
+    travels = rng.uniform(3e-5, 3e-4, 30) * rng.choice([-1.0, 1.0], 30)
+    changes = 1.3e6 * travels + rng.normal(0.0, 20.0, 30)
     estimate = Estimate()
     estimate.update(0.0, 0.0)
-    for depth, pressure in zip(np.cumsum(ways), np.cumsum(changes), strict=True):
+    for depth, pressure in zip(np.cumsum(travels), np.cumsum(changes), strict=True):
         estimate.update(pressure, depth)
     weights = FORGETTING ** np.arange(29, -1, -1)
     guess = FORGETTING**30 * INITIAL_TRAVEL**2
-    expected = (guess * INITIAL_STIFFNESS + np.sum(weights * ways * changes)) / (
-        guess + np.sum(weights * ways**2)
+    expected = (guess * INITIAL_STIFFNESS + np.sum(weights * travels * changes)) / (
+        guess + np.sum(weights * travels**2)
     )
     assert estimate.value == pytest.approx(expected, rel=1e-9)

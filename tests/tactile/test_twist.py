@@ -1,4 +1,4 @@
-"""Twists change frames as rigid bodies move."""
+"""The transformation of twists between frames."""
 
 import numpy as np
 import pytest
@@ -17,26 +17,28 @@ poses = st.lists(numbers, min_size=6, max_size=6).map(
 
 
 @given(pose=poses, twist=twists)
-def test_it_is_what_conjugating_the_pose_does_to_the_twist(pose, twist):
+def test_adjoint_equals_conjugation_by_the_pose(pose, twist):
     T = pose.as_matrix()
     assert np.allclose(_hat(adjoint(pose) @ twist), T @ _hat(twist) @ np.linalg.inv(T), atol=1e-9)
 
 
 @given(one=poses, other=poses)
-def test_adjoints_of_chained_poses_multiply(one, other):
+def test_adjoint_of_composed_poses_is_the_product(one, other):
     assert np.allclose(adjoint(one * other), adjoint(one) @ adjoint(other), atol=1e-9)
     assert np.allclose(adjoint(one.inv()) @ adjoint(one), np.eye(6), atol=1e-9)
 
 
 @given(pose=poses, twist=twists)
-def test_the_spatial_twist_moved_to_the_sensor_is_the_sensors_own_velocity(pose, twist):
+def test_spatial_twist_at_sensor_origin_is_the_sensor_velocity(pose, twist):
     spatial = adjoint(pose) @ twist
-    here = world_twist(pose, twist)
-    assert np.allclose(spatial[:3] + np.cross(spatial[3:], pose.translation), here[:3], atol=1e-9)
-    assert np.allclose(spatial[3:], here[3:])
+    sensor_twist = world_twist(pose, twist)
+    assert np.allclose(
+        spatial[:3] + np.cross(spatial[3:], pose.translation), sensor_twist[:3], atol=1e-9
+    )
+    assert np.allclose(spatial[3:], sensor_twist[3:])
 
 
-def test_the_sensors_velocity_agrees_with_a_small_motion():
+def test_world_twist_agrees_with_finite_difference():
     pose = RigidTransform.from_components([0.4, -0.2, 0.7], Rotation.from_rotvec([0.3, -0.8, 1.1]))
     twist = np.array([0.02, -0.01, 0.03, 0.4, 0.2, -0.1])
     dt = 1e-6
@@ -48,7 +50,7 @@ def test_the_sensors_velocity_agrees_with_a_small_motion():
     )
 
 
-def test_what_is_no_pose_is_refused():
+def test_world_twist_rejects_invalid_poses():
     with pytest.raises(InputError, match="4 x 4"):
         world_twist(np.eye(3), np.zeros(6))
     with pytest.raises(InputError, match="right-handed"):
@@ -58,7 +60,7 @@ def test_what_is_no_pose_is_refused():
 
 
 def adjoint(pose):
-    """The matrix of eq. (14), (6, 6)."""
+    """Return the adjoint matrix (6, 6) of eq. (14)."""
     R, (x, y, z) = pose.rotation.as_matrix(), pose.translation
     p_hat = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
     return np.block([[R, p_hat @ R], [np.zeros((3, 3)), R]])

@@ -1,4 +1,4 @@
-"""Contact features in plain NumPy and SciPy: the reference that the compiled ones are held to."""
+"""Contact features in NumPy and SciPy: the reference for the compiled kernels."""
 
 from __future__ import annotations
 
@@ -15,30 +15,32 @@ if TYPE_CHECKING:
     from eyehand.tactile import TactileArray
 
 
-def plain_features(
+def reference_features(
     pressures: NDArray[np.float64],
     thresholds: NDArray[np.float64],
     array: TactileArray,
     rim: float = 0.0,
 ) -> dict:
-    """Give the largest region, of equal ones the one with more force, and its features."""
-    touched = np.flatnonzero(pressures > thresholds)
-    links = csr_matrix(array.neighbours[np.ix_(touched, touched)])
+    """Return the features of the largest region. Of equal regions, take the one with more force."""
+    active = np.flatnonzero(pressures > thresholds)
+    links = csr_matrix(array.neighbours[np.ix_(active, active)])
     count, labels = connected_components(links, directed=False)
-    regions = [touched[labels == k] for k in range(count)]
+    regions = [active[labels == k] for k in range(count)]
     forces = pressures * array.areas
     region = max(regions, key=lambda tactels: (len(tactels), forces[tactels].sum()))
     weights = forces[region]
     normal = weights @ array.normals[region]
     normal /= np.linalg.norm(normal)
     centre = weights @ array.positions[region] / weights.sum()
-    flat = (array.positions[region] - centre) @ upright(normal)
-    moments = np.cov(flat[:, :2].T, aweights=weights, bias=True)
+    tangential = (array.positions[region] - centre) @ rotation_to_normal(normal)
+    moments = np.cov(tangential[:, :2].T, aweights=weights, bias=True)
     values, vectors = np.linalg.eigh(moments)
     x, y = vectors[:, 1]
-    over = pressures[region] - thresholds[region]
-    full = np.minimum(rim * thresholds[region], over.max())
-    counts = np.where(over < full, over / np.where(full > 0.0, full, 1.0), 1.0)
+    excess = pressures[region] - thresholds[region]
+    saturation = np.minimum(rim * thresholds[region], excess.max())
+    counts = np.where(
+        excess < saturation, excess / np.where(saturation > 0.0, saturation, 1.0), 1.0
+    )
     return {
         "region": region,
         "force": weights.sum(),
@@ -51,8 +53,8 @@ def plain_features(
     }
 
 
-def upright(normal: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation (3, 3) by the shortest way from z to the normal."""
+def rotation_to_normal(normal: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the smallest rotation (3, 3) that maps z to the normal."""
     axis = np.cross([0.0, 0.0, 1.0], normal)
     length = np.linalg.norm(axis)
     if length == 0.0:

@@ -1,4 +1,4 @@
-"""A made-up read-out: squashed characteristics, noise, whole counts, and a bench that runs it."""
+"""A synthetic pad: saturating tactels, noise, integer counts, and a calibration run."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class MadeUpPad:
-    """Tactels that read offset + span * p / (p + half), each its own."""
+class SyntheticPad:
+    """Tactels that read offset + span * p / (p + half), with different constants per tactel."""
 
     offset: NDArray[np.float64]
     span: NDArray[np.float64]
@@ -23,8 +23,8 @@ class MadeUpPad:
     noise: float = 2.0
 
     @classmethod
-    def draw(cls, count: int = 256, seed: int = 0, noise: float = 2.0) -> MadeUpPad:
-        """Draw the tactels from a seed."""
+    def draw(cls, count: int = 256, seed: int = 0, noise: float = 2.0) -> SyntheticPad:
+        """Draw the constants of the tactels from a seed."""
         rng = np.random.default_rng(seed)
         return cls(
             rng.uniform(80.0, 160.0, count),
@@ -34,14 +34,14 @@ class MadeUpPad:
         )
 
     def raw(self, pressures, rng: np.random.Generator | None = None) -> NDArray[np.uint16]:
-        """Read pressures (N,), Pa."""
+        """Return the counts (N,) for pressures (N,), Pa."""
         counts = self.offset + self.span * pressures / (pressures + self.half)
         if rng is not None:
             counts = counts + rng.normal(0.0, self.noise, len(counts))
         return np.clip(np.rint(counts), 0, 4095).astype(np.uint16)
 
     def bench(self, seed: int = 0) -> BenchRun:
-        """Run 50 readings at rest, and 4 at each of 100 loads up to 10 kPa."""
+        """Record 50 readings at rest and 4 at each of 100 loads up to 10 kPa."""
         rng = np.random.default_rng(seed)
         loads = np.concatenate([np.zeros(50), np.repeat(np.geomspace(5.0, 1e4, 100), 4)])
         return BenchRun(
