@@ -1,4 +1,4 @@
-"""Exact frames for perception tests."""
+"""Make the synthetic scenes of this folder importable in its subfolders."""
 
 import sys
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""Frames refuse what no camera gives, and back-project what one does."""
+"""Tests of depth frames and camera intrinsics."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ from eyehand.perception import CameraIntrinsics, DepthFrame
 CAMERA = CameraIntrinsics(60.0, 62.0, 15.5, 11.5, 32, 24)
 
 
-def flat(depth: float = 1.0) -> np.ndarray:
+def flat_depth(depth: float = 1.0) -> np.ndarray:
     return np.full((24, 32), depth, np.float32)
 
 
@@ -21,7 +21,7 @@ def flat(depth: float = 1.0) -> np.ndarray:
     z=st.floats(0.1, 5.0),
     dtype=st.sampled_from([np.float32, np.float64]),
 )
-def test_points_project_back_to_their_pixels(u, v, z, dtype):
+def test_points_project_to_their_pixels(u, v, z, dtype):
     depth: np.ndarray = np.zeros((24, 32), dtype)
     depth[v, u] = z
     points = DepthFrame(depth, CAMERA).points()
@@ -35,43 +35,43 @@ def test_rays_have_unit_depth_and_pass_through_pixel_centres():
     assert np.allclose(CAMERA.project(rays[5, 7]), [7, 5])
 
 
-def test_points_behind_the_camera_have_no_pixel():
+def test_points_behind_camera_have_no_pixel():
     assert np.isnan(CAMERA.project(np.array([0.0, 0.0, -1.0]))).all()
 
 
 @pytest.mark.parametrize(
-    ("depth", "says"),
+    ("depth", "message"),
     [
         (np.ones((24, 31), np.float32), "31x24"),
         (np.ones((24, 32, 1), np.float32), "shape"),
         (np.ones((24, 32), np.uint16), "uint16"),
-        (flat(np.nan), "NaN"),
-        (flat(np.inf), "infinite"),
-        (flat(-1.0), "negative"),
-        (flat(0.0), "0 everywhere"),
-        (flat(800.0), "millimetres"),
+        (flat_depth(np.nan), "NaN"),
+        (flat_depth(np.inf), "infinite"),
+        (flat_depth(-1.0), "negative"),
+        (flat_depth(0.0), "0 everywhere"),
+        (flat_depth(800.0), "millimetres"),
     ],
 )
-def test_garbage_depth_is_refused_with_what_is_wrong(depth, says):
-    with pytest.raises(InputError, match=says):
+def test_invalid_depth_is_rejected(depth, message):
+    with pytest.raises(InputError, match=message):
         DepthFrame(depth, CAMERA)
 
 
-def test_colour_of_another_size_is_refused():
+def test_colour_of_other_size_is_rejected():
     with pytest.raises(InputError, match="colour"):
-        DepthFrame(flat(), CAMERA, colour=np.zeros((10, 10, 3), np.uint8))
+        DepthFrame(flat_depth(), CAMERA, colour=np.zeros((10, 10, 3), np.uint8))
 
 
-@pytest.mark.parametrize("bad", [{"fx": 0.0}, {"fy": -1.0}, {"cx": np.nan}, {"width": 0}])
-def test_impossible_cameras_are_refused(bad):
+@pytest.mark.parametrize("invalid", [{"fx": 0.0}, {"fy": -1.0}, {"cx": np.nan}, {"width": 0}])
+def test_invalid_intrinsics_are_rejected(invalid):
     with pytest.raises(InputError):
         CameraIntrinsics(
-            **{"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, "width": 1, "height": 1} | bad
+            **{"fx": 1.0, "fy": 1.0, "cx": 0.0, "cy": 0.0, "width": 1, "height": 1} | invalid
         )
 
 
-def test_a_frame_cannot_be_changed_and_leaves_its_input_writable():
-    depth = flat()
+def test_frame_is_read_only_and_input_stays_writable():
+    depth = flat_depth()
     frame = DepthFrame(depth, CAMERA)
     with pytest.raises(ValueError, match="read-only"):
         frame.depth[0, 0] = 2.0
@@ -79,10 +79,10 @@ def test_a_frame_cannot_be_changed_and_leaves_its_input_writable():
 
 
 @given(stride=st.integers(1, 40))
-def test_the_reduced_camera_sees_every_stride_th_pixel(stride):
+def test_reduced_camera_has_rays_of_every_nth_pixel(stride):
     reduced = CAMERA.reduced(stride)
-    kept = flat()[::stride, ::stride]
-    assert (reduced.height, reduced.width) == kept.shape
+    pixels = flat_depth()[::stride, ::stride]
+    assert (reduced.height, reduced.width) == pixels.shape
     assert np.allclose(reduced.rays(), CAMERA.rays()[::stride, ::stride])
 
 
@@ -90,29 +90,29 @@ def test_the_reduced_camera_sees_every_stride_th_pixel(stride):
     rows=st.tuples(st.integers(0, 23), st.integers(1, 30)),
     columns=st.tuples(st.integers(0, 31), st.integers(1, 40)),
 )
-def test_the_cropped_camera_sees_the_same_rays(rows, columns):
-    part = slice(rows[0], sum(rows)), slice(columns[0], sum(columns))
-    cropped = CAMERA.cropped(*part)
-    assert (cropped.height, cropped.width) == flat()[part].shape
-    assert np.allclose(cropped.rays(), CAMERA.rays()[part])
+def test_cropped_camera_keeps_rays(rows, columns):
+    window = slice(rows[0], sum(rows)), slice(columns[0], sum(columns))
+    cropped = CAMERA.cropped(*window)
+    assert (cropped.height, cropped.width) == flat_depth()[window].shape
+    assert np.allclose(cropped.rays(), CAMERA.rays()[window])
 
 
-def test_open_and_negative_ends_crop_as_they_index():
-    part = slice(None), slice(-10, -2)
-    cropped = CAMERA.cropped(*part)
-    assert np.allclose(cropped.rays(), CAMERA.rays()[part])
+def test_crop_accepts_open_and_negative_slices():
+    window = slice(None), slice(-10, -2)
+    cropped = CAMERA.cropped(*window)
+    assert np.allclose(cropped.rays(), CAMERA.rays()[window])
     assert CAMERA.cropped(slice(None), slice(None)) == CAMERA
 
 
-def test_a_crop_of_nothing_is_no_camera():
+def test_empty_crop_is_rejected():
     with pytest.raises(InputError, match="image size"):
         CAMERA.cropped(slice(5, 5), slice(None))
 
 
-def test_reduced_then_cropped_points_are_the_frames_own():
+def test_reduced_and_cropped_points_match_frame():
     depth = np.random.default_rng(0).uniform(0.5, 2.0, (24, 32)).astype(np.float32)
-    part = slice(2, 9), slice(3, 8)
-    camera = CAMERA.reduced(3).cropped(*part)
-    reduced = DepthFrame(depth[::3, ::3][part], camera)
+    window = slice(2, 9), slice(3, 8)
+    camera = CAMERA.reduced(3).cropped(*window)
+    reduced = DepthFrame(depth[::3, ::3][window], camera)
     whole = DepthFrame(depth, CAMERA).points()
-    assert np.allclose(reduced.points(), whole[::3, ::3][part], atol=1e-6)
+    assert np.allclose(reduced.points(), whole[::3, ::3][window], atol=1e-6)

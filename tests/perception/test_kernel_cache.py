@@ -1,4 +1,4 @@
-"""Warming up leaves no kernel of the segmentation uncompiled."""
+"""Warm-up compiles every kernel of the segmentation."""
 
 import importlib
 import pkgutil
@@ -22,7 +22,7 @@ for module in pkgutil.iter_modules(package.__path__):
 """
 
 
-def test_the_segmentation_has_kernels():
+def test_segmentation_has_kernels():
     names = [module.name for module in pkgutil.iter_modules(package.__path__)]
     kernels = [
         kernel
@@ -33,7 +33,7 @@ def test_the_segmentation_has_kernels():
     assert len(kernels) > 10
 
 
-def test_every_kernel_is_ready_after_warming_up():
+def test_warm_up_compiles_every_kernel():
     done = subprocess.run(
         [sys.executable, "-c", SCRIPT], capture_output=True, text=True, check=True, timeout=300
     )

@@ -1,4 +1,4 @@
-"""Cross products and right-handed frames."""
+"""Tests of cross products and right-handed frames."""
 
 import numpy as np
 from hypothesis import given
@@ -10,13 +10,13 @@ seeds = st.integers(0, 2**31 - 1)
 
 
 @given(seed=seeds)
-def test_the_cross_product_equals_numpys(seed):
+def test_cross_product_equals_numpy(seed):
     a, b = np.random.default_rng(seed).normal(size=(2, 3))
     assert np.array_equal(cross(a, b), np.cross(a, b))
 
 
 @given(seed=seeds, axis=st.sampled_from([None, 0, 1, 2]))
-def test_a_direction_is_completed_to_a_right_handed_frame(seed, axis):
+def test_pair_completes_right_handed_frame(seed, axis):
     direction = np.random.default_rng(seed).normal(size=3) if axis is None else np.eye(3)[axis]
     direction = direction / np.linalg.norm(direction)
     a, b = perpendicular_pair(direction)

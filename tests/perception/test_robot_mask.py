@@ -1,4 +1,4 @@
-"""Robot and tray leave no reading in the depth image."""
+"""Tests of masking robot and world regions in the depth image."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from eyehand.perception.robot_mask import mask_points, mask_robot
 DEPTH = np.ones((20, 30), dtype=np.float32)
 
 
-def test_robot_and_a_margin_beside_it_have_no_reading():
+def test_robot_and_margin_have_no_reading():
     robot = np.zeros(DEPTH.shape, dtype=bool)
     robot[10, 15] = True
-    left = mask_robot(DEPTH, robot, margin=2)
-    assert (left[8:13, 13:18] == 0).all()
-    assert (left == 0).sum() == 25
+    masked = mask_robot(DEPTH, robot, margin=2)
+    assert (masked[8:13, 13:18] == 0).all()
+    assert (masked == 0).sum() == 25
     assert (mask_robot(DEPTH, robot, margin=0) == 0).sum() == 1
 
 
-def test_without_a_robot_in_view_the_image_is_as_it_was():
+def test_image_without_robot_is_returned_unchanged():
     assert mask_robot(DEPTH, np.zeros(DEPTH.shape, dtype=bool)) is DEPTH
 
 
-def test_places_in_the_world_are_cut_out():
+def test_world_points_are_masked():
     camera = CameraIntrinsics(30.0, 30.0, 14.5, 9.5, 30, 20)
     frame = DepthFrame(DEPTH, camera, RigidTransform.from_translation([1.0, 0.0, 0.0]))
-    left = mask_points(frame, lambda points: points[:, 0] > 1.0)
-    assert (left[:, 15:] == 0).all()
-    assert (left[:, :15] == 1).all()
+    masked = mask_points(frame, lambda points: points[:, 0] > 1.0)
+    assert (masked[:, 15:] == 0).all()
+    assert (masked[:, :15] == 1).all()

@@ -1,16 +1,16 @@
-"""A whole frame becomes a scene whose numbers are those of the objects in it."""
+"""Tests of perceiving a scene from one exact frame."""
 
 import numpy as np
 import pytest
-from balls import CAMERA, UP, ball_frame, on_table
 from scipy.spatial.transform import RigidTransform, Rotation
+from synthetic_balls import CAMERA, UP, ball_centre, ball_frame
 
 from eyehand.perception import SUPPORT, DepthFrame, PerceiveOptions, perceive
 
 BALLS = [(-0.12, 0.62, 0.05), (0.0, 0.75, 0.04), (0.13, 0.6, 0.045)]
 
 
-def test_balls_come_back_as_spheres_of_the_right_size_and_place():
+def test_balls_are_fitted_as_spheres():
     frame, truth = ball_frame(BALLS)
     scene = perceive(frame)
     assert scene.frame == "camera"
@@ -19,18 +19,18 @@ def test_balls_come_back_as_spheres_of_the_right_size_and_place():
         solid = item.fit.superquadric
         assert solid is not None
         assert solid.kind == "sphere"
-        seen = truth[scene.segmentation.mask(item.label)]
-        x, y, radius = BALLS[np.bincount(seen).argmax() - 1]
+        true_labels = truth[scene.segmentation.mask(item.label)]
+        x, y, radius = BALLS[np.bincount(true_labels).argmax() - 1]
         assert solid.semi_axes[0] == pytest.approx(radius, abs=0.002)
-        assert np.linalg.norm(solid.centre - on_table(x, y, radius)) < 0.004
+        assert np.linalg.norm(solid.centre - ball_centre(x, y, radius)) < 0.004
         assert item.rests_on == SUPPORT
         assert item.visible_share > 0.9
 
 
-def test_a_known_camera_place_puts_the_scene_into_the_world():
+def test_known_camera_pose_gives_world_frame():
     frame, _ = ball_frame(BALLS[:1])
-    turn = Rotation.align_vectors([[0.0, 0.0, 1.0]], [UP])[0]
-    T = RigidTransform.from_components([0.3, -0.2, 0.6], turn)
+    rotation = Rotation.align_vectors([[0.0, 0.0, 1.0]], [UP])[0]
+    T = RigidTransform.from_components([0.3, -0.2, 0.6], rotation)
     scene = perceive(DepthFrame(frame.depth, CAMERA, T))
     assert scene.frame == "world"
     assert np.allclose(scene.view_origin, [0.3, -0.2, 0.6])
@@ -50,7 +50,7 @@ def test_far_objects_are_segmented_but_not_fitted():
     assert all(item.fit.superquadric is None and not item.fit for item in scene.objects)
 
 
-def test_an_occluded_object_reports_a_smaller_visible_share():
+def test_occluded_object_has_smaller_visible_share():
     front, behind = (0.02, 0.5, 0.09), (0.07, 0.68, 0.05)
     frame, truth = ball_frame([front, behind])
     _, alone = ball_frame([behind])
@@ -62,7 +62,7 @@ def test_an_occluded_object_reports_a_smaller_visible_share():
         shares[ball] = item.visible_share
     assert shares[1] > 0.9
     assert expected < 0.8
-    # The share is of the fitted outline, and half a ball does not show its whole size.
+    # The share refers to the outline of the fit. Half a ball does not show its full size.
     assert shares[2] == pytest.approx(expected, abs=0.15)
 
 

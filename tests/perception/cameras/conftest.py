@@ -1,4 +1,4 @@
-"""Small depth frames with every pixel different, as a camera would give them."""
+"""Fixtures: small random depth frames."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def pose() -> RigidTransform:
 
 @pytest.fixture
 def millimetres() -> Callable[[int], np.ndarray]:
-    """RAW16 pixels of frame `number`: noise over the full 16 bits, both ends of them included."""
+    """Return a function that draws RAW16 pixels over the full 16-bit range, ends included."""
 
     def pixels(number: int) -> np.ndarray:
         values = np.random.default_rng(number).integers(0, 65536, (HEIGHT, WIDTH))
@@ -43,14 +43,16 @@ def millimetres() -> Callable[[int], np.ndarray]:
 def frames(
     camera: CameraIntrinsics, millimetres: Callable[[int], np.ndarray]
 ) -> Callable[..., list[DepthFrame]]:
-    """So many frames, each different, with or without colour."""
+    """Return a function that makes `count` different frames, with or without colour."""
 
     def make(count: int, *, colour: bool = False) -> list[DepthFrame]:
-        made = []
+        result = []
         for number in range(count):
             depth = millimetres(number).astype(np.float32) / np.float32(1000)
             rgb = np.random.default_rng(1000 + number).integers(0, 256, (HEIGHT, WIDTH, 3))
-            made.append(DepthFrame(depth, camera, colour=rgb.astype(np.uint8) if colour else None))
-        return made
+            result.append(
+                DepthFrame(depth, camera, colour=rgb.astype(np.uint8) if colour else None)
+            )
+        return result
 
     return make

@@ -1,4 +1,4 @@
-"""depthai: loaded late, silent, and of the version whose names the code uses."""
+"""Tests of loading depthai: late, without output, in a version that has the names in use."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from eyehand.perception.cameras.depthai_import import LEVEL_VARIABLE, load_depth
 
 FOLDER = Path(eyehand.perception.cameras.__file__).parent
 
-LOADED = """
+LIST_LOADED_SCRIPT = """
 import json, sys
 import eyehand.perception.cameras
 heavy = [name for name in ("depthai", "open3d", "pyvista", "matplotlib") if name in sys.modules]
 print(json.dumps(heavy))
 """
 
-SILENT = """
+LOAD_SCRIPT = """
 from eyehand.perception.cameras.depthai_import import load_depthai
 load_depthai()
 import depthai
@@ -44,17 +44,17 @@ def run(code: str, **environment: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_importing_the_cameras_does_not_load_depthai() -> None:
-    assert json.loads(run(LOADED).stdout) == []
+def test_importing_cameras_does_not_load_depthai() -> None:
+    assert json.loads(run(LIST_LOADED_SCRIPT).stdout) == []
 
 
 def test_loading_depthai_prints_nothing() -> None:
-    done = run(SILENT)
+    process = run(LOAD_SCRIPT)
 
-    assert (done.stdout, done.stderr) == ("", "")
+    assert (process.stdout, process.stderr) == ("", "")
 
 
-def test_a_level_that_the_user_chose_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_log_level_of_user_is_kept(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(LEVEL_VARIABLE, "OFF")
     load_depthai()
     assert os.environ[LEVEL_VARIABLE] == "OFF"
@@ -64,15 +64,15 @@ def test_a_level_that_the_user_chose_is_kept(monkeypatch: pytest.MonkeyPatch) ->
     assert os.environ[LEVEL_VARIABLE] == "error"
 
 
-def test_a_level_that_depthai_would_throw_on_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_unknown_log_level_is_rejected(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv(LEVEL_VARIABLE, "critical")
 
     with pytest.raises(InputError, match="DEPTHAI_LEVEL is 'critical': must be one of trace"):
         load_depthai()
 
 
-def chains(tree: ast.AST) -> set[tuple[str, ...]]:
-    """Every `dai.x.y.z` in a module, without the `dai`."""
+def depthai_attributes(tree: ast.AST) -> set[tuple[str, ...]]:
+    """Return every attribute chain `dai.x.y.z` of a module, without `dai`."""
     found = set()
     for node in ast.walk(tree):
         names: list[str] = []
@@ -85,15 +85,15 @@ def chains(tree: ast.AST) -> set[tuple[str, ...]]:
 
 
 @pytest.mark.parametrize("path", sorted(FOLDER.glob("oak*.py")), ids=lambda p: p.stem)
-def test_every_name_of_depthai_that_the_code_uses_exists(path: Path) -> None:
+def test_used_depthai_names_exist(path: Path) -> None:
     load_depthai()
     import depthai as dai
 
-    for chain in chains(ast.parse(path.read_text(encoding="utf-8"))):
-        place = dai
+    for chain in depthai_attributes(ast.parse(path.read_text(encoding="utf-8"))):
+        member = dai
         for name in chain:
-            assert hasattr(place, name), f"depthai has no {'.'.join(chain)}"
-            place = getattr(place, name)
+            assert hasattr(member, name), f"depthai has no {'.'.join(chain)}"
+            member = getattr(member, name)
 
 
 @pytest.mark.parametrize(
@@ -110,9 +110,7 @@ def test_every_name_of_depthai_that_the_code_uses_exists(path: Path) -> None:
         ("ImageAlign", "outputAligned", []),
     ],
 )
-def test_the_nodes_of_the_live_pipeline_take_these_arguments(
-    owner: str, method: str, arguments: list[str]
-) -> None:
+def test_depthai_nodes_accept_used_arguments(owner: str, method: str, arguments: list[str]) -> None:
     load_depthai()
     import depthai as dai
 

@@ -1,4 +1,4 @@
-"""Rows of files: which are taken, in which order, and what is said of the rest."""
+"""Tests of frame file sequences: selection, order and error messages."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def folder(tmp_path: Path, frames: Frames) -> Path:
-    """Eleven frames whose numbers sort differently as text."""
+    """Return a folder of eleven frames whose numbers sort differently as text."""
     for number, frame in enumerate(frames(11)):
         write_frame(tmp_path / f"frame{number}.npz", frame)
     return tmp_path
 
 
-def test_a_folder_is_read_in_natural_order(folder: Path, frames: Frames) -> None:
+def test_folder_is_read_in_natural_order(folder: Path, frames: Frames) -> None:
     sequence = FileSequence(folder)
 
     assert isinstance(sequence, Camera)
@@ -43,13 +43,13 @@ def test_a_folder_is_read_in_natural_order(folder: Path, frames: Frames) -> None
         assert read.intrinsics == written.intrinsics
 
 
-def test_a_sequence_can_be_read_again(folder: Path) -> None:
+def test_sequence_can_be_read_twice(folder: Path) -> None:
     sequence = FileSequence(folder)
 
     assert len(list(sequence.frames())) == len(list(sequence.frames())) == 11
 
 
-def test_a_pattern_picks_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_pattern_selects_files(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert [p.name for p in FileSequence(str(folder / "frame?.npz")).paths][-1] == "frame9.npz"
     assert [p.name for p in FileSequence(folder / "frame1*").paths] == ["frame1.npz", "frame10.npz"]
     assert len(FileSequence(str(folder.parent / "**" / f"{folder.name}/*.npz"))) == 11
@@ -58,14 +58,14 @@ def test_a_pattern_picks_files(folder: Path, monkeypatch: pytest.MonkeyPatch) ->
     assert FileSequence("*10.npz").paths == (Path("frame10.npz"),)
 
 
-def test_a_name_with_brackets_is_a_file_if_there_is_one(tmp_path: Path, frames: Frames) -> None:
+def test_existing_file_with_brackets_is_no_pattern(tmp_path: Path, frames: Frames) -> None:
     path = tmp_path / "frame[1].npz"
     write_frame(path, frames(1)[0])
 
     assert FileSequence(path).paths == (path,)
 
 
-def test_files_in_the_order_of_a_shell_are_put_in_natural_order(folder: Path) -> None:
+def test_listed_files_are_sorted_naturally(folder: Path) -> None:
     as_text = sorted(str(p) for p in folder.iterdir())
 
     assert as_text[1].endswith("frame1.npz")
@@ -73,11 +73,11 @@ def test_files_in_the_order_of_a_shell_are_put_in_natural_order(folder: Path) ->
     assert FileSequence(as_text).paths == FileSequence(folder).paths
 
 
-def test_one_file_is_a_sequence_of_one(folder: Path) -> None:
+def test_single_file_is_sequence_of_one(folder: Path) -> None:
     assert len(list(FileSequence(folder / "frame3.npz").frames())) == 1
 
 
-def test_colour_and_camera_files_beside_are_not_frames(tmp_path: Path, frames: Frames) -> None:
+def test_colour_and_camera_files_are_no_frames(tmp_path: Path, frames: Frames) -> None:
     for number, frame in enumerate(frames(2, colour=True)):
         write_frame(tmp_path / f"f{number}.png", frame)
     write_frame(tmp_path / ".f9.npz", frames(1)[0])
@@ -89,39 +89,35 @@ def test_colour_and_camera_files_beside_are_not_frames(tmp_path: Path, frames: F
         assert all(frame.colour is not None for frame in sequence.frames())
 
 
-def test_a_depth_image_named_like_a_colour_image_is_read_where_it_stands_alone(
-    tmp_path: Path, frames: Frames
-) -> None:
+def test_lone_depth_image_named_like_colour_is_read(tmp_path: Path, frames: Frames) -> None:
     write_frame(tmp_path / "no_colour.npz", frames(1)[0])
 
     assert len(list(FileSequence(tmp_path).frames())) == 1
 
 
-def test_a_plain_colour_image_belongs_to_the_depth_beside_it(
-    tmp_path: Path, frames: Frames
-) -> None:
+def test_colour_image_beside_depth_is_no_frame(tmp_path: Path, frames: Frames) -> None:
     write_frame(tmp_path / "depth.npz", frames(1)[0])
     (tmp_path / "color.png").write_bytes(b"never opened")
 
     assert [p.name for p in FileSequence(tmp_path).paths] == ["depth.npz"]
 
 
-def test_one_camera_file_serves_all(
+def test_one_camera_file_applies_to_all_frames(
     tmp_path: Path, frames: Frames, camera: CameraIntrinsics
 ) -> None:
     for number, frame in enumerate(frames(2)):
         write_frame(tmp_path / f"f{number}.png", frame)
         (tmp_path / f"f{number}.json").unlink()
-    elsewhere = tmp_path / "calibration" / "d435.json"
-    elsewhere.parent.mkdir()
-    write_intrinsics(elsewhere, camera)
+    camera_file = tmp_path / "calibration" / "d435.json"
+    camera_file.parent.mkdir()
+    write_intrinsics(camera_file, camera)
 
-    played = list(FileSequence(tmp_path, camera=elsewhere).frames())
+    read = list(FileSequence(tmp_path, camera=camera_file).frames())
 
-    assert [frame.intrinsics for frame in played] == [camera, camera]
+    assert [frame.intrinsics for frame in read] == [camera, camera]
 
 
-def test_what_is_not_there_is_named(tmp_path: Path) -> None:
+def test_missing_files_are_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nothing\.npz: no such file"):
         FileSequence(tmp_path / "nothing.npz")
     with pytest.raises(InputError, match=r"holds no depth frame files, expected some of \.png"):
@@ -132,7 +128,7 @@ def test_what_is_not_there_is_named(tmp_path: Path) -> None:
         FileSequence([])
 
 
-def test_a_broken_file_is_named_when_it_is_reached(folder: Path) -> None:
+def test_broken_file_is_reported_when_read(folder: Path) -> None:
     (folder / "frame1.npz").write_bytes(b"no archive")
     stream = FileSequence(folder).frames()
 
@@ -142,13 +138,13 @@ def test_a_broken_file_is_named_when_it_is_reached(folder: Path) -> None:
 
 
 @given(numbers=st.lists(st.integers(0, 10**9), unique=True, min_size=1))
-def test_numbers_order_by_value_however_many_digits_they_have(numbers: list[int]) -> None:
+def test_numbers_sort_by_value(numbers: list[int]) -> None:
     paths = [Path(f"run2/f{n}.npz") for n in numbers]
 
     assert sorted(paths, key=natural_key) == [Path(f"run2/f{n}.npz") for n in sorted(numbers)]
 
 
-def test_names_without_numbers_order_by_letters() -> None:
+def test_names_without_numbers_sort_alphabetically() -> None:
     names = ["b.npz", "a10.npz", "a.npz", "a9b2.npz", "a9b.npz", "9.npz", "10.npz"]
 
     ordered = [p.name for p in sorted(map(Path, names), key=natural_key)]

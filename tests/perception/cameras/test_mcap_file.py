@@ -1,4 +1,4 @@
-"""MCAP files: every part that can be broken, broken."""
+"""Tests of MCAP files with every part damaged in turn."""
 
 from __future__ import annotations
 
@@ -35,20 +35,20 @@ def statistics(messages: int) -> bytes:
 
 
 def mcap(summary: bytes, *, data: bytes = b"", data_crc: int = 0, summed: bool = True) -> bytes:
-    """Write a minimal file by hand, as the format's specification has it."""
+    """Return the bytes of a minimal file that follows the MCAP specification."""
     head = MAGIC + record(0x01, bytes(8)) + data + record(0x0F, struct.pack("<I", data_crc))
     tail = summary + struct.pack("<BQ", 0x02, 20) + struct.pack("<QQ", len(head), 0)
     return head + tail + struct.pack("<I", zlib.crc32(tail) if summed else 0) + MAGIC
 
 
-def test_a_file_by_the_specification_is_read(tmp_path: Path) -> None:
+def test_minimal_file_of_specification_is_read(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(mcap(schema("some.Type") + schema("Ünï") + statistics(7)))
 
     assert check_mcap(path) == McapContents(("some.Type", "Ünï"), 7, sealed=False)
 
 
-def test_a_sealed_file_says_so_and_knows_its_data(tmp_path: Path) -> None:
+def test_sealed_file_detects_changed_data(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(mcap(statistics(1), data=record(0x80, b"private data")))
 
@@ -61,14 +61,14 @@ def test_a_sealed_file_says_so_and_knows_its_data(tmp_path: Path) -> None:
         check_mcap(path)
 
 
-def test_the_seal_is_the_crc_of_all_before_the_data_end_record(tmp_path: Path) -> None:
+def test_seal_is_crc_of_data_section(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(mcap(statistics(1), data=record(0x80, bytes(range(256)) * 5000)))
     seal(path)
 
     content = path.read_bytes()
-    at = content.index(struct.pack("<BQ", 0x0F, 4), 1_280_000)
-    assert struct.unpack_from("<I", content, at + 9)[0] == zlib.crc32(content[:at])
+    offset = content.index(struct.pack("<BQ", 0x0F, 4), 1_280_000)
+    assert struct.unpack_from("<I", content, offset + 9)[0] == zlib.crc32(content[:offset])
 
 
 def test_sealing_twice_changes_nothing(tmp_path: Path) -> None:
@@ -81,7 +81,7 @@ def test_sealing_twice_changes_nothing(tmp_path: Path) -> None:
     assert path.read_bytes() == once
 
 
-def test_a_damaged_summary_is_noticed(tmp_path: Path) -> None:
+def test_damaged_summary_is_rejected(tmp_path: Path) -> None:
     path = tmp_path / "a.mcap"
     content = bytearray(mcap(statistics(7)))
     content[content.index(struct.pack("<QH", 7, 1))] = 8
@@ -92,7 +92,7 @@ def test_a_damaged_summary_is_noticed(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("content", "fault"),
+    ("content", "message"),
     [
         (b"", "begins with nothing"),
         (b"hello", "begins with b'hello'"),
@@ -107,11 +107,11 @@ def test_a_damaged_summary_is_noticed(tmp_path: Path) -> None:
         (mcap(record(0x03, struct.pack("<HI", 1, 2) + b"\xff\xfe"), summed=False), "cannot be"),
     ],
 )
-def test_a_broken_file_is_told_in_one_line(tmp_path: Path, content: bytes, fault: str) -> None:
+def test_broken_file_is_reported_in_one_line(tmp_path: Path, content: bytes, message: str) -> None:
     path = tmp_path / "a.mcap"
     path.write_bytes(content)
 
-    with pytest.raises(InputError, match=fault) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         check_mcap(path)
     assert "\n" not in str(caught.value)
     with pytest.raises(InputError):
@@ -120,20 +120,20 @@ def test_a_broken_file_is_told_in_one_line(tmp_path: Path, content: bytes, fault
 
 
 @pytest.mark.parametrize(
-    ("start", "fault"),
+    ("start", "message"),
     [(0, "no summary section"), (3, "would begin at byte 3"), (10**12, "would begin at byte 1000")],
 )
-def test_a_footer_that_points_nowhere_is_refused(tmp_path: Path, start: int, fault: str) -> None:
+def test_footer_with_invalid_offset_is_rejected(tmp_path: Path, start: int, message: str) -> None:
     content = bytearray(mcap(statistics(1), summed=False))
     struct.pack_into("<Q", content, len(content) - 28, start)
     path = tmp_path / "a.mcap"
     path.write_bytes(content)
 
-    with pytest.raises(InputError, match=fault):
+    with pytest.raises(InputError, match=message):
         check_mcap(path)
 
 
-def test_a_summary_without_end_of_data_before_it_is_refused(tmp_path: Path) -> None:
+def test_summary_without_data_end_record_is_rejected(tmp_path: Path) -> None:
     content = bytearray(mcap(statistics(1), summed=False))
     (start,) = struct.unpack_from("<Q", content, len(content) - 28)
     content[start - 13] = 0x80
@@ -144,7 +144,7 @@ def test_a_summary_without_end_of_data_before_it_is_refused(tmp_path: Path) -> N
         check_mcap(path)
 
 
-def test_what_depthai_recorded_is_read(tmp_path: Path, frames: Frames) -> None:
+def test_depthai_recording_is_read(tmp_path: Path, frames: Frames) -> None:
     record_frames(tmp_path / "a.mcap", frames(4))
 
     contents = check_mcap(tmp_path / "a.mcap")

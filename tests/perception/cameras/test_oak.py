@@ -1,4 +1,4 @@
-"""The live camera without one: no device is told at once, and the host's part is the real one."""
+"""Tests of the live OAK camera without a device. The host part of the pipeline is real."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ except DeviceError as error:
 
 
 def queue_of(frames: list[DepthFrame]) -> dai.MessageQueue:
-    """Fill a queue with what the device part of the pipeline would have sent."""
+    """Return a queue with the messages that the device would send."""
     queue = dai.MessageQueue("pairs", 64, True)
     for number, frame in enumerate(frames):
         depth, colour = image_messages(frame, number / 30)
@@ -59,7 +59,7 @@ def queue_of(frames: list[DepthFrame]) -> dai.MessageQueue:
     return queue
 
 
-def dark_pair(frame: DepthFrame) -> dai.MessageGroup:
+def empty_pair(frame: DepthFrame) -> dai.MessageGroup:
     depth, _ = image_messages(frame, 0.0)
     depth.setData(bytes(2 * frame.depth.size))
     pair = dai.MessageGroup()
@@ -67,15 +67,15 @@ def dark_pair(frame: DepthFrame) -> dai.MessageGroup:
     return pair
 
 
-def test_no_camera_is_told_in_one_line_within_two_seconds_and_nothing_else() -> None:
-    run = subprocess.run(
+def test_missing_camera_is_reported_in_one_line_within_two_seconds() -> None:
+    process = subprocess.run(
         [sys.executable, "-c", NO_DEVICE], capture_output=True, text=True, timeout=60, check=True
     )
 
-    message, seconds = run.stdout.splitlines()
-    assert re.match("no OAK camera (found: connect one|'no-such-camera' found, only )", message)
+    error, seconds = process.stdout.splitlines()
+    assert re.match("no OAK camera (found: connect one|'no-such-camera' found, only )", error)
     assert float(seconds) < 2.0
-    assert run.stderr == ""
+    assert process.stderr == ""
 
 
 def test_no_camera_leaves_no_recording(tmp_path: Path) -> None:
@@ -87,7 +87,7 @@ def test_no_camera_leaves_no_recording(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_recording_that_cannot_be_written_is_told_before_the_camera_is_sought(
+def test_unwritable_recording_is_rejected_before_camera_search(
     tmp_path: Path,
 ) -> None:
     with pytest.raises(InputError, match="there is no folder"):
@@ -106,19 +106,19 @@ def test_live_pairs_become_frames(frames: Frames) -> None:
 
 
 @pytest.mark.parametrize("colour", [True, False])
-def test_what_was_seen_live_is_what_was_recorded(
+def test_recording_equals_live_frames(
     tmp_path: Path, frames: Frames, pose: RigidTransform, colour: bool
 ) -> None:
     path = tmp_path / "scene.mcap"
     stream = live_frames(queue_of(frames(6, colour=colour)), 1.0, OakRecorder(path), pose)
 
-    seen = list(islice(stream, 4))
+    live_frames_read = list(islice(stream, 4))
     assert not path.exists()
     stream.close()
     played = list(OakRecording(path).frames())
 
-    assert len(seen) == len(played) == 4
-    for live, later in zip(seen, played, strict=True):
+    assert len(live_frames_read) == len(played) == 4
+    for live, later in zip(live_frames_read, played, strict=True):
         assert np.array_equal(live.depth, later.depth)
         assert live.intrinsics == later.intrinsics
         assert live.T_world_camera is not None
@@ -133,9 +133,7 @@ def test_what_was_seen_live_is_what_was_recorded(
             assert np.array_equal(live.colour, later.colour)
 
 
-def test_a_camera_that_falls_silent_ends_the_stream_and_keeps_the_recording(
-    tmp_path: Path, frames: Frames
-) -> None:
+def test_silent_camera_ends_stream_and_keeps_recording(tmp_path: Path, frames: Frames) -> None:
     path = tmp_path / "scene.mcap"
     stream = live_frames(queue_of(frames(2)), 0.2, OakRecorder(path))
 
@@ -149,7 +147,7 @@ def test_a_camera_that_falls_silent_ends_the_stream_and_keeps_the_recording(
     assert len(OakRecording(path)) == 2
 
 
-def test_a_camera_that_is_unplugged_ends_the_stream(frames: Frames) -> None:
+def test_unplugged_camera_ends_stream(frames: Frames) -> None:
     queue = queue_of(frames(1))
     stream = live_frames(queue, 30.0)
     next(stream)
@@ -161,39 +159,37 @@ def test_a_camera_that_is_unplugged_ends_the_stream(frames: Frames) -> None:
     assert time.monotonic() - started < 1.0
 
 
-def test_images_without_any_reading_are_passed_over(tmp_path: Path, frames: Frames) -> None:
-    (seen,) = frames(1)
+def test_images_without_reading_are_skipped(tmp_path: Path, frames: Frames) -> None:
+    (frame,) = frames(1)
     queue = dai.MessageQueue("pairs", 64, True)
-    queue.send(dark_pair(seen))
-    queue.send(dark_pair(seen))
+    queue.send(empty_pair(frame))
+    queue.send(empty_pair(frame))
     pair = dai.MessageGroup()
-    pair[DEPTH] = image_messages(seen, 0.0)[0]
+    pair[DEPTH] = image_messages(frame, 0.0)[0]
     queue.send(pair)
     stream = live_frames(queue, 1.0, OakRecorder(tmp_path / "scene.mcap"))
 
-    assert np.array_equal(next(stream).depth, seen.depth)
+    assert np.array_equal(next(stream).depth, frame.depth)
     stream.close()
     assert len(OakRecording(tmp_path / "scene.mcap")) == 1
 
 
-def test_a_covered_lens_is_told_apart_from_silence(frames: Frames) -> None:
+def test_covered_lens_is_reported_separately(frames: Frames) -> None:
     queue = dai.MessageQueue("pairs", 64, True)
-    queue.send(dark_pair(frames(1)[0]))
+    queue.send(empty_pair(frames(1)[0]))
 
     with pytest.raises(DeviceError, match=r"no depth anywhere in 1 images.*lens covered"):
         next(live_frames(queue, 0.2))
 
 
-def test_a_stream_left_before_its_first_frame_leaves_no_recording(
-    tmp_path: Path, frames: Frames
-) -> None:
+def test_stream_without_frames_leaves_no_recording(tmp_path: Path, frames: Frames) -> None:
     with pytest.raises(DeviceError):
         next(live_frames(queue_of([]), 0.1, OakRecorder(tmp_path / "scene.mcap")))
 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_another_message_than_an_image_is_refused() -> None:
+def test_message_without_image_is_rejected() -> None:
     queue = dai.MessageQueue("pairs", 4, True)
     pair = dai.MessageGroup()
     pair[DEPTH] = dai.IMUData()
@@ -203,14 +199,14 @@ def test_another_message_than_an_image_is_refused() -> None:
         next(live_frames(queue, 1.0))
 
 
-def test_the_presets_are_those_of_depthai() -> None:
+def test_presets_equal_depthai_presets() -> None:
     members = dai.node.StereoDepth.PresetMode.__members__
 
     assert sorted(PRESETS) == sorted(name.lower() for name in members)
 
 
 @pytest.mark.parametrize(
-    ("options", "fault"),
+    ("options", "message"),
     [
         ({"width": 0}, "image size must be >= 1 px, got 0x400"),
         ({"height": -2}, "640x-2"),
@@ -219,6 +215,6 @@ def test_the_presets_are_those_of_depthai() -> None:
         ({"preset": "best"}, "no stereo preset 'best': must be one of"),
     ],
 )
-def test_options_out_of_range_are_refused(options: dict, fault: str) -> None:
-    with pytest.raises(InputError, match=fault):
+def test_options_out_of_range_are_rejected(options: dict, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         OakOptions(**options)

@@ -1,4 +1,4 @@
-"""Calibration files: the numbers that were put in, at the size that was asked for."""
+"""Tests of intrinsics from calibration files at several image sizes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ K = [[1201.5, 0.0, 638.25], [0.0, 1200.5, 402.75], [0.0, 0.0, 1.0]]
 
 @pytest.fixture
 def calibration(tmp_path: Path) -> Path:
-    """Calibration of one colour camera at 1280x800 px, as depthai itself writes it."""
+    """Return a calibration file of one colour camera at 1280x800 px, written by depthai."""
     load_depthai()
     import depthai as dai
 
@@ -31,52 +31,52 @@ def calibration(tmp_path: Path) -> Path:
     return path
 
 
-def test_the_calibrated_size_gives_the_calibrated_numbers(calibration: Path) -> None:
+def test_calibrated_size_gives_calibrated_intrinsics(calibration: Path) -> None:
     k = intrinsics_from_calibration(calibration, "CAM_A", 1280, 800)
 
     assert (k.fx, k.fy, k.cx, k.cy) == (1201.5, 1200.5, 638.25, 402.75)
     assert (k.width, k.height) == (1280, 800)
 
 
-def test_half_the_size_has_half_the_focal_length(calibration: Path) -> None:
+def test_half_size_halves_focal_length(calibration: Path) -> None:
     k = intrinsics_from_calibration(calibration, "CAM_A", 640, 400)
 
     np.testing.assert_allclose((k.fx, k.fy), (600.75, 600.25), rtol=1e-6)
-    # With pixel centres at whole numbers it would be 318.875: the 0.25 px that the docstring names.
+    # With pixel centres at integers cx is 318.875. The docstring states this 0.25 px difference.
     np.testing.assert_allclose((k.cx, k.cy), (319.125, 201.375), rtol=1e-6)
 
 
-def test_a_wider_shape_is_cut_from_the_middle(calibration: Path) -> None:
+def test_wider_aspect_ratio_crops_centre(calibration: Path) -> None:
     k = intrinsics_from_calibration(calibration, "CAM_A", 1280, 720)
 
     np.testing.assert_allclose((k.fx, k.fy), (1201.5, 1200.5), rtol=1e-6)
     np.testing.assert_allclose((k.cx, k.cy), (638.25, 402.75 - 40), rtol=1e-6)
 
 
-def test_a_camera_that_was_not_calibrated_is_named(calibration: Path) -> None:
+def test_uncalibrated_camera_is_reported(calibration: Path) -> None:
     with pytest.raises(InputError, match="holds no calibration of the camera at CAM_B"):
         intrinsics_from_calibration(calibration, "CAM_B", 640, 400)
 
 
 @pytest.mark.parametrize("socket", ["CAM_Z", "AUTO", "left", ""])
-def test_an_unknown_socket_lists_the_known_ones(calibration: Path, socket: str) -> None:
+def test_unknown_socket_lists_valid_names(calibration: Path, socket: str) -> None:
     with pytest.raises(InputError, match=f"no camera socket '{socket}': must be one of CAM_A, CAM"):
         intrinsics_from_calibration(calibration, socket, 640, 400)
 
 
 @pytest.mark.parametrize(("width", "height"), [(0, 400), (640, -1)])
-def test_a_size_that_is_none_is_refused(calibration: Path, width: int, height: int) -> None:
+def test_invalid_size_is_rejected(calibration: Path, width: int, height: int) -> None:
     with pytest.raises(InputError, match="image size must be >= 1 px"):
         intrinsics_from_calibration(calibration, "CAM_A", width, height)
 
 
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
+def test_missing_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nothing\.json: no such file"):
         intrinsics_from_calibration(tmp_path / "nothing.json")
 
 
 @pytest.mark.parametrize("content", ["", "{", "[1, 2]", "{}", "null", '{"cameraData": 3}', "\x00"])
-def test_another_file_is_refused_in_one_line(
+def test_invalid_file_is_rejected_in_one_line(
     tmp_path: Path, content: str, capfd: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "calibration.json"

@@ -1,4 +1,4 @@
-"""Messages and frames: units, cameras, colours, and the images that are no depth images."""
+"""Tests of converting OAK messages to frames and back."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def transformation(k: CameraIntrinsics) -> dai.ImgTransformation:
     return dai.ImgTransformation(k.width, k.height, k.matrix.tolist())
 
 
-def test_every_raw16_value_becomes_the_nearest_float32_and_back() -> None:
+def test_every_raw16_value_round_trips_through_float32() -> None:
     raw = np.arange(65536, dtype=np.uint16).reshape(256, 256)
 
     metres = metres_from_raw16(raw)
@@ -47,7 +47,7 @@ def test_every_raw16_value_becomes_the_nearest_float32_and_back() -> None:
     assert np.array_equal(raw16_from_metres(metres), raw)
 
 
-def test_a_message_survives_the_way_there_and_back(frames: Frames, pose: RigidTransform) -> None:
+def test_frame_round_trips_through_message(frames: Frames, pose: RigidTransform) -> None:
     (frame,) = frames(1, colour=True)
 
     depth, colour = image_messages(frame, 1.5)
@@ -68,10 +68,10 @@ def test_a_message_survives_the_way_there_and_back(frames: Frames, pose: RigidTr
 @settings(max_examples=30)
 @given(
     quat=st.tuples(*[st.floats(-1, 1)] * 4).filter(lambda q: np.linalg.norm(q) > 0.1),
-    place=st.tuples(*[st.floats(-20, 20)] * 3),
+    translation=st.tuples(*[st.floats(-20, 20)] * 3),
 )
-def test_any_pose_is_carried_to_float32(quat: tuple[float, ...], place: tuple[float, ...]) -> None:
-    T = RigidTransform.from_components(place, Rotation.from_quat(quat))
+def test_pose_is_stored_in_float32(quat: tuple[float, ...], translation: tuple[float, ...]) -> None:
+    T = RigidTransform.from_components(translation, Rotation.from_quat(quat))
     k = CameraIntrinsics(5.0, 5.0, 2.0, 1.0, 4, 3)
     frame = DepthFrame(np.ones((3, 4), np.float32), k, T)
 
@@ -82,7 +82,7 @@ def test_any_pose_is_carried_to_float32(quat: tuple[float, ...], place: tuple[fl
     np.testing.assert_allclose(back.T_world_camera.as_matrix(), T.as_matrix(), rtol=1e-6, atol=1e-6)
 
 
-def test_a_pose_between_cameras_is_not_taken_for_a_pose_in_the_world(frames: Frames) -> None:
+def test_pose_between_cameras_is_no_world_pose(frames: Frames) -> None:
     depth, _ = image_messages(frames(1)[0], 0.0)
     extrinsics = dai.Extrinsics(
         np.eye(3).tolist(), dai.Point3f(7.5, 0, 0), dai.CameraBoardSocket.CAM_B
@@ -97,7 +97,7 @@ def test_a_pose_between_cameras_is_not_taken_for_a_pose_in_the_world(frames: Fra
     assert back.T_world_camera is None
 
 
-def test_rows_padded_to_a_stride_are_cut_to_the_image(camera: CameraIntrinsics) -> None:
+def test_row_padding_is_removed(camera: CameraIntrinsics) -> None:
     pixels = np.arange(1, 48 * 64 + 1, dtype=np.uint16).reshape(48, 64)
     padded = np.full((48, 80), 9999, np.uint16)
     padded[:, :64] = pixels
@@ -115,7 +115,7 @@ def test_rows_padded_to_a_stride_are_cut_to_the_image(camera: CameraIntrinsics) 
 
 
 @pytest.mark.parametrize("kind", ["BGR888p", "BGR888i", "RGB888p", "RGB888i"])
-def test_colours_of_every_layout_come_out_as_rgb(frames: Frames, kind: str) -> None:
+def test_colour_layouts_are_converted_to_rgb(frames: Frames, kind: str) -> None:
     (frame,) = frames(1, colour=True)
     assert frame.colour is not None
     depth, _ = image_messages(frame, 0.0)
@@ -131,14 +131,14 @@ def test_colours_of_every_layout_come_out_as_rgb(frames: Frames, kind: str) -> N
     assert np.array_equal(back.colour, frame.colour)
 
 
-def test_an_image_without_any_reading_is_no_frame(frames: Frames) -> None:
+def test_image_without_reading_gives_no_frame(frames: Frames) -> None:
     depth, _ = image_messages(frames(1)[0], 0.0)
     depth.setData(bytes(2 * 48 * 64))
 
     assert depth_frame(depth) is None
 
 
-def test_a_scaled_and_cropped_image_has_the_camera_of_what_is_left(
+def test_scaled_and_cropped_image_has_matching_intrinsics(
     camera: CameraIntrinsics,
 ) -> None:
     scaled = transformation(camera)
@@ -153,21 +153,21 @@ def test_a_scaled_and_cropped_image_has_the_camera_of_what_is_left(
     np.testing.assert_allclose((k.fx, k.fy, k.cx, k.cy), expected, rtol=1e-6)
 
 
-def test_a_distorted_image_is_refused(camera: CameraIntrinsics) -> None:
-    bent = transformation(camera)
-    bent.setDistortionCoefficients([0.0, -0.11, 0.02, 0.0])
+def test_distorted_image_is_rejected(camera: CameraIntrinsics) -> None:
+    distorted = transformation(camera)
+    distorted.setDistortionCoefficients([0.0, -0.11, 0.02, 0.0])
     with pytest.raises(InputError, match=r"lens distortion \(largest coefficient 0\.11\)"):
-        intrinsics_from_transformation(bent)
+        intrinsics_from_transformation(distorted)
 
-    bent.setDistortionCoefficients([0.0] * 14)
-    assert intrinsics_from_transformation(bent).width == camera.width
+    distorted.setDistortionCoefficients([0.0] * 14)
+    assert intrinsics_from_transformation(distorted).width == camera.width
 
 
-def test_a_turned_or_mirrored_image_is_refused(camera: CameraIntrinsics) -> None:
-    turned = transformation(camera)
-    turned.addRotation(1.0, dai.Point2f(32, 24))
+def test_rotated_or_mirrored_image_is_rejected(camera: CameraIntrinsics) -> None:
+    rotated = transformation(camera)
+    rotated.addRotation(1.0, dai.Point2f(32, 24))
     with pytest.raises(InputError, match="rotated or skewed"):
-        intrinsics_from_transformation(turned)
+        intrinsics_from_transformation(rotated)
 
     mirrored = transformation(camera)
     mirrored.addFlipHorizontal()
@@ -175,14 +175,14 @@ def test_a_turned_or_mirrored_image_is_refused(camera: CameraIntrinsics) -> None
         intrinsics_from_transformation(mirrored)
 
 
-def test_an_image_without_camera_is_refused() -> None:
+def test_image_without_intrinsics_is_rejected() -> None:
     with pytest.raises(InputError, match="no camera intrinsics"):
         intrinsics_from_transformation(dai.ImgTransformation())
     with pytest.raises(InputError, match="no camera intrinsics"):
         intrinsics_from_transformation(dai.ImgTransformation(64, 48))
 
 
-def test_an_image_that_lacks_pixels_is_refused(camera: CameraIntrinsics) -> None:
+def test_incomplete_image_is_rejected(camera: CameraIntrinsics) -> None:
     message = dai.ImgFrame()
     message.setType(RAW16)
     message.setSize(64, 48)
@@ -194,7 +194,7 @@ def test_an_image_that_lacks_pixels_is_refused(camera: CameraIntrinsics) -> None
     assert "\n" not in str(caught.value)
 
 
-def test_a_picture_is_not_taken_for_depth(frames: Frames) -> None:
+def test_colour_image_is_no_depth(frames: Frames) -> None:
     _, colour = image_messages(frames(1, colour=True)[0], 0.0)
     assert colour is not None
 
@@ -202,7 +202,7 @@ def test_a_picture_is_not_taken_for_depth(frames: Frames) -> None:
         depth_frame(colour)
 
 
-def test_colour_of_another_size_is_refused(frames: Frames) -> None:
+def test_colour_of_other_size_is_rejected(frames: Frames) -> None:
     depth, _ = image_messages(frames(1)[0], 0.0)
     colour = dai.ImgFrame()
     colour.setCvFrame(np.zeros((10, 12, 3), np.uint8), dai.ImgFrame.Type.BGR888i)
@@ -211,13 +211,13 @@ def test_colour_of_another_size_is_refused(frames: Frames) -> None:
         depth_frame(depth, colour)
 
 
-def test_depth_ends_where_16_bits_end() -> None:
+def test_depth_is_limited_to_16_bits() -> None:
     assert raw16_from_metres(np.array([65.5354]))[0] == 65535
     with pytest.raises(InputError, match=r"depth reaches 65\.536 m"):
         raw16_from_metres(np.array([65.5356]))
 
 
-def test_a_reading_under_half_a_millimetre_does_not_vanish() -> None:
+def test_readings_rounded_to_zero_are_rejected() -> None:
     assert raw16_from_metres(np.array([0.0, 0.0006])).tolist() == [0, 1]
     with pytest.raises(InputError, match=r"2 readings are under 0\.5 mm"):
         raw16_from_metres(np.array([0.0004, 0.0, 0.7, 0.0001]))

@@ -1,4 +1,4 @@
-"""The recorder: a whole recording or none, and what cannot be recorded is named."""
+"""Tests of the recorder: a complete recording or none."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     Frames = Callable[..., list[DepthFrame]]
 
 
-def test_many_frames_arrive_however_fast_they_are_sent(tmp_path: Path, frames: Frames) -> None:
+def test_frames_sent_at_once_are_all_recorded(tmp_path: Path, frames: Frames) -> None:
     recorded = frames(60)
 
     assert record_frames(tmp_path / "scene.mcap", iter(recorded)) == 60
@@ -31,7 +31,7 @@ def test_many_frames_arrive_however_fast_they_are_sent(tmp_path: Path, frames: F
     assert np.array_equal(played[-1].depth, recorded[-1].depth)
 
 
-def test_depth_beyond_16_bits_is_refused_by_name(tmp_path: Path, camera: CameraIntrinsics) -> None:
+def test_depth_beyond_16_bits_is_rejected(tmp_path: Path, camera: CameraIntrinsics) -> None:
     depth = np.full((camera.height, camera.width), 1.0, np.float32)
     near = DepthFrame(depth, camera)
     far = depth.copy()
@@ -42,32 +42,30 @@ def test_depth_beyond_16_bits_is_refused_by_name(tmp_path: Path, camera: CameraI
     assert list(tmp_path.iterdir()) == []
 
 
-def test_depth_under_half_a_millimetre_is_refused_by_name(
-    tmp_path: Path, camera: CameraIntrinsics
-) -> None:
+def test_depth_rounded_to_zero_is_rejected(tmp_path: Path, camera: CameraIntrinsics) -> None:
     depth = np.full((camera.height, camera.width), 0.0004, np.float32)
 
     with pytest.raises(InputError, match=r"frame 0: 3072 readings are under 0\.5 mm"):
         record_frames(tmp_path / "scene.mcap", [DepthFrame(depth, camera)])
 
 
-def test_no_frames_make_no_recording(tmp_path: Path) -> None:
+def test_empty_recording_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="there are no frames"):
         record_frames(tmp_path / "scene.mcap", [])
     assert list(tmp_path.iterdir()) == []
 
 
-def test_frames_with_and_without_colour_do_not_mix(tmp_path: Path, frames: Frames) -> None:
-    plain, coloured = frames(2), frames(2, colour=True)
+def test_mixed_colour_frames_are_rejected(tmp_path: Path, frames: Frames) -> None:
+    grey, coloured = frames(2), frames(2, colour=True)
 
     with pytest.raises(InputError, match="frame 1: it has a colour image, the frames before"):
-        record_frames(tmp_path / "scene.mcap", [plain[0], coloured[1]])
+        record_frames(tmp_path / "scene.mcap", [grey[0], coloured[1]])
     with pytest.raises(InputError, match="frame 1: it has no colour image, the frames before"):
-        record_frames(tmp_path / "scene.mcap", [coloured[0], plain[1]])
+        record_frames(tmp_path / "scene.mcap", [coloured[0], grey[1]])
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_source_that_fails_leaves_the_old_recording(tmp_path: Path, frames: Frames) -> None:
+def test_failing_source_keeps_old_recording(tmp_path: Path, frames: Frames) -> None:
     path = tmp_path / "scene.mcap"
     record_frames(path, frames(2))
     before = path.read_bytes()
@@ -82,9 +80,7 @@ def test_a_source_that_fails_leaves_the_old_recording(tmp_path: Path, frames: Fr
     assert path.read_bytes() == before
 
 
-def test_a_new_recording_without_colour_removes_the_old_colours(
-    tmp_path: Path, frames: Frames
-) -> None:
+def test_recording_without_colour_removes_old_colour_file(tmp_path: Path, frames: Frames) -> None:
     path = tmp_path / "scene.mcap"
     record_frames(path, frames(2, colour=True))
     record_frames(path, frames(2))
@@ -93,7 +89,7 @@ def test_a_new_recording_without_colour_removes_the_old_colours(
     assert all(f.colour is None for f in OakRecording(path).frames())
 
 
-def test_a_recording_can_be_recorded_over_itself(tmp_path: Path, frames: Frames) -> None:
+def test_recording_can_overwrite_its_source(tmp_path: Path, frames: Frames) -> None:
     path = tmp_path / "scene.mcap"
     recorded = frames(20)
     record_frames(path, recorded)
@@ -104,17 +100,15 @@ def test_a_recording_can_be_recorded_over_itself(tmp_path: Path, frames: Frames)
 
 
 @pytest.mark.parametrize(
-    ("name", "fault"),
+    ("name", "message"),
     [("scene.mp4", "must end in .mcap"), ("no/scene.mcap", "there is no folder")],
 )
-def test_a_name_that_cannot_be_written_is_refused_at_once(
-    tmp_path: Path, name: str, fault: str
-) -> None:
-    with pytest.raises(InputError, match=fault):
+def test_invalid_file_name_is_rejected_at_once(tmp_path: Path, name: str, message: str) -> None:
+    with pytest.raises(InputError, match=message):
         OakRecorder(tmp_path / name)
 
 
-def test_a_folder_that_vanishes_is_a_device_error(
+def test_removed_folder_raises_device_error(
     tmp_path: Path, frames: Frames, capfd: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "usb-stick"

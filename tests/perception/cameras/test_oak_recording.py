@@ -1,4 +1,4 @@
-"""Recordings: what goes in comes out, in order and to the bit, and damage is told in one line."""
+"""Tests of recordings: exact round trip, order, and damaged files."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     Frames = Callable[..., list[DepthFrame]]
 
 LZ4_MAGIC = b"\x04\x22\x4d\x18"
-"""What every packed chunk of a recording begins with."""
+"""First bytes of every compressed chunk of a recording."""
 
 
-def test_depth_comes_back_to_the_bit_and_in_order(tmp_path: Path, frames: Frames) -> None:
+def test_depth_round_trips_exactly_and_in_order(tmp_path: Path, frames: Frames) -> None:
     recorded = frames(9)
 
     assert record_frames(tmp_path / "scene.mcap", recorded) == 9
@@ -46,9 +46,7 @@ def test_depth_comes_back_to_the_bit_and_in_order(tmp_path: Path, frames: Frames
         assert after.colour is None
 
 
-def test_depth_off_the_millimetre_grid_is_rounded_to_it(
-    tmp_path: Path, camera: CameraIntrinsics
-) -> None:
+def test_depth_is_rounded_to_millimetres(tmp_path: Path, camera: CameraIntrinsics) -> None:
     depth = np.full((camera.height, camera.width), 0.7004, dtype=np.float32)
     depth[0, :3] = (0.0, 0.0006, 65.5349)
 
@@ -59,7 +57,7 @@ def test_depth_off_the_millimetre_grid_is_rounded_to_it(
     assert played.depth[1, 1] == np.float32(0.7)
 
 
-def test_intrinsics_are_those_of_the_frames_in_float32(
+def test_intrinsics_are_stored_in_float32(
     tmp_path: Path, frames: Frames, camera: CameraIntrinsics
 ) -> None:
     record_frames(tmp_path / "scene.mcap", frames(1))
@@ -71,22 +69,22 @@ def test_intrinsics_are_those_of_the_frames_in_float32(
         assert getattr(k, name) == float(np.float32(getattr(camera, name)))
 
 
-def test_a_pose_travels_with_its_frame(
-    tmp_path: Path, frames: Frames, pose: RigidTransform
-) -> None:
-    placed = [replace(f, T_world_camera=pose if i else None) for i, f in enumerate(frames(2))]
+def test_pose_is_stored_per_frame(tmp_path: Path, frames: Frames, pose: RigidTransform) -> None:
+    frames_with_pose = [
+        replace(f, T_world_camera=pose if i else None) for i, f in enumerate(frames(2))
+    ]
 
-    record_frames(tmp_path / "scene.mcap", placed)
-    nowhere, somewhere = OakRecording(tmp_path / "scene.mcap").frames()
+    record_frames(tmp_path / "scene.mcap", frames_with_pose)
+    without_pose, with_pose = OakRecording(tmp_path / "scene.mcap").frames()
 
-    assert nowhere.T_world_camera is None
-    assert somewhere.T_world_camera is not None
+    assert without_pose.T_world_camera is None
+    assert with_pose.T_world_camera is not None
     np.testing.assert_allclose(
-        somewhere.T_world_camera.as_matrix(), pose.as_matrix(), rtol=0, atol=1e-6
+        with_pose.T_world_camera.as_matrix(), pose.as_matrix(), rtol=0, atol=1e-6
     )
 
 
-def test_colour_comes_back_to_the_bit_beside_its_own_depth(tmp_path: Path, frames: Frames) -> None:
+def test_colour_round_trips_exactly_with_its_depth(tmp_path: Path, frames: Frames) -> None:
     recorded = frames(6, colour=True)
     record_frames(tmp_path / "scene.mcap", recorded)
 
@@ -102,7 +100,7 @@ def test_colour_comes_back_to_the_bit_beside_its_own_depth(tmp_path: Path, frame
         assert np.array_equal(before.colour, after.colour)
 
 
-def test_a_slow_reader_gets_every_frame(tmp_path: Path, frames: Frames) -> None:
+def test_slow_reader_gets_every_frame(tmp_path: Path, frames: Frames) -> None:
     recorded = frames(12, colour=True)
     record_frames(tmp_path / "scene.mcap", recorded)
 
@@ -115,7 +113,7 @@ def test_a_slow_reader_gets_every_frame(tmp_path: Path, frames: Frames) -> None:
     assert all(np.array_equal(a.depth, b.depth) for a, b in zip(recorded, played, strict=True))
 
 
-def test_a_recording_plays_again_and_can_be_left_half_way(tmp_path: Path, frames: Frames) -> None:
+def test_recording_can_be_replayed_and_left_early(tmp_path: Path, frames: Frames) -> None:
     recorded = frames(10)
     record_frames(tmp_path / "scene.mcap", recorded)
     recording = OakRecording(tmp_path / "scene.mcap")
@@ -131,7 +129,7 @@ def test_a_recording_plays_again_and_can_be_left_half_way(tmp_path: Path, frames
     assert len(list(recording.frames())) == 10
 
 
-def test_frames_of_different_sizes_keep_their_own_cameras(tmp_path: Path) -> None:
+def test_frames_of_different_sizes_keep_intrinsics(tmp_path: Path) -> None:
     small = DepthFrame(np.full((4, 6), 0.5, np.float32), CameraIntrinsics(5, 5, 2, 1, 6, 4))
     large = DepthFrame(np.full((8, 9), 1.5, np.float32), CameraIntrinsics(9, 8, 4, 3, 9, 8))
 
@@ -141,7 +139,7 @@ def test_frames_of_different_sizes_keep_their_own_cameras(tmp_path: Path) -> Non
     assert [f.intrinsics for f in played] == [small.intrinsics, large.intrinsics]
 
 
-def test_a_missing_recording_is_named(tmp_path: Path) -> None:
+def test_missing_recording_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"nothing\.mcap: no such file"):
         OakRecording(tmp_path / "nothing.mcap")
     with pytest.raises(InputError, match="cannot be read"):
@@ -149,7 +147,7 @@ def test_a_missing_recording_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("content", [b"", b"not a recording at all", b"\x89PNG\r\n\x1a\n" * 9])
-def test_another_kind_of_file_is_refused(tmp_path: Path, content: bytes) -> None:
+def test_other_file_type_is_rejected(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "scene.mcap"
     path.write_bytes(content)
 
@@ -157,7 +155,7 @@ def test_another_kind_of_file_is_refused(tmp_path: Path, content: bytes) -> None
         OakRecording(path)
 
 
-def test_an_interrupted_recording_is_refused(tmp_path: Path, frames: Frames) -> None:
+def test_truncated_recording_is_rejected(tmp_path: Path, frames: Frames) -> None:
     path = tmp_path / "scene.mcap"
     record_frames(path, frames(3))
     whole = path.read_bytes()
@@ -176,7 +174,7 @@ def whole_recording(tmp_path: Path, frames: Frames) -> bytes:
 
 @settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
-def test_any_changed_byte_is_noticed_before_playback(
+def test_changed_byte_is_detected_on_opening(
     data: st.DataObject, whole_recording: bytes, tmp_path: Path
 ) -> None:
     at = data.draw(st.integers(0, len(whole_recording) - 1))
@@ -190,21 +188,19 @@ def test_any_changed_byte_is_noticed_before_playback(
     assert "\n" not in str(caught.value)
 
 
-def unsealed(recording: bytes) -> bytearray:
-    """Take the checksum of the data out again, which is how depthai itself leaves a recording."""
+def remove_seal(recording: bytes) -> bytearray:
+    """Remove the checksum of the data. Recordings written by depthai have none."""
     content = bytearray(recording)
     (summary,) = struct.unpack_from("<Q", content, len(content) - 28)
     content[summary - 4 : summary] = bytes(4)
     return content
 
 
-def test_a_recording_that_depthai_left_unsealed_plays_the_same(
-    tmp_path: Path, frames: Frames
-) -> None:
+def test_unsealed_recording_plays_the_same(tmp_path: Path, frames: Frames) -> None:
     path = tmp_path / "scene.mcap"
     recorded = frames(7)
     record_frames(path, recorded)
-    path.write_bytes(unsealed(path.read_bytes()))
+    path.write_bytes(remove_seal(path.read_bytes()))
 
     for _ in range(20):
         assert len(OakRecording(path)) == 7
@@ -212,7 +208,7 @@ def test_a_recording_that_depthai_left_unsealed_plays_the_same(
     assert all(np.array_equal(a.depth, b.depth) for a, b in zip(recorded, played, strict=True))
 
 
-def test_images_lost_in_an_unsealed_recording_are_missed_when_it_is_opened(
+def test_lost_images_in_unsealed_recording_are_detected_on_opening(
     tmp_path: Path, camera: CameraIntrinsics, capfd: pytest.CaptureFixture[str]
 ) -> None:
     slope = np.repeat(np.arange(500, 980)[:, None], 640, axis=1).astype(np.float32) / np.float32(
@@ -221,7 +217,7 @@ def test_images_lost_in_an_unsealed_recording_are_missed_when_it_is_opened(
     frames = [DepthFrame(slope, replace(camera, width=640, height=480)) for _ in range(6)]
     path = tmp_path / "scene.mcap"
     record_frames(path, frames)
-    damaged = unsealed(path.read_bytes())
+    damaged = remove_seal(path.read_bytes())
     packed = damaged.index(LZ4_MAGIC, len(damaged) // 2)
     damaged[packed : packed + len(LZ4_MAGIC)] = bytes(len(LZ4_MAGIC))
     path.write_bytes(damaged)
@@ -234,7 +230,7 @@ def test_images_lost_in_an_unsealed_recording_are_missed_when_it_is_opened(
     assert capfd.readouterr() == ("", "")
 
 
-def test_a_colour_file_of_another_recording_is_refused(tmp_path: Path, frames: Frames) -> None:
+def test_colour_file_of_other_recording_is_rejected(tmp_path: Path, frames: Frames) -> None:
     record_frames(tmp_path / "a.mcap", frames(2, colour=True))
     record_frames(tmp_path / "b.mcap", frames(3, colour=True))
     colour_path(tmp_path / "b.mcap").replace(colour_path(tmp_path / "a.mcap"))
@@ -243,14 +239,14 @@ def test_a_colour_file_of_another_recording_is_refused(tmp_path: Path, frames: F
         OakRecording(tmp_path / "a.mcap")
 
 
-def test_a_colour_recording_is_not_taken_for_depth(tmp_path: Path, frames: Frames) -> None:
+def test_colour_recording_is_no_depth(tmp_path: Path, frames: Frames) -> None:
     record_frames(tmp_path / "scene.mcap", frames(1, colour=True))
 
     with pytest.raises(InputError, match="image 0: the stream holds RGB888i images, expected RAW"):
         list(OakRecording(tmp_path / "scene.colour.mcap").frames())
 
 
-def test_a_recording_of_other_messages_is_refused(tmp_path: Path) -> None:
+def test_recording_of_other_messages_is_rejected(tmp_path: Path) -> None:
     load_depthai()
     import depthai as dai
 
@@ -269,7 +265,7 @@ def test_a_recording_of_other_messages_is_refused(tmp_path: Path) -> None:
         OakRecording(path)
 
 
-def test_the_time_out_must_be_positive(tmp_path: Path, frames: Frames) -> None:
+def test_timeout_must_be_positive(tmp_path: Path, frames: Frames) -> None:
     record_frames(tmp_path / "scene.mcap", frames(1))
 
     for timeout_s in (0.0, -1.0, float("nan")):
@@ -277,7 +273,7 @@ def test_the_time_out_must_be_positive(tmp_path: Path, frames: Frames) -> None:
             OakRecording(tmp_path / "scene.mcap", timeout_s=timeout_s)
 
 
-def test_playback_slower_than_the_time_out_ends(tmp_path: Path, frames: Frames) -> None:
+def test_playback_slower_than_timeout_raises(tmp_path: Path, frames: Frames) -> None:
     record_frames(tmp_path / "scene.mcap", frames(1))
 
     with pytest.raises(InputError, match="stopped after 0 of 1 frames"):

@@ -1,4 +1,4 @@
-"""Pairing on the host: together what was taken together, and a slow reader sees the present."""
+"""Tests of pairing depth and colour on the host."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ load_depthai()
 import depthai as dai  # noqa: E402 - depthai prints to stdout unless load_depthai came first
 
 
-def test_colour_taken_a_little_later_stays_with_its_depth(tmp_path: Path, frames: Frames) -> None:
-    taken = frames(12, colour=True)
+def test_later_colour_is_paired_with_its_depth(tmp_path: Path, frames: Frames) -> None:
+    recorded = frames(12, colour=True)
     recorder = OakRecorder(tmp_path / "scene.mcap")
-    for number, frame in enumerate(taken):
+    for number, frame in enumerate(recorded):
         depth, _ = image_messages(frame, number / 30)
         _, colour = image_messages(frame, number / 30 + 0.016)
         recorder.write(depth, colour)
@@ -37,16 +37,14 @@ def test_colour_taken_a_little_later_stays_with_its_depth(tmp_path: Path, frames
     played = list(OakRecording(tmp_path / "scene.mcap").frames())
 
     assert len(played) == 12
-    for before, after in zip(taken, played, strict=True):
+    for before, after in zip(recorded, played, strict=True):
         assert before.colour is not None
         assert after.colour is not None
         assert np.array_equal(before.depth, after.depth)
         assert np.array_equal(before.colour, after.colour)
 
 
-def test_a_slow_reader_of_a_live_stream_skips_to_the_present(
-    tmp_path: Path, frames: Frames
-) -> None:
+def test_slow_reader_of_live_stream_skips_old_frames(tmp_path: Path, frames: Frames) -> None:
     record_frames(tmp_path / "scene.mcap", frames(20))
     pipeline = dai.Pipeline(createImplicitDevice=False)
     replay = pipeline.create(dai.node.ReplayMessage)
@@ -66,11 +64,11 @@ def test_a_slow_reader_of_a_live_stream_skips_to_the_present(
         pipeline.stop()
         pipeline.wait()
 
-    # At 200 frames per second some 80 passed by in the four pauses; far fewer were waiting.
+    # At 200 Hz about 80 frames pass in the four pauses. The queue holds far fewer.
     assert numbers[-1] - numbers[0] > 4 * (QUEUE_SIZE + 1)
 
 
-def test_a_stream_that_stays_away_is_waited_for_as_long_as_asked() -> None:
+def test_missing_stream_is_awaited_until_timeout() -> None:
     queue = dai.MessageQueue("pairs", 4, True)
 
     started = time.monotonic()

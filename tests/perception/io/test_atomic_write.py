@@ -1,4 +1,4 @@
-"""A file appears whole, with the rights of any other new file, or not at all."""
+"""Tests of atomic writing: a file is written completely or not at all."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from eyehand.errors import DeviceError, InputError
 from eyehand.perception.io.atomic_write import atomic_write
 
 
-def test_the_temporary_path_has_the_folder_and_the_suffix_of_the_file(tmp_path: Path) -> None:
+def test_temporary_path_keeps_folder_and_suffix(tmp_path: Path) -> None:
     path = tmp_path / "cloud.npz"
     with atomic_write(path) as temporary:
         assert temporary.parent == tmp_path
@@ -23,7 +23,7 @@ def test_the_temporary_path_has_the_folder_and_the_suffix_of_the_file(tmp_path: 
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_file_that_is_there_is_replaced(tmp_path: Path) -> None:
+def test_existing_file_is_replaced(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     path.write_text("old")
     with atomic_write(str(path)) as temporary:
@@ -31,7 +31,7 @@ def test_a_file_that_is_there_is_replaced(tmp_path: Path) -> None:
     assert path.read_text() == "new"
 
 
-def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+def test_failure_keeps_old_file_only(tmp_path: Path) -> None:
     path = tmp_path / "a.json"
     path.write_text("old")
 
@@ -46,32 +46,34 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_new_file_has_the_rights_that_the_system_gives_new_files(tmp_path: Path) -> None:
-    plain = tmp_path / "plain"
-    plain.write_text("")
+def test_new_file_has_default_permissions(tmp_path: Path) -> None:
+    reference_file = tmp_path / "plain"
+    reference_file.write_text("")
     with atomic_write(tmp_path / "a.txt") as temporary:
         temporary.write_text("")
-    written, expected = (stat.S_IMODE(p.stat().st_mode) for p in (tmp_path / "a.txt", plain))
+    written, expected = (
+        stat.S_IMODE(p.stat().st_mode) for p in (tmp_path / "a.txt", reference_file)
+    )
     assert written == expected
 
 
-def test_a_missing_folder_is_named(tmp_path: Path) -> None:
+def test_missing_folder_is_reported(tmp_path: Path) -> None:
     path = tmp_path / "absent" / "a.txt"
     with pytest.raises(InputError, match=f"cannot write {path}: there is no folder .*absent"):
         atomic_write(path).__enter__()
 
 
-def test_a_folder_is_no_file_name(tmp_path: Path) -> None:
+def test_folder_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="is a folder, expected a file name"):
         atomic_write(tmp_path).__enter__()
 
 
-def test_writing_nothing_is_an_error(tmp_path: Path) -> None:
+def test_missing_output_raises(tmp_path: Path) -> None:
     with pytest.raises(DeviceError, match="nothing was written"), atomic_write(tmp_path / "a"):
         pass
 
 
-def test_a_full_disk_is_a_device_error_that_names_the_file(tmp_path: Path) -> None:
+def test_full_disk_raises_device_error(tmp_path: Path) -> None:
     def fill_disk() -> None:
         with atomic_write(tmp_path / "a.txt") as temporary:
             temporary.write_text("half")

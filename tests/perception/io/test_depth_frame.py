@@ -1,4 +1,4 @@
-"""Frames to files and back, real frames, and what is said of files that are none."""
+"""Tests of reading and writing depth frames, with synthetic, damaged and real files."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ RAMP = np.arange(300, 492, dtype=np.uint16).reshape(12, 16)
 
 @st.composite
 def frames(draw: st.DrawFn) -> DepthFrame:
-    """Frames whose depth is a whole number of millimetres, with holes."""
+    """Draw frames with depth in whole millimetres and missing readings."""
     rng = np.random.default_rng(draw(st.integers(0, 10**6)))
     millimetres = rng.integers(100, draw(st.integers(200, 65536)), (12, 16))
     millimetres[rng.random((12, 16)) < draw(st.floats(0, 0.5))] = 0
@@ -56,7 +56,7 @@ def _assert_equal(back: DepthFrame, frame: DepthFrame) -> None:
 @pytest.mark.parametrize("suffix", [".png", ".npz", ".pcd", ".ply", ".PNG"])
 @settings(deadline=None, max_examples=15)
 @given(frame=frames())
-def test_frames_in_millimetres_survive_every_format(
+def test_frames_in_millimetres_round_trip(
     tmp_path_factory: pytest.TempPathFactory, suffix: str, frame: DepthFrame
 ) -> None:
     folder = tmp_path_factory.mktemp("frame")
@@ -68,25 +68,25 @@ def test_frames_in_millimetres_survive_every_format(
 
 @settings(deadline=None, max_examples=15)
 @given(frame=frames(), suffix=st.sampled_from([".pcd", ".ply"]))
-def test_a_cloud_alone_gives_its_camera_back(
+def test_cloud_without_camera_file_recovers_intrinsics(
     tmp_path_factory: pytest.TempPathFactory, frame: DepthFrame, suffix: str
 ) -> None:
     path, camera = write_frame(tmp_path_factory.mktemp("frame") / f"a{suffix}", frame)
     camera.unlink()
     back = read_frame(path)
     np.testing.assert_array_equal(back.depth, frame.depth)
-    found, expected = ([k.fx, k.fy, k.cx, k.cy] for k in (back.intrinsics, frame.intrinsics))
-    np.testing.assert_allclose(found, expected, atol=1e-3)
+    recovered, expected = ([k.fx, k.fy, k.cx, k.cy] for k in (back.intrinsics, frame.intrinsics))
+    np.testing.assert_allclose(recovered, expected, atol=1e-3)
 
 
 @pytest.mark.parametrize("suffix", [".npz", ".pcd", ".ply"])
-def test_all_but_png_keep_more_than_millimetres(tmp_path: Path, suffix: str) -> None:
+def test_formats_except_png_keep_float_depth(tmp_path: Path, suffix: str) -> None:
     depth = np.random.default_rng(1).uniform(0.3, 2, (12, 16)).astype(np.float32)
     path = write_frame(tmp_path / f"a{suffix}", DepthFrame(depth, K))[0]
     np.testing.assert_array_equal(read_frame(path).depth, depth)
 
 
-def test_png_rounds_to_the_nearest_millimetre(tmp_path: Path) -> None:
+def test_png_rounds_to_nearest_millimetre(tmp_path: Path) -> None:
     depth = np.full((12, 16), 0.50061, dtype=np.float32)
     path = write_frame(tmp_path / "a.png", DepthFrame(depth, K))[0]
     np.testing.assert_array_equal(cv2.imread(str(path), cv2.IMREAD_UNCHANGED), 501)
@@ -95,7 +95,7 @@ def test_png_rounds_to_the_nearest_millimetre(tmp_path: Path) -> None:
     assert camera["colour"] is None
 
 
-def test_an_older_colour_image_is_not_taken_for_this_frames(tmp_path: Path) -> None:
+def test_stale_colour_image_is_ignored(tmp_path: Path) -> None:
     depth = (RAMP / 1000).astype(np.float32)
     colour = np.full((12, 16, 3), 9, dtype=np.uint8)
     files = write_frame(tmp_path / "a.png", DepthFrame(depth, K, colour=colour))
@@ -104,14 +104,14 @@ def test_an_older_colour_image_is_not_taken_for_this_frames(tmp_path: Path) -> N
     assert read_frame(tmp_path / "a.png").colour is None
 
 
-def test_nothing_is_written_when_depth_does_not_fit(tmp_path: Path) -> None:
+def test_depth_beyond_16_bits_writes_nothing(tmp_path: Path) -> None:
     frame = DepthFrame(np.full((12, 16), 70.0, dtype=np.float32), K)
     with pytest.raises(InputError, match=r"a\.png: depth reaches 70\.000 m"):
         write_frame(tmp_path / "a.png", frame)
     assert list(tmp_path.iterdir()) == []
 
 
-def test_writing_names_the_formats_and_the_folder(tmp_path: Path) -> None:
+def test_write_reports_formats_and_missing_folder(tmp_path: Path) -> None:
     frame = DepthFrame(np.ones((12, 16), dtype=np.float32), K)
     with pytest.raises(InputError, match=r"suffix '\.tif' is .*one of \.png, \.npz, \.pcd, \.ply"):
         write_frame(tmp_path / "a.tif", frame)
@@ -119,54 +119,54 @@ def test_writing_names_the_formats_and_the_folder(tmp_path: Path) -> None:
         write_frame(tmp_path / "absent" / "a.png", frame)
 
 
-def _png(tmp_path: Path, image: np.ndarray = RAMP, name: str = "depth.png") -> Path:
+def _write_png(tmp_path: Path, image: np.ndarray = RAMP, name: str = "depth.png") -> Path:
     assert cv2.imwrite(str(tmp_path / name), image)
     return tmp_path / name
 
 
-def test_depth_without_a_scale_is_in_millimetres(tmp_path: Path) -> None:
+def test_depth_without_scale_is_in_millimetres(tmp_path: Path) -> None:
     write_intrinsics(tmp_path / "intrinsics.json", K)
-    frame = read_frame(_png(tmp_path))
+    frame = read_frame(_write_png(tmp_path))
     np.testing.assert_array_equal(frame.depth, (RAMP / 1000).astype(np.float32))
 
 
-def test_the_scale_of_the_camera_file_counts(tmp_path: Path) -> None:
+def test_camera_file_sets_depth_scale(tmp_path: Path) -> None:
     camera = write_intrinsics(tmp_path / "k.json", K, depth_scale_mm=0.25, T_world_camera=POSE)
-    frame = read_frame(str(_png(tmp_path)), str(camera))
+    frame = read_frame(str(_write_png(tmp_path)), str(camera))
     np.testing.assert_array_equal(frame.depth, (RAMP / 4000).astype(np.float32))
     assert frame.T_world_camera is not None
 
 
-def test_bops_camera_is_picked_by_the_image_number(tmp_path: Path) -> None:
+def test_bop_camera_is_selected_by_image_number(tmp_path: Path) -> None:
     entry = {"cam_K": K.matrix.ravel().tolist(), "depth_scale": 1.0}
     cameras = {"4": entry | {"depth_scale": 9.0}, "12": entry}
     (tmp_path / "scene_camera.json").write_text(json.dumps(cameras))
-    frame = read_frame(_png(tmp_path, name="000012.png"))
+    frame = read_frame(_write_png(tmp_path, name="000012.png"))
     np.testing.assert_array_equal(frame.depth, (RAMP / 1000).astype(np.float32))
 
 
 @pytest.mark.parametrize("name", ["depth_colour.png", "depth_color.png", "colour.png", "color.png"])
-def test_a_colour_image_beside_the_depth_image_is_read_as_rgb(tmp_path: Path, name: str) -> None:
+def test_colour_image_beside_depth_is_read_as_rgb(tmp_path: Path, name: str) -> None:
     write_intrinsics(tmp_path / "camera.json", K)
     bgr = np.zeros((12, 16, 3), dtype=np.uint8)
     bgr[...] = [30, 20, 10]
-    _png(tmp_path, bgr, name)
-    colour = read_frame(_png(tmp_path)).colour
+    _write_png(tmp_path, bgr, name)
+    colour = read_frame(_write_png(tmp_path)).colour
     assert colour is not None
     assert colour[0, 0].tolist() == [10, 20, 30]
 
 
-def test_a_colour_image_of_another_size_is_not_registered_and_so_left_out(tmp_path: Path) -> None:
+def test_colour_image_of_other_size_is_ignored(tmp_path: Path) -> None:
     write_intrinsics(tmp_path / "camera.json", K)
-    _png(tmp_path, np.zeros((24, 32, 3), dtype=np.uint8), "colour.png")
-    assert read_frame(_png(tmp_path)).colour is None
+    _write_png(tmp_path, np.zeros((24, 32, 3), dtype=np.uint8), "colour.png")
+    assert read_frame(_write_png(tmp_path)).colour is None
 
 
-def test_a_declared_colour_image_must_be_there_and_fit(tmp_path: Path) -> None:
+def test_declared_colour_image_must_exist_and_match(tmp_path: Path) -> None:
     colour = np.zeros((12, 16, 3), dtype=np.uint8)
     frame = DepthFrame((RAMP / 1000).astype(np.float32), K, colour=colour)
     path = write_frame(tmp_path / "a.png", frame)[0]
-    _png(tmp_path, np.zeros((2, 2, 3), dtype=np.uint8), "a_colour.png")
+    _write_png(tmp_path, np.zeros((2, 2, 3), dtype=np.uint8), "a_colour.png")
     with pytest.raises(InputError, match=r"a_colour\.png: the colour image is 2x2 px, expected 16"):
         read_frame(path)
     (tmp_path / "a_colour.png").unlink()
@@ -174,16 +174,16 @@ def test_a_declared_colour_image_must_be_there_and_fit(tmp_path: Path) -> None:
         read_frame(path)
 
 
-def test_a_broken_colour_image_is_named(tmp_path: Path) -> None:
+def test_broken_colour_image_is_reported(tmp_path: Path) -> None:
     write_intrinsics(tmp_path / "camera.json", K)
     (tmp_path / "color.png").write_bytes(b"no image")
     with pytest.raises(InputError, match=r"color\.png: not a PNG file"):
-        read_frame(_png(tmp_path))
+        read_frame(_write_png(tmp_path))
 
 
-def test_missing_intrinsics_name_the_files_and_the_forms(tmp_path: Path) -> None:
+def test_missing_intrinsics_report_files_and_formats(tmp_path: Path) -> None:
     with pytest.raises(InputError) as caught:
-        read_frame(_png(tmp_path))
+        read_frame(_write_png(tmp_path))
     message = str(caught.value)
     for part in (
         "depth.png: no camera intrinsics",
@@ -199,10 +199,10 @@ def test_missing_intrinsics_name_the_files_and_the_forms(tmp_path: Path) -> None
         read_frame(tmp_path / "b.npz")
 
 
-def test_files_that_are_no_frames_are_named_with_their_fault(tmp_path: Path) -> None:
+def test_invalid_frame_files_are_rejected(tmp_path: Path) -> None:
     camera = write_intrinsics(tmp_path / "camera.json", K)
     small = write_intrinsics(tmp_path / "small.json", CameraIntrinsics(9, 9, 3, 2, 8, 6))
-    whole = _png(tmp_path).read_bytes()
+    whole = _write_png(tmp_path).read_bytes()
     cases: list[tuple[str, bytes, Path | None, str]] = [
         ("a.tiff", whole, None, r"a\.tiff: suffix '\.tiff' is no frame format, expected one of"),
         ("a", whole, None, r"suffix '' is no frame format, expected one of \.png, \.npz, \.pcd"),
@@ -226,7 +226,7 @@ def test_files_that_are_no_frames_are_named_with_their_fault(tmp_path: Path) -> 
         read_frame(tmp_path / "absent.png")
 
 
-def test_a_cloud_is_checked_against_the_camera_beside_it(tmp_path: Path) -> None:
+def test_cloud_is_checked_against_camera_file(tmp_path: Path) -> None:
     path, camera = write_frame(tmp_path / "a.pcd", DepthFrame(np.ones((12, 16), np.float32), K))
     write_intrinsics(camera, CameraIntrinsics(25.5, 26.25, 1.25, 5.5, 16, 12))
     with pytest.raises(InputError, match=r"a\.pcd: .*points miss their pixels by up to 6 px"):
@@ -240,7 +240,7 @@ def test_a_cloud_is_checked_against_the_camera_beside_it(tmp_path: Path) -> None
     value=st.binary(min_size=0, max_size=3),
     keep=st.floats(0, 1),
 )
-def test_no_damage_gives_anything_but_a_frame_or_an_input_error(
+def test_damaged_file_gives_frame_or_input_error(
     tmp_path_factory: pytest.TempPathFactory, suffix: str, at: float, value: bytes, keep: float
 ) -> None:
     depth = (RAMP / 1000).astype(np.float32)
@@ -257,7 +257,7 @@ def test_no_damage_gives_anything_but_a_frame_or_an_input_error(
 
 
 @real_frames
-def test_an_organised_kinect_cloud_gives_its_camera() -> None:
+def test_organised_kinect_cloud_recovers_intrinsics() -> None:
     frame = read_frame(DATA / "frames/pcl/milk_cartoon_all_small_clorox.pcd")
     k = frame.intrinsics
     np.testing.assert_allclose([k.fx, k.fy, k.cx, k.cy], [525, 525, 319.5, 239.5], atol=1e-4)
@@ -273,7 +273,7 @@ def test_an_organised_kinect_cloud_gives_its_camera() -> None:
 
 
 @real_frames
-def test_an_organised_stereo_cloud_gives_its_camera() -> None:
+def test_organised_stereo_cloud_recovers_intrinsics() -> None:
     frame = read_frame(DATA / "frames/pcl/table_scene_mug_stereo_textured.pcd")
     k = frame.intrinsics
     np.testing.assert_allclose(
@@ -285,13 +285,13 @@ def test_an_organised_stereo_cloud_gives_its_camera() -> None:
 
 
 @real_frames
-def test_a_cropped_cloud_points_to_fitting_one_object() -> None:
+def test_cropped_cloud_error_suggests_fit() -> None:
     with pytest.raises(InputError, match=r"milk_color\.pcd: the cloud is not organised .*`eyehand"):
         read_frame(DATA / "frames/pcl/milk_color.pcd")
 
 
 @real_frames
-def test_a_realsense_png_is_read_with_the_camera_and_colour_beside_it() -> None:
+def test_realsense_png_reads_camera_and_colour() -> None:
     frame = read_frame(DATA / "frames/graspnet/depth.png")
     assert (frame.intrinsics.width, frame.intrinsics.height) == (1280, 720)
     assert frame.depth.max() == np.float32(1.59)
@@ -300,7 +300,7 @@ def test_a_realsense_png_is_read_with_the_camera_and_colour_beside_it() -> None:
 
 
 @real_frames
-def test_a_kinect_archive_takes_camera_and_unit_from_a_file() -> None:
+def test_kinect_archive_reads_camera_and_unit_from_file() -> None:
     path = DATA / "mosd_learn/learn0.npz"
     raw = np.load(path)["depth"]
     frame = read_frame(path, DATA / "mosd_learn/camera.json")
@@ -311,7 +311,7 @@ def test_a_kinect_archive_takes_camera_and_unit_from_a_file() -> None:
 
 
 @real_frames
-def test_a_kinect_archive_without_a_unit_is_refused(tmp_path: Path) -> None:
+def test_kinect_archive_without_unit_is_rejected(tmp_path: Path) -> None:
     camera = write_intrinsics(
         tmp_path / "k.json", CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)
     )

@@ -1,4 +1,4 @@
-"""Camera files in four forms, and every way to get them wrong."""
+"""Tests of camera files in four formats, valid and invalid."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ OPEN3D = {"width": 640, "height": 480, "intrinsic_matrix": COLUMN_MAJOR}
 BOP = {"cam_K": ROW_MAJOR, "depth_scale": 0.1}
 
 
-def _written(tmp_path: Path, content: Any) -> Path:
+def _write(tmp_path: Path, content: Any) -> Path:
     path = tmp_path / "camera.json"
     path.write_text(content if isinstance(content, str) else json.dumps(content))
     return path
@@ -48,13 +48,13 @@ def _written(tmp_path: Path, content: Any) -> Path:
         ({"7": BOP}, 0.1),
     ],
 )
-def test_all_forms_give_the_same_camera(tmp_path: Path, content: Any, scale: float | None) -> None:
-    path = _written(tmp_path, content)
+def test_all_formats_give_same_camera(tmp_path: Path, content: Any, scale: float | None) -> None:
+    path = _write(tmp_path, content)
     assert read_intrinsics(path, 640, 480) == K
     assert read_camera_file(path, 640, 480).depth_scale_mm == scale
 
 
-def test_what_open3d_writes_is_read(tmp_path: Path) -> None:
+def test_open3d_file_is_read(tmp_path: Path) -> None:
     open3d = import_open3d()
     path = tmp_path / "k.json"
     camera = open3d.camera.PinholeCameraIntrinsic(640, 480, 600.0, 610.0, 319.5, 241.25)
@@ -68,7 +68,7 @@ positive = st.floats(1e-3, 1e5)
 
 @settings(deadline=None)
 @given(positive, positive, finite, finite, st.integers(1, 9999), st.integers(1, 9999))
-def test_what_is_written_is_read_back_exactly(
+def test_written_intrinsics_are_read_back_exactly(
     tmp_path_factory: pytest.TempPathFactory,
     fx: float,
     fy: float,
@@ -83,17 +83,17 @@ def test_what_is_written_is_read_back_exactly(
     assert read_intrinsics(path, width, height) == intrinsics
 
 
-def test_scale_and_pose_are_written_and_read(tmp_path: Path) -> None:
+def test_scale_and_pose_round_trip(tmp_path: Path) -> None:
     pose = RigidTransform.from_components([0.1, -0.2, 0.7], Rotation.from_rotvec([2.0, 1.0, 0.1]))
     path = write_intrinsics(tmp_path / "a.json", K, depth_scale_mm=0.1, T_world_camera=pose)
-    found = read_camera_file(path, 640, 480)
-    assert found.depth_scale_mm == 0.1
-    assert found.T_world_camera is not None
-    np.testing.assert_allclose(found.T_world_camera.as_matrix(), pose.as_matrix(), atol=1e-12)
+    camera = read_camera_file(path, 640, 480)
+    assert camera.depth_scale_mm == 0.1
+    assert camera.T_world_camera is not None
+    np.testing.assert_allclose(camera.T_world_camera.as_matrix(), pose.as_matrix(), atol=1e-12)
     assert set(json.loads(path.read_text())["T_world_camera"]) == {"quat_wxyz", "translation_m"}
 
 
-def test_numpy_numbers_are_written_too(tmp_path: Path) -> None:
+def test_numpy_numbers_are_written(tmp_path: Path) -> None:
     k = CameraIntrinsics(np.float32(600), np.float64(610), 319.5, 241.25, np.int64(640), 480)  # pyright: ignore[reportArgumentType] - what callers pass at run time
     assert read_intrinsics(write_intrinsics(tmp_path / "a.json", k), 640, 480) == K
 
@@ -125,14 +125,14 @@ def test_numpy_numbers_are_written_too(tmp_path: Path) -> None:
         ({"cam_K": [[600, 0, 319], [0, 610, 240], [0, 0, 1]]}, "cam_K must be a list of 9 finite"),
     ],
 )
-def test_files_of_another_form_are_refused(tmp_path: Path, content: Any, message: str) -> None:
+def test_invalid_files_are_rejected(tmp_path: Path, content: Any, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
-        read_intrinsics(_written(tmp_path, content), 640, 480)
+        read_intrinsics(_write(tmp_path, content), 640, 480)
     assert "\n" not in str(caught.value)
 
 
-def test_a_row_major_matrix_under_open3ds_key_is_refused(tmp_path: Path) -> None:
-    path = _written(tmp_path, {**OPEN3D, "intrinsic_matrix": ROW_MAJOR})
+def test_row_major_matrix_in_open3d_format_is_rejected(tmp_path: Path) -> None:
+    path = _write(tmp_path, {**OPEN3D, "intrinsic_matrix": ROW_MAJOR})
     message = (
         r"camera\.json: intrinsic_matrix \(column-major\): the matrix has last row "
         r"\[319\.5, 241\.25, 1\.0\], expected \[0, 0, 1\]"
@@ -141,43 +141,43 @@ def test_a_row_major_matrix_under_open3ds_key_is_refused(tmp_path: Path) -> None
         read_intrinsics(path, 640, 480)
 
 
-def test_a_column_major_matrix_under_bops_key_is_refused(tmp_path: Path) -> None:
-    path = _written(tmp_path, {"cam_K": COLUMN_MAJOR})
+def test_column_major_matrix_in_bop_format_is_rejected(tmp_path: Path) -> None:
+    path = _write(tmp_path, {"cam_K": COLUMN_MAJOR})
     with pytest.raises(InputError, match=r"cam_K \(row-major\): the matrix has last row \[319\.5"):
         read_intrinsics(path, 640, 480)
 
 
-def test_skew_is_refused(tmp_path: Path) -> None:
+def test_skew_is_rejected(tmp_path: Path) -> None:
     skewed = [600.0, 0.5, *ROW_MAJOR[2:]]
     with pytest.raises(InputError, match=r"skew 0\.5 and 0, expected 0 and 0"):
-        read_intrinsics(_written(tmp_path, {"cam_K": skewed}), 640, 480)
+        read_intrinsics(_write(tmp_path, {"cam_K": skewed}), 640, 480)
 
 
-def test_the_number_in_the_file_name_picks_bops_camera(tmp_path: Path) -> None:
-    path = _written(tmp_path, {"3": BOP, "12": BOP | {"depth_scale": 1.0}})
+def test_file_number_selects_bop_camera(tmp_path: Path) -> None:
+    path = _write(tmp_path, {"3": BOP, "12": BOP | {"depth_scale": 1.0}})
     assert read_camera_file(path, 640, 480, "000012").depth_scale_mm == 1.0
     assert read_camera_file(path, 640, 480, "scene2_000003_depth").depth_scale_mm == 0.1
 
 
 @pytest.mark.parametrize("stem", ["depth", "000004", "3_12"])
-def test_an_ambiguous_image_number_is_refused(tmp_path: Path, stem: str) -> None:
-    path = _written(tmp_path, {"3": BOP, "12": BOP})
+def test_ambiguous_image_number_is_rejected(tmp_path: Path, stem: str) -> None:
+    path = _write(tmp_path, {"3": BOP, "12": BOP})
     with pytest.raises(InputError, match=r"holds 2 images \(3, 12\) and \d of them fit .*" + stem):
         read_camera_file(path, 640, 480, stem)
 
 
-def test_intrinsics_alone_of_many_images_are_ambiguous(tmp_path: Path) -> None:
-    path = _written(tmp_path, {str(i): BOP for i in range(9)})
+def test_camera_file_of_many_images_is_ambiguous(tmp_path: Path) -> None:
+    path = _write(tmp_path, {str(i): BOP for i in range(9)})
     with pytest.raises(InputError, match=r"holds 9 images \(0, 1, 2, 3, 4, …\)"):
         read_intrinsics(path, 640, 480)
 
 
-def test_a_missing_camera_file_is_named(tmp_path: Path) -> None:
+def test_missing_camera_file_is_reported(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"absent\.json: no such file"):
         read_intrinsics(tmp_path / "absent.json", 640, 480)
 
 
-def test_the_images_own_camera_file_goes_first(tmp_path: Path) -> None:
+def test_camera_file_named_like_image_has_precedence(tmp_path: Path) -> None:
     image = tmp_path / "depth.png"
     assert find_camera_file(image) is None
     for name in (*reversed(CAMERA_NAMES), "depth.json"):

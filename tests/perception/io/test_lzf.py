@@ -12,11 +12,11 @@ from eyehand.perception.io.lzf import unpack_lzf
     ("packed", "expected"),
     [
         (b"\x02abc", b"abc"),
-        # A copy of 3 bytes from 3 bytes back.
+        # A copy of 3 bytes that start 3 bytes earlier.
         (b"\x02abc\x20\x02", b"abcabc"),
-        # A copy of 5 bytes from 1 byte back repeats that byte.
+        # A copy of 5 bytes that starts 1 byte earlier repeats that byte.
         (b"\x00a\x60\x00", b"aaaaaa"),
-        # A long copy: 7 + 4 + 2 bytes from 2 bytes back.
+        # A long copy: 7 + 4 + 2 bytes that start 2 bytes earlier.
         (b"\x01ab\xe0\x04\x01", b"ab" * 7 + b"a"),
     ],
 )
@@ -36,6 +36,6 @@ def test_unpacks_literals_and_copies(packed: bytes, expected: bytes) -> None:
         (b"\x00a" * 5, 2),
     ],
 )
-def test_damaged_data_are_refused(packed: bytes, size: int) -> None:
+def test_damaged_data_is_rejected(packed: bytes, size: int) -> None:
     with pytest.raises(InputError, match="damaged: they do not unpack"):
         unpack_lzf(packed, size)

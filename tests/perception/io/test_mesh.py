@@ -1,4 +1,4 @@
-"""Samples of surfaces: on the surface, even, repeatable."""
+"""Tests of sampling mesh surfaces: on the surface, uniform, reproducible."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from eyehand.perception.io.mesh import sample_surface
 
 DATA = Path(__file__).parents[3] / ".." / "shared" / "data"
 
-# A unit cube of quadrilaterals, and a far larger square under it.
+# A unit cube of quadrilaterals, with every index syntax of OBJ.
 CUBE = b"""mtllib absent.mtl
 o cube
 v 0 0 0
@@ -50,7 +50,7 @@ def _triangle_stl(count: int, declared: int) -> bytes:
     return b"\0" * 80 + struct.pack("<I", declared) + triangle * count
 
 
-def test_every_side_of_a_cube_gets_its_share(tmp_path: Path) -> None:
+def test_cube_faces_are_sampled_evenly(tmp_path: Path) -> None:
     points = _sample(tmp_path, "a.obj", CUBE, 6000)
     assert points.shape == (6000, 3)
     assert points.min() >= -1e-12
@@ -61,33 +61,33 @@ def test_every_side_of_a_cube_gets_its_share(tmp_path: Path) -> None:
     assert np.ptp(sides) < 6 * 29
 
 
-def test_a_small_triangle_gets_few_samples(tmp_path: Path) -> None:
+def test_samples_are_proportional_to_area(tmp_path: Path) -> None:
     text = b"v 0 0 0\nv 3 0 0\nv 0 3 0\nv 9 9 9\nv 10 9 9\nv 9 10 9\nf 1 2 3\nf 1 1 1\nf 4 5 6\n"
     points = _sample(tmp_path, "a.obj", text, 5000)
     assert 400 < np.count_nonzero(points[:, 2] == 9) < 600
 
 
-def test_samples_are_uniform_within_a_triangle(tmp_path: Path) -> None:
+def test_samples_are_uniform_within_triangle(tmp_path: Path) -> None:
     points = _sample(tmp_path, "a.obj", b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", 20_000)
     assert (points[:, :2].sum(axis=1) <= 1).all()
     np.testing.assert_allclose(points.mean(axis=0), [1 / 3, 1 / 3, 0], atol=0.01)
-    # The corner triangle with half the sides holds a quarter of the area.
+    # The corner triangle with half the side length has a quarter of the area.
     assert abs(np.mean(points[:, 0] > 0.5) - 0.25) < 0.015
 
 
-def test_the_same_seed_gives_the_same_points(tmp_path: Path) -> None:
+def test_same_seed_gives_same_points(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_bytes(CUBE)
-    first, again, other = (sample_surface(tmp_path / "a.obj", 50, seed) for seed in (1, 1, 2))
-    np.testing.assert_array_equal(first, again)
+    first, second, other = (sample_surface(tmp_path / "a.obj", 50, seed) for seed in (1, 1, 2))
+    np.testing.assert_array_equal(first, second)
     assert not np.array_equal(first, other)
 
 
-def test_an_obj_file_without_faces_gives_its_vertices(tmp_path: Path) -> None:
+def test_obj_without_faces_gives_vertices(tmp_path: Path) -> None:
     points = _sample(tmp_path, "a.obj", b"v 1 2 3 1.0\nv 4 5 6\n")
     np.testing.assert_array_equal(points, [[1, 2, 3], [4, 5, 6]])
 
 
-def test_stl_in_both_forms_is_sampled(tmp_path: Path) -> None:
+def test_text_and_binary_stl_are_sampled(tmp_path: Path) -> None:
     text = (
         b"solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\n"
         b"endloop\nendfacet\nendsolid a\n"
@@ -98,7 +98,7 @@ def test_stl_in_both_forms_is_sampled(tmp_path: Path) -> None:
         np.testing.assert_allclose(points.mean(axis=0), [1 / 3, 1 / 3, 0], atol=0.03)
 
 
-def test_faces_of_ply_are_sampled(tmp_path: Path) -> None:
+def test_ply_faces_are_sampled(tmp_path: Path) -> None:
     points = _sample(tmp_path, "a.ply", PLY_SQUARE)
     np.testing.assert_allclose(points.mean(axis=0), [1, 0.5, 0], atol=0.05)
     np.testing.assert_allclose(points.max(axis=0), [2, 1, 0], atol=0.02)
@@ -131,14 +131,14 @@ def test_faces_of_ply_are_sampled(tmp_path: Path) -> None:
         ("a.ply", PLY_SQUARE.replace(b"2 1 0", b"2 1 nan"), "1 vertices are NaN or infinite"),
     ],
 )
-def test_files_without_a_surface_are_refused(
+def test_files_without_surface_are_rejected(
     tmp_path: Path, name: str, data: bytes, message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
         _sample(tmp_path, name, data)
 
 
-def test_a_sample_of_nothing_is_refused(tmp_path: Path) -> None:
+def test_zero_samples_are_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="samples must be >= 1, got 0"):
         _sample(tmp_path, "a.obj", CUBE, 0)
 
@@ -146,7 +146,7 @@ def test_a_sample_of_nothing_is_refused(tmp_path: Path) -> None:
 @pytest.mark.skipif(
     not (DATA / "objects").is_dir(), reason="third-party meshes (../shared/data) are absent"
 )
-def test_every_household_mesh_is_sampled_inside_its_box() -> None:
+def test_samples_of_real_meshes_lie_in_bounding_box() -> None:
     meshes = sorted((DATA / "objects").glob("*/*_visual.obj"))
     assert meshes
     for mesh in meshes:

@@ -1,4 +1,4 @@
-"""Archives: wanted arrays, or one line on what is wrong."""
+"""Tests of reading arrays from NPZ archives."""
 
 from __future__ import annotations
 
@@ -20,25 +20,25 @@ def archive(tmp_path: Path) -> Path:
     return path
 
 
-def test_wanted_arrays_are_read_and_absent_ones_left_out(archive: Path) -> None:
+def test_requested_arrays_are_read_and_absent_ones_skipped(archive: Path) -> None:
     arrays = read_arrays(archive, ("depth", "rgb"))
     assert list(arrays) == ["depth"]
     np.testing.assert_array_equal(arrays["depth"], np.arange(600.0))
 
 
-def test_an_archive_with_none_of_the_names_lists_what_it_holds(archive: Path) -> None:
+def test_archive_without_requested_arrays_lists_contents(archive: Path) -> None:
     with pytest.raises(InputError, match=r"holds \['depth', 'label'\], expected one of \['points"):
         read_arrays(archive, ("points",))
 
 
 @pytest.mark.parametrize("keep", [1, 50, 300, -1])
-def test_a_truncated_archive_is_refused(archive: Path, keep: int) -> None:
+def test_truncated_archive_is_rejected(archive: Path, keep: int) -> None:
     archive.write_bytes(archive.read_bytes()[:keep])
     with pytest.raises(InputError, match=r"a\.npz: not a whole \.npz archive"):
         read_arrays(archive, ("depth",))
 
 
-def test_python_objects_are_never_unpickled(tmp_path: Path) -> None:
+def test_python_objects_are_not_unpickled(tmp_path: Path) -> None:
     objects = np.empty(1, dtype=object)
     objects[0] = {"a": 1}
     np.savez(tmp_path / "a.npz", depth=objects, allow_pickle=True)
@@ -46,7 +46,7 @@ def test_python_objects_are_never_unpickled(tmp_path: Path) -> None:
         read_arrays(tmp_path / "a.npz", ("depth",))
 
 
-def test_a_single_array_is_no_archive(tmp_path: Path) -> None:
+def test_single_array_file_is_rejected(tmp_path: Path) -> None:
     with (tmp_path / "a.npz").open("wb") as file:
         np.save(file, np.ones(3))
     with pytest.raises(InputError, match=r"holds a single array, expected an \.npz archive"):
@@ -55,7 +55,7 @@ def test_a_single_array_is_no_archive(tmp_path: Path) -> None:
 
 @settings(deadline=None, max_examples=60)
 @given(at=st.integers(0, 300), value=st.integers(0, 255))
-def test_a_damaged_byte_is_noticed_or_harmless(
+def test_damaged_byte_is_detected_or_harmless(
     tmp_path_factory: pytest.TempPathFactory, at: int, value: int
 ) -> None:
     path = tmp_path_factory.mktemp("npz") / "a.npz"

@@ -1,4 +1,4 @@
-"""From one point per pixel back to the camera."""
+"""Tests of recovering the camera from a cloud with one point per pixel."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def _parameters(k: CameraIntrinsics) -> list[float]:
     cy=st.floats(-20, 140),
     seed=st.integers(0, 1000),
 )
-def test_noise_free_intrinsics_are_recovered_to_a_thousandth_of_a_pixel(
+def test_exact_intrinsics_are_recovered(
     width: int, height: int, fx: float, fy: float, cx: float, cy: float, seed: int
 ) -> None:
     frame = _frame(seed, CameraIntrinsics(fx, fy, cx, cy, width, height))
@@ -54,7 +54,7 @@ def test_noise_free_intrinsics_are_recovered_to_a_thousandth_of_a_pixel(
     np.testing.assert_allclose(_parameters(back.intrinsics), expected, rtol=0, atol=1e-3)
 
 
-def test_the_grid_holds_points_in_pixel_order_and_nan_for_no_reading() -> None:
+def test_grid_has_pixel_order_and_nan_for_missing() -> None:
     frame = _frame()
     table = grid_from_frame(frame)
     assert (table.width, table.height) == (80, 60)
@@ -64,16 +64,16 @@ def test_the_grid_holds_points_in_pixel_order_and_nan_for_no_reading() -> None:
     np.testing.assert_allclose(points[frame.valid], frame.points()[frame.valid], atol=1e-6)
 
 
-def test_outliers_of_stereo_do_not_move_the_camera() -> None:
+def test_stereo_outliers_do_not_change_intrinsics() -> None:
     rng = np.random.default_rng(5)
     points = grid_from_frame(_frame()).points.reshape(60, 80, 3).astype(np.float64)
-    wild = rng.random((60, 80)) < 0.04
-    points[wild, :2] = rng.normal(scale=30.0, size=(int(wild.sum()), 2))
-    found = recover_intrinsics(points)
-    np.testing.assert_allclose(_parameters(found), _parameters(K), atol=1e-3)
+    outliers = rng.random((60, 80)) < 0.04
+    points[outliers, :2] = rng.normal(scale=30.0, size=(int(outliers.sum()), 2))
+    recovered = recover_intrinsics(points)
+    np.testing.assert_allclose(_parameters(recovered), _parameters(K), atol=1e-3)
 
 
-def test_few_readings_are_enough() -> None:
+def test_few_readings_suffice() -> None:
     points = grid_from_frame(_frame()).points.reshape(60, 80, 3).copy()
     keep = np.zeros((60, 80), dtype=bool)
     keep[::20, ::16] = True
@@ -81,39 +81,39 @@ def test_few_readings_are_enough() -> None:
     np.testing.assert_allclose(_parameters(recover_intrinsics(points)), _parameters(K), atol=1e-3)
 
 
-def test_most_readings_in_one_column_are_enough() -> None:
+def test_readings_mostly_in_one_column_suffice() -> None:
     points = grid_from_frame(DepthFrame(np.full((60, 80), 0.7, np.float32), K)).points
     points = points.reshape(60, 80, 3).copy()
     points[5:, :40] = points[5:, 41:] = np.nan
     np.testing.assert_allclose(_parameters(recover_intrinsics(points)), _parameters(K), atol=1e-3)
 
 
-def test_rounding_to_a_millimetre_is_forgiven() -> None:
+def test_millimetre_rounding_is_tolerated() -> None:
     points = grid_from_frame(_frame()).points.reshape(60, 80, 3).astype(np.float64).round(3)
     np.testing.assert_allclose(_parameters(recover_intrinsics(points)), _parameters(K), atol=0.1)
 
 
-def test_zero_points_are_no_readings() -> None:
+def test_zero_points_are_missing_readings() -> None:
     table = grid_from_frame(_frame())
     filled = PointTable(np.nan_to_num(table.points), table.colours, 80, 60)
     np.testing.assert_array_equal(frame_from_grid(filled).depth, _frame().depth)
 
 
-def test_a_known_camera_is_taken_as_it_is() -> None:
-    found = frame_from_grid(grid_from_frame(_frame()), CameraFile(K))
-    assert found.intrinsics == K
+def test_known_camera_is_used_unchanged() -> None:
+    recovered = frame_from_grid(grid_from_frame(_frame()), CameraFile(K))
+    assert recovered.intrinsics == K
 
 
-def test_a_wrong_camera_is_refused() -> None:
+def test_wrong_camera_is_rejected() -> None:
     wrong = CameraIntrinsics(110.0, 112.0, 36.5, 29.0, 80, 60)
     with pytest.raises(InputError, match=r"points miss their pixels by up to 3 px at fx=110"):
         frame_from_grid(grid_from_frame(_frame()), CameraFile(wrong))
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.8])
-def test_a_cloud_in_the_world_frame_is_no_pinhole_image(angle: float) -> None:
-    turned = Rotation.from_rotvec([angle, 0.2, 0.1]).apply(grid_from_frame(_frame()).points)
-    table = PointTable(turned + np.array([0.3, -0.2, 2.5]), None, 80, 60)
+def test_cloud_in_world_frame_is_rejected(angle: float) -> None:
+    rotated = Rotation.from_rotvec([angle, 0.2, 0.1]).apply(grid_from_frame(_frame()).points)
+    table = PointTable(rotated + np.array([0.3, -0.2, 2.5]), None, 80, 60)
     with pytest.raises(InputError, match=r"not a pinhole image in the camera frame: .*expected"):
         frame_from_grid(table)
 
@@ -126,44 +126,44 @@ def test_a_cloud_in_the_world_frame_is_no_pinhole_image(angle: float) -> None:
         ([1, -1, -1], r"\d+ points lie behind the camera \(lowest z -.* m\): expected the optical"),
     ],
 )
-def test_flipped_axes_are_refused(signs: list[int], message: str) -> None:
+def test_flipped_axes_are_rejected(signs: list[int], message: str) -> None:
     table = PointTable(grid_from_frame(_frame()).points * np.array(signs), None, 80, 60)
     with pytest.raises(InputError, match=message):
         frame_from_grid(table)
 
 
-def test_a_single_column_tells_nothing_of_the_camera() -> None:
+def test_single_column_is_rejected() -> None:
     points = grid_from_frame(_frame()).points.reshape(60, 80, 3).copy()
     points[:, 1:] = np.nan
     with pytest.raises(InputError, match=r"lie in a single column, .*: give camera intrinsics"):
         recover_intrinsics(points)
 
 
-def test_a_cloud_without_readings_is_refused() -> None:
+def test_cloud_without_readings_is_rejected() -> None:
     table = PointTable(np.full((4, 3), np.nan), None, 2, 2)
     with pytest.raises(InputError, match="no point has a reading"):
         frame_from_grid(table)
 
 
-def test_millimetres_are_noticed() -> None:
+def test_millimetres_are_detected() -> None:
     table = PointTable(grid_from_frame(_frame()).points * np.float32(1000), None, 80, 60)
     with pytest.raises(InputError, match="looks like millimetres given as metres"):
         frame_from_grid(table)
 
 
-def test_a_row_of_points_is_no_image() -> None:
+def test_unorganised_cloud_is_rejected() -> None:
     table = PointTable(np.ones((6, 3)), None, 6, 1)
     with pytest.raises(InputError, match=r"not organised \(6 points, width 6, height 1\).*eyehand"):
         frame_from_grid(table)
 
 
-def test_a_grid_of_another_size_is_refused() -> None:
+def test_grid_of_wrong_size_is_rejected() -> None:
     table = PointTable(np.ones((6, 3)), None, 2, 2)
     with pytest.raises(InputError, match="says 2x2 px but holds 6 points, expected 4"):
         frame_from_grid(table)
 
 
-def test_absurd_coordinates_end_in_an_error() -> None:
+def test_extreme_coordinates_raise() -> None:
     points = np.zeros((2, 2, 3))
     points[..., 2] = 1e-300
     points[0, 1] = [1e300, 1e300, 1e-300]

@@ -1,4 +1,4 @@
-"""PCD files: every layout read right, every broken one refused."""
+"""Tests of PCD files: all layouts are read, broken files are rejected."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def _read(tmp_path: Path, data: bytes) -> PointTable:
     points=hnp.arrays(np.float32, st.tuples(st.integers(1, 12), st.just(3))),
     coloured=st.booleans(),
 )
-def test_what_is_written_is_read_back_bit_by_bit(
+def test_written_cloud_is_read_back_exactly(
     tmp_path_factory: pytest.TempPathFactory, points: np.ndarray, coloured: bool
 ) -> None:
     points[np.isinf(points)] = np.nan
@@ -61,7 +61,7 @@ def test_what_is_written_is_read_back_bit_by_bit(
         assert back.colours is None
 
 
-def test_open3d_reads_what_is_written(tmp_path: Path) -> None:
+def test_open3d_reads_written_file(tmp_path: Path) -> None:
     path = tmp_path / "a.pcd"
     path.write_bytes(pcd_bytes(PointTable(POINTS, COLOURS, 2, 2)))
     cloud = import_open3d().io.read_point_cloud(str(path), remove_nan_points=False)
@@ -72,7 +72,7 @@ def test_open3d_reads_what_is_written(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     "options", [{}, {"write_ascii": True}, {"compressed": True}], ids=["plain", "ascii", "packed"]
 )
-def test_what_open3d_writes_is_read_in_its_order(tmp_path: Path, options: dict[str, bool]) -> None:
+def test_open3d_file_is_read_in_order(tmp_path: Path, options: dict[str, bool]) -> None:
     open3d = import_open3d()
     points = np.random.default_rng(3).normal(size=(500, 3)).astype(np.float32)
     colours = np.random.default_rng(4).integers(0, 256, (500, 3), dtype=np.uint8)
@@ -81,13 +81,13 @@ def test_what_open3d_writes_is_read_in_its_order(tmp_path: Path, options: dict[s
     cloud.colors = open3d.utility.Vector3dVector(colours / 255)
     assert open3d.io.write_point_cloud(str(tmp_path / "a.pcd"), cloud, **options)
     table = read_pcd(tmp_path / "a.pcd")
-    # open3d prints ten digits, which is more than float32 holds.
+    # Open3D writes ten digits, more than float32 needs.
     np.testing.assert_array_equal(table.points.astype(np.float32), points)
     np.testing.assert_array_equal(table.colours, colours)
 
 
 @pytest.mark.parametrize(("name", "kind"), [("rgb", "F"), ("rgb", "U"), ("rgba", "U")])
-def test_packed_colours_are_red_green_blue(tmp_path: Path, name: str, kind: str) -> None:
+def test_packed_colours_are_rgb(tmp_path: Path, name: str, kind: str) -> None:
     header = _header(f"x y z {name}", "4 4 4 4", f"F F F {kind}", "1 1 1 1")
     table = _read(tmp_path, header + struct.pack("<fffI", 1, 2, 3, COLOUR) * 2)
     np.testing.assert_array_equal(table.colours, [[10, 20, 30]] * 2)
@@ -110,23 +110,23 @@ def test_padding_fields_are_skipped_in_compressed_data(tmp_path: Path) -> None:
         "x y z _ rgb _", "4 4 4 1 4 1", "F F F U I U", "1 1 1 4 1 12", form="binary_compressed"
     )
     columns = struct.pack("<6f8x2I24x", 1, 2, 3, 4, 5, 6, COLOUR, COLOUR)
-    table = _read(tmp_path, header + _compressed(columns))
+    table = _read(tmp_path, header + _compress(columns))
     np.testing.assert_array_equal(table.points, [[1, 3, 5], [2, 4, 6]])
     np.testing.assert_array_equal(table.colours, [[10, 20, 30]] * 2)
 
 
-def test_doubles_in_compressed_data_are_read(tmp_path: Path) -> None:
+def test_compressed_doubles_are_read(tmp_path: Path) -> None:
     header = _header(size="8 8 8", form="binary_compressed")
-    table = _read(tmp_path, header + _compressed(struct.pack("<6d", 0.1, 1, 2, 3, 4, 5)))
+    table = _read(tmp_path, header + _compress(struct.pack("<6d", 0.1, 1, 2, 3, 4, 5)))
     np.testing.assert_array_equal(table.points, [[0.1, 2, 4], [1, 3, 5]])
 
 
-def test_doubles_and_other_orders_are_read(tmp_path: Path) -> None:
+def test_doubles_and_other_field_orders_are_read(tmp_path: Path) -> None:
     table = _read(tmp_path, _header("z y x", "8 8 8") + struct.pack("<3d", 3, 2, 0.1) * 2)
     np.testing.assert_array_equal(table.points, [[0.1, 2, 3]] * 2)
 
 
-def test_text_may_have_windows_line_ends_and_nan(tmp_path: Path) -> None:
+def test_ascii_accepts_windows_line_ends_and_nan(tmp_path: Path) -> None:
     text = _header(grid=(2, 2), form="ascii") + b"1 2 3\nnan nan nan\n4 5 6\n7 8 9.5\n"
     table = _read(tmp_path, text.replace(b"\n", b"\r\n"))
     np.testing.assert_array_equal(table.points, POINTS)
@@ -158,36 +158,36 @@ BINARY = _header() + struct.pack("<6f", *range(6))
         (BINARY.replace(b"T 1 1 1", b"T 1 1 1" + b"0" * 5000), "expected whole numbers"),
     ],
 )
-def test_broken_files_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
+def test_broken_files_are_rejected(tmp_path: Path, data: bytes, message: str) -> None:
     with pytest.raises(InputError, match=message):
         _read(tmp_path, data)
 
 
-def test_broken_compressed_files_are_refused(tmp_path: Path) -> None:
+def test_broken_compressed_files_are_rejected(tmp_path: Path) -> None:
     header = _header(form="binary_compressed")
-    body = _compressed(struct.pack("<6f", *range(6)))
+    body = _compress(struct.pack("<6f", *range(6)))
     np.testing.assert_array_equal(_read(tmp_path, header + body).points, [[0, 2, 4], [1, 3, 5]])
     for data, message in (
         (header, "cut short: 0 bytes of data, expected 8"),
         (header + body[:-1], "cut short: 24 bytes of data, expected 25"),
         (header + body.replace(b"\x18", b"\x17", 1), "unpack to 23 bytes, expected 24 bytes"),
         (header + body[:8] + b"\xff" * 25, "damaged: they do not unpack"),
-        # Ends a line for some readers, not for others.
+        # U+0085 ends a line for str.splitlines, but not for other readers.
         (header.replace(b"DATA ", b"DATA\x85") + body, r"begins with 'DATA\\x85binary"),
     ):
         with pytest.raises(InputError, match=message):
             _read(tmp_path, data)
 
 
-def test_no_truncation_of_a_binary_file_passes(tmp_path: Path) -> None:
+def test_truncated_binary_file_is_rejected(tmp_path: Path) -> None:
     whole = pcd_bytes(PointTable(POINTS, COLOURS, 2, 2))
     for keep in range(len(whole)):
         with pytest.raises(InputError):
             _read(tmp_path, whole[:keep])
 
 
-def _compressed(data: bytes) -> bytes:
-    """LZF stream of literals only, which any decoder takes."""
+def _compress(data: bytes) -> bytes:
+    """Return an LZF stream of literals only, valid for every decoder."""
     runs = [data[i : i + 32] for i in range(0, len(data), 32)]
     packed = b"".join(bytes([len(run) - 1]) + run for run in runs)
     return struct.pack("<II", len(packed), len(data)) + packed

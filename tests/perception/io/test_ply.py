@@ -1,4 +1,4 @@
-"""PLY files: points, colours, and the two ways to say which pixel a point belongs to."""
+"""Tests of PLY files: points, colours, and the two encodings of an organised grid."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def _read(tmp_path: Path, data: bytes) -> PointTable:
     points=hnp.arrays(np.float32, st.tuples(st.integers(1, 12), st.just(3))),
     coloured=st.booleans(),
 )
-def test_what_is_written_is_read_back_bit_by_bit(
+def test_written_cloud_is_read_back_exactly(
     tmp_path_factory: pytest.TempPathFactory, points: np.ndarray, coloured: bool
 ) -> None:
     points[np.isinf(points)] = np.nan
@@ -53,7 +53,7 @@ def test_what_is_written_is_read_back_bit_by_bit(
         assert back.colours is None
 
 
-def test_open3d_reads_what_is_written(tmp_path: Path) -> None:
+def test_open3d_reads_written_file(tmp_path: Path) -> None:
     path = tmp_path / "a.ply"
     path.write_bytes(ply_bytes(PointTable(POINTS, COLOURS, 2, 2)))
     cloud = import_open3d().io.read_point_cloud(str(path), remove_nan_points=False)
@@ -62,7 +62,7 @@ def test_open3d_reads_what_is_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("ascii_form", [False, True])
-def test_what_open3d_writes_is_read_in_its_order(tmp_path: Path, ascii_form: bool) -> None:
+def test_open3d_file_is_read_in_order(tmp_path: Path, ascii_form: bool) -> None:
     open3d = import_open3d()
     points = np.random.default_rng(3).normal(size=(100, 3)).astype(np.float32)
     colours = np.random.default_rng(4).integers(0, 256, (100, 3), dtype=np.uint8)
@@ -70,12 +70,12 @@ def test_what_open3d_writes_is_read_in_its_order(tmp_path: Path, ascii_form: boo
     cloud.colors = open3d.utility.Vector3dVector(colours / 255)
     assert open3d.io.write_point_cloud(str(tmp_path / "a.ply"), cloud, write_ascii=ascii_form)
     table = read_ply(tmp_path / "a.ply")
-    tolerance = 1e-5 if ascii_form else 0.0  # it prints six digits
+    tolerance = 1e-5 if ascii_form else 0.0  # Open3D writes six digits
     np.testing.assert_allclose(table.points, points, atol=tolerance)
     np.testing.assert_array_equal(table.colours, colours)
 
 
-def test_big_endian_files_and_tables_before_the_points_are_read(tmp_path: Path) -> None:
+def test_big_endian_file_with_preceding_table_is_read(tmp_path: Path) -> None:
     header = _header("binary_big_endian", before="element camera 1\nproperty double f\n", after=RGB)
     row = struct.pack(">fff3B", 1, 2, 3, 10, 20, 30)
     table = _read(tmp_path, header + struct.pack(">d", 9.0) + row * 2)
@@ -83,14 +83,14 @@ def test_big_endian_files_and_tables_before_the_points_are_read(tmp_path: Path) 
     np.testing.assert_array_equal(table.colours, [[10, 20, 30]] * 2)
 
 
-def test_lines_of_tables_before_the_points_are_skipped(tmp_path: Path) -> None:
+def test_ascii_tables_before_points_are_skipped(tmp_path: Path) -> None:
     header = _header(before="element camera 1\nproperty double f\n", after=RGB)
     table = _read(tmp_path, header + b"9\n1 2 3 10 20 30\n4 5 nan 255 0 1\n")
     np.testing.assert_array_equal(table.points, [[1, 2, 3], [4, 5, np.nan]])
     np.testing.assert_array_equal(table.colours, [[10, 20, 30], [255, 0, 1]])
 
 
-def test_colours_may_be_diffuse_or_fractions(tmp_path: Path) -> None:
+def test_diffuse_and_fractional_colours_are_read(tmp_path: Path) -> None:
     diffuse = RGB.replace("uchar ", "uchar diffuse_")
     rows = b"1 2 3 10 20 30\n" * 2
     np.testing.assert_array_equal(
@@ -104,7 +104,7 @@ def test_colours_may_be_diffuse_or_fractions(tmp_path: Path) -> None:
     "lines",
     ["obj_info num_cols 3\nobj_info num_rows 2\n", "comment width 3\ncomment height 2\n"],
 )
-def test_the_grids_size_stands_in_the_header(tmp_path: Path, lines: str) -> None:
+def test_grid_size_is_read_from_header(tmp_path: Path, lines: str) -> None:
     table = _read(tmp_path, _header(count=6, before=lines) + b"1 2 3\n" * 6)
     assert (table.width, table.height) == (3, 2)
 
@@ -116,14 +116,14 @@ ASCII_GRID = _header(before=GRID, after=RGB + RANGE_GRID) + (
 )
 
 
-def test_a_range_grid_puts_points_on_their_pixels(tmp_path: Path) -> None:
-    nothing = [np.nan] * 3
+def test_range_grid_assigns_points_to_pixels(tmp_path: Path) -> None:
+    missing = [np.nan] * 3
     header = _header("binary_little_endian", before=GRID, after=RGB + RANGE_GRID)
     rows = struct.pack("<3f3B3f3B", 1, 2, 3, 10, 20, 30, 4, 5, 6, 7, 8, 9)
     binary = header + rows + struct.pack("<BiBBBi", 1, 1, 0, 0, 1, 0)
     for data in (ASCII_GRID, binary):
         table = _read(tmp_path, data)
-        np.testing.assert_array_equal(table.points, [[4, 5, 6], nothing, nothing, [1, 2, 3]])
+        np.testing.assert_array_equal(table.points, [[4, 5, 6], missing, missing, [1, 2, 3]])
         assert table.colours is not None
         np.testing.assert_array_equal(table.colours[[0, 3]], [[7, 8, 9], [10, 20, 30]])
         assert (table.width, table.height) == (2, 2)
@@ -165,12 +165,12 @@ BINARY = _header("binary_little_endian") + struct.pack("<6f", *range(6))
         (ASCII_GRID[:-4], "cut short: 3 of 4 rows of range_grid"),
     ],
 )
-def test_broken_files_are_refused(tmp_path: Path, data: bytes, message: str) -> None:
+def test_broken_files_are_rejected(tmp_path: Path, data: bytes, message: str) -> None:
     with pytest.raises(InputError, match=message):
         _read(tmp_path, data)
 
 
-def test_no_truncation_of_a_binary_file_passes(tmp_path: Path) -> None:
+def test_truncated_binary_file_is_rejected(tmp_path: Path) -> None:
     whole = ply_bytes(PointTable(POINTS, COLOURS, 2, 2))
     for keep in range(len(whole)):
         with pytest.raises(InputError):

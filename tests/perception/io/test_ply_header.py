@@ -1,4 +1,4 @@
-"""Headers of PLY files."""
+"""Tests of parsing PLY headers."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import pytest
 from eyehand.errors import InputError
 from eyehand.perception.io.ply_header import PlyProperty, parse_ply_header
 
-WHOLE = b"""ply
+HEADER = b"""ply
 format binary_big_endian 1.0
 comment made by hand
 comment width many
@@ -24,8 +24,8 @@ data"""
 
 
 @pytest.mark.parametrize("line_end", [b"\n", b"\r\n"])
-def test_tables_columns_and_grid_are_understood(line_end: bytes) -> None:
-    data = WHOLE.replace(b"\n", line_end)
+def test_elements_properties_and_grid_are_parsed(line_end: bytes) -> None:
+    data = HEADER.replace(b"\n", line_end)
     header = parse_ply_header(data)
     assert data[header.body_at :] == b"data"
     assert (header.form, header.byte_order) == ("binary_big_endian", ">")
@@ -53,6 +53,6 @@ def test_tables_columns_and_grid_are_understood(line_end: bytes) -> None:
         (b"element vertex 12\n", b"", "says 'property float x', which is not PLY"),
     ],
 )
-def test_broken_headers_are_refused(old: bytes, new: bytes, message: str) -> None:
+def test_broken_headers_are_rejected(old: bytes, new: bytes, message: str) -> None:
     with pytest.raises(InputError, match=message):
-        parse_ply_header(WHOLE.replace(old, new))
+        parse_ply_header(HEADER.replace(old, new))

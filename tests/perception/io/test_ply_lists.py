@@ -1,4 +1,4 @@
-"""Lists of vertices, as text and as bytes."""
+"""Tests of reading vertex lists from ASCII and binary PLY data."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _header(form: str, rows: int, columns: list[PlyProperty]) -> tuple[PlyHeader
 
 
 @given(st.lists(st.lists(st.integers(0, 8), max_size=6), max_size=5), st.sampled_from("<>"))
-def test_lists_are_read_between_other_columns(faces: list[list[int]], order: str) -> None:
+def test_lists_between_other_columns_are_read(faces: list[list[int]], order: str) -> None:
     form = "binary_little_endian" if order == "<" else "binary_big_endian"
     header, face = _header(form, len(faces), [FLAGS, TEXTURE, LIST, FLAGS])
     data = b"skipped" + b"".join(
@@ -37,36 +37,36 @@ def test_lists_are_read_between_other_columns(faces: list[list[int]], order: str
     assert read_vertex_lists(text.encode(), header, face, 1) == faces
 
 
-def test_no_truncation_passes() -> None:
+def test_truncated_data_is_rejected() -> None:
     header, face = _header("binary_little_endian", 2, [LIST, FLAGS])
-    whole = struct.pack("<B3ihB3ih", 3, 0, 1, 2, 7, 3, 0, 1, 2, 7)
-    for keep in range(len(whole)):
+    data = struct.pack("<B3ihB3ih", 3, 0, 1, 2, 7, 3, 0, 1, 2, 7)
+    for keep in range(len(data)):
         with pytest.raises(InputError, match=r"cut short: [01] of 2 rows of face"):
-            read_vertex_lists(whole[:keep], header, face, 0)
+            read_vertex_lists(data[:keep], header, face, 0)
 
 
 @pytest.mark.parametrize("row", ["3 0 1", "-1 0", "2 0 x", "", "1 -1"])
-def test_rows_that_hold_no_list_are_refused(row: str) -> None:
+def test_rows_without_list_are_rejected(row: str) -> None:
     header, face = _header("ascii", 1, [LIST])
     with pytest.raises(InputError, match=r"a PLY row is|cut short: 0 of 1 rows"):
         read_vertex_lists(f"{row}\n".encode(), header, face, 0)
 
 
 @pytest.mark.parametrize("vertex", [-1, 9, 2**31 - 1])
-def test_vertices_that_do_not_exist_are_refused(vertex: int) -> None:
+def test_nonexistent_vertices_are_rejected(vertex: int) -> None:
     header, face = _header("binary_little_endian", 1, [LIST])
     with pytest.raises(InputError, match=r"face table names vertices .* expected 0 to 8"):
         read_vertex_lists(struct.pack("<B3i", 3, 0, 1, vertex), header, face, 0)
 
 
 @pytest.mark.parametrize("columns", [[FLAGS], [TEXTURE], [LIST, LIST]])
-def test_a_table_without_one_list_of_vertices_is_refused(columns: list[PlyProperty]) -> None:
+def test_table_without_single_vertex_list_is_rejected(columns: list[PlyProperty]) -> None:
     header, face = _header("ascii", 1, columns)
     with pytest.raises(InputError, match="the PLY face table must follow the vertices and hold"):
         read_vertex_lists(b"3 0 1 2\n", header, face, 0)
 
 
-def test_a_table_elsewhere_is_refused() -> None:
+def test_table_not_after_vertices_is_rejected() -> None:
     header, face = _header("ascii", 1, [LIST])
     header.elements.insert(1, PlyElement("edge", 1, [FLAGS]))
     with pytest.raises(InputError, match="must follow the vertices"):

@@ -1,4 +1,4 @@
-"""PNG: whole, of the right type, and in the right channel order."""
+"""Tests of PNG images: integrity, pixel type and channel order."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from eyehand.errors import InputError
 from eyehand.perception.io.png import check_png, decode_colour, decode_depth, write_png
 
 
-def _encoded(image: np.ndarray) -> bytes:
+def _encode(image: np.ndarray) -> bytes:
     return cv2.imencode(".png", image)[1].tobytes()
 
 
 RAMP = np.arange(60 * 80, dtype=np.uint16).reshape(60, 80) * 13
 
 
-def test_sixteen_bits_come_back_exactly(tmp_path: Path) -> None:
+def test_sixteen_bit_depth_round_trips(tmp_path: Path) -> None:
     write_png(tmp_path / "a.png", RAMP)
     data = (tmp_path / "a.png").read_bytes()
     assert check_png(data).kind == "16-bit greyscale"
     np.testing.assert_array_equal(decode_depth(data), RAMP)
 
 
-def test_red_stays_red(tmp_path: Path) -> None:
+def test_colour_channel_order_is_rgb(tmp_path: Path) -> None:
     red = np.zeros((2, 3, 3), dtype=np.uint8)
     red[..., 0] = 200
     write_png(tmp_path / "a.png", red)
@@ -41,7 +41,7 @@ def test_red_stays_red(tmp_path: Path) -> None:
 def test_alpha_and_palette_are_read_as_rgb() -> None:
     bgra = np.zeros((2, 3, 4), dtype=np.uint8)
     bgra[...] = [1, 2, 3, 255]
-    np.testing.assert_array_equal(decode_colour(_encoded(bgra)), np.full((2, 3, 3), [3, 2, 1]))
+    np.testing.assert_array_equal(decode_colour(_encode(bgra)), np.full((2, 3, 3), [3, 2, 1]))
 
 
 @pytest.mark.parametrize(
@@ -52,15 +52,15 @@ def test_alpha_and_palette_are_read_as_rgb() -> None:
         (np.ones((2, 2, 4), dtype=np.uint16), "16-bit RGBA"),
     ],
 )
-def test_depth_of_another_type_is_named(image: np.ndarray, kind: str) -> None:
+def test_wrong_depth_type_is_reported(image: np.ndarray, kind: str) -> None:
     with pytest.raises(InputError, match=f"the depth image is {kind}, expected 16-bit greyscale"):
-        decode_depth(_encoded(image))
+        decode_depth(_encode(image))
 
 
 @settings(deadline=None)
 @given(st.data())
-def test_no_truncated_image_passes(data: st.DataObject) -> None:
-    whole = _encoded(RAMP)
+def test_truncated_image_is_rejected(data: st.DataObject) -> None:
+    whole = _encode(RAMP)
     keep = data.draw(st.integers(8, len(whole) - 1))
     with pytest.raises(InputError, match=f"cut short: it ends after {keep} bytes"):
         decode_depth(whole[:keep])
@@ -68,27 +68,27 @@ def test_no_truncated_image_passes(data: st.DataObject) -> None:
 
 @settings(deadline=None)
 @given(st.data())
-def test_no_flipped_bit_passes(data: st.DataObject) -> None:
-    damaged = bytearray(_encoded(RAMP))
+def test_flipped_bit_is_rejected(data: st.DataObject) -> None:
+    damaged = bytearray(_encode(RAMP))
     at = data.draw(st.integers(0, len(damaged) - 1))
     damaged[at] ^= 1 << data.draw(st.integers(0, 7))
     with pytest.raises(InputError, match=r"not a PNG file|damaged|cut short"):
         decode_depth(bytes(damaged))
 
 
-def test_the_decoder_never_prints_its_own_warnings(capfd: pytest.CaptureFixture[str]) -> None:
-    whole = _encoded(RAMP)
+def test_decoder_prints_no_warnings(capfd: pytest.CaptureFixture[str]) -> None:
+    whole = _encode(RAMP)
     for keep in range(0, len(whole), 97):
         with pytest.raises(InputError):
             decode_depth(whole[:keep])
     assert capfd.readouterr() == ("", "")
 
 
-def test_another_format_is_not_png() -> None:
+def test_other_image_format_is_rejected() -> None:
     with pytest.raises(InputError, match="not a PNG file: it begins with b'BM"):
         decode_depth(cv2.imencode(".bmp", np.ones((2, 2), dtype=np.uint8))[1].tobytes())
 
 
-def test_an_image_that_png_cannot_hold_is_refused(tmp_path: Path) -> None:
+def test_empty_image_is_rejected(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not fit a PNG"):
         write_png(tmp_path / "a.png", np.ones((2, 0), dtype=np.uint16))

@@ -1,4 +1,4 @@
-"""Clouds to files and back."""
+"""Tests of reading and writing point clouds."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ clouds = hnp.arrays(np.float64, st.tuples(st.integers(1, 20), st.just(3)), eleme
 @pytest.mark.parametrize("suffix", [".npz", ".xyz", ".ply", ".pcd", ".PLY"])
 @settings(deadline=None, max_examples=15)
 @given(points=clouds, coloured=st.booleans())
-def test_points_survive_every_format(
+def test_points_round_trip_in_every_format(
     tmp_path_factory: pytest.TempPathFactory, suffix: str, points: np.ndarray, coloured: bool
 ) -> None:
     path = tmp_path_factory.mktemp("cloud") / f"a{suffix}"
@@ -48,7 +48,7 @@ def test_colours_are_written(tmp_path: Path) -> None:
     assert (tmp_path / "a.xyz").read_text().splitlines()[0] == "0.0 0.0 0.0 255 0 1"
 
 
-def test_points_without_a_reading_are_left_out(tmp_path: Path) -> None:
+def test_points_without_reading_are_skipped(tmp_path: Path) -> None:
     points = np.array([[1, 2, 3], [np.nan, 0, 0], [0, np.inf, 0], [4, 5, 6]])
     np.savez(tmp_path / "a.npz", points=points)
     (tmp_path / "a.csv").write_text("\n".join(",".join(map(str, row)) for row in points))
@@ -56,19 +56,19 @@ def test_points_without_a_reading_are_left_out(tmp_path: Path) -> None:
         np.testing.assert_array_equal(read_cloud(tmp_path / name), [[1, 2, 3], [4, 5, 6]])
 
 
-def test_whole_number_points_are_read_as_metres(tmp_path: Path) -> None:
+def test_integer_points_are_read_as_metres(tmp_path: Path) -> None:
     np.savez(tmp_path / "a.npz", points=np.array([[1, 2, 3]]))
     assert read_cloud(tmp_path / "a.npz").tolist() == [[1.0, 2.0, 3.0]]
 
 
-def test_surfaces_are_sampled_and_samples_are_counted(tmp_path: Path) -> None:
+def test_meshes_give_requested_number_of_samples(tmp_path: Path) -> None:
     (tmp_path / "a.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
     points = read_cloud(tmp_path / "a.obj", samples=321)
     assert points.shape == (321, 3)
     np.testing.assert_array_equal(points, read_cloud(tmp_path / "a.obj", samples=321, seed=0))
 
 
-def test_a_ply_file_is_a_surface_only_if_it_has_faces(tmp_path: Path) -> None:
+def test_ply_is_mesh_only_with_faces(tmp_path: Path) -> None:
     header = (
         "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
         "property float z\nelement face {}\nproperty list uchar int vertex_indices\nend_header\n"
@@ -94,7 +94,7 @@ def test_a_ply_file_is_a_surface_only_if_it_has_faces(tmp_path: Path) -> None:
         ("a.stl", b"junk\n", r"a\.stl: not a whole STL file"),
     ],
 )
-def test_files_that_are_no_clouds_are_refused(
+def test_invalid_cloud_files_are_rejected(
     tmp_path: Path, name: str, data: bytes, message: str
 ) -> None:
     (tmp_path / name).write_bytes(data)
@@ -103,14 +103,14 @@ def test_files_that_are_no_clouds_are_refused(
     assert "\n" not in str(caught.value)
 
 
-def test_a_missing_file_is_named(tmp_path: Path) -> None:
+def test_missing_file_is_reported(tmp_path: Path) -> None:
     for suffix in (".ply", ".pcd", ".npz", ".xyz", ".obj", ".stl"):
         with pytest.raises(InputError, match=rf"absent\{suffix}: no such file"):
             read_cloud(tmp_path / f"absent{suffix}")
 
 
 @pytest.mark.parametrize("points", [np.zeros(3), np.zeros((3, 2)), np.full((1, 3), "a")])
-def test_arrays_that_are_no_points_are_refused(tmp_path: Path, points: np.ndarray) -> None:
+def test_arrays_of_wrong_shape_are_rejected(tmp_path: Path, points: np.ndarray) -> None:
     np.savez(tmp_path / "a.npz", points=points)
     with pytest.raises(InputError, match=r"a\.npz: points are .*, expected \(N, 3\) float"):
         read_cloud(tmp_path / "a.npz")
@@ -126,7 +126,7 @@ def test_arrays_that_are_no_points_are_refused(tmp_path: Path, points: np.ndarra
         (np.zeros((2, 3)), np.zeros((2, 3)), r"colours are \(2, 3\) float64, expected .* uint8"),
     ],
 )
-def test_nothing_is_written_of_arrays_that_are_no_cloud(
+def test_invalid_arrays_are_not_written(
     tmp_path: Path, points: Any, colours: Any, message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
@@ -134,7 +134,7 @@ def test_nothing_is_written_of_arrays_that_are_no_cloud(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_writing_names_the_formats(tmp_path: Path) -> None:
+def test_write_reports_formats(tmp_path: Path) -> None:
     with pytest.raises(InputError, match=r"suffix '\.obj' .*expected one of \.ply, \.pcd, \.npz"):
         write_cloud(tmp_path / "a.obj", np.zeros((1, 3)))
 
@@ -142,7 +142,7 @@ def test_writing_names_the_formats(tmp_path: Path) -> None:
 @pytest.mark.skipif(
     not (DATA / "frames").is_dir(), reason="third-party frames (../shared/data) are absent"
 )
-def test_a_real_carton_is_read() -> None:
+def test_real_carton_cloud_is_read() -> None:
     points = read_cloud(DATA / "frames/pcl/milk_color.pcd")
     assert points.shape == (13704, 3)
     assert np.all(np.ptp(points, axis=0) < 0.3)

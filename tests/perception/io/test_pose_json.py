@@ -1,4 +1,4 @@
-"""Poses at a file's edge."""
+"""Tests of poses in JSON and as matrices."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ from eyehand.errors import InputError
 from eyehand.perception.io.pose_json import pose_from_json, pose_from_matrix, pose_to_json
 
 
-def _changed(row: int, column: int, value: float) -> np.ndarray:
+def _identity_except(row: int, column: int, value: float) -> np.ndarray:
     matrix = np.eye(4)
     matrix[row, column] = value
     return matrix
 
 
-def test_a_quarter_turn_about_z_is_read_w_first() -> None:
+def test_quaternion_order_is_wxyz() -> None:
     half = np.sqrt(0.5)
     pose = pose_from_json({"quat_wxyz": [half, 0, 0, half], "translation_m": [1, 2, 3]}, "T")
     np.testing.assert_allclose(pose.apply([1.0, 0.0, 0.0]), [1.0, 3.0, 3.0], atol=1e-12)
@@ -30,7 +30,7 @@ def test_a_quarter_turn_about_z_is_read_w_first() -> None:
     vector=st.lists(st.floats(-3, 3), min_size=3, max_size=3),
     translation=st.lists(st.floats(-10, 10), min_size=3, max_size=3),
 )
-def test_poses_survive_json_and_matrix(vector: list[float], translation: list[float]) -> None:
+def test_poses_round_trip_as_json_and_matrix(vector: list[float], translation: list[float]) -> None:
     pose = RigidTransform.from_components(translation, Rotation.from_rotvec(vector))
     for back in (pose_from_json(pose_to_json(pose), "T"), pose_from_matrix(pose.as_matrix(), "T")):
         np.testing.assert_allclose(back.as_matrix(), pose.as_matrix(), atol=1e-12)
@@ -41,13 +41,13 @@ def test_poses_survive_json_and_matrix(vector: list[float], translation: list[fl
     [
         (np.eye(3), r"must be a \(4, 4\) number matrix, got \(3, 3\)"),
         (np.full((4, 4), "a"), "number matrix"),
-        (_changed(0, 0, np.nan), "NaN or infinite"),
-        (_changed(3, 0, 1.0), r"last row \[1.0, 0.0, 0.0, 1.0\], expected \[0, 0, 0, 1\]"),
-        (_changed(0, 0, 1.1), "does not hold a rotation"),
-        (_changed(2, 2, -1.0), "determinant -1, expected 1"),
+        (_identity_except(0, 0, np.nan), "NaN or infinite"),
+        (_identity_except(3, 0, 1.0), r"last row \[1.0, 0.0, 0.0, 1.0\], expected \[0, 0, 0, 1\]"),
+        (_identity_except(0, 0, 1.1), "does not hold a rotation"),
+        (_identity_except(2, 2, -1.0), "determinant -1, expected 1"),
     ],
 )
-def test_matrices_that_are_no_pose_are_refused(matrix: np.ndarray, message: str) -> None:
+def test_invalid_matrices_are_rejected(matrix: np.ndarray, message: str) -> None:
     with pytest.raises(InputError, match=message):
         pose_from_matrix(matrix, "T_world_camera")
 
@@ -65,6 +65,6 @@ def test_matrices_that_are_no_pose_are_refused(matrix: np.ndarray, message: str)
         ({"quat_wxyz": [1, 0, 0, 0], "translation_m": [0, 0, np.nan]}, "list of 3 finite"),
     ],
 )
-def test_json_that_is_no_pose_is_refused(value: Any, message: str) -> None:
+def test_invalid_json_is_rejected(value: Any, message: str) -> None:
     with pytest.raises(InputError, match=message):
         pose_from_json(value, "T_world_camera")

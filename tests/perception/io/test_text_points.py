@@ -1,4 +1,4 @@
-"""Points as text."""
+"""Tests of points in text files."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ EXPECTED = [[0.1, -2, 3e-3], [4, 5, 6]]
         "\ufeffid, x, y, z\n1, 0.1, -2, 3e-3\n2, 4, 5, 6\n",
     ],
 )
-def test_separators_headers_and_comments_are_understood(text: str) -> None:
+def test_separators_headers_and_comments_are_parsed(text: str) -> None:
     np.testing.assert_array_equal(parse_text_points(text.encode()), EXPECTED)
 
 
@@ -38,11 +38,11 @@ def test_separators_headers_and_comments_are_understood(text: str) -> None:
         elements=st.floats(allow_nan=False, allow_infinity=False),
     )
 )
-def test_what_is_printed_reads_back_exactly(points: np.ndarray) -> None:
+def test_written_points_are_read_back_exactly(points: np.ndarray) -> None:
     np.testing.assert_array_equal(parse_text_points(points_text(points, None).encode()), points)
 
 
-def test_colours_are_printed_after_the_point() -> None:
+def test_colours_follow_coordinates() -> None:
     text = points_text(np.array([[1.0, 2.0, 0.1]]), np.array([[255, 0, 7]], dtype=np.uint8))
     assert text == "1.0 2.0 0.1 255 0 7\n"
 
@@ -61,6 +61,6 @@ def test_colours_are_printed_after_the_point() -> None:
         (b",,\n,\n", r"first line is .*, expected numbers"),
     ],
 )
-def test_text_that_holds_no_points_is_refused(data: bytes, message: str) -> None:
+def test_invalid_text_is_rejected(data: bytes, message: str) -> None:
     with pytest.raises(InputError, match=message):
         parse_text_points(data)

@@ -1,10 +1,20 @@
-"""Candidates: the compiled marking equals NumPy's, and each limit holds at its own boundary."""
+"""Tests of candidate pixels: equality with NumPy, and each limit at its boundary."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from solids import CAMERA, EYE, TABLE_AXES, Ball, Box, Plate, exact_image, heights, solid_frame
+from synthetic_solids import (
+    CAMERA,
+    CAMERA_HEIGHT,
+    TABLE_AXES,
+    Ball,
+    Box,
+    Plate,
+    exact_image,
+    heights,
+    solid_frame,
+)
 
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.segmentation import SupportPlane
@@ -24,26 +34,29 @@ SMALL = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 
 
 def support(x, y, z=0.0, tolerance=0.0) -> Support:
-    """A level support with a rectangular hull, in table coordinates."""
+    """Return a horizontal support with a rectangular hull, in the table frame."""
     corners = np.array([[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]])
-    hull = corners - EYE * (TABLE_AXES[:2] @ TABLE_AXES[2])
-    plane = SupportPlane(TABLE_AXES[2], EYE - z, tolerance)
+    hull = corners - CAMERA_HEIGHT * (TABLE_AXES[:2] @ TABLE_AXES[2])
+    plane = SupportPlane(TABLE_AXES[2], CAMERA_HEIGHT - z, tolerance)
     return Support(plane, hull.astype(np.float32), TABLE_AXES[:2], 0.7)
 
 
 def reference(frame, supports, max_range):
-    """Whole images at once: higher supports shade what lies in or under them from lower ones."""
+    """Mark candidates with NumPy, from the highest support down.
+
+    Points in or under a higher support are no candidates of a lower one.
+    """
     points = frame.intrinsics.rays() * frame.depth[..., None].astype(float)
-    near = frame.valid & (frame.depth <= max_range)
+    in_range = frame.valid & (frame.depth <= max_range)
     above, below = np.zeros((2, *frame.depth.shape), bool)
-    for one in sorted(supports, key=lambda one: one.plane.offset):
-        band = SUPPORT_SIGMAS * one.plane.tolerance * (points[..., 2] / one.depth) ** 2
+    for item in sorted(supports, key=lambda item: item.plane.offset):
+        band = SUPPORT_SIGMAS * item.plane.tolerance * (points[..., 2] / item.depth) ** 2
         band = np.maximum(band, MIN_HEIGHT)
-        plan = points @ one.axes.T
-        low, high = one.hull.min(axis=0), one.hull.max(axis=0)
-        inside = near & ~below & np.all(plan >= low - OVERHANG, axis=-1)
+        plan = points @ item.axes.T
+        low, high = item.hull.min(axis=0), item.hull.max(axis=0)
+        inside = in_range & ~below & np.all(plan >= low - OVERHANG, axis=-1)
         inside &= np.all(plan <= high + OVERHANG, axis=-1)
-        higher = one.plane.height(points) > band
+        higher = item.plane.height(points) > band
         above |= inside & higher
         below |= inside & ~higher & ~above
     return above
@@ -55,7 +68,7 @@ def reference(frame, supports, max_range):
     max_range=st.sampled_from([0.9, 4.0]),
 )
 @settings(max_examples=20)
-def test_marks_equal_numpys(seed, count, max_range):
+def test_marks_equal_numpy(seed, count, max_range):
     rng = np.random.default_rng(seed)
     frame, _ = solid_frame([], (Plate(),), SMALL)
     depth = np.where(rng.random((14, 17)) < 0.9, rng.uniform(0.4, 1.3, (14, 17)), 0.0)
@@ -77,7 +90,7 @@ def test_marks_equal_numpys(seed, count, max_range):
 
 @given(seed=st.integers(0, 10_000), rows=st.integers(1, 20), columns=st.integers(1, 20))
 @settings(max_examples=15)
-def test_blocks_are_counted_as_sums(seed, rows, columns):
+def test_block_counts_equal_numpy(seed, rows, columns):
     mask = np.random.default_rng(seed).random((rows, columns)) < 0.4
     down, across = -(-rows // BLOCK), -(-columns // BLOCK)
     padded = np.zeros((down * BLOCK, across * BLOCK), int)
@@ -86,30 +99,30 @@ def test_blocks_are_counted_as_sums(seed, rows, columns):
     assert np.array_equal(count_blocks(mask, down, across, BLOCK), expected)
 
 
-def test_what_stands_on_the_table_is_above_it():
+def test_object_on_table_is_above_support():
     frame, labels = solid_frame([Box(0.0, 0.6, (0.1, 0.1, 0.1))])
     above = above_support(exact_image(frame), [support((-1, 1), (0, 2))], MAX_RANGE)
     height = heights(frame)
     assert np.array_equal(above, (labels == 1) & (height > MIN_HEIGHT))
 
 
-@pytest.mark.parametrize(("tolerance", "seen"), [(0.0, True), (0.005, False)])
-def test_what_is_flatter_than_the_tables_waves_is_not_seen(tolerance, seen):
+@pytest.mark.parametrize(("tolerance", "detected"), [(0.0, True), (0.005, False)])
+def test_object_flatter_than_plane_tolerance_is_ignored(tolerance, detected):
     frame, labels = solid_frame([Box(0.0, 0.6, (0.2, 0.2, 0.01))])
     above = above_support(
         exact_image(frame), [support((-1, 1), (0, 2), tolerance=tolerance)], MAX_RANGE
     )
-    assert above[labels == 1].any() == seen
+    assert above[labels == 1].any() == detected
 
 
-@pytest.mark.parametrize(("x", "seen"), [(0.29, True), (0.31, False)])
-def test_an_object_may_reach_over_the_edge_by_an_overhang(x, seen):
+@pytest.mark.parametrize(("x", "detected"), [(0.29, True), (0.31, False)])
+def test_object_may_overhang_edge(x, detected):
     frame, labels = solid_frame([Box(x, 0.6, (0.001, 0.1, 0.1))])
     above = above_support(exact_image(frame), [support((-0.15, 0.15), (0, 2))], MAX_RANGE)
-    assert above[labels == 1].any() == seen
+    assert above[labels == 1].any() == detected
 
 
-def test_farther_than_the_reach_is_nothing():
+def test_pixels_beyond_max_range_are_ignored():
     frame, _ = solid_frame([Ball(0.0, 0.6, 0.05, 0.05), Ball(0.1, 1.5, 0.1, 0.1)])
     for supports in ([], [support((-1, 1), (0, 3))]):
         above = above_support(exact_image(frame), supports, 1.0)
@@ -118,12 +131,12 @@ def test_farther_than_the_reach_is_nothing():
         assert frame.depth[above_support(exact_image(frame), supports, MAX_RANGE)].max() > 1.0
 
 
-def test_without_a_support_every_reading_within_reach_is_a_candidate():
+def test_without_support_all_readings_in_range_are_candidates():
     frame, _ = solid_frame([Ball(0.0, 0.6, 0.05, 0.05)], ())
     assert np.array_equal(above_support(exact_image(frame), [], MAX_RANGE), frame.valid)
 
 
-def test_a_table_and_its_legs_are_no_objects_on_the_floor():
+def test_table_and_legs_are_no_objects():
     top = Plate((-0.3, 0.3), (0.6, 1.1))
     leg = Box(0.2, 0.65, (0.04, 0.04, 0.6), base=-0.65)
     frame, labels = solid_frame([Ball(0.0, 0.85, 0.05, 0.05), leg], (top, Plate(z=-0.7)))
@@ -134,7 +147,7 @@ def test_a_table_and_its_legs_are_no_objects_on_the_floor():
     assert above[labels == 1].mean() > 0.95
 
 
-def test_the_window_holds_all_candidates_and_little_more():
+def test_window_encloses_candidates_tightly():
     above = np.zeros((240, 320), bool)
     above[80:100, 150:200] = above[120:140, 60:80] = True
     rows, columns = candidate_window(above, MIN_PATCH) or (slice(0), slice(0))
@@ -143,7 +156,7 @@ def test_the_window_holds_all_candidates_and_little_more():
 
 
 @pytest.mark.parametrize("size", [(1, 1), (5, 7), (240, 320), (241, 323)])
-def test_a_window_never_leaves_the_image(size):
+def test_window_stays_in_image(size):
     above = np.ones(size, bool)
     window = candidate_window(above, 1)
     if above.sum() < 6:
@@ -152,10 +165,10 @@ def test_a_window_never_leaves_the_image(size):
         assert window == (slice(0, size[0]), slice(0, size[1]))
 
 
-def test_without_candidates_worth_a_look_there_is_no_window():
+def test_few_candidates_give_no_window():
     above = np.zeros((240, 320), bool)
     assert candidate_window(above, MIN_PATCH) is None
-    # Single pixels are noise; a block of 6 x 6 is smaller than any patch.
+    # Single pixels are noise. A block of 6 x 6 px is smaller than the minimum patch.
     above[::16, ::16] = True
     assert candidate_window(above, MIN_PATCH) is None
     above[0:6, 0:6] = True
@@ -164,11 +177,11 @@ def test_without_candidates_worth_a_look_there_is_no_window():
     assert candidate_window(above, MIN_PATCH) is not None
 
 
-def test_the_window_looks_at_what_the_camera_saw():
+def test_window_keeps_rays_and_objects():
     frame, labels = solid_frame([Ball(0.1, 0.6, 0.05, 0.05)])
     above = above_support(exact_image(frame), [support((-1, 1), (0, 2))], MAX_RANGE)
     window = candidate_window(above, MIN_PATCH)
     assert window is not None
-    part = CAMERA.cropped(*window)
-    assert np.allclose(part.rays(), CAMERA.rays()[window])
+    cropped = CAMERA.cropped(*window)
+    assert np.allclose(cropped.rays(), CAMERA.rays()[window])
     assert labels[window].sum() == labels.sum()

@@ -1,4 +1,4 @@
-"""The settings that a time budget buys, on a front written down by hand."""
+"""Tests of selecting options for a time budget, on a hand-written front."""
 
 from dataclasses import replace
 
@@ -33,21 +33,21 @@ FRONT = StoredFront(
     ("budget", "stride", "threads"),
     [(4.0, 4, 1), (9.99, 4, 1), (10.0, 2, 1), (30.0, 1, 2), (40.0, 1, 1), (1e6, 1, 1)],
 )
-def test_the_most_accurate_point_that_fits_is_taken(budget, stride, threads):
+def test_most_accurate_point_within_budget_is_selected(budget, stride, threads):
     point = select_point(budget, front=FRONT)
     assert point.dials == {"stride": stride, "threads": threads}
 
 
-def test_a_slower_machine_gets_a_cheaper_point():
+def test_slower_machine_gets_faster_point():
     assert select_point(10.0, slower=1.01, front=FRONT).dials["stride"] == 4
     assert select_point(8.0, slower=0.8, front=FRONT).dials["stride"] == 2
 
 
-def test_no_more_threads_than_allowed():
+def test_thread_limit_is_respected():
     assert select_point(30.0, threads=1, front=FRONT).dials["stride"] == 2
 
 
-def test_a_budget_below_the_fastest_is_refused_and_told_its_cost():
+def test_budget_below_fastest_point_is_rejected():
     with pytest.raises(InputError, match=r"as fast as 3 ms: the fastest, stride 4, takes 4 ms"):
         select_point(3.0, front=FRONT)
     with pytest.raises(InputError, match=r"takes 12 ms, 3 times the stored 4 ms"):
@@ -55,33 +55,33 @@ def test_a_budget_below_the_fastest_is_refused_and_told_its_cost():
 
 
 @pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
-def test_what_is_no_budget_is_refused(budget):
+def test_invalid_budget_is_rejected(budget):
     with pytest.raises(InputError, match="budget"):
         select_point(budget, front=FRONT)
 
 
-def test_what_is_no_machine_is_refused():
+def test_invalid_machine_is_rejected():
     with pytest.raises(InputError, match="slower"):
         select_point(10.0, slower=0.0, front=FRONT)
     with pytest.raises(InputError, match="threads"):
         select_point(10.0, threads=0, front=FRONT)
 
 
-def test_a_front_survives_its_file(tmp_path):
+def test_front_round_trips_through_file(tmp_path):
     path = tmp_path / "front.json"
     path.write_text(FRONT_FORMAT.text(FRONT))
     assert FRONT_FORMAT.read(path) == FRONT
 
 
 @pytest.mark.parametrize("text", ["", "[]", "{}", '{"schema": "other/1"}'])
-def test_a_file_that_is_no_front_is_refused(tmp_path, text):
+def test_invalid_front_file_is_rejected(tmp_path, text):
     path = tmp_path / "front.json"
     path.write_text(text)
     with pytest.raises(InputError, match="--store"):
         FRONT_FORMAT.read(path)
 
 
-def test_the_stored_front_is_a_front_and_rises_to_the_most_accurate():
+def test_stored_front_is_sorted_by_time_and_accuracy():
     front = FRONT_FORMAT.read(STORED_FRONT)
     times = [point.median_ms for point in front.points]
     shares = [point.overlap_f_pct for point in front.points]

@@ -1,11 +1,11 @@
-"""Which way surfaces curve: the compiled sums equal NumPy's, and exact shapes give their sign."""
+"""Tests of region convexity: equality with NumPy, and the sign for exact shapes."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_planes import image_of, random_planes
-from solids import Ball, Bowl, Box, exact_image, solid_frame
+from synthetic_solids import Ball, Bowl, Box, exact_image, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
 from eyehand.perception.segmentation.convexity import SAMPLES, region_convexity
@@ -16,29 +16,29 @@ CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
 
 
 def reference(labels, q, planes, camera):
-    """Turn of every region from all pairs of its sampled points and normals at once."""
-    found = np.zeros(labels.max() + 1)
+    """Return the convexity of every region from all pairs of its sampled points and normals."""
+    convexity = np.zeros(labels.max() + 1)
     rays, normals = camera.rays(), plane_normals(planes, camera).astype(float)
-    for label in range(1, len(found)):
+    for label in range(1, len(convexity)):
         rows, columns = np.nonzero(labels == label)
-        picked = min(SAMPLES, rows.size)
-        places = (2 * np.arange(picked) + 1) * rows.size // (2 * max(picked, 1))
-        at = rows[places], columns[places]
+        count_sampled = min(SAMPLES, rows.size)
+        ranks = (2 * np.arange(count_sampled) + 1) * rows.size // (2 * max(count_sampled, 1))
+        at = rows[ranks], columns[ranks]
         known = (q[at] > 0) & (planes.value[at] > 0)
         points = rays[at][known] / q[at][known, None].astype(float)
-        apart = points[:, None] - points
-        turned = normals[at][known][:, None] - normals[at][known]
-        lengths = np.linalg.norm(apart, axis=-1) * np.linalg.norm(turned, axis=-1)
-        found[label] = (apart * turned).sum() / max(lengths.sum(), 1e-12)
-    return found
+        offsets = points[:, None] - points
+        normal_changes = normals[at][known][:, None] - normals[at][known]
+        lengths = np.linalg.norm(offsets, axis=-1) * np.linalg.norm(normal_changes, axis=-1)
+        convexity[label] = (offsets * normal_changes).sum() / max(lengths.sum(), 1e-12)
+    return convexity
 
 
 @given(seed=st.integers(0, 10_000), count=st.integers(0, 6))
 @settings(max_examples=15)
-def test_turns_equal_the_sums_over_all_pairs(seed, count):
+def test_convexity_equals_sum_over_all_pairs(seed, count):
     labels, q, planes = random_planes(seed, count=count)
-    got = region_convexity(labels, image_of(q, CAMERA), planes)
-    assert np.allclose(got, reference(labels, q, planes, CAMERA), atol=1e-5)
+    result = region_convexity(labels, image_of(q, CAMERA), planes)
+    assert np.allclose(result, reference(labels, q, planes, CAMERA), atol=1e-5)
 
 
 @given(seed=st.integers(0, 10_000))
@@ -48,8 +48,8 @@ def test_pixels_are_sorted_by_label(seed):
     labels[labels == 2] = 0
     order, starts = pixels_by_label(labels, 4)
     for label in range(1, 5):
-        mine = order[starts[label] : starts[label + 1]]
-        assert np.array_equal(mine, np.flatnonzero(labels == label))
+        pixels = order[starts[label] : starts[label + 1]]
+        assert np.array_equal(pixels, np.flatnonzero(labels == label))
 
 
 @pytest.mark.parametrize(
@@ -60,14 +60,14 @@ def test_pixels_are_sorted_by_label(seed):
         (Box(0.0, 0.65, (0.15, 0.15, 0.15), yaw=0.5), 0.5, 1.0),
     ],
 )
-def test_solids_bulge_and_insides_are_hollow(solid, low, high):
+def test_solids_are_convex_and_insides_concave(solid, low, high):
     frame, labels = solid_frame([solid], plates=())
     image = exact_image(frame)
     planes = fit_local_planes(image, SegmentationOptions().scaled(320))
     assert low <= region_convexity(labels, image, planes)[1] <= high
 
 
-def test_a_flat_region_does_not_turn():
+def test_flat_region_has_zero_convexity():
     labels, q, planes = random_planes(0, count=1)
     flat = planes._replace(
         value=np.ones_like(q), slope_u=np.zeros_like(q), slope_v=np.zeros_like(q)

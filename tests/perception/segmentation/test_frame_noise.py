@@ -1,4 +1,4 @@
-"""The noise of a frame: residuals equal least squares, and their quantile is robust."""
+"""Tests of the frame noise: residuals equal least squares, and the quantile is robust."""
 
 import numpy as np
 import pytest
@@ -11,7 +11,7 @@ WINDOW = 9
 
 
 def reference(q, v, u, radius):
-    """Rms residual of the least-squares plane in one window, and its number of readings."""
+    """Return the RMS residual of the least-squares plane in one window, and the reading count."""
     rows, columns = np.indices(q.shape)
     inside = (abs(rows - v) <= radius) & (abs(columns - u) <= radius) & (q > 0)
     rows, columns = rows[inside], columns[inside]
@@ -32,25 +32,25 @@ def test_residuals_equal_least_squares(seed, radius, step, share):
     rng = np.random.default_rng(seed)
     q = rng.uniform(0.8, 1.2, (11, 13)).astype(np.float32)
     q[rng.random(q.shape) < share] = 0.0
-    got = window_residuals(q, radius, step, 0.5)
-    assert got.shape == (-(-11 // step), -(-13 // step))
-    least = max(0.5 * (2 * radius + 1) ** 2, 4.0)
-    for k, m in np.ndindex(got.shape):
+    result = window_residuals(q, radius, step, 0.5)
+    assert result.shape == (-(-11 // step), -(-13 // step))
+    min_count = max(0.5 * (2 * radius + 1) ** 2, 4.0)
+    for k, m in np.ndindex(result.shape):
         expected, count = reference(q, k * step, m * step, radius)
-        if got[k, m] >= 0:
-            assert got[k, m] == pytest.approx(expected, abs=1e-6)
+        if result[k, m] >= 0:
+            assert result[k, m] == pytest.approx(expected, abs=1e-6)
         else:
-            # Few readings, or readings in one line: no plane.
-            assert count < least or radius == 1
+            # Few or collinear readings give no plane.
+            assert count < min_count or radius == 1
 
 
-def test_readings_in_one_line_give_no_plane():
+def test_collinear_readings_give_no_plane():
     q = np.zeros((9, 9), np.float32)
     q[4] = 1.0
     assert np.all(window_residuals(q, 1, 1, 0.3) == -1.0)
 
 
-def test_without_readings_enough_the_floor_is_the_noise():
+def test_too_few_readings_give_min_noise():
     q = np.zeros((20, 20), np.float32)
     q[3, 4] = 1.0
     assert frame_noise(q, WINDOW) == MIN_NOISE
@@ -58,15 +58,15 @@ def test_without_readings_enough_the_floor_is_the_noise():
 
 @given(a=st.floats(-0.002, 0.002), b=st.floats(-0.002, 0.002), sigma=st.sampled_from([0.003, 0.01]))
 @settings(max_examples=10)
-def test_the_slope_of_a_plane_is_no_noise(a, b, sigma):
+def test_plane_slope_is_no_noise(a, b, sigma):
     v, u = np.indices((60, 80))
     noise = sigma * np.random.default_rng(1).normal(size=u.shape)
     q = (1.0 + a * u + b * v + noise).astype(np.float32)
-    # Three of a window's 81 degrees of freedom go to its plane.
+    # The plane takes three of the 81 degrees of freedom of a window.
     assert frame_noise(q, WINDOW) == pytest.approx(sigma, rel=0.08)
 
 
-def test_edges_are_no_noise():
+def test_depth_edges_are_no_noise():
     rng = np.random.default_rng(2)
     u = np.indices((120, 160))[1]
     stripes = 1.0 + 0.2 * (u // 40) + 0.001 * rng.normal(size=u.shape)

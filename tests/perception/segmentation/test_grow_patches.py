@@ -1,4 +1,4 @@
-"""Growing equals a ring-by-ring sweep over all pixels, and pixels go to the plane they lie on."""
+"""Tests of growing patches: equality with a full sweep, and pixels join their plane."""
 
 import numpy as np
 from hypothesis import given, settings
@@ -15,28 +15,28 @@ WINDOW = 9
 
 
 def reference(q, value, slope_u, slope_v, patches, allowed, max_gap, rings):
-    """Sweep all pixels for every ring: those beside the last one look at eight neighbours."""
+    """Sweep all pixels once per ring. Pixels beside the last ring test their eight neighbours."""
     labels = patches.copy()
     images = [image.copy() for image in (value, slope_u, slope_v)]
     last = labels > 0
     for _ in range(rings):
-        beside = ndimage.binary_dilation(last, CROSS) & allowed & (labels == 0)
+        border = ndimage.binary_dilation(last, CROSS) & allowed & (labels == 0)
         old_labels, old = labels.copy(), [image.copy() for image in images]
-        for v, u in np.argwhere(beside):
-            best, gap = None, float(max_gap)
+        for v, u in np.argwhere(border):
+            source, gap = None, float(max_gap)
             for y, x in np.ndindex(3, 3):
                 y, x = v + y - 1, u + x - 1
                 inside = 0 <= y < q.shape[0] and 0 <= x < q.shape[1]
                 if not inside or old_labels[y, x] == 0 or old[0][y, x] <= 0:
                     continue
                 along, down = float(old[1][y, x]) * (x - u), float(old[2][y, x]) * (y - v)
-                at = float(old[0][y, x]) - along - down
-                if abs(at - float(q[v, u])) < gap:
-                    best, gap = (y, x, at), abs(at - float(q[v, u]))
-            if best is not None:
-                y, x, at = best
+                predicted = float(old[0][y, x]) - along - down
+                if abs(predicted - float(q[v, u])) < gap:
+                    source, gap = (y, x, predicted), abs(predicted - float(q[v, u]))
+            if source is not None:
+                y, x, predicted = source
                 labels[v, u] = old_labels[y, x]
-                images[0][v, u] = at
+                images[0][v, u] = predicted
                 images[1][v, u], images[2][v, u] = old[1][y, x], old[2][y, x]
         last = labels != old_labels
     return labels, *images
@@ -46,21 +46,21 @@ def reference(q, value, slope_u, slope_v, patches, allowed, max_gap, rings):
     seed=st.integers(0, 10_000),
     gap=st.sampled_from([0.003, 0.01, 0.05]),
     rings=st.integers(1, 5),
-    free=st.sampled_from([0.3, 0.8]),
+    unlabelled_share=st.sampled_from([0.3, 0.8]),
 )
 @settings(max_examples=15)
-def test_rings_equal_a_sweep_over_all_pixels(seed, gap, rings, free):
+def test_grow_rings_equals_sweep_over_all_pixels(seed, gap, rings, unlabelled_share):
     labels, q, planes = random_planes(seed, missing=0.05)
     rng = np.random.default_rng(seed)
-    patches = np.where(rng.random(q.shape) < free, 0, labels).astype(np.int32)
+    patches = np.where(rng.random(q.shape) < unlabelled_share, 0, labels).astype(np.int32)
     allowed = (q > 0) & (rng.random(q.shape) < 0.9)
-    got = grow_rings(q, planes, patches, allowed, np.float32(gap), rings)
+    result = grow_rings(q, planes, patches, allowed, np.float32(gap), rings)
     expected = reference(q, *planes[:3], patches, allowed, np.float32(gap), rings)
-    for mine, other in zip(got, expected, strict=True):
-        assert np.array_equal(mine, other)
+    for grown, expected_image in zip(result, expected, strict=True):
+        assert np.array_equal(grown, expected_image)
 
 
-def test_no_more_rings_than_asked_for_and_none_over_what_is_forbidden():
+def test_growth_stops_at_ring_limit_and_forbidden_pixels():
     q = np.ones((5, 30), np.float32)
     flat = np.zeros_like(q)
     planes = LocalPlanes(q, flat, flat, flat)
@@ -75,7 +75,7 @@ def test_no_more_rings_than_asked_for_and_none_over_what_is_forbidden():
 
 
 def roof(rows=30, columns=40, crease=20, slope=0.01):
-    """Two planes that meet at a crease, each known as a patch five pixels away from it."""
+    """Return two planes that meet at a crease. Their patches start five pixels beside it."""
     u = np.indices((rows, columns))[1]
     q = (1.0 - slope * abs(u - crease)).astype(np.float32)
     truth = np.where(u < crease, 1, 2).astype(np.int32)
@@ -86,18 +86,20 @@ def roof(rows=30, columns=40, crease=20, slope=0.01):
     return q, truth, patches, planes
 
 
-def test_pixels_beside_a_crease_go_to_the_plane_that_they_lie_on():
+def test_pixels_beside_crease_join_their_plane():
     q, truth, patches, planes = roof()
     allowed = np.ones(q.shape, bool)
     grown, carried = grow_patches(image_of(q), planes, patches, allowed, WINDOW)
     # The crease itself lies on both planes.
-    off = np.arange(40) != 20
-    assert np.array_equal(grown[:, off], truth[:, off])
+    off_crease = np.arange(40) != 20
+    assert np.array_equal(grown[:, off_crease], truth[:, off_crease])
     assert np.allclose(carried.value, q, atol=1e-5)
-    assert np.allclose(carried.slope_u[:, off], np.where(truth[:, off] == 1, 0.01, -0.01))
+    assert np.allclose(
+        carried.slope_u[:, off_crease], np.where(truth[:, off_crease] == 1, 0.01, -0.01)
+    )
 
 
-def test_what_no_plane_reaches_is_a_patch_of_its_own_if_it_is_large_enough():
+def test_large_area_without_plane_becomes_patch():
     q, _, patches, planes = roof()
     q[3:12, 16:24] += 0.2
     q[20:22, 18:20] += 0.2
@@ -107,7 +109,7 @@ def test_what_no_plane_reaches_is_a_patch_of_its_own_if_it_is_large_enough():
     assert grown.max() == 3
 
 
-def test_a_rim_that_falls_off_is_taken_in_a_second_round(monkeypatch):
+def test_receding_rim_is_added_in_second_pass(monkeypatch):
     q, _, patches, planes = roof()
     allowed = np.ones(q.shape, bool)
     q[:, 18:23] -= 0.02

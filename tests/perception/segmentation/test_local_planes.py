@@ -1,12 +1,12 @@
-"""The compiled plane fit equals plain NumPy least squares, window by window."""
+"""Tests of local planes: every window equals NumPy least squares."""
 
 import numpy as np
 import pytest
-from balls import CAMERA, ball_frame
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_planes import image_of
-from solids import exact_image
+from synthetic_balls import CAMERA, ball_frame
+from synthetic_solids import exact_image
 
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation.frame_noise import MIN_NOISE, frame_noise
@@ -22,7 +22,7 @@ from eyehand.perception.segmentation.local_planes import (
 
 
 def reference(q, v, u, radius):
-    """Least-squares plane of one window: value at its centre, slopes, rms."""
+    """Fit a least-squares plane to one window; return value at the centre, slopes and RMS."""
     rows, columns = np.mgrid[v - radius : v + radius + 1, u - radius : u + radius + 1]
     inside = (rows >= 0) & (columns >= 0) & (rows < q.shape[0]) & (columns < q.shape[1])
     rows, columns = rows[inside], columns[inside]
@@ -37,7 +37,7 @@ def reference(q, v, u, radius):
 
 @given(seed=st.integers(0, 10_000), radius=st.integers(1, 4), share=st.floats(0.0, 0.5))
 @settings(max_examples=30)
-def test_running_sums_equal_least_squares(seed, radius, share):
+def test_centred_windows_equal_least_squares(seed, radius, share):
     rng = np.random.default_rng(seed)
     q = rng.uniform(0.8, 1.2, (20, 24)).astype(np.float32)
     q[rng.random(q.shape) < share] = 0.0
@@ -45,11 +45,11 @@ def test_running_sums_equal_least_squares(seed, radius, share):
     fitted = np.argwhere(rms >= 0)
     for v, u in fitted[:: max(len(fitted) // 20, 1)]:
         expected = reference(q, v, u, radius)
-        got = value[v, u], slope_u[v, u], slope_v[v, u], rms[v, u]
-        assert np.allclose(got, expected, atol=2e-5)
+        result = value[v, u], slope_u[v, u], slope_v[v, u], rms[v, u]
+        assert np.allclose(result, expected, atol=2e-5)
 
 
-def test_a_plane_in_space_gives_its_normal_and_no_residual():
+def test_plane_in_space_gives_normal_and_no_noise():
     frame, labels = ball_frame([])
     image = exact_image(frame)
     planes = fit_local_planes(image, SegmentationOptions())
@@ -59,39 +59,39 @@ def test_a_plane_in_space_gives_its_normal_and_no_residual():
     assert np.allclose(normals[inner], [0.0, -0.8, -0.6], atol=1e-3)
 
 
-def test_shifted_windows_keep_a_step_sharp():
+def test_shifted_windows_keep_depth_step_sharp():
     q = np.full((40, 40), 1.0, np.float32)
     q[:, 20:] = 1.3
     planes = fit_local_planes(image_of(q), SegmentationOptions())
     assert np.allclose(planes.value, q, atol=1e-4)
 
 
-def test_noise_is_measured_on_the_frame():
+def test_frame_noise_is_estimated():
     rng = np.random.default_rng(0)
     q = (1.0 + rng.normal(size=(120, 160)) * 0.01).astype(np.float32)
     assert frame_noise(q, 9) == pytest.approx(0.01, rel=0.05)
 
 
 def reference_windows(q, planes, radius, noise, gain):
-    """The plane of the best of nine windows per pixel, all windows tried in double precision."""
+    """Return the plane of the best of nine windows per pixel, in double precision."""
     value, slope_u, slope_v, rms = (image.astype(np.float64) for image in planes)
-    chosen = [image.copy() for image in (value, slope_u, slope_v)]
+    selected = [image.copy() for image in (value, slope_u, slope_v)]
     for v, u in np.argwhere(q > 0):
-        here = float(q[v, u])
-        costs, found = [], []
+        q_here = float(q[v, u])
+        costs, candidates = [], []
         for dv in (-radius, 0, radius):
             for du in (-radius, 0, radius):
                 y, x = v + dv, u + du
                 if 0 <= y < q.shape[0] and 0 <= x < q.shape[1] and rms[y, x] >= 0:
-                    at = value[y, x] - slope_u[y, x] * du - slope_v[y, x] * dv
-                    costs.append(rms[y, x] ** 2 + (at - here) ** 2)
-                    found.append((at, slope_u[y, x], slope_v[y, x]))
-        centred = rms[v, u] ** 2 + (value[v, u] - here) ** 2 if rms[v, u] >= 0 else np.inf
-        settled = centred < GOOD_FIT * noise**2
-        if costs and not settled and min(costs) < gain**2 * centred:
-            for image, new in zip(chosen, found[int(np.argmin(costs))], strict=True):
+                    predicted = value[y, x] - slope_u[y, x] * du - slope_v[y, x] * dv
+                    costs.append(rms[y, x] ** 2 + (predicted - q_here) ** 2)
+                    candidates.append((predicted, slope_u[y, x], slope_v[y, x]))
+        centred = rms[v, u] ** 2 + (value[v, u] - q_here) ** 2 if rms[v, u] >= 0 else np.inf
+        centred_is_good = centred < GOOD_FIT * noise**2
+        if costs and not centred_is_good and min(costs) < gain**2 * centred:
+            for image, new in zip(selected, candidates[int(np.argmin(costs))], strict=True):
                 image[v, u] = new
-    return chosen
+    return selected
 
 
 @given(
@@ -101,20 +101,24 @@ def reference_windows(q, planes, radius, noise, gain):
     gain=st.sampled_from([0.6, 0.9]),
 )
 @settings(max_examples=15)
-def test_the_best_of_nine_windows_is_taken(seed, radius, noise, gain):
+def test_best_of_nine_windows_is_selected(seed, radius, noise, gain):
     rng = np.random.default_rng(seed)
     q = rng.normal(1.0, 0.01, (12, 15)).astype(np.float32)
     q[:, 7:] += 0.2
     q[rng.random(q.shape) < 0.2] = 0.0
     planes = fit_centred_windows(q, radius, 0.5)
-    got = select_windows(q, LocalPlanes(*planes), radius, noise, gain)
-    for mine, other in zip(got, reference_windows(q, planes, radius, noise, gain), strict=True):
-        assert np.allclose(mine, other, atol=1e-6)
+    result = select_windows(q, LocalPlanes(*planes), radius, noise, gain)
+    for image, expected in zip(
+        result, reference_windows(q, planes, radius, noise, gain), strict=True
+    ):
+        assert np.allclose(image, expected, atol=1e-6)
 
 
-def test_without_shifted_windows_every_plane_is_the_centred_one():
+def test_disabled_shift_gives_centred_windows():
     q = np.full((20, 20), 1.0, np.float32)
     q[:, 10:] = 1.3
     planes = fit_local_planes(image_of(q), SegmentationOptions(shift_windows=False))
-    for mine, other in zip(planes[:4], fit_centred_windows(q, 4, MIN_WINDOW_SHARE), strict=True):
-        assert np.array_equal(mine, other)
+    for image, expected in zip(
+        planes[:4], fit_centred_windows(q, 4, MIN_WINDOW_SHARE), strict=True
+    ):
+        assert np.array_equal(image, expected)

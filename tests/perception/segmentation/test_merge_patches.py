@@ -1,11 +1,11 @@
-"""Border votes equal a plain count over pixel pairs, and convex neighbours become one object."""
+"""Tests of merging patches: votes equal a count over pixel pairs, convex neighbours merge."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_planes import random_planes
-from solids import Ball, Box, exact_image, heights, solid_frame
+from synthetic_solids import Ball, Box, exact_image, heights, solid_frame
 
 from eyehand.perception import CameraIntrinsics, SegmentationOptions
 from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_normals
@@ -16,19 +16,19 @@ OPTIONS = SegmentationOptions().scaled(320)
 
 
 def reference(patches, q, planes, camera, limits, reach):
-    """Pairs and votes of all neighbours to the right and below, row by row."""
+    """Return pairs and votes of all neighbours to the right and below, in row order."""
     max_step, max_crease, clear_bend = map(float, limits)
     normals = plane_normals(planes, camera).astype(float)
     value, slope_u, slope_v, q = (
         image.astype(float) for image in (planes.value, planes.slope_u, planes.slope_v, q)
     )
     pairs, votes = [], []
-    for here in np.argwhere(patches > 0):
-        for way in ([0, 1], [1, 0]):
-            there, slope = here + way, slope_u if way[1] else slope_v
-            if np.any(there >= patches.shape):
+    for pixel in np.argwhere(patches > 0):
+        for direction in ([0, 1], [1, 0]):
+            neighbour, slope = pixel + direction, slope_u if direction[1] else slope_v
+            if np.any(neighbour >= patches.shape):
                 continue
-            i, j = tuple(here), tuple(there)
+            i, j = tuple(pixel), tuple(neighbour)
             a, b = patches[i], patches[j]
             if b == 0 or a == b:
                 continue
@@ -36,17 +36,20 @@ def reference(patches, q, planes, camera, limits, reach):
             votes.append([1.0, 0.0, 0.0, 0.0])
             if value[i] <= 0 or value[j] <= 0:
                 continue
-            misses = [q[j] - q[i] - slope[i], q[j] - q[i] - slope[j]]
-            granted = min(abs(slope[j] - slope[i]), max_crease)
-            if abs(misses[0]) + abs(misses[1]) - granted >= max_step:
+            errors = [q[j] - q[i] - slope[i], q[j] - q[i] - slope[j]]
+            allowance = min(abs(slope[j] - slope[i]), max_crease)
+            if abs(errors[0]) + abs(errors[1]) - allowance >= max_step:
                 continue
             votes[-1][1] = 1.0
-            before, after = here - reach * np.array(way), there + reach * np.array(way)
-            if np.any(before < 0) or np.any(after >= patches.shape):
+            behind, beyond = (
+                pixel - reach * np.array(direction),
+                neighbour + reach * np.array(direction),
+            )
+            if np.any(behind < 0) or np.any(beyond >= patches.shape):
                 continue
-            if patches[tuple(before)] != a or patches[tuple(after)] != b:
+            if patches[tuple(behind)] != a or patches[tuple(beyond)] != b:
                 continue
-            second = q[tuple(before)] + q[tuple(after)] - q[i] - q[j]
+            second = q[tuple(behind)] + q[tuple(beyond)] - q[i] - q[j]
             rise = slope_u[j] - slope_u[i], slope_v[j] - slope_v[i]
             share = abs(slope[j] - slope[i]) / np.hypot(*rise)
             weight = min(abs(second) / clear_bend, 1.0) * share
@@ -57,7 +60,7 @@ def reference(patches, q, planes, camera, limits, reach):
 
 @given(seed=st.integers(0, 10_000), reach=st.integers(1, 3), count=st.integers(1, 5))
 @settings(max_examples=15)
-def test_votes_equal_those_of_every_pair_of_pixels(seed, reach, count):
+def test_border_votes_equal_count_over_pixel_pairs(seed, reach, count):
     patches, q, planes = random_planes(seed, count=count, missing=0.05)
     limits = np.float32(0.02), np.float32(0.004), np.float32(0.003)
     pinhole = CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy
@@ -68,11 +71,11 @@ def test_votes_equal_those_of_every_pair_of_pixels(seed, reach, count):
     assert np.allclose(votes[:, 2:], expected[1][:, 2:], atol=2e-3)
 
 
-def merged(solids, parts=lambda labels, points: labels):
-    """Objects that become of the parts of exact solids; `parts` cuts them."""
+def merge(solids, split=lambda labels, points: labels):
+    """Return the set of objects that each patch becomes; `split` cuts exact solids to patches."""
     frame, labels = solid_frame(solids)
     height = heights(frame)
-    patches = parts(labels, np.dstack([frame.points()[..., 0], height])).astype(np.int32)
+    patches = split(labels, np.dstack([frame.points()[..., 0], height])).astype(np.int32)
     image = exact_image(frame)
     planes = fit_local_planes(image, OPTIONS)
     objects, _ = merge_patches(patches, image, planes, OPTIONS.min_object)
@@ -81,34 +84,34 @@ def merged(solids, parts=lambda labels, points: labels):
 
 
 @pytest.mark.parametrize("yaw", [0.0, 0.3, 0.7])
-def test_the_faces_of_a_box_are_one_object(yaw):
+def test_box_faces_are_one_object(yaw):
     box = Box(0.0, 0.65, (0.15, 0.15, 0.12), yaw=yaw)
-    faces = merged([box], lambda labels, at: labels * (1 + (at[..., 1] > 0.119)))
+    faces = merge([box], lambda labels, at: labels * (1 + (at[..., 1] > 0.119)))
     assert len(faces) == 2
     assert faces[0] == faces[1]
 
 
-def test_halves_of_a_ball_are_one_object():
+def test_ball_halves_are_one_object():
     ball = Ball(0.0, 0.65, 0.1, 0.1)
-    left, right = merged([ball], lambda labels, at: labels * (1 + (at[..., 0] > 0.02)))
+    left, right = merge([ball], lambda labels, at: labels * (1 + (at[..., 0] > 0.02)))
     assert left == right
 
 
 @pytest.mark.parametrize(
     "solids",
     [
-        # A concave border, free space between, and a step in depth.
+        # A concave border; free space between the solids; a depth step.
         [Box(0.0, 0.8, (0.3, 0.05, 0.2)), Box(0.0, 0.7, (0.3, 0.15, 0.05))],
         [Ball(-0.06, 0.65, 0.06, 0.06), Ball(0.06, 0.65, 0.06, 0.06)],
         [Box(0.0, 0.6, (0.1, 0.1, 0.15)), Box(0.05, 0.9, (0.2, 0.1, 0.2))],
     ],
 )
-def test_two_solids_stay_two(solids):
-    one, other = merged(solids)
-    assert not one & other
+def test_two_solids_stay_separate(solids):
+    first, second_object = merge(solids)
+    assert not first & second_object
 
 
-def test_one_patch_or_none_is_left_alone():
+def test_fewer_than_two_patches_stay_unchanged():
     frame, labels = solid_frame([Ball(0.0, 0.65, 0.1, 0.1)])
     image = exact_image(frame)
     planes = fit_local_planes(image, OPTIONS)

@@ -1,4 +1,4 @@
-"""Options refuse what no segmentation can do, and grow and shrink with the image."""
+"""Tests of segmentation options: validation, and scaling with the image width."""
 
 from dataclasses import fields, replace
 
@@ -18,50 +18,50 @@ NUMBERS = [
     for field in fields(SegmentationOptions)
     if field.name != "table_height" and not isinstance(field.default, bool)
 ]
-WHOLE = ["window", "stride", "threads", "min_object"]
+INTEGERS = ["window", "stride", "threads", "min_object"]
 
 
 @pytest.mark.parametrize("name", NUMBERS)
 @pytest.mark.parametrize("value", [0, -1, float("nan"), float("inf")])
-def test_every_number_is_finite_and_positive(name, value):
+def test_numbers_must_be_finite_and_positive(name, value):
     with pytest.raises(InputError, match=name):
         SegmentationOptions(**{name: value})
 
 
 @pytest.mark.parametrize("value", [float("nan"), float("inf"), -float("inf")])
-def test_a_table_height_is_finite(value):
+def test_table_height_must_be_finite(value):
     with pytest.raises(InputError, match="table_height"):
         SegmentationOptions(table_height=value)
 
 
 @pytest.mark.parametrize("value", [-0.7, 0.0, 0.9, None])
-def test_a_table_may_stand_anywhere(value):
+def test_any_finite_table_height_is_accepted(value):
     assert SegmentationOptions(table_height=value).table_height == value
 
 
 @pytest.mark.parametrize("name", ["stride", "threads", "min_object"])
 @pytest.mark.parametrize("value", [1.5, 2.001])
-def test_what_is_counted_is_whole(name, value):
+def test_counts_must_be_integers(name, value):
     with pytest.raises(InputError, match=f"{name} must be a whole number and > 0, got {value}"):
         SegmentationOptions(**{name: value})
 
 
 @pytest.mark.parametrize("window", [1, 2, 8])
-def test_a_window_has_a_middle_and_neighbours(window):
+def test_window_must_be_odd_and_at_least_three(window):
     with pytest.raises(InputError, match="window must be odd"):
         SegmentationOptions(window=window)
 
 
-def test_at_the_reference_width_nothing_changes():
+def test_reference_width_keeps_options():
     assert DEFAULT.scaled(REFERENCE_WIDTH) == DEFAULT
 
 
 @given(width=st.integers(1, 5000), window=st.integers(1, 20).map(lambda k: 2 * k + 1))
-def test_scaled_options_are_valid_whole_pixels(width, window):
+def test_scaled_options_are_valid_integers(width, window):
     scaled = SegmentationOptions(window=window).scaled(width)
     assert scaled.window % 2 == 1
     assert scaled.window >= MIN_WINDOW
-    assert all(isinstance(getattr(scaled, name), int) for name in WHOLE)
+    assert all(isinstance(getattr(scaled, name), int) for name in INTEGERS)
 
 
 def test_window_scales_with_width_and_area_with_its_square():
@@ -100,6 +100,6 @@ def test_other_options_do_not_scale(width):
         ("table_height", float("nan")),
     ],
 )
-def test_values_of_the_wrong_kind_are_refused(name, value):
+def test_values_of_wrong_type_are_rejected(name, value):
     with pytest.raises(InputError, match=name):
         SegmentationOptions(**{name: value})

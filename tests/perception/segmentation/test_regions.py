@@ -1,4 +1,4 @@
-"""Borders between regions, counted pair by pair, and the numbering of regions by size."""
+"""Tests of region borders and of numbering regions by size."""
 
 from itertools import pairwise
 
@@ -27,10 +27,10 @@ FLAT = LocalPlanes(*(np.zeros((6, 9), np.float32) for _ in range(4)))
 
 
 def reference(labels, q, planes, count, max_step, max_crease, max_gap):
-    """Borders from the list of readings of every row and column."""
+    """Count borders from the list of readings of every row and column."""
     value, slope_u, slope_v = planes[:3]
     contact, before = np.zeros((2, count + 1, count + 1, 4), int)
-    near_enough, blind = np.zeros((count + 1, count + 1), int), np.zeros((count + 1, 4), int)
+    close, blind = np.zeros((count + 1, count + 1), int), np.zeros((count + 1, 4), int)
     lines = [([(v, u) for u in range(q.shape[1])], slope_u, RIGHT, LEFT) for v in range(q.shape[0])]
     lines += [
         ([(v, u) for v in range(q.shape[0])], slope_v, BELOW, ABOVE) for u in range(q.shape[1])
@@ -41,41 +41,41 @@ def reference(labels, q, planes, count, max_step, max_crease, max_gap):
             blind[labels[pixels[known[0]]], back] += 1
             blind[labels[pixels[known[-1]]], ahead] += 1
         for i, j in pairwise(known):
-            one, other = pixels[i], pixels[j]
-            a, b = labels[one], labels[other]
+            first, second = pixels[i], pixels[j]
+            a, b = labels[first], labels[second]
             if j - i > max_gap + 1:
                 blind[a, ahead] += 1
                 blind[b, back] += 1
                 continue
             if a == b:
                 continue
-            behind = 1.0 / float(q[other]) - 1.0 / float(q[one])
-            near_enough[a, b] += behind >= -CLOSE_GAP
-            near_enough[b, a] += behind <= CLOSE_GAP
-            rise = float(q[other]) - float(q[one])
-            near, far = (rise - float(slope[at]) * (j - i) for at in (one, other))
+            depth_step = 1.0 / float(q[second]) - 1.0 / float(q[first])
+            close[a, b] += depth_step >= -CLOSE_GAP
+            close[b, a] += depth_step <= CLOSE_GAP
+            rise = float(q[second]) - float(q[first])
+            near, far = (rise - float(slope[at]) * (j - i) for at in (first, second))
             step = abs(near) + abs(far) - min(abs(far - near), max_crease)
-            if value[one] > 0 and value[other] > 0 and step < max_step:
+            if value[first] > 0 and value[second] > 0 and step < max_step:
                 contact[a, b, ahead] += 1
                 contact[b, a, back] += 1
             elif rise < 0:
                 before[a, b, ahead] += 1
             else:
                 before[b, a, back] += 1
-    return contact, before, near_enough, blind
+    return contact, before, close, blind
 
 
 @given(seed=st.integers(0, 10_000), gap=st.integers(1, 4), missing=st.sampled_from([0.1, 0.6]))
 @settings(max_examples=20)
-def test_counts_equal_those_of_every_pair_of_readings(seed, gap, missing):
+def test_border_counts_equal_count_over_reading_pairs(seed, gap, missing):
     labels, q, planes = random_planes(seed, missing=missing)
     inputs = labels, q, planes, 4, np.float32(0.006), np.float32(0.004), gap
-    got, expected = border_counts(*inputs), reference(*inputs)
-    for mine, other in zip(got, expected, strict=True):
-        assert np.array_equal(mine, other)
+    result, expected = border_counts(*inputs), reference(*inputs)
+    for counts, expected_counts in zip(result, expected, strict=True):
+        assert np.array_equal(counts, expected_counts)
 
 
-def test_a_step_has_a_near_side_and_a_level_border_is_contact():
+def test_depth_step_has_near_side_and_level_border_is_contact():
     labels = np.zeros((6, 9), np.int32)
     labels[:, 3:6], labels[:, 6:] = 1, 2
     q = np.where(labels == 2, np.float32(0.8), np.float32(1.0))
@@ -84,7 +84,7 @@ def test_a_step_has_a_near_side_and_a_level_border_is_contact():
     assert borders.contact[0, 1, RIGHT] == borders.contact[1, 0, LEFT] == 6
     assert borders.before[1, 2, RIGHT] == 6
     assert not borders.before[2].any()
-    # What is nearer is close to what is behind it, but not the other way round over 25 cm.
+    # A nearer region counts as close to the region behind it. The reverse fails over 25 cm.
     assert borders.close[1, 2] == borders.close[0, 1] == borders.close[1, 0] == 6
     assert borders.close[2, 1] == 0
     assert borders.blind[2].tolist() == [6, 0, 3, 3]
@@ -92,7 +92,7 @@ def test_a_step_has_a_near_side_and_a_level_border_is_contact():
 
 
 @pytest.mark.parametrize(("width", "contact"), [(4, 6), (5, 0)])
-def test_regions_are_neighbours_over_a_narrow_strip_without_readings(monkeypatch, width, contact):
+def test_narrow_gap_without_readings_keeps_contact(monkeypatch, width, contact):
     labels = np.zeros((6, 9), np.int32)
     labels[:, :2], labels[:, 2 + width :] = 1, 2
     q = np.where(labels > 0, np.float32(1.0), np.float32(0.0))
@@ -102,7 +102,7 @@ def test_regions_are_neighbours_over_a_narrow_strip_without_readings(monkeypatch
     assert borders.blind[1, RIGHT] == 6 - contact
 
 
-def test_regions_are_numbered_by_size_and_small_ones_dropped():
+def test_regions_are_numbered_by_size_and_small_ones_removed():
     labels = np.array([[7, 7, 7, 2], [2, 7, 0, 5], [9, 9, 2, 0]], np.int32)
     expected = np.array([[1, 1, 1, 2], [2, 1, 0, 0], [3, 3, 2, 0]])
     assert np.array_equal(number_by_size(labels, 2), expected)
@@ -110,7 +110,7 @@ def test_regions_are_numbered_by_size_and_small_ones_dropped():
     assert not number_by_size(np.zeros_like(labels), 1).any()
 
 
-def test_of_very_many_regions_the_largest_are_kept():
+def test_largest_regions_are_kept_at_region_limit():
     labels = np.arange(1, MAX_REGIONS + 51, dtype=np.int32)
     labels = np.concatenate([labels, labels[-20:]])[None]
     kept = number_by_size(labels, 1)
@@ -118,11 +118,11 @@ def test_of_very_many_regions_the_largest_are_kept():
     assert (kept[0, -20:] > 0).all()
 
 
-def test_holes_are_filled_and_bays_are_not():
+def test_holes_are_filled_and_notches_kept():
     ring = np.zeros((9, 9), bool)
     ring[1:8, 1:8] = True
     ring[3:6, 3:6] = False
-    bay = ring.copy()
-    bay[4, 5:] = False
+    notch = ring.copy()
+    notch[4, 5:] = False
     assert fill_holes(ring).sum() == 49
-    assert np.array_equal(fill_holes(bay), bay)
+    assert np.array_equal(fill_holes(notch), notch)

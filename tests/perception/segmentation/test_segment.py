@@ -1,13 +1,13 @@
-"""Segmentation on exact frames: what is there is found, what is not is not."""
+"""Tests of segmentation on exact frames."""
 
 import doctest
 
 import numpy as np
 import pytest
-from balls import CAMERA, UP, ball_frame
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
+from synthetic_balls import CAMERA, UP, ball_frame
 
 import eyehand.perception.segmentation as package
 from eyehand.errors import InputError
@@ -16,32 +16,32 @@ from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions
 BALLS = [(-0.12, 0.62, 0.05), (0.0, 0.75, 0.04), (0.13, 0.6, 0.045)]
 
 
-def agreement(labels, truth) -> float:
-    """Smallest F of any true object with its best match."""
+def min_f_score(labels, truth) -> float:
+    """Return the smallest F score of a true object with its best match."""
     scores = []
     for k in range(1, truth.max() + 1):
-        mine = truth == k
+        true_mask = truth == k
         scores.append(
             max(
-                2 * (mine & (labels == j)).sum() / (mine.sum() + (labels == j).sum())
+                2 * (true_mask & (labels == j)).sum() / (true_mask.sum() + (labels == j).sum())
                 for j in range(1, labels.max() + 1)
             )
         )
     return min(scores)
 
 
-def test_separate_balls_are_found_whole_and_largest_first():
+def test_separate_balls_are_segmented_largest_first():
     frame, truth = ball_frame(BALLS)
-    found = segment(frame)
-    assert found.count == 3
-    assert agreement(found.labels, truth) > 0.95
-    sizes = np.bincount(found.labels.ravel())[1:]
+    segmentation = segment(frame)
+    assert segmentation.count == 3
+    assert min_f_score(segmentation.labels, truth) > 0.95
+    sizes = np.bincount(segmentation.labels.ravel())[1:]
     assert np.all(np.diff(sizes) <= 0)
-    assert found.labels.dtype == np.int32
-    assert all(seconds >= 0 for seconds in found.timings.values())
+    assert segmentation.labels.dtype == np.int32
+    assert all(seconds >= 0 for seconds in segmentation.timings.values())
 
 
-def test_the_support_plane_is_the_table():
+def test_support_plane_is_table():
     frame, _ = ball_frame(BALLS)
     support = segment(frame).support
     assert support is not None
@@ -51,7 +51,7 @@ def test_the_support_plane_is_the_table():
     assert np.median(np.abs(support.height(points))) < 1e-3
 
 
-def test_an_empty_table_holds_no_object_at_any_noise():
+def test_empty_table_has_no_object_at_any_noise():
     frame, _ = ball_frame([])
     for seed, sigma in enumerate((0.0, 0.0005, 0.001, 0.002)):
         rng = np.random.default_rng(seed)
@@ -60,34 +60,34 @@ def test_an_empty_table_holds_no_object_at_any_noise():
         assert segment(noisy).count == 0
 
 
-def test_two_touching_balls_are_two():
+def test_touching_balls_are_two_objects():
     frame, truth = ball_frame([(-0.045, 0.6, 0.045), (0.045, 0.6, 0.045)])
-    found = segment(frame)
-    assert found.count == 2
-    assert agreement(found.labels, truth) > 0.9
+    segmentation = segment(frame)
+    assert segmentation.count == 2
+    assert min_f_score(segmentation.labels, truth) > 0.9
 
 
-def test_a_ball_without_a_table_is_one_object():
+def test_ball_without_table_is_one_object():
     frame, truth = ball_frame([(0.0, 0.6, 0.05)], table=False)
-    found = segment(frame)
-    assert found.count == 1
-    assert agreement(found.labels, truth) > 0.9
+    segmentation = segment(frame)
+    assert segmentation.count == 1
+    assert min_f_score(segmentation.labels, truth) > 0.9
 
 
-def test_mirroring_the_frame_mirrors_the_labels():
+def test_mirrored_frame_gives_mirrored_labels():
     frame, _ = ball_frame(BALLS)
     mirror = CameraIntrinsics(260.0, 260.0, 319 - 159.5, 119.5, 320, 240)
     mirrored = DepthFrame(np.ascontiguousarray(frame.depth[:, ::-1]), mirror)
-    here, there = segment(frame).labels, segment(mirrored).labels[:, ::-1]
-    assert here.max() == there.max()
-    for k in range(1, here.max() + 1):
-        mine, other = here == k, there == k
-        assert 2 * (mine & other).sum() / (mine.sum() + other.sum()) > 0.97
+    labels, mirrored_labels = segment(frame).labels, segment(mirrored).labels[:, ::-1]
+    assert labels.max() == mirrored_labels.max()
+    for k in range(1, labels.max() + 1):
+        mask, mirrored_mask = labels == k, mirrored_labels == k
+        assert 2 * (mask & mirrored_mask).sum() / (mask.sum() + mirrored_mask.sum()) > 0.97
 
 
-def test_gravity_rejects_a_wall_that_fills_the_view():
+def test_gravity_rejects_wall_as_support():
     frame, _ = ball_frame([(0.0, 0.6, 0.05)])
-    # A world whose up is the table's normal keeps the table; one turned by 90° loses it.
+    # With the world's z along the table normal the table is kept. Rotated by 90° it is lost.
     upright = Rotation.align_vectors([[0.0, 0.0, 1.0]], [UP])[0]
     kept = DepthFrame(frame.depth, CAMERA, RigidTransform.from_rotation(upright))
     lost = DepthFrame(
@@ -106,26 +106,26 @@ def test_gravity_rejects_a_wall_that_fills_the_view():
     share=st.floats(0.0, 1.0),
 )
 @settings(max_examples=40)
-def test_random_frames_of_any_size_give_finite_results(seed, height, width, share):
+def test_random_frames_give_finite_results(seed, height, width, share):
     rng = np.random.default_rng(seed)
     depth = rng.uniform(0.3, 2.0, (height, width)).astype(np.float32)
     depth[rng.random((height, width)) < share] = 0.0
     depth[0, 0] = 1.0
     camera = CameraIntrinsics(50.0, 50.0, width / 2, height / 2, width, height)
-    found = segment(DepthFrame(depth, camera), SegmentationOptions(min_object=1))
-    assert found.labels.shape == (height, width)
-    assert found.labels.min() >= 0
-    assert np.isfinite(found.noise)
-    assert set(np.unique(found.labels)) <= set(range(found.count + 1))
+    segmentation = segment(DepthFrame(depth, camera), SegmentationOptions(min_object=1))
+    assert segmentation.labels.shape == (height, width)
+    assert segmentation.labels.min() >= 0
+    assert np.isfinite(segmentation.noise)
+    assert set(np.unique(segmentation.labels)) <= set(range(segmentation.count + 1))
 
 
 @pytest.mark.parametrize(
-    "bad", [{"window": 8}, {"window": 1}, {"max_range": 0.0}, {"min_object": -1}]
+    "invalid", [{"window": 8}, {"window": 1}, {"max_range": 0.0}, {"min_object": -1}]
 )
-def test_impossible_options_are_refused(bad):
+def test_invalid_options_are_rejected(invalid):
     with pytest.raises(InputError):
-        SegmentationOptions(**bad)
+        SegmentationOptions(**invalid)
 
 
-def test_example_of_the_package_runs():
+def test_package_doctest_passes():
     assert doctest.testmod(package).failed == 0

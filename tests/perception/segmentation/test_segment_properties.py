@@ -1,7 +1,8 @@
-"""What must not matter to a segmentation: mirrors, turns, size, a breath of noise, memory layout.
+"""Tests of changes that must not alter a segmentation.
 
-Frames are synthetic tabletops at the camera's own size, exact or with realistic noise, and a few
-real ones where they are at hand. Objects are compared up to renumbering.
+These are mirroring, rotation, scale, small noise and memory layout. The frames are synthetic
+tabletops at full size, exact or with realistic noise, and a few real frames where available.
+Objects are compared up to renumbering.
 """
 
 from __future__ import annotations
@@ -27,38 +28,38 @@ from eyehand.perception import (
     segment,
 )
 
-APART: tuple[tuple[Family, int, bool], ...] = (
+SEPARATED: tuple[tuple[Family, int, bool], ...] = (
     ("separate", 602, False),
     ("separate", 602, True),
     ("separate", 603, True),
     ("dropped", 600, False),
     ("dropped", 601, True),
 )
-"""Family, seed and whether the camera is noisy: objects that do not touch each other."""
-CLOSE: tuple[tuple[Family, int, bool], ...] = (
+"""Scenes of objects without contact: family, seed, and whether the depth is noisy."""
+IN_CONTACT: tuple[tuple[Family, int, bool], ...] = (
     ("touching", 600, False),
     ("touching", 601, False),
     ("stacked", 603, False),
     ("piled", 601, False),
 )
-"""Objects in contact, whose parting lines are a matter of thresholds: exact depth only."""
+"""Scenes of objects in contact. Their borders depend on thresholds, so the depth is exact."""
 EMPTY = ("empty", 0, True)
-MIRROR = (np.s_[:, ::-1], True, False)
-TURN = (np.s_[::-1, ::-1], True, True)
-"""How an image is turned, and whether that turns its columns and its rows around."""
-REAL = ("learn0", "learn2", "learn5")
+MIRRORED = (np.s_[:, ::-1], True, False)
+ROTATED = (np.s_[::-1, ::-1], True, True)
+"""Image index, and whether it reverses the columns and the rows."""
+REAL_FRAMES = ("learn0", "learn2", "learn5")
 
-BORDER_SHARE = 0.02
-"""Share of the objects' pixels, all of them at borders, that may change hands in a mirror."""
-NOISE_SHARE = 0.01
-"""The same under noise that is a tenth of the frame's own."""
-LEAST_NOISE = 0.099
-"""That tenth, just below it."""
+MAX_MIRROR_CHANGE = 0.02
+"""Maximum share of object pixels that change labels when mirrored. All lie at borders."""
+MAX_NOISE_CHANGE = 0.01
+"""Maximum share of object pixels that change labels under a tenth of the frame's noise."""
+ADDED_NOISE_SHARE = 0.099
+"""Added noise as a share of the frame's noise: just below a tenth."""
 
 
 @cache
-def seen(family: str, seed: int, noisy: bool) -> DepthFrame:
-    """View of a random scene, with colour and the camera's place."""
+def rendered_frame(family: str, seed: int, noisy: bool) -> DepthFrame:
+    """Render a random scene with colour and camera pose."""
     options = TabletopOptions(count_range=(0, 0))
     if family != "empty":
         options = TabletopOptions(family=family, count_range=(4, 7))  # type: ignore[arg-type]  # EMPTY is no family
@@ -66,61 +67,61 @@ def seen(family: str, seed: int, noisy: bool) -> DepthFrame:
     return render_frame(make_scene(seed, options), noise, seed)[0]
 
 
-def without_place(frame: DepthFrame, *, colour: bool = False) -> DepthFrame:
+def without_pose(frame: DepthFrame, *, colour: bool = False) -> DepthFrame:
     return DepthFrame(frame.depth, frame.intrinsics, None, frame.colour if colour else None)
 
 
 @cache
-def found(family: str, seed: int, noisy: bool, *, colour: bool = False) -> Segmentation:
-    return segment(without_place(seen(family, seed, noisy), colour=colour))
+def segmented(family: str, seed: int, noisy: bool, *, colour: bool = False) -> Segmentation:
+    return segment(without_pose(rendered_frame(family, seed, noisy), colour=colour))
 
 
-def turned(frame: DepthFrame, turn: tuple) -> DepthFrame:
-    """The same view by a camera whose image is mirrored or upside down."""
-    places, columns, rows = turn
+def transformed(frame: DepthFrame, transform: tuple) -> DepthFrame:
+    """Return the frame mirrored or upside down, with matching intrinsics."""
+    index, columns, rows = transform
     k = frame.intrinsics
     camera = replace(
         k,
         cx=k.width - 1 - k.cx if columns else k.cx,
         cy=k.height - 1 - k.cy if rows else k.cy,
     )
-    colour = None if frame.colour is None else frame.colour[places]
-    return DepthFrame(frame.depth[places], camera, None, colour)
+    colour = None if frame.colour is None else frame.colour[index]
+    return DepthFrame(frame.depth[index], camera, None, colour)
 
 
 def halved(frame: DepthFrame) -> DepthFrame:
-    """Every second row and column: pixel (0, 0) stays where it is."""
+    """Return every second row and column; pixel (0, 0) keeps its position."""
     k = frame.intrinsics
     camera = CameraIntrinsics(k.fx / 2, k.fy / 2, k.cx / 2, k.cy / 2, k.width // 2, k.height // 2)
     return DepthFrame(frame.depth[::2, ::2], camera)
 
 
-def breathed_on(frame: DepthFrame, sigma: float, seed: int) -> DepthFrame:
-    """Noise of `sigma` (1/m) on disparity: what a camera adds does not depend on distance."""
+def with_noise(frame: DepthFrame, sigma: float, seed: int) -> DepthFrame:
+    """Add noise of `sigma` (1/m) to the disparity, independent of distance."""
     q = np.divide(1.0, frame.depth, out=np.zeros(frame.depth.shape), where=frame.valid)
     q += np.random.default_rng(seed).normal(size=q.shape) * sigma
     depth = np.divide(1.0, q, out=np.zeros_like(q), where=frame.valid)
     return DepthFrame(depth.astype(np.float32), frame.intrinsics)
 
 
-def shared(one: NDArray[np.int32], other: NDArray[np.int32]) -> NDArray[np.int64]:
-    """Pixels by label in one image and in the other, (n + 1, m + 1)."""
-    table = np.zeros((one.max() + 1, other.max() + 1), np.int64)
-    np.add.at(table, (one.ravel(), other.ravel()), 1)
+def shared_pixels(first: NDArray[np.int32], other: NDArray[np.int32]) -> NDArray[np.int64]:
+    """Return the number of pixels per pair of labels of two images, (n + 1, m + 1)."""
+    table = np.zeros((first.max() + 1, other.max() + 1), np.int64)
+    np.add.at(table, (first.ravel(), other.ravel()), 1)
     return table
 
 
-def changed_share(one: NDArray[np.int32], other: NDArray[np.int32]) -> float:
-    """Share of the objects' pixels that change hands under the best renumbering."""
-    table = shared(one, other)
+def changed_share(first: NDArray[np.int32], other: NDArray[np.int32]) -> float:
+    """Return the share of object pixels that change labels under the best renumbering."""
+    table = shared_pixels(first, other)
     pairs = linear_sum_assignment(-table[1:, 1:])
     same = table[0, 0] + table[1:, 1:][pairs].sum()
-    return float((one.size - same) / max(one.size - table[0, 0], 1))
+    return float((first.size - same) / max(first.size - table[0, 0], 1))
 
 
-def least_agreement(one: NDArray[np.int32], other: NDArray[np.int32]) -> float:
-    """Smallest F of an object of one image with its partner in the other."""
-    table = shared(one, other)
+def min_f_score(first: NDArray[np.int32], other: NDArray[np.int32]) -> float:
+    """Return the smallest F score of an object of one image with its match in the other."""
+    table = shared_pixels(first, other)
     rows, columns = linear_sum_assignment(-table[1:, 1:])
     hits = table[1:, 1:][rows, columns]
     sizes = table[1:].sum(axis=1)[rows] + table[:, 1:].sum(axis=0)[columns]
@@ -133,75 +134,79 @@ def real_frame(folder: Path, name: str) -> DepthFrame:
     return DepthFrame(depth, CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480))
 
 
-@pytest.mark.parametrize("view", [*APART, *CLOSE, EMPTY], ids=str)
-@pytest.mark.parametrize("turn", [MIRROR, TURN], ids=["mirrored", "upside_down"])
-def test_a_turned_image_has_the_same_objects_turned(view: tuple, turn: tuple):
-    here = found(*view)
-    there = segment(turned(without_place(seen(*view)), turn))
-    assert there.count == here.count
-    assert changed_share(here.labels, there.labels[turn[0]]) <= BORDER_SHARE
-    assert here.support is not None
-    assert there.support is not None
-    assert there.support.offset == pytest.approx(here.support.offset, abs=2e-3)
+@pytest.mark.parametrize("view", [*SEPARATED, *IN_CONTACT, EMPTY], ids=str)
+@pytest.mark.parametrize("transform", [MIRRORED, ROTATED], ids=["mirrored", "upside_down"])
+def test_mirrored_or_rotated_image_gives_same_objects(view: tuple, transform: tuple):
+    segmentation = segmented(*view)
+    other = segment(transformed(without_pose(rendered_frame(*view)), transform))
+    assert other.count == segmentation.count
+    assert changed_share(segmentation.labels, other.labels[transform[0]]) <= MAX_MIRROR_CHANGE
+    assert segmentation.support is not None
+    assert other.support is not None
+    assert other.support.offset == pytest.approx(segmentation.support.offset, abs=2e-3)
 
 
-@pytest.mark.parametrize("view", APART[:2], ids=str)
-def test_a_mirrored_image_in_colour_has_the_same_objects_mirrored(view: tuple):
-    here = found(*view, colour=True)
-    there = segment(turned(without_place(seen(*view), colour=True), MIRROR))
-    assert there.count == here.count
-    assert changed_share(here.labels, there.labels[MIRROR[0]]) <= BORDER_SHARE
+@pytest.mark.parametrize("view", SEPARATED[:2], ids=str)
+def test_mirrored_colour_image_gives_same_objects(view: tuple):
+    segmentation = segmented(*view, colour=True)
+    other = segment(transformed(without_pose(rendered_frame(*view), colour=True), MIRRORED))
+    assert other.count == segmentation.count
+    assert changed_share(segmentation.labels, other.labels[MIRRORED[0]]) <= MAX_MIRROR_CHANGE
 
 
-@pytest.mark.parametrize("name", REAL)
-@pytest.mark.parametrize("turn", [MIRROR, TURN], ids=["mirrored", "upside_down"])
-def test_a_turned_real_image_has_the_same_objects_turned(real_data: Path, name: str, turn: tuple):
+@pytest.mark.parametrize("name", REAL_FRAMES)
+@pytest.mark.parametrize("transform", [MIRRORED, ROTATED], ids=["mirrored", "upside_down"])
+def test_mirrored_or_rotated_real_image_gives_same_objects(
+    real_data: Path, name: str, transform: tuple
+):
     frame = real_frame(real_data, name)
-    here, there = segment(frame), segment(turned(frame, turn))
-    assert there.count == here.count
-    assert changed_share(here.labels, there.labels[turn[0]]) <= BORDER_SHARE
+    segmentation, other = segment(frame), segment(transformed(frame, transform))
+    assert other.count == segmentation.count
+    assert changed_share(segmentation.labels, other.labels[transform[0]]) <= MAX_MIRROR_CHANGE
 
 
-@pytest.mark.parametrize("view", APART, ids=str)
-def test_a_camera_known_to_hang_upside_down_sees_the_same(view: tuple):
-    """Here the camera's place says so, and gravity still picks the support."""
-    frame = seen(*view)
+@pytest.mark.parametrize("view", SEPARATED, ids=str)
+def test_upside_down_camera_with_pose_gives_same_objects(view: tuple):
+    """The camera pose includes the rotation, and gravity still selects the support."""
+    frame = rendered_frame(*view)
     assert frame.T_world_camera is not None
-    over = RigidTransform.from_rotation(Rotation.from_rotvec([0.0, 0.0, np.pi]))
-    hung = replace(turned(without_place(frame), TURN), T_world_camera=frame.T_world_camera * over)
-    here, there = segment(replace(frame, colour=None)), segment(hung)
-    assert there.count == here.count
-    assert changed_share(here.labels, there.labels[TURN[0]]) <= BORDER_SHARE
+    half_turn = RigidTransform.from_rotation(Rotation.from_rotvec([0.0, 0.0, np.pi]))
+    upside_down = replace(
+        transformed(without_pose(frame), ROTATED), T_world_camera=frame.T_world_camera * half_turn
+    )
+    segmentation, other = segment(replace(frame, colour=None)), segment(upside_down)
+    assert other.count == segmentation.count
+    assert changed_share(segmentation.labels, other.labels[ROTATED[0]]) <= MAX_MIRROR_CHANGE
 
 
-@given(which=st.sampled_from([*APART, EMPTY]), seed=st.integers(0, 2**32 - 1))
+@given(which=st.sampled_from([*SEPARATED, EMPTY]), seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=20)
-def test_a_breath_of_noise_changes_next_to_nothing(which: tuple, seed: int):
-    here = found(*which)
-    frame = breathed_on(without_place(seen(*which)), LEAST_NOISE * here.noise, seed)
-    there = segment(frame)
-    assert there.count == here.count
-    assert changed_share(here.labels, there.labels) <= NOISE_SHARE
+def test_small_noise_changes_few_pixels(which: tuple, seed: int):
+    segmentation = segmented(*which)
+    frame = with_noise(
+        without_pose(rendered_frame(*which)), ADDED_NOISE_SHARE * segmentation.noise, seed
+    )
+    other = segment(frame)
+    assert other.count == segmentation.count
+    assert changed_share(segmentation.labels, other.labels) <= MAX_NOISE_CHANGE
 
 
 @pytest.mark.parametrize("seed", range(2))
-@pytest.mark.parametrize("name", REAL)
-def test_a_breath_of_noise_changes_next_to_nothing_in_real_frames(
-    real_data: Path, name: str, seed: int
-):
+@pytest.mark.parametrize("name", REAL_FRAMES)
+def test_small_noise_changes_few_pixels_of_real_frames(real_data: Path, name: str, seed: int):
     frame = real_frame(real_data, name)
-    here = segment(frame)
-    there = segment(breathed_on(frame, LEAST_NOISE * here.noise, seed))
-    assert there.count == here.count
-    assert changed_share(here.labels, there.labels) <= NOISE_SHARE
+    segmentation = segment(frame)
+    other = segment(with_noise(frame, ADDED_NOISE_SHARE * segmentation.noise, seed))
+    assert other.count == segmentation.count
+    assert changed_share(segmentation.labels, other.labels) <= MAX_NOISE_CHANGE
 
 
-@pytest.mark.parametrize("view", [*APART, EMPTY], ids=str)
-def test_half_the_resolution_shows_the_same_objects(view: tuple):
-    here = found(*view)
-    there = segment(halved(without_place(seen(*view))))
-    assert there.count == here.count
-    assert least_agreement(here.labels[::2, ::2], there.labels) > 0.9
+@pytest.mark.parametrize("view", [*SEPARATED, EMPTY], ids=str)
+def test_half_resolution_gives_same_objects(view: tuple):
+    segmentation = segmented(*view)
+    other = segment(halved(without_pose(rendered_frame(*view))))
+    assert other.count == segmentation.count
+    assert min_f_score(segmentation.labels[::2, ::2], other.labels) > 0.9
 
 
 def fortran(image: NDArray) -> NDArray:
@@ -209,7 +214,7 @@ def fortran(image: NDArray) -> NDArray:
 
 
 def strided(image: NDArray) -> NDArray:
-    """A view of every second pixel of a larger image, its rows running backwards."""
+    """Return a view of every second pixel of a larger image, with reversed rows."""
     wide = np.zeros((image.shape[0], 2 * image.shape[1], *image.shape[2:]), image.dtype)
     wide[::-1, ::2] = image
     return wide[::-1, ::2]
@@ -223,14 +228,14 @@ def big_endian(image: NDArray) -> NDArray:
     return image.astype(image.dtype.newbyteorder(">")) if image.dtype == np.float32 else image
 
 
-@pytest.mark.parametrize("lay_out", [fortran, strided, double, big_endian])
+@pytest.mark.parametrize("change_layout", [fortran, strided, double, big_endian])
 @pytest.mark.parametrize("colour", [False, True])
-def test_the_memory_layout_of_a_frame_does_not_matter(lay_out, colour: bool):
-    view = CLOSE[-1]
-    frame = without_place(seen(*view), colour=colour)
-    image = None if frame.colour is None else lay_out(frame.colour)
-    there = segment(DepthFrame(lay_out(frame.depth), frame.intrinsics, None, image))
-    assert_equal(found(*view, colour=colour), there)
+def test_memory_layout_does_not_change_result(change_layout, colour: bool):
+    view = IN_CONTACT[-1]
+    frame = without_pose(rendered_frame(*view), colour=colour)
+    image = None if frame.colour is None else change_layout(frame.colour)
+    other = segment(DepthFrame(change_layout(frame.depth), frame.intrinsics, None, image))
+    assert_equal(segmented(*view, colour=colour), other)
 
 
 @pytest.mark.parametrize(
@@ -243,17 +248,17 @@ def test_the_memory_layout_of_a_frame_does_not_matter(lay_out, colour: bool):
     ],
     ids=["default", "no_median", "stride_2", "two_threads"],
 )
-def test_inputs_are_left_alone_and_a_second_call_gives_the_same_bits(
+def test_inputs_are_unchanged_and_second_call_is_identical(
     options: SegmentationOptions,
 ):
-    frame = seen(*CLOSE[0])
+    frame = rendered_frame(*IN_CONTACT[0])
     assert frame.colour is not None
-    # Writable arrays: a frame's own views are read-only, what is behind them is not.
+    # Writable arrays: a frame has read-only views, but their base arrays stay writable.
     depth, colour = frame.depth.copy(), frame.colour.copy()
-    mine = DepthFrame(depth, frame.intrinsics, frame.T_world_camera, colour)
-    first = segment(mine, options)
+    frame_copy = DepthFrame(depth, frame.intrinsics, frame.T_world_camera, colour)
+    first = segment(frame_copy, options)
     labels = first.labels.copy()
-    second = segment(mine, options)
+    second = segment(frame_copy, options)
     assert_equal(first, second)
     assert np.array_equal(first.labels, labels)
     assert not np.shares_memory(first.labels, second.labels)
@@ -261,54 +266,60 @@ def test_inputs_are_left_alone_and_a_second_call_gives_the_same_bits(
     assert colour.tobytes() == frame.colour.tobytes()
 
 
-@pytest.mark.parametrize("view", [APART[1], CLOSE[0]], ids=str)
-def test_two_threads_give_the_bits_of_one(view: tuple):
-    assert_equal(found(*view), segment(without_place(seen(*view)), SegmentationOptions(threads=2)))
+@pytest.mark.parametrize("view", [SEPARATED[1], IN_CONTACT[0]], ids=str)
+def test_two_threads_give_identical_result(view: tuple):
+    assert_equal(
+        segmented(*view),
+        segment(without_pose(rendered_frame(*view)), SegmentationOptions(threads=2)),
+    )
 
 
 @given(
-    which=st.sampled_from([APART[1], CLOSE[0]]),
+    which=st.sampled_from([SEPARATED[1], IN_CONTACT[0]]),
     yaw=st.floats(-np.pi, np.pi),
-    moved=st.tuples(*[st.floats(-5.0, 5.0)] * 3),
+    translation=st.tuples(*[st.floats(-5.0, 5.0)] * 3),
 )
 @settings(max_examples=15)
-def test_where_the_world_has_its_origin_and_north_does_not_matter(
-    which: tuple, yaw: float, moved: tuple
-):
-    frame = replace(seen(*which), colour=None)
+def test_world_origin_and_yaw_do_not_change_result(which: tuple, yaw: float, translation: tuple):
+    frame = replace(rendered_frame(*which), colour=None)
     assert frame.T_world_camera is not None
-    world = RigidTransform.from_components(moved, Rotation.from_rotvec([0.0, 0.0, yaw]))
-    there = segment(replace(frame, T_world_camera=world * frame.T_world_camera))
-    assert_equal(placed(which), there)
+    world = RigidTransform.from_components(translation, Rotation.from_rotvec([0.0, 0.0, yaw]))
+    other = segment(replace(frame, T_world_camera=world * frame.T_world_camera))
+    assert_equal(segmented_with_pose(which), other)
 
 
-@given(yaw=st.floats(-np.pi, np.pi), moved=st.tuples(*[st.floats(-5.0, 5.0)] * 2))
+@given(yaw=st.floats(-np.pi, np.pi), translation=st.tuples(*[st.floats(-5.0, 5.0)] * 2))
 @settings(max_examples=10)
-def test_nor_does_it_where_the_height_of_the_table_is_known(yaw: float, moved: tuple):
+def test_world_yaw_does_not_change_result_with_known_table_height(yaw: float, translation: tuple):
     options = SegmentationOptions(table_height=0.0)
-    frame = replace(seen(*APART[0]), colour=None)
+    frame = replace(rendered_frame(*SEPARATED[0]), colour=None)
     assert frame.T_world_camera is not None
-    world = RigidTransform.from_components((*moved, 0.0), Rotation.from_rotvec([0.0, 0.0, yaw]))
-    there = segment(replace(frame, T_world_camera=world * frame.T_world_camera), options)
-    assert there.count > 0
-    assert_equal(segment(frame, options), there)
+    world = RigidTransform.from_components(
+        (*translation, 0.0), Rotation.from_rotvec([0.0, 0.0, yaw])
+    )
+    other = segment(replace(frame, T_world_camera=world * frame.T_world_camera), options)
+    assert other.count > 0
+    assert_equal(segment(frame, options), other)
 
 
 @cache
-def placed(view: tuple) -> Segmentation:
-    return segment(replace(seen(*view), colour=None))
+def segmented_with_pose(view: tuple) -> Segmentation:
+    return segment(replace(rendered_frame(*view), colour=None))
 
 
-def assert_equal(one: Segmentation, other: Segmentation) -> None:
-    """Equal to the last bit, but for the time it took."""
-    assert np.array_equal(one.labels, other.labels)
-    assert one.labels.dtype == other.labels.dtype == np.int32
-    assert one.noise == other.noise
-    assert one.ambiguous == other.ambiguous
-    planes = [(s.support, *s.other_supports) for s in (one, other)]
+def assert_equal(first: Segmentation, other: Segmentation) -> None:
+    """Assert that two results are bitwise equal, except for the times."""
+    assert np.array_equal(first.labels, other.labels)
+    assert first.labels.dtype == other.labels.dtype == np.int32
+    assert first.noise == other.noise
+    assert first.ambiguous == other.ambiguous
+    planes = [(s.support, *s.other_supports) for s in (first, other)]
     assert len(planes[0]) == len(planes[1])
-    for mine, theirs in zip(*planes, strict=True):
-        assert (mine is None) == (theirs is None)
-        if mine is not None and theirs is not None:
-            assert mine.normal.tobytes() == theirs.normal.tobytes()
-            assert (mine.offset, mine.tolerance) == (theirs.offset, theirs.tolerance)
+    for frame_copy, their_plane in zip(*planes, strict=True):
+        assert (frame_copy is None) == (their_plane is None)
+        if frame_copy is not None and their_plane is not None:
+            assert frame_copy.normal.tobytes() == their_plane.normal.tobytes()
+            assert (frame_copy.offset, frame_copy.tolerance) == (
+                their_plane.offset,
+                their_plane.tolerance,
+            )

@@ -1,4 +1,4 @@
-"""Labels at full size follow the frame's own depth steps."""
+"""Tests of upsampling labels along the depth steps of the full frame."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from eyehand.perception.segmentation.upsample import upsample_labels
 
 
 def reference(labels, q, stride):
-    """Label of the nearest of four coarse neighbours, pixel by pixel."""
+    """Return the label of the coarse neighbour nearest in disparity, pixel by pixel."""
     full = np.zeros(q.shape, np.int32)
     for v, u in np.argwhere(q > 0):
         corners = [
@@ -32,7 +32,7 @@ def reference(labels, q, stride):
     missing=st.sampled_from([0.0, 0.3]),
 )
 @settings(max_examples=25)
-def test_labels_equal_those_chosen_pixel_by_pixel(seed, stride, rows, columns, missing):
+def test_labels_equal_reference(seed, stride, rows, columns, missing):
     rng = np.random.default_rng(seed)
     q = rng.uniform(0.5, 1.5, (rows, columns)).astype(np.float32)
     q[rng.random(q.shape) < missing] = 0.0
@@ -45,7 +45,7 @@ def test_labels_equal_those_chosen_pixel_by_pixel(seed, stride, rows, columns, m
 
 @pytest.mark.parametrize("stride", [2, 3, 4])
 @pytest.mark.parametrize("edge", [9, 10, 11, 12])
-def test_outlines_follow_the_depth_step_to_the_pixel(stride, edge):
+def test_outlines_follow_depth_step(stride, edge):
     truth = np.zeros((24, 25), np.int32)
     truth[edge:, 7:20] = 1
     q = np.where(truth > 0, np.float32(1.3), np.float32(1.0))

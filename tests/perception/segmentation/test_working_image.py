@@ -1,18 +1,18 @@
-"""The working image: every few pixels of the frame, and no reading that the frame lacks."""
+"""Tests of the working image: stride, median filter and inverse depth."""
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import ndimage
-from solids import T_TABLE_CAMERA
+from synthetic_solids import T_TABLE_CAMERA
 
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.segmentation.working_image import inverse, working_image
 
 
 def random_frame(seed: int, missing: float = 0.3) -> DepthFrame:
-    """Frame of 13 x 18 px with colour and a place, some readings missing."""
+    """Return a 13 x 18 px frame with colour, camera pose and missing readings."""
     rng = np.random.default_rng(seed)
     depth = rng.uniform(0.3, 3.0, (13, 18)).astype(np.float32)
     depth[rng.random(depth.shape) < missing] = 0.0
@@ -23,7 +23,7 @@ def random_frame(seed: int, missing: float = 0.3) -> DepthFrame:
 
 @given(seed=st.integers(0, 10_000), stride=st.integers(1, 20))
 @settings(max_examples=15)
-def test_a_stride_takes_pixels_and_changes_none(seed, stride):
+def test_stride_selects_unchanged_pixels(seed, stride):
     frame = random_frame(seed)
     image = working_image(frame, stride, median=False)
     assert np.array_equal(image.depth, frame.depth[::stride, ::stride])
@@ -36,7 +36,7 @@ def test_a_stride_takes_pixels_and_changes_none(seed, stride):
 
 @given(seed=st.integers(0, 10_000), missing=st.sampled_from([0.0, 0.3, 0.8]))
 @settings(max_examples=15)
-def test_the_median_is_that_of_nine_disparities_and_makes_up_none(seed, missing):
+def test_median_filter_equals_scipy_and_adds_no_reading(seed, missing):
     frame = random_frame(seed, missing)
     image = working_image(frame, 1, median=True)
     raw = inverse(frame.depth)
@@ -46,7 +46,7 @@ def test_the_median_is_that_of_nine_disparities_and_makes_up_none(seed, missing)
     assert np.allclose(image.depth * image.disparity, frame.valid)
 
 
-def test_a_stride_that_meets_no_reading_gives_an_empty_view():
+def test_stride_without_readings_gives_empty_image():
     depth = np.zeros((8, 8), np.float32)
     depth[1::2, 1::2] = 1.0
     frame = DepthFrame(depth, CameraIntrinsics(9.0, 9.0, 3.5, 3.5, 8, 8))
@@ -54,7 +54,7 @@ def test_a_stride_that_meets_no_reading_gives_an_empty_view():
 
 
 @pytest.mark.parametrize("value", [0.0, 1e-4, 0.5, 1.0, 1e4])
-def test_an_inverse_is_finite_and_nothing_stays_nothing(value):
+def test_inverse_is_finite_and_keeps_zero(value):
     image = np.full((2, 3), value, np.float32)
     assert np.allclose(inverse(inverse(image)), image)
     assert np.isfinite(inverse(image)).all()

@@ -1,4 +1,4 @@
-"""The fit that a time budget buys, on a front written down by hand."""
+"""Tests of selecting fit options for a time budget, on a hand-written front."""
 
 import pytest
 
@@ -30,39 +30,39 @@ FRONT = StoredFront(
     ("budget", "dials"),
     [(3.0, BARE), (5.99, BARE), (6.0, FRONT.points[1].dials), (18.0, {}), (1e6, {})],
 )
-def test_the_most_accurate_point_that_fits_is_taken(budget, dials):
+def test_most_accurate_point_within_budget_is_selected(budget, dials):
     assert FitOptions.for_budget(budget, front=FRONT) == FitOptions(**dials)
 
 
-def test_a_slower_machine_gets_a_cheaper_point():
+def test_slower_machine_gets_faster_point():
     assert FitOptions.for_budget(6.0, slower=1.1, front=FRONT) == FitOptions(**BARE)
     assert FitOptions.for_budget(10.0, slower=0.5, front=FRONT) == FitOptions()
 
 
-def test_a_budget_below_the_fastest_is_refused_and_told_its_cost():
+def test_budget_below_fastest_point_is_rejected():
     with pytest.raises(InputError, match=r"no fit is as fast as 1 ms: the fastest, bare, takes 3"):
         FitOptions.for_budget(1.0, front=FRONT)
 
 
 @pytest.mark.parametrize("budget", [0.0, -1.0, float("nan"), float("inf")])
-def test_what_is_no_budget_is_refused(budget):
+def test_invalid_budget_is_rejected(budget):
     with pytest.raises(InputError, match="budget"):
         FitOptions.for_budget(budget, front=FRONT)
 
 
-def test_kinds_survive_the_file(tmp_path):
+def test_kinds_round_trip_through_file(tmp_path):
     path = tmp_path / "front.json"
     path.write_text(FORMAT.text(FRONT), encoding="utf-8")
     front = FORMAT.read(path)
     assert [point.fields for point in front.points] == [p.fields for p in FRONT.points]
 
 
-def test_a_file_that_is_no_front_is_refused_and_told_how_to_make_one(tmp_path):
+def test_missing_front_file_error_suggests_command(tmp_path):
     with pytest.raises(InputError, match="make it with eyehand chart fit --store"):
         FORMAT.read(tmp_path / "front.json")
 
 
-def test_the_stored_front_rises_to_the_most_accurate_and_refuses_less_than_its_fastest():
+def test_stored_front_is_sorted_by_time_and_accuracy():
     points = FORMAT.read(STORED_FRONT).points
     times = [point.median_ms for point in points]
     assert times == sorted(times)

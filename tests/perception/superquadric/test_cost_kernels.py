@@ -1,4 +1,4 @@
-"""Compiled residuals equal the plain NumPy shape, and their derivatives finite differences."""
+"""Tests of cost kernels: residuals equal NumPy, and derivatives equal finite differences."""
 
 import numpy as np
 import pytest
@@ -27,16 +27,16 @@ def random_state(rng, low=0.1, high=1.9, tapered=False):
     return ShapeParameters(axes, rng.uniform(low, high, 2), R, rng.normal(size=3), taper)
 
 
-def moved(state, step):
+def step_state(state, step):
     axes, eps, R, c, taper = state
-    turn = Rotation.from_rotvec(step[5:8]).as_matrix()
+    rotation = Rotation.from_rotvec(step[5:8]).as_matrix()
     return ShapeParameters(
-        axes + step[:3], eps + step[3:5], R @ turn, c + R @ step[8:11], taper + step[11:]
+        axes + step[:3], eps + step[3:5], R @ rotation, c + R @ step[8:11], taper + step[11:]
     )
 
 
 def point_row(point, state, tapered):
-    """Residual of one point and its derivatives."""
+    """Return the residual of one point and its derivatives."""
     work = new_workspace()
     work.flat[:] = np.nan
     compute_distance_rows(np.array([point]), 0, 1, state, tapered, work)
@@ -44,7 +44,7 @@ def point_row(point, state, tapered):
 
 
 @given(seed=seeds, tapered=st.booleans())
-def test_distances_equal_the_numpy_reference(seed, tapered):
+def test_distances_equal_numpy(seed, tapered):
     rng = np.random.default_rng(seed)
     state = random_state(rng, tapered=tapered)
     axes, eps, R, c, taper = state
@@ -56,64 +56,68 @@ def test_distances_equal_the_numpy_reference(seed, tapered):
 
 
 @given(seed=seeds, tapered=st.booleans())
-def test_every_derivative_of_the_point_residual_matches_finite_differences(seed, tapered):
+def test_residual_derivatives_match_finite_differences(seed, tapered):
     rng = np.random.default_rng(seed)
     state = random_state(rng, tapered=tapered)
-    # Beyond 1.05 a3 the taper ends with a kink, where no surface is.
+    # The taper is clamped beyond 1.05 a3, outside the solid. This gives a kink there.
     local = rng.uniform(0.3, [1.2, 1.2, np.exp(state[0][2])]) * rng.choice([-1, 1], 3)
     point = state[3] + state[2] @ local
     _, exact = point_row(point, state, tapered)
     h = 1e-5
 
-    def at(step):
-        return distances(point[None], moved(state, step))[0]
+    def distance_at(step):
+        return distances(point[None], step_state(state, step))[0]
 
-    # Fourth-order differences: the bound of 1e-8 is below what second order reaches.
-    moving = N_PARAMETERS if tapered else N_STRAIGHT
+    # Second-order differences do not reach the tolerance of 1e-8.
+    n_free = N_PARAMETERS if tapered else N_STRAIGHT
     numeric = [
-        (8 * (at(h * d) - at(-h * d)) - (at(2 * h * d) - at(-2 * h * d))) / (12 * h)
-        for d in np.eye(N_PARAMETERS)[:moving]
+        (
+            8 * (distance_at(h * d) - distance_at(-h * d))
+            - (distance_at(2 * h * d) - distance_at(-2 * h * d))
+        )
+        / (12 * h)
+        for d in np.eye(N_PARAMETERS)[:n_free]
     ]
-    assert np.allclose(exact[:moving], numeric, rtol=1e-7, atol=1e-8)
+    assert np.allclose(exact[:n_free], numeric, rtol=1e-7, atol=1e-8)
 
 
-@given(seed=seeds, tapered=st.booleans(), pull=st.sampled_from([0.0, 0.4]))
+@given(seed=seeds, tapered=st.booleans(), outside_weight=st.sampled_from([0.0, 0.4]))
 @settings(max_examples=60)
-def test_the_cost_gradient_with_rays_and_plane_matches_finite_differences(seed, tapered, pull):
+def test_gradient_with_rays_and_plane_matches_finite_differences(seed, tapered, outside_weight):
     rng = np.random.default_rng(seed)
-    # Above ε = 1 solids have a ridge on which the slope along a ray turns within rounding.
+    # Above ε = 1 solids have ridges. There the slope along a ray changes within rounding error.
     state = random_state(rng, 0.3, 1.0, tapered)
     _, _, R, c, _ = state
     points = c + (rng.uniform(0.4, 1.0, (40, 3)) * rng.choice([-1, 1], (40, 3))) @ R.T
     points = points[np.abs((points - c) @ R[:, 2]) < 1.04 * np.exp(state[0][2])]
     weights = np.full(len(points), 1 / len(points))
     origin = c + np.array([0.0, 0.0, 5.0])
-    # Outside, where rays pull, the gauge has a kink where the taper ends.
-    pull = 0.0 if tapered else pull
+    # Rays that miss evaluate the gauge outside, where the clamped taper has a kink.
+    outside_weight = 0.0 if tapered else outside_weight
     targets = c + rng.normal(size=(12, 3)) * 0.5
-    # Through the centre the gauge along a ray has a kink, as a distance does at 0.
+    # On a ray through the centre the gauge has a kink, as |x| has at 0.
     targets = targets[np.linalg.norm((targets - c)[:, :2], axis=1) > 0.2]
     rays = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
     plane = np.array([0.0, 0.0, 1.0, 0.8 - c[2]])
 
-    terms = CostTerms(points, weights, rays, origin, plane, 0.1, 0.7, pull, 0.5, 0.3)
+    terms = CostTerms(points, weights, rays, origin, plane, 0.1, 0.7, outside_weight, 0.5, 0.3)
 
     def cost(step):
-        return normal_equations(terms, moved(state, step), tapered)
+        return normal_equations(terms, step_state(state, step), tapered)
 
     h = 1e-6
-    moving = N_PARAMETERS if tapered else N_STRAIGHT
-    numeric = [(cost(h * d)[0] - cost(-h * d)[0]) / (2 * h) for d in np.eye(N_PARAMETERS)[:moving]]
+    n_free = N_PARAMETERS if tapered else N_STRAIGHT
+    numeric = [(cost(h * d)[0] - cost(-h * d)[0]) / (2 * h) for d in np.eye(N_PARAMETERS)[:n_free]]
     value, gradient, hessian = cost(np.zeros(N_PARAMETERS))
     assert value >= 0
-    assert np.allclose(gradient[:moving], numeric, atol=2e-6)
-    assert np.allclose(gradient[moving:], 0.0)
+    assert np.allclose(gradient[:n_free], numeric, atol=2e-6)
+    assert np.allclose(gradient[n_free:], 0.0)
     assert np.allclose(hessian, hessian.T)
     assert np.linalg.eigvalsh(hessian).min() > -1e-9 * np.abs(hessian).max()
 
 
 @pytest.mark.parametrize("e", [0.02, 0.1, 1.0, 1.9, 1.98])
-def test_residuals_stay_finite_at_the_centre_and_far_away(e):
+def test_residuals_are_finite_at_centre_and_far_away(e):
     state = ShapeParameters(np.zeros(3), np.array([e, e]), np.eye(3), np.zeros(3), np.full(2, 0.9))
     for point in ([0.0, 0.0, 0.0], [1e6, 1e6, 1e6], [1.0, 0.0, 0.0], [1e-12, 1.0, 1e-12]):
         distance, row = point_row(point, state, tapered=True)
@@ -122,20 +126,20 @@ def test_residuals_stay_finite_at_the_centre_and_far_away(e):
 
 
 @given(seed=seeds, count=st.integers(1, 3 * LANES), tapered=st.booleans())
-def test_cost_gradient_and_hessian_equal_sums_over_points_one_by_one(seed, count, tapered):
+def test_cost_gradient_and_hessian_equal_sums_over_points(seed, count, tapered):
     rng = np.random.default_rng(seed)
     state = random_state(rng, tapered=tapered)
     points, weights, scale = state[3] + rng.normal(size=(count, 3)), rng.random(count), 0.1
-    none = np.zeros((0, 3))
+    no_rays = np.zeros((0, 3))
     plane = np.array([0.0, 0.0, 1.0, 0.0])
-    terms = CostTerms(points, weights, none, np.zeros(3), plane, scale, 0.0, 0.0, 0.0, 1.0)
+    terms = CostTerms(points, weights, no_rays, np.zeros(3), plane, scale, 0.0, 0.0, 0.0, 1.0)
     cost, gradient, hessian = normal_equations(terms, state, tapered)
-    moving = N_PARAMETERS if tapered else N_STRAIGHT
+    n_free = N_PARAMETERS if tapered else N_STRAIGHT
     rows = [point_row(point, state, tapered) for point in points]
-    r, J = np.array([row[0] for row in rows]), np.array([row[1][:moving] for row in rows])
+    r, J = np.array([row[0] for row in rows]), np.array([row[1][:n_free] for row in rows])
     slope = weights / (1.0 + (r / scale) ** 2)
     assert cost == pytest.approx(weights @ (0.5 * scale**2 * np.log1p((r / scale) ** 2)))
-    assert np.allclose(gradient[:moving], J.T @ (slope * r), rtol=1e-9, atol=1e-12)
-    assert np.allclose(hessian[:moving, :moving], J.T @ (slope[:, None] * J), rtol=1e-9, atol=1e-12)
-    assert not gradient[moving:].any()
-    assert not hessian[moving:].any()
+    assert np.allclose(gradient[:n_free], J.T @ (slope * r), rtol=1e-9, atol=1e-12)
+    assert np.allclose(hessian[:n_free, :n_free], J.T @ (slope[:, None] * J), rtol=1e-9, atol=1e-12)
+    assert not gradient[n_free:].any()
+    assert not hessian[n_free:].any()

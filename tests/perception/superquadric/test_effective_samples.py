@@ -1,4 +1,4 @@
-"""Residuals that agree with their neighbours' count once, those that do not count each."""
+"""Tests of the effective sample size: correlated residuals count once."""
 
 from functools import partial
 
@@ -14,7 +14,7 @@ from eyehand.perception.superquadric.effective_samples import (
     effective_sample_size,
 )
 
-unlimited = partial(effective_sample_size, max_samples=1e6)
+samples_without_limit = partial(effective_sample_size, max_samples=1e6)
 
 
 def sheet(seed, count):
@@ -23,59 +23,66 @@ def sheet(seed, count):
 
 
 def smoothed(points, values, width):
-    """Means over each point and its nearest neighbours."""
-    # One neighbour more than needed, for a table of one column is no table.
-    near = np.asarray(KDTree(points).query(points, k=width + 1)[1])[:, :width]
-    return values[near].mean(axis=1)
+    """Return the mean over each point and its nearest neighbours."""
+    # Query one neighbour more, so that KDTree returns a table also for width 1.
+    neighbours = np.asarray(KDTree(points).query(points, k=width + 1)[1])[:, :width]
+    return values[neighbours].mean(axis=1)
 
 
 @pytest.mark.parametrize("count", [1000, 4000])
-def test_white_noise_gives_readings_in_the_number_of_points(count):
-    found = np.array([unlimited(*sheet(seed, count)) for seed in range(12)])
-    assert np.all(found <= TRUSTED_SHARE * count)
-    assert np.median(found) > 0.5 * TRUSTED_SHARE * count
+def test_white_noise_gives_samples_proportional_to_points(count):
+    samples = np.array([samples_without_limit(*sheet(seed, count)) for seed in range(12)])
+    assert np.all(samples <= TRUSTED_SHARE * count)
+    assert np.median(samples) > 0.5 * TRUSTED_SHARE * count
 
 
-def test_the_smoother_the_noise_the_fewer_readings():
+def test_smoother_noise_gives_fewer_samples():
     for seed in range(5):
         points, noise = sheet(seed, 3000)
-        found = [unlimited(points, smoothed(points, noise, width)) for width in (1, 5, 15, 40)]
-        assert found == sorted(found, reverse=True)
-        assert found[-1] < 0.1 * found[0]
+        samples = [
+            samples_without_limit(points, smoothed(points, noise, width))
+            for width in (1, 5, 15, 40)
+        ]
+        assert samples == sorted(samples, reverse=True)
+        assert samples[-1] < 0.1 * samples[0]
 
 
-def test_noise_shared_by_patches_counts_once_a_patch():
-    # Groups of points at one place each, one residual a group: a group is one reading.
+def test_noise_shared_by_patch_counts_once():
+    # All points of a group share one position and one residual: a group is one sample.
     rng = np.random.default_rng(0)
-    groups, each = 120, PATCH_SIZE + 1
-    places = np.repeat(rng.uniform(0.0, 1.0, (groups, 3)), each, axis=0)
-    points = places + 1e-6 * rng.normal(size=places.shape)
+    groups, group_size = 120, PATCH_SIZE + 1
+    centres = np.repeat(rng.uniform(0.0, 1.0, (groups, 3)), group_size, axis=0)
+    points = centres + 1e-6 * rng.normal(size=centres.shape)
     order = rng.permutation(len(points))
-    found = unlimited(points[order], np.repeat(rng.normal(size=groups), each)[order])
-    assert found == pytest.approx(TRUSTED_SHARE * groups, rel=0.25)
+    samples = samples_without_limit(
+        points[order], np.repeat(rng.normal(size=groups), group_size)[order]
+    )
+    assert samples == pytest.approx(TRUSTED_SHARE * groups, rel=0.25)
 
 
-def test_a_bias_shared_by_all_leaves_the_fewest():
+def test_common_bias_gives_min_samples():
     points, _ = sheet(0, 600)
     assert effective_sample_size(points, np.ones(600)) == MIN_SAMPLES
 
 
-def test_two_outliers_among_many_change_little():
+def test_two_outliers_change_samples_little():
     points, noise = sheet(3, 2000)
-    wild = noise.copy()
-    wild[[7, 700]] = 1e6
-    before, after = (unlimited(points, values) for values in (noise, wild))
-    assert after == pytest.approx(before, rel=0.2)
+    with_outliers = noise.copy()
+    with_outliers[[7, 700]] = 1e6
+    samples_before, samples_after = (
+        samples_without_limit(points, values) for values in (noise, with_outliers)
+    )
+    assert samples_after == pytest.approx(samples_before, rel=0.2)
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1.0, 1e3])
-def test_units_do_not_matter(unit):
+def test_samples_do_not_depend_on_unit(unit):
     points, noise = sheet(2, 1500)
-    found = unlimited(unit * points, 0.01 * unit * smoothed(points, noise, 8))
-    assert found == pytest.approx(unlimited(points, smoothed(points, noise, 8)))
+    samples = samples_without_limit(unit * points, 0.01 * unit * smoothed(points, noise, 8))
+    assert samples == pytest.approx(samples_without_limit(points, smoothed(points, noise, 8)))
 
 
-def test_readings_stay_between_the_fewest_and_the_options():
+def test_samples_stay_within_limits():
     points, noise = sheet(1, 3000)
     assert effective_sample_size(points, noise) == MAX_SAMPLES
     assert effective_sample_size(points, np.zeros(3000)) == MAX_SAMPLES

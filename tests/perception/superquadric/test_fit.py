@@ -1,4 +1,4 @@
-"""Fits find the solid, pick the simplest kind, and say no where a cloud holds too little."""
+"""Tests of fitting: accuracy, choice of the simplest kind, and rejected clouds."""
 
 from typing import get_args
 
@@ -22,21 +22,21 @@ from eyehand.perception.superquadric import fit as fit_module
 VIEW = np.array([0.4, -0.3, 0.6])
 
 
-def make(kind, axes, e, rng, count=1500, noise=0.001):
-    """A solid, its points seen from VIEW with noise, and the plane it stands on."""
-    turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, np.pi)])
+def make_cloud(kind, axes, e, rng, count=1500, noise=0.001):
+    """Return a solid, its noisy points visible from VIEW, and its support plane."""
+    rotation = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, np.pi)])
     solid = Superquadric(
-        np.array(axes), e, RigidTransform.from_components([0.1, 0.2, 0.0], turn), kind
+        np.array(axes), e, RigidTransform.from_components([0.1, 0.2, 0.0], rotation), kind
     )
     points = sample_surface(solid, 4 * count, rng)
-    seen = np.einsum("ij,ij->i", VIEW - points, solid.normals(points)) > 0
-    points = points[seen][:count] + rng.normal(size=(min(count, int(seen.sum())), 3)) * noise
-    lowest = -float(solid.support([0.0, 0.0, -1.0]))
-    return solid, points, np.array([0.0, 0.0, 1.0, -lowest])
+    visible = np.einsum("ij,ij->i", VIEW - points, solid.normals(points)) > 0
+    points = points[visible][:count] + rng.normal(size=(min(count, int(visible.sum())), 3)) * noise
+    bottom = -float(solid.support([0.0, 0.0, -1.0]))
+    return solid, points, np.array([0.0, 0.0, 1.0, -bottom])
 
 
 def overlap(a: Superquadric, b: Superquadric, rng) -> float:
-    """Intersection over union by Monte Carlo in a ball around both."""
+    """Return the IoU of two solids, estimated from random points."""
     reach = 1.8 * max(a.semi_axes.max(), b.semi_axes.max())
     points = a.centre + rng.uniform(-reach, reach, (40000, 3))
     inside_a, inside_b = a.contains(points), b.contains(points)
@@ -52,9 +52,9 @@ KINDS = [
 
 
 @pytest.mark.parametrize(("kind", "axes", "e"), KINDS)
-def test_one_noisy_view_gives_the_solid_and_its_simplest_name(kind, axes, e):
+def test_noisy_view_gives_solid_of_simplest_kind(kind, axes, e):
     rng = np.random.default_rng(5)
-    solid, points, plane = make(kind, axes, e, rng)
+    solid, points, plane = make_cloud(kind, axes, e, rng)
     fit = fit_superquadric(points, view_origin=VIEW, support_plane=plane)
     assert fit
     assert fit.superquadric is not None
@@ -62,14 +62,14 @@ def test_one_noisy_view_gives_the_solid_and_its_simplest_name(kind, axes, e):
     assert overlap(solid, fit.superquadric, rng) > 0.93
     assert fit.spread < 0.0015
     assert [c.criterion for c in fit.candidates] == sorted(c.criterion for c in fit.candidates)
-    # A taper is tried only where straight solids leave more than the noise.
+    # A taper is tried only if straight solids leave residuals above the noise.
     assert {c.kind for c in fit.candidates} == set(FitOptions().kinds) - {"tapered"}
 
 
 @pytest.mark.parametrize("optimiser", get_args(OptimiserName))
-def test_every_optimiser_ends_on_the_same_box(optimiser):
+def test_every_optimiser_finds_box(optimiser):
     rng = np.random.default_rng(6)
-    solid, points, plane = make("box", [0.03, 0.05, 0.08], (0.1, 0.1), rng)
+    solid, points, plane = make_cloud("box", [0.03, 0.05, 0.08], (0.1, 0.1), rng)
     options = FitOptions(optimiser=optimiser)
     fit = fit_superquadric(points, view_origin=VIEW, support_plane=plane, options=options)
     assert fit.superquadric is not None
@@ -77,22 +77,22 @@ def test_every_optimiser_ends_on_the_same_box(optimiser):
 
 
 @pytest.mark.parametrize("optimiser", get_args(OptimiserName)[1:])
-def test_refinement_lowers_the_criterion(optimiser, monkeypatch):
+def test_refinement_lowers_criterion(optimiser, monkeypatch):
     rng = np.random.default_rng(8)
-    _, points, plane = make("superquadric", [0.06, 0.03, 0.05], (0.5, 0.7), rng)
+    _, points, plane = make_cloud("superquadric", [0.06, 0.03, 0.05], (0.5, 0.7), rng)
     monkeypatch.setattr(multi_start, "START_ITERATIONS", 1)
     monkeypatch.setattr(model_selection, "MAX_ITERATIONS", 1)
     options = FitOptions(kinds=("superquadric",), optimiser=optimiser, max_minima=1)
 
-    def fitted(evaluations):
+    def fit_with(evaluations):
         monkeypatch.setattr(fit_module, "MAX_EVALUATIONS", evaluations)
         return fit_superquadric(points, view_origin=VIEW, support_plane=plane, options=options)
 
-    rough, fine = fitted(1), fitted(100)
+    rough, fine = fit_with(1), fit_with(100)
     assert fine.candidates[0].criterion < rough.candidates[0].criterion
 
 
-def test_a_fifth_of_outliers_does_not_move_the_solid():
+def test_outliers_do_not_change_solid():
     rng = np.random.default_rng(7)
     solid = Superquadric(np.array([0.03, 0.05, 0.08]), (0.3, 0.8), RigidTransform.identity())
     points = sample_surface(solid, 800, rng) + rng.normal(size=(800, 3)) * 0.0005
@@ -104,7 +104,7 @@ def test_a_fifth_of_outliers_does_not_move_the_solid():
 
 def test_equal_calls_give_equal_fits():
     rng = np.random.default_rng(9)
-    _, points, plane = make("cylinder", [0.03, 0.03, 0.05], (0.1, 1.0), rng)
+    _, points, plane = make_cloud("cylinder", [0.03, 0.03, 0.05], (0.1, 1.0), rng)
     first, second = (fit_superquadric(points, support_plane=plane).superquadric for _ in range(2))
     assert first is not None
     assert second is not None
@@ -114,24 +114,29 @@ def test_equal_calls_give_equal_fits():
 
 @given(seed=st.integers(0, 1000))
 @settings(max_examples=8)
-def test_the_fit_moves_with_its_cloud(seed):
+def test_fit_follows_rigid_motion(seed):
     rng = np.random.default_rng(seed)
-    _, points, plane = make("box", [0.03, 0.05, 0.08], (0.1, 0.1), np.random.default_rng(3))
+    _, points, plane = make_cloud("box", [0.03, 0.05, 0.08], (0.1, 0.1), np.random.default_rng(3))
     T = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
     normal = T.rotation.apply(plane[:3])
     moved_plane = np.append(normal, plane[3] - normal @ T.translation)
-    here = fit_superquadric(points, view_origin=VIEW, support_plane=plane).superquadric
-    there = fit_superquadric(
+    reference = fit_superquadric(points, view_origin=VIEW, support_plane=plane).superquadric
+    moved = fit_superquadric(
         T.apply(points), view_origin=T.apply(VIEW), support_plane=moved_plane
     ).superquadric
-    assert here is not None
-    assert there is not None
-    assert there.kind == here.kind
-    assert overlap(there, Superquadric(here.semi_axes, here.exponents, T * here.pose), rng) > 0.98
+    assert reference is not None
+    assert moved is not None
+    assert moved.kind == reference.kind
+    assert (
+        overlap(
+            moved, Superquadric(reference.semi_axes, reference.exponents, T * reference.pose), rng
+        )
+        > 0.98
+    )
 
 
 @pytest.mark.parametrize(
-    ("cloud", "says"),
+    ("cloud", "message"),
     [
         (np.zeros((0, 3)), "0 points are too few"),
         (np.random.default_rng(0).normal(size=(49, 3)), "49 points are too few"),
@@ -141,14 +146,14 @@ def test_the_fit_moves_with_its_cloud(seed):
         (np.random.default_rng(0).normal(size=(80, 3)) * [1, 1, 0], "plane"),
     ],
 )
-def test_clouds_that_hold_too_little_are_refused_by_name(cloud, says):
+def test_insufficient_clouds_are_rejected_with_reason(cloud, message):
     fit = fit_superquadric(cloud)
     assert not fit
-    assert says in fit.reason
+    assert message in fit.reason
     assert fit.superquadric is None
 
 
-def test_a_flat_cloud_over_its_support_plane_is_a_box_top():
+def test_flat_cloud_above_support_plane_is_box():
     rng = np.random.default_rng(1)
     top = rng.uniform(-1, 1, (400, 3)) * [0.04, 0.03, 0.0] + [0.0, 0.0, 0.05]
     fit = fit_superquadric(top, view_origin=[0.0, 0.0, 0.6], support_plane=[0.0, 0.0, 1.0, 0.0])
@@ -157,7 +162,7 @@ def test_a_flat_cloud_over_its_support_plane_is_a_box_top():
     assert height == pytest.approx(0.05, abs=0.01)
 
 
-def test_most_points_being_one_point_leaves_the_ball():
+def test_duplicated_points_do_not_change_ball():
     rng = np.random.default_rng(2)
     ball = sample_surface(
         Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity()), 300, rng
@@ -168,7 +173,7 @@ def test_most_points_being_one_point_leaves_the_ball():
     assert fit.superquadric.semi_axes == pytest.approx([0.04] * 3, abs=1e-3)
 
 
-def test_one_point_far_away_is_an_outlier_not_a_line():
+def test_single_distant_point_is_outlier():
     rng = np.random.default_rng(2)
     ball = sample_surface(
         Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity()), 300, rng
@@ -177,7 +182,7 @@ def test_one_point_far_away_is_an_outlier_not_a_line():
 
 
 @pytest.mark.parametrize(
-    ("cloud", "plane", "says"),
+    ("cloud", "plane", "message"),
     [
         (np.random.default_rng(0).normal(size=(500, 3)) * 0.05, None, "one solid"),
         (np.random.default_rng(0).normal(size=(500, 3)) * 50.0, None, "metres"),
@@ -190,14 +195,14 @@ def test_one_point_far_away_is_an_outlier_not_a_line():
         ),
     ],
 )
-def test_what_is_no_solid_is_said_so(cloud, plane, says):
+def test_invalid_clouds_are_rejected_with_reason(cloud, plane, message):
     fit = fit_superquadric(cloud, support_plane=plane)
     assert not fit
-    assert says in fit.reason
+    assert message in fit.reason
 
 
 @pytest.mark.parametrize("optimiser", get_args(OptimiserName))
-def test_no_optimiser_raises_on_any_of_many_clouds(optimiser):
+def test_optimisers_do_not_raise_on_random_clouds(optimiser):
     rng = np.random.default_rng(4)
     for _ in range(25):
         solid = Superquadric(
@@ -212,11 +217,11 @@ def test_no_optimiser_raises_on_any_of_many_clouds(optimiser):
 
 
 @pytest.mark.parametrize("exponent_range", [(0.5, 1.9), (0.02, 1.98)])
-def test_the_exponent_range_binds_the_kind_that_fits_exponents_only(exponent_range, monkeypatch):
+def test_exponent_range_limits_kinds_with_free_exponents(exponent_range, monkeypatch):
     for module in (problem, model_selection):
         monkeypatch.setattr(module, "EXPONENT_RANGE", exponent_range)
     rng = np.random.default_rng(6)
-    _, points, plane = make("box", [0.03, 0.05, 0.08], (0.1, 0.1), rng)
+    _, points, plane = make_cloud("box", [0.03, 0.05, 0.08], (0.1, 0.1), rng)
     fit = fit_superquadric(points, support_plane=plane)
     for candidate in fit.candidates:
         low, high = (
@@ -237,13 +242,13 @@ def test_the_exponent_range_binds_the_kind_that_fits_exponents_only(exponent_ran
         {"points": "cloud"},
     ],
 )
-def test_arguments_of_the_wrong_shape_raise(arguments):
+def test_arguments_of_wrong_shape_raise(arguments):
     with pytest.raises(InputError):
         fit_superquadric(arguments.pop("points"), **arguments)
 
 
 @pytest.mark.parametrize(
-    ("bad", "says"),
+    ("invalid", "message"),
     [
         ({"kinds": ("cone",)}, "sphere, cylinder"),
         ({"optimiser": "adam"}, "lm, slsqp"),
@@ -254,6 +259,6 @@ def test_arguments_of_the_wrong_shape_raise(arguments):
         ({"axis_range": (0.1, 0.05)}, "axis_range"),
     ],
 )
-def test_options_name_the_valid_choices(bad, says):
-    with pytest.raises(InputError, match=says):
-        FitOptions(**bad)
+def test_option_errors_list_valid_choices(invalid, message):
+    with pytest.raises(InputError, match=message):
+        FitOptions(**invalid)

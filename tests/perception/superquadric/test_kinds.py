@@ -1,4 +1,4 @@
-"""A kind is a promise about the numbers: solids that break it are refused by name."""
+"""Tests of the kinds of solids and of the constraints on their parameters."""
 
 from typing import get_args
 
@@ -23,7 +23,7 @@ def solid(kind: Kind, axes, exponents) -> Superquadric:
 
 
 @pytest.mark.parametrize(
-    ("kind", "axes", "exponents", "says"),
+    ("kind", "axes", "exponents", "message"),
     [
         ("sphere", [0.04, 0.04, 0.05], (1.0, 1.0), "a sphere has equal semi-axes"),
         ("sphere", [0.04, 0.04, 0.04], (0.1, 1.0), "a sphere has equal semi-axes"),
@@ -34,15 +34,15 @@ def solid(kind: Kind, axes, exponents) -> Superquadric:
         ("box", [0.06, 0.05, 0.04], (0.1, 0.2), "a box has equal exponents"),
     ],
 )
-def test_numbers_that_are_not_those_of_the_kind_are_refused(kind, axes, exponents, says):
-    with pytest.raises(InputError, match=says):
+def test_parameters_inconsistent_with_kind_are_rejected(kind, axes, exponents, message):
+    with pytest.raises(InputError, match=message):
         solid(kind, axes, exponents)
     assert solid("superquadric", axes, exponents).kind == "superquadric"
     assert solid("tapered", axes, exponents).kind == "tapered"
 
 
 @pytest.mark.parametrize("kind", ["sphere", "cylinder"])
-def test_equal_means_equal_up_to_round_off(kind):
+def test_axes_are_compared_up_to_rounding(kind):
     exponents = (1.0, 1.0) if kind == "sphere" else (0.1, 1.0)
     assert solid(kind, [0.04, 0.04 * (1 + 0.5 * KIND_TOLERANCE), 0.04], exponents)
     with pytest.raises(InputError):
@@ -54,22 +54,22 @@ def test_equal_means_equal_up_to_round_off(kind):
     axes=st.tuples(*[st.floats(0.002, 1.0)] * 3),
     free=st.tuples(*[st.floats(0.02, 1.98)] * 2),
 )
-def test_what_a_fit_makes_of_a_kind_is_of_that_kind(kind, axes, free):
-    # As guesses do: through logarithms of the nearest semi-axes.
-    near = np.exp(np.log(starting_axes(kind, np.array(axes))))
-    made = solid(kind, near, fixed_exponents(kind) or free)
-    assert canonical(made).kind == kind
-    assert made.parameter_count == PARAMETER_COUNT[kind]
-    # A step along the kind's own numbers stays of the kind.
+def test_starts_and_steps_keep_kind(kind, axes, free):
+    # Starts store the logarithms of the semi-axes.
+    start_axes = np.exp(np.log(starting_axes(kind, np.array(axes))))
+    start = solid(kind, start_axes, fixed_exponents(kind) or free)
+    assert canonical(start).kind == kind
+    assert start.parameter_count == PARAMETER_COUNT[kind]
+    # A step along the free parameters keeps the kind.
     step = np.asarray(basis(kind)) @ np.linspace(-0.2, 0.3, PARAMETER_COUNT[kind])
-    exponents = tuple(np.clip(np.array(made.exponents) + step[3:5], 0.02, 1.98).tolist())
-    assert solid(kind, near * np.exp(step[:3]), exponents)
+    exponents = tuple(np.clip(np.array(start.exponents) + step[3:5], 0.02, 1.98).tolist())
+    assert solid(kind, start_axes * np.exp(step[:3]), exponents)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_every_kind_that_is_asked_for_comes_back_as_itself(kind):
-    body = solid("superquadric", [0.05, 0.045, 0.04], (0.6, 0.8))
-    points = sample_surface(body, 200, np.random.default_rng(0))
+def test_requested_kind_is_returned(kind):
+    superquadric = solid("superquadric", [0.05, 0.045, 0.04], (0.6, 0.8))
+    points = sample_surface(superquadric, 200, np.random.default_rng(0))
     fit = fit_superquadric(points, options=FitOptions(kinds=(kind,)))
     assert fit.superquadric is not None
     assert fit.superquadric.kind == kind

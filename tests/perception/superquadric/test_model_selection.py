@@ -1,4 +1,4 @@
-"""Model selection: the simplest sufficient solid wins, and kinds that cannot win cost nothing."""
+"""Tests of model selection: the simplest sufficient kind is selected, hopeless kinds skipped."""
 
 from dataclasses import replace
 
@@ -23,8 +23,8 @@ SOLIDS: dict[Kind, tuple[list[float], tuple[float, float], tuple[float, float]]]
 }
 
 
-def posed(kind: Kind, noise=0.001, options=OPTIONS, seed=1) -> FitProblem:
-    """A solid's whole surface as a problem."""
+def make_problem(kind: Kind, noise=0.001, options=OPTIONS, seed=1) -> FitProblem:
+    """Return the fit problem of a solid's whole noisy surface."""
     rng = np.random.default_rng(seed)
     axes, exponents, taper = SOLIDS[kind]
     pose = RigidTransform.from_rotation(Rotation.random(rng=rng))
@@ -33,99 +33,105 @@ def posed(kind: Kind, noise=0.001, options=OPTIONS, seed=1) -> FitProblem:
     return build_problem(Observation(remove_outliers(points, None)), options)
 
 
-def kinds(models: list[CandidateModel]) -> list[Kind]:
+def model_kinds(models: list[CandidateModel]) -> list[Kind]:
     return [model.kind for model in models]
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_the_simplest_sufficient_solid_wins(kind):
-    models, _ = select_model(posed(kind), False, OPTIONS)
+def test_simplest_sufficient_kind_is_selected(kind):
+    models, _ = select_model(make_problem(kind), False, OPTIONS)
     assert models[0].kind == kind
     criteria = [model.criterion for model in models]
     assert criteria == sorted(criteria)
-    # A richer solid may lie nearer to the points, by less than its numbers cost.
+    # A richer kind may fit the points better, but by less than the penalty of its parameters.
     for model in models[1:]:
         if PARAMETER_COUNT[model.kind] > PARAMETER_COUNT[kind]:
             assert model.cost > 0.9 * models[0].cost
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_order_of_kinds_does_not_matter(kind):
-    turned = replace(OPTIONS, kinds=OPTIONS.kinds[::-1])
-    here, there = (
-        select_model(posed(kind), False, OPTIONS)[0],
-        select_model(posed(kind), False, turned)[0],
+def test_kind_order_does_not_change_result(kind):
+    reversed_options = replace(OPTIONS, kinds=OPTIONS.kinds[::-1])
+    models, models_of_reversed = (
+        select_model(make_problem(kind), False, OPTIONS)[0],
+        select_model(make_problem(kind), False, reversed_options)[0],
     )
-    assert kinds(here) == kinds(there)
-    assert [one.criterion for one in here] == [one.criterion for one in there]
+    assert model_kinds(models) == model_kinds(models_of_reversed)
+    assert [model.criterion for model in models] == [
+        model.criterion for model in models_of_reversed
+    ]
 
 
-def test_kinds_that_cannot_pay_for_their_numbers_are_not_tried():
-    ball, _ = select_model(posed("sphere", noise=1e-4), False, OPTIONS)
-    assert kinds(ball) == ["sphere"]
-    can, _ = select_model(posed("cylinder", noise=1e-4), False, OPTIONS)
-    assert set(kinds(can)) == {"cylinder", "sphere"}
-    # At the noise expected of it a surface may look tapered by chance.
+def test_kinds_that_cannot_win_are_not_fitted():
+    ball, _ = select_model(make_problem("sphere", noise=1e-4), False, OPTIONS)
+    assert model_kinds(ball) == ["sphere"]
+    cylinder, _ = select_model(make_problem("cylinder", noise=1e-4), False, OPTIONS)
+    assert set(model_kinds(cylinder)) == {"cylinder", "sphere"}
+    # At the expected noise a surface can look tapered by chance.
     for kind in ("sphere", "box", "superquadric"):
-        assert "tapered" not in kinds(select_model(posed(kind), False, OPTIONS)[0])
+        assert "tapered" not in model_kinds(select_model(make_problem(kind), False, OPTIONS)[0])
 
 
-def test_kinds_not_asked_for_are_not_tried():
-    models, _ = select_model(posed("box"), False, replace(OPTIONS, kinds=("cylinder", "ellipsoid")))
-    assert set(kinds(models)) == {"cylinder", "ellipsoid"}
+def test_unrequested_kinds_are_not_fitted():
+    models, _ = select_model(
+        make_problem("box"), False, replace(OPTIONS, kinds=("cylinder", "ellipsoid"))
+    )
+    assert set(model_kinds(models)) == {"cylinder", "ellipsoid"}
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_kinds_that_trail_on_few_points_trail_in_the_end(kind, monkeypatch):
-    finished = []
+def test_pruned_kinds_lose_on_all_points(kind, monkeypatch):
+    calls = []
     compiled = model_selection.levenberg_marquardt
 
-    def watched(problem, *rest, **more):
-        finished.append(len(problem.points))
+    def counted(problem, *rest, **more):
+        calls.append(len(problem.points))
         return compiled(problem, *rest, **more)
 
-    monkeypatch.setattr(model_selection, "levenberg_marquardt", watched)
-    problem, prune_margin = posed(kind), model_selection.PRUNE_MARGIN
+    monkeypatch.setattr(model_selection, "levenberg_marquardt", counted)
+    problem, prune_margin = make_problem(kind), model_selection.PRUNE_MARGIN
     pruned, _ = select_model(problem, False, OPTIONS)
-    cheap = finished.count(len(problem.points))
-    finished.clear()
+    count_pruned = calls.count(len(problem.points))
+    calls.clear()
     monkeypatch.setattr(model_selection, "PRUNE_MARGIN", 1e6)
-    whole, _ = select_model(problem, False, OPTIONS)
-    assert cheap < finished.count(len(problem.points))
-    assert whole[0].kind == pruned[0].kind
-    assert whole[0].criterion == pytest.approx(pruned[0].criterion, abs=0.5)
-    # Not finished, a model is as far behind as it was on few points: more than half of prune.
-    close = [model for model in whole[1:] if model.criterion < whole[0].criterion + 5.0]
-    assert set(kinds(close)) <= set(kinds(pruned))
-    trailing = kinds(pruned)[cheap:]
-    for model in whole:
+    unpruned, _ = select_model(problem, False, OPTIONS)
+    assert count_pruned < calls.count(len(problem.points))
+    assert unpruned[0].kind == pruned[0].kind
+    assert unpruned[0].criterion == pytest.approx(pruned[0].criterion, abs=0.5)
+    # A pruned model keeps its gap on few points, which is more than half of the prune margin.
+    close = [model for model in unpruned[1:] if model.criterion < unpruned[0].criterion + 5.0]
+    assert set(model_kinds(close)) <= set(model_kinds(pruned))
+    trailing = model_kinds(pruned)[count_pruned:]
+    for model in unpruned:
         if model.kind in trailing:
-            assert model.criterion > whole[0].criterion + 5.0
+            assert model.criterion > unpruned[0].criterion + 5.0
     for model in pruned:
         if model.kind in trailing:
             assert model.criterion > pruned[0].criterion + 0.5 * prune_margin
 
 
-def test_the_criterion_is_bic_with_a_floor_of_half_the_noise():
-    problem = replace(posed("box"), samples=80.0)
+def test_criterion_is_bic_with_noise_floor():
+    problem = replace(make_problem("box"), samples=80.0)
     floor = 0.5 * OPTIONS.noise / problem.unit
     value = criterion(0.01, "box", problem, OPTIONS)
     assert value == pytest.approx(80.0 * np.log(0.02 + floor**2) + 9 * np.log(80.0))
     step = criterion(0.01, "superquadric", problem, OPTIONS) - value
     assert step == pytest.approx(2 * np.log(80.0))
-    # Ten times better than the noise is no more evidence than five times.
+    # Residuals at a tenth of the noise give no more evidence than residuals at a fifth.
     tiny = [criterion(0.5 * (floor / share) ** 2, "box", problem, OPTIONS) for share in (5, 10)]
     assert tiny[0] - tiny[1] < np.log(80.0)
 
 
-def test_readings_follow_the_residuals_of_the_closest_solid():
-    _, white = select_model(posed("superquadric"), False, OPTIONS)
-    _, wavy = select_model(posed("tapered"), False, replace(OPTIONS, kinds=("sphere", "cylinder")))
+def test_effective_samples_follow_residuals_of_best_solid():
+    _, white = select_model(make_problem("superquadric"), False, OPTIONS)
+    _, wavy = select_model(
+        make_problem("tapered"), False, replace(OPTIONS, kinds=("sphere", "cylinder"))
+    )
     assert white.samples > 1.5 * wavy.samples
 
 
-def test_cloud_and_guess_of_a_rung_agree_on_its_cost():
-    problem = posed("cylinder")
-    models, judged = select_model(problem, False, OPTIONS)
+def test_criterion_equals_cost_on_returned_problem():
+    problem = make_problem("cylinder")
+    models, final_problem = select_model(problem, False, OPTIONS)
     best = models[0]
-    assert best.criterion == pytest.approx(criterion(best.cost, best.kind, judged, OPTIONS))
+    assert best.criterion == pytest.approx(criterion(best.cost, best.kind, final_problem, OPTIONS))

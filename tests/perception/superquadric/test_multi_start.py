@@ -1,4 +1,4 @@
-"""The search covers solids that no descent reaches: other axes, and the 45° dual."""
+"""Tests of the multi-start search: permuted axes and the 45° dual."""
 
 import numpy as np
 import pytest
@@ -31,11 +31,11 @@ from eyehand.perception.superquadric.starts import (
 VIEW = np.array([0.0, 0.0, -0.7])
 OPTIONS = FitOptions()
 SEEDS = range(60)
-"""Solids and views."""
+"""Seeds of solids and views."""
 seeds = st.integers(0, 2**31 - 1)
 
 
-def solid_of(guess: ShapeParameters) -> Superquadric:
+def make_solid(guess: ShapeParameters) -> Superquadric:
     e1, e2 = guess.exponents
     pose = RigidTransform.from_components(guess.centre, Rotation.from_matrix(guess.R))
     return Superquadric(np.exp(guess.log_axes), (float(e1), float(e2)), pose)
@@ -46,8 +46,8 @@ def random_guess(rng, eps) -> ShapeParameters:
     return ShapeParameters(np.log(rng.uniform(0.5, 1.5, 3)), np.array(eps), R, rng.normal(size=3))
 
 
-def viewed(seed) -> FitProblem:
-    """One noisy view of an edged or pinched solid in any pose."""
+def make_problem(seed) -> FitProblem:
+    """Return the fit problem of one noisy view of a sharp-edged or pinched solid."""
     rng = np.random.default_rng(seed)
     axes, (e1, e2) = rng.uniform(0.02, 0.06, 3), rng.choice([0.1, 0.3, 1.5, 1.9], 2)
     pose = RigidTransform.from_rotation(Rotation.random(rng=rng))
@@ -60,67 +60,71 @@ def viewed(seed) -> FitProblem:
 
 
 def lowest_costs() -> np.ndarray:
-    """What the search finds from the principal box of each view."""
+    """Return the lowest cost that the search finds from the principal box of each view."""
     costs = []
-    for problem in map(viewed, SEEDS):
+    for problem in map(make_problem, SEEDS):
         bounds = parameter_bounds("superquadric", problem, OPTIONS)
         box = starting_boxes(problem, has_plane=False)[0]
         costs.append(multi_start.search_superquadric([box], [], problem, bounds, OPTIONS)[0].cost)
     return np.array(costs)
 
 
-def test_switches_find_solids_that_the_principal_box_misses_and_lose_none(monkeypatch):
-    whole = lowest_costs()
+def test_extra_starts_lower_cost_and_never_raise_it(monkeypatch):
+    full_search = lowest_costs()
     monkeypatch.setattr(multi_start, "swapped_axes", lambda guess: [])
-    # A start from which nothing comes, for one must be given.
+    # The search needs this start: place it so far away that it never wins.
     monkeypatch.setattr(
         multi_start, "rotated_dual", lambda guess: guess._replace(centre=guess.centre + 100.0)
     )
-    gains = lowest_costs() / whole
+    gains = lowest_costs() / full_search
     assert np.all(gains >= 1.0)
     assert np.count_nonzero(gains > 1.2) >= 3
     assert gains.max() > 2.0
 
 
 @given(seed=seeds)
-def test_permuted_boxes_are_the_same_box_with_each_axis_last_once(seed):
+def test_axis_permutations_keep_box(seed):
     guess = random_guess(np.random.default_rng(seed), (1.0, 1.0))
-    turned = axis_permutations(guess)
+    permuted = axis_permutations(guess)
     points = np.random.default_rng(0).normal(size=(40, 3)) + guess.centre
-    assert {int(np.argmax(np.abs(one.R.T @ guess.R)[2])) for one in turned} == {0, 1, 2}
-    for one in turned:
-        assert np.linalg.det(one.R) == pytest.approx(1.0)
-        # Round all over, which axis is last changes nothing.
-        assert np.allclose(solid_of(one).radial_scale(points), solid_of(guess).radial_scale(points))
+    assert {int(np.argmax(np.abs(box.R.T @ guess.R)[2])) for box in permuted} == {0, 1, 2}
+    for box in permuted:
+        assert np.linalg.det(box.R) == pytest.approx(1.0)
+        # With ε1 = ε2 = 1 the order of axes does not change the surface.
+        assert np.allclose(
+            make_solid(box).radial_scale(points), make_solid(guess).radial_scale(points)
+        )
 
 
 @given(seed=seeds, e1=st.floats(0.1, 1.9), e2=st.floats(0.1, 1.9))
-def test_swapped_solids_keep_their_extents_and_exchange_their_exponents(seed, e1, e2):
+def test_swapped_axes_keep_extents_and_exchange_exponents(seed, e1, e2):
     guess = random_guess(np.random.default_rng(seed), (e1, e2))
     swapped = swapped_axes(guess)
-    along = solid_of(guess).support(guess.R.T) - guess.R.T @ guess.centre
-    for one in swapped:
-        assert np.linalg.det(one.R) == pytest.approx(1.0)
-        assert np.allclose(solid_of(one).support(guess.R.T) - guess.R.T @ one.centre, along)
-        assert abs(one.R[:, 2] @ guess.R[:, 2]) < 1e-9
-    assert [one.exponents.tolist() for one in swapped] == [[e2, e1], [e2, e2]] * 2
+    half_extents = make_solid(guess).support(guess.R.T) - guess.R.T @ guess.centre
+    for box in swapped:
+        assert np.linalg.det(box.R) == pytest.approx(1.0)
+        assert np.allclose(
+            make_solid(box).support(guess.R.T) - guess.R.T @ box.centre, half_extents
+        )
+        assert abs(box.R[:, 2] @ guess.R[:, 2]) < 1e-9
+    assert [box.exponents.tolist() for box in swapped] == [[e2, e1], [e2, e2]] * 2
 
 
-@pytest.mark.parametrize(("e2", "within"), [(0.05, 0.03), (1.0, 1e-9), (1.95, 0.03)])
-def test_a_square_and_its_rotated_dual_are_nearly_one_surface(e2, within):
+@pytest.mark.parametrize(("e2", "tolerance"), [(0.05, 0.03), (1.0, 1e-9), (1.95, 0.03)])
+def test_rotated_dual_has_nearly_same_surface(e2, tolerance):
     guess = random_guess(np.random.default_rng(0), (0.3, e2))
     square = guess._replace(log_axes=np.array([0.2, 0.2, -0.3]))
-    solid = solid_of(square)
+    solid = make_solid(square)
     points = sample_surface(solid, 300, np.random.default_rng(1))
-    apart = np.abs(solid_of(rotated_dual(square)).distance(points))
-    assert np.median(apart) < within
-    # Twice turned it is the square again, at a right angle.
-    back = rotated_dual(rotated_dual(square))
-    assert np.allclose(back.log_axes, square.log_axes, atol=1e-12)
-    assert np.allclose(solid_of(back).radial_scale(points), solid.radial_scale(points))
+    gaps = np.abs(make_solid(rotated_dual(square)).distance(points))
+    assert np.median(gaps) < tolerance
+    # Applied twice it gives the original square, rotated by 90°.
+    restored = rotated_dual(rotated_dual(square))
+    assert np.allclose(restored.log_axes, square.log_axes, atol=1e-12)
+    assert np.allclose(make_solid(restored).radial_scale(points), solid.radial_scale(points))
 
 
-def test_boxes_hold_the_cloud_and_reach_down_to_the_plane():
+def test_starting_boxes_enclose_cloud_and_reach_plane():
     rng = np.random.default_rng(2)
     top = rng.uniform(-1.0, 1.0, (200, 3)) * [0.05, 0.03, 0.001] + [0.3, 0.1, 0.08]
     plane = np.array([0.0, 0.0, 1.0, 0.0])
@@ -136,8 +140,8 @@ def test_boxes_hold_the_cloud_and_reach_down_to_the_plane():
     assert height - np.exp(upright.log_axes[2]) * problem.unit == pytest.approx(0.0, abs=1e-9)
 
 
-def test_ends_of_one_cost_count_once():
+def test_minima_of_equal_cost_count_once():
     guess = random_guess(np.random.default_rng(0), (1.0, 1.0))
-    ends = [Minimum(guess, cost) for cost in (1.0, 1.0 + 0.5 * SAME_COST, 1.5, 2.0, 3.0)]
-    assert [end.cost for end in distinct(ends, 3)] == [1.0, 1.5, 2.0]
-    assert [end.cost for end in distinct(ends, 1)] == [1.0]
+    minima = [Minimum(guess, cost) for cost in (1.0, 1.0 + 0.5 * SAME_COST, 1.5, 2.0, 3.0)]
+    assert [minimum.cost for minimum in distinct(minima, 3)] == [1.0, 1.5, 2.0]
+    assert [minimum.cost for minimum in distinct(minima, 1)] == [1.0]

@@ -1,4 +1,4 @@
-"""Every optimiser ends at the best point that it saw, and anybody's fits the same socket."""
+"""Tests of the optimisers: they return their best point, and a custom one can be added."""
 
 from dataclasses import replace
 
@@ -28,8 +28,8 @@ OPTIONS = FitOptions()
 KINDS = ("sphere", "cylinder", "box", "superquadric", "tapered")
 
 
-def posed(seed):
-    """A noisy view of a random solid as a problem, and a guess some way off."""
+def make_problem(seed):
+    """Return the fit problem of a noisy view of a random solid, and a perturbed start."""
     rng = np.random.default_rng(seed)
     pose = RigidTransform.from_rotation(Rotation.random(rng=rng))
     e1, e2 = rng.choice([0.1, 0.5, 1.0, 1.5], 2)
@@ -47,8 +47,8 @@ def posed(seed):
     return problem, guess
 
 
-def total(problem: FitProblem, guess: ShapeParameters, kind: Kind) -> float:
-    """Cost with the prior: what optimisers lower."""
+def total_cost(problem: FitProblem, guess: ShapeParameters, kind: Kind) -> float:
+    """Return the cost with the prior, which the optimisers minimise."""
     tapered = bool(basis(kind)[N_STRAIGHT:].any())
     cost, gradient, hessian = normal_equations(problem.terms, guess, tapered)
     return float(cost) + add_prior(problem.prior, guess, gradient, hessian)
@@ -57,101 +57,104 @@ def total(problem: FitProblem, guess: ShapeParameters, kind: Kind) -> float:
 @pytest.mark.parametrize("name", OPTIMISERS)
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("evaluations", [1, 7, 200])
-def test_no_optimiser_ends_above_its_start(name, kind, evaluations):
-    problem, guess = posed(len(name) + len(kind))
+def test_optimisers_do_not_raise_cost(name, kind, evaluations):
+    problem, guess = make_problem(len(name) + len(kind))
     bounds = parameter_bounds(kind, problem, OPTIONS)
-    end = OPTIMISERS[name](problem, guess, kind, bounds, evaluations)
-    before, after = total(problem, guess, kind), total(problem, end.shape, kind)
-    assert after <= before * (1 + 1e-12)
+    result = OPTIMISERS[name](problem, guess, kind, bounds, evaluations)
+    cost_before, cost_after = (
+        total_cost(problem, guess, kind),
+        total_cost(problem, result.shape, kind),
+    )
+    assert cost_after <= cost_before * (1 + 1e-12)
     if evaluations == 200 and kind == "superquadric":
-        assert after < 0.9 * before
-    # What it says of its end point is true of it.
+        assert cost_after < 0.9 * cost_before
+    # The reported cost is the cost of the returned shape.
     tapered = bool(basis(kind)[N_STRAIGHT:].any())
-    cost = normal_equations(problem.terms, end.shape, tapered)[0]
-    assert end.cost == pytest.approx(float(cost), rel=1e-9)
-    # A line search may look once more before it ends.
-    assert end.evaluations <= evaluations + 2
-    assert np.allclose(end.shape.R.T @ end.shape.R, np.eye(3), atol=1e-9)
-    assert bounds[1, 0] <= end.shape.exponents.min()
-    assert end.shape.exponents.max() <= bounds[1, 1]
+    cost = normal_equations(problem.terms, result.shape, tapered)[0]
+    assert result.cost == pytest.approx(float(cost), rel=1e-9)
+    # A line search may add evaluations before it stops.
+    assert result.evaluations <= evaluations + 2
+    assert np.allclose(result.shape.R.T @ result.shape.R, np.eye(3), atol=1e-9)
+    assert bounds[1, 0] <= result.shape.exponents.min()
+    assert result.shape.exponents.max() <= bounds[1, 1]
 
 
 @pytest.mark.parametrize("name", [name for name in OPTIMISERS if name != "lm"])
-def test_the_end_is_the_best_of_all_points_looked_at(name, monkeypatch):
+def test_result_is_best_evaluated_point(name, monkeypatch):
     from eyehand.perception.superquadric import refine
 
-    seen: list[float] = []
+    costs: list[float] = []
     compiled = refine.whitened_cost
 
-    def watched(*arguments):
-        answer = compiled(*arguments)
-        seen.append(float(answer[0]))
-        return answer
+    def recorded(*arguments):
+        output = compiled(*arguments)
+        costs.append(float(output[0]))
+        return output
 
-    monkeypatch.setattr(refine, "whitened_cost", watched)
-    problem, guess = posed(3)
+    monkeypatch.setattr(refine, "whitened_cost", recorded)
+    problem, guess = make_problem(3)
     bounds = parameter_bounds("superquadric", problem, OPTIONS)
-    end = OPTIMISERS[name](problem, guess, "superquadric", bounds, 40)
-    assert len(seen) == end.evaluations
-    assert total(problem, end.shape, "superquadric") == pytest.approx(min(seen), rel=1e-9)
+    result = OPTIMISERS[name](problem, guess, "superquadric", bounds, 40)
+    assert len(costs) == result.evaluations
+    assert total_cost(problem, result.shape, "superquadric") == pytest.approx(min(costs), rel=1e-9)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_slsqp_and_a_plain_scipy_descent_end_at_the_same_cost(seed):
-    problem, guess = posed(seed)
+def test_slsqp_and_powell_reach_same_cost(seed):
+    problem, guess = make_problem(seed)
     bounds = parameter_bounds("superquadric", problem, OPTIONS)
-    mine = OPTIMISERS["slsqp"](problem, guess, "superquadric", bounds, 500)
+    slsqp = OPTIMISERS["slsqp"](problem, guess, "superquadric", bounds, 500)
     low, high = np.full(N_STRAIGHT, -np.inf), np.full(N_STRAIGHT, np.inf)
-    low[3:5], high[3:5] = bounds[1, 0] - mine.shape.exponents, bounds[1, 1] - mine.shape.exponents
+    low[3:5], high[3:5] = bounds[1, 0] - slsqp.shape.exponents, bounds[1, 1] - slsqp.shape.exponents
 
     def value(step):
-        return total(
-            problem, apply_step(mine.shape, np.append(step, [0.0, 0.0]), bounds), "superquadric"
+        return total_cost(
+            problem, apply_step(slsqp.shape, np.append(step, [0.0, 0.0]), bounds), "superquadric"
         )
 
-    start = total(problem, mine.shape, "superquadric")
-    plain = minimize(
+    start = total_cost(problem, slsqp.shape, "superquadric")
+    powell = minimize(
         value, np.zeros(N_STRAIGHT), method="Powell", bounds=list(zip(low, high, strict=True))
     )
-    assert plain.fun > 0.995 * start
+    assert powell.fun > 0.995 * start
 
 
 @pytest.mark.parametrize("name", OPTIMISERS)
-def test_a_problem_of_no_numbers_gives_the_start_back(name):
-    problem, guess = posed(1)
-    nothing = replace(
+def test_nan_problem_returns_start(name):
+    problem, guess = make_problem(1)
+    nan_problem = replace(
         problem, terms=problem.terms._replace(points=np.full_like(problem.points, np.nan))
     )
     bounds = parameter_bounds("superquadric", problem, OPTIONS)
-    end = OPTIMISERS[name](nothing, guess, "superquadric", bounds, 30)
-    assert all(np.array_equal(a, b) for a, b in zip(end.shape, guess, strict=True))
+    result = OPTIMISERS[name](nan_problem, guess, "superquadric", bounds, 30)
+    assert all(np.array_equal(a, b) for a, b in zip(result.shape, guess, strict=True))
 
 
-def test_an_optimiser_of_ones_own_takes_part_in_fits(monkeypatch):
-    asked = []
+def test_custom_optimiser_is_used_in_fit(monkeypatch):
+    fitted_kinds = []
 
-    def by_guessing(
+    def random_search(
         problem: FitProblem, start: ShapeParameters, kind: Kind, bounds: NDArray, evaluations: int
     ) -> Refinement:
-        """Try random steps along the kind's free numbers; keep what is better."""
-        asked.append(kind)
+        """Try random steps along the free parameters and keep improvements."""
+        fitted_kinds.append(kind)
         rng = np.random.default_rng(0)
-        best, lowest = start, total(problem, start, kind)
+        best, lowest = start, total_cost(problem, start, kind)
         columns = basis(kind)
         for _ in range(evaluations):
             step = columns @ (1e-3 * rng.normal(size=columns.shape[1]))
-            other = apply_step(best, step, bounds)
-            if total(problem, other, kind) < lowest:
-                best, lowest = other, total(problem, other, kind)
+            candidate = apply_step(best, step, bounds)
+            if total_cost(problem, candidate, kind) < lowest:
+                best, lowest = candidate, total_cost(problem, candidate, kind)
         tapered = bool(columns[N_STRAIGHT:].any())
         cost = normal_equations(problem.terms, best, tapered)[0]
         return Refinement(best, float(cost), evaluations)
 
-    monkeypatch.setitem(OPTIMISERS, "lm", by_guessing)
+    monkeypatch.setitem(OPTIMISERS, "lm", random_search)
     ball = Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity())
     points = sample_surface(ball, 300, np.random.default_rng(0))
     fit = fit_superquadric(points, options=FitOptions(optimiser="lm"))
     assert fit
     assert fit.superquadric is not None
-    assert asked[0] == fit.superquadric.kind
+    assert fitted_kinds[0] == fit.superquadric.kind
     assert fit.superquadric.semi_axes == pytest.approx([0.04] * 3, abs=1e-3)

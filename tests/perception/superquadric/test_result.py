@@ -1,4 +1,4 @@
-"""What a result says of its runner-up, its margin, and of other shapes within the noise."""
+"""Tests of fit results: runner-up, margin and alternatives."""
 
 import numpy as np
 import pytest
@@ -23,8 +23,8 @@ def result(*criteria: float) -> SuperquadricFit:
     return SuperquadricFit(BALL, True, "", np.zeros(3), candidates, 0.0)
 
 
-def doubtful(seed) -> SuperquadricFit:
-    """Fit of few points of one view, with noise that hides what the solid is."""
+def fit_noisy_view(seed) -> SuperquadricFit:
+    """Fit few points of one view, with so much noise that the shape is ambiguous."""
     rng = np.random.default_rng(seed)
     axes, (e1, e2) = rng.uniform(0.02, 0.08, 3), rng.choice([0.1, 0.3, 0.5, 1.0, 1.5], 2)
     pose = RigidTransform.from_rotation(Rotation.random(rng=rng))
@@ -38,17 +38,17 @@ def difference(first: Superquadric, second: Superquadric) -> float:
     return float(np.abs(first.support(DIRECTIONS) - second.support(DIRECTIONS)).max())
 
 
-def test_margin_and_runner_up_are_read_off_the_ladder():
+def test_margin_and_runner_up_follow_candidates():
     fit = result(-10.0, -7.5, 3.0)
     assert fit.margin == pytest.approx(2.5)
     assert fit.runner_up is fit.candidates[1]
-    alone = result(-10.0)
-    assert alone.runner_up is None
-    assert alone.margin == np.inf
-    assert not alone.ambiguous
+    single = result(-10.0)
+    assert single.runner_up is None
+    assert single.margin == np.inf
+    assert not single.ambiguous
 
 
-def test_the_spread_is_that_of_a_normal_distribution_and_ignores_a_few_outliers():
+def test_robust_spread_equals_sigma_and_ignores_outliers():
     residuals = 0.002 * np.random.default_rng(0).normal(size=20000)
     assert robust_spread(residuals) == pytest.approx(0.002, rel=0.03)
     residuals[:1000] = 1.0
@@ -56,36 +56,36 @@ def test_the_spread_is_that_of_a_normal_distribution_and_ignores_a_few_outliers(
     assert robust_spread(np.zeros(0)) == np.inf
 
 
-def test_a_result_is_true_when_it_can_be_used():
+def test_usable_result_is_true():
     assert result(0.0)
-    refused = SuperquadricFit.rejected("too few", 0.25)
-    assert not refused
-    assert (refused.reason, refused.seconds) == ("too few", 0.25)
+    rejected_fit = SuperquadricFit.rejected("too few", 0.25)
+    assert not rejected_fit
+    assert (rejected_fit.reason, rejected_fit.seconds) == ("too few", 0.25)
 
 
-def test_alternatives_are_other_shapes_within_the_noise_and_only_those():
+def test_alternatives_differ_in_shape_within_margin():
     ambiguous = 0
     for seed in range(60):
-        fit = doubtful(seed)
+        fit = fit_noisy_view(seed)
         if fit.superquadric is None:
             continue
-        chosen = fit.candidates[0]
-        assert chosen.superquadric is fit.superquadric
+        selected = fit.candidates[0]
+        assert selected.superquadric is fit.superquadric
         assert fit.ambiguous == (len(fit.alternatives) > 0)
-        apart = SHAPE_TOLERANCE * FitOptions().noise
+        tolerance = SHAPE_TOLERANCE * FitOptions().noise
         for other in fit.alternatives:
-            assert other.criterion < chosen.criterion + AMBIGUOUS_MARGIN
-            assert difference(chosen.superquadric, other.superquadric) > apart
+            assert other.criterion < selected.criterion + AMBIGUOUS_MARGIN
+            assert difference(selected.superquadric, other.superquadric) > tolerance
         for model in fit.candidates[1:]:
-            near = model.criterion < chosen.criterion + AMBIGUOUS_MARGIN
-            other = difference(chosen.superquadric, model.superquadric) > apart
-            assert any(model is one for one in fit.alternatives) == (near and other)
+            within_margin = model.criterion < selected.criterion + AMBIGUOUS_MARGIN
+            other = difference(selected.superquadric, model.superquadric) > tolerance
+            assert any(model is one for one in fit.alternatives) == (within_margin and other)
         ambiguous += fit.ambiguous
     assert 3 <= ambiguous < 45
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_brick_seen_all_round_is_a_brick_and_nothing_else(seed):
+def test_whole_box_is_unambiguous(seed):
     rng = np.random.default_rng(seed)
     pose = RigidTransform.from_rotation(Rotation.random(rng=rng))
     brick = Superquadric(np.array([0.05, 0.04, 0.03]), (0.1, 0.1), pose, "box")
@@ -99,19 +99,19 @@ def test_a_brick_seen_all_round_is_a_brick_and_nothing_else(seed):
     assert difference(brick, fit.superquadric) < 0.002
 
 
-def test_solids_and_results_can_be_looked_up_in_collections():
-    twin = Superquadric(BALL.semi_axes, BALL.exponents, BALL.pose, BALL.kind)
+def test_solids_and_results_support_membership_tests():
+    copy = Superquadric(BALL.semi_axes, BALL.exponents, BALL.pose, BALL.kind)
     fits = [result(1.0), result(2.0)]
-    assert BALL in (twin, BALL)
-    assert twin not in (BALL,)
-    assert len({BALL, twin}) == 2
+    assert BALL in (copy, BALL)
+    assert copy not in (BALL,)
+    assert len({BALL, copy}) == 2
     assert fits.index(fits[1]) == 1
     assert candidate(1.0) == candidate(1.0)
 
 
-def test_the_ladder_holds_each_kind_once_and_the_chosen_solid_first():
+def test_candidates_have_unique_kinds_and_selected_first():
     for seed in range(10):
-        fit = doubtful(seed)
+        fit = fit_noisy_view(seed)
         kinds = [model.kind for model in fit.candidates]
         assert len(kinds) == len(set(kinds))
         if fit.superquadric is not None:

@@ -1,4 +1,4 @@
-"""A taper widens one end: all that the shape says follows, on either side of every formula."""
+"""Tests of tapered solids: gauge, normals, support, volume, mesh and canonical form."""
 
 import numpy as np
 import pytest
@@ -20,12 +20,12 @@ tapers = st.floats(-0.8, 0.8)
 seeds = st.integers(0, 2**31 - 1)
 
 
-def cup(rng, e, taper) -> Superquadric:
+def random_tapered(rng, e, taper) -> Superquadric:
     pose = RigidTransform.from_components(rng.normal(size=3) * 0.3, Rotation.random(rng=rng))
     return Superquadric(rng.uniform(0.02, 0.1, 3), e, pose, "tapered", taper)
 
 
-def upright(axes, e, taper) -> Superquadric:
+def upright_tapered(axes, e, taper) -> Superquadric:
     return Superquadric(np.array(axes), e, RigidTransform.identity(), "tapered", taper)
 
 
@@ -35,53 +35,56 @@ def mesh_volume(solid: Superquadric, resolution: int) -> float:
     return float(np.linalg.det(corners).sum() / 6)
 
 
-def support_along_the_outline(d, axes, e, taper) -> float:
-    """Largest d·x over sections at the heights sign(sin θ)|sin θ|^ε1: dense where it is steep."""
+def reference_support(d, axes, e, taper) -> float:
+    """Return the maximum of d·x over sections at heights sign(sin θ)|sin θ|^ε1.
+
+    These heights are dense where the outline is steep.
+    """
     angle = np.linspace(-np.pi / 2, np.pi / 2, 40001)
     height = np.sign(np.sin(angle)) * np.abs(np.sin(angle)) ** e[0]
     size = np.cos(angle) ** e[0]
     power = 2.0 / (2.0 - e[1])
     widths = np.abs(d[:2]) * axes[:2] * (1.0 + height[:, None] * np.array(taper))
     widest = widths.max(axis=1)
-    across = widest * np.sum((widths / widest[:, None]) ** power, axis=1) ** (1.0 / power)
-    return float((size * across + height * axes[2] * d[2]).max())
+    half_width = widest * np.sum((widths / widest[:, None]) ** power, axis=1) ** (1.0 / power)
+    return float((size * half_width + height * axes[2] * d[2]).max())
 
 
-def test_a_cup_is_wider_above_than_below():
-    bucket = upright([0.04, 0.04, 0.05], (0.02, 1.0), (0.25, 0.25))
-    assert bucket.support([1.0, 0.0, 0.0]) == pytest.approx(0.05, rel=0.01)
+def test_positive_taper_widens_top():
+    cup = upright_tapered([0.04, 0.04, 0.05], (0.02, 1.0), (0.25, 0.25))
+    assert cup.support([1.0, 0.0, 0.0]) == pytest.approx(0.05, rel=0.01)
     rims = np.array([[0.0495, 0.0, 0.049], [0.0305, 0.0, -0.049], [0.0325, 0.0, -0.049]])
-    assert bucket.contains(rims).tolist() == [True, False, False]
-    assert bucket.contains([0.0295, 0.0, -0.049])
+    assert cup.contains(rims).tolist() == [True, False, False]
+    assert cup.contains([0.0295, 0.0, -0.049])
 
 
-def test_a_truncated_cone_has_its_volume():
-    cone = upright([0.04, 0.04, 0.05], (0.02, 1.0), (0.5, 0.5))
+def test_truncated_cone_has_exact_volume():
+    cone = upright_tapered([0.04, 0.04, 0.05], (0.02, 1.0), (0.5, 0.5))
     below, above, height = 0.02, 0.06, 0.1
     exact = np.pi * height / 3 * (below**2 + below * above + above**2)
     assert cone.volume == pytest.approx(exact, rel=2e-3)
 
 
 @given(seed=seeds, e1=exponents, e2=exponents, k1=tapers, k2=tapers)
-def test_the_gauge_is_the_straight_solids_at_straightened_points(seed, e1, e2, k1, k2):
+def test_gauge_equals_straight_solid_at_untapered_points(seed, e1, e2, k1, k2):
     rng = np.random.default_rng(seed)
-    solid = cup(rng, (e1, e2), (k1, k2))
+    solid = random_tapered(rng, (e1, e2), (k1, k2))
     straight = Superquadric(solid.semi_axes, solid.exponents, RigidTransform.identity())
     local = rng.uniform(-1.0, 1.0, (30, 3)) * [0.2, 0.2, solid.semi_axes[2]]
-    # Barr's definition, point by point.
+    # The definition of Barr (1984), point by point.
     height = local[:, 2] / solid.semi_axes[2]
-    undone = np.column_stack(
+    untapered = np.column_stack(
         [local[:, 0] / (1 + k1 * height), local[:, 1] / (1 + k2 * height), local[:, 2]]
     )
     points = solid.to_parent(local)
-    assert np.allclose(solid.radial_scale(points), straight.radial_scale(undone), rtol=1e-8)
+    assert np.allclose(solid.radial_scale(points), straight.radial_scale(untapered), rtol=1e-8)
     assert np.allclose(solid.radial_scale(solid.project_radially(points)), 1.0, rtol=1e-8)
 
 
 @given(seed=seeds, e1=exponents, e2=exponents, k1=tapers, k2=tapers)
 def test_normals_and_distance_match_finite_differences(seed, e1, e2, k1, k2):
     rng = np.random.default_rng(seed)
-    solid = cup(rng, (e1, e2), (k1, k2))
+    solid = random_tapered(rng, (e1, e2), (k1, k2))
     # Away from the coordinate planes, where second derivatives are unbounded.
     local = rng.uniform(0.2, 0.9, 3) * rng.choice([-1, 1], 3) * solid.semi_axes
     point, step = solid.to_parent(local), 1e-7
@@ -108,32 +111,32 @@ def test_normals_and_distance_match_finite_differences(seed, e1, e2, k1, k2):
     tilt=st.sampled_from([1.0, 1e-2, 1e-3, 1e-5]),
 )
 @settings(max_examples=40)
-def test_support_is_the_highest_of_all_sections(seed, e1, e2, k1, k2, tilt):
+def test_support_equals_maximum_over_sections(seed, e1, e2, k1, k2, tilt):
     rng = np.random.default_rng(seed)
     axes = rng.uniform(0.02, 0.1, 3)
-    solid = upright(axes, (e1, e2), (k1, k2))
-    # Nearly along z the highest point hides next to the pole.
+    solid = upright_tapered(axes, (e1, e2), (k1, k2))
+    # For directions near z the extreme point lies close to the pole.
     direction = rng.normal(size=3) * [tilt, tilt, 1.0]
     direction /= np.linalg.norm(direction)
-    expected = support_along_the_outline(direction, axes, (e1, e2), (k1, k2))
+    expected = reference_support(direction, axes, (e1, e2), (k1, k2))
     assert solid.support(direction) == pytest.approx(expected, abs=1e-6 * axes.max())
     assert solid.support(direction) >= (mesh(solid, 32)[0] @ direction).max() - 1e-12
 
 
 @given(seed=seeds, e1=exponents, e2=exponents, k1=tapers, k2=tapers)
 @settings(max_examples=25)
-def test_volume_is_that_of_the_mesh(seed, e1, e2, k1, k2):
-    solid = cup(np.random.default_rng(seed), (e1, e2), (k1, k2))
-    # Halving the mesh's steps quarters what it cuts off: the limit is known to a few per cent.
+def test_volume_equals_mesh_volume(seed, e1, e2, k1, k2):
+    solid = random_tapered(np.random.default_rng(seed), (e1, e2), (k1, k2))
+    # The volume error of the mesh is quadratic in its step: extrapolate to step zero.
     coarse, fine = mesh_volume(solid, 64), mesh_volume(solid, 128)
     assert solid.volume == pytest.approx(fine + (fine - coarse) / 3, rel=0.02)
 
 
 @pytest.mark.parametrize("e", [(0.1, 1.0), (0.5, 0.3), (1.0, 1.0), (1.7, 0.6)])
 @pytest.mark.parametrize("taper", [(0.4, 0.4), (0.6, -0.5), (-0.7, 0.0)])
-def test_volume_is_the_share_of_random_points_inside(e, taper):
+def test_volume_equals_monte_carlo(e, taper):
     rng = np.random.default_rng(0)
-    solid = upright([0.04, 0.03, 0.05], e, taper)
+    solid = upright_tapered([0.04, 0.03, 0.05], e, taper)
     half = np.array([0.04 * 1.7, 0.03 * 1.7, 0.05])
     points = rng.uniform(-half, half, (200_000, 3))
     share = float(np.mean(solid.contains(points)))
@@ -141,48 +144,48 @@ def test_volume_is_the_share_of_random_points_inside(e, taper):
     assert solid.volume / (8 * half.prod()) == pytest.approx(share, abs=5 * sigma)
 
 
-def test_samples_and_mesh_lie_on_the_surface_and_face_outwards():
-    solid = cup(np.random.default_rng(1), (0.3, 0.8), (0.4, -0.3))
+def test_samples_and_mesh_lie_on_surface_facing_outwards():
+    solid = random_tapered(np.random.default_rng(1), (0.3, 0.8), (0.4, -0.3))
     points = sample_surface(solid, 500, np.random.default_rng(2))
     assert np.allclose(solid.radial_scale(points), 1.0, rtol=1e-8)
     vertices, faces = mesh(solid, 32)
     assert np.allclose(solid.radial_scale(vertices), 1.0, rtol=1e-5)
     corners = vertices[faces]
     outward = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
-    # Facets at rims point anywhere between their corners' normals: most must agree.
-    agree = np.einsum("ij,ij->i", outward, solid.normals(corners.mean(axis=1))) > 0
-    assert np.mean(agree) > 0.99
+    # Facets at an edge can point anywhere between the normals of their corners.
+    outwards = np.einsum("ij,ij->i", outward, solid.normals(corners.mean(axis=1))) > 0
+    assert np.mean(outwards) > 0.99
 
 
 @given(seed=seeds, k1=tapers, k2=tapers)
-def test_the_canonical_form_keeps_the_surface_and_is_one_of_eight(seed, k1, k2):
+def test_canonical_form_keeps_surface_and_is_unique(seed, k1, k2):
     rng = np.random.default_rng(seed)
-    solid = cup(rng, (0.3, 1.2), (k1, k2))
+    solid = random_tapered(rng, (0.3, 1.2), (k1, k2))
     form = canonical(solid)
     points = solid.centre + rng.normal(size=(50, 3)) * 0.1
     assert np.allclose(form.radial_scale(points), solid.radial_scale(points), rtol=1e-6)
     assert form.semi_axes[0] >= form.semi_axes[1]
-    # Upside down, and with x and y exchanged, the same solid has other numbers.
-    over = solid.rotation @ np.diag([1.0, -1.0, -1.0])
-    across = solid.rotation[:, [1, 0, 2]] * [1.0, 1.0, -1.0]
+    # Flipped, or with x and y exchanged, the same solid has other parameters.
+    flipped = solid.rotation @ np.diag([1.0, -1.0, -1.0])
+    half_width = solid.rotation[:, [1, 0, 2]] * [1.0, 1.0, -1.0]
     swapped = solid.semi_axes[[1, 0, 2]]
     for axes, R, taper in (
-        (solid.semi_axes, over, (-k1, -k2)),
-        (swapped, across, (-k2, -k1)),
+        (solid.semi_axes, flipped, (-k1, -k2)),
+        (swapped, half_width, (-k2, -k1)),
     ):
         pose = RigidTransform.from_components(solid.centre, Rotation.from_matrix(R))
-        twin = Superquadric(axes, solid.exponents, pose, "tapered", taper)
-        assert np.allclose(twin.radial_scale(points), solid.radial_scale(points), rtol=1e-6)
-        again = canonical(twin)
-        assert np.allclose(again.semi_axes, form.semi_axes)
-        assert np.allclose(again.rotation, form.rotation, atol=1e-7)
-        assert again.taper == pytest.approx(form.taper)
+        equivalent = Superquadric(axes, solid.exponents, pose, "tapered", taper)
+        assert np.allclose(equivalent.radial_scale(points), solid.radial_scale(points), rtol=1e-6)
+        form_of_equivalent = canonical(equivalent)
+        assert np.allclose(form_of_equivalent.semi_axes, form.semi_axes)
+        assert np.allclose(form_of_equivalent.rotation, form.rotation, atol=1e-7)
+        assert form_of_equivalent.taper == pytest.approx(form.taper)
 
 
-def test_a_taper_that_would_close_the_solid_or_that_the_kind_has_not_is_refused():
+def test_invalid_taper_is_rejected():
     with pytest.raises(InputError, match="taper must lie in"):
-        upright([0.1, 0.1, 0.1], (1.0, 1.0), (MAX_TAPER + 0.01, 0.0))
+        upright_tapered([0.1, 0.1, 0.1], (1.0, 1.0), (MAX_TAPER + 0.01, 0.0))
     with pytest.raises(InputError, match="taper must lie in"):
-        upright([0.1, 0.1, 0.1], (1.0, 1.0), (np.nan, 0.0))
+        upright_tapered([0.1, 0.1, 0.1], (1.0, 1.0), (np.nan, 0.0))
     with pytest.raises(InputError, match="unless kind is tapered"):
         Superquadric(np.full(3, 0.1), (0.1, 1.0), RigidTransform.identity(), "box", (0.1, 0.0))

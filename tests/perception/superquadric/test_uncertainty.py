@@ -1,4 +1,4 @@
-"""What a fit says it does not know: as large as fits scatter, and on the side nobody saw."""
+"""Tests of the uncertainty of a fit: it matches the scatter, and reports unobserved sides."""
 
 import numpy as np
 import pytest
@@ -16,47 +16,47 @@ from eyehand.perception.superquadric.kinds import basis
 
 REPEATS = 40
 NOISE = 0.002
-WITHIN = 3.0
-"""Ratio of told to shown standard deviation that counts as right: it is told from few readings."""
-TURN = Rotation.from_euler("xyz", [0.3, 0.2, 0.5])
+MAX_RATIO = 3.0
+"""Maximum ratio of estimated to measured standard deviation. The estimate uses few samples."""
+ROTATION = Rotation.from_euler("xyz", [0.3, 0.2, 0.5])
 SOLIDS: dict[Kind, tuple[list[float], tuple[float, float], tuple[float, float]]] = {
     "sphere": ([0.04, 0.04, 0.04], (1.0, 1.0), (0.0, 0.0)),
     "cylinder": ([0.04, 0.04, 0.05], (0.1, 1.0), (0.0, 0.0)),
     "ellipsoid": ([0.06, 0.045, 0.03], (1.0, 1.0), (0.0, 0.0)),
-    # Longest along z: the canonical form gives these axes other names.
+    # Longest along z: the canonical form permutes these axes.
     "box": ([0.03, 0.04, 0.06], (0.1, 0.1), (0.0, 0.0)),
     "superquadric": ([0.035, 0.05, 0.03], (0.5, 0.7), (0.0, 0.0)),
     "tapered": ([0.035, 0.045, 0.05], (0.5, 0.8), (0.15, 0.3)),
 }
 
 
-def solid_of_kind(kind: Kind) -> Superquadric:
+def make_solid(kind: Kind) -> Superquadric:
     axes, exponents, taper = SOLIDS[kind]
-    pose = RigidTransform.from_rotation(TURN)
+    pose = RigidTransform.from_rotation(ROTATION)
     return Superquadric(np.array(axes), exponents, pose, kind, taper)
 
 
-def fitted(kind: Kind, seed: int) -> SuperquadricFit:
-    """Fit of a noisy whole surface as the kind that it is."""
+def fit_whole_surface(kind: Kind, seed: int) -> SuperquadricFit:
+    """Fit the noisy whole surface of a solid with its own kind."""
     rng = np.random.default_rng(seed)
-    points = sample_surface(solid_of_kind(kind), 500, rng) + NOISE * rng.normal(size=(500, 3))
+    points = sample_surface(make_solid(kind), 500, rng) + NOISE * rng.normal(size=(500, 3))
     return fit_superquadric(points, options=FitOptions(kinds=(kind,)))
 
 
-def numbers(solid: Superquadric, about: Rotation) -> np.ndarray:
-    """PARAMETERS of a solid, with the rotation taken from a near one."""
-    turn = (about.inv() * solid.pose.rotation).as_rotvec()
-    return np.concatenate([solid.semi_axes, solid.exponents, turn, solid.centre, solid.taper])
+def parameters_of(solid: Superquadric, reference_rotation: Rotation) -> np.ndarray:
+    """Return the PARAMETERS of a solid, with its rotation relative to a reference."""
+    rotation = (reference_rotation.inv() * solid.pose.rotation).as_rotvec()
+    return np.concatenate([solid.semi_axes, solid.exponents, rotation, solid.centre, solid.taper])
 
 
-def told(fit: SuperquadricFit) -> Uncertainty:
+def uncertainty_of(fit: SuperquadricFit) -> Uncertainty:
     assert fit, fit.reason
     assert fit.uncertainty is not None
     return fit.uncertainty
 
 
-def facing(kind: Kind, axes: list[float], seed: int) -> SuperquadricFit:
-    """A solid on the table, seen straight from the front at 0.7 m: all points on its -y side."""
+def fit_front_view(kind: Kind, axes: list[float], seed: int) -> SuperquadricFit:
+    """Fit a solid on a table, viewed from the front at 0.7 m: all points lie on its -y side."""
     rng = np.random.default_rng(seed)
     exponents = {"box": (0.1, 0.1), "sphere": (1.0, 1.0)}[kind]
     solid = Superquadric(np.array(axes), exponents, RigidTransform.identity(), kind)
@@ -73,39 +73,43 @@ def facing(kind: Kind, axes: list[float], seed: int) -> SuperquadricFit:
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_rows_of_held_numbers_are_zero_and_the_covariance_is_one(kind):
-    covariance = told(fitted(kind, 0)).covariance
+def test_covariance_is_valid_and_zero_for_fixed_parameters(kind):
+    covariance = uncertainty_of(fit_whole_surface(kind, 0)).covariance
     assert covariance.shape == (len(PARAMETERS), len(PARAMETERS))
     assert np.array_equal(covariance, covariance.T)
     eigenvalues = np.linalg.eigvalsh(covariance)
     assert eigenvalues.min() > -1e-9 * eigenvalues.max()
-    # Semi-axes, rotation and centre keep their places up to permutation; so do the others.
+    # The canonical form permutes parameters only within their group.
     free = np.asarray(basis(kind)).any(axis=1)
-    held = np.logical_not(free)
+    fixed = np.logical_not(free)
     if kind == "cylinder":
         assert np.allclose(covariance[7], 0.0, atol=1e-12)
-        held[5:8] = False
-    assert np.all(covariance[held] == 0.0)
-    assert np.all(covariance[:, held] == 0.0)
-    assert np.all(told(fitted(kind, 0)).standard_deviations[free] > 0.0)
+        fixed[5:8] = False
+    assert np.all(covariance[fixed] == 0.0)
+    assert np.all(covariance[:, fixed] == 0.0)
+    assert np.all(uncertainty_of(fit_whole_surface(kind, 0)).standard_deviations[free] > 0.0)
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_told_deviations_are_those_by_which_repeated_fits_scatter(kind):
-    about = canonical(solid_of_kind(kind)).pose.rotation
-    fits = [fitted(kind, seed) for seed in range(REPEATS)]
-    found = [numbers(fit.superquadric, about) for fit in fits if fit.superquadric is not None]
-    # Of the middle of the fits: one that names its axes otherwise is no matter of small steps.
-    shown = 1.4826 * np.median(np.abs(found - np.median(found, axis=0)), axis=0)
-    said = np.median([told(fit).standard_deviations for fit in fits], axis=0)
-    # Cylinders have no place about their axis, spheres none at all.
-    moving = said > 1e-9
-    assert np.all(said[moving] < WITHIN * shown[moving])
-    assert np.all(said[moving] > shown[moving] / WITHIN)
+def test_standard_deviations_match_scatter_of_repeated_fits(kind):
+    reference_rotation = canonical(make_solid(kind)).pose.rotation
+    fits = [fit_whole_surface(kind, seed) for seed in range(REPEATS)]
+    parameters = [
+        parameters_of(fit.superquadric, reference_rotation)
+        for fit in fits
+        if fit.superquadric is not None
+    ]
+    # The median ignores fits whose canonical form permutes the axes.
+    scatter = 1.4826 * np.median(np.abs(parameters - np.median(parameters, axis=0)), axis=0)
+    estimated = np.median([uncertainty_of(fit).standard_deviations for fit in fits], axis=0)
+    # Rotations about a cylinder axis, and all rotations of a sphere, are fixed.
+    free = estimated > 1e-9
+    assert np.all(estimated[free] < MAX_RATIO * scatter[free])
+    assert np.all(estimated[free] > scatter[free] / MAX_RATIO)
 
 
-def test_axes_keep_their_uncertainty_when_the_canonical_form_renames_them():
-    # A box whose ends are seen and whose sides are not: only its lengths across are unsure.
+def test_uncertainty_follows_axis_permutation():
+    # A box with both ends of its longest axis in the cloud, but one side of each other axis.
     rng = np.random.default_rng(0)
     points = rng.uniform(-1.0, 1.0, (900, 3)) * [0.03, 0.04, 0.06]
     points[:300, 0], points[300:600, 1] = 0.03, 0.04
@@ -113,17 +117,17 @@ def test_axes_keep_their_uncertainty_when_the_canonical_form_renames_them():
     points += 0.001 * rng.normal(size=points.shape)
     for order in ([0, 1, 2], [1, 2, 0], [2, 0, 1], [1, 0, 2]):
         fit = fit_superquadric(points[:, order], options=FitOptions(kinds=("box",)))
-        solid, deviations = fit.superquadric, told(fit).standard_deviations
+        solid, deviations = fit.superquadric, uncertainty_of(fit).standard_deviations
         assert solid is not None
         assert solid.semi_axes == pytest.approx([0.06, 0.04, 0.03], abs=2e-3)
-        # Both ends of the longest axis are in the cloud; of the others one side each.
+        # Only the longest axis has both ends in the cloud.
         assert deviations[0] < deviations[1]
         assert deviations[0] < deviations[2]
 
 
-def test_the_covariance_turns_with_the_cloud():
+def test_covariance_rotates_with_cloud():
     rng = np.random.default_rng(0)
-    cloud = sample_surface(solid_of_kind("superquadric"), 500, rng)
+    cloud = sample_surface(make_solid("superquadric"), 500, rng)
     cloud = (
         cloud[cloud[:, 2] > -0.01]
         + 0.001 * rng.normal(size=(500, 3))[: np.sum(cloud[:, 2] > -0.01)]
@@ -132,49 +136,63 @@ def test_the_covariance_turns_with_the_cloud():
         [0.3, -0.2, 0.5], Rotation.from_euler("xyz", [1.0, 0.4, 2.0])
     )
     options = FitOptions(kinds=("superquadric",))
-    here, there = (told(fit_superquadric(p, options=options)) for p in (cloud, T.apply(cloud)))
-    place, moved = here.covariance[8:11, 8:11], there.covariance[8:11, 8:11]
+    reference, transformed = (
+        uncertainty_of(fit_superquadric(p, options=options)) for p in (cloud, T.apply(cloud))
+    )
+    centre_covariance, transformed_centre_covariance = (
+        reference.covariance[8:11, 8:11],
+        transformed.covariance[8:11, 8:11],
+    )
     R = T.rotation.as_matrix()
-    assert np.allclose(moved, R @ place @ R.T, rtol=1e-3, atol=1e-4 * np.abs(place).max())
-    assert np.allclose(there.standard_deviations[:5], here.standard_deviations[:5], rtol=1e-3)
+    assert np.allclose(
+        transformed_centre_covariance,
+        R @ centre_covariance @ R.T,
+        rtol=1e-3,
+        atol=1e-4 * np.abs(centre_covariance).max(),
+    )
+    assert np.allclose(
+        transformed.standard_deviations[:5], reference.standard_deviations[:5], rtol=1e-3
+    )
 
 
 @pytest.mark.parametrize("axes", [[0.05, 0.04, 0.03], [0.04, 0.05, 0.03], [0.03, 0.03, 0.05]])
-def test_a_box_seen_face_on_says_that_its_far_side_is_open(axes):
+def test_front_view_of_box_reports_unobserved_side(axes):
     open_sides = 0
     for seed in range(5):
-        fit = facing("box", axes, seed)
+        fit = fit_front_view("box", axes, seed)
         if not fit:
-            # Seen from one side, a box may also be refused as a sheet.
+            # One side of a box can also be rejected as a sheet.
             assert "too little was seen" in fit.reason
             continue
-        unobserved, solid = told(fit).unobserved, fit.superquadric
+        unobserved, solid = uncertainty_of(fit).unobserved, fit.superquadric
         assert solid is not None
         for side in unobserved:
             sign = 1.0 if side[0] == "+" else -1.0
-            away = sign * solid.rotation[:, "xyz".index(side[1])]
-            assert np.allclose(away, [0.0, 1.0, 0.0], atol=0.1)
+            outwards = sign * solid.rotation[:, "xyz".index(side[1])]
+            assert np.allclose(outwards, [0.0, 1.0, 0.0], atol=0.1)
         open_sides += len(unobserved)
     assert open_sides >= 2
 
 
-def test_a_ball_seen_from_one_side_leaves_nothing_open():
+def test_front_view_of_ball_has_no_unobserved_side():
     for seed in range(5):
-        assert told(facing("sphere", [0.04, 0.04, 0.04], seed)).unobserved == ()
+        assert uncertainty_of(fit_front_view("sphere", [0.04, 0.04, 0.04], seed)).unobserved == ()
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_a_whole_surface_leaves_nothing_open(kind):
-    assert told(fitted(kind, 1)).unobserved == ()
+def test_whole_surface_has_no_unobserved_side(kind):
+    assert uncertainty_of(fit_whole_surface(kind, 1)).unobserved == ()
 
 
-def test_more_noise_makes_all_numbers_less_sure():
+def test_noise_increases_all_deviations():
     rng = np.random.default_rng(4)
-    surface = sample_surface(solid_of_kind("superquadric"), 500, rng)
+    surface = sample_surface(make_solid("superquadric"), 500, rng)
     options = FitOptions(kinds=("superquadric",))
-    calm, loud = (
-        told(fit_superquadric(surface + sigma * rng.normal(size=(500, 3)), options=options))
+    low_noise, high_noise = (
+        uncertainty_of(
+            fit_superquadric(surface + sigma * rng.normal(size=(500, 3)), options=options)
+        )
         for sigma in (0.001, 0.004)
     )
-    free = calm.standard_deviations > 0.0
-    assert np.all(loud.standard_deviations[free] > 1.5 * calm.standard_deviations[free])
+    free = low_noise.standard_deviations > 0.0
+    assert np.all(high_noise.standard_deviations[free] > 1.5 * low_noise.standard_deviations[free])

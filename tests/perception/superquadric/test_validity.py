@@ -1,4 +1,4 @@
-"""Every reason for which a cloud gives no solid, by the words that a person reads."""
+"""Tests of the reasons for which a cloud or a fit is rejected."""
 
 import numpy as np
 import pytest
@@ -28,17 +28,17 @@ def ball(count=400, radius=0.04, seed=0) -> np.ndarray:
 
 
 def scattered(scale, seed=0, count=300) -> np.ndarray:
-    """Points of a normal distribution, (count, 3)."""
+    """Return normally distributed points (count, 3)."""
     return np.random.default_rng(seed).normal(size=(count, 3)) * scale
 
 
-def posed(cloud=None) -> FitProblem:
+def make_problem(cloud=None) -> FitProblem:
     cloud = ball() if cloud is None else cloud
     return build_problem(Observation(remove_outliers(cloud, None)), OPTIONS)
 
 
 @pytest.mark.parametrize(
-    ("cloud", "origin", "says"),
+    ("cloud", "origin", "message"),
     [
         (scattered(0.05, count=49), None, "49 points are too few: at least 50"),
         (np.vstack([ball(), [[np.nan, 0, 0], [0, np.inf, 0]]]), None, "2 points are NaN"),
@@ -46,13 +46,13 @@ def posed(cloud=None) -> FitProblem:
         (ball(), np.array([0.0, 0.0, 2e9]), "the camera is 2e+09 m away"),
     ],
 )
-def test_numbers_that_are_no_cloud_of_a_camera(cloud, origin, says):
-    assert says in check_cloud(cloud, origin)
+def test_invalid_coordinates_are_rejected(cloud, origin, message):
+    assert message in check_cloud(cloud, origin)
     assert check_cloud(ball(), np.array([0.0, 0.0, 0.7])) == ""
 
 
 @pytest.mark.parametrize(
-    ("cloud", "origin", "plane", "says"),
+    ("cloud", "origin", "plane", "message"),
     [
         (np.ones((80, 3)), None, None, "all points are the same point"),
         (scattered(40.0), None, None, "are these metres"),
@@ -66,34 +66,34 @@ def test_numbers_that_are_no_cloud_of_a_camera(cloud, origin, says):
         (scattered([0.05, 0.05, 0.001]), None, FLOOR, "lie in the support plane: nothing rises"),
     ],
 )
-def test_clouds_that_determine_no_solid(cloud, origin, plane, says):
-    assert says in check_extent(cloud, origin, plane, OPTIONS)
+def test_degenerate_clouds_are_rejected(cloud, origin, plane, message):
+    assert message in check_extent(cloud, origin, plane, OPTIONS)
 
 
-def test_a_cloud_that_is_one_is_not_refused():
-    standing = np.array([0.0, 0.0, 1.0, 0.04])
-    assert check_extent(ball(), np.array([0.0, 0.0, 0.7]), standing, OPTIONS) == ""
+def test_valid_clouds_are_accepted():
+    plane = np.array([0.0, 0.0, 1.0, 0.04])
+    assert check_extent(ball(), np.array([0.0, 0.0, 0.7]), plane, OPTIONS) == ""
     top = scattered([0.05, 0.05, 0.0]) + np.array([0.0, 0.0, 0.05])
     assert check_extent(top, None, FLOOR, OPTIONS) == ""
 
 
 @pytest.mark.parametrize("noise", [0.0005, 0.001])
 @pytest.mark.parametrize("seed", range(4))
-def test_a_noisy_sheet_is_a_plane_and_a_noisy_wire_a_line(noise, seed):
+def test_noisy_sheet_and_wire_are_rejected(noise, seed):
     rng = np.random.default_rng(seed)
     R = Rotation.random(rng=rng).as_matrix()
     flat = rng.uniform(-0.06, 0.06, (500, 3)) * [1.0, 0.8, 0.0]
     wire = rng.uniform(-0.06, 0.06, (500, 3)) * [1.0, 0.0, 0.0]
-    for cloud, says in ((flat, "on one plane"), (wire, "on one line")):
+    for cloud, message in ((flat, "on one plane"), (wire, "on one line")):
         fit = fit_superquadric((cloud + noise * rng.normal(size=cloud.shape)) @ R.T)
         assert not fit
-        assert says in fit.reason
+        assert message in fit.reason
         assert fit.superquadric is None
         assert fit.uncertainty is None
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_gently_curved_surface_is_no_plane(seed):
+def test_slightly_curved_surface_is_accepted(seed):
     rng = np.random.default_rng(seed)
     points = ball(3000, 0.06, seed)
     cap = points[points[:, 2] > 0.03][:500]
@@ -102,37 +102,37 @@ def test_a_gently_curved_surface_is_no_plane(seed):
 
 
 @pytest.mark.parametrize(
-    ("origin", "says"),
+    ("origin", "message"),
     [
         (ball()[3] + 1e-5, "a point lies at the camera"),
         ([0.0, 0.0, 0.0], "the camera would stand inside the solid"),
         ([0.0, 0.0, 0.03], "the camera would stand inside the solid"),
     ],
 )
-def test_a_camera_at_a_point_or_inside_is_none(origin, says):
+def test_camera_at_point_or_inside_solid_is_rejected(origin, message):
     fit = fit_superquadric(ball(), view_origin=origin)
     assert not fit
-    assert says in fit.reason
+    assert message in fit.reason
 
 
-def test_points_under_the_support_plane_are_not_on_it():
+def test_points_below_support_plane_are_rejected():
     fit = fit_superquadric(ball() - [0.0, 0.0, 0.1], support_plane=FLOOR)
     assert not fit
     assert "under the support plane" in fit.reason
 
 
-def test_points_far_from_the_best_solid_rule_it_out():
+def test_large_residuals_are_rejected():
     unit = 0.05
     limit = max(MAX_SPREAD_NOISE * OPTIONS.noise, 0.12 * unit)
     assert check_residuals(scattered(0.001)[:, 0], unit, OPTIONS) == ""
     assert "points spread" in check_residuals(scattered(2.0 * limit)[:, 0], unit, OPTIONS)
-    third = np.where(np.arange(300) < 120, 5.0 * limit, 0.0)
-    assert "40 % of the points lie more than" in check_residuals(third, unit, OPTIONS)
+    residuals = np.where(np.arange(300) < 120, 5.0 * limit, 0.0)
+    assert "40 % of the points lie more than" in check_residuals(residuals, unit, OPTIONS)
 
 
-def test_sizes_that_follow_from_no_point_are_told():
-    problem = posed()
-    seen = float(np.linalg.norm(problem.points, axis=1).max())
+def test_unsupported_sizes_are_rejected():
+    problem = make_problem()
+    extent = float(np.linalg.norm(problem.points, axis=1).max())
 
     def reason(*semi_axes):
         axes = np.log(np.array(semi_axes))
@@ -141,17 +141,21 @@ def test_sizes_that_follow_from_no_point_are_told():
         )
 
     assert reason(1.0, 1.0, 1.0) == ""
-    assert "grew to over 4 times what was seen" in reason(1.0, 1.01 * MAX_EXTENT_RATIO * seen, 1.0)
+    assert "grew to over 4 times what was seen" in reason(
+        1.0, 1.01 * MAX_EXTENT_RATIO * extent, 1.0
+    )
     low, high = np.array(OPTIONS.axis_range) / problem.unit
     assert "shrank to its bound of 0.002 m" in reason(1.0, low, 1.0)
-    large = posed(ball(radius=0.5))
+    large = make_problem(ball(radius=0.5))
     bound = np.log(np.full(3, OPTIONS.axis_range[1] / large.unit))
-    told = check_size(ShapeParameters(bound, np.ones(2), np.eye(3), np.zeros(3)), large, OPTIONS)
-    assert "grew to its bound of 1.0 m" in told
-    assert high > MAX_EXTENT_RATIO * seen
+    reason_of_large = check_size(
+        ShapeParameters(bound, np.ones(2), np.eye(3), np.zeros(3)), large, OPTIONS
+    )
+    assert "grew to its bound of 1.0 m" in reason_of_large
+    assert high > MAX_EXTENT_RATIO * extent
 
 
-def test_a_refusal_is_false_and_says_so_wherever_it_is_asked():
+def test_rejected_fit_is_false_and_empty():
     fit = fit_superquadric(np.ones((80, 3)))
     assert not fit
     assert not fit.converged
