@@ -9,9 +9,8 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.perception import outline
-from eyehand.perception.superquadric import feature_curves, mesh
-from eyehand.perception.visibility import OUTLINE_RESOLUTION
+from eyehand.perception import outline, outline_points
+from eyehand.perception.superquadric import feature_curves
 
 from .scene_json import fit_parts
 
@@ -162,21 +161,9 @@ def _draw_solid(
             _polyline(canvas, polygon, bright, zoom, closed=True)
             continue
         polygon = np.vstack([polygon, polygon[:1]])
-        rim = _rim(solid, polygon, frame, T_camera_scene)
+        rim = outline_points(solid, polygon, frame.intrinsics, T_camera_scene)
         polygon, rim = _finer(polygon), _finer(rim)
         _draw_runs(canvas, polygon, ~covered(rim, others, eye), bright, zoom)
-
-
-def _rim(
-    solid: Superquadric,
-    polygon: NDArray[np.float64],
-    frame: DepthFrame,
-    T_camera_scene: RigidTransform,
-) -> NDArray[np.float64]:
-    """Return the surface points (K, 3) that project to the corners (K, 2) of the outline."""
-    vertices, _ = mesh(solid, OUTLINE_RESOLUTION)
-    pixels = frame.intrinsics.project(T_camera_scene.apply(vertices))
-    return vertices[np.argmin(np.linalg.norm(polygon[:, None] - pixels, axis=2), axis=1)]
 
 
 def _finer(curve: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
     from .stored_front import FrontFormat, StoredFront
     from .superquadric import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
-    from .visibility import outline
+    from .visibility import outline, outline_points
 
 __all__ = [
     "SUPPORT",
@@ -48,6 +48,7 @@ __all__ = [
     "mask_points",
     "mask_robot",
     "outline",
+    "outline_points",
     "perceive",
     "perpendicular_pair",
     "read_cloud",

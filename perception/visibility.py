@@ -1,4 +1,4 @@
-"""Which part of a solid's outline the camera saw."""
+"""Outlines of solids in the image, and the visible share of their area."""
 
 from __future__ import annotations
 
@@ -39,6 +39,18 @@ def outline(
         return None
     hull = cv2.convexHull(pixels.astype(np.float32)).reshape(-1, 2)
     return hull.astype(np.float64)
+
+
+def outline_points(
+    solid: Superquadric,
+    polygon: NDArray[np.float64],
+    camera: CameraIntrinsics,
+    T_camera_scene: RigidTransform,
+) -> NDArray[np.float64]:
+    """Return the surface points (K, 3), m, scene frame, of the corners (K, 2) of an outline, px."""
+    vertices, _ = mesh(solid, OUTLINE_RESOLUTION)
+    pixels = camera.project(T_camera_scene.apply(vertices))
+    return vertices[np.argmin(np.linalg.norm(polygon[:, None] - pixels, axis=2), axis=1)]
 
 
 def hidden_rays(

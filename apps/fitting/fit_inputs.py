@@ -13,13 +13,9 @@ from eyehand.perception import PerceiveOptions, fit_superquadric, perceive, read
 from eyehand.perception.io import (
     CLOUD_SUFFIXES,
     FRAME_SUFFIXES,
-    naming,
-    parse_ply_header,
+    is_organised_cloud,
     read_arrays,
-    read_bytes,
     read_cloud,
-    read_pcd,
-    read_ply,
 )
 
 if TYPE_CHECKING:
@@ -181,13 +177,7 @@ def _is_frame(path: Path, *, wanted: bool) -> bool:
     if suffix == ".npz":
         held = read_arrays(path, ("points", "depth"))
         return "depth" in held and (wanted or "points" not in held)
-    if suffix == ".pcd":
-        return read_pcd(path).height > 1
-    if suffix == ".ply":
-        with naming(path):
-            faces = parse_ply_header(read_bytes(path)).element("face")
-        return (faces is None or faces.count == 0) and read_ply(path).height > 1
-    return False
+    return is_organised_cloud(path)
 
 
 def _cloud_input(
@@ -213,15 +203,14 @@ def _frame_input(
 ) -> CloudInput | FrameInput:
     frame = read_frame(path, camera)
     if list(labels) == [WHOLE]:
-        seen = frame.points()[frame.valid].astype(np.float64)
+        points = frame.points()[frame.valid].astype(np.float64)
+        camera_origin = np.zeros(3)
         if frame.T_world_camera is not None:
-            seen = frame.T_world_camera.apply(seen)
-            own = np.asarray(frame.T_world_camera.translation)
-        else:
-            own = np.zeros(3)
-        return CloudInput(
-            Cloud(str(path), path.stem, seen, own if origin is None else origin, plane)
-        )
+            points = frame.T_world_camera.apply(points)
+            camera_origin = np.asarray(frame.T_world_camera.translation)
+        if origin is None:
+            origin = camera_origin
+        return CloudInput(Cloud(str(path), path.stem, points, origin, plane))
     for option, value in (("--view-origin", origin), ("--plane", plane)):
         if value is not None:
             raise InputError(f"{option} goes with clouds: the depth frame {path} brings its own")

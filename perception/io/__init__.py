@@ -20,11 +20,8 @@ from .intrinsics import (
 )
 from .mesh import read_mesh, sample_triangles
 from .npz import read_arrays
-from .pcd import read_pcd
-from .ply import read_ply
-from .ply_header import parse_ply_header
 from .png import decode_depth, write_png
-from .point_cloud import CLOUD_SUFFIXES, read_cloud, write_cloud
+from .point_cloud import CLOUD_SUFFIXES, is_organised_cloud, read_cloud, write_cloud
 from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose_to_json
 
 __all__ = [
@@ -36,11 +33,11 @@ __all__ = [
     "decode_depth",
     "find_camera_file",
     "intrinsics_from_matrix",
+    "is_organised_cloud",
     "metres_from_units",
     "naming",
     "number_from_json",
     "numbers_from_json",
-    "parse_ply_header",
     "pose_from_json",
     "pose_to_json",
     "read_arrays",
@@ -50,8 +47,6 @@ __all__ = [
     "read_frame",
     "read_intrinsics",
     "read_mesh",
-    "read_pcd",
-    "read_ply",
     "sample_triangles",
     "write_cloud",
     "write_frame",

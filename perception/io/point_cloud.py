@@ -81,6 +81,23 @@ def read_cloud(
         return finite
 
 
+def is_organised_cloud(path: Path | str) -> bool:
+    """Return whether a PCD or PLY file holds one point per pixel of a depth image.
+
+    Files of other formats, and PLY files with faces, do not.
+
+    Raises
+    ------
+    InputError
+        If the PCD or PLY file is missing or damaged.
+    """
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix == ".pcd":
+        return read_pcd(path).height > 1
+    return suffix == ".ply" and not _has_faces(path) and read_ply(path).height > 1
+
+
 def write_cloud(
     path: Path | str, points: ArrayLike, colours: NDArray[np.uint8] | None = None
 ) -> Path:
