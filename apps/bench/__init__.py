@@ -8,8 +8,12 @@
 - A chart of a stage's options: declare a :class:`DialBoard`, measure its settings with
   :func:`compare_methods`, and publish a :class:`DialChart`.
 - A chart of another kind: :mod:`.chart_style` holds colours, axes and the footer of all charts.
+
+Other packages import from here, from :mod:`.chart_style` (colours and axes) and from :mod:`.shares`
+(figures and bars of stress charts).
 """
 
+from .chart_labels import PointLabel, label_points
 from .chart_style import Provenance, add_footer, new_chart, write_chart
 from .comparison import Method, MethodResult, compare_methods
 from .csv_table import write_csv
@@ -22,7 +26,15 @@ from .pareto_chart import BaselineCurve, ChartPoint, ParetoChart
 from .peak_memory import peak_megabytes
 from .shares import wilson_interval
 from .stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
-from .sweep import Sweep, SweepResult, SweepStep, Trial
+from .sweep import (
+    Sweep,
+    SweepResult,
+    SweepStep,
+    Trial,
+    format_value,
+    run_sweep,
+    select_sweeps,
+)
 from .sweep_chart import ReportSpec
 
 __all__ = [
@@ -40,6 +52,7 @@ __all__ = [
     "Method",
     "MethodResult",
     "ParetoChart",
+    "PointLabel",
     "Provenance",
     "ReportSpec",
     "StressArguments",
@@ -53,6 +66,8 @@ __all__ = [
     "add_footer",
     "compare_methods",
     "core_count",
+    "format_value",
+    "label_points",
     "machine_line",
     "new_chart",
     "pareto_front",
@@ -60,6 +75,8 @@ __all__ = [
     "result_table",
     "run_experiment",
     "run_stress",
+    "run_sweep",
+    "select_sweeps",
     "simplest_front",
     "wilson_interval",
     "write_chart",

@@ -78,6 +78,16 @@ def score_pct(step: SweepStep) -> float | None:
     return 100 * sum(step.scores) / len(step.scores) if step.scores else None
 
 
+def percent(share: float | None, digits: int = 1) -> float | None:
+    """Convert a share to rounded per cent; None stays None."""
+    return None if share is None else round(100 * share, digits)
+
+
+def milliseconds(step: SweepStep) -> float | None:
+    """Return the median time of a step, ms, rounded; None when none was measured."""
+    return None if step.seconds is None else round(1e3 * step.seconds, 1)
+
+
 def worst(
     values: Iterable[float | None],
     digits: int,

@@ -164,16 +164,6 @@ def point_rows(results: Sequence[SweepResult], report: ReportSpec) -> list[dict[
     ]
 
 
-def percent(share: float | None, digits: int = 1) -> float | None:
-    """Convert a share to rounded per cent; None stays None."""
-    return None if share is None else round(100 * share, digits)
-
-
-def milliseconds(step: SweepStep) -> float | None:
-    """Return the median time of a step, ms, rounded; None when none was measured."""
-    return None if step.seconds is None else round(1e3 * step.seconds, 1)
-
-
 def _draw(
     axes: Axes, result: SweepResult, report: ReportSpec, wide: float, *, shares_named: bool
 ) -> None:

@@ -7,16 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bench.chart_style import (
-    DPI,
-    FAINT,
-    FOOTER,
-    INK,
-    MARGIN,
-    TEXT,
-    TITLE,
-    WIDTH,
-)
+from ..bench.chart_style import DPI, FAINT, FOOTER, INK, MARGIN, TEXT, TITLE, WIDTH
 from .flat_panels import flat_panel
 from .panel_look import PANEL
 from .picture_scene import picture_scene, residual_colours
@@ -27,8 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from .fit_inputs import FittedCloud
-    from .panel_look import PANEL
-from .picture_scene import PictureScene
+    from .picture_scene import PictureScene
 
 NAMES, GAP, HEAD, FOOT = 0.34, 0.1, 0.78, 0.62
 """Room for a row's name, between panels, for the title, and for the colour bar, inches."""

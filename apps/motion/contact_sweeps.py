@@ -20,7 +20,7 @@ from eyehand.control import (
 )
 from eyehand.control.tasks import Position
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .stress_trial import SLACK_M, MotionFigures, judged, lbr_world, simulate
 
 if TYPE_CHECKING:

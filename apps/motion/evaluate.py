@@ -14,9 +14,7 @@ from rich.table import Table
 from eyehand.data_synth.scenes import MAX_BOXES
 from eyehand.errors import InputError
 
-from ..bench.chart_style import Provenance, write_chart
-from ..bench.csv_table import write_csv
-from ..bench.machine import core_count, machine_line
+from ..bench import Provenance, core_count, machine_line, write_chart, write_csv
 from ..console import print_json, say, show, tracked
 from ..output_files import make_folder
 from .cycle_comparison import PAIRS, cycle_rows

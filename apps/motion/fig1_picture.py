@@ -8,6 +8,7 @@ import numpy as np
 
 from eyehand.control import Box, Cylinder
 
+from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import (
     BLUE,
     FAINT,
@@ -22,9 +23,6 @@ from ..bench.chart_style import (
     RULE,
     TEXT,
     WIDTH,
-    Provenance,
-    add_footer,
-    new_chart,
 )
 from .fig1_scene import OPTIONS
 

@@ -23,7 +23,7 @@ from eyehand.control.tasks import Position
 from eyehand.data_synth import PLANAR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .stress_trial import MotionFigures, judged, lbr_world, simulate
 
 if TYPE_CHECKING:

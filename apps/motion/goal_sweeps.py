@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.control import Box, ControlOptions, Obstacle, Sphere
 from eyehand.control.tasks import Position
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .stress_trial import SETTLED_STEP, judged, lbr_world, simulate
 
 SHOULDER = np.array([0.0, 0.0, 0.34])

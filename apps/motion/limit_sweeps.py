@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.control import nominal_motion, safe_motion
 from eyehand.control.tasks import AxisAlignment, Pose, Position
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .stress_trial import lbr_world
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..bench.chart_labels import PointLabel, label_points
+from ..bench import PointLabel, Provenance, add_footer, label_points, new_chart
 from ..bench.chart_style import (
     BLUE,
     FAINT,
@@ -12,10 +12,7 @@ from ..bench.chart_style import (
     INK,
     LINE,
     VERMILION,
-    Provenance,
-    add_footer,
     label_axes,
-    new_chart,
     set_percent_axis,
 )
 from .reach_methods import BASELINE as BASELINE_METHOD

@@ -6,17 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.control import ControlOptions
 
+from ..bench import CheckReport, ReportSpec, StressArguments, StressCheck, StressStage, run_stress
 from ..bench.chart_style import GREY, VERMILION, draw_curve
-from ..bench.shares import (
-    draw_bars,
-    draw_dotted,
-    refused_pct,
-    score_pct,
-    unclean_pct,
-    worst,
-)
-from ..bench.stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
-from ..bench.sweep_chart import ReportSpec
+from ..bench.shares import draw_bars, draw_dotted, refused_pct, score_pct, unclean_pct, worst
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
 from .goal_sweeps import goal_sweeps
@@ -29,7 +21,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench.sweep import Sweep, SweepStep
+    from ..bench import Sweep, SweepStep
 
 DIGITS = 4
 """Significant digits of measured figures."""

@@ -10,7 +10,7 @@ import numpy as np
 from eyehand.control import ApproachController, CollisionWorld, ControlOptions, RobotModel
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 
-from ..bench.sweep import Trial
+from ..bench import Trial
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

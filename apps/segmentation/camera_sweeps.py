@@ -11,7 +11,7 @@ from eyehand.data_synth import DepthNoise, Table
 from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, noise_at_one_metre
 from eyehand.data_synth.scenes import ball, box, cylinder, superquadric, tapered_box
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .stress_trial import BASE_NOISE, SegmentCallable, try_scene
 
 if TYPE_CHECKING:

@@ -15,10 +15,7 @@ from eyehand.errors import InputError
 from eyehand.perception import segment
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
-from ..bench.chart_style import Provenance
-from ..bench.comparison import Method
-from ..bench.dial_chart import ChartWords, DialChart, FrontPlace
-from ..bench.machine import machine_line
+from ..bench import ChartWords, DialChart, FrontPlace, Method, Provenance, machine_line
 from .baselines import BASELINES, Baseline
 from .comparison import compare_segmentations
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
@@ -33,7 +30,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import DepthFrame, SegmentationOptions
 
-    from ..bench.dials import DialSetting
+    from ..bench import DialSetting
 
 OWN = "eyehand"
 """Whose settings are charted."""

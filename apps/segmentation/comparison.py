@@ -9,8 +9,7 @@ import numpy as np
 
 from eyehand.perception.io import naming
 
-from ..bench.comparison import Method, compare_methods
-from ..bench.dial_chart import Measured
+from ..bench import Measured, Method, compare_methods
 from .score import score_segmentation
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from eyehand.perception import SegmentationOptions
 
-from ..bench.dials import DialBoard
+from ..bench import DialBoard
 
 STAGES = {"median": False, "shift_windows": False, "join_open": False}
 STAGES |= {"join_occluded": False, "colour_edges": False}

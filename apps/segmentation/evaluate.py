@@ -16,8 +16,7 @@ from eyehand.apps.console import print_json, say, show, tracked
 from eyehand.errors import InputError
 from eyehand.perception import SegmentationOptions, segment
 
-from ..bench.csv_table import write_csv
-from ..bench.machine import machine_line
+from ..bench import machine_line, write_csv
 from ..output_files import make_folder
 from ..perceived_frame import load_kernels
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset

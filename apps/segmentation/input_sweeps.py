@@ -10,7 +10,7 @@ from eyehand.data_synth.render import staged_frame
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .camera_sweeps import MM, ordinary_scene
 from .stress_trial import BASE_NOISE, SegmentCallable, TrialPicture, timed_segment
 

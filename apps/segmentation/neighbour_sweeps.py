@@ -9,7 +9,7 @@ import numpy as np
 from eyehand.data_synth.render import StagedObject, StagedScene, render_staged
 from eyehand.data_synth.scenes import box, cylinder, rod, tapered_box
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .camera_sweeps import COLOURS, MM, view_around
 from .stress_trial import SegmentCallable, try_scene
 

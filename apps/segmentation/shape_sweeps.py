@@ -7,7 +7,7 @@ import numpy as np
 from eyehand.data_synth.render import StagedObject, StagedScene
 from eyehand.data_synth.scenes import ball, bowl, box, mug, rod
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .camera_sweeps import COLOURS, MM, view_around
 from .stress_trial import SegmentCallable, try_scene
 

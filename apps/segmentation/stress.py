@@ -11,10 +11,9 @@ from eyehand.apps.perceived_frame import load_kernels
 from eyehand.data_synth.render import render_staged
 from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
+from ..bench import ReportSpec, StressArguments, StressStage, format_value, run_stress
 from ..bench.chart_style import draw_curve
-from ..bench.stress import StressArguments, StressStage, run_stress
-from ..bench.sweep import format_value
-from ..bench.sweep_chart import ReportSpec, milliseconds, percent
+from ..bench.shares import milliseconds, percent
 from .pictures import ScoredFrame, write_sheet
 from .score import score_segmentation
 from .stress_sweeps import segmentation_sweeps
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench.sweep import SweepResult, SweepStep
+    from ..bench import SweepResult, SweepStep
     from .stress_trial import SegmentCallable
 
 MIN_SHOWN_PX = 64

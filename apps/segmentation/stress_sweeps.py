@@ -10,7 +10,7 @@ from .neighbour_sweeps import neighbour_sweeps
 from .shape_sweeps import shape_sweeps
 
 if TYPE_CHECKING:
-    from ..bench.sweep import Sweep
+    from ..bench import Sweep
     from .stress_trial import SegmentCallable
 
 

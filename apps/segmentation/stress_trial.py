@@ -11,7 +11,7 @@ import numpy as np
 
 from eyehand.data_synth.render import noise_at_one_metre, staged_frame
 
-from ..bench.sweep import Trial
+from ..bench import Trial
 from .score import score_segmentation
 
 if TYPE_CHECKING:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, result_table, run_experiment
 from ..console import tracked
 from .cable_picture import cable_picture
 from .cable_run import cable_row, run_cable, speed_row
 
 if TYPE_CHECKING:
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 WANTED_MM = {0.05: 0.5, 0.2: 1.3}
 """Speed along the cable, m/s → rms error that the path should stay below, mm."""

@@ -8,19 +8,8 @@ import numpy as np
 
 from eyehand.data_synth.pad import CABLE_RADIUS
 
-from ..bench.chart_style import (
-    BLUE,
-    FAINT,
-    GREY,
-    LINE,
-    TEXT,
-    VERMILION,
-    Provenance,
-    add_footer,
-    add_legend,
-    label_axes,
-    new_chart,
-)
+from ..bench import Provenance, add_footer, new_chart
+from ..bench.chart_style import BLUE, FAINT, GREY, LINE, TEXT, VERMILION, add_legend, label_axes
 from .cable_run import SETTLING
 
 if TYPE_CHECKING:

@@ -10,7 +10,7 @@ import numpy as np
 from eyehand.data_synth.pad import Part, TouchObject, pen, tilted_face, toy_box
 from eyehand.tactile import PRESETS, TactileServo, TouchPhases
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .stress_trial import judged, lead
 from .stress_world import CarriedPad, Electronics
 

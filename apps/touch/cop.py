@@ -7,19 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench.chart_style import (
-    BLUE,
-    GREY,
-    INK,
-    LINE,
-    VERMILION,
+from ..bench import (
+    Experiment,
+    ExperimentResult,
     Provenance,
     add_footer,
-    add_legend,
-    label_axes,
     new_chart,
+    result_table,
+    run_experiment,
 )
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
 from .probe_path import ProbePath, follow_probe
 
 if TYPE_CHECKING:
@@ -27,7 +24,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 POINTS = 51
 """Number of points along each path that the chart and its CSV file show."""

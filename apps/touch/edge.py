@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, result_table, run_experiment
 from .edge_picture import edge_picture
 from .edge_run import edge_row, mean_row, run_edge
 
 if TYPE_CHECKING:
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 
 def experiment_edge(

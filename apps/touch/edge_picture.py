@@ -6,18 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bench.chart_style import (
-    BLUE,
-    GREY,
-    INK,
-    LINE,
-    VERMILION,
-    Provenance,
-    add_footer,
-    add_legend,
-    label_axes,
-    new_chart,
-)
+from ..bench import Provenance, add_footer, new_chart
+from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
 from .edge_run import ALIGN_SECONDS
 
 if TYPE_CHECKING:

@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 from eyehand.perception.io import write_cloud
 
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, result_table, run_experiment
 from .explore_picture import explore_picture
 from .explore_run import MAX_TILT_DEG, run_explore
 from .explore_truth import explore_rows
 
 if TYPE_CHECKING:
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 WANTED_MM = 0.3
 """Rms error that the cloud should stay below, mm."""

@@ -8,16 +8,8 @@ import numpy as np
 
 from eyehand.data_synth.pad import surface_distance
 
-from ..bench.chart_style import (
-    BLUE,
-    INK,
-    TEXT,
-    VERMILION,
-    Provenance,
-    add_footer,
-    label_axes,
-    new_chart,
-)
+from ..bench import Provenance, add_footer, new_chart
+from ..bench.chart_style import BLUE, INK, TEXT, VERMILION, label_axes
 from .explore_truth import height_map
 
 if TYPE_CHECKING:

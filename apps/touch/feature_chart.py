@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..bench.chart_labels import PointLabel, label_points
+from ..bench import PointLabel, Provenance, add_footer, label_points, new_chart
 from ..bench.chart_style import (
     BLUE,
     COLOURS,
@@ -13,12 +13,9 @@ from ..bench.chart_style import (
     LINE,
     ORANGE,
     VERMILION,
-    Provenance,
-    add_footer,
     add_legend,
     draw_curve,
     label_axes,
-    new_chart,
 )
 
 if TYPE_CHECKING:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from eyehand.tactile import TactileArray
 
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
-from ..bench.machine import machine_line
+from ..bench import Experiment, ExperimentResult, machine_line, result_table, run_experiment
 from .calibration_comparison import calibration_rows
 from .feature_chart import feature_chart
 from .feature_comparison import centre_rows, lines_and_probes, orientation_rows, reading_rows
@@ -16,7 +15,7 @@ from .feature_comparison import centre_rows, lines_and_probes, orientation_rows,
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 UNITS = {"orientation": "deg", "centre": "mm", "calibration": "mm"}
 """Feature → unit of its error."""

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from eyehand.data_synth.pad import pen, soft_ball, toy_box
 from eyehand.tactile import PRESETS, PhaseOptions, ServoOptions, TactileServo, TouchPhases
 
-from ..bench.sweep import Sweep
+from ..bench import Sweep
 from .stress_trial import judged, lead
 from .stress_world import CarriedPad, Electronics
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.pad import TouchObject
 
-    from ..bench.sweep import Trial
+    from ..bench import Trial
 
 UNCAPPED = 1e3
 """Gain that caps nothing, 1/s, so that the share of the limit alone counts."""

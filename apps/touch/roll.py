@@ -7,18 +7,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench.chart_style import (
-    BLUE,
-    GREEN,
-    GREY,
-    RULE,
-    VERMILION,
+from ..bench import (
+    Experiment,
+    ExperimentResult,
     Provenance,
     add_footer,
-    label_axes,
     new_chart,
+    result_table,
+    run_experiment,
 )
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench.chart_style import BLUE, GREEN, GREY, RULE, VERMILION, label_axes
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
 
 if TYPE_CHECKING:
@@ -26,7 +24,7 @@ if TYPE_CHECKING:
 
     from matplotlib.figure import Figure
 
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 
 def experiment_roll(

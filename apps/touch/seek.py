@@ -10,7 +10,7 @@ from cyclopts import Parameter
 
 from eyehand.errors import InputError
 
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
+from ..bench import Experiment, ExperimentResult, result_table, run_experiment
 from ..console import tracked
 from .seek_picture import seek_picture
 from .seek_run import run_seek, seek_row, spot_rows
@@ -19,7 +19,7 @@ from .seek_shapes import SHAPES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 QUICK_SHAPES = ("box", "ridge", "prism")
 """Objects of a first look."""

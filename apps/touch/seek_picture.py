@@ -6,21 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bench.chart_style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    GREY,
-    INK,
-    LABEL,
-    MARGIN,
-    TEXT,
-    VERMILION,
-    WIDTH,
-    Provenance,
-    add_footer,
-    new_chart,
-)
+from ..bench import Provenance, add_footer, new_chart
+from ..bench.chart_style import BLUE, FAINT, GREEN, GREY, INK, LABEL, MARGIN, TEXT, VERMILION, WIDTH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

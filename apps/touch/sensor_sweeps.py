@@ -8,7 +8,7 @@ from eyehand.data_synth.pad import pen, soft_ball
 from eyehand.errors import InputError
 from eyehand.tactile import PRESETS, FeatureOptions, TactileServo, TouchPhases
 
-from ..bench.sweep import Sweep, Trial
+from ..bench import Sweep, Trial
 from .stress_trial import SECONDS, judged, lead
 from .stress_world import CarriedPad, Electronics
 

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ..bench import ReportSpec, StressArguments, StressStage, run_stress
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst
-from ..bench.stress import StressArguments, StressStage, run_stress
-from ..bench.sweep_chart import ReportSpec
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
 from .sensor_sweeps import sensor_sweeps
@@ -18,7 +17,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench.sweep import Sweep, SweepStep
+    from ..bench import Sweep, SweepStep
 
 DIGITS = 4
 """Significant digits of measured figures."""

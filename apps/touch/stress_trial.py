@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..bench.sweep import Trial
+from ..bench import Trial
 from .stress_world import CYCLE
 
 if TYPE_CHECKING:

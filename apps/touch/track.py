@@ -6,16 +6,21 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..bench.csv_table import write_csv
-from ..bench.experiment import Experiment, ExperimentResult, result_table, run_experiment
-from ..bench.machine import machine_line
+from ..bench import (
+    Experiment,
+    ExperimentResult,
+    machine_line,
+    result_table,
+    run_experiment,
+    write_csv,
+)
 from ..console import tracked
 from .cycle_time import cycle_times
 from .track_picture import track_picture, track_points
 from .track_trial import OBJECTS, track_once, track_rows
 
 if TYPE_CHECKING:
-    from ..bench.experiment import TrialPlan
+    from ..bench import TrialPlan
 
 SECONDS, QUICK_SECONDS = 20.0, 2.0
 """Length of the judged time series from convergence on, s. The chapter takes 20 s."""

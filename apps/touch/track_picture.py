@@ -6,19 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench.chart_style import (
-    BLUE,
-    GREEN,
-    GREY,
-    INK,
-    RULE,
-    VERMILION,
-    Provenance,
-    add_footer,
-    add_legend,
-    label_axes,
-    new_chart,
-)
+from ..bench import Provenance, add_footer, new_chart
+from ..bench.chart_style import BLUE, GREEN, GREY, INK, RULE, VERMILION, add_legend, label_axes
 from .track_trial import OBJECTS, PIXEL, PRESSURE
 
 if TYPE_CHECKING:

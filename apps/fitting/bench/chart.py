@@ -16,10 +16,16 @@ from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import FRONT_FORMAT, STORED_FRONT
 
-from ...bench.chart_style import Provenance
-from ...bench.comparison import Method, compare_methods
-from ...bench.dial_chart import ChartWords, DialChart, FrontPlace, Measured
-from ...bench.machine import machine_line
+from ...bench import (
+    ChartWords,
+    DialChart,
+    FrontPlace,
+    Measured,
+    Method,
+    Provenance,
+    compare_methods,
+    machine_line,
+)
 from .baselines import BASELINES, find_baseline
 from .clouds import Group, fit_case
 from .comparison import FAILED, baseline_fitter, own_fitter
@@ -27,7 +33,7 @@ from .dials import BOARD, NO_LADDER, POINTS
 from .score import overlap
 
 if TYPE_CHECKING:
-    from ...bench.comparison import MethodResult
+    from ...bench import MethodResult
     from .clouds import FitCase
     from .comparison import FitAnswer
 

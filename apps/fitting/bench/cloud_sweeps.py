@@ -10,7 +10,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception.superquadric import sample_surface
 
-from ...bench.sweep import Sweep, Trial
+from ...bench import Sweep, Trial
 from .clouds import DISTANCE, POINTS, USUAL_NOISE
 from .stress_trial import RIGHT, FitCallable, try_fit, try_following, try_refusal
 from .stress_views import Look, moved, one_view, usual_solid

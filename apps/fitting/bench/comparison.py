@@ -11,7 +11,7 @@ import numpy as np
 from eyehand.errors import InputError
 from eyehand.perception import Superquadric, SuperquadricFit, fit_superquadric
 
-from ...bench.comparison import Method
+from ...bench import Method
 from .score import FitScore, score_fit
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import FitOptions
 
-    from ...bench.comparison import MethodResult
+    from ...bench import MethodResult
     from .baselines import Fitter
     from .clouds import FitCase
 

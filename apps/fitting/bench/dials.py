@@ -7,7 +7,7 @@ from typing import get_args
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import OptimiserName
 
-from ...bench.dials import DialBoard
+from ...bench import DialBoard
 
 POINTS = (100, 200, 300, 500, 1000, 2000, 4000)
 """Points that a fit uses, up to all of a cloud of the chart."""

@@ -12,9 +12,7 @@ from rich.table import Table
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 
-from ...bench.comparison import compare_methods
-from ...bench.csv_table import write_csv
-from ...bench.machine import machine_line
+from ...bench import compare_methods, machine_line, write_csv
 from ...console import print_json, say, show, tracked
 from ...output_files import make_folder
 from ...perceived_frame import load_kernels
@@ -25,7 +23,7 @@ from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summ
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from ...bench.comparison import Method
+    from ...bench import Method
     from .clouds import FitCase
     from .comparison import FitAnswer
 

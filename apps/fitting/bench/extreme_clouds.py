@@ -23,7 +23,7 @@ from .stress_views import Look, moved, one_view, scaled, usual_solid
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ...bench.sweep import Trial
+    from ...bench import Trial
 
     Points = NDArray[np.float64]
 

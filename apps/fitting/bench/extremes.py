@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal
 from rich import box
 from rich.table import Table
 
-from ...bench.sweep import Trial, run_guarded
+from ...bench import Trial
+from ...bench.sweep import run_guarded
 from .stress_trial import FitCallable
 
 if TYPE_CHECKING:

@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.perception import Superquadric
 
-from ...bench.sweep import Sweep, Trial
+from ...bench import Sweep, Trial
 from .cloud_sweeps import FINE, MM
 from .clouds import DISTANCE, POINTS
 from .stress_trial import FitCallable, try_fit, try_nothing_made_up

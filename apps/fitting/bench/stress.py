@@ -10,10 +10,9 @@ import numpy as np
 from eyehand.apps.console import tracked
 from eyehand.apps.perceived_frame import load_kernels
 
+from ...bench import CheckReport, ReportSpec, StressArguments, StressCheck, StressStage, run_stress
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
-from ...bench.shares import draw_bars, draw_dotted, refused_pct, share_pct
-from ...bench.stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
-from ...bench.sweep_chart import ReportSpec, milliseconds, percent
+from ...bench.shares import draw_bars, draw_dotted, milliseconds, percent, refused_pct, share_pct
 from .baselines import find_baseline
 from .extreme_clouds import extremes
 from .extremes import extreme_rows, extreme_table, run_extreme
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ...bench.sweep import SweepStep
+    from ...bench import SweepStep
     from .stress_trial import FitCallable
 
 MAX_EXTREME_SEEDS = 3

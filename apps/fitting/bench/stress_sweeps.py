@@ -8,7 +8,7 @@ from .cloud_sweeps import cloud_sweeps
 from .solid_sweeps import solid_sweeps
 
 if TYPE_CHECKING:
-    from ...bench.sweep import Sweep
+    from ...bench import Sweep
     from .stress_trial import FitCallable
 
 

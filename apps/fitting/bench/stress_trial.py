@@ -14,7 +14,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.perception import FitOptions, Superquadric, fit_superquadric
 from eyehand.perception.superquadric import mesh
 
-from ...bench.sweep import Trial
+from ...bench import Trial
 from .score import overlap
 from .stress_views import Look
 

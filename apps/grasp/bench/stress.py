@@ -11,13 +11,14 @@ from ...bench.chart_style import GREY, VERMILION, draw_curve
 from ...bench.shares import (
     draw_bars,
     draw_dotted,
+    milliseconds,
     refused_pct,
     score_pct,
     unclean_pct,
     worst,
 )
 from ...bench.stress import StressArguments, StressStage, run_stress
-from ...bench.sweep_chart import ReportSpec, milliseconds
+from ...bench.sweep_chart import ReportSpec
 from ..warm_up import ready_grasping
 from .camera_sweeps import seeing_sweeps
 from .event_sweeps import event_sweeps

@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eyehand.apps.bench.stress import StressArguments
-from eyehand.apps.bench.sweep import Sweep, Trial
+from eyehand.apps.bench import StressArguments, Sweep, Trial
 from eyehand.apps.motion import stress
 from eyehand.apps.motion.invalid_inputs import WrongInput, refused, wrong_inputs
 from eyehand.apps.motion.stress import control_sweeps, stress_motion

@@ -8,8 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from eyehand.apps.bench.comparison import Method
-from eyehand.apps.bench.dial_chart import DialChart, FrontPlace, Measured
+from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method
 from eyehand.apps.main import main
 from eyehand.apps.segmentation import chart as chart_segmentation
 from eyehand.apps.segmentation.baselines import BASELINES

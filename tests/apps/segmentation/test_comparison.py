@@ -5,7 +5,7 @@ import time
 import numpy as np
 import pytest
 
-from eyehand.apps.bench.comparison import Method
+from eyehand.apps.bench import Method
 from eyehand.apps.segmentation.comparison import FIGURES, compare_segmentations
 from eyehand.apps.segmentation.dataset import FrameSource, LabelledFrame
 from eyehand.perception import CameraIntrinsics, DepthFrame

@@ -2,7 +2,7 @@
 
 import pytest
 
-from eyehand.apps.bench.sweep import Sweep, run_sweep
+from eyehand.apps.bench import Sweep, run_sweep
 from eyehand.apps.segmentation.stress_sweeps import segmentation_sweeps
 from eyehand.perception import segment
 

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.bench.chart_style import Provenance
-from eyehand.apps.bench.comparison import Method
-from eyehand.apps.bench.dial_chart import DialChart, FrontPlace, Measured
+from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method, Provenance
 from eyehand.apps.fitting.bench.chart import GROUPS, WORDS
 from eyehand.apps.fitting.bench.comparison import OWN
 from eyehand.apps.fitting.bench.dials import BOARD, NO_LADDER, POINTS

@@ -4,8 +4,8 @@ import json
 
 import pytest
 
+from eyehand.apps.bench import SweepStep, Trial
 from eyehand.apps.bench.shares import refused_pct
-from eyehand.apps.bench.sweep import SweepStep, Trial
 from eyehand.apps.fitting.bench import stress as stress_fit
 from eyehand.apps.fitting.bench.stress import fit_stage, silent_pct
 from eyehand.apps.fitting.bench.stress_trial import Answer

@@ -2,7 +2,7 @@
 
 import pytest
 
-from eyehand.apps.bench.sweep import Sweep, run_sweep
+from eyehand.apps.bench import Sweep, run_sweep
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
 from eyehand.apps.fitting.bench.extremes import Extreme, run_extreme
 from eyehand.apps.fitting.bench.stress_sweeps import fit_sweeps

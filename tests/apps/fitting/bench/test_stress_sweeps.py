@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.bench.sweep import Sweep, Trial
+from eyehand.apps.bench import Sweep, Trial
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
 from eyehand.apps.fitting.bench.extremes import extreme_rows, run_extreme
 from eyehand.apps.fitting.bench.stress_sweeps import fit_sweeps
