@@ -1,15 +1,14 @@
-"""The baseline in reaching: mink, a library for differential inverse kinematics on MuJoCo."""
+"""The baseline of reaching: mink, a library for differential inverse kinematics on MuJoCo."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.data_synth import JOINT_SPEED, TOOL_SITE
 from eyehand.data_synth.scenes import arm_spec, clearance_pairs
-from eyehand.errors import DeviceError
 
 from .reach_outcome import ReachOptions, ReachOutcome, run_reach
 
@@ -18,30 +17,30 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.scenes import ReachingScene
 
+# The settings below have the best success on seeds 0 to 119. Most of them hardly matter.
 SOLVER = "daqp"
+"""Solver of mink's quadratic program."""
+RATE = 4.0
+"""Share of the tool's distance to the goal that is covered per second, below MAX_SPEED, 1/s."""
+POSTURE_COST = 1e-4
+"""Weight of the starting posture, relative to the tool's position."""
+DAMPING = 1e-4
+"""Weight of small joint steps. More is smoother, and slower near singular postures."""
+MARGIN = 0.010
+"""Distance that every pair of shapes must keep, m."""
+APPROACH = 0.1
+"""Share of its distance beyond the margin that a pair may lose in one cycle. mink's own `gain`
+divides by the cycle time once too often; this is corrected below."""
 
 
 @dataclass(frozen=True)
 class MinkOptions:
-    """Settings of the baseline, chosen for its success on seeds 0 to 119. Most hardly matter."""
+    """Settings of mink."""
 
     speed: float = 0.25
-    """Cap on the tool's commanded speed, m/s."""
-    rate: float = 4.0
-    """Share of the tool's distance to the goal that is closed per second, below the cap, 1/s."""
-    posture_cost: float = 1e-4
-    """Weight of staying in the starting posture beside 1 for the tool's position."""
-    damping: float = 1e-4
-    """Weight of small joint steps; more is smoother and slower near singular postures."""
-    margin: float = 0.010
-    """Least distance it shall keep, m."""
+    """Limit of the tool's commanded speed, m/s."""
     detection: float = 0.100
-    """Distance from which on a pair is looked at, m."""
-    relaxation: float = 0.0
-    """Added to what a pair may lose in one cycle, m; below 0 it must part."""
-    approach: float = 0.1
-    """Share of the distance left above the margin that a pair may lose in one cycle; mink's own
-    `gain` divides by the cycle's length once too often, which is undone here."""
+    """Distance below which a pair of shapes becomes a limit, m."""
 
 
 def run_mink(
@@ -49,94 +48,89 @@ def run_mink(
     options: MinkOptions | None = None,
     reach: ReachOptions | None = None,
 ) -> ReachOutcome:
-    """Run a reaching scene with mink: position, faint posture, and all its limits.
+    """Run a reaching scene with mink: a position task, a weak posture task, and all its limits.
 
-    Joint ranges, joint speeds and all pairs of shapes that can touch are limits of its quadratic
-    program, which daqp solves.
+    Joint ranges, joint speeds, and all pairs of shapes that can touch are limits of its quadratic
+    program.
 
     Parameters
     ----------
     scene
-        The scene.
+        Start, goal and obstacles.
     options
-        mink's settings.
+        Settings of mink.
     reach
-        ControlStep and time.
+        Cycle time and time limit.
 
     Returns
     -------
     ReachOutcome
-        The judgement; status `infeasible` when its program had no solution.
+        The result. Its status is `infeasible` if the program had no solution.
 
     Raises
     ------
-    DeviceError
-        If mink is not installed: only developers need it.
+    ModuleNotFoundError
+        If mink is not installed.
     """
     reach = reach or ReachOptions()
-    return run_reach(scene, _MinkMethod(scene, options or MinkOptions(), reach.dt), reach)
+    return run_reach(scene, MinkMethod(scene, options or MinkOptions(), reach.dt), reach)
 
 
-class _MinkMethod:
+class MinkMethod:
+    """mink as a `ReachMethod` for one scene."""
+
     def __init__(self, scene: ReachingScene, options: MinkOptions, dt: float) -> None:
-        mink = _import_mink()
-        self._mink, self._options, self._dt, self._goal = mink, options, dt, scene.goal
+        import mink
+
+        self._options, self._dt, self._goal = options, dt, scene.goal
         model = arm_spec(scene.obstacles).compile()
         self._configuration = mink.Configuration(model, q=scene.start)
         self._site = model.site(TOOL_SITE).id
         self._reach = mink.FrameTask(
-            TOOL_SITE, "site", position_cost=1.0, orientation_cost=0.0, gain=options.rate * dt
+            TOOL_SITE, "site", position_cost=1.0, orientation_cost=0.0, gain=RATE * dt
         )
-        posture = mink.PostureTask(model, cost=options.posture_cost, gain=options.rate * dt)
+        posture = mink.PostureTask(model, cost=POSTURE_COST, gain=RATE * dt)
         posture.set_target(scene.start)
         self._tasks = [self._reach, posture]
         names = [model.joint(k).name for k in range(model.njnt)]
         speeds = dict(zip(names, model.numeric(JOINT_SPEED).data, strict=True))
-        pairs = [([int(one)], [int(other)]) for one, other in clearance_pairs(model)]
+        pairs = [([int(a)], [int(b)]) for a, b in clearance_pairs(model)]
         self._limits = [
             mink.ConfigurationLimit(model),
             mink.VelocityLimit(model, speeds),
             mink.CollisionAvoidanceLimit(
                 model,
                 pairs,
-                gain=options.approach * dt,
-                bound_relaxation=options.relaxation,
-                minimum_distance_from_collisions=options.margin,
+                gain=APPROACH * dt,
+                bound_relaxation=0.0,
+                minimum_distance_from_collisions=MARGIN,
                 collision_detection_distance=options.detection,
             ),
         ]
 
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
-        configuration, mink = self._configuration, self._mink
+        """Return the joint speeds (7,), rad/s, of a cycle and a status; see `ReachMethod`."""
+        import mink
+
+        configuration = self._configuration
         configuration.update(q)
         tool = configuration.data.site_xpos[self._site]
-        way = self._goal - tool
-        # A target ahead on the straight line caps the speed; turned as the tool is, its error is
-        # the way alone.
-        fastest = self._options.speed / self._options.rate
-        ahead = way * min(1.0, fastest / max(float(np.linalg.norm(way)), fastest))
-        turn = mink.SO3.from_matrix(configuration.data.site_xmat[self._site].reshape(3, 3))
-        self._reach.set_target(mink.SE3.from_rotation_and_translation(turn, tool + ahead))
+        offset = self._goal - tool
+        # A target on the straight line to the goal limits the speed. It has the orientation of the
+        # tool, so that the error has no rotation.
+        max_step = self._options.speed / RATE
+        ahead = offset * min(1.0, max_step / max(float(np.linalg.norm(offset)), max_step))
+        rotation = mink.SO3.from_matrix(configuration.data.site_xmat[self._site].reshape(3, 3))
+        self._reach.set_target(mink.SE3.from_rotation_and_translation(rotation, tool + ahead))
         try:
             speed = mink.solve_ik(
                 configuration,
                 self._tasks,
                 self._dt,
                 SOLVER,
-                damping=self._options.damping,
+                damping=DAMPING,
                 limits=self._limits,
             )
         except mink.NoSolutionFound:
             return np.zeros_like(q), "infeasible"
         return speed, ""
-
-
-def _import_mink() -> Any:
-    try:
-        import mink
-    except ImportError as error:
-        raise DeviceError(
-            f"cannot run the baseline: {error.name or 'mink'} is not installed; install it with "
-            "`uv sync` or `pip install mink --no-deps qpsolvers daqp`"
-        ) from error
-    return mink

@@ -1,4 +1,4 @@
-"""Obstacles too near: faces in parallel, starts in penetration, and what comes flying."""
+"""Stress sweeps over near obstacles: parallel faces, starts in penetration, moving balls."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.control import (
     Box,
@@ -21,7 +21,14 @@ from eyehand.control import (
 from eyehand.control.tasks import Position
 
 from ..bench import Sweep, Trial
-from .stress_trial import SLACK_M, MotionFigures, judged, lbr_world, simulate
+from .stress_trial import (
+    MARGIN_TOLERANCE_M,
+    MotionFigures,
+    direction,
+    lbr_world,
+    motion_trial,
+    simulate,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,17 +36,17 @@ if TYPE_CHECKING:
     from eyehand.control import ControlOptions
 
 JUMP_PCT = 1.0
-"""Largest change of the gradient, of its length, that counts as smooth."""
+"""Relative change below which the gradient is smooth, %."""
 FACES_M = 0.04
-"""Distance of the parallel faces."""
+"""Distance between the parallel faces, m."""
 BALL_RADIUS = 0.06
-"""Of a ball that is in the way or comes flying, m."""
+"""Radius of a moving ball, m."""
 LARGE_RADIUS = 0.10
-"""Of a ball that the hand starts in, m: room for depths."""
-COME_FROM = 0.5
-"""How far from the hand a moving ball starts, m."""
-PASSES = 0.05
-"""How far past where the hand was it flies, m."""
+"""Radius of a ball that the hand starts in, m. It is large enough for all depths."""
+START_DISTANCE = 0.5
+"""Distance from the hand at which a moving ball starts, m."""
+OVERSHOOT = 0.05
+"""Distance that the ball moves beyond the start position of the hand, m."""
 
 _HAND = """
 <mujoco>
@@ -60,11 +67,11 @@ _HAND = """
 
 
 def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
-    """Sweeps over what is near."""
+    """Return the sweeps over near obstacles."""
     parallel = [
         Sweep(
             name=f"parallel-{name}",
-            axis=f"{told}: tilt through parallel",
+            axis=f"{shapes}: change of tilt across parallel",
             unit="°",
             values=(0.0005, 0.002, 0.01, 0.05, 0.2, 1.0),
             holds_to=holds_to,
@@ -72,9 +79,9 @@ def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
             right=f"gradient changes by less than {JUMP_PCT:g} % of itself",
             repeats=3,
         )
-        for name, told, cover, holds_to in (
+        for name, shapes, cover, holds_to in (
             ("cover", "soft minimum over balls", CoverOptions(), 0.002),
-            ("plain", "shapes as they are", None, None),
+            ("plain", "exact shapes", None, None),
         )
     ]
     return (
@@ -86,7 +93,7 @@ def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
             values=(1.0, 5.0, 10.0, 20.0, 40.0, 80.0, 95.0),
             holds_to=80.0,
             attempt=_penetration,
-            right="comes out to the margin, never deeper than it began",
+            right="moves out to the margin, never deeper than at the start",
             repeats=3,
         ),
         Sweep(
@@ -96,7 +103,7 @@ def contact_sweeps() -> tuple[Sweep[ControlOptions], ...]:
             values=(0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4),
             holds_to=0.4,
             attempt=_flying_ball,
-            right="margin kept; where it cannot be, status infeasible",
+            right="margin kept, or status infeasible",
             repeats=4,
         ),
     )
@@ -107,7 +114,7 @@ def _parallel(
 ) -> Trial:
     rng = np.random.default_rng([seed, 8])
     robot = RobotModel.load(_HAND, "tool")
-    pose = RigidTransform.from_components(np.zeros(3), Rotation.identity())
+    pose = RigidTransform.identity()
     table = Obstacle("table", Box(np.array([0.3, 0.3, 0.05])), pose)
     world = CollisionWorld(robot, [table], options=CollisionOptions(cover=cover))
     place = [*rng.uniform(-0.05, 0.05, 2), 0.05 + 0.012 + FACES_M]
@@ -129,20 +136,22 @@ def _penetration(depth_mm: float, seed: int, options: ControlOptions) -> Trial:
     robot = world.robot
     depth = 1e-3 * depth_mm
     hand = robot.at(robot.home).position
-    # Bisected until the least distance is the depth asked for: the hand is no ball.
+    # Bisection finds the position of the ball at which the penetration has the wanted depth.
     near, far = 0.0, LARGE_RADIUS + 0.2
     for _ in range(40):
         middle = 0.5 * (near + far)
-        world.move("ball", _at(hand + middle * outward))
+        world.move("ball", RigidTransform.from_translation(hand + middle * outward))
         inside = float(world.proximity(robot.home).distance.min(initial=1.0)) < -depth
         near, far = (middle, far) if inside else (near, middle)
     goal = hand + 0.12 * np.cross(outward, [0.0, 0.0, 1.0])
     motion = simulate(world, [Position(goal)], options, 8.0)
     deeper = float(motion.clearance[0] - motion.clearance.min())
     end = float(motion.clearance[-1])
-    out = end >= options.margin - SLACK_M
+    out = end >= options.margin - MARGIN_TOLERANCE_M
     note = f"{motion.last.status}, ends at {1e3 * end:.1f} mm, {1e3 * deeper:.2f} mm deeper"
-    return judged(motion, options, passed=out and deeper < SLACK_M, note=note, margin=False)
+    return motion_trial(
+        motion, options, passed=out and deeper < MARGIN_TOLERANCE_M, note=note, margin=False
+    )
 
 
 def _flying_ball(speed: float, seed: int, options: ControlOptions) -> Trial:
@@ -150,23 +159,25 @@ def _flying_ball(speed: float, seed: int, options: ControlOptions) -> Trial:
     world, outward = _ball_at_hand(rng)
     robot = world.robot
     hand = robot.at(robot.home).position
-    start = hand + COME_FROM * outward
+    start = hand + START_DISTANCE * outward
     velocity = -speed * outward
 
     def fly(number: int) -> None:
         middle = start + number * options.dt * velocity
-        world.move("ball", _at(middle), np.concatenate([velocity, np.zeros(3)]))
+        world.move(
+            "ball", RigidTransform.from_translation(middle), np.concatenate([velocity, np.zeros(3)])
+        )
 
-    # Farther on it would meet links that cannot get out of its way.
-    seconds = (COME_FROM + PASSES) / speed
+    # Beyond that, the ball would hit links that cannot avoid it.
+    seconds = (START_DISTANCE + OVERSHOOT) / speed
     motion = simulate(
         world, [Position(hand)], options, seconds, stop_when_reached=False, before=fly
     )
-    kept = motion.closest >= options.margin - SLACK_M
-    told = any(cycle.status == "infeasible" for cycle in motion.cycles)
-    note = f"as near as {1e3 * motion.closest:.1f} mm, {'told' if told else 'not told'}"
-    trial = judged(motion, options, passed=kept, note=note, margin=False)
-    if not kept and not told:
+    kept = motion.closest >= options.margin - MARGIN_TOLERANCE_M
+    reported = any(cycle.status == "infeasible" for cycle in motion.cycles)
+    note = f"distance {1e3 * motion.closest:.1f} mm, {'' if reported else 'not '}reported"
+    trial = motion_trial(motion, options, passed=kept, note=note, margin=False)
+    if not kept and not reported:
         return Trial(False, note, clean=False, picture=trial.picture)
     return trial
 
@@ -174,12 +185,9 @@ def _flying_ball(speed: float, seed: int, options: ControlOptions) -> Trial:
 def _ball_at_hand(
     rng: np.random.Generator, radius: float = BALL_RADIUS
 ) -> tuple[CollisionWorld, NDArray[np.float64]]:
-    """A ball far from the hand, and a direction from which it comes: from in front, any height."""
-    turn, rise = rng.uniform(-1.2, 1.2), rng.uniform(-0.3, 0.6)
-    outward = np.array([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)])
-    world = lbr_world([Obstacle("ball", Sphere(radius), _at(5.0 * outward))])
+    """Return a world with a ball far from the hand, and a direction towards the front (3,)."""
+    outward = direction(rng.uniform(-1.2, 1.2), rng.uniform(-0.3, 0.6))
+    world = lbr_world(
+        [Obstacle("ball", Sphere(radius), RigidTransform.from_translation(5.0 * outward))]
+    )
     return world, outward
-
-
-def _at(place: NDArray[np.float64]) -> RigidTransform:
-    return RigidTransform.from_components(place, Rotation.identity())

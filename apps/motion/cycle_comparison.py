@@ -1,10 +1,9 @@
-"""One control cycle with 30 distance pairs, timed in turns: ours and that of mink."""
+"""Time one control cycle with 30 distance pairs, of this package and of mink, in turns."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -13,8 +12,8 @@ from eyehand.control import ApproachController, CollisionOptions, ControlOptions
 from eyehand.control.tasks import Position
 from eyehand.data_synth.scenes import make_reaching_scene
 
-from .baseline_mink import MinkOptions, _MinkMethod
-from .reach_methods import DEFAULT, OWN_METHODS, reaching_world
+from .baseline_mink import MinkMethod, MinkOptions
+from .reach_methods import CONTROLLERS, DEFAULT, reaching_world
 from .reach_outcome import ReachOptions
 
 if TYPE_CHECKING:
@@ -23,22 +22,22 @@ if TYPE_CHECKING:
     from eyehand.data_synth.scenes import ReachingScene
 
 PAIRS = 30
-"""Pairs of parts that are near enough to be looked at: a hand's and an arm's worth."""
+"""Number of pairs of parts that are near enough to matter: typical of an arm with a hand."""
 BOXES = 8
-"""Boxes of a posture's scene: with fewer, few parts are near any."""
+"""Number of boxes in a scene. With fewer boxes, few parts are near one."""
 POSTURES = 8
-"""Scenes, one posture in each."""
+"""Number of scenes, with one posture each."""
 EARLY_CYCLES = 400
-"""The posture is the one of least clearance in so many cycles from the start: there the safety
-level has work."""
+"""Number of cycles from the start in which the posture of smallest clearance is searched. There the
+safety level is active."""
 WIDE_M = 1.5
-"""Cut-off that no pair of a scene is beyond, m."""
+"""Cut-off distance beyond all pairs of a scene, m."""
 BURST = 25
-"""Cycles of one form before the next has its turn: caches are then warm, as in a control loop."""
+"""Number of cycles of one method in a row. Caches are then warm, as in a control loop."""
 ROUNDS = 13
-"""Turns of each form at each posture."""
-TAKES = 3
-"""Times that each turn is taken; a cycle's fastest counts, so that what else runs does not."""
+"""Number of turns of each method at each posture."""
+REPEATS = 3
+"""Number of repetitions of each turn. The fastest time of a cycle counts, without disturbances."""
 
 _Step = Callable[[], object]
 
@@ -46,37 +45,40 @@ _Step = Callable[[], object]
 def cycle_rows(
     seed: int, *, baseline: bool, rounds: int = ROUNDS, postures: int = POSTURES
 ) -> list[dict[str, Any]]:
-    """Time one cycle of each form on the same postures, in turns.
+    """Time one cycle of each method at the same postures, in turns.
 
-    Every form measures all pairs that can touch, and looks at the 30 nearest; the baseline has the
-    same limits: joint ranges, joint speeds, distances.
+    Both methods measure all pairs that can touch, and use the 30 nearest. Both have the same
+    limits: joint ranges, joint speeds and distances.
 
     Parameters
     ----------
     seed
-        Of the first scene that a posture is taken from.
+        Seed of the first scene.
     baseline
-        Whether the baseline takes part.
+        Whether mink takes part.
     rounds
-        Turns of each form at each posture.
+        Number of turns of each method at each posture.
     postures
-        How many postures, one per scene.
+        Number of postures, one per scene.
 
     Returns
     -------
     list of dict
         Rows `cycle compiled` and, with the baseline, `cycle mink`.
     """
-    turns = [_forms(make_reaching_scene(seed + k, boxes=BOXES), baseline) for k in range(postures)]
-    for forms in turns:
-        for step in forms.values():
-            _burst(step)
+    scenes = (make_reaching_scene(seed + k, boxes=BOXES) for k in range(postures))
+    turns = [_steps(scene, baseline) for scene in scenes]
+    for steps in turns:
+        for step in steps.values():
+            _burst_us(step)
     times: dict[str, list[float]] = {name: [] for name in turns[0]}
     for _ in range(rounds):
-        for forms in turns:
-            takes = [{name: _burst(step) for name, step in forms.items()} for _ in range(TAKES)]
-            for name in forms:
-                times[name] += np.min([take[name] for take in takes], axis=0).tolist()
+        for steps in turns:
+            bursts = [
+                {name: _burst_us(step) for name, step in steps.items()} for _ in range(REPEATS)
+            ]
+            for name in steps:
+                times[name] += np.min([burst[name] for burst in bursts], axis=0).tolist()
     return [
         {
             "name": f"cycle {name}",
@@ -88,48 +90,50 @@ def cycle_rows(
     ]
 
 
-def _forms(scene: ReachingScene, baseline: bool) -> dict[str, _Step]:
-    posture, cut_off = _crowded(scene)
-    forms = {"compiled": _own_step(scene, posture, cut_off)}
+def _steps(scene: ReachingScene, baseline: bool) -> dict[str, _Step]:
+    """Return one cycle of each method by name, at the posture of a scene."""
+    posture, cut_off = _crowded_posture(scene)
+    steps: dict[str, _Step] = {"compiled": _controller_step(scene, posture, cut_off)}
     if baseline:
-        method = _MinkMethod(scene, replace(MinkOptions(), detection=cut_off), ReachOptions().dt)
-        forms["mink"] = lambda: method(posture)
-    return forms
+        method = MinkMethod(scene, MinkOptions(detection=cut_off), ReachOptions().dt)
+        steps["mink"] = lambda: method(posture)
+    return steps
 
 
-def _own_step(scene: ReachingScene, posture: NDArray[np.float64], cut_off: float) -> _Step:
+def _controller_step(scene: ReachingScene, posture: NDArray[np.float64], cut_off: float) -> _Step:
     world = reaching_world(scene.obstacles, CollisionOptions(cut_off=cut_off))
-    controller = ApproachController(world, (Position(scene.goal),), OWN_METHODS[DEFAULT].options)
+    controller = ApproachController(world, (Position(scene.goal),), CONTROLLERS[DEFAULT].options)
 
     def step() -> None:
-        # The arm stands here, and would after a while be told why it is stuck, which takes time.
+        # Without a restart, the controller would soon search for the reason why it is stuck.
         controller.restart()
         controller.step(posture)
 
     return step
 
 
-def _crowded(scene: ReachingScene) -> tuple[NDArray[np.float64], float]:
-    """Posture (7,) of least clearance early on the way; cut-off that leaves 30 pairs, m."""
+def _crowded_posture(scene: ReachingScene) -> tuple[NDArray[np.float64], float]:
+    """Return the posture (7,) of smallest clearance, and a cut-off with PAIRS pairs, m."""
     world = reaching_world(scene.obstacles)
     options = ControlOptions()
     controller = ApproachController(world, (Position(scene.goal),), options)
-    q = best = scene.start
-    least = float("inf")
+    q = crowded = scene.start
+    min_clearance = float("inf")
     for _ in range(EARLY_CYCLES):
         cycle = controller.step(q)
-        if cycle.clearance < least:
-            least, best = cycle.clearance, q
+        if cycle.clearance < min_clearance:
+            min_clearance, crowded = cycle.clearance, q
         q = q + options.dt * cycle.velocity
-    wide = reaching_world(scene.obstacles, CollisionOptions(cut_off=WIDE_M))
-    distances = np.sort(wide.proximity(best).distance)
-    return best, float(distances[PAIRS - 1 : PAIRS + 1].mean())
+    world = reaching_world(scene.obstacles, CollisionOptions(cut_off=WIDE_M))
+    distances = np.sort(world.proximity(crowded).distance)
+    return crowded, float(distances[PAIRS - 1 : PAIRS + 1].mean())
 
 
-def _burst(step: _Step) -> list[float]:
-    taken: list[float] = []
+def _burst_us(step: _Step) -> list[float]:
+    """Return the times of a burst of cycles, µs."""
+    times: list[float] = []
     for _ in range(BURST):
-        began = time.perf_counter_ns()
+        start = time.perf_counter_ns()
         step()
-        taken.append(1e-3 * (time.perf_counter_ns() - began))
-    return taken
+        times.append(1e-3 * (time.perf_counter_ns() - start))
+    return times

@@ -1,4 +1,4 @@
-"""The runs behind Fig. 1: the same way with each weight of avoidance, and what came of it."""
+"""The runs of Fig. 1: the same motion with each weight of avoidance, and the results."""
 
 from __future__ import annotations
 
@@ -21,47 +21,48 @@ if TYPE_CHECKING:
     from .fig1_scene import Fig1Scene
 
 MIDCOURSE = (0.2, 0.8)
-"""Shares of the straight way between which the clearance counts as that of mid-course: past the
-start, and before the goal, whose own clearance no way can change."""
+"""Progress along the straight path, from 0 to 1, that counts as mid-course. No path can change the
+clearance at the start and at the goal."""
 REST = 1e-5
-"""A joint slower than this is at rest, rad/s: the hand is then some micrometres from its end."""
+"""Joint speed below which the arm is at rest, rad/s. The hand is then within micrometres of its
+final position."""
 DEFAULT = "default"
 """Name of the run with the safety level on."""
 REACHED_MM = 0.1
-"""Largest final error of a run that reaches its goal, mm."""
-TIMES_CLEARER = 3.0
-"""How much farther a dynamic β must stay away in mid-course than β = 0."""
+"""Final error below which a run reaches its goal, mm."""
+CLEARANCE_RATIO = 3.0
+"""Required ratio of mid-course clearances, of a dynamic β to β = 0."""
 
 
 @dataclass(frozen=True, eq=False)
 class Fig1Run:
-    """One run."""
+    """One run of the scene."""
 
     name: str
-    """``beta 0``, ..., ``dynamic``, ``default``."""
+    """Name of the run: ``beta 0``, ..., ``dynamic``, ``default``."""
     postures: NDArray[np.float64]
     """Joint angles by cycle (N, 4), rad."""
     hand: NDArray[np.float64]
     """Positions of the hand by cycle (N, 3), m."""
     clearance: NDArray[np.float64]
-    """Least distance of all pairs by cycle (N,), m."""
-    share: NDArray[np.float64]
-    """Share of the straight way gone by cycle (N,)."""
+    """Smallest distance of all pairs by cycle (N,), m."""
+    progress: NDArray[np.float64]
+    """Progress along the straight path by cycle (N,), 0 to 1."""
     error: float
     """Distance of the hand from the goal at the end, m."""
     status: str
-    """Of the controller, at the end."""
+    """Final status of the controller."""
 
     @property
     def closest(self) -> float:
-        """Least distance of all pairs over the whole run, m."""
+        """Smallest distance of all pairs in the whole run, m."""
         return float(self.clearance.min())
 
     @property
     def midcourse(self) -> float:
-        """The same while the hand is in mid-course, m."""
+        """Smallest distance of all pairs in mid-course, m."""
         low, high = MIDCOURSE
-        return float(self.clearance[(self.share > low) & (self.share < high)].min())
+        return float(self.clearance[(self.progress > low) & (self.progress < high)].min())
 
 
 def run_fig1() -> list[Fig1Run]:
@@ -72,7 +73,7 @@ def run_fig1() -> list[Fig1Run]:
 
 
 def run_once(scene: Fig1Scene, name: str, beta: Relaxation, *, safety: bool = False) -> Fig1Run:
-    """Run the scene once, until the arm is at rest; joints do exactly as they are told."""
+    """Run the scene once until the arm is at rest. The joints execute every command exactly."""
     options = fig1_options(beta, safety=safety)
     controller = ApproachController(scene.world, [scene.reach_task], options)
     q, status = scene.start, "moving"
@@ -86,20 +87,26 @@ def run_once(scene: Fig1Scene, name: str, beta: Relaxation, *, safety: bool = Fa
         if np.abs(cycle.velocity).max() < REST:
             break
         q = q + options.dt * cycle.velocity
-    way = np.array(hand)
-    error = float(np.linalg.norm(way[-1] - scene.goal))
+    positions = np.array(hand)
+    error = float(np.linalg.norm(positions[-1] - scene.goal))
     return Fig1Run(
-        name, np.array(postures), way, np.array(clearance), scene.share(way), error, status
+        name,
+        np.array(postures),
+        positions,
+        np.array(clearance),
+        scene.progress(positions),
+        error,
+        status,
     )
 
 
 def beta_name(beta: Relaxation) -> str:
-    """Name of a run: ``beta 0.5``, or ``dynamic``."""
+    """Return the name of a run: ``beta 0.5``, or ``dynamic``."""
     return beta if isinstance(beta, str) else f"beta {beta:g}"
 
 
 def fig1_rows(runs: Sequence[Fig1Run]) -> list[dict[str, Any]]:
-    """One row a run, for CSV and JSON."""
+    """Return one row per run, for CSV and JSON."""
     return [
         {
             "name": run.name,
@@ -113,24 +120,24 @@ def fig1_rows(runs: Sequence[Fig1Run]) -> list[dict[str, Any]]:
 
 
 def fig1_faults(runs: Sequence[Fig1Run]) -> list[str]:
-    """What does not come out as the paper tells it, one line each."""
+    """Return the differences from the chapter's statements, one line each."""
     by_name = {run.name: run for run in runs}
     straight, dynamic = by_name["beta 0"], by_name["dynamic"]
     faults = [
-        f"{run.name} ends {1e3 * run.error:.3g} mm off its goal, must be below {REACHED_MM} mm"
+        f"{run.name} ends {1e3 * run.error:.3g} mm from its goal, must be below {REACHED_MM} mm"
         for run in (straight, dynamic, by_name[DEFAULT])
         if 1e3 * run.error >= REACHED_MM
     ]
-    wanted = TIMES_CLEARER * straight.midcourse
+    wanted = CLEARANCE_RATIO * straight.midcourse
     if dynamic.midcourse < wanted:
         faults.append(
-            f"dynamic leaves {1e3 * dynamic.midcourse:.3g} mm in mid-course, must be at least "
+            f"dynamic leaves {1e3 * dynamic.midcourse:.3g} mm of clearance, must be at least "
             f"{1e3 * wanted:.3g} mm"
         )
     for name in ("beta 1", "beta 2", "beta 5"):
         run = by_name[name]
         if run.midcourse < wanted:
-            faults.append(f"{name} does not keep its distance: {1e3 * run.midcourse:.3g} mm")
+            faults.append(f"{name} has only {1e3 * run.midcourse:.3g} mm of clearance")
         if 1e3 * run.error < REACHED_MM:
-            faults.append(f"{name} reaches its goal, but a fixed weight must miss it")
+            faults.append(f"{name} reaches its goal, but a fixed weight must not")
     return faults

@@ -1,4 +1,4 @@
-"""Goals that are met in postures at joint limits, by three ways of keeping to the limits."""
+"""Stress sweeps over goals at joint limits, with three methods to respect the limits."""
 
 from __future__ import annotations
 
@@ -21,72 +21,73 @@ if TYPE_CHECKING:
     from eyehand.control import CollisionWorld, ControlOptions, RobotState
     from eyehand.control.tasks import Task
 
-Keeping = Literal["clamp", "cost", "safety"]
-"""``clamp``: joints stop at their limits; ``cost``: the same, and what the tasks leave free lowers
-the cost of eq. 5; ``safety``: that, and limits are bounds of the safety level's program."""
-PLACE, PLACE_AND_AXIS, WHOLE = 3.0, 5.0, 6.0
-"""Rows of the tasks: the fewer, the more joints are free to leave their limits."""
+LimitMethod = Literal["clamp", "cost", "safety"]
+"""``clamp``: joint angles are clipped to their limits. ``cost``: also, the null space of the tasks
+lowers the cost of eq. 5. ``safety``: also, the limits are bounds of the quadratic program."""
+POSITION, POSITION_AND_AXIS, POSE = 3.0, 5.0, 6.0
+"""Rows of the tasks. With fewer rows, more joints are free to leave their limits."""
 GOALS = 20
-"""A trial."""
+"""Number of goals per trial."""
 AT_LIMIT = 2
-"""Joints of seven that the goal's posture has at a limit."""
-RIGHT = 0.8
-"""Share of its goals that a trial must reach: the others need a posture that no local way finds."""
+"""Number of joints, of seven, at a limit in the posture of a goal."""
+MIN_REACHED = 0.8
+"""Share of its goals that a trial must reach. The others need a path that no local
+method finds."""
 NEAR_LIMIT = np.radians(2.0)
-"""How near, rad: outside the angle that the safety level keeps from the limits."""
-AROUND = 0.8
-"""How far from home its other joints may be, rad: so that the way there is not the question."""
+"""Angle to the limit, rad. It is larger than the angle that the safety level keeps."""
+HOME_RANGE = 0.8
+"""Largest angle of the other joints from home, rad. It keeps the path to the goal simple."""
 TIME_LIMIT_S = 12.0
-"""Simulated time for a goal."""
+"""Simulated time for a goal, s."""
 CYCLE_S = 0.01
-"""Control period here, s: distances do not matter, and 1200 goals are to be tried."""
+"""Control period, s. It is long because distances do not matter here and there are 1200 goals."""
 MIN_PROGRESS = 0.01
 """Decrease of the error that counts as progress, m or rad."""
 REACHED = 1e-3
-"""Norm of the error, m and rad, that counts as reached."""
+"""Norm of the error below which a goal is reached, m and rad."""
 
 
 def limit_sweeps() -> tuple[Sweep[ControlOptions], ...]:
-    """One sweep for each way."""
-    told = {"clamp": "clamped joints", "cost": "cost of eq. 5", "safety": "bounds of the program"}
+    """Return one sweep per method."""
+    names = {"clamp": "clamped joints", "cost": "cost of eq. 5", "safety": "bounds of the program"}
     return tuple(
         Sweep(
-            name=f"limits-{keeping}",
-            axis=f"{told[keeping]}, goal at limits: rows of the task",
+            name=f"limits-{method}",
+            axis=f"{names[method]}, goal at limits: rows of the task",
             unit="",
-            values=(PLACE, PLACE_AND_AXIS, WHOLE),
-            holds_to=PLACE if keeping == "safety" else None,
-            attempt=partial(_reach_goals, keeping=keeping),
-            right=f"4 of 5 goals reached ({GOALS} a trial), no joint past its limit",
+            values=(POSITION, POSITION_AND_AXIS, POSE),
+            holds_to=POSITION if method == "safety" else None,
+            attempt=partial(_reach_goals, method=method),
+            right=f"4 of 5 goals reached ({GOALS} per trial), no joint beyond its limit",
             repeats=10,
         )
-        for keeping in ("clamp", "cost", "safety")
+        for method in ("clamp", "cost", "safety")
     )
 
 
-def _reach_goals(rows: float, seed: int, options: ControlOptions, *, keeping: Keeping) -> Trial:
+def _reach_goals(rows: float, seed: int, options: ControlOptions, *, method: LimitMethod) -> Trial:
     world = _world()
-    options = replace(options, dt=CYCLE_S, safety=keeping == "safety")
-    if keeping == "clamp":
+    options = replace(options, dt=CYCLE_S, safety=method == "safety")
+    if method == "clamp":
         options = replace(options, centring=0.0)
     rng = np.random.default_rng([seed, 5])
     reached, outside = 0, 0.0
     for _ in range(GOALS):
         posture = _posture_at_limits(rng, world, NEAR_LIMIT)
         state = world.robot.at(posture)
-        done, beyond = _reach(world, _goals(state, round(rows)), options, keeping)
-        reached += done
+        success, beyond = _reach(world, _goals(state, round(rows)), options, method)
+        reached += success
         outside = max(outside, beyond)
     share = reached / GOALS
     clean = outside <= 1e-9
-    note = f"{reached} of {GOALS} reached" if clean else f"{outside:.1e} rad past a joint limit"
-    return Trial(clean and share >= RIGHT, note, clean=clean, score=share)
+    note = f"{reached} of {GOALS} reached" if clean else f"{outside:.1e} rad beyond a joint limit"
+    return Trial(clean and share >= MIN_REACHED, note, clean=clean, score=share)
 
 
 def _reach(
-    world: CollisionWorld, goals: list[Task], options: ControlOptions, keeping: Keeping
+    world: CollisionWorld, goals: list[Task], options: ControlOptions, method: LimitMethod
 ) -> tuple[bool, float]:
-    """Whether a goal is reached from home, and how far a joint was past its limit, rad."""
+    """Return whether a goal is reached from home, and the largest violation of a limit, rad."""
     robot = world.robot
     q, beyond, best, stalled = robot.home.copy(), 0.0, np.inf, 0
     for _ in range(round(TIME_LIMIT_S / options.dt)):
@@ -100,7 +101,7 @@ def _reach(
         if stalled * options.dt > options.patience:
             break
         velocity = nominal.velocity
-        if keeping == "safety":
+        if method == "safety":
             rows = np.concatenate([task.jacobian for task in nominal.task_rows])
             velocity = safe_motion(velocity, rows, state, proximity, options).velocity
             q = q + options.dt * velocity
@@ -114,10 +115,10 @@ def _reach(
 def _posture_at_limits(
     rng: np.random.Generator, world: CollisionWorld, near: float
 ) -> NDArray[np.float64]:
-    """A posture with some joints near a limit, in which the arm does not touch itself."""
+    """Return a posture with some joints near a limit and without self-collision."""
     robot = world.robot
     while True:
-        q = robot.home + rng.uniform(-AROUND, AROUND, robot.n)
+        q = robot.home + rng.uniform(-HOME_RANGE, HOME_RANGE, robot.n)
         q = np.clip(q, robot.lower + near, robot.upper - near)
         for joint in rng.choice(robot.n, AT_LIMIT, replace=False):
             upper = rng.random() < 0.5
@@ -127,10 +128,10 @@ def _posture_at_limits(
 
 
 def _goals(state: RobotState, rows: int) -> list[Task]:
-    """What of the hand's frame is a goal: its place, its place and z-axis, or all of it."""
-    if rows == PLACE:
+    """Return tasks for the position of the hand, its position and z-axis, or its pose."""
+    if rows == POSITION:
         return [Position(state.position)]
-    if rows == PLACE_AND_AXIS:
+    if rows == POSITION_AND_AXIS:
         return [
             Position(state.position),
             AxisAlignment(axis=np.array([0.0, 0.0, 1.0]), goal=state.rotation[:, 2]),

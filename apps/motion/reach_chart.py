@@ -1,4 +1,4 @@
-"""The chart of the reaching bench: time per cycle against success, contacts told at each point."""
+"""The chart of the reaching benchmark: success against time per cycle, with contacts."""
 
 from __future__ import annotations
 
@@ -15,8 +15,7 @@ from ..bench.chart_style import (
     label_axes,
     set_percent_axis,
 )
-from .reach_methods import BASELINE as BASELINE_METHOD
-from .reach_methods import DEFAULT
+from .reach_methods import BASELINE, DEFAULT
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -24,31 +23,31 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-ROOM = 1.9
-"""Factor of free time beside the fastest and slowest row, for names."""
+TIME_MARGIN = 1.9
+"""Factor of free space beside the fastest and the slowest method, for names."""
 FREE_BELOW, FREE_ABOVE = 12.0, 15.0
-"""Points of per cent below the worst interval and above the best, for names: those of two lines
-above a point at 100 %."""
+"""Free space below the lowest interval and above the highest, for names of two lines, percentage
+points."""
 STEPS_US = (1, 2, 3, 5, 7, 10, 15, 20, 30, 50, 70, 100, 150, 200, 300, 500, 700, 1000, 2000, 5000)
-"""Where the time axis has labels."""
+"""Times with a label on the axis, µs."""
 
 
-def bench_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
-    """Draw each row's success, with its 95 % interval, against its time per cycle.
+def reach_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
+    """Draw the success of each method, with its 95 % interval, against its time per cycle.
 
     Parameters
     ----------
     rows
-        Rows of `summary_row`.
+        Rows of `summary_row`, one per method.
     made
-        For the footer.
+        Data and seed, for the footer.
     """
     figure, (axes,) = new_chart(
         "Reaching among boxes: time per cycle against success",
-        "success with 95 % interval; ○ touched something in some scene, ● never; grey: baseline",
+        "success with 95 % interval; ○ contacts in some scenes, ● no contacts; grey: baseline",
     )
     times = [row["cycle_p50_us"] for row in rows]
-    _time_axis(axes, min(times) / ROOM, max(times) * ROOM)
+    _time_axis(axes, min(times) / TIME_MARGIN, max(times) * TIME_MARGIN)
     low = min(row["success_low_pct"] for row in rows) - FREE_BELOW
     high = max(row["success_high_pct"] for row in rows) + FREE_ABOVE
     set_percent_axis(axes, max(low, 0.0), high)
@@ -56,7 +55,7 @@ def bench_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
     label_axes(
         axes,
         "time per control cycle, median (logarithmic)",
-        "goal reached to 1 mm, nothing touched",
+        "goal reached to 1 mm without contact",
     )
     names, lines = [], []
     for row in rows:
@@ -64,7 +63,7 @@ def bench_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
         x = row["cycle_p50_us"]
         lines.append([(x, row["success_low_pct"]), (x, row["success_high_pct"])])
         lines.append([(x, row["success_pct"])])
-    # The default has the first right to a place.
+    # The label of the default method is placed first.
     names.sort(key=lambda name: not name.bold)
     label_points(axes, names, lines)
     add_footer(figure, made)
@@ -73,7 +72,9 @@ def bench_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
 
 def _draw(axes: Axes, row: Mapping[str, Any]) -> PointLabel:
     name, x, y = row["name"], row["cycle_p50_us"], row["success_pct"]
-    colour = _colour(name)
+    default, baseline = name == DEFAULT, name == BASELINE
+    colour = VERMILION if default else GREY if baseline else BLUE
+    text_colour = VERMILION if default else FAINT if baseline else INK
     axes.plot(
         [x, x],
         [row["success_low_pct"], row["success_high_pct"]],
@@ -83,40 +84,27 @@ def _draw(axes: Axes, row: Mapping[str, Any]) -> PointLabel:
         solid_capstyle="butt",
         zorder=2,
     )
-    star = name == DEFAULT
     axes.plot(
         x,
         y,
-        "*" if star else "o",
+        "*" if default else "o",
         color=colour,
-        markersize=17 if star else 8,
+        markersize=17 if default else 8,
         markerfacecolor="white" if row["contacts"] else colour,
         markeredgecolor=colour if row["contacts"] else "white",
         markeredgewidth=1.6 if row["contacts"] else 1.2,
-        zorder=5 if star else 4,
+        zorder=5 if default else 4,
     )
-    return PointLabel(x, y, _words(row), "right", colour=_ink(name), bold=star)
+    return PointLabel(x, y, _label(row), "right", colour=text_colour, bold=default)
 
 
-def _words(row: Mapping[str, Any]) -> str:
+def _label(row: Mapping[str, Any]) -> str:
     count = row["contacts"]
-    touched = f"touched in {count} scene{'' if count == 1 else 's'}" if count else "never touched"
-    words = f"{row['name']}: {row['success_pct']:.1f} %, {touched}"
+    contacts = f"contacts in {count} scene{'' if count == 1 else 's'}" if count else "no contacts"
+    label = f"{row['name']}: {row['success_pct']:.1f} %, {contacts}"
     if "plan_p50_ms" in row:
-        words += f"\nplanning {row['plan_p50_ms']:.0f} ms, 90 % within {row['plan_p90_ms']:.0f} ms"
-    return words
-
-
-def _colour(name: str) -> str:
-    if name == BASELINE_METHOD:
-        return GREY
-    return VERMILION if name == DEFAULT else BLUE
-
-
-def _ink(name: str) -> str:
-    if name == BASELINE_METHOD:
-        return FAINT
-    return VERMILION if name == DEFAULT else INK
+        label += f"\nplanning {row['plan_p50_ms']:.0f} ms, 90 % within {row['plan_p90_ms']:.0f} ms"
+    return label
 
 
 def _time_axis(axes: Axes, fastest_us: float, slowest_us: float) -> None:

@@ -1,9 +1,8 @@
-"""Who reaches: the control basis with more and more of its parts, and the baseline."""
+"""The compared methods: the controller with more and more of its parts, and the baseline mink."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -21,79 +20,88 @@ from eyehand.control.tasks import Position
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 
-from .controlled_reach import ControlledReach
-
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from eyehand.control import CollisionOptions
+    from numpy.typing import NDArray
+
+    from eyehand.control import CollisionOptions, JointPath
     from eyehand.data_synth.scenes import ReachingObstacle, ReachingScene
 
 DEFAULT = "default"
-"""The controller as users get it."""
+"""The controller with its default options."""
 PLANNED = "default + planner"
+"""The same with a planner that searches for a path when the controller is stuck."""
 BASELINE = "mink"
+"""The library for differential inverse kinematics that the controller is compared with."""
 
 
-@dataclass(frozen=True)
-class ReachMethodSettings:
-    """One of the control basis' rows."""
+class ControllerSettings(NamedTuple):
+    """Options of a compared controller."""
 
-    what: str
-    """In words."""
     options: ControlOptions
-    """Of the controller."""
+    """Options of the controller."""
     planner: PlannerOptions | None = None
-    """Of the search for a way when the controller is stuck; None: there is none."""
+    """Options of the planner; None for no planner."""
 
 
-OWN_METHODS: dict[str, ReachMethodSettings] = {
-    "null space only": ReachMethodSettings(
-        "straight to the goal; what the goal leaves free avoids",
-        ControlOptions(beta=0.0, safety=False, retreats=0),
-    ),
-    "beta 1": ReachMethodSettings(
-        "avoidance bends the way to the goal at full weight",
-        ControlOptions(beta=1.0, safety=False, retreats=0),
-    ),
-    "dynamic beta": ReachMethodSettings(
-        "avoidance bends the way no more than the goal still pulls",
-        ControlOptions(safety=False, retreats=0),
-    ),
-    DEFAULT: ReachMethodSettings(
-        "dynamic beta, with the safety level above it, and retreats", ControlOptions()
-    ),
-    PLANNED: ReachMethodSettings(
-        "the default, which looks for a way when it is stuck", ControlOptions(), PlannerOptions()
-    ),
+CONTROLLERS: dict[str, ControllerSettings] = {
+    # Straight to the goal. Avoidance uses only the null space of the goal.
+    "null space only": ControllerSettings(ControlOptions(beta=0.0, safety=False, retreats=0)),
+    # Avoidance bends the path to the goal at full weight.
+    "beta 1": ControllerSettings(ControlOptions(beta=1.0, safety=False, retreats=0)),
+    # Avoidance bends the path no more than the goal attracts.
+    "dynamic beta": ControllerSettings(ControlOptions(safety=False, retreats=0)),
+    # The dynamic weight, the safety level above it, and retreats.
+    DEFAULT: ControllerSettings(ControlOptions()),
+    PLANNED: ControllerSettings(ControlOptions(), PlannerOptions()),
 }
-"""The control basis' rows, from its barest form to its fullest."""
-METHODS: tuple[str, ...] = (*OWN_METHODS, BASELINE)
-"""All rows."""
+"""Name → settings of this package's controller, from its barest form to its fullest."""
+METHODS: tuple[str, ...] = (*CONTROLLERS, BASELINE)
+"""Names of all methods."""
 
 
-def own_method(name: str, scene: ReachingScene) -> ControlledReach:
-    """Make one of the control basis' rows ready for a scene.
+class ControllerMethod:
+    """A controller as a `ReachMethod`, until the controller reports that it is stuck."""
+
+    def __init__(self, controller: ApproachController | PlannedApproach) -> None:
+        self._controller = controller
+        self.reason = ""
+        """Why the last cycle made no progress, or which limits were active; empty if neither."""
+
+    @property
+    def paths(self) -> tuple[JointPath, ...]:
+        """Results of the planner's searches."""
+        return tuple(getattr(self._controller, "paths", ()))
+
+    def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
+        """Return the joint speeds (7,), rad/s, of a cycle and a status; see `ReachMethod`."""
+        cycle = self._controller.step(q)
+        self.reason = cycle.reason or ", ".join(cycle.blocking[:3])
+        return cycle.velocity, "stuck" if cycle.status == "stuck" else ""
+
+
+def controller_method(name: str, scene: ReachingScene) -> ControllerMethod:
+    """Return a method of this package, ready for a scene.
 
     Raises
     ------
     InputError
-        If there is no such row.
+        If the name is not one of :data:`CONTROLLERS`.
     """
-    if name not in OWN_METHODS:
+    if name not in CONTROLLERS:
         raise InputError(f"unknown method {name!r}; choose from: {', '.join(METHODS)}")
-    settings = OWN_METHODS[name]
+    options, planner = CONTROLLERS[name]
     world, task = reaching_world(scene.obstacles), Position(scene.goal)
-    if settings.planner is None:
-        return ControlledReach(ApproachController(world, (task,), settings.options))
-    return ControlledReach(PlannedApproach(world, (task,), settings.options, settings.planner))
+    if planner is None:
+        return ControllerMethod(ApproachController(world, (task,), options))
+    return ControllerMethod(PlannedApproach(world, (task,), options, planner))
 
 
 def reaching_world(
-    obstacles: Sequence[ReachingObstacle],
-    options: CollisionOptions | None = None,
+    obstacles: Sequence[ReachingObstacle], options: CollisionOptions | None = None
 ) -> CollisionWorld:
-    """Put the 7-joint arm among a scene's boxes."""
+    """Return the collision world of the 7-joint arm and the boxes of a scene."""
     robot = RobotModel.load(LBR_ARM, TOOL_SITE)
-    boxes = [Obstacle(one.name, Box(np.array(one.size)), one.T_world_shape) for one in obstacles]
+    boxes = [Obstacle(box.name, Box(np.array(box.size)), box.T_world_shape) for box in obstacles]
     return CollisionWorld(robot, boxes, options=options)

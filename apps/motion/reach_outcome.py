@@ -1,4 +1,4 @@
-"""One reach run to its end and judged by a model of its own, the same for every method."""
+"""Run one reach to its end and evaluate it with a collision model that no method can access."""
 
 from __future__ import annotations
 
@@ -18,61 +18,68 @@ if TYPE_CHECKING:
     from eyehand.data_synth.scenes import ReachingScene
 
 REACHED_M = 1e-3
-"""The goal is reached when the tool is this near: what a hand's fingers make up for."""
+"""Distance from the goal at which it is reached, m. A hand's fingers compensate for it."""
 STANDSTILL_S = 2.0
-"""An arm that has hardly moved for so long will not go on by itself."""
+"""Time without motion after which the arm counts as stuck, s."""
 STANDSTILL_RAD = 1e-4
-"""Hardly: no joint has left a range of this width."""
+"""Range within which every joint stays while the arm does not move, rad."""
 
 
 @dataclass(frozen=True)
 class ReachOptions:
-    """How a reach is run."""
+    """Cycle time and time limit of a reach.
+
+    Raises
+    ------
+    InputError
+        If `dt` is not positive, or longer than the time limit.
+    """
 
     dt: float = 0.005
-    """Length of a cycle, s: between two commands the joints keep their speed."""
-    longest: float = 60.0
+    """Cycle time, s. The joints keep their speed between two commands."""
+    time_limit: float = 60.0
     """Simulated time after which a reach is given up, s."""
 
     def __post_init__(self) -> None:
-        if not 0 < self.dt <= self.longest < np.inf:
+        if not 0 < self.dt <= self.time_limit < np.inf:
             raise InputError(
-                f"dt must be > 0 s and at most longest, got dt {self.dt}, longest {self.longest}"
+                "dt must be > 0 s and at most the time limit, "
+                f"got dt {self.dt}, time limit {self.time_limit}"
             )
 
 
 @dataclass(frozen=True)
 class ReachOutcome:
-    """What came of a reach.
+    """The result of a reach.
 
-    `success` means that the tool came within 1 mm of the goal, within the time, and that in no
-    cycle from the start to the end any shape of the arm touched a box or another shape of the arm.
+    A reach is a success if the tool came within 1 mm of the goal in time, and if no shape of the
+    arm touched a box or another shape of the arm in any cycle.
     """
 
     success: bool
-    """Goal reached to 1 mm, and no contact."""
+    """Whether the goal was reached without contact."""
     contacts: int
-    """Cycles after which a distance was below 0."""
+    """Number of cycles that ended with a distance below 0."""
     min_clearance: float
-    """Least distance over all cycles, start included, m; at most 1."""
+    """Smallest distance over all cycles, start included, m; at most 1."""
     seconds: float
     """Simulated time until the end, s."""
     final_error: float
     """Distance of the tool from the goal at the end, m."""
     cycle_times_us: NDArray[np.float64]
-    """What each cycle of the method took (cycles,), µs; the judge's work is not in it."""
+    """Time of each cycle of the method (cycles,), µs, without the evaluation."""
     status: str
-    """`reached`; `stuck` when the arm stood still; `late` when the time was up; or the word with
+    """`reached`; `stuck` if the arm did not move; `late` if the time was up; or the status with
     which the method itself gave up."""
 
 
 class ReachMethod(Protocol):
-    """A method under judgement."""
+    """A method that controls a reach."""
 
     def __call__(self, q: NDArray[np.float64]) -> tuple[NDArray[np.float64], str]:
-        """Take the joint angles (7,), rad; return joint speeds (7,), rad/s, and a status.
+        """Take the joint angles (7,), rad, and return joint speeds (7,), rad/s, and a status.
 
-        The status is empty as long as the method goes on; else the run ends with that word.
+        The status is empty while the method continues. Otherwise the run ends with this status.
         """
         ...
 
@@ -80,54 +87,54 @@ class ReachMethod(Protocol):
 def run_reach(
     scene: ReachingScene, method: ReachMethod, options: ReachOptions | None = None
 ) -> ReachOutcome:
-    """Run a method from a scene's start until it has reached the goal, given up or run out of time.
+    """Run a method from the start of a scene until it reaches the goal, gives up or is late.
 
-    The arm does exactly as told: its angles grow by the commanded speed times the cycle's length.
-    Clearance and error are taken from the angles alone, by a model that no method has a hand in.
+    The arm executes every command exactly: its angles change by speed times cycle time. Clearance
+    and error are computed from the joint angles alone, by a model that no method uses.
 
     Parameters
     ----------
     scene
-        Where to start, what to reach, what to avoid.
+        Start, goal and obstacles.
     method
-        Gives the joint speeds of each cycle.
+        Returns the joint speeds of each cycle.
     options
-        ControlStep and time.
+        Cycle time and time limit.
 
     Returns
     -------
     ReachOutcome
-        The judgement.
+        The result.
 
     Raises
     ------
     InputError
-        If the method returns other than 7 finite speeds.
+        If the method does not return 7 finite speeds.
     """
     options = options or ReachOptions()
-    judge = ArmClearance(scene.obstacles)
+    checker = ArmClearance(scene.obstacles)
     q = scene.start.copy()
-    least, contacts = judge.at(q), 0
+    min_clearance, contacts = checker.at(q), 0
     times: list[float] = []
-    trail = deque([q], maxlen=round(STANDSTILL_S / options.dt) + 1)
+    recent = deque([q], maxlen=round(STANDSTILL_S / options.dt) + 1)
     status = ""
     while not status:
-        began = time.perf_counter_ns()
+        start = time.perf_counter_ns()
         speed, status = method(q)
-        times.append((time.perf_counter_ns() - began) * 1e-3)
-        q = q + options.dt * _checked(speed)
-        trail.append(q)
-        clearance = judge.at(q)
-        least = min(least, clearance)
+        times.append((time.perf_counter_ns() - start) * 1e-3)
+        q = q + options.dt * _checked_speed(speed)
+        recent.append(q)
+        clearance = checker.at(q)
+        min_clearance = min(min_clearance, clearance)
         contacts += clearance < 0
-        if np.linalg.norm(judge.tool(q) - scene.goal) < REACHED_M:
+        if np.linalg.norm(checker.tool(q) - scene.goal) < REACHED_M:
             status = "reached"
-        status = status or _ended(trail, len(times), options)
-    error = float(np.linalg.norm(judge.tool(q) - scene.goal))
+        status = status or _end_status(recent, len(times), options)
+    error = float(np.linalg.norm(checker.tool(q) - scene.goal))
     return ReachOutcome(
         success=status == "reached" and contacts == 0,
         contacts=contacts,
-        min_clearance=least,
+        min_clearance=min_clearance,
         seconds=len(times) * options.dt,
         final_error=error,
         cycle_times_us=np.array(times),
@@ -135,17 +142,19 @@ def run_reach(
     )
 
 
-def _ended(trail: deque[NDArray[np.float64]], cycles: int, options: ReachOptions) -> str:
-    if cycles * options.dt >= options.longest:
+def _end_status(recent: deque[NDArray[np.float64]], cycles: int, options: ReachOptions) -> str:
+    if cycles * options.dt >= options.time_limit:
         return "late"
-    if len(trail) == trail.maxlen and np.abs(trail[-1] - trail[0]).max() < STANDSTILL_RAD:
-        path = np.array(trail)
-        if np.ptp(path, axis=0).max() < STANDSTILL_RAD:
-            return "stuck"
+    if (
+        len(recent) == recent.maxlen
+        and np.abs(recent[-1] - recent[0]).max() < STANDSTILL_RAD
+        and np.ptp(np.array(recent), axis=0).max() < STANDSTILL_RAD
+    ):
+        return "stuck"
     return ""
 
 
-def _checked(speed: NDArray[np.float64]) -> NDArray[np.float64]:
+def _checked_speed(speed: NDArray[np.float64]) -> NDArray[np.float64]:
     speed = np.asarray(speed, dtype=np.float64)
     if speed.shape != (7,) or not np.isfinite(speed).all():
         raise InputError(f"a method must return 7 finite joint speeds, got {speed}")

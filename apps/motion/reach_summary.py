@@ -1,4 +1,4 @@
-"""Records of reaching scenes as one row of figures per method."""
+"""Summarise the reaching scenes of a method in one row."""
 
 from __future__ import annotations
 
@@ -19,38 +19,38 @@ if TYPE_CHECKING:
 def summary_row(
     method: str, records: Sequence[ReachRecord], cycles_us: NDArray[np.float64]
 ) -> dict[str, Any]:
-    """Sum up a method's scenes.
+    """Summarise the scenes of a method.
 
     Parameters
     ----------
     method
-        Its name.
+        Name of the method.
     records
         Its scenes.
     cycles_us
-        Times of its cycles, µs, taken where nothing else ran beside it.
+        Times of its cycles, µs, measured while nothing else ran.
 
     Returns
     -------
     dict
-        Success with its 95 % interval; `contacts`: scenes in which anything was touched;
-        `stuck_pct`: scenes in which it stood still, gave up or went no nearer; `late_pct`: in which
-        the time was up; clearance; cycle times; of searches for a way, if any, their number, how
-        many found one, and their times.
+        Success with its 95 % interval; `contacts`: number of scenes with a contact; `stuck_pct`:
+        share of scenes in which the arm stopped or the method gave up; `late_pct`: share of scenes
+        in which the time was up; smallest clearance; cycle times; and with a planner the number of
+        searches, how many found a path, and their times.
     """
     outcomes = [record.outcome for record in records]
     wins = sum(outcome.success for outcome in outcomes)
     low, high = wilson_interval(wins, len(outcomes))
     late = sum(outcome.status == "late" for outcome in outcomes)
-    ended = sum(outcome.status not in ("reached", "late") for outcome in outcomes)
+    stuck = sum(outcome.status not in ("reached", "late") for outcome in outcomes)
     row: dict[str, Any] = {
         "name": method,
-        "success_pct": _share(wins, len(outcomes)),
+        "success_pct": _pct(wins, len(outcomes)),
         "success_low_pct": round(100.0 * low, 1),
         "success_high_pct": round(100.0 * high, 1),
         "contacts": sum(outcome.contacts > 0 for outcome in outcomes),
-        "stuck_pct": _share(ended, len(outcomes)),
-        "late_pct": _share(late, len(outcomes)),
+        "stuck_pct": _pct(stuck, len(outcomes)),
+        "late_pct": _pct(late, len(outcomes)),
         "min_clearance_mm": round(1e3 * min(o.min_clearance for o in outcomes), 2),
         "cycle_p50_us": round(float(np.percentile(cycles_us, 50)), 1),
         "cycle_p99_us": round(float(np.percentile(cycles_us, 99)), 1),
@@ -65,5 +65,5 @@ def summary_row(
     return row
 
 
-def _share(count: int, total: int) -> float:
+def _pct(count: int, total: int) -> float:
     return round(100.0 * count / total, 1)

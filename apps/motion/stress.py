@@ -12,7 +12,7 @@ from ..bench.shares import draw_bars, draw_dotted, refused_pct, score_pct, uncle
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
 from .goal_sweeps import goal_sweeps
-from .invalid_inputs import refusal_rows, refusal_table, refused, wrong_inputs
+from .invalid_inputs import invalid_inputs, rejection_rows, rejection_table, try_input
 from .limit_sweeps import limit_sweeps
 from .stress_trial import MotionFigures
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ..bench import Sweep, SweepStep
 
 DIGITS = 4
-"""Significant digits of measured figures."""
+"""Number of significant digits of measured values."""
 
 
 def stress_motion(arguments: StressArguments | None = None) -> int:
@@ -68,9 +68,9 @@ def motion_stage() -> StressStage[ControlOptions]:
 
 
 def _check_inputs(_seeds: range, _options: ControlOptions) -> CheckReport:
-    refusals = [refused(wrong) for wrong in wrong_inputs()]
-    faults = [f"{one.wrong.name}: {one.happened}" for one in refusals if not one.kept]
-    return CheckReport(refusal_table(refusals), refusal_rows(refusals), faults)
+    rejections = [try_input(invalid) for invalid in invalid_inputs()]
+    faults = [f"{one.input.name}: {one.result}" for one in rejections if not one.rejected]
+    return CheckReport(rejection_table(rejections), rejection_rows(rejections), faults)
 
 
 def _figures(step: SweepStep) -> dict[str, Any]:
@@ -96,7 +96,7 @@ def _figures(step: SweepStep) -> dict[str, Any]:
 def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> None:
     refusals = [refused_pct(step) for step in steps]
     unclean = [unclean_pct(step) for step in steps]
-    draw_bars(axes, places, refusals, "refused, or infeasible", GREY, 0.45)
-    draw_bars(axes, places, unclean, "a limit or a margin broken", VERMILION, 0.75)
+    draw_bars(axes, places, refusals, "rejected, or infeasible", GREY, 0.45)
+    draw_bars(axes, places, unclean, "limit or margin violated", VERMILION, 0.75)
     draw_dotted(axes, places, [score_pct(step) for step in steps], "goals reached")
     draw_curve(axes, places, [100 * step.share for step in steps], "right")

@@ -1,4 +1,4 @@
-"""One simulated motion under stress: run to its end, with what must hold in every cycle."""
+"""Simulate one motion of a stress test, and check the limits that hold in every cycle."""
 
 from __future__ import annotations
 
@@ -15,36 +15,36 @@ from ..bench import Trial
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
-    from numpy.typing import ArrayLike, NDArray
+    from numpy.typing import NDArray
 
     from eyehand.control import ControlStep, Obstacle
     from eyehand.control.tasks import Task
 
 
-SLACK_M = 5e-4
-"""By how much a distance may fall below its margin: what linearising over a cycle costs."""
-SPEED_SLACK = 1e-6
-"""By how much a joint may pass its speed, as a share: rounding."""
+MARGIN_TOLERANCE_M = 5e-4
+"""Allowed violation of a distance margin, m: the error of linearisation within a cycle."""
+SPEED_TOLERANCE = 1e-6
+"""Allowed relative violation of a joint speed: rounding errors."""
 SETTLED_STEP = 2e-3
-"""Largest joint step of a cycle, rad, that counts as settled."""
+"""Joint step per cycle below which a motion is settled, rad."""
 TAIL_S = 1.0
-"""How much of the end of a motion must be settled, s."""
+"""Duration at the end of a motion that must be settled, s."""
 
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What came of a simulated motion."""
+    """The record of a simulated motion."""
 
     postures: NDArray[np.float64]
-    """Joint angles by cycle (N + 1, n), the start first, rad."""
+    """Joint angles by cycle (N + 1, n), start first, rad."""
     velocities: NDArray[np.float64]
-    """Commanded by cycle (N, n), rad/s."""
+    """Commanded joint speeds by cycle (N, n), rad/s."""
     clearance: NDArray[np.float64]
-    """Least distance before each cycle (N,), m; inf when nothing is near."""
+    """Smallest distance before each cycle (N,), m; inf if nothing is near."""
     cycles: tuple[ControlStep, ...]
-    """What the controller said, by cycle (N)."""
+    """Results of the controller by cycle (N)."""
     dt: float
-    """Length of a cycle, s."""
+    """Cycle time, s."""
     limits: NDArray[np.float64]
     """Joint speed limits (n,), rad/s."""
 
@@ -55,7 +55,7 @@ class Motion:
 
     @property
     def closest(self) -> float:
-        """Least distance of all pairs, m; inf when nothing came near."""
+        """Smallest distance of all pairs, m; inf if nothing came near."""
         return float(self.clearance.min())
 
     @property
@@ -77,25 +77,25 @@ class Motion:
 
 @dataclass(frozen=True)
 class MotionFigures:
-    """What a trial measured, for the table behind the chart."""
+    """Measured values of a trial, for the table behind the chart."""
 
     closest_mm: float | None = None
-    """Least distance; None when nothing was near."""
+    """Smallest distance; None if nothing was near."""
     peak_speed_pct: float | None = None
-    """Largest joint speed, of its limit."""
+    """Largest joint speed, in % of its limit."""
     end_step_rad: float | None = None
-    """Largest joint step in the last second."""
+    """Largest joint step per cycle in the last second, rad."""
     amplitude_mm: float | None = None
-    """Of an oscillation, peak to peak."""
+    """Peak-to-peak amplitude of an oscillation, mm."""
     peak_acceleration: float | None = None
     """Largest change of a joint's speed between cycles, rad/s²."""
     jump_pct: float | None = None
-    """Change of the avoidance's gradient, as a share of it."""
+    """Relative change of the gradient of avoidance, %."""
 
 
-def lbr_world(obstacles: Iterable[Obstacle] = (), *, home: ArrayLike | None = None):
-    """The 7-joint arm among obstacles."""
-    return CollisionWorld(RobotModel.load(LBR_ARM, TOOL_SITE, home=home), obstacles)
+def lbr_world(obstacles: Iterable[Obstacle] = ()) -> CollisionWorld:
+    """Return the collision world of the 7-joint arm and obstacles."""
+    return CollisionWorld(RobotModel.load(LBR_ARM, TOOL_SITE), obstacles)
 
 
 def simulate(
@@ -104,40 +104,38 @@ def simulate(
     options: ControlOptions,
     seconds: float,
     *,
-    start: NDArray[np.float64] | None = None,
     stop_when_reached: bool = True,
     stop_when_stuck: bool = False,
     before: Callable[[int], None] | None = None,
-    in_turns: tuple[ControlOptions, int] | None = None,
+    alternate: tuple[ControlOptions, int] | None = None,
 ) -> Motion:
-    """Run a controller on an arm that does exactly as it is told.
+    """Run a controller from the home posture of an arm that executes every command exactly.
 
     Parameters
     ----------
     world
         Robot and obstacles.
     tasks
-        Highest priority first.
+        Tasks, highest priority first.
     options
-        Of the controller.
+        Options of the controller.
     seconds
-        Longest simulated time.
-    start
-        Posture to begin with (n,); the home posture when None.
+        Longest simulated time, s.
     stop_when_reached
-        Whether that ends the motion.
+        Whether the motion ends when the goal is reached.
     stop_when_stuck
-        Whether it ends when it has been stuck for longer than its tail.
+        Whether the motion ends when the controller has been stuck for 1.5 times TAIL_S.
     before
-        Called before each cycle with its number: moves obstacles.
-    in_turns
-        Options of a second controller, and for how many cycles each of the two has its turn.
+        Called with the cycle number before each cycle, for example to move obstacles.
+    alternate
+        Options of a second controller, and the number of cycles after which the two controllers
+        take turns.
     """
     controllers = [ApproachController(world, tasks, options)]
-    other, turn = in_turns or (None, 1)
+    other, turn = alternate or (None, 1)
     if other is not None:
         controllers.append(ApproachController(world, tasks, other))
-    q = world.robot.home.copy() if start is None else np.array(start, dtype=np.float64)
+    q = world.robot.home.copy()
     postures, velocities, clearance, cycles = [q], [], [], []
     stuck = 0
     for number in range(round(seconds / options.dt)):
@@ -166,23 +164,24 @@ def simulate(
     )
 
 
-def fault_of(motion: Motion, options: ControlOptions, *, margin: bool = True) -> str:
-    """What no motion may do, whatever is asked of it; empty when it did not.
+def find_fault(motion: Motion, options: ControlOptions, *, margin: bool = True) -> str:
+    """Return how a motion violates a limit that every motion must keep; empty if it does not.
 
-    With `margin`, the start kept the margin and no obstacle moves: then nothing may come nearer.
+    With `margin`, no distance may fall below the safety margin. This requires a start outside the
+    margin and obstacles that do not move.
     """
     if not np.all(np.isfinite(motion.postures)):
-        return "joint angles that are not finite"
-    if motion.peak_speed > 1.0 + SPEED_SLACK:
-        return f"a joint at {100 * motion.peak_speed:.1f} % of its speed"
-    if margin and options.safety and motion.closest < options.margin - SLACK_M:
-        return f"came as near as {1e3 * motion.closest:.2f} mm"
+        return "joint angles are not finite"
+    if motion.peak_speed > 1.0 + SPEED_TOLERANCE:
+        return f"a joint moves at {100 * motion.peak_speed:.1f} % of its speed limit"
+    if margin and options.safety and motion.closest < options.margin - MARGIN_TOLERANCE_M:
+        return f"the smallest distance is {1e3 * motion.closest:.2f} mm"
     if motion.last.status in ("stuck", "infeasible") and not motion.last.reason:
         return f"{motion.last.status} without a reason"
     return ""
 
 
-def judged(
+def motion_trial(
     motion: Motion,
     options: ControlOptions,
     *,
@@ -191,20 +190,31 @@ def judged(
     margin: bool = True,
     **figures: float,
 ) -> Trial:
-    """A motion as a trial: unclean when it did what no motion may do."""
-    fault = fault_of(motion, options, margin=margin)
+    """Return a motion as a trial. It is unclean if the motion violates a limit."""
+    fault = find_fault(motion, options, margin=margin)
     measured = MotionFigures(
         closest_mm=1e3 * motion.closest if np.isfinite(motion.closest) else None,
         peak_speed_pct=100 * motion.peak_speed,
         end_step_rad=motion.end_step,
         **figures,
     )
-    said = f"{motion.last.status}: {motion.last.reason}".rstrip(": ")
-    right = passed and not fault
+    status = f"{motion.last.status}: {motion.last.reason}".rstrip(": ")
+    ok = passed and not fault
     return Trial(
-        right,
-        "" if right else fault or note or said,
+        ok,
+        "" if ok else fault or note or status,
         clean=not fault,
         refused=motion.last.status == "infeasible",
         picture=measured,
+    )
+
+
+def direction(azimuth: float, elevation: float) -> NDArray[np.float64]:
+    """Return the unit vector (3,) of two angles, rad."""
+    return np.array(
+        [
+            np.cos(azimuth) * np.cos(elevation),
+            np.sin(azimuth) * np.cos(elevation),
+            np.sin(elevation),
+        ]
     )

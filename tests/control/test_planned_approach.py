@@ -5,8 +5,7 @@ from typing import cast
 
 import numpy as np
 
-from eyehand.apps.motion.controlled_reach import ControlledReach
-from eyehand.apps.motion.reach_methods import reaching_world
+from eyehand.apps.motion.reach_methods import ControllerMethod, reaching_world
 from eyehand.apps.motion.reach_outcome import ReachOptions, run_reach
 from eyehand.control import (
     CollisionWorld,
@@ -72,8 +71,8 @@ def test_a_way_found_is_followed_to_the_goal(monkeypatch):
     monkeypatch.setattr(planned_approach, "plan", lambda *_: path)
     monkeypatch.setattr(planned_approach, "ApproachController", _Helpless)
     controller = PlannedApproach(world, (Position(scene.goal),))
-    method = ControlledReach(controller)
-    result = run_reach(scene, method, ReachOptions(longest=60.0))
+    method = ControllerMethod(controller)
+    result = run_reach(scene, method, ReachOptions(time_limit=60.0))
     assert result.status == "reached"
     assert method.paths == (path,)
 
@@ -84,7 +83,7 @@ def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
     none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
     monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
     world, task = reaching_world(scene.obstacles), Position(scene.goal)
-    method = ControlledReach(PlannedApproach(world, (task,)))
+    method = ControllerMethod(PlannedApproach(world, (task,)))
     result = run_reach(scene, method)
     assert result.status == "stuck"
     assert "walled off" in method.reason

@@ -1,4 +1,4 @@
-"""The baseline runs with the limits it was given."""
+"""mink reaches goals and keeps its limits."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from eyehand.apps.motion.reach_outcome import ReachOptions
 from eyehand.data_synth.scenes import make_reaching_scene
 
 
-def test_mink_reaches_in_an_empty_scene_no_faster_than_its_cap():
+def test_mink_reaches_the_goal_within_its_speed_limit():
     scene = make_reaching_scene(4, boxes=0)
     outcome = run_mink(scene)
     assert outcome.success
@@ -18,9 +18,9 @@ def test_mink_reaches_in_an_empty_scene_no_faster_than_its_cap():
     assert slow.seconds > 1.5 * outcome.seconds
 
 
-def test_mink_keeps_most_of_its_margin_amid_boxes():
+def test_mink_keeps_its_margin_among_boxes():
     scenes = [make_reaching_scene(seed) for seed in range(4)]
-    outcomes = [run_mink(scene, reach=ReachOptions(longest=8.0)) for scene in scenes]
+    outcomes = [run_mink(scene, reach=ReachOptions(time_limit=8.0)) for scene in scenes]
     assert sum(outcome.success for outcome in outcomes) >= 2
     assert min(outcome.min_clearance for outcome in outcomes) > 0.005
     assert all(np.isfinite(outcome.final_error) for outcome in outcomes)

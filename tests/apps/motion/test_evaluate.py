@@ -1,4 +1,4 @@
-"""The reaching bench as a person runs it, and what its figures are made of."""
+"""`eyehand evaluate motion`: files, rows and messages, and how results are summarised."""
 
 import csv
 import json
@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 from eyehand.apps.main import main
+from eyehand.apps.motion import evaluate
 from eyehand.apps.motion.cycle_comparison import cycle_rows
-from eyehand.apps.motion.reach_methods import own_method
+from eyehand.apps.motion.reach_methods import BASELINE, controller_method
 from eyehand.apps.motion.reach_outcome import ReachOutcome
 from eyehand.apps.motion.reach_run import ReachRecord, run_scene
 from eyehand.apps.motion.reach_summary import summary_row, wilson_interval
@@ -18,15 +19,15 @@ from eyehand.errors import InputError
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command in this process, and return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["evaluate", "motion", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
 def outcome(**changed) -> ReachOutcome:
-    """A reach that went well, but for what is changed."""
+    """Return a successful reach, with some values changed."""
     plain = {
         "success": True,
         "contacts": 0,
@@ -39,7 +40,7 @@ def outcome(**changed) -> ReachOutcome:
     return ReachOutcome(**{**plain, **changed})
 
 
-def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, capsys):
+def test_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, capsys):
     code, out, err = run(
         *("--quick", "--scenes", 2, "--seed", 3, "--boxes", 2, "--out", tmp_path, "--json"),
         *("--only", "null space only", "--only", "default", "--only", "mink"),
@@ -68,36 +69,42 @@ def test_a_quick_run_prints_a_row_per_method_and_writes_its_files(tmp_path, caps
 
 
 @pytest.mark.parametrize(
-    ("arguments", "said"),
+    ("arguments", "message"),
     [
         (("--scenes", 0), "--scenes must be >= 1, got 0"),
         (("--seed", -1), "--seed must be >= 0, got -1"),
-        (("--longest", 0), "dt must be > 0 s and at most longest, got dt 0.005, longest 0.0"),
+        (
+            ("--time-limit", 0),
+            "dt must be > 0 s and at most the time limit, got dt 0.005, time limit 0",
+        ),
         (("--boxes", 13), "--boxes must be from 0 to 12, got 13"),
         (("--only", "magic"), "unknown method 'magic'; choose from: null space only,"),
-        (("--only", "mink", "--no-baseline"), "--no-baseline leaves nothing of mink"),
+        (
+            ("--only", "mink", "--no-baseline"),
+            "--no-baseline excludes mink, the only",
+        ),
     ],
 )
-def test_wrong_input_is_told_in_one_line(arguments, said, tmp_path, capsys):
+def test_invalid_arguments_are_rejected_in_one_line(arguments, message, tmp_path, capsys):
     code, out, err = run(*arguments, "--out", tmp_path / "none", capsys=capsys)
     assert code == 2
     assert out == ""
-    assert said in err
+    assert message in err
     assert err.count("\n") == 1
     assert not (tmp_path / "none").exists()
 
 
-def test_a_scene_gives_the_same_motion_again():
+def test_same_seed_gives_same_motion():
     first, second = (run_scene("dynamic beta", 4, 3).row() for _ in range(2))
     assert first == second
 
 
-def test_unknown_methods_are_refused_by_name():
+def test_unkncontroller_methods_are_refused_by_name():
     with pytest.raises(InputError, match="choose from: null space only"):
-        own_method("mink", make_reaching_scene(0, boxes=0))
+        controller_method("mink", make_reaching_scene(0, boxes=0))
 
 
-def test_searches_do_not_count_as_cycles():
+def test_searches_are_not_counted_as_cycles():
     path = JointPath(True, np.zeros((1, 7)), 0.02, "", 3, 2, 0.4)
     times = np.full(100, 150.0)
     times[40] = 4e5
@@ -107,7 +114,7 @@ def test_searches_do_not_count_as_cycles():
     assert record.row()["plan_ms"] == "400.0"
 
 
-def test_figures_are_counted_by_scene():
+def test_summary_counts_scenes():
     outcomes = [
         outcome(),
         outcome(success=False, contacts=40, min_clearance=-0.003),
@@ -127,12 +134,20 @@ def test_figures_are_counted_by_scene():
     ("wins", "tries", "low", "high"),
     [(0, 10, 0.0, 0.2775), (10, 10, 0.7225, 1.0), (81, 263, 0.2553, 0.3662)],
 )
-def test_wilson_intervals_are_those_of_the_books(wins, tries, low, high):
+def test_wilson_intervals_match_published_values(wins, tries, low, high):
     assert wilson_interval(wins, tries) == pytest.approx((low, high), abs=1e-4)
 
 
-def test_the_cycle_contest_has_the_same_pairs_for_all():
+def test_cycle_comparison_uses_the_same_pairs_for_all_methods():
     rows = cycle_rows(0, baseline=True, rounds=1, postures=1)
     assert [row["name"] for row in rows] == ["cycle compiled", "cycle mink"]
     assert {row["pairs"] for row in rows} == {30}
     assert all(0 < row["cycle_p50_us"] <= row["cycle_p99_us"] for row in rows)
+
+
+def test_missing_mink_is_left_out_with_a_note(monkeypatch, capsys):
+    monkeypatch.setattr(evaluate, "find_spec", lambda _name: None)
+    assert BASELINE not in evaluate._selected_methods(None, baseline=True)
+    assert "pip install 'eyehand[baselines]'" in capsys.readouterr().err
+    with pytest.raises(InputError, match=r"pip install 'eyehand\[baselines\]'"):
+        evaluate._selected_methods([BASELINE], baseline=True)

@@ -1,4 +1,4 @@
-"""The control's stress command: what it judges unclean, refuses, writes and prints."""
+"""`eyehand stress motion`: limits of every motion, invalid inputs, files and exit codes."""
 
 import csv
 import json
@@ -9,9 +9,9 @@ import pytest
 
 from eyehand.apps.bench import StressArguments, Sweep, Trial
 from eyehand.apps.motion import stress
-from eyehand.apps.motion.invalid_inputs import WrongInput, refused, wrong_inputs
+from eyehand.apps.motion.invalid_inputs import InvalidInput, invalid_inputs, try_input
 from eyehand.apps.motion.stress import control_sweeps, stress_motion
-from eyehand.apps.motion.stress_trial import Motion, fault_of, judged, lbr_world, simulate
+from eyehand.apps.motion.stress_trial import Motion, find_fault, lbr_world, motion_trial, simulate
 from eyehand.control import ControlOptions
 from eyehand.control.tasks import Position
 from eyehand.errors import InputError
@@ -24,16 +24,16 @@ def motion() -> Motion:
     return simulate(world, [Position(goal)], ControlOptions(), 5.0)
 
 
-def test_motion_is_recorded_whole(motion):
+def test_motion_is_recorded_completely(motion):
     assert motion.last.status == "reached"
     assert len(motion.postures) == len(motion.cycles) + 1
     steps = np.diff(motion.postures, axis=0)
     assert steps == pytest.approx(motion.dt * motion.velocities, abs=1e-12)
-    assert fault_of(motion, ControlOptions()) == ""
-    assert judged(motion, ControlOptions(), passed=True).passed
+    assert find_fault(motion, ControlOptions()) == ""
+    assert motion_trial(motion, ControlOptions(), passed=True).passed
 
 
-def test_motion_ends_when_it_has_been_stuck_for_a_while():
+def test_motion_ends_when_it_is_stuck():
     world = lbr_world()
     options = ControlOptions(retreats=0)
     goal = Position(np.array([3.0, 0.0, 0.5]))
@@ -42,39 +42,39 @@ def test_motion_ends_when_it_has_been_stuck_for_a_while():
     assert len(stuck.cycles) * options.dt < 20.0
 
 
-def test_faults_are_seen(motion):
+def test_faults_are_found(motion):
     options = ControlOptions()
     nan = replace(motion, postures=np.full_like(motion.postures, np.nan))
-    assert "finite" in fault_of(nan, options)
+    assert "finite" in find_fault(nan, options)
     fast = replace(motion, velocities=3.0 * motion.limits * np.ones_like(motion.velocities))
-    assert "300" in fault_of(fast, options)
+    assert "300" in find_fault(fast, options)
     near = replace(motion, clearance=np.full_like(motion.clearance, options.margin - 1e-3))
-    assert "9.00 mm" in fault_of(near, options)
-    assert fault_of(near, options, margin=False) == ""
-    assert fault_of(near, replace(options, safety=False)) == ""
+    assert "9.00 mm" in find_fault(near, options)
+    assert find_fault(near, options, margin=False) == ""
+    assert find_fault(near, replace(options, safety=False)) == ""
     mute = replace(motion.last, status="stuck", reason="")
-    assert "without a reason" in fault_of(replace(motion, cycles=(mute,)), options)
-    assert not judged(near, options, passed=True).clean
+    assert "without a reason" in find_fault(replace(motion, cycles=(mute,)), options)
+    assert not motion_trial(near, options, passed=True).clean
 
 
-@pytest.mark.parametrize("wrong", wrong_inputs(), ids=lambda wrong: wrong.name)
-def test_wrong_input_is_refused_in_words(wrong):
-    outcome = refused(wrong)
-    assert outcome.kept, outcome.happened
-    assert "\n" not in outcome.happened
+@pytest.mark.parametrize("invalid", invalid_inputs(), ids=lambda invalid: invalid.name)
+def test_invalid_input_is_rejected_with_a_message(invalid):
+    outcome = try_input(invalid)
+    assert outcome.rejected, outcome.result
+    assert "\n" not in outcome.result
 
 
-def test_other_than_a_refusal_is_told():
-    assert refused(WrongInput("fine", (), dict)).happened == "accepted"
-    assert "ValueError" in refused(WrongInput("crash", (), lambda: int("x"))).happened
+def test_other_results_are_reported():
+    assert try_input(InvalidInput("fine", (), dict)).result == "accepted"
+    assert "ValueError" in try_input(InvalidInput("crash", (), lambda: int("x"))).result
 
     def vague() -> None:
         raise InputError("no")
 
-    assert not refused(WrongInput("vague", ("goal",), vague)).kept
+    assert not try_input(InvalidInput("vague", ("goal",), vague)).rejected
 
 
-def test_sweeps_have_names_and_bounds_of_their_own():
+def test_sweeps_have_unique_names_and_bounds():
     sweeps = control_sweeps()
     assert len({sweep.name for sweep in sweeps}) == len(sweeps)
     assert sum(sweep.holds_to is not None for sweep in sweeps) >= 10
@@ -100,15 +100,15 @@ def test_command_writes_chart_and_one_json_object(tmp_path, capsys):
     assert all(float(row["gradient_jump_pct"]) > 0 for row in rows if "cover" in row["name"])
 
 
-def test_inputs_alone_write_no_chart(tmp_path, capsys):
+def test_check_of_inputs_alone_writes_no_chart(tmp_path, capsys):
     assert stress_motion(StressArguments(only=["inputs"], out=tmp_path, json=True)) == 0
     report = json.loads(capsys.readouterr().out)
-    assert len(report["inputs"]) == len(wrong_inputs())
+    assert len(report["inputs"]) == len(invalid_inputs())
     assert all(row["kept"] for row in report["inputs"])
     assert list(tmp_path.iterdir()) == []
 
 
-def test_broken_bound_ends_with_code_1_and_is_named(tmp_path, capsys, monkeypatch):
+def test_broken_bound_gives_exit_code_1_and_is_named(tmp_path, capsys, monkeypatch):
     def attempt(value: float, seed: int, options: ControlOptions) -> Trial:
         return Trial(value < 2, "went astray")
 
@@ -118,7 +118,7 @@ def test_broken_bound_ends_with_code_1_and_is_named(tmp_path, capsys, monkeypatc
     assert "broken bound: weak at 2 kg: 0 of 2 right; went astray" in capsys.readouterr().err
 
 
-def test_unknown_sweep_is_refused_with_the_choices(tmp_path):
+def test_unknown_sweep_is_rejected_with_the_valid_names(tmp_path):
     with pytest.raises(InputError, match=r"'nope'.*out-of-reach.*inputs"):
         stress_motion(StressArguments(only=["nope"], out=tmp_path))
     with pytest.raises(InputError, match="--seeds"):
