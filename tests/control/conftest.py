@@ -1,4 +1,4 @@
-"""A real arm for the tests of the control basis: seven joints, made from text."""
+"""Fixtures of the control tests: an arm with seven joints, built from an MJCF text."""
 
 from collections.abc import Callable
 
@@ -44,7 +44,7 @@ ARM = """
   </worldbody>
 </mujoco>
 """
-"""Seven joints from base to tip, off one another's axes, and a branch that moves nothing."""
+"""An arm with seven joints on skew axes, and a branch that does not move the hand."""
 
 HOME = np.array([0.1, 0.4, -0.2, -1.2, 0.3, 0.8, 0.0])
 
@@ -77,24 +77,28 @@ def _arm(third: str, *, branch: bool) -> Callable[[NDArray[np.float64]], RobotSt
 
 @pytest.fixture(scope="session")
 def arm_state() -> Callable[[NDArray[np.float64]], RobotState]:
-    """The arm's state from seven joint angles (7,)."""
+    """Return a function from joint angles (7,) to the state of the arm."""
     return _arm('type="hinge"', branch=False)
 
 
 @pytest.fixture(scope="session")
 def mixed_state() -> Callable[[NDArray[np.float64]], RobotState]:
-    """The arm with its third joint sliding and the branch's joint controlled too, from (8,)."""
+    """Return the same for (8,): the third joint slides, and the branch joint is controlled."""
     return _arm('type="slide"', branch=True)
 
 
 @pytest.fixture(scope="session")
 def check_jacobian(arm_state) -> Callable[..., None]:
-    """Hold a task's Jacobian to the central differences of its value, below 1e-6."""
+    """Return a check of a task's Jacobian against central differences of its value, to 1e-6."""
 
-    def check(task: Task, q: NDArray[np.float64], *, of=arm_state, step: float = 1e-6) -> None:
-        rows = task.at(of(q))
+    def check(
+        task: Task, q: NDArray[np.float64], *, state_at=arm_state, step: float = 1e-6
+    ) -> None:
+        rows = task.at(state_at(q))
         for joint, shift in enumerate(step * np.eye(len(q))):
-            slope = (task.at(of(q + shift)).value - task.at(of(q - shift)).value) / (2.0 * step)
+            slope = (task.at(state_at(q + shift)).value - task.at(state_at(q - shift)).value) / (
+                2.0 * step
+            )
             assert np.abs(slope - rows.jacobian[:, joint]).max() < 1e-6
 
     return check

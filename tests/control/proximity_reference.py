@@ -44,7 +44,7 @@ _NEXT, _LAST = [1, 2, 0], [2, 0, 1]
 
 
 def proximity_reference(tables: ProximityTables, q: NDArray[np.float64]) -> tuple:
-    """Measure all pairs nearer than the cut-off at ``q`` (n,).
+    """Measure all pairs closer than the cut-off at ``q`` (n,).
 
     Returns
     -------
@@ -54,26 +54,26 @@ def proximity_reference(tables: ProximityTables, q: NDArray[np.float64]) -> tupl
     data = tables.data
     data.qpos[tables.joints[:, 0]] = q
     mujoco.mj_kinematics(tables.model, data)
-    _carry(tables)
-    near = np.flatnonzero(_gaps(tables) < tables.cut_off)
-    plain = (tables.covers[tables.pairs[near, 0], 1] == 0) & ~_may_cross(tables, near)
-    found = _measured_at_once(tables, near[plain])
-    for pair in near[~plain].tolist():
+    _move_held_objects(tables)
+    near = np.flatnonzero(_lower_bounds(tables) < tables.cut_off)
+    exact = (tables.covers[tables.pairs[near, 0], 1] == 0) & ~_may_intersect(tables, near)
+    found = _measure_batch(tables, near[exact])
+    for pair in near[~exact].tolist():
         a, b = tables.pairs[pair].tolist()
         first, number = tables.covers[a]
         if number:
-            measured = _soft(tables, a, b, tables.balls[first : first + number])
+            measured = _measure_soft(tables, a, b, tables.balls[first : first + number])
         else:
-            distance, force, on_robot, on_other = measure_plain(tables, a, b, tables.cut_off)
-            # Moments of all these come at once below.
+            distance, force, on_robot, on_other = measure_exact(tables, a, b, tables.cut_off)
+            # The moments of these pairs are computed together below.
             measured = distance, force, None, on_robot, on_other
         if measured[0] < tables.cut_off:
             found.append((pair, *measured))
     return _results(tables, sorted(found, key=itemgetter(0)))
 
 
-def _measured_at_once(tables: ProximityTables, pairs: NDArray[np.int64]) -> list:
-    """Pairs that MuJoCo measures right, with the vector work of all in one go."""
+def _measure_batch(tables: ProximityTables, pairs: NDArray[np.int64]) -> list:
+    """Measure the pairs that MuJoCo handles correctly. The vector operations run on all pairs."""
     segments = np.zeros((len(pairs), 6))
     model, data, cut_off = tables.model, tables.data, tables.cut_off
     both = tables.pairs[pairs].tolist()
@@ -83,36 +83,36 @@ def _measured_at_once(tables: ProximityTables, pairs: NDArray[np.int64]) -> list
             for (a, b), segment in zip(both, segments, strict=True)
         ]
     )
-    ways = segments[:, :3] - segments[:, 3:]
-    lengths = np.sqrt(np.einsum("pk,pk->p", ways, ways))
+    directions = segments[:, :3] - segments[:, 3:]
+    lengths = np.sqrt(np.einsum("pk,pk->p", directions, directions))
     signed = np.where(distance > 0.0, lengths, -lengths)
-    ways = ways / np.where(lengths > 0.0, signed, 1.0)[:, None]
+    directions = directions / np.where(lengths > 0.0, signed, 1.0)[:, None]
     found = []
-    for place in np.flatnonzero(distance < cut_off).tolist():
-        one = distance[place], ways[place], segments[place, :3], segments[place, 3:]
-        if abs(one[0]) < TOUCHING_M:
-            one = _part(tables, both[place][0], both[place][1], one)
-        found.append((int(pairs[place]), one[0], one[1], None, one[2], one[3]))
+    for index in np.flatnonzero(distance < cut_off).tolist():
+        measured = distance[index], directions[index], segments[index, :3], segments[index, 3:]
+        if abs(measured[0]) < TOUCHING_M:
+            measured = _separate(tables, both[index][0], both[index][1], measured)
+        found.append((int(pairs[index]), measured[0], measured[1], None, measured[2], measured[3]))
     return found
 
 
-def _may_cross(tables: ProximityTables, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which pairs are a capsule and a box that its axis may reach: bounds along the box's axes."""
+def _may_intersect(tables: ProximityTables, pairs: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Return a mask of the pairs of a capsule and a box in which the axis can reach the box."""
     a, b = tables.pairs[pairs].T
     kinds = tables.shapes[:, KIND]
-    turned = (kinds[a] == _BOX) & (kinds[b] == _CAPSULE)
-    capsule, box = np.where(turned, b, a), np.where(turned, a, b)
+    swapped = (kinds[a] == _BOX) & (kinds[b] == _CAPSULE)
+    capsule, box = np.where(swapped, b, a), np.where(swapped, a, b)
     data, shapes = tables.data, tables.shapes
     frames = data.geom_xmat[box].reshape(-1, 3, 3)
-    away = data.geom_xpos[capsule] - data.geom_xpos[box]
+    offset = data.geom_xpos[capsule] - data.geom_xpos[box]
     half_axis = shapes[capsule, SIZE + 1, None] * data.geom_xmat[capsule, 2::3]
-    centre, reach = (np.abs(np.einsum("prc,pr->pc", frames, v)) for v in (away, half_axis))
+    centre, reach = (np.abs(np.einsum("prc,pr->pc", frames, v)) for v in (offset, half_axis))
     meets = np.all(centre <= reach + shapes[box, SIZE : SIZE + 3], axis=1)
     return (kinds[capsule] == _CAPSULE) & (kinds[box] == _BOX) & meets
 
 
-def measure_plain(tables: ProximityTables, a: int, b: int, cut_off: float) -> Measured:
-    """Signed distance of geoms a and b, the normal from b to a, closest points on a and on b."""
+def measure_exact(tables: ProximityTables, a: int, b: int, cut_off: float) -> Measured:
+    """Return the signed distance of geoms a and b, the normal from b to a, and closest points."""
     kinds = tables.shapes[a, KIND], tables.shapes[b, KIND]
     if kinds == (_CAPSULE, _BOX):
         crossing = _capsule_in_box(tables, a, b)
@@ -124,7 +124,7 @@ def measure_plain(tables: ProximityTables, a: int, b: int, cut_off: float) -> Me
             distance, normal, on_capsule, on_box = crossing
             return distance, -normal, on_box, on_capsule
     measured = _measure_mujoco(tables, a, b, cut_off)
-    return _part(tables, a, b, measured) if abs(measured[0]) < TOUCHING_M else measured
+    return _separate(tables, a, b, measured) if abs(measured[0]) < TOUCHING_M else measured
 
 
 def _measure_mujoco(tables: ProximityTables, a: int, b: int, cut_off: float) -> Measured:
@@ -137,18 +137,20 @@ def _measure_mujoco(tables: ProximityTables, a: int, b: int, cut_off: float) -> 
     return distance, normal, segment[:3], segment[3:]
 
 
-def _part(tables: ProximityTables, a: int, b: int, touching: Measured) -> Measured:
+def _separate(tables: ProximityTables, a: int, b: int, touching: Measured) -> Measured:
     positions = tables.data.geom_xpos
     centres = positions[a] - positions[b]
-    ways = [touching[1], centres, *(s * row for row in np.eye(3) for s in (1.0, -1.0))]
-    ways = [way / np.linalg.norm(way) for way in ways if np.any(way)]
-    for way in ways:
-        positions[a] += SHIFT_M * way
+    directions = [touching[1], centres, *(s * row for row in np.eye(3) for s in (1.0, -1.0))]
+    directions = [
+        direction / np.linalg.norm(direction) for direction in directions if np.any(direction)
+    ]
+    for direction in directions:
+        positions[a] += SHIFT_M * direction
         distance, normal, on_a, on_b = _measure_mujoco(tables, a, b, 1.0)
-        positions[a] -= SHIFT_M * way
+        positions[a] -= SHIFT_M * direction
         if distance > TOUCHING_M:
-            return touching[0], normal, on_a - SHIFT_M * way, on_b
-    return touching[0], ways[0], touching[2], touching[3]
+            return touching[0], normal, on_a - SHIFT_M * direction, on_b
+    return touching[0], directions[0], touching[2], touching[3]
 
 
 def _capsule_in_box(tables: ProximityTables, capsule: int, box: int) -> Measured | None:
@@ -158,31 +160,31 @@ def _capsule_in_box(tables: ProximityTables, capsule: int, box: int) -> Measured
     centre = (tables.data.geom_xpos[capsule] - origin) @ frame
     half_axis = half_length * tables.data.geom_xmat[capsule, 2::3] @ frame
     half_extents = tables.shapes[box, SIZE : SIZE + 3]
-    separation, place, out = axis_in_box(
+    separation, fraction, out = axis_in_box(
         tuple(centre.tolist()), tuple(half_axis.tolist()), tuple(half_extents.tolist())
     )
     if separation > 0.0:
         return None
     normal = frame @ out
-    point = origin + frame @ (centre + place * half_axis)
+    point = origin + frame @ (centre + fraction * half_axis)
     return separation - radius, normal, point - radius * normal, point - separation * normal
 
 
-def _soft(tables: ProximityTables, a: int, b: int, cover: Array) -> tuple:
+def _measure_soft(tables: ProximityTables, a: int, b: int, cover: Array) -> tuple:
     positions, probe = tables.data.geom_xpos, tables.probe
     frame = tables.data.geom_xmat[a].reshape(3, 3)
-    measured: list[Measured] = []
+    results: list[Measured] = []
     for ball in cover:
         positions[probe] = positions[a] + frame @ ball[:3]
         tables.shapes[probe, BOUND] = tables.shapes[probe, HALF : HALF + 3] = ball[3]
         tables.model.geom_size[probe, 0] = ball[3]
-        one = measure_plain(tables, probe, b, tables.cut_off)
-        if one[0] < tables.cut_off:
-            measured.append(one)
-    if not measured:
+        measured = measure_exact(tables, probe, b, tables.cut_off)
+        if measured[0] < tables.cut_off:
+            results.append(measured)
+    if not results:
         return np.inf, np.zeros(3), np.zeros(3), np.zeros(3), np.zeros(3)
-    distances = np.array([one[0] for one in measured])
-    forces, on_robot, on_other = (np.array([one[k] for one in measured]) for k in (1, 2, 3))
+    distances = np.array([one[0] for one in results])
+    forces, on_robot, on_other = (np.array([one[k] for one in results]) for k in (1, 2, 3))
     value, weights = soft_minimum(distances, tables.sharpness)
     return (
         value,
@@ -193,10 +195,10 @@ def _soft(tables: ProximityTables, a: int, b: int, cover: Array) -> tuple:
     )
 
 
-def _gaps(tables: ProximityTables) -> Array:
-    """Lower bounds on the distances of all pairs, from bounding balls and boxes."""
+def _lower_bounds(tables: ProximityTables) -> Array:
+    """Return lower bounds on the distances of all pairs, from bounding spheres and boxes."""
     a, b = tables.pairs.T
-    gaps = np.maximum(_outside(tables, a, b), _outside(tables, b, a))
+    gaps = np.maximum(_sphere_box_distance(tables, a, b), _sphere_box_distance(tables, b, a))
     planes = tables.shapes[b, KIND] == _PLANE
     if planes.any():
         a, b = a[planes], b[planes]
@@ -206,16 +208,18 @@ def _gaps(tables: ProximityTables) -> Array:
     return gaps
 
 
-def _outside(tables: ProximityTables, balls: NDArray[np.int64], boxes: NDArray[np.int64]) -> Array:
+def _sphere_box_distance(
+    tables: ProximityTables, spheres: NDArray[np.int64], boxes: NDArray[np.int64]
+) -> Array:
     data, shapes = tables.data, tables.shapes
-    centres = data.geom_xpos[balls] - data.geom_xpos[boxes]
+    centres = data.geom_xpos[spheres] - data.geom_xpos[boxes]
     inside = np.einsum("prc,pr->pc", data.geom_xmat[boxes].reshape(-1, 3, 3), centres)
     inside = np.abs(inside - shapes[boxes, MIDDLE : MIDDLE + 3])
     beyond = np.maximum(inside - shapes[boxes, HALF : HALF + 3], 0.0)
-    return np.sqrt(np.einsum("pc,pc->p", beyond, beyond)) - shapes[balls, BOUND]
+    return np.sqrt(np.einsum("pc,pc->p", beyond, beyond)) - shapes[spheres, BOUND]
 
 
-def _carry(tables: ProximityTables) -> None:
+def _move_held_objects(tables: ProximityTables) -> None:
     data = tables.data
     for row in tables.held:
         geom, body = int(row[HELD_GEOM]), int(row[HELD_BODY])
@@ -231,9 +235,9 @@ def _results(tables: ProximityTables, found: list) -> tuple:
         np.array([row[k] for row in found]).reshape(-1, 3) for k in (2, 4, 5)
     )
     moment = _cross(on_robot, force)
-    for place, row in enumerate(found):
+    for k, row in enumerate(found):
         if row[3] is not None:
-            moment[place] = row[3]
+            moment[k] = row[3]
     length = np.linalg.norm(force, axis=1, keepdims=True)
     normal = np.where(length > 0.0, force / np.where(length > 0.0, length, 1.0), [0.0, 0.0, 1.0])
     a, b = tables.pairs[index].T
@@ -248,5 +252,5 @@ def _results(tables: ProximityTables, found: list) -> tuple:
 
 
 def _cross(a: Array, b: Array) -> Array:
-    # A fifth of the time of np.cross for few vectors.
+    # This takes a fifth of the time of np.cross for few vectors.
     return a[..., _NEXT] * b[..., _LAST] - a[..., _LAST] * b[..., _NEXT]

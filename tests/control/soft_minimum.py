@@ -1,4 +1,4 @@
-"""A minimum of distances that is smooth, and never above the true one."""
+"""A smooth lower bound of the minimum distance."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ if TYPE_CHECKING:
 def soft_minimum(
     distances: NDArray[np.float64], sharpness: float
 ) -> tuple[float, NDArray[np.float64]]:
-    """Soft minimum d = -log(Σ exp(-k d_i)) / k and the share of each distance in its gradient.
+    """Compute the soft minimum d = -log(Σ exp(-k d_i)) / k and the weights of its gradient.
 
-    It lies below the least distance, by log(B) / k at most; where the nearest of two points L apart
-    jumps while a face turns by an angle, its gradient turns within about 1 / (k L) rad instead.
+    The value lies at most log(B) / k below the minimum. The closest point of a face that turns can
+    jump by a length L. The gradient of the soft minimum changes over about 1 / (k L) rad instead.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def soft_minimum(
     value, weights
         m; (B,) in [0, 1] with sum 1.
     """
-    least = float(distances.min())
-    powers = np.exp(-sharpness * (distances - least))
+    minimum = float(distances.min())
+    powers = np.exp(-sharpness * (distances - minimum))
     total = float(powers.sum())
-    return least - float(np.log(total)) / sharpness, powers / total
+    return minimum - float(np.log(total)) / sharpness, powers / total

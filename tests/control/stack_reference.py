@@ -1,4 +1,4 @@
-"""The stack in NumPy, strict and as the chapter prints it: the reference of the compiled one."""
+"""The task stack in NumPy, in strict and printed form: the reference for the compiled stack."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from eyehand.control.tasks import TaskRows
 
 @dataclass(frozen=True)
 class ReferenceSolution:
-    """As `StackSolution`, with the free directions."""
+    """The fields of `StackSolution` and the free directions."""
 
     velocity: NDArray[np.float64]
     free: NDArray[np.float64]
-    """(n, r) orthonormal directions that no task uses; in the printed form the product of the
-    projectors, (n, n)."""
+    """Orthonormal directions (n, r) that no task uses. In the printed form, the product (n, n) of
+    the projectors."""
     missing: tuple[float, ...]
     scale: tuple[float, ...]
     dropped: tuple[bool, ...]
@@ -35,15 +35,21 @@ def solve_reference(
     printed: bool = False,
     damping: float = DAMPING,
 ) -> ReferenceSolution:
-    """Solve a stack; `printed` is eq. 2-3 as printed, where N1 N2 is not the common null space."""
+    """Solve a stack of tasks.
+
+    With ``printed``, follow equations 2 and 3 as printed. Their product N1 N2 is not the projector
+    onto the common null space.
+    """
     joints = tasks[0].jacobian.shape[1]
-    wanted = [task.rate for task in tasks] if rates is None else list(rates)
+    target_rates = [task.rate for task in tasks] if rates is None else list(rates)
     dropped = [task.side != 0 and len(task.error) == 1 for task in tasks]
     while True:
-        solution = _solve(tasks, wanted, dropped, joints, free_motion, speed, printed, damping)
+        solution = _solve(
+            tasks, target_rates, dropped, joints, free_motion, speed, printed, damping
+        )
         broken = [
-            bool(gone and task.side * (task.jacobian @ solution.velocity - rate)[0] < -LOST)
-            for task, rate, gone in zip(tasks, wanted, dropped, strict=True)
+            bool(inactive and task.side * (task.jacobian @ solution.velocity - rate)[0] < -LOST)
+            for task, rate, inactive in zip(tasks, target_rates, dropped, strict=True)
         ]
         if not any(broken):
             return solution
@@ -53,9 +59,9 @@ def solve_reference(
 def damped_inverse(
     jacobian: NDArray[np.float64], damping: float = DAMPING
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Inverse (n, m) of rows (m, n), damped near singularities; right vectors (n, n); rank."""
+    """Return the damped inverse (n, m) of rows (m, n), the right vectors (n, n) and the rank."""
     u, s, vt = np.linalg.svd(jacobian, full_matrices=True)
-    # A handful of numbers: plain Python is faster than arrays of them.
+    # Plain Python is faster than NumPy for so few numbers.
     sizes = [size for size in s.tolist() if size > LOST]
     rank = len(sizes)
     gains = [_damped_gain(size, damping) for size in sizes]
@@ -79,11 +85,12 @@ def _solve(
     damping: float,
 ) -> ReferenceSolution:
     velocity = np.zeros(joints)
-    # Strict: an orthonormal basis of what is free. Paper: the product of projectors, eq. 2.
+    # Strict form: an orthonormal basis of the free directions. Printed form: the product of
+    # projectors, eq. 2.
     free = np.eye(joints)
     scales = []
-    for task, rate, gone in zip(tasks, rates, dropped, strict=True):
-        if gone or len(rate) == 0:
+    for task, rate, inactive in zip(tasks, rates, dropped, strict=True):
+        if inactive or len(rate) == 0:
             scales.append(1.0)
             continue
         if printed:
@@ -104,8 +111,8 @@ def _solve(
         step = free @ free_motion if printed else free @ (free.T @ free_motion)
         velocity = velocity + _allowed_share(velocity, step, speed) * step
     missing = tuple(
-        0.0 if gone else _norm(rate - task.jacobian @ velocity)
-        for task, rate, gone in zip(tasks, rates, dropped, strict=True)
+        0.0 if inactive else _norm(rate - task.jacobian @ velocity)
+        for task, rate, inactive in zip(tasks, rates, dropped, strict=True)
     )
     return ReferenceSolution(velocity, free, missing, tuple(scales), tuple(dropped))
 
@@ -113,17 +120,17 @@ def _solve(
 def _allowed_share(
     velocity: NDArray[np.float64], step: NDArray[np.float64], speed: NDArray[np.float64] | None
 ) -> float:
-    """Largest share of a step that keeps every joint within its speed."""
+    """Return the largest fraction of a step that keeps every joint within its speed limit."""
     if speed is None or (np.abs(velocity + step) <= speed + ROUNDING).all():
         return 1.0
-    room = np.where(step > 0.0, speed - velocity, speed + velocity)
+    available = np.where(step > 0.0, speed - velocity, speed + velocity)
     size = np.abs(step)
-    passing = size > np.maximum(room, 0.0) + ROUNDING
-    if not passing.any():
+    exceeding = size > np.maximum(available, 0.0) + ROUNDING
+    if not exceeding.any():
         return 1.0
-    return float(np.min(np.maximum(room[passing], 0.0) / size[passing]))
+    return float(np.min(np.maximum(available[exceeding], 0.0) / size[exceeding]))
 
 
 def _norm(vector: NDArray[np.float64]) -> float:
-    """The norm of a few numbers, in less time than `np.linalg.norm` takes to start."""
+    """Return the norm of a short vector. This is faster than `np.linalg.norm`."""
     return math.sqrt(np.vdot(vector, vector))

@@ -1,4 +1,4 @@
-"""The tasks in NumPy: the reference that their kernels are tested against."""
+"""The tasks in NumPy: the reference for their kernels."""
 
 from __future__ import annotations
 
@@ -37,15 +37,17 @@ def reference(task: Task, state: RobotState) -> TaskRows:
         rows = reference(task.task, state)
         if len(rows.value) == 0:
             return rows
-        return _bounded(task, rows.value, rows.jacobian, task.low, task.high, rows.gain, rows.speed)
+        return _interval(
+            task, rows.value, rows.jacobian, task.low, task.high, rows.gain, rows.speed
+        )
     value, error, jacobian, speed = _law(task, state)
     if isinstance(task, LookAt) and len(error) == 1:
-        return _bounded(task, value, jacobian, -math.inf, task.half_angle, task.gain, task.speed)
+        return _interval(task, value, jacobian, -math.inf, task.half_angle, task.gain, task.speed)
     return TaskRows(task.name, value, error, jacobian, task.gain, speed)  # pyright: ignore[reportAttributeAccessIssue] - all have a gain
 
 
 def _law(task: Task, state: RobotState):
-    """Value, error, Jacobian and speed."""
+    """Return the value, error, Jacobian and speed limit of a task."""
     match task:
         case Position():
             position, rows = state.point(task.point)
@@ -67,7 +69,7 @@ def _law(task: Task, state: RobotState):
             value = np.array([task.normal @ position])
             return value, task.offset - value, (task.normal @ rows)[None], task.speed
         case Orientation():
-            error, rows = turn_left(task._goal, state.rotation, state.jacobian[3:])
+            error, rows = rotation_error(task._goal, state.rotation, state.jacobian[3:])
             return -error, error, rows, task.speed
         case Pose():
             return _pose(task, state)
@@ -87,11 +89,12 @@ def _law(task: Task, state: RobotState):
 
 def _pose(task: Pose, state: RobotState):
     position, linear = state.point(task.point)
-    away = task._position - position
-    turn, angular = turn_left(task._rotation, state.rotation, state.jacobian[3:])
-    error = np.concatenate([away, turn])
+    offset_to_goal = task._position - position
+    turn, angular = rotation_error(task._rotation, state.rotation, state.jacobian[3:])
+    error = np.concatenate([offset_to_goal, turn])
     excess = task.gain * max(
-        math.sqrt(away @ away) / task.speed, math.sqrt(turn @ turn) / task.turn_speed
+        math.sqrt(offset_to_goal @ offset_to_goal) / task.speed,
+        math.sqrt(turn @ turn) / task.turn_speed,
     )
     speed = task.gain * math.sqrt(error @ error) / excess if excess > 1.0 else math.inf
     return np.concatenate([position, -turn]), error, np.concatenate([linear, angular]), speed
@@ -99,18 +102,18 @@ def _pose(task: Pose, state: RobotState):
 
 def _look_at(task: LookAt, state: RobotState):
     eye, linear = state.point(task.point)
-    away = task.target - eye
-    distance = math.sqrt(away @ away)
+    offset_to_goal = task.target - eye
+    distance = math.sqrt(offset_to_goal @ offset_to_goal)
     if distance < MIN_TARGET_DISTANCE:
         return np.empty(0), np.empty(0), np.empty((0, linear.shape[1])), task.speed
-    look = away / distance
-    motion = (np.outer(look, look @ linear) - linear) / distance
-    motion = motion + skew(look) @ state.jacobian[3:]
-    look, motion = state.rotation.T @ look, state.rotation.T @ motion
+    view = offset_to_goal / distance
+    motion = (np.outer(view, view @ linear) - linear) / distance
+    motion = motion + skew(view) @ state.jacobian[3:]
+    view, motion = state.rotation.T @ view, state.rotation.T @ motion
     if task.half_angle == 0.0:
-        value, rows = direction_rows(look, motion, task.axis, across(task.axis))
+        value, rows = direction_rows(view, motion, task.axis, across(task.axis))
         return value, -value, rows, task.speed
-    angle, row = angle_row(look, motion, task.axis, across(task.axis))
+    angle, row = angle_row(view, motion, task.axis, across(task.axis))
     return np.array([angle]), np.zeros(1), row[None], task.speed
 
 
@@ -124,7 +127,7 @@ def _centring(task: JointCentring, state: RobotState):
     return state.q, -gradient, np.eye(len(state.q)), task.speed
 
 
-def _bounded(task: Task, value, jacobian, low, high, gain, speed) -> TaskRows:
+def _interval(task: Task, value, jacobian, low, high, gain, speed) -> TaskRows:
     x = float(value[0])
     upper = high - x < x - low
     error = (high if upper else low) - x
@@ -141,18 +144,18 @@ def centring_cost(
     weights: NDArray[np.float64],
     power: int,
 ) -> tuple[float, NDArray[np.float64]]:
-    """Cost H of eq. (5) and its gradient (n,), from arrays (n,)."""
-    away = q - reference
-    slope = weights * away ** (power - 1)
-    return float(slope @ away), power * slope
+    """Return the cost H of eq. (5) and its gradient (n,), from arrays (n,)."""
+    offset = q - reference
+    slope = weights * offset ** (power - 1)
+    return float(slope @ offset), power * slope
 
 
 def length_row(
     offset: NDArray[np.float64], rows: NDArray[np.float64]
 ) -> tuple[float, NDArray[np.float64]]:
-    """Length of an offset (k,) with rows (k, n), and its derivative (n,).
+    """Return the length of an offset (k,) with rows (k, n), and its derivative (n,).
 
-    Where the length is 0 the derivative is that of the coordinate that moves best.
+    At length 0, the derivative is that of the coordinate with the largest row.
     """
     length = math.sqrt(offset @ offset)
     if length < MIN_DISTANCE:
@@ -160,17 +163,17 @@ def length_row(
     return length, (offset / length) @ rows
 
 
-def turn_left(
-    goal: NDArray[np.float64], turned: NDArray[np.float64], angular: NDArray[np.float64]
+def rotation_error(
+    goal: NDArray[np.float64], rotation: NDArray[np.float64], angular: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Turn from a rotation (3, 3) to its goal, and the rows of its negative.
+    """Return the rotation vector from a rotation (3, 3) to its goal, and the rows of its negative.
 
-    With e = log(goal turnedᵀ) and the frame's angular Jacobian (3, n), -de/dq = Jr(e)⁻¹ angular,
+    With e = log(goal rotationᵀ) and the frame's angular Jacobian (3, n), -de/dq = Jr(e)⁻¹ angular,
     Jr⁻¹ = 1 + [e]/2 + (1 - θ/2 cot θ/2)/θ² [e]² (Chirikjian 2012, Stochastic Models 2, 10.86).
     """
-    error = _rotation_vector(goal @ turned.T)
+    error = _rotation_vector(goal @ rotation.T)
     angle = math.sqrt(error @ error)
-    # The series' first term is exact to rounding where the closed form loses its digits.
+    # The closed form loses digits at small angles. The first term of the series is exact there.
     factor = 1.0 / 12.0 if angle < 1e-3 else (1.0 - angle / 2.0 / math.tan(angle / 2.0)) / angle**2
     cross = skew(error)
     once = cross @ angular
@@ -183,7 +186,7 @@ def direction_rows(
     pole: NDArray[np.float64],
     basis: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Where a unit direction lies about a pole, as angles (2,) along a basis, and their rows.
+    """Return the polar angles (2,) of a unit direction about a pole, and their rows.
 
     Parameters
     ----------
@@ -192,13 +195,13 @@ def direction_rows(
     motion
         Rows of the direction (3, n), perpendicular to it.
     basis
-        Two unit vectors across the pole (2, 3).
+        Two unit vectors perpendicular to the pole (2, 3).
     """
-    flat, rows, radial, angle, sine = _polar(direction, motion, pole, basis)
+    projected, rows, radial, angle, sine = _polar(direction, motion, pole, basis)
     if angle < MIN_ANGLE:
-        return angle * flat, rows
+        return angle * projected, rows
     stretch = min(angle / sine, MAX_STRETCH) if sine > 0.0 else MAX_STRETCH
-    inward, around = flat, np.array([-flat[1], flat[0]])
+    inward, around = projected, np.array([-projected[1], projected[0]])
     turning = stretch * (around @ rows)
     return angle * inward, inward[:, None] * radial + around[:, None] * turning
 
@@ -209,7 +212,7 @@ def angle_row(
     pole: NDArray[np.float64],
     basis: NDArray[np.float64],
 ) -> tuple[float, NDArray[np.float64]]:
-    """Angle between a unit direction and a pole, and its row (n,); see `direction_rows`."""
+    """Return the angle between a unit direction and a pole, and its row (n,)."""
     _, _, radial, angle, _ = _polar(direction, motion, pole, basis)
     return angle, radial
 
@@ -220,23 +223,23 @@ def _polar(
     pole: NDArray[np.float64],
     basis: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], float, float]:
-    """Unit vector from the pole in the basis, rows of the basis, row of the angle, angle, sine."""
-    flat = basis @ direction
+    """Return the projected unit vector, its rows, the row of the angle, the angle and its sine."""
+    projected = basis @ direction
     rows = basis @ motion
     cosine = float(pole @ direction)
-    sine = math.sqrt(flat @ flat)
+    sine = math.sqrt(projected @ projected)
     if sine < MIN_ANGLE:
-        # Neither way is shorter: take the one that moves better.
+        # Both directions are equally long: take the one with the larger row.
         best = int(rows[1] @ rows[1] > rows[0] @ rows[0])
-        flat = np.array([1.0 - best, float(best)])
+        projected = np.array([1.0 - best, float(best)])
     else:
-        flat = flat / sine
-    radial = cosine * (flat @ rows) - sine * (pole @ motion)
-    return flat, rows, radial, math.atan2(sine, cosine), sine
+        projected = projected / sine
+    radial = cosine * (projected @ rows) - sine * (pole @ motion)
+    return projected, rows, radial, math.atan2(sine, cosine), sine
 
 
 def _rotation_vector(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Rotation vector (3,) of a matrix, at any angle up to π (Shepperd 1978)."""
+    """Return the rotation vector (3,) of a matrix, at any angle up to π (Shepperd 1978)."""
     a, b, c, d, e, f, g, h, i = matrix.ravel().tolist()
     trace = a + e + i
     if trace >= max(a, e, i):
@@ -248,7 +251,7 @@ def _rotation_vector(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
     else:
         w, x, y, z = d - b, c + g, f + h, 1.0 - a - e + i
     sine = math.sqrt(x * x + y * y + z * z)
-    # At half a turn rounding must not choose the way round.
+    # At half a turn, rounding must not decide the direction of rotation.
     if w < -MIN_ANGLE * sine:
         w, x, y, z = -w, -x, -y, -z
     stretch = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 0.0

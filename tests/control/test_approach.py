@@ -1,4 +1,4 @@
-"""The approach: what ends a motion, what counts as progress, and what is said when it is stuck."""
+"""The approach controller: end of a motion, progress, and the reason of a stuck motion."""
 
 from __future__ import annotations
 
@@ -38,13 +38,13 @@ def _run(controller: ApproachController, seconds: float = 60.0) -> tuple[Control
 
 
 @pytest.mark.parametrize("compiled", [True, False])
-def test_an_endless_task_does_not_keep_a_motion_from_its_end(
+def test_endless_task_does_not_prevent_convergence(
     world: CollisionWorld, compiled: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     options = ControlOptions()
     if not compiled:
         monkeypatch.setattr(ControlCycle, "compiled", lambda *_: None)
-    # Off the middle of the ranges the error of centring grows on the way.
+    # The reference is not the range centre, so the centring error grows during the motion.
     tasks = [Position(GOAL), JointCentring(reference=world.robot.home)]
     cycle, _ = _run(ApproachController(world, tasks, options))
     assert cycle.status == "reached"
@@ -53,19 +53,19 @@ def test_an_endless_task_does_not_keep_a_motion_from_its_end(
     assert cycle.errors[1] > options.tolerance
 
 
-def test_an_endless_task_ends_the_motion_when_it_is_alone(world: CollisionWorld) -> None:
+def test_endless_task_alone_decides_convergence(world: CollisionWorld) -> None:
     reference = world.robot.home + 0.2
     cycle, seconds = _run(ApproachController(world, [JointCentring(reference=reference)]))
     assert cycle.status == "reached"
     assert seconds > 1.0
 
 
-def test_a_lower_task_may_lose_for_a_higher_one(world: CollisionWorld) -> None:
+def test_progress_of_higher_task_outweighs_lower_task(world: CollisionWorld) -> None:
     far = PointOnPlane(np.array([0.0, 0.0, 1.0]), 1.1)
     posture = Posture(world.robot.home)
     controller = ApproachController(world, [far, posture])
     cycle, _ = _run(controller)
-    # The posture is lost by rad for what the plane gains in m; that is progress all the same.
+    # The plane error falls by metres while the posture error grows by radians. This is progress.
     assert cycle.errors[0] <= controller.options.tolerance
     assert cycle.errors[1] > 0.1
     assert cycle.status == "stuck"
@@ -82,30 +82,30 @@ def _stuck_reason(ball: list[float], goal: list[float], options: ControlOptions)
     return cycle.reason
 
 
-def test_a_goal_out_of_reach_is_said_so_beside_what_repels() -> None:
+def test_stuck_reason_reports_unreachable_goal_near_obstacle() -> None:
     reason = _stuck_reason([0.5, 0.12, 0.25], [2.0, 0.3, 0.4], ControlOptions(retreats=0))
     assert reason.endswith("out of reach from here")
 
 
-def test_repulsion_that_holds_off_the_goal_is_said_so() -> None:
+def test_stuck_reason_reports_repulsion_in_balance_with_goal() -> None:
     options = ControlOptions(beta=5.0, retreats=0)
     reason = _stuck_reason([0.56, 0.25, 0.5], GOAL.tolist(), options)
     assert reason.endswith("repulsion and goal are in balance")
 
 
-def test_tasks_stay_what_they_are(world: CollisionWorld) -> None:
+def test_tasks_of_controller_are_read_only(world: CollisionWorld) -> None:
     controller = ApproachController(world, [Position(GOAL)])
     with pytest.raises(AttributeError):
-        controller.tasks = ()  # pyright: ignore[reportAttributeAccessIssue] -- that it is refused
+        controller.tasks = ()  # pyright: ignore[reportAttributeAccessIssue] -- the attribute is read-only
 
 
 @pytest.mark.parametrize("tasks", [[], Position(GOAL), [GOAL]])
-def test_what_is_no_list_of_tasks_is_refused(world: CollisionWorld, tasks: list) -> None:
+def test_controller_rejects_invalid_tasks(world: CollisionWorld, tasks: list) -> None:
     with pytest.raises(InputError, match="task"):
         ApproachController(world, tasks)
 
 
-def test_joints_without_limits_have_a_retreat_and_a_cycle_in_steps(
+def test_unlimited_joints_have_retreat_configuration_and_numpy_cycle(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     arm = """<mujoco><worldbody>

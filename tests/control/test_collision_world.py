@@ -1,4 +1,4 @@
-"""Obstacles that come, move and go; parts that belong together; held objects; errors."""
+"""The collision world: pairs, obstacles that change, held objects, and invalid calls."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ ARM = """
   </body></body></body></body></body>
 </worldbody>{more}</mujoco>
 """
-AT = RigidTransform.from_translation
+translation = RigidTransform.from_translation
 
 
 def _robot(more: str = "", **options: Any) -> RobotModel:
@@ -55,7 +55,7 @@ def _distance(world: CollisionWorld, q: np.ndarray, part: str, other: str) -> fl
     return float(near.distance[near.names.index((part, other))])
 
 
-def test_pairs_are_those_that_joints_can_bring_together(robot: RobotModel) -> None:
+def test_pairs_include_all_parts_with_relative_motion(robot: RobotModel) -> None:
     pairs = CollisionWorld(robot).pair_names
     assert set(pairs) == {
         *(
@@ -68,7 +68,7 @@ def test_pairs_are_those_that_joints_can_bring_together(robot: RobotModel) -> No
     }
 
 
-def test_exclude_and_nearness_at_home_take_pairs_out() -> None:
+def test_excluded_pairs_and_pairs_close_at_home_are_ignored() -> None:
     more = '<contact><exclude body1="link1" body2="link3"/></contact>'
     world = CollisionWorld(_robot(more), options=CollisionOptions(self_margin=0.17))
     assert ("shell1", "link3") not in world.pair_names
@@ -77,19 +77,19 @@ def test_exclude_and_nearness_at_home_take_pairs_out() -> None:
     assert ("shell1", "hand[0]") in world.pair_names
 
 
-def test_parts_that_overlap_the_surroundings_at_home_are_told() -> None:
+def test_parts_that_overlap_environment_at_home_are_ignored() -> None:
     world = CollisionWorld(_robot(home=[0.0, 2.4, 0.3]))
     assert ("link3", "table") in world.ignored
     assert ("shell2", "table") in world.pair_names
 
 
-def test_controlled_fingers_are_measured_against_what_they_do_not_hang_on() -> None:
+def test_controlled_finger_is_not_paired_with_its_parent() -> None:
     pairs = CollisionWorld(_robot(joints=["j1", "j2", "j3", "grip"])).pair_names
     assert ("link3", "finger") in pairs or ("finger", "link3") in pairs
     assert ("hand[0]", "finger") not in pairs
 
 
-def test_a_robot_that_is_only_seen_is_measured_by_what_is_seen() -> None:
+def test_robot_without_collision_geoms_uses_visual_geoms() -> None:
     text = ARM.format(more="").replace("<geom ", '<geom contype="0" conaffinity="0" ')
     text = text.replace('contype="0" conaffinity="0"/>', "/>")
     world = CollisionWorld(RobotModel.load(text, "tool"), [_ball("ball", 0.6, 0.0, 0.5)])
@@ -97,26 +97,26 @@ def test_a_robot_that_is_only_seen_is_measured_by_what_is_seen() -> None:
 
 
 def _ball(name: str, x: float, y: float, z: float, radius: float = 0.1) -> Obstacle:
-    return Obstacle(name, Sphere(radius), AT([x, y, z]))
+    return Obstacle(name, Sphere(radius), translation([x, y, z]))
 
 
-def test_distance_to_a_ball_is_the_known_one(robot: RobotModel) -> None:
+def test_distance_to_sphere_is_exact(robot: RobotModel) -> None:
     world = CollisionWorld(robot, [_ball("ball", 0.25, 0.0, 0.2)])
     near = world.proximity(np.zeros(3))
-    place = near.names.index(("shell1", "ball"))
-    np.testing.assert_allclose(near.distance[place], 0.25 - 0.05 - 0.1, atol=1e-15)
-    np.testing.assert_allclose(near.normal[place], [-1.0, 0.0, 0.0], atol=1e-15)
-    np.testing.assert_allclose(near.on_robot[place], [0.05, 0.0, 0.2], atol=1e-15)
-    np.testing.assert_allclose(near.on_other[place], [0.15, 0.0, 0.2], atol=1e-15)
-    np.testing.assert_allclose(near.rows[place], 0.0, atol=1e-15)
+    index = near.names.index(("shell1", "ball"))
+    np.testing.assert_allclose(near.distance[index], 0.25 - 0.05 - 0.1, atol=1e-15)
+    np.testing.assert_allclose(near.normal[index], [-1.0, 0.0, 0.0], atol=1e-15)
+    np.testing.assert_allclose(near.on_robot[index], [0.05, 0.0, 0.2], atol=1e-15)
+    np.testing.assert_allclose(near.on_other[index], [0.15, 0.0, 0.2], atol=1e-15)
+    np.testing.assert_allclose(near.rows[index], 0.0, atol=1e-15)
 
 
-def test_obstacles_move_and_go(robot: RobotModel) -> None:
+def test_obstacles_can_be_added_moved_and_removed(robot: RobotModel) -> None:
     world = CollisionWorld(robot)
     q = np.zeros(3)
     world.add(_ball("ball", 0.25, 0.0, 0.2))
-    world.add(Obstacle("box", Box(np.array([0.1, 0.02, 0.03])), AT([0.0, 0.3, 0.2])))
-    world.move("ball", AT([0.2, 0.0, 0.2]))
+    world.add(Obstacle("box", Box(np.array([0.1, 0.02, 0.03])), translation([0.0, 0.3, 0.2])))
+    world.move("ball", translation([0.2, 0.0, 0.2]))
     assert _distance(world, q, "shell1", "ball") == pytest.approx(0.05)
     turned = RigidTransform.from_components(
         [0.0, 0.2, 0.2], Rotation.from_rotvec([0, 0, np.pi / 2])
@@ -127,56 +127,56 @@ def test_obstacles_move_and_go(robot: RobotModel) -> None:
     np.testing.assert_allclose(world.obstacles[0].pose.translation, [0.2, 0.0, 0.2])
     world.remove("ball")
     assert all(other != "ball" for _, other in world.pair_names)
-    # The slot takes another shape.
-    world.add(Obstacle("can", Cylinder(0.05, 0.1), AT([0.15, 0.0, 0.2])))
+    # The free slot is reused for another shape.
+    world.add(Obstacle("can", Cylinder(0.05, 0.1), translation([0.15, 0.0, 0.2])))
     assert _distance(world, q, "shell1", "can") == pytest.approx(0.05)
 
 
 SHAPES: list[Shape] = [Sphere(0.05), Box(np.full(3, 0.05)), Capsule(0.05, 0.1), Cylinder(0.05, 0.1)]
 
 
-def test_more_obstacles_than_slots_and_meshes_keep_what_was_there(
+def test_more_obstacles_than_slots_keep_existing_obstacles(
     robot: RobotModel, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    many = CollisionWorld(robot, options=CollisionOptions(cut_off=2.0))
+    default_slots = CollisionWorld(robot, options=CollisionOptions(cut_off=2.0))
     monkeypatch.setattr(collision_world, "SLOTS", 1)
-    few = CollisionWorld(robot, options=CollisionOptions(cut_off=2.0))
+    one_slot = CollisionWorld(robot, options=CollisionOptions(cut_off=2.0))
     rng = np.random.default_rng(4)
     corners = rng.normal(size=(10, 3)) * 0.1
     velocity = np.arange(6.0)
     for number in range(9):
         shape = ConvexMesh(corners) if number == 4 else SHAPES[number % 4]
         pose = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
-        for world in (few, many):
+        for world in (one_slot, default_slots):
             world.add(Obstacle(f"o{number}", shape, pose))
             world.move(f"o{number}", pose, velocity)
-    for world in (few, many):
+    for world in (one_slot, default_slots):
         world.remove("o2")
-        world.attach("held", ConvexMesh(corners), AT([0.0, 0.0, 0.1]))
+        world.attach("held", ConvexMesh(corners), translation([0.0, 0.0, 0.1]))
     q = np.array([0.3, 0.5, -0.8])
-    one, other = few.proximity(q), many.proximity(q)
+    one, other = one_slot.proximity(q), default_slots.proximity(q)
     assert one.names == other.names
     for field in ("distance", "normal", "on_robot", "on_other", "rows", "drift"):
         np.testing.assert_allclose(getattr(one, field), getattr(other, field), atol=1e-9)
 
 
-def test_a_mesh_of_a_boxs_corners_is_as_far_as_the_box(robot: RobotModel) -> None:
+def test_mesh_of_box_has_same_distances_as_box(robot: RobotModel) -> None:
     half = np.array([0.05, 0.08, 0.03])
     corners = np.array(np.meshgrid(*[(-1, 1)] * 3)).reshape(3, -1).T * half + [0.02, 0.0, 0.01]
     rng = np.random.default_rng(2)
     pose = RigidTransform.from_components([0.3, 0.1, 0.4], Rotation.random(rng=rng))
     options = CollisionOptions(cut_off=2.0)
-    inner = pose * AT([0.02, 0.0, 0.01])
+    inner = pose * translation([0.02, 0.0, 0.01])
     boxed = CollisionWorld(robot, [Obstacle("o", Box(half), inner)], options=options)
     meshed = CollisionWorld(robot, [Obstacle("o", ConvexMesh(corners), pose)], options=options)
     for q in rng.uniform(-1, 1, (5, 3)):
         one, other = boxed.proximity(q), meshed.proximity(q)
         assert one.names == other.names
-        # Meshes are kept in single precision, and both depths inside are least ways out.
+        # Meshes are stored in single precision. Both depths are minimum translation distances.
         np.testing.assert_allclose(one.distance, other.distance, atol=1e-7)
 
 
-def test_drift_is_the_change_by_the_obstacles_motion(robot: RobotModel) -> None:
+def test_drift_equals_finite_difference_of_obstacle_motion(robot: RobotModel) -> None:
     rng = np.random.default_rng(5)
     pose = RigidTransform.from_components([0.25, 0.1, 0.5], Rotation.random(rng=rng))
     world = CollisionWorld(robot, [Obstacle("box", Box(np.array([0.1, 0.05, 0.08])), pose)])
@@ -199,18 +199,18 @@ def test_drift_is_the_change_by_the_obstacles_motion(robot: RobotModel) -> None:
     assert np.all(found[1].drift == 0.0)
 
 
-def test_what_was_measured_stays_when_the_robot_moves_on(robot: RobotModel) -> None:
+def test_returned_proximity_is_not_overwritten(robot: RobotModel) -> None:
     world = CollisionWorld(robot, [_ball("ball", 0.25, 0.0, 0.2)])
     first = world.proximity(np.zeros(3))
-    kept = {name: np.copy(value) for name, value in vars(first).items()}
+    copies = {name: np.copy(value) for name, value in vars(first).items()}
     world.proximity(np.ones(3))
-    world.move("ball", AT([0.2, 0.0, 0.2]))
+    world.move("ball", translation([0.2, 0.0, 0.2]))
     world.proximity(np.zeros(3))
-    for name, value in kept.items():
+    for name, value in copies.items():
         np.testing.assert_array_equal(getattr(first, name), value)
 
 
-def test_only_what_is_nearer_than_the_cut_off_is_told(robot: RobotModel) -> None:
+def test_only_pairs_within_cut_off_are_reported(robot: RobotModel) -> None:
     ball = _ball("ball", 0.25, 0.0, 0.2)
     assert ("shell1", "ball") in CollisionWorld(robot, [ball]).proximity(np.zeros(3)).names
     strict = CollisionWorld(robot, [ball], options=CollisionOptions(cut_off=0.0999))
@@ -221,36 +221,38 @@ def test_only_what_is_nearer_than_the_cut_off_is_told(robot: RobotModel) -> None
     assert far.normal.shape == (0, 3)
 
 
-def test_cut_off_drops_nothing_that_is_near(robot: RobotModel) -> None:
+def test_cut_off_keeps_all_close_pairs(robot: RobotModel) -> None:
     rng = np.random.default_rng(8)
     obstacles = [
-        Obstacle(f"o{k}", SHAPES[k % 4], AT(rng.uniform([-0.5, -0.5, 0.1], [0.5, 0.5, 0.8])))
+        Obstacle(
+            f"o{k}", SHAPES[k % 4], translation(rng.uniform([-0.5, -0.5, 0.1], [0.5, 0.5, 0.8]))
+        )
         for k in range(8)
     ]
     near = CollisionWorld(robot, obstacles, options=CollisionOptions(cut_off=0.1))
-    whole = CollisionWorld(robot, obstacles, options=CollisionOptions(cut_off=9.0))
+    unlimited = CollisionWorld(robot, obstacles, options=CollisionOptions(cut_off=9.0))
     for q in rng.uniform(-2, 2, (20, 3)):
-        one, every = near.proximity(q), whole.proximity(q)
-        assert set(every.names) == set(whole.pair_names)
+        one, every = near.proximity(q), unlimited.proximity(q)
+        assert set(every.names) == set(unlimited.pair_names)
         expected = [name for name, d in zip(every.names, every.distance, strict=True) if d < 0.1]
         assert list(one.names) == expected
 
 
-def test_held_objects_move_with_the_frame(robot: RobotModel) -> None:
+def test_held_object_moves_with_frame(robot: RobotModel) -> None:
     world = CollisionWorld(robot, options=CollisionOptions(cut_off=5.0))
     pose = RigidTransform.from_components([0.02, 0.01, 0.05], Rotation.from_rotvec([0.1, 0.5, 0.2]))
     world.add(_ball("ball", 0.5, 0.3, 0.4))
     world.attach("stick", Capsule(0.01, 0.1), pose)
     for q in np.random.default_rng(1).uniform(-1, 1, (3, 3)):
         near = world.proximity(q)
-        place = near.names.index(("stick", "ball"))
+        index = near.names.index(("stick", "ball"))
         state = robot.at(q)
         frame = RigidTransform.from_components(state.position, Rotation.from_matrix(state.rotation))
         ends = (frame * pose).apply([[0, 0, -0.1], [0, 0, 0.1]])
         along = ends[1] - ends[0]
         where = np.clip((np.array([0.5, 0.3, 0.4]) - ends[0]) @ along / (along @ along), 0, 1)
         expected = np.linalg.norm(ends[0] + where * along - [0.5, 0.3, 0.4]) - 0.11
-        assert near.distance[place] == pytest.approx(expected, abs=1e-12)
+        assert near.distance[index] == pytest.approx(expected, abs=1e-12)
         slopes = [
             (
                 _distance(world, q + move, "stick", "ball")
@@ -259,7 +261,7 @@ def test_held_objects_move_with_the_frame(robot: RobotModel) -> None:
             / 2e-6
             for move in 1e-6 * np.eye(3)
         ]
-        np.testing.assert_allclose(near.rows[place], slopes, atol=1e-7)
+        np.testing.assert_allclose(near.rows[index], slopes, atol=1e-7)
     names = world.pair_names
     assert ("stick", "table") in names
     assert ("stick", "shell1") in names
@@ -272,16 +274,19 @@ def test_held_objects_move_with_the_frame(robot: RobotModel) -> None:
 @pytest.mark.parametrize(
     ("act", "message"),
     [
-        (lambda w: w.move("bal", AT([0, 0, 0])), "unknown obstacle 'bal'; there are: ball"),
+        (
+            lambda w: w.move("bal", translation([0, 0, 0])),
+            "unknown obstacle 'bal'; there are: ball",
+        ),
         (lambda w: w.remove("table"), "unknown obstacle 'table'; there are: ball"),
         (lambda w: w.detach("ball"), "unknown held object 'ball'; there are: none"),
         (lambda w: w.add(_ball("ball", 0, 0, 0)), "'ball' is taken"),
-        (lambda w: w.attach("ball", Sphere(0.1), AT([0, 0, 0])), "'ball' is taken"),
+        (lambda w: w.attach("ball", Sphere(0.1), translation([0, 0, 0])), "'ball' is taken"),
         (lambda w: w.add(_ball("shell1", 0, 0, 0)), "part in the robot's file"),
-        (lambda w: w.move("ball", AT([float("nan"), 0, 0])), "pose must be finite"),
-        (lambda w: w.move("ball", AT([0, 0, 0]), [0, 0, 1]), "6 finite numbers"),
-        (lambda w: w.move("ball", AT([0, 0, 0]), "fast"), "6 finite numbers"),
-        (lambda w: w.move("ball", AT([0, 0, 0]), np.full(6, np.inf)), "6 finite numbers"),
+        (lambda w: w.move("ball", translation([float("nan"), 0, 0])), "pose must be finite"),
+        (lambda w: w.move("ball", translation([0, 0, 0]), [0, 0, 1]), "6 finite numbers"),
+        (lambda w: w.move("ball", translation([0, 0, 0]), "fast"), "6 finite numbers"),
+        (lambda w: w.move("ball", translation([0, 0, 0]), np.full(6, np.inf)), "6 finite numbers"),
         (lambda w: w.proximity([0.0, 0.0]), r"q must have shape \(3,\)"),
         (lambda w: w.proximity([0.0, 0.0, float("nan")]), "q must be finite"),
         (lambda w: CollisionOptions(cut_off=0.0), "cut_off must be finite and > 0"),
@@ -291,7 +296,7 @@ def test_held_objects_move_with_the_frame(robot: RobotModel) -> None:
         (lambda w: CoverOptions(sharpness=float("inf")), "sharpness must be"),
     ],
 )
-def test_wrong_calls_name_what_would_be_right(
+def test_invalid_calls_raise_with_valid_values(
     robot: RobotModel, act: Callable[[CollisionWorld], object], message: str
 ) -> None:
     world = CollisionWorld(robot, [_ball("ball", 0.25, 0.0, 0.2)])
@@ -301,7 +306,7 @@ def test_wrong_calls_name_what_would_be_right(
     assert world.pair_names == before
 
 
-def test_height_fields_are_refused() -> None:
+def test_height_fields_are_rejected() -> None:
     more = '<asset><hfield name="h" nrow="3" ncol="3" size="1 1 1 1"/></asset>'
     text = ARM.format(more=more).replace(
         '<body name="foot">', '<geom name="hills" type="hfield" hfield="h"/><body name="foot">'
@@ -320,7 +325,7 @@ def test_height_fields_are_refused() -> None:
         '<geom shellinertia="true"/>',
     ],
 )
-def test_defaults_of_the_robots_file_leave_obstacles_alone(default: str) -> None:
+def test_defaults_of_robot_file_do_not_change_obstacles(default: str) -> None:
     arm = f"""<mujoco><compiler discardvisual="true"/><default>{default}</default><worldbody>
     <body><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/><joint axis="0 0 1" name="turn"/>
     <geom type="capsule" size="0.05 0.2" pos="0 0 0" quat="1 0 0 0" contype="1" conaffinity="1"/>
@@ -329,23 +334,23 @@ def test_defaults_of_the_robots_file_leave_obstacles_alone(default: str) -> None
     world = CollisionWorld(
         RobotModel.load(arm, "tip"),
         [
-            Obstacle("mesh", ConvexMesh(corners), AT([0.2, 0.0, 0.0])),
-            Obstacle("box", Box(np.full(3, 0.1)), AT([-0.2, 0.0, 0.0])),
+            Obstacle("mesh", ConvexMesh(corners), translation([0.2, 0.0, 0.0])),
+            Obstacle("box", Box(np.full(3, 0.1)), translation([-0.2, 0.0, 0.0])),
         ],
     )
     near = world.proximity(world.robot.home)
     np.testing.assert_allclose(near.distance, 0.05, atol=1e-9)
 
 
-@pytest.mark.parametrize("wrong", [Sphere(0.1), [Sphere(0.1)], "box"])
-def test_what_is_no_obstacle_is_refused(robot: RobotModel, wrong: Any) -> None:
+@pytest.mark.parametrize("invalid", [Sphere(0.1), [Sphere(0.1)], "box"])
+def test_world_rejects_objects_that_are_no_obstacles(robot: RobotModel, invalid: Any) -> None:
     with pytest.raises(InputError, match="Obstacle"):
-        CollisionWorld(robot, wrong)
+        CollisionWorld(robot, invalid)
     with pytest.raises(InputError, match="Obstacle"):
-        CollisionWorld(robot).add(wrong)
+        CollisionWorld(robot).add(invalid)
 
 
-def test_a_bare_obstacle_is_no_list(robot: RobotModel) -> None:
+def test_world_rejects_single_obstacle_and_invalid_robot(robot: RobotModel) -> None:
     ball: Any = Obstacle("ball", Sphere(0.1), RigidTransform.identity())
     with pytest.raises(InputError, match="list of Obstacle"):
         CollisionWorld(robot, ball)

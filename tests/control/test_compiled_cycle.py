@@ -1,4 +1,4 @@
-"""The compiled cycle against its single steps: cycles of all kinds, and whole motions."""
+"""The compiled control cycle against the stepwise one: random cycles and whole motions."""
 
 import numpy as np
 import pytest
@@ -26,32 +26,32 @@ from eyehand.data_synth.scenes import make_reaching_scene
 from eyehand.errors import InputError
 
 from .conftest import ARM, HOME
-from .test_task_kernels import any_tasks, bounded
+from .test_task_kernels import interval_tasks, random_tasks
 
 seeds = st.integers(0, 100_000)
-SAME = 1e-9
-"""Rounding, rad/s: in 12 000 drawn cycles not one is farther off."""
+TOLERANCE = 1e-9
+"""Largest accepted rounding difference, rad/s. None of 12 000 random cycles exceeded it."""
 SCENES = range(700, 720)
 TASK = Position(np.array([0.45, 0.1, 0.5]))
 
 
-def lbr() -> RobotModel:
+def load_lbr() -> RobotModel:
     return RobotModel.load(LBR_ARM, TOOL_SITE)
 
 
-def mixed() -> RobotModel:
-    """Seven joints, one of them sliding, and a branch that moves nothing."""
+def load_mixed_arm() -> RobotModel:
+    """Return an arm with seven joints, one of them sliding, and a branch that does not move it."""
     home = np.insert(HOME, 3, 0.0)
     return RobotModel.load(ARM.format(third='type="slide"'), "hand", home=home)
 
 
-def somewhere(rng: np.random.Generator) -> RigidTransform:
-    way = rng.normal(size=3)
-    centre = way / np.linalg.norm(way) * rng.uniform(0.25, 0.8) + [0.0, 0.0, 0.3]
+def random_pose(rng: np.random.Generator) -> RigidTransform:
+    direction = rng.normal(size=3)
+    centre = direction / np.linalg.norm(direction) * rng.uniform(0.25, 0.8) + [0.0, 0.0, 0.3]
     return RigidTransform.from_components(centre, Rotation.random(rng=rng))
 
 
-def world_of(robot: RobotModel, count: int) -> CollisionWorld:
+def make_world(robot: RobotModel, count: int) -> CollisionWorld:
     rng = np.random.default_rng(count)
     shapes = [
         Box(np.array([0.05, 0.1, 0.14])),
@@ -60,20 +60,22 @@ def world_of(robot: RobotModel, count: int) -> CollisionWorld:
         Cylinder(0.06, 0.1),
         Ellipsoid(np.array([0.05, 0.1, 0.15])),
     ]
-    obstacles = [Obstacle(f"o{k}", shapes[k], somewhere(rng)) for k in range(count)]
+    obstacles = [Obstacle(f"o{k}", shapes[k], random_pose(rng)) for k in range(count)]
     world = CollisionWorld(robot, obstacles)
     if count > 3:
-        world.move("o1", somewhere(rng), 0.1 * rng.normal(size=6))
+        world.move("o1", random_pose(rng), 0.1 * rng.normal(size=6))
     return world
 
 
 @pytest.fixture(scope="module")
 def worlds() -> list[CollisionWorld]:
-    return [world_of(make(), count) for make in (lbr, mixed) for count in (0, 2, 3, 5)]
+    return [
+        make_world(make(), count) for make in (load_lbr, load_mixed_arm) for count in (0, 2, 3, 5)
+    ]
 
 
-def any_posture(rng: np.random.Generator, robot: RobotModel) -> np.ndarray:
-    """Anywhere, at some joint's limit, or near a posture in which axes line up."""
+def random_configuration(rng: np.random.Generator, robot: RobotModel) -> np.ndarray:
+    """Return a random configuration, one at a joint limit, or one close to a singularity."""
     q = rng.uniform(robot.lower, robot.upper)
     choice = rng.integers(3)
     if choice == 1:
@@ -86,35 +88,36 @@ def any_posture(rng: np.random.Generator, robot: RobotModel) -> np.ndarray:
 
 
 def check(cycle: ControlCycle, q: np.ndarray) -> bool:
-    """Hold a cycle to the plain one; false where it leaves that to it."""
-    motion, plain = cycle.compiled(q), cycle.in_steps(q)
-    assert np.all(np.isfinite(plain.velocity))
+    """Compare the compiled cycle with the stepwise one. Return False where it falls back to it."""
+    motion, stepwise = cycle.compiled(q), cycle.in_steps(q)
+    assert np.all(np.isfinite(stepwise.velocity))
     if motion is None:
-        # What is inside the margin cannot all leave at the speed asked: the plain cycle weighs.
-        assert not plain.feasible or plain.clearance < cycle.options.margin
+        # Not all pairs inside the margin can leave it at the recovery speed. Only the stepwise
+        # cycle finds the compromise.
+        assert not stepwise.feasible or stepwise.clearance < cycle.options.margin
         return False
-    assert plain.feasible
+    assert stepwise.feasible
     assert motion.feasible
-    np.testing.assert_allclose(motion.velocity, plain.velocity, atol=SAME)
-    np.testing.assert_allclose(motion.errors, plain.errors, atol=SAME)
-    np.testing.assert_allclose(motion.beta, plain.beta, atol=SAME)
-    np.testing.assert_allclose(motion.clearance, plain.clearance, atol=SAME)
-    if motion.blocking != plain.blocking:
-        # Parts that share a joint can be bound by the same row, and either blocks for both.
+    np.testing.assert_allclose(motion.velocity, stepwise.velocity, atol=TOLERANCE)
+    np.testing.assert_allclose(motion.errors, stepwise.errors, atol=TOLERANCE)
+    np.testing.assert_allclose(motion.beta, stepwise.beta, atol=TOLERANCE)
+    np.testing.assert_allclose(motion.clearance, stepwise.clearance, atol=TOLERANCE)
+    if motion.blocking != stepwise.blocking:
+        # Parts that share a joint can give the same row. Either of them may be reported.
         near = cycle.world.proximity(q)
         least = safety_rows(cycle.world.robot.at(q), near, cycle.options).least
-        told = [f"{first} near {second}" for first, second in near.names]
-        for name in set(motion.blocking) ^ set(plain.blocking):
-            place = told.index(name)
-            away = np.abs(near.rows - near.rows[place]).max(axis=1)
-            away += np.abs(least - least[place])
-            assert np.count_nonzero(away < SAME) > 1
+        labels = [f"{first} near {second}" for first, second in near.names]
+        for name in set(motion.blocking) ^ set(stepwise.blocking):
+            index = labels.index(name)
+            difference = np.abs(near.rows - near.rows[index]).max(axis=1)
+            difference += np.abs(least - least[index])
+            assert np.count_nonzero(difference < TOLERANCE) > 1
     return True
 
 
 @settings(max_examples=300)
 @given(seed=seeds)
-def test_a_cycle_is_the_plain_one_to_rounding(worlds, seed):
+def test_compiled_cycle_equals_stepwise_cycle(worlds, seed):
     rng = np.random.default_rng(seed)
     world = worlds[rng.integers(len(worlds))]
     options = ControlOptions(
@@ -122,40 +125,42 @@ def test_a_cycle_is_the_plain_one_to_rounding(worlds, seed):
         safety=bool(rng.random() < 0.7),
         beta=float(rng.choice([0.0, 1.0, 2.0])) if rng.random() < 0.4 else "dynamic",
     )
-    q = any_posture(rng, world.robot)
-    choices = any_tasks(rng, world.robot.n)
-    choices += bounded(rng, world.robot.at(q), choices)
-    chosen = rng.choice(len(choices), rng.integers(1, 5), replace=False)
-    tasks = [choices[k] for k in chosen]
+    q = random_configuration(rng, world.robot)
+    choices = random_tasks(rng, world.robot.n)
+    choices += interval_tasks(rng, world.robot.at(q), choices)
+    selected = rng.choice(len(choices), rng.integers(1, 5), replace=False)
+    tasks = [choices[k] for k in selected]
     check(ControlCycle(world, tasks, options, choices[:2]), q)
 
 
-def test_few_cycles_are_left_to_the_plain_one(worlds):
+def test_few_cycles_fall_back_to_stepwise_cycle(worlds):
     rng = np.random.default_rng(3)
-    settled = [
-        check(ControlCycle(world, (TASK,), ControlOptions()), any_posture(rng, world.robot))
+    compiled = [
+        check(
+            ControlCycle(world, (TASK,), ControlOptions()), random_configuration(rng, world.robot)
+        )
         for world in worlds
         for _ in range(50)
     ]
-    assert np.mean(settled) > 0.95
+    assert np.mean(compiled) > 0.95
 
 
-def test_obstacles_may_come_move_and_go():
-    world = world_of(lbr(), 2)
+def test_compiled_cycle_follows_changing_obstacles():
+    world = make_world(load_lbr(), 2)
     cycle = ControlCycle(world, (TASK,), ControlOptions())
     q = world.robot.home
     first = cycle.compiled(q)
-    place = RigidTransform.from_translation([0.5, 0.0, 0.55])
-    world.add(Obstacle("late", Sphere(0.05), place))
+    pose = RigidTransform.from_translation([0.5, 0.0, 0.55])
+    world.add(Obstacle("late", Sphere(0.05), pose))
     assert check(cycle, q)
     second = cycle.compiled(q)
     world.move("late", RigidTransform.from_translation([0.5, 0.0, 0.65]), np.full(6, 0.01))
     assert check(cycle, q)
     world.remove("late")
     for k in range(40):
-        # More than there is room for: the world is compiled anew, with other buffers.
-        away = RigidTransform.from_translation([2.0, 0.0, 0.1 * k])
-        world.add(Obstacle(f"far{k}", Sphere(0.02), away))
+        # More obstacles than slots: the world is compiled again, with new buffers.
+        distant_pose = RigidTransform.from_translation([2.0, 0.0, 0.1 * k])
+        world.add(Obstacle(f"far{k}", Sphere(0.02), distant_pose))
     assert check(cycle, q)
     world.attach("tool", Box(np.full(3, 0.02)), RigidTransform.from_translation([0, 0, 0.03]))
     assert check(cycle, q)
@@ -164,29 +169,29 @@ def test_obstacles_may_come_move_and_go():
     assert not np.allclose(first.velocity, second.velocity)
 
 
-def test_a_body_may_be_the_frame():
+def test_frame_can_be_a_body():
     robot = RobotModel.load(LBR_ARM, "link6")
     cycle = ControlCycle(CollisionWorld(robot), (TASK,), ControlOptions())
     assert check(cycle, robot.home)
 
 
-def test_what_it_cannot_do_is_done_plainly():
-    class Own:
+def test_unsupported_tasks_use_stepwise_cycle():
+    class CustomTask:
         name = "own"
 
         def at(self, state):
             return TASK.at(state)
 
-    world = world_of(lbr(), 3)
+    world = make_world(load_lbr(), 3)
     q = world.robot.home
     ready = ControlOptions()
-    for tasks in ((Own(),), (TASK, Manipulability(0.01))):
+    for tasks in ((CustomTask(),), (TASK, Manipulability(0.01))):
         assert ControlCycle(world, tasks, ready).compiled(q) is None
         assert ApproachController(world, tasks, ready).step(q).status == "moving"
 
 
-def test_what_is_wrong_is_told_as_before():
-    world = world_of(lbr(), 1)
+def test_invalid_input_raises_from_compiled_cycle():
+    world = make_world(load_lbr(), 1)
     several = Interval(Position(np.zeros(3)), 0.0, 1.0)
     with pytest.raises(InputError, match="needs a task of 1 row"):
         ApproachController(world, (several,)).step(world.robot.home)
@@ -201,33 +206,33 @@ def test_what_is_wrong_is_told_as_before():
 
 def drive(world: CollisionWorld, tasks, options: ControlOptions, q: np.ndarray, cycles: int):
     controller = ApproachController(world, tasks, options)
-    way, statuses = [q], []
+    path, statuses = [q], []
     for _ in range(cycles):
         cycle = controller.step(q)
         statuses.append(cycle.status)
         if cycle.status != "moving":
             break
         q = q + options.dt * cycle.velocity
-        way.append(q)
-    return np.array(way), statuses[-1]
+        path.append(q)
+    return np.array(path), statuses[-1]
 
 
 @pytest.mark.parametrize("seed", SCENES)
-def test_whole_motions_are_the_same(seed, monkeypatch):
+def test_whole_motions_equal_stepwise_motions(seed, monkeypatch):
     scene = make_reaching_scene(seed)
     obstacles = [
         Obstacle(one.name, Box(np.array(one.size)), one.T_world_shape) for one in scene.obstacles
     ]
-    world = CollisionWorld(lbr(), obstacles)
+    world = CollisionWorld(load_lbr(), obstacles)
     tasks = [Position(scene.goal)]
     if seed % 2:
         tasks += [AxisAlignment(np.array([0.0, 0.0, 1.0]), np.array([0.3, 0.0, -1.0]))]
         tasks += [Interval(DistanceToPoint(np.zeros(3), 1.0), 0.2, 0.7), JointCentring(4)]
     options = ControlOptions(dt=0.02, eta=1.5)
-    way, status = drive(world, tasks, options, scene.start, 400)
+    path, status = drive(world, tasks, options, scene.start, 400)
     monkeypatch.setattr(ControlCycle, "compiled", lambda *_: None)
-    plain_way, plain_status = drive(world, tasks, options, scene.start, 400)
-    assert np.all(np.isfinite(way))
-    assert status == plain_status
-    assert len(way) == len(plain_way)
-    assert np.abs(way - plain_way).max() < 1e-9
+    stepwise_path, stepwise_status = drive(world, tasks, options, scene.start, 400)
+    assert np.all(np.isfinite(path))
+    assert status == stepwise_status
+    assert len(path) == len(stepwise_path)
+    assert np.abs(path - stepwise_path).max() < 1e-9

@@ -1,4 +1,4 @@
-"""Tasks for turns: Jacobians against finite differences, opposite directions, half turns."""
+"""Orientation tasks: Jacobians against finite differences, opposite axes, half turns."""
 
 import numpy as np
 import pytest
@@ -15,8 +15,8 @@ AXIS = np.array([0.3, -0.2, 1.0])
 seeds = st.integers(0, 100_000)
 
 
-def turning(rotation: Rotation, angular: np.ndarray | None = None) -> RobotState:
-    """A body that turns freely about its origin."""
+def rotating_state(rotation: Rotation, angular: np.ndarray | None = None) -> RobotState:
+    """Return the state of a body that rotates freely about its origin."""
     angular = np.eye(3) if angular is None else angular
     n = angular.shape[1]
     jacobian = np.concatenate([np.zeros((3, n)), angular])
@@ -25,7 +25,7 @@ def turning(rotation: Rotation, angular: np.ndarray | None = None) -> RobotState
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed):
+def test_jacobian_equals_finite_differences(arm_state, check_jacobian, seed):
     rng = np.random.default_rng(seed)
     q = rng.uniform(-2.0, 2.0, 7)
     goal = Rotation.random(rng=rng)
@@ -43,56 +43,58 @@ def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed)
 
 
 @pytest.mark.parametrize("angle", [0.0, 1e-9, 1e-5, 1e-2, 3.0])
-def test_rows_hold_at_small_and_large_turns(arm_state, check_jacobian, angle):
+def test_jacobian_holds_at_small_and_large_rotations(arm_state, check_jacobian, angle):
     q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
     rotation = Rotation.from_matrix(arm_state(q).rotation)
-    away = Rotation.from_rotvec(angle * np.array([0.36, 0.48, 0.8])) * rotation
-    check_jacobian(Orientation(away), q)
-    check_jacobian(AxisAlignment(AXIS, away.apply(AXIS)), q)
+    rotated = Rotation.from_rotvec(angle * np.array([0.36, 0.48, 0.8])) * rotation
+    check_jacobian(Orientation(rotated), q)
+    check_jacobian(AxisAlignment(AXIS, rotated.apply(AXIS)), q)
 
 
 @given(seed=seeds, angle=st.sampled_from([0.0, 1e-12, 1e-6, 1.0, 3.0, np.pi - 1e-9, np.pi]))
-def test_the_turn_left_is_the_shortest_one(seed, angle):
+def test_orientation_error_is_the_smallest_rotation(seed, angle):
     rng = np.random.default_rng(seed)
     start, axis = Rotation.random(rng=rng), rng.normal(size=3)
     goal = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis)) * start
-    found = Orientation(goal).at(turning(start))
+    found = Orientation(goal).at(rotating_state(start))
     turn, rows = found.error, found.jacobian
     assert np.linalg.norm(turn) == pytest.approx(angle, abs=1e-7)
     assert (Rotation.from_rotvec(turn) * start * goal.inv()).magnitude() < 1e-7
     assert turn == pytest.approx((goal * start.inv()).as_rotvec(), abs=1e-7) or angle > 3.1
-    # The commanded turn is about the error itself.
+    # The commanded rotation is about the axis of the error.
     assert np.linalg.solve(rows, turn) == pytest.approx(turn, abs=1e-9)
 
 
-def test_a_half_turn_goes_the_way_with_its_largest_coordinate_positive():
+def test_half_turn_rotates_about_axis_with_positive_largest_coordinate():
     for axis in np.vstack([np.eye(3), -np.eye(3), [[0.6, -0.8, 0.0]]]):
-        rows = Orientation(Rotation.from_rotvec(np.pi * axis)).at(turning(Rotation.identity()))
+        rows = Orientation(Rotation.from_rotvec(np.pi * axis)).at(
+            rotating_state(Rotation.identity())
+        )
         assert np.linalg.norm(rows.error) == pytest.approx(np.pi)
         assert rows.error[np.argmax(np.abs(axis))] > 3.0 * np.abs(axis).max()
         assert np.all(np.isfinite(rows.jacobian))
 
 
 @given(seed=seeds)
-def test_an_orientation_is_reached_the_straight_way(seed):
+def test_orientation_rotates_about_a_fixed_axis(seed):
     rng = np.random.default_rng(seed)
     rotation, goal = Rotation.random(2, rng=rng)
     task = Orientation(goal, gain=1.0, speed=np.inf)
-    start = task.at(turning(rotation)).error
+    start = task.at(rotating_state(rotation)).error
     for _ in range(40):
-        rows = task.at(turning(rotation))
+        rows = task.at(rotating_state(rotation))
         assert np.cross(rows.error, start) == pytest.approx(np.zeros(3), abs=1e-7)
         rotation = Rotation.from_rotvec(0.3 * np.linalg.solve(rows.jacobian, rows.rate)) * rotation
     assert (rotation * goal.inv()).magnitude() < 1e-5
 
 
 @given(seed=seeds)
-def test_alignment_leaves_the_angle_about_the_axis_free(seed):
+def test_alignment_leaves_rotation_about_axis_free(seed):
     rng = np.random.default_rng(seed)
     rotation = Rotation.random(rng=rng)
     task = AxisAlignment(AXIS, rng.normal(size=3), gain=1.0, speed=np.inf)
     for _ in range(60):
-        rows = task.at(turning(rotation))
+        rows = task.at(rotating_state(rotation))
         axis = rotation.apply(AXIS / np.linalg.norm(AXIS))
         assert rows.jacobian.shape == (2, 3)
         assert rows.jacobian @ axis == pytest.approx(np.zeros(2), abs=1e-9)
@@ -101,15 +103,15 @@ def test_alignment_leaves_the_angle_about_the_axis_free(seed):
 
 
 @pytest.mark.parametrize("hinge", [0, 1])
-def test_opposite_axes_turn_about_what_the_joints_offer(hinge):
-    # One joint only, so that one of the two ways across does not move at all.
+def test_opposite_axes_turn_about_available_joint(hinge):
+    # With a single joint, one of the two perpendicular directions cannot move.
     z = np.array([0.0, 0.0, 1.0])
     rotation = Rotation.identity()
     task = AxisAlignment(z, -z, gain=1.0, speed=np.inf)
     angular = np.eye(3)[:, [hinge]]
-    assert np.linalg.norm(task.at(turning(rotation, angular)).error) == pytest.approx(np.pi)
+    assert np.linalg.norm(task.at(rotating_state(rotation, angular)).error) == pytest.approx(np.pi)
     for _ in range(80):
-        rows = task.at(turning(rotation, angular))
+        rows = task.at(rotating_state(rotation, angular))
         assert np.all(np.isfinite(rows.jacobian))
         assert np.abs(rows.jacobian).max() < 101.0
         step = angular @ np.linalg.pinv(rows.jacobian) @ rows.rate
@@ -117,7 +119,7 @@ def test_opposite_axes_turn_about_what_the_joints_offer(hinge):
     assert rotation.apply(z) @ -z > 1.0 - 1e-9
 
 
-def test_moving_the_eye_changes_the_look(arm_state):
+def test_translation_of_camera_changes_view_direction(arm_state):
     state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
     frozen = RobotState(
         **{**vars(state), "jacobian": np.vstack([state.jacobian[:3], np.zeros((3, 7))])}
@@ -125,13 +127,13 @@ def test_moving_the_eye_changes_the_look(arm_state):
     ahead = state.position + 0.2 * state.rotation[:, 2]
     rows = LookAt(ahead).at(frozen)
     assert np.linalg.norm(rows.error) == pytest.approx(0.0, abs=1e-7)
-    # A step aside of 1 m/s turns the view by 1 / distance.
+    # A lateral speed of 1 m/s turns the view direction by 1 / distance, rad/s.
     assert np.linalg.norm(rows.jacobian, 2) == pytest.approx(
         np.linalg.norm(state.rotation.T[:2] @ state.jacobian[:3], 2) / 0.2
     )
 
 
-def test_a_cone_holds_only_at_its_rim(arm_state):
+def test_cone_is_active_only_at_its_boundary(arm_state):
     state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
     for angle, rows, unmet in (
         (0.0, 0, 0.0),
@@ -139,20 +141,20 @@ def test_a_cone_holds_only_at_its_rim(arm_state):
         (0.7, 1, 0.1),
         (np.pi, 1, np.pi - 0.6),
     ):
-        look = state.rotation @ [np.sin(angle), 0.0, np.cos(angle)]
-        found = LookAt(state.position + 0.5 * look, 0.6).at(state)
+        view = state.rotation @ [np.sin(angle), 0.0, np.cos(angle)]
+        found = LookAt(state.position + 0.5 * view, 0.6).at(state)
         assert len(found.value) == rows
         assert found.side == -rows
         assert found.unmet == pytest.approx(unmet, abs=1e-9)
 
 
-def test_a_target_in_the_eye_releases_the_look(arm_state):
+def test_target_at_camera_origin_deactivates_look_at(arm_state):
     state = arm_state(np.zeros(7))
     assert LookAt(state.position).at(state).jacobian.shape == (0, 7)
     assert LookAt(state.position + 1e-4, 0.2).at(state).jacobian.shape == (0, 7)
 
 
-def test_a_pose_keeps_both_speeds_and_is_a_position_above(arm_state):
+def test_pose_keeps_both_speed_limits_and_contains_position_rows(arm_state):
     q = np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1])
     state = arm_state(q)
     for shift, turn in ((1.0, 0.1), (0.01, 2.0), (0.001, 0.001)):
@@ -168,7 +170,7 @@ def test_a_pose_keeps_both_speeds_and_is_a_position_above(arm_state):
         assert rows.error[:3] == pytest.approx(position.error)
 
 
-def test_matrices_are_goals_too(arm_state):
+def test_goals_can_be_matrices(arm_state):
     state = arm_state(np.ones(7))
     matrix = np.eye(4)
     matrix[:3, :3], matrix[:3, 3] = state.rotation, state.position
@@ -195,6 +197,6 @@ def test_matrices_are_goals_too(arm_state):
         (lambda: LookAt(np.ones(3), axis=np.zeros(3)), "axis must be a direction"),
     ],
 )
-def test_bad_fields_are_refused(make, message):
+def test_orientation_tasks_reject_invalid_fields(make, message):
     with pytest.raises(InputError, match=message):
         make()

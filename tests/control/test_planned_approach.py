@@ -1,4 +1,4 @@
-"""The planned approach: ways found are followed at one speed, and none found is said so."""
+"""The planned approach: paths are followed within speed limits, and failures are reported."""
 
 from dataclasses import replace
 from typing import cast
@@ -24,35 +24,35 @@ from eyehand.control.tasks import PointOnPlane, Position
 from eyehand.data_synth.scenes import make_reaching_scene
 
 
-class _Helpless:
+class _StuckController:
     """A controller that is stuck from the start."""
 
     def __init__(self, world, tasks, options):
         self.world, self.robot, self.tasks = world, world.robot, tasks
-        self.still = ControlStep(
+        self.stuck_step = ControlStep(
             np.zeros(7), "stuck", "helpless", "approach", (1.0,), 1.0, (0.0,), ()
         )
 
     def step(self, q) -> ControlStep:
-        return self.still
+        return self.stuck_step
 
     def restart(self) -> None:
         pass
 
 
-class _Drifting(_Helpless):
-    """One that is stuck and moves all the same."""
+class _DriftingController(_StuckController):
+    """A controller that is stuck and still moves."""
 
     def step(self, q) -> ControlStep:
-        return replace(self.still, velocity=np.full(7, 0.1))
+        return replace(self.stuck_step, velocity=np.full(7, 0.1))
 
 
-def test_a_way_is_gone_cycle_by_cycle_and_never_too_fast():
+def test_retimed_path_keeps_speed_limits_and_corners():
     robot = reaching_world(()).robot
     corners = np.array([robot.home, robot.home + 0.3, robot.home + np.eye(7)[6]])
     track = retimed(corners, robot, 0.005)
     np.testing.assert_allclose(track[[0, -1]], corners[[0, -1]])
-    # The way is not cut: some posture lies within half a step of the corner.
+    # The corner is not cut: one configuration lies within half a step of it.
     assert np.abs(track - corners[1]).max(axis=1).min() < 0.01
     speed = np.abs(np.diff(track, axis=0)) / 0.005
     assert np.all(speed <= 0.5 * robot.speed + 1e-9)
@@ -61,15 +61,15 @@ def test_a_way_is_gone_cycle_by_cycle_and_never_too_fast():
     np.testing.assert_allclose(retimed(corners[:1], robot, 0.005), corners[:1])
 
 
-def test_a_way_found_is_followed_to_the_goal(monkeypatch):
+def test_found_path_is_followed_to_goal(monkeypatch):
     scene = make_reaching_scene(9, boxes=0)
     world = reaching_world(scene.obstacles)
     steps = int(np.ceil(np.abs(scene.witness - scene.start).max() / 0.01))
-    shares = np.linspace(0.0, 1.0, steps)[:, None]
-    postures = scene.start + shares * (scene.witness - scene.start)
+    fractions = np.linspace(0.0, 1.0, steps)[:, None]
+    postures = scene.start + fractions * (scene.witness - scene.start)
     path = JointPath(True, postures, 0.02, "", 1, 2, 0.0)
     monkeypatch.setattr(planned_approach, "plan", lambda *_: path)
-    monkeypatch.setattr(planned_approach, "ApproachController", _Helpless)
+    monkeypatch.setattr(planned_approach, "ApproachController", _StuckController)
     controller = PlannedApproach(world, (Position(scene.goal),))
     method = ControllerMethod(controller)
     result = run_reach(scene, method, ReachOptions(time_limit=60.0))
@@ -77,9 +77,9 @@ def test_a_way_found_is_followed_to_the_goal(monkeypatch):
     assert method.paths == (path,)
 
 
-def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
+def test_reach_without_path_ends_stuck_with_reason(monkeypatch):
     scene = make_reaching_scene(9, boxes=0)
-    monkeypatch.setattr(planned_approach, "ApproachController", _Helpless)
+    monkeypatch.setattr(planned_approach, "ApproachController", _StuckController)
     none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
     monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
     world, task = reaching_world(scene.obstacles), Position(scene.goal)
@@ -89,7 +89,7 @@ def test_without_a_way_the_reach_ends_stuck_and_says_why(monkeypatch):
     assert "walled off" in method.reason
 
 
-def test_a_search_stuck_behind_a_box_finds_a_way_that_is_clear_and_ends_at_the_goal():
+def test_plan_around_box_is_collision_free_and_reaches_goal():
     scene = make_reaching_scene(16)
     world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
     path = plan(world, tasks, scene.start, ControlOptions(), PlannerOptions())
@@ -100,17 +100,17 @@ def test_a_search_stuck_behind_a_box_finds_a_way_that_is_clear_and_ends_at_the_g
     assert min(clear) > 0.008
 
 
-def test_the_same_seed_finds_the_same_way_when_roll_outs_are_the_limit():
+def test_plan_is_repeatable_with_seed():
     scene = make_reaching_scene(13)
     world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
     options = PlannerOptions(rollouts=12, seed=3)
     first, second = (plan(world, tasks, scene.start, ControlOptions(), options) for _ in range(2))
-    # A try for the goal may follow the last roll-out counted.
+    # One attempt to reach the goal may follow the last counted roll-out.
     assert first.rollouts == second.rollouts <= 13
     np.testing.assert_array_equal(first.postures, second.postures)
 
 
-def test_a_budget_of_no_roll_outs_ends_at_once_and_says_so():
+def test_budget_of_zero_roll_outs_fails_with_reason():
     scene = make_reaching_scene(13)
     world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
     path = plan(world, tasks, scene.start, ControlOptions(), PlannerOptions(rollouts=0))
@@ -119,7 +119,7 @@ def test_a_budget_of_no_roll_outs_ends_at_once_and_says_so():
     assert "no roll-outs" in path.reason
 
 
-def test_a_goal_inside_an_obstacle_has_no_way_and_the_reason_names_what_blocks():
+def test_goal_inside_obstacle_has_no_path_and_a_reason():
     scene = make_reaching_scene(3)
     world = reaching_world(scene.obstacles)
     goal = scene.obstacles[0].T_world_shape.translation
@@ -129,7 +129,7 @@ def test_a_goal_inside_an_obstacle_has_no_way_and_the_reason_names_what_blocks()
     assert np.all(np.isfinite(path.postures))
 
 
-def test_the_robot_is_told_to_stop_before_a_search_takes_its_time(monkeypatch):
+def test_robot_stops_before_each_search(monkeypatch):
     searched = []
 
     def search(world, tasks, q, options, planner):
@@ -137,18 +137,18 @@ def test_the_robot_is_told_to_stop_before_a_search_takes_its_time(monkeypatch):
         return JointPath(False, q[None], 0.02, "walled off", 1, 1, 0.0)
 
     monkeypatch.setattr(planned_approach, "plan", search)
-    monkeypatch.setattr(planned_approach, "ApproachController", _Drifting)
+    monkeypatch.setattr(planned_approach, "ApproachController", _DriftingController)
     scene = make_reaching_scene(9, boxes=0)
     controller = PlannedApproach(reaching_world(()), (Position(scene.goal),), searches=2)
-    told = [controller.step(scene.start) for _ in range(5)]
-    assert [cycle.status for cycle in told] == ["moving", "stuck", "moving", "stuck", "stuck"]
+    cycles = [controller.step(scene.start) for _ in range(5)]
+    assert [cycle.status for cycle in cycles] == ["moving", "stuck", "moving", "stuck", "stuck"]
     assert searched == [0, 1]
-    # Up to the last search it stands; without one left, it is the controller's own cycle.
-    assert [bool(np.any(cycle.velocity)) for cycle in told] == [False] * 4 + [True]
+    # The robot stands still until the last search. Then the controller's own cycle is used.
+    assert [bool(np.any(cycle.velocity)) for cycle in cycles] == [False] * 4 + [True]
 
 
-def test_a_goal_reached_brings_new_searches(monkeypatch):
-    monkeypatch.setattr(planned_approach, "ApproachController", _Drifting)
+def test_reached_goal_resets_number_of_searches(monkeypatch):
+    monkeypatch.setattr(planned_approach, "ApproachController", _DriftingController)
     scene = make_reaching_scene(9, boxes=0)
     none = JointPath(False, scene.start[None], 0.02, "walled off", 1, 1, 0.0)
     monkeypatch.setattr(planned_approach, "plan", lambda *_: none)
@@ -156,17 +156,17 @@ def test_a_goal_reached_brings_new_searches(monkeypatch):
     for _ in range(3):
         approach.step(scene.start)
     assert len(approach.paths) == 1
-    controller = cast(_Drifting, approach.controller)
-    stuck = controller.still
-    controller.still = replace(stuck, status="reached")
+    controller = cast(_DriftingController, approach.controller)
+    stuck = controller.stuck_step
+    controller.stuck_step = replace(stuck, status="reached")
     assert approach.step(scene.start).status == "reached"
-    controller.still = stuck
+    controller.stuck_step = stuck
     for _ in range(3):
         approach.step(scene.start)
     assert len(approach.paths) == 2
 
 
-def test_places_to_search_stay_near_in_a_singular_posture():
+def test_search_bounds_stay_small_in_singular_configuration():
     arm = """<mujoco><worldbody>
     <body><joint axis="0 0 1" name="a" range="-170 170"/><geom size=".05" pos="0 0 .1"/>
     <body pos="0 0 .3"><joint axis="0 1 0" name="b" range="-170 170"/><geom size=".05"/>

@@ -1,4 +1,4 @@
-"""Tasks for a point: Jacobians against finite differences, kinks, and what they refuse."""
+"""Position tasks: Jacobians against finite differences, singular points, and invalid fields."""
 
 import numpy as np
 import pytest
@@ -22,40 +22,40 @@ def tasks(rng: np.random.Generator):
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_rows_are_the_derivatives_of_the_values(arm_state, check_jacobian, seed):
+def test_jacobian_equals_finite_differences(arm_state, check_jacobian, seed):
     rng = np.random.default_rng(seed)
     q = rng.uniform(-2.0, 2.0, 7)
     for task in tasks(rng):
         check_jacobian(task, q)
 
 
-def test_values_and_errors_are_the_geometry(arm_state):
+def test_values_and_errors_match_geometry(arm_state):
     state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
-    place = state.position + state.rotation @ POINT
-    centre = place + np.array([0.0, 3.0, 4.0])
+    position = state.position + state.rotation @ POINT
+    centre = position + np.array([0.0, 3.0, 4.0])
     distance = DistanceToPoint(centre, 2.0, POINT).at(state)
     assert distance.value == pytest.approx([5.0])
     assert distance.error == pytest.approx([-3.0])
-    around = DistanceToAxis(centre, np.array([0.0, 0.0, 7.0]), 1.0, POINT).at(state)
-    assert around.value == pytest.approx([3.0])
-    assert around.error == pytest.approx([-2.0])
-    onto = DistanceToAxis(centre, np.array([0.0, 0.0, 7.0]), 0.0, POINT).at(state)
-    assert onto.value.shape == (2,)
-    assert np.linalg.norm(onto.error) == pytest.approx(3.0)
-    plane = PointOnPlane(np.array([0.0, 2.0, 0.0]), float(place[1]) + 0.1, POINT).at(state)
+    axis_distance = DistanceToAxis(centre, np.array([0.0, 0.0, 7.0]), 1.0, POINT).at(state)
+    assert axis_distance.value == pytest.approx([3.0])
+    assert axis_distance.error == pytest.approx([-2.0])
+    on_axis = DistanceToAxis(centre, np.array([0.0, 0.0, 7.0]), 0.0, POINT).at(state)
+    assert on_axis.value.shape == (2,)
+    assert np.linalg.norm(on_axis.error) == pytest.approx(3.0)
+    plane = PointOnPlane(np.array([0.0, 2.0, 0.0]), float(position[1]) + 0.1, POINT).at(state)
     assert plane.error == pytest.approx([0.1])
     assert Position(centre, POINT).at(state).error == pytest.approx([0.0, 3.0, 4.0])
 
 
-def test_a_commanded_speed_is_the_speed_of_the_point(arm_state):
+def test_commanded_speed_is_speed_of_point(arm_state):
     state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
-    far = DistanceToPoint(state.position + 2.0, 0.1, speed=0.07).at(state)
-    motion = np.linalg.pinv(far.jacobian) @ far.rate
-    towards = np.ones(3) / np.sqrt(3.0)
-    assert towards @ (state.jacobian[:3] @ motion) == pytest.approx(0.07)
+    task = DistanceToPoint(state.position + 2.0, 0.1, speed=0.07).at(state)
+    motion = np.linalg.pinv(task.jacobian) @ task.rate
+    direction = np.ones(3) / np.sqrt(3.0)
+    assert direction @ (state.jacobian[:3] @ motion) == pytest.approx(0.07)
 
 
-def test_on_the_centre_and_on_the_axis_the_row_still_moves_the_point(arm_state):
+def test_jacobian_is_not_zero_on_centre_or_axis(arm_state):
     state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
     for task in (
         DistanceToPoint(state.position, 0.1),
@@ -76,8 +76,8 @@ def test_on_the_centre_and_on_the_axis_the_row_still_moves_the_point(arm_state):
         (lambda: Position(np.zeros(3), point=np.zeros((3, 1))), "point must have shape"),
         (lambda: Position(np.zeros(3), gain=-1.0), "gain"),
         (lambda: Position(np.zeros(3), speed=0.0), "speed"),
-        (lambda: Position(np.zeros(3), gain="3"), "gain must be a number"),  # pyright: ignore[reportArgumentType] - the case
-        (lambda: DistanceToPoint(np.zeros(3), "1"), "distance must be a number"),  # pyright: ignore[reportArgumentType] - the case
+        (lambda: Position(np.zeros(3), gain="3"), "gain must be a number"),  # pyright: ignore[reportArgumentType] - the invalid argument under test
+        (lambda: DistanceToPoint(np.zeros(3), "1"), "distance must be a number"),  # pyright: ignore[reportArgumentType] - the invalid argument under test
         (lambda: DistanceToPoint(np.zeros(3), -0.1), r"distance must be finite and in \[0, inf\]"),
         (lambda: DistanceToPoint(np.zeros(3), np.inf), "distance"),
         (lambda: DistanceToAxis(np.zeros(3), np.zeros(3), 0.1), "direction must be a direction"),
@@ -86,12 +86,12 @@ def test_on_the_centre_and_on_the_axis_the_row_still_moves_the_point(arm_state):
         (lambda: PointOnPlane(np.ones(3), np.nan), "offset"),
     ],
 )
-def test_bad_fields_are_refused(make, message):
+def test_position_tasks_reject_invalid_fields(make, message):
     with pytest.raises(InputError, match=message):
         make()
 
 
-def test_what_a_task_was_given_cannot_change_under_it():
+def test_task_copies_its_arrays_and_makes_them_read_only():
     goal = np.zeros(3)
     task = Position(goal)
     goal[0] = np.nan

@@ -1,4 +1,4 @@
-"""Posture tasks: gradients against finite differences, singular postures, ranges."""
+"""Posture tasks: gradients against finite differences, singular configurations, joint ranges."""
 
 import numpy as np
 import pytest
@@ -15,50 +15,52 @@ from eyehand.errors import InputError
 from .task_reference import centring_cost
 
 POINT = np.array([0.03, -0.05, 0.1])
-ALL = (0, 1, 2, 3, 4, 5)
-CHOICES = (ALL, (0, 1, 2), (3, 4, 5), (0, 2, 4), (5,))
+ALL_ROWS = (0, 1, 2, 3, 4, 5)
+ROW_SELECTIONS = (ALL_ROWS, (0, 1, 2), (3, 4, 5), (0, 2, 4), (5,))
 
 
 @pytest.mark.parametrize("seed", range(20))
-@pytest.mark.parametrize("rows", CHOICES)
-def test_rows_are_the_derivatives_of_the_measure(arm_state, check_jacobian, seed, rows):
+@pytest.mark.parametrize("rows", ROW_SELECTIONS)
+def test_jacobian_of_manipulability_equals_finite_differences(
+    arm_state, check_jacobian, seed, rows
+):
     q = np.random.default_rng(seed).uniform(-2.0, 2.0, 7)
     if rows == (3, 4, 5) or manipulability(arm_state(q).jacobian, rows)[0] > 1e-3:
         check_jacobian(Manipulability(5.0, rows, POINT), q)
 
 
-def test_rows_hold_for_joints_in_any_order():
+def test_jacobian_is_independent_of_joint_order():
     names = ["joint5", "joint1", "joint7", "joint3", "joint2", "joint6", "joint4"]
-    robot, shuffled = (RobotModel.load(LBR_ARM, "tool", joints=of) for of in (None, names))
-    places = [robot.joint_names.index(name) for name in names]
+    robot, shuffled = (RobotModel.load(LBR_ARM, "tool", joints=order) for order in (None, names))
+    order = [robot.joint_names.index(name) for name in names]
     q = np.random.default_rng(5).uniform(-1.5, 1.5, 7)
     task = Manipulability(5.0, (0, 1, 2), POINT)
-    plain, other = task.at(robot.at(q)), task.at(shuffled.at(q[places]))
-    np.testing.assert_allclose(other.jacobian[0], plain.jacobian[0, places], atol=1e-12)
-    np.testing.assert_allclose(other.value, plain.value, atol=1e-12)
+    original, other = task.at(robot.at(q)), task.at(shuffled.at(q[order]))
+    np.testing.assert_allclose(other.jacobian[0], original.jacobian[0, order], atol=1e-12)
+    np.testing.assert_allclose(other.value, original.value, atol=1e-12)
 
 
 @pytest.mark.parametrize("seed", range(10))
-@pytest.mark.parametrize("rows", CHOICES)
-def test_sliding_and_idle_joints_too(mixed_state, check_jacobian, seed, rows):
+@pytest.mark.parametrize("rows", ROW_SELECTIONS)
+def test_jacobian_with_sliding_and_idle_joints(mixed_state, check_jacobian, seed, rows):
     q = np.random.default_rng(seed).uniform(-1.5, 1.5, 8)
-    check_jacobian(Manipulability(5.0, rows, POINT), q, of=mixed_state)
+    check_jacobian(Manipulability(5.0, rows, POINT), q, state_at=mixed_state)
     state = mixed_state(q)
     assert np.all(state.jacobian[:, 3] == 0.0)
     assert manipulability(state.jacobian, rows)[1][3] == 0.0
 
 
-def test_the_measure_is_the_root_of_the_determinant(arm_state):
+def test_manipulability_is_root_of_determinant(arm_state):
     for seed in range(10):
         jacobian = arm_state(np.random.default_rng(seed).uniform(-2.0, 2.0, 7)).jacobian
-        for rows in CHOICES:
-            chosen = jacobian[list(rows)]
-            expected = np.sqrt(np.linalg.det(chosen @ chosen.T))
+        for rows in ROW_SELECTIONS:
+            selected = jacobian[list(rows)]
+            expected = np.sqrt(np.linalg.det(selected @ selected.T))
             assert manipulability(jacobian, rows)[0] == pytest.approx(expected)
 
 
-def test_a_stretched_arm_gets_a_finite_way_out():
-    # Two links in the plane, stretched: the reach's own direction is lost.
+def test_gradient_of_stretched_arm_is_finite():
+    # Two stretched links in the plane: the direction along the arm is singular.
     jacobian = np.zeros((6, 2))
     jacobian[1] = [2.0, 1.0]
     jacobian[5] = 1.0
@@ -68,15 +70,15 @@ def test_a_stretched_arm_gets_a_finite_way_out():
     assert np.abs(gradient) == pytest.approx([0.0, 1.0])
 
 
-def test_several_lost_directions_give_a_zero_row(arm_state):
-    measure, gradient = manipulability(np.zeros((6, 7)), ALL)
+def test_gradient_with_several_singular_directions_is_zero(arm_state):
+    measure, gradient = manipulability(np.zeros((6, 7)), ALL_ROWS)
     assert measure == 0.0
     assert np.all(gradient == 0.0)
 
 
 def test_manipulability_is_a_lower_bound(arm_state):
     state = arm_state(np.array([0.3, 0.4, 0.1, -1.0, 0.2, 0.5, 0.1]))
-    measure, _ = manipulability(state.jacobian, ALL)
+    measure, _ = manipulability(state.jacobian, ALL_ROWS)
     assert len(Manipulability(measure / 2.0).at(state).value) == 0
     near = Manipulability(measure / 1.1).at(state)
     assert near.side == 1
@@ -84,11 +86,11 @@ def test_manipulability_is_a_lower_bound(arm_state):
     below = Manipulability(2.0 * measure).at(state)
     assert below.unmet == pytest.approx(0.5)
     q = state.q + 0.02 * below.jacobian[0] / np.linalg.norm(below.jacobian)
-    assert manipulability(arm_state(q).jacobian, ALL)[0] > measure
+    assert manipulability(arm_state(q).jacobian, ALL_ROWS)[0] > measure
 
 
 @pytest.mark.parametrize("power", [2, 4, 6])
-def test_centring_descends_eq_5(arm_state, power):
+def test_centring_descends_gradient_of_eq_5(arm_state, power):
     rng = np.random.default_rng(power)
     q = rng.uniform(-2.0, 2.0, 7)
     state = arm_state(q)
@@ -103,11 +105,11 @@ def test_centring_descends_eq_5(arm_state, power):
     )
 
 
-def test_centring_rows_are_the_joints(arm_state, check_jacobian):
+def test_jacobian_of_centring_equals_finite_differences(arm_state, check_jacobian):
     check_jacobian(JointCentring(4), np.linspace(-1.0, 1.0, 7))
 
 
-def test_centring_goes_to_its_reference_and_leaves_joints_without_range(arm_state):
+def test_centring_moves_to_reference_and_ignores_joints_without_range(arm_state):
     state = arm_state(np.linspace(-1.0, 1.0, 7))
     assert JointCentring(reference=state.q).at(state).error == pytest.approx(np.zeros(7))
     state.lower[2], state.upper[4] = -np.inf, np.inf
@@ -122,7 +124,7 @@ def test_centring_goes_to_its_reference_and_leaves_joints_without_range(arm_stat
     [
         (lambda: JointCentring(3), "even whole number >= 2.*got 3"),
         (lambda: JointCentring(0), "even whole number"),
-        (lambda: JointCentring(2.0), "even whole number"),  # pyright: ignore[reportArgumentType] - the case
+        (lambda: JointCentring(2.0), "even whole number"),  # pyright: ignore[reportArgumentType] - the invalid argument under test
         (lambda: JointCentring(reference=np.full(7, np.nan)), "reference must be finite"),
         (lambda: JointCentring(reference=np.eye(2)), r"reference must have shape \(n,\)"),
         (lambda: Manipulability(0.0), "goal must be > 0"),
@@ -132,11 +134,11 @@ def test_centring_goes_to_its_reference_and_leaves_joints_without_range(arm_stat
         (lambda: Manipulability(0.1, ()), "different numbers"),
     ],
 )
-def test_bad_fields_are_refused(make, message):
+def test_posture_tasks_reject_invalid_fields(make, message):
     with pytest.raises(InputError, match=message):
         make()
 
 
-def test_bad_sizes_are_refused_with_the_number_of_joints(arm_state):
+def test_centring_rejects_reference_of_wrong_size(arm_state):
     with pytest.raises(InputError, match="one number per joint, 7, got 6"):
         JointCentring(reference=np.zeros(6)).at(arm_state(np.zeros(7)))

@@ -1,4 +1,4 @@
-"""Distance rows against finite differences, distances against other ways to compute them."""
+"""Distances and distance rows against finite differences, NumPy, exact values and coal."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ GEOMS = {
     "mesh": 'type="mesh" mesh="part"',
 }
 VERTICES = "0 0 0 .11 0 0 0 .1 0 0 0 .12 .07 .08 .09 -.02 .05 .04"
-FLYER = """
+FLOATING_PART = """
 <mujoco><compiler angle="radian"/><asset><mesh name="part" vertex="{vertices}"/></asset>
 <worldbody><body name="flyer" {pose}>
 <joint name="x" type="slide" axis="1 0 0"/><joint name="y" type="slide" axis="0 1 0"/>
@@ -51,13 +51,13 @@ FLYER = """
 <joint name="b" axis="0 1 0" pos="0 .05 0"/><joint name="c" axis="0 0 1" pos=".1 0 0"/>
 <geom name="part" {geom}/></body>{more}</worldbody></mujoco>
 """
-"""One part that slides along and turns about three axes each."""
+"""A part that slides along three axes and turns about three axes."""
 CURVED = {"ellipsoid", "cylinder"}
-"""Where MuJoCo iterates: distances to 1e-11 m, and normals to the root of that."""
+"""Shapes for which MuJoCo iterates: distances to 1e-11 m, normals to the square root of that."""
 
 
-def _flyer(kind: str, more: str = "") -> RobotModel:
-    text = FLYER.format(geom=GEOMS[kind], vertices=VERTICES, pose="", more=more)
+def _floating_part(kind: str, more: str = "") -> RobotModel:
+    text = FLOATING_PART.format(geom=GEOMS[kind], vertices=VERTICES, pose="", more=more)
     return RobotModel.load(text, "flyer", home=np.zeros(12 if more else 6))
 
 
@@ -74,7 +74,10 @@ def _slope(world: CollisionWorld, q: np.ndarray, column: int, step: float) -> fl
 def _check_rows(
     world: CollisionWorld, postures: np.ndarray, step: float = 1e-5, tolerance: float = 1e-6
 ) -> tuple[int, int]:
-    """Compare rows with slopes where steps of two sizes agree on one, and count both sides."""
+    """Compare rows with finite differences where two step sizes agree.
+
+    Return the number of compared configurations inside and outside.
+    """
     inside = outside = 0
     for q in postures:
         near = world.proximity(q)
@@ -86,7 +89,7 @@ def _check_rows(
         smooth = np.abs(slopes[0] - slopes[1]) < 0.1 * step
         if not smooth.all():
             continue
-        # Richardson: the error of a central difference goes with the square of its step.
+        # Richardson extrapolation: the error of a central difference is quadratic in its step.
         expected = (4.0 * slopes[1] - slopes[0]) / 3.0
         np.testing.assert_allclose(near.rows[0], expected, atol=tolerance)
         inside += int(near.distance[0] < 0.0)
@@ -96,9 +99,9 @@ def _check_rows(
 
 @pytest.mark.parametrize("other", SHAPES)
 @pytest.mark.parametrize("kind", GEOMS)
-def test_rows_are_the_derivative_of_the_distance(kind: str, other: str) -> None:
+def test_rows_are_derivative_of_distance(kind: str, other: str) -> None:
     rng = np.random.default_rng(SEED)
-    world = CollisionWorld(_flyer(kind), options=CollisionOptions(cut_off=1.0))
+    world = CollisionWorld(_floating_part(kind), options=CollisionOptions(cut_off=1.0))
     world.add(Obstacle("o", SHAPES[other], _pose(rng, 0.02)))
     spread = np.repeat([0.09, 1.0], 3)
     accuracy = (1e-4, 3e-5) if CURVED & {kind, other} else (1e-5, 1e-6)
@@ -110,10 +113,10 @@ def test_rows_are_the_derivative_of_the_distance(kind: str, other: str) -> None:
 @pytest.mark.parametrize(
     ("kind", "other"), [("box", "box"), ("capsule", "box"), ("mesh", "capsule")]
 )
-def test_rows_of_two_moving_parts_are_the_derivative_too(kind: str, other: str) -> None:
+def test_rows_of_two_moving_parts_are_derivative_of_distance(kind: str, other: str) -> None:
     joints = "".join(
-        f'<joint name="{name}2" {how} axis="{axis}"/>'
-        for name, how, axis in [
+        f'<joint name="{name}2" {kind_of_joint} axis="{axis}"/>'
+        for name, kind_of_joint, axis in [
             ("x", 'type="slide"', "1 0 0"),
             ("y", 'type="slide"', "0 1 0"),
             ("z", 'type="slide"', "0 0 1"),
@@ -123,7 +126,7 @@ def test_rows_of_two_moving_parts_are_the_derivative_too(kind: str, other: str) 
         ]
     )
     more = f'<body name="second" pos=".3 0 0">{joints}<geom name="o" {GEOMS[other]}/></body>'
-    world = CollisionWorld(_flyer(kind, more), options=CollisionOptions(cut_off=1.0))
+    world = CollisionWorld(_floating_part(kind, more), options=CollisionOptions(cut_off=1.0))
     rng = np.random.default_rng(SEED)
     postures = rng.normal(size=(24, 12)) * np.tile(np.repeat([0.08, 1.0], 3), 2)
     postures[:, 6] -= 0.3
@@ -133,9 +136,9 @@ def test_rows_of_two_moving_parts_are_the_derivative_too(kind: str, other: str) 
     assert outside >= 2
 
 
-def test_rows_and_distance_to_a_plane() -> None:
+def test_rows_and_distance_to_plane() -> None:
     floor = '<geom name="floor" type="plane" size="1 1 .1" pos="0 0 -.4"/>'
-    text = FLYER.format(geom=GEOMS["capsule"], vertices=VERTICES, pose="", more=floor)
+    text = FLOATING_PART.format(geom=GEOMS["capsule"], vertices=VERTICES, pose="", more=floor)
     world = CollisionWorld(RobotModel.load(text, "flyer"), options=CollisionOptions(cut_off=1.0))
     near = world.proximity(np.zeros(6))
     np.testing.assert_allclose(near.distance, 0.4 - 0.03 - 0.08, atol=1e-12)
@@ -146,12 +149,12 @@ def test_rows_and_distance_to_a_plane() -> None:
 
 @pytest.mark.parametrize("cover", [None, CoverOptions(max_balls=20)])
 @pytest.mark.parametrize("kind", GEOMS)
-def test_kernel_equals_the_numpy_form(kind: str, cover: CoverOptions | None) -> None:
+def test_kernel_equals_numpy_reference(kind: str, cover: CoverOptions | None) -> None:
     rng = np.random.default_rng(SEED)
-    # Places of balls differ by rounding, after which iterations on an ellipsoid end elsewhere.
+    # The sphere centres differ by rounding. Iterations on an ellipsoid then end at other points.
     shapes = {name: shape for name, shape in SHAPES.items() if not cover or name != "ellipsoid"}
     obstacles = [Obstacle(name, shape, _pose(rng, 0.15)) for name, shape in shapes.items()]
-    world = CollisionWorld(_flyer(kind), obstacles, options=CollisionOptions(cover=cover))
+    world = CollisionWorld(_floating_part(kind), obstacles, options=CollisionOptions(cover=cover))
     world.move("box", _pose(rng, 0.1), rng.normal(size=6))
     world.attach("held", Capsule(0.02, 0.05), RigidTransform.from_translation([0, 0, 0.2]))
     for q in rng.normal(size=(12, 6)) * np.repeat([0.1, 1.0], 3):
@@ -165,9 +168,9 @@ def test_kernel_equals_the_numpy_form(kind: str, cover: CoverOptions | None) -> 
 
 @pytest.mark.parametrize("other", SHAPES)
 @pytest.mark.parametrize("kind", GEOMS)
-def test_normal_points_and_distance_belong_together(kind: str, other: str) -> None:
+def test_normal_points_and_distance_are_consistent(kind: str, other: str) -> None:
     rng = np.random.default_rng(SEED)
-    world = CollisionWorld(_flyer(kind), options=CollisionOptions(cut_off=1.0))
+    world = CollisionWorld(_floating_part(kind), options=CollisionOptions(cut_off=1.0))
     world.add(Obstacle("o", SHAPES[other], _pose(rng, 0.02)))
     for q in rng.normal(size=(30, 6)) * np.repeat([0.08, 1.0], 3):
         near = world.proximity(q)
@@ -176,10 +179,10 @@ def test_normal_points_and_distance_belong_together(kind: str, other: str) -> No
             near.on_robot - near.on_other, near.distance[:, None] * near.normal, atol=1e-7
         )
         if near.distance[0] < -1e-3:
-            # Out by that much along the normal, and the parts just touch.
+            # Move the part out by its depth along the normal. The parts then just touch.
             moved = q.copy()
             moved[:3] -= near.distance[0] * near.normal[0]
-            # A part is apart once it moved out; that way is the shortest only of all ways.
+            # Other directions may lead out by a shorter path, so only contact is tested.
             assert abs(world.proximity(moved).distance[0]) < 1e-6
 
 
@@ -195,8 +198,10 @@ def test_normal_points_and_distance_belong_together(kind: str, other: str) -> No
     ],
 )
 @pytest.mark.parametrize("off", [0.0, 1e-13, -1e-13, 1e-9, -1e-9, 1e-7, -1e-7])
-def test_touching_parts_have_a_normal(kind: str, other: Shape, reach: float, off: float) -> None:
-    world = CollisionWorld(_flyer(kind))
+def test_touching_parts_have_defined_normal(
+    kind: str, other: Shape, reach: float, off: float
+) -> None:
+    world = CollisionWorld(_floating_part(kind))
     world.add(Obstacle("o", other, RigidTransform.identity()))
     q = np.array([0.0, 0.0, reach + off, 0.0, 0.0, 0.0])
     near = world.proximity(q)
@@ -208,8 +213,8 @@ def test_touching_parts_have_a_normal(kind: str, other: Shape, reach: float, off
 
 @pytest.mark.parametrize("kind", GEOMS)
 @pytest.mark.parametrize("other", SHAPES)
-def test_parts_at_the_very_same_place_give_finite_rows(kind: str, other: str) -> None:
-    world = CollisionWorld(_flyer(kind))
+def test_coincident_parts_have_finite_rows(kind: str, other: str) -> None:
+    world = CollisionWorld(_floating_part(kind))
     world.add(Obstacle("o", SHAPES[other], RigidTransform.identity()))
     near = world.proximity(np.zeros(6))
     assert near.distance[0] < 0.0
@@ -218,14 +223,18 @@ def test_parts_at_the_very_same_place_give_finite_rows(kind: str, other: str) ->
 
 
 def _depth_by_search(centre: np.ndarray, half_axis: np.ndarray, half_extents: np.ndarray) -> float:
-    """Largest separation over many directions: never above the true one."""
+    """Return the largest separation over many directions. It is never above the true one."""
     rng = np.random.default_rng(SEED)
-    ways = rng.normal(size=(4000, 3))
+    directions = rng.normal(size=(4000, 3))
     edges = np.cross(np.eye(3), half_axis)
-    ways = np.vstack([ways, np.eye(3), edges, -edges, -np.eye(3)])
-    ways = ways[np.linalg.norm(ways, axis=1) > 1e-9]
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    return float(np.max(ways @ centre - np.abs(ways) @ half_extents - np.abs(ways @ half_axis)))
+    directions = np.vstack([directions, np.eye(3), edges, -edges, -np.eye(3)])
+    directions = directions[np.linalg.norm(directions, axis=1) > 1e-9]
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    return float(
+        np.max(
+            directions @ centre - np.abs(directions) @ half_extents - np.abs(directions @ half_axis)
+        )
+    )
 
 
 numbers = st.floats(-1.0, 1.0)
@@ -236,32 +245,32 @@ sizes = st.tuples(*[st.floats(0.01, 1.0)] * 3)
 @settings(max_examples=200, deadline=None)
 @given(vectors, vectors, sizes, st.floats(-1.0, 1.0))
 @example((0.67244, 0.0, 0.0), (0.0, 0.1640625, 1.0), (0.67244, 1.0, 0.5), 0.0)
-def test_axis_through_a_box_finds_the_least_way_out(
-    inside: tuple, half_axis: tuple, half_extents: tuple, place: float
+def test_axis_in_box_returns_minimum_translation_distance(
+    inside: tuple, half_axis: tuple, half_extents: tuple, fraction: float
 ) -> None:
     if np.linalg.norm(half_axis) < 1e-3:
         return
     extents = np.array(half_extents)
-    # A centre such that a point of the segment is inside the box.
-    centre = np.array(inside) * extents - place * np.array(half_axis)
+    # Select the centre such that one point of the segment is inside the box.
+    centre = np.array(inside) * extents - fraction * np.array(half_axis)
     separation, where, normal = axis_in_box(
         tuple(centre.tolist()), tuple(map(float, half_axis)), tuple(extents.tolist())
     )
     assert separation <= 1e-12
-    if separation > 0.0:  # Apart by rounding: the rest means nothing.
+    if separation > 0.0:  # Separated by rounding: the other results are undefined.
         return
     expected = _depth_by_search(centre, np.array(half_axis), extents)
     np.testing.assert_allclose(separation, expected, atol=1e-9)
     np.testing.assert_allclose(np.linalg.norm(normal), 1.0, atol=1e-9)
     assert -1.0 <= where <= 1.0
-    # The point of the box that belongs to the deepest point lies on its surface.
+    # The projection of the deepest point must lie on the surface of the box.
     deepest = centre + where * np.array(half_axis)
     on_box = np.abs(deepest - separation * np.array(normal))
     np.testing.assert_allclose(np.max(on_box / extents), 1.0, atol=1e-6)
 
 
-def test_capsule_run_through_a_plate_is_inside_it() -> None:
-    world = CollisionWorld(_flyer("capsule"))
+def test_capsule_through_plate_has_depth_across_plate() -> None:
+    world = CollisionWorld(_floating_part("capsule"))
     world.add(Obstacle("plate", Box(np.array([0.5, 0.5, 0.005])), RigidTransform.identity()))
     near = world.proximity(np.array([0.1, 0.0, 0.05, 0.1, 0.0, 0.0]))
     out = world.proximity(np.array([0.1, 0.0, 0.05, 0.1, 0.0, 0.0]) - np.eye(6)[2] * near.distance)
@@ -270,8 +279,8 @@ def test_capsule_run_through_a_plate_is_inside_it() -> None:
     assert abs(out.distance[0]) < 0.01
 
 
-def test_ball_in_a_cylinder_takes_the_nearest_way_out() -> None:
-    world = CollisionWorld(_flyer("sphere"))
+def test_sphere_in_cylinder_has_minimum_depth() -> None:
+    world = CollisionWorld(_floating_part("sphere"))
     world.add(Obstacle("o", Cylinder(0.05, 0.09), RigidTransform.identity()))
     for centre in np.random.default_rng(SEED).uniform(-1, 1, (50, 3)) * [0.03, 0.03, 0.08]:
         near = world.proximity(np.concatenate([centre, np.zeros(3)]))
@@ -279,7 +288,7 @@ def test_ball_in_a_cylinder_takes_the_nearest_way_out() -> None:
         np.testing.assert_allclose(near.distance, -depth, atol=1e-12)
 
 
-def test_distances_equal_coals() -> None:
+def test_distances_equal_coal() -> None:
     coal = pytest.importorskip("coal")
     kinds = {
         "box": lambda: coal.Box(0.06, 0.10, 0.16),
@@ -298,7 +307,7 @@ def test_distances_equal_coals() -> None:
     rng = np.random.default_rng(SEED)
     request = coal.DistanceRequest(True, True)
     for kind, make in kinds.items():
-        robot = _flyer(kind)
+        robot = _floating_part(kind)
         world = CollisionWorld(robot, options=CollisionOptions(cut_off=1.0))
         for other, shape in others.items():
             pose = _pose(rng, 0.05)
@@ -311,8 +320,8 @@ def test_distances_equal_coals() -> None:
                 expected = coal.distance(make(), one, shape, two, request, result)
                 near = world.proximity(q)
                 if expected < 0.0 and {kind, other} == {"sphere", "cylinder"}:
-                    # Seen 27 mm too deep there; the closed form is tested above.
+                    # Coal is up to 27 mm too deep here. The closed form is tested above.
                     continue
-                # Where coal iterates, it stops at 1e-6.
+                # The iterations of coal stop at 1e-6.
                 np.testing.assert_allclose(near.distance[0], expected, atol=2e-6)
             world.remove(other)

@@ -1,4 +1,4 @@
-"""The compiled quadratic program: optimal by its own conditions, the solver's answer, or none."""
+"""The compiled quadratic program: optimality conditions, agreement with a solver, failures."""
 
 import numpy as np
 from hypothesis import given
@@ -12,14 +12,14 @@ from eyehand.control.safety_kernels import SafetyRows, allowed
 seeds = st.integers(0, 100_000)
 
 
-def solve(nominal, hessian, rows: SafetyRows):
+def solve_case(nominal, hessian, rows: SafetyRows):
     n = len(nominal)
-    velocity, held, strength = np.empty(n), np.zeros(n, np.int64), np.zeros(n)
-    count = solve_qp(nominal, hessian.copy(), rows, velocity, held, strength)
-    return count, velocity, held[: max(count, 0)], strength[: max(count, 0)]
+    velocity, active, multipliers = np.empty(n), np.zeros(n, np.int64), np.zeros(n)
+    count = solve_qp(nominal, hessian.copy(), rows, velocity, active, multipliers)
+    return count, velocity, active[: max(count, 0)], multipliers[: max(count, 0)]
 
 
-def case(seed: int, joints: int, *, feasible: bool = True):
+def random_case(seed: int, joints: int, *, feasible: bool = True):
     rng = np.random.default_rng(seed)
     pairs = int(rng.integers(0, 31))
     tasks = rng.normal(size=(rng.integers(0, 6), joints))
@@ -37,65 +37,65 @@ def case(seed: int, joints: int, *, feasible: bool = True):
 
 
 @given(seed=seeds, joints=st.integers(1, 9))
-def test_bounds_are_kept_and_forces_balance(seed, joints):
-    nominal, hessian, rows = case(seed, joints)
-    count, velocity, held, strength = solve(nominal, hessian, rows)
+def test_solution_satisfies_bounds_and_stationarity(seed, joints):
+    nominal, hessian, rows = random_case(seed, joints)
+    count, velocity, active, multipliers = solve_case(nominal, hessian, rows)
     assert count != GIVEN_UP
     assert allowed(velocity, rows)
-    assert np.all(strength > -1e-9)
-    # Stationary: the pull back to the nominal velocity is the sum of the bounds' pushes.
-    push = np.zeros(joints)
-    for which, much in zip(held, strength, strict=True):
-        if which < joints:
-            middle = 0.5 * (rows.low[which] + rows.high[which])
-            push[which] += much * (1.0 if velocity[which] < middle else -1.0)
+    assert np.all(multipliers > -1e-9)
+    # Stationarity: the gradient of the objective is the weighted sum of the active constraints.
+    constraint_force = np.zeros(joints)
+    for index, multiplier in zip(active, multipliers, strict=True):
+        if index < joints:
+            middle = 0.5 * (rows.low[index] + rows.high[index])
+            constraint_force[index] += multiplier * (1.0 if velocity[index] < middle else -1.0)
         else:
-            push += much * rows.rows[which - joints]
+            constraint_force += multiplier * rows.rows[index - joints]
     scale = 1.0 + np.abs(hessian @ nominal).max()
-    np.testing.assert_allclose(hessian @ (velocity - nominal), push, atol=1e-10 * scale)
+    np.testing.assert_allclose(hessian @ (velocity - nominal), constraint_force, atol=1e-10 * scale)
 
 
 @given(seed=seeds, joints=st.integers(2, 9))
-def test_it_is_the_solvers_answer(seed, joints):
-    nominal, hessian, rows = case(seed, joints)
-    velocity = solve(nominal, hessian, rows)[1]
+def test_solution_equals_reference_solver(seed, joints):
+    nominal, hessian, rows = random_case(seed, joints)
+    velocity = solve_case(nominal, hessian, rows)[1]
     other = _nearest(nominal, hessian, rows)[0]
     assert other is not None
     np.testing.assert_allclose(velocity, other, atol=1e-7)
 
 
 @given(seed=seeds)
-def test_what_cannot_be_kept_is_given_up(seed):
-    nominal, hessian, rows = case(seed, 7, feasible=False)
-    count, velocity, _, _ = solve(nominal, hessian, rows)
-    # The largest room that some velocity leaves to all rows: below zero, none keeps them.
+def test_infeasible_problems_are_given_up(seed):
+    nominal, hessian, rows = random_case(seed, 7, feasible=False)
+    count, velocity, _, _ = solve_case(nominal, hessian, rows)
+    # The largest slack that all rows can have at once. Below zero, the problem is infeasible.
     bounds = [*zip(rows.low, rows.high, strict=True), (None, 1.0)]
-    grown = np.column_stack([-rows.rows, np.ones(len(rows.least))])
-    best = linprog(-np.eye(8)[7], grown, -rows.least, bounds=bounds)
-    room = -best.fun
-    if room > 1e-7:
+    rows_with_slack = np.column_stack([-rows.rows, np.ones(len(rows.least))])
+    best = linprog(-np.eye(8)[7], rows_with_slack, -rows.least, bounds=bounds)
+    slack = -best.fun
+    if slack > 1e-7:
         assert count != GIVEN_UP
         assert allowed(velocity, rows)
-    elif room < -1e-7:
+    elif slack < -1e-7:
         assert count == GIVEN_UP or not allowed(velocity, rows)
 
 
-def test_an_allowed_nominal_velocity_stays():
+def test_feasible_nominal_velocity_is_returned():
     rows = SafetyRows(-np.ones(3), np.ones(3), np.ones((1, 3)), np.array([-1.0]))
     nominal = np.array([0.1, -0.2, 0.3])
-    count, velocity, _, _ = solve(nominal, np.eye(3), rows)
+    count, velocity, _, _ = solve_case(nominal, np.eye(3), rows)
     assert count == 0
     assert np.array_equal(velocity, nominal)
 
 
-def test_a_joint_that_must_stand_still_does():
+def test_joint_with_zero_bounds_does_not_move():
     rows = SafetyRows(np.zeros(2), np.zeros(2), np.zeros((0, 2)), np.zeros(0))
-    count, velocity, _, _ = solve(np.array([1.0, -1.0]), np.eye(2), rows)
+    count, velocity, _, _ = solve_case(np.array([1.0, -1.0]), np.eye(2), rows)
     assert count == 2
     assert np.array_equal(velocity, np.zeros(2))
 
 
-def test_a_row_without_effect_is_no_bound_unless_it_must_grow():
+def test_zero_row_is_ignored_unless_it_is_infeasible():
     for least, answer in ((-0.1, 1), (0.1, GIVEN_UP)):
         rows = SafetyRows(-np.ones(2), np.ones(2), np.zeros((1, 2)), np.array([least]))
-        assert solve(np.array([2.0, 0.0]), np.eye(2), rows)[0] == answer
+        assert solve_case(np.array([2.0, 0.0]), np.eye(2), rows)[0] == answer

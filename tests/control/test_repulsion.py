@@ -1,4 +1,4 @@
-"""Repulsion: gradient of the cost by finite differences, and the gain at which it oscillates."""
+"""Repulsion: gradient of the cost against finite differences, and the stability limit."""
 
 import re
 
@@ -38,25 +38,25 @@ def proximity(distance, rows) -> Proximity:
 
 
 def spheres(q: Array, centres: Array, radius: float) -> Proximity:
-    """A point robot q (3,) among spheres; the signed distance to each."""
-    away = q - centres
-    length = np.linalg.norm(away, axis=1)
-    return proximity(length - radius, away / length[:, None])
+    """Return the signed distances of a point robot q (3,) to spheres."""
+    offset = q - centres
+    length = np.linalg.norm(offset, axis=1)
+    return proximity(length - radius, offset / length[:, None])
 
 
 def repulsion_cost(distance, options: ControlOptions) -> float:
-    """Cost H_ca of distances (P,): η (d - d_B)² summed over what is nearer than d_B (eq. 6)."""
+    """Return the cost H_ca (eq. 6): the sum of η (d - d_B)² over distances (P,) below d_B."""
     depth = np.maximum(options.influence - distance, 0.0)
     return options.eta * float(depth @ depth)
 
 
 @given(seed=seeds, reach=st.floats(0.02, 0.5))
-def test_the_gradient_is_the_slope_of_the_cost_outside_and_inside(seed, reach):
+def test_gradient_equals_finite_differences_of_cost(seed, reach):
     rng = np.random.default_rng(seed)
     options = ControlOptions(influence=reach, eta=float(rng.uniform(0.1, 10.0)))
     centres, q = 0.3 * rng.normal(size=(8, 3)), 0.3 * rng.normal(size=3)
     near = spheres(q, centres, 0.25)
-    if np.abs(near.distance + 0.25).min() < 0.02:  # at a centre no direction leads out
+    if np.abs(near.distance + 0.25).min() < 0.02:  # the direction is undefined at a centre
         return
     step = 1e-6
     slope = np.zeros(3)
@@ -69,22 +69,22 @@ def test_the_gradient_is_the_slope_of_the_cost_outside_and_inside(seed, reach):
 
 
 @pytest.mark.parametrize("distance", [0.05, 1e-9, 0.0, -1e-9, -0.02, -0.3])
-def test_it_pushes_out_at_any_depth(distance):
+def test_repulsion_pushes_out_at_any_depth(distance):
     row = np.array([[0.0, 0.3, -0.4]])
     motion = -repulsion_gradient(proximity([distance], row), OPTIONS)
     assert row[0] @ motion > 0.0
     assert np.allclose(motion, 2.0 * OPTIONS.eta * (OPTIONS.influence - distance) * row[0])
 
 
-def test_the_deeper_the_stronger():
+def test_repulsion_grows_with_depth():
     depths = np.linspace(0.08, -0.1, 50)
-    pushes = [-repulsion_gradient(proximity([d], [[1.0]]), OPTIONS)[0] for d in depths]
-    assert pushes[0] == 0.0
-    assert np.all(np.diff(pushes) > 0.0)
+    repulsions = [-repulsion_gradient(proximity([d], [[1.0]]), OPTIONS)[0] for d in depths]
+    assert repulsions[0] == 0.0
+    assert np.all(np.diff(repulsions) > 0.0)
 
 
 @given(seed=seeds)
-def test_pairs_add_up_and_far_ones_count_nothing(seed):
+def test_gradient_is_sum_over_close_pairs(seed):
     rng = np.random.default_rng(seed)
     distance, rows = rng.uniform(-0.05, 0.2, 12), rng.normal(size=(12, 7))
     near = distance < OPTIONS.influence
@@ -97,10 +97,10 @@ def test_pairs_add_up_and_far_ones_count_nothing(seed):
     assert repulsion_cost(distance[~near], OPTIONS) == 0.0
 
 
-def test_nothing_near_repels_nothing():
-    nothing = proximity([], np.zeros((0, 7)))
-    assert np.array_equal(repulsion_gradient(nothing, OPTIONS), np.zeros(7))
-    assert repulsion_cost(nothing.distance, OPTIONS) == 0.0
+def test_gradient_without_pairs_is_zero():
+    empty = proximity([], np.zeros((0, 7)))
+    assert np.array_equal(repulsion_gradient(empty, OPTIONS), np.zeros(7))
+    assert repulsion_cost(empty.distance, OPTIONS) == 0.0
 
 
 # Gains
@@ -109,15 +109,16 @@ def test_nothing_near_repels_nothing():
 LEVER, PUSH = 0.8, 0.002
 
 
-def pressed(gain: float, beta: float = 1.0, steps: int = 400) -> Array:
-    """Offsets from balance of a joint on a lever that is pressed towards an obstacle, by step.
+def simulate_joint(gain: float, beta: float = 1.0, steps: int = 400) -> Array:
+    """Simulate a joint that is pushed towards an obstacle. Return its offsets from equilibrium.
 
-    x' = -β grad H - push, with η a multiple `gain` of the stable one; it starts near balance.
+    The motion is x' = -β grad H - push. η is ``gain`` times the stable value. The joint starts near
+    its equilibrium.
     """
     dt = 0.01
     options = ControlOptions(dt=dt, eta=gain * stable_eta(LEVER, dt, beta), influence=0.2)
-    balance = PUSH / (2.0 * options.eta * beta * LEVER)
-    x = (options.influence - balance) / LEVER + 1e-6
+    equilibrium = PUSH / (2.0 * options.eta * beta * LEVER)
+    x = (options.influence - equilibrium) / LEVER + 1e-6
     start, offsets = x - 1e-6, []
     for _ in range(steps):
         offsets.append(x - start)
@@ -128,31 +129,31 @@ def pressed(gain: float, beta: float = 1.0, steps: int = 400) -> Array:
 
 @pytest.mark.parametrize("beta", [0.5, 1.0, 5.0])
 @pytest.mark.parametrize("gain", [0.1, 0.5, 0.99])
-def test_up_to_the_stable_gain_motions_never_overshoot(gain, beta):
-    offsets = pressed(gain, beta)
+def test_motion_below_stable_gain_does_not_overshoot(gain, beta):
+    offsets = simulate_joint(gain, beta)
     assert np.all(offsets > -1e-15)
     assert np.all(np.diff(offsets) <= 1e-15)
     assert offsets[-1] < 1e-9
 
 
 @pytest.mark.parametrize("gain", [1.1, 1.5, 1.95])
-def test_between_one_and_two_motions_overshoot_and_settle(gain):
-    offsets = pressed(gain)
+def test_motion_between_once_and_twice_stable_gain_settles(gain):
+    offsets = simulate_joint(gain)
     assert np.all(offsets[:6] * [1, -1, 1, -1, 1, -1] > 0.0)
     assert np.all(np.diff(np.abs(offsets[:6])) < 0.0)
     assert abs(offsets[-1]) < 1e-9
 
 
 @pytest.mark.parametrize("gain", [2.05, 2.5, 4.0])
-def test_above_two_motions_grow_and_never_settle(gain):
-    offsets = pressed(gain)
+def test_motion_above_twice_stable_gain_diverges(gain):
+    offsets = simulate_joint(gain)
     assert np.all(offsets[:4] * [1, -1, 1, -1] > 0.0)
     assert np.all(np.diff(np.abs(offsets[:4])) > 0.0)
-    assert np.abs(offsets[-50:]).max() > 5e-6  # five times where it started, after 4 s
+    assert np.abs(offsets[-50:]).max() > 5e-6  # five times the initial offset, after 4 s
 
 
 @given(seed=seeds, pairs=st.integers(1, 6))
-def test_of_several_pairs_the_lever_is_the_spectral_norm_of_their_rows(seed, pairs):
+def test_lever_of_several_pairs_is_spectral_norm_of_rows(seed, pairs):
     rows = np.random.default_rng(seed).normal(size=(pairs, 4))
     dt, beta = 0.005, 1.5
     eta = stable_eta(float(np.linalg.norm(rows, 2)), dt, beta)
@@ -160,7 +161,7 @@ def test_of_several_pairs_the_lever_is_the_spectral_norm_of_their_rows(seed, pai
     assert beta * dt * np.linalg.eigvalsh(hessian)[-1] == pytest.approx(1.0)
 
 
-def test_a_corridor_oscillates_at_half_the_gain_of_one_wall():
+def test_corridor_has_half_the_stable_gain_of_one_wall():
     dt, rows = 0.01, np.array([[1.0], [-1.0]])
 
     def settle(eta: float) -> Array:
@@ -173,7 +174,7 @@ def test_a_corridor_oscillates_at_half_the_gain_of_one_wall():
 
     one, both = stable_eta(1.0, dt), stable_eta(float(np.linalg.norm(rows, 2)), dt)
     assert both == pytest.approx(0.5 * one)
-    # Below zero only by rounding: the sums of the compiled gradient end at -4e-19 m.
+    # Rounding alone may give values below zero: the compiled gradient ends at -4e-19 m.
     assert np.all(settle(0.99 * both) >= -1e-17)
     assert settle(0.75 * one)[1] < 0.0
 
@@ -184,28 +185,28 @@ def test_a_corridor_oscillates_at_half_the_gain_of_one_wall():
     beta=st.one_of(st.just("dynamic"), st.floats(0.0, 10.0)),
     excess=st.floats(1.001, 100.0),
 )
-def test_a_gain_too_high_is_refused_with_the_number_that_is_accepted(lever, dt, beta, excess):
-    fixed = 1.0 if beta == "dynamic" else max(beta, 1.0)  # free motion has weight 1
+def test_unstable_gain_raises_with_stable_values(lever, dt, beta, excess):
+    fixed = 1.0 if beta == "dynamic" else max(beta, 1.0)  # the free motion has weight 1
     eta = excess * stable_eta(lever, dt, fixed)
     assume(eta <= 1e6)
     options = ControlOptions(dt=dt, eta=eta, beta=beta)
-    with pytest.raises(InputError, match="eta at most") as told:
+    with pytest.raises(InputError, match="eta at most") as error:
         require_stable(options, lever)
-    numbers = re.search(r"eta at most (\S+), or dt at most (\S+) ms", str(told.value))
+    numbers = re.search(r"eta at most (\S+), or dt at most (\S+) ms", str(error.value))
     assert numbers
-    right, period = float(numbers[1]), 1e-3 * float(numbers[2])
-    require_stable(ControlOptions(dt=dt, eta=right, beta=beta), lever)
-    assert right >= 0.99 * stable_eta(lever, dt, fixed)
+    max_eta, period = float(numbers[1]), 1e-3 * float(numbers[2])
+    require_stable(ControlOptions(dt=dt, eta=max_eta, beta=beta), lever)
+    assert max_eta >= 0.99 * stable_eta(lever, dt, fixed)
     assert period >= 0.99 * dt / excess
     if period >= 1e-5:
         require_stable(ControlOptions(dt=period, eta=eta, beta=beta), lever)
 
 
-def test_the_defaults_are_stable_for_an_arm_of_a_metre():
+def test_default_gain_is_stable_for_arm_of_one_metre():
     require_stable(OPTIONS, 1.0)
 
 
-def test_where_nothing_moves_any_gain_is_stable():
+def test_any_gain_is_stable_without_motion():
     assert stable_eta(0.0, 0.005) == np.inf
     assert stable_eta(1.0, 0.005, beta=0.0) == np.inf
     require_stable(OPTIONS, 0.0)

@@ -1,4 +1,4 @@
-"""The robot model: poses and Jacobians against finite differences, sources, defaults, errors."""
+"""The robot model: poses and Jacobians against finite differences, loading, and errors."""
 
 from __future__ import annotations
 
@@ -55,7 +55,7 @@ def robot() -> RobotModel:
 
 
 @pytest.mark.parametrize("frame", ["tool", "hand", "turn"])
-def test_frame_jacobian_is_the_derivative_of_the_pose(frame: str) -> None:
+def test_frame_jacobian_equals_finite_differences(frame: str) -> None:
     robot = RobotModel.load(ARM, frame)
     rng = np.random.default_rng(3)
     for _ in range(5):
@@ -71,7 +71,7 @@ def test_frame_jacobian_is_the_derivative_of_the_pose(frame: str) -> None:
             np.testing.assert_allclose(state.jacobian[:, column], expected, atol=1e-8)
 
 
-def test_kernel_equals_the_numpy_form(robot: RobotModel) -> None:
+def test_kernel_equals_numpy_reference(robot: RobotModel) -> None:
     data = mujoco.MjData(robot.model)
     site = robot.model.site("tool").id
     for seed in range(5):
@@ -91,7 +91,7 @@ def test_kernel_equals_the_numpy_form(robot: RobotModel) -> None:
         np.testing.assert_allclose(state.rotation, rotation, atol=1e-14)
 
 
-def test_jacobian_equals_mujocos(robot: RobotModel) -> None:
+def test_jacobian_equals_mujoco(robot: RobotModel) -> None:
     q = np.array([0.1, -0.4, 0.7, 0.2])
     state = robot.at(q)
     data = mujoco.MjData(robot.model)
@@ -103,7 +103,7 @@ def test_jacobian_equals_mujocos(robot: RobotModel) -> None:
     np.testing.assert_allclose(state.position, data.site("tool").xpos, atol=1e-15)
 
 
-def test_point_jacobian_is_that_of_the_point(robot: RobotModel) -> None:
+def test_point_jacobian_equals_jacobian_of_body_point(robot: RobotModel) -> None:
     q = np.array([0.1, -0.4, 0.7, 0.2])
     point = np.array([0.02, -0.03, 0.05])
     row = robot.point_jacobian(q, "lift", point)
@@ -114,18 +114,18 @@ def test_point_jacobian_is_that_of_the_point(robot: RobotModel) -> None:
     assert position.shape == (3,)
 
 
-def test_state_is_a_copy_that_later_postures_leave_alone(robot: RobotModel) -> None:
+def test_state_is_not_overwritten_by_later_calls(robot: RobotModel) -> None:
     q = np.zeros(robot.n)
     state = robot.at(q)
-    kept = state.position.copy(), state.jacobian.copy(), state.rotation.copy()
+    copies = state.position.copy(), state.jacobian.copy(), state.rotation.copy()
     q += 0.3
     robot.at(q)
     assert np.all(state.q == 0.0)
-    for before, after in zip(kept, (state.position, state.jacobian, state.rotation), strict=True):
+    for before, after in zip(copies, (state.position, state.jacobian, state.rotation), strict=True):
         np.testing.assert_array_equal(before, after)
 
 
-def test_limits_home_and_speed_have_defaults(robot: RobotModel) -> None:
+def test_default_limits_home_and_speed(robot: RobotModel) -> None:
     assert robot.joint_names == ("rail", "turn", "lift", "wrist")
     np.testing.assert_array_equal(robot.lower, [-0.2, -2.0, -np.inf, -1.0])
     np.testing.assert_array_equal(robot.upper, [0.4, 1.0, np.inf, 1.0])
@@ -133,18 +133,18 @@ def test_limits_home_and_speed_have_defaults(robot: RobotModel) -> None:
     np.testing.assert_array_equal(robot.speed, [0.5, 1.5, 1.5, 1.5])
 
 
-def test_a_subset_of_joints_leaves_the_rest_at_home() -> None:
-    whole = RobotModel.load(ARM, "tool")
-    part = RobotModel.load(ARM, "tool", joints=["lift", "turn"])
-    q = whole.home.copy()
+def test_uncontrolled_joints_stay_at_home() -> None:
+    full_robot = RobotModel.load(ARM, "tool")
+    partial_robot = RobotModel.load(ARM, "tool", joints=["lift", "turn"])
+    q = full_robot.home.copy()
     q[[2, 1]] = 0.5, 0.3
-    a, b = whole.at(q), part.at([0.5, 0.3])
+    a, b = full_robot.at(q), partial_robot.at([0.5, 0.3])
     np.testing.assert_allclose(a.position, b.position, atol=1e-15)
     np.testing.assert_allclose(a.jacobian[:, [2, 1]], b.jacobian, atol=1e-15)
-    assert part.joint_names == ("lift", "turn")
+    assert partial_robot.joint_names == ("lift", "turn")
 
 
-def test_keyframe_and_numeric_are_read() -> None:
+def test_home_and_speed_are_read_from_file() -> None:
     text = ARM.replace(
         "</mujoco>",
         '<custom><numeric name="joint_speed" data=".1 1 2 3"/></custom><keyframe>'
@@ -169,7 +169,7 @@ def test_urdf_with_meshes_keeps_fixed_links_and_speed_limits(tmp_path: Path) -> 
     assert robot.model.ngeom == 2
 
 
-def test_mjcf_with_relative_meshes_and_an_mjspec(tmp_path: Path) -> None:
+def test_load_mjcf_with_relative_meshes_and_mjspec(tmp_path: Path) -> None:
     (tmp_path / "meshes").mkdir()
     (tmp_path / "meshes" / "wedge.obj").write_text(WEDGE)
     text = (
@@ -199,7 +199,7 @@ def test_mjcf_with_relative_meshes_and_an_mjspec(tmp_path: Path) -> None:
         ({"speed": [1.0, 2.0]}, r"speed must have shape \(4,\)"),
     ],
 )
-def test_wrong_options_name_what_would_be_right(options: dict, message: str) -> None:
+def test_invalid_options_raise_with_valid_values(options: dict, message: str) -> None:
     with pytest.raises(InputError, match=message):
         RobotModel.load(ARM, **{"frame": "tool", **options})
 
@@ -213,13 +213,13 @@ def test_wrong_options_name_what_would_be_right(options: dict, message: str) -> 
         ("<mujoco/>", "at least one controlled joint"),
     ],
 )
-def test_unreadable_robots_are_told(source: str, message: str) -> None:
+def test_unreadable_files_raise_in_one_line(source: str, message: str) -> None:
     with pytest.raises(InputError, match=message) as caught:
         RobotModel.load(source, "tool")
     assert "\n" not in str(caught.value)
 
 
-def test_a_urdf_may_name_its_encoding(tmp_path: Path) -> None:
+def test_urdf_with_declared_encoding_is_read(tmp_path: Path) -> None:
     path = tmp_path / "arm.urdf"
     head = '<?xml version="1.0" encoding="iso-8859-1"?><!-- Straße -->'
     text = head + URDF.replace('<mesh filename="meshes/wedge.obj"/>', '<sphere radius=".1"/>')
@@ -228,19 +228,19 @@ def test_a_urdf_may_name_its_encoding(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", ["arm.mjcf", "arm.URDF"])
-def test_a_name_that_mujoco_does_not_know_is_told(tmp_path: Path, name: str) -> None:
+def test_unknown_file_suffix_raises(tmp_path: Path, name: str) -> None:
     (tmp_path / name).write_text(ARM)
     with pytest.raises(InputError, match=r"must end in \.xml or \.urdf"):
         RobotModel.load(tmp_path / name, "tool")
 
 
 @pytest.mark.parametrize("q", [[0.0], [0.0, 0.0, 0.0, float("nan")], "abcd", np.zeros((1, 4))])
-def test_wrong_joint_positions_are_refused(robot: RobotModel, q: ArrayLike) -> None:
+def test_invalid_joint_positions_are_rejected(robot: RobotModel, q: ArrayLike) -> None:
     with pytest.raises(InputError, match="q must"):
         robot.at(q)
 
 
-def test_unknown_body_of_a_point_is_refused(robot: RobotModel) -> None:
+def test_point_jacobian_rejects_unknown_body_and_invalid_point(robot: RobotModel) -> None:
     with pytest.raises(InputError, match="bodies base, rail, turn"):
         robot.point_jacobian(robot.home, "elbow", np.zeros(3))
     with pytest.raises(InputError, match="3 finite numbers"):

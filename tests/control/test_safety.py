@@ -1,4 +1,4 @@
-"""The safety level: every bound kept, the nearest velocity found, nothing that is no number."""
+"""The safety level: bounds, the closest allowed velocity, and non-finite input."""
 
 from dataclasses import replace
 
@@ -45,8 +45,8 @@ def robot(q, *, limit=2.0, speed=1.0) -> RobotState:
     )  # fmt: skip
 
 
-def passed(velocity: Array, rows: SafetyRows) -> float:
-    """By how much a velocity passes the worst of its bounds; negative: room left."""
+def max_violation(velocity: Array, rows: SafetyRows) -> float:
+    """Return the largest violation of a bound by a velocity. It is negative inside all bounds."""
     return max(
         (rows.low - velocity).max(),
         (velocity - rows.high).max(),
@@ -54,8 +54,8 @@ def passed(velocity: Array, rows: SafetyRows) -> float:
     )
 
 
-def case(seed: int, *, drift: float = 0.0, inside: float = 0.0):
-    """A random arm among up to 30 pairs, with levers from 1 mm to 2 m; some start inside."""
+def random_case(seed: int, *, drift: float = 0.0, inside: float = 0.0):
+    """Return a random arm with up to 30 pairs and levers from 1 mm to 2 m."""
     rng = np.random.default_rng(seed)
     pairs = int(rng.integers(0, 31))
     state = replace(robot(rng.uniform(-1.9, 1.9, 7)), speed=rng.uniform(0.2, 2.0, 7))
@@ -67,39 +67,39 @@ def case(seed: int, *, drift: float = 0.0, inside: float = 0.0):
 
 
 def kkt_gap(velocity: Array, nominal: Array, tasks: Array, rows: SafetyRows) -> float:
-    """How far a velocity is from the minimiser: what no active bound's force can balance."""
+    """Return the KKT residual: the part of the gradient that no active bound balances."""
     hessian = np.eye(len(nominal)) + TASK_WEIGHT * tasks.T @ tasks
-    pull = hessian @ (velocity - nominal)
-    eye, close = np.eye(len(nominal)), 1e-8
+    gradient = hessian @ (velocity - nominal)
+    eye, tolerance = np.eye(len(nominal)), 1e-8
     forces = np.concatenate(
         [
-            eye[velocity < rows.low + close],
-            -eye[velocity > rows.high - close],
-            rows.rows[rows.rows @ velocity < rows.least + close],
+            eye[velocity < rows.low + tolerance],
+            -eye[velocity > rows.high - tolerance],
+            rows.rows[rows.rows @ velocity < rows.least + tolerance],
         ]
     )
     if len(forces) == 0:
-        return float(np.linalg.norm(pull))
+        return float(np.linalg.norm(gradient))
     forces /= np.maximum(np.linalg.norm(forces, axis=1, keepdims=True), 1e-300)
-    return float(nnls(forces.T, pull)[1])
+    return float(nnls(forces.T, gradient)[1])
 
 
-# Bounds and the nearest velocity
+# Bounds and the closest allowed velocity
 
 
 @given(seed=seeds)
-def test_every_bound_is_kept_and_the_velocity_is_the_nearest(seed):
-    state, near, nominal, tasks = case(seed)
+def test_velocity_satisfies_bounds_and_is_closest_to_nominal(seed):
+    state, near, nominal, tasks = random_case(seed)
     motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     rows = safety_rows(state, near, OPTIONS)
     assert motion.feasible
-    assert passed(motion.velocity, rows) < 1e-9
+    assert max_violation(motion.velocity, rows) < 1e-9
     assert kkt_gap(motion.velocity, nominal, tasks, rows) < 1e-6
 
 
-def test_the_minimum_agrees_with_another_solver():
+def test_velocity_agrees_with_slsqp():
     for seed in range(15):
-        state, near, nominal, tasks = case(seed)
+        state, near, nominal, tasks = random_case(seed)
         rows = safety_rows(state, near, OPTIONS)
         hessian = np.eye(7) + TASK_WEIGHT * tasks.T @ tasks
         other = minimize(
@@ -123,8 +123,8 @@ def test_the_minimum_agrees_with_another_solver():
 
 
 @given(seed=seeds)
-def test_an_allowed_nominal_velocity_is_granted(seed):
-    state, near, nominal, tasks = case(seed)
+def test_allowed_nominal_velocity_is_unchanged(seed):
+    state, near, nominal, tasks = random_case(seed)
     rows = safety_rows(state, near, OPTIONS)
     for _ in range(200):
         if allowed(nominal, rows):
@@ -137,57 +137,57 @@ def test_an_allowed_nominal_velocity_is_granted(seed):
 
 
 @given(seed=seeds, inside=st.floats(0.0, 0.03))
-def test_standing_still_is_always_allowed_where_nothing_moves_in(seed, inside):
-    state, near, nominal, tasks = case(seed, inside=inside)
+def test_zero_velocity_is_allowed_without_moving_obstacles(seed, inside):
+    state, near, nominal, tasks = random_case(seed, inside=inside)
     state = replace(state, q=np.random.default_rng(seed).uniform(-2.1, 2.1, 7))
-    still = safety_rows(state, near, OPTIONS, recover=False)
-    assert allowed(np.zeros(7), still)
+    rows_without_recovery = safety_rows(state, near, OPTIONS, recover=False)
+    assert allowed(np.zeros(7), rows_without_recovery)
     motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     assert motion.feasible
-    assert passed(motion.velocity, still) < 1e-9
+    assert max_violation(motion.velocity, rows_without_recovery) < 1e-9
 
 
 @given(seed=seeds, drift=st.floats(0.0, 0.5), inside=st.floats(0.0, 0.03))
-def test_it_is_infeasible_exactly_when_a_linear_program_says_so(seed, drift, inside):
-    state, near, nominal, tasks = case(seed, drift=drift, inside=inside)
+def test_feasibility_agrees_with_linear_program(seed, drift, inside):
+    state, near, nominal, tasks = random_case(seed, drift=drift, inside=inside)
     assume(len(near.distance))
     motion = safe_motion(nominal, tasks, state, near, OPTIONS)
-    still = safety_rows(state, near, OPTIONS, recover=False)
-    bounds = list(zip(still.low, still.high, strict=True))
-    # The largest room t that all distances can have at once, by row length.
-    length = np.linalg.norm(still.rows, axis=1)
+    rows_without_recovery = safety_rows(state, near, OPTIONS, recover=False)
+    bounds = list(zip(rows_without_recovery.low, rows_without_recovery.high, strict=True))
+    # The largest slack t that all distances can have at once, relative to the row length.
+    length = np.linalg.norm(rows_without_recovery.rows, axis=1)
     best = linprog(
         np.array([*np.zeros(7), -1.0]),
-        np.column_stack([-still.rows, length]),
-        -still.least,
+        np.column_stack([-rows_without_recovery.rows, length]),
+        -rows_without_recovery.least,
         bounds=[*bounds, (None, 1.0)],
     )
     assert best.status == 0
-    room = best.x[-1]
-    if room > 1e-7:
+    slack = best.x[-1]
+    if slack > 1e-7:
         assert motion.feasible
-    elif room < -1e-7:
+    elif slack < -1e-7:
         assert not motion.feasible
         assert motion.blocking
     assert np.all(np.isfinite(motion.velocity))
     assert np.all(np.abs(motion.velocity) <= state.speed + 1e-9)
     if motion.feasible:
-        assert passed(motion.velocity, still) < 1e-9
+        assert max_violation(motion.velocity, rows_without_recovery) < 1e-9
 
 
-def test_what_must_bend_bends_where_the_task_feels_it_least():
-    # Both joints lead away from the wall, the task feels only the first.
+def test_correction_uses_joints_that_affect_tasks_least():
+    # Both joints move away from the wall. The task depends on the first joint only.
     wall, tasks = proximity([0.01], [[1.0, 1.0]]), np.array([[1.0, 0.0]])
     nominal = np.array([-0.5, 0.0])
     velocity = safe_motion(nominal, tasks, robot([0, 0]), wall, OPTIONS).velocity
-    even = safe_motion(nominal, np.zeros((0, 2)), robot([0, 0]), wall, OPTIONS).velocity
-    assert np.allclose(even, [-0.25, 0.25])
+    unweighted = safe_motion(nominal, np.zeros((0, 2)), robot([0, 0]), wall, OPTIONS).velocity
+    assert np.allclose(unweighted, [-0.25, 0.25])
     change = velocity - nominal
     assert change.sum() == pytest.approx(0.5)
     assert change[1] / change[0] == pytest.approx(1.0 + TASK_WEIGHT)
 
 
-def test_names_say_what_holds_the_nominal_velocity_back_strongest_first():
+def test_blocking_names_are_sorted_by_strength():
     near = proximity([0.01, 0.011, 0.2], [[1.0, 0, 0], [0, 1.0, 0], [0, 0, 1.0]])
     motion = safe_motion(
         np.array([-0.9, -0.2, 0.1]), np.zeros((0, 3)), robot([0, 0, 0]), near, OPTIONS
@@ -201,13 +201,13 @@ def test_names_say_what_holds_the_nominal_velocity_back_strongest_first():
     }  # fmt: skip
 
 
-# Walls, corners, limits: motions over time
+# Simulated motions: walls, corners and joint limits
 
 
-def drive(q, nominal, walls, steps, *, options=OPTIONS, **fields) -> Array:
-    """Distances (steps, P) on the way of a planar point that wishes the same for ever.
+def simulate(q, nominal, walls, steps, *, options=OPTIONS, **fields) -> Array:
+    """Simulate a planar point with a constant nominal velocity. Return the distances (steps, P).
 
-    `walls(q, t)` gives its Proximity.
+    ``walls(q, t)`` returns its Proximity.
     """
     q, path = np.asarray(q, dtype=float), []
     for step in range(steps):
@@ -222,9 +222,9 @@ def drive(q, nominal, walls, steps, *, options=OPTIONS, **fields) -> Array:
 
 
 def disc(q: Array, centre: Array, radius: float, velocity: Array | None = None) -> Proximity:
-    away = q - centre
-    length = float(np.linalg.norm(away))
-    row = away / length
+    offset = q - centre
+    length = float(np.linalg.norm(offset))
+    row = offset / length
     drift = None if velocity is None else [-row @ velocity]
     return proximity([length - radius], row[None], drift)
 
@@ -234,101 +234,101 @@ def corner(q: Array, _time: float) -> Proximity:
     return proximity([q[0], slant @ q], np.array([[1.0, 0.0], slant]))
 
 
-def test_walls_are_approached_and_never_passed():
-    path = drive([0.3, 0.1], [-1.0, -0.2], corner, 1500)
+def test_walls_are_approached_without_violation():
+    path = simulate([0.3, 0.1], [-1.0, -0.2], corner, 1500)
     assert path.min() >= OPTIONS.margin - 1e-9
     assert path[-1].max() < OPTIONS.margin + 1e-3
     assert np.all(np.diff(path[:, 0]) <= 1e-12)
 
 
-def test_a_round_obstacle_is_passed_at_the_margin():
-    path = drive([0.3, 0.001], [-1.0, 0.0], lambda q, _: disc(q, np.zeros(2), 0.1), 400)
-    # The linear model of a round thing errs outwards.
+def test_round_obstacle_is_passed_at_margin():
+    path = simulate([0.3, 0.001], [-1.0, 0.0], lambda q, _: disc(q, np.zeros(2), 0.1), 400)
+    # The linear model of a round obstacle is conservative.
     assert path.min() >= OPTIONS.margin - 1e-9
-    assert path[-1] > 0.2  # it slid round
+    assert path[-1] > 0.2  # it slid around the obstacle
 
 
 @pytest.mark.parametrize("start", [-0.04, -0.001, 0.0, 0.009])
 @pytest.mark.parametrize("nominal", [(-1.0, 0.0), (0.0, 0.0), (0.3, 0.9)])
-def test_inside_the_margin_the_distance_grows_until_it_is_kept(start, nominal):
+def test_distance_inside_margin_grows_to_margin(start, nominal):
     def walls(q: Array, _time: float) -> Proximity:
         return disc(q, np.zeros(2), 0.1)
 
-    path = drive([0.1 + start, 0.0], nominal, walls, 400)[:, 0]
+    path = simulate([0.1 + start, 0.0], nominal, walls, 400)[:, 0]
     leaving = path[:-1] < OPTIONS.margin - 1e-4
     assert np.all(np.diff(path)[leaving] > 0.0)
-    # At recovery speed when deep, and no slower than the damper's share near the margin.
-    deep = path[:-1] < OPTIONS.margin - 0.01
-    assert np.all(np.diff(path)[deep] >= OPTIONS.dt * RECOVERY_SPEED - 1e-9)
+    # Deep inside, the distance grows at the recovery speed at least.
+    deep_inside = path[:-1] < OPTIONS.margin - 0.01
+    assert np.all(np.diff(path)[deep_inside] >= OPTIONS.dt * RECOVERY_SPEED - 1e-9)
     assert path[-1] >= OPTIONS.margin - 1e-4
 
 
-def test_a_pair_that_no_joint_moves_does_not_keep_the_others_inside():
-    # The foot stands on the table, for ever inside the margin.
+def test_fixed_pair_inside_margin_does_not_block_recovery_of_others():
+    # The foot stands on the table. It is always inside the margin.
     def walls(q: Array, _time: float) -> Proximity:
         return proximity([0.0, q[0]], [[0.0, 0.0], [1.0, 0.0]])
 
-    path = drive([-0.02, 0.0], [-1.0, 0.0], walls, 300)
+    path = simulate([-0.02, 0.0], [-1.0, 0.0], walls, 300)
     assert np.all(np.diff(path[:100, 1]) > 0.0)
     assert path[-1, 1] >= OPTIONS.margin - 1e-4
 
 
-def test_a_lever_too_short_for_the_recovery_speed_does_what_it_can():
+def test_recovery_with_short_lever_uses_full_joint_speed():
     near = proximity([0.0, 0.0], [[0.01, 0.0], [0.0, 1.0]])
     motion = safe_motion(np.zeros(2), np.zeros((0, 2)), robot([0, 0]), near, OPTIONS)
     assert motion.feasible
-    assert motion.velocity[0] == pytest.approx(1.0, abs=1e-3)  # all it has
+    assert motion.velocity[0] == pytest.approx(1.0, abs=1e-3)  # the full joint speed
     assert motion.velocity[1] == pytest.approx(RECOVERY_SPEED, abs=1e-3)
 
 
-def test_in_a_gap_too_narrow_nothing_goes_deeper():
+def test_distances_in_narrow_gap_do_not_decrease():
     def walls(q: Array, _time: float) -> Proximity:
         return proximity([0.004 + q[0], 0.008 - q[0]], [[1.0, 0.0], [-1.0, 0.0]])
 
-    path = drive([0.0, 0.0], [1.0, 0.5], walls, 100)
+    path = simulate([0.0, 0.0], [1.0, 0.5], walls, 100)
     assert np.all(path >= path[0] - 1e-9)
 
 
 @pytest.mark.parametrize("start", [2.0, 2.005, 2.3, -2.0, -2.3])
-def test_joints_outside_their_limits_come_back(start):
+def test_joints_outside_limits_return(start):
     q = np.array([start, 0.5])
-    nothing = proximity([], np.zeros((0, 2)))
+    no_pairs = proximity([], np.zeros((0, 2)))
     inside = 2.0 - OPTIONS.limit_margin
     for _ in range(300):
         before = abs(q[0])
         motion = safe_motion(
-            np.array([2.0 * np.sign(start), 0.1]), np.zeros((0, 2)), robot(q), nothing, OPTIONS
+            np.array([2.0 * np.sign(start), 0.1]), np.zeros((0, 2)), robot(q), no_pairs, OPTIONS
         )
         q = q + OPTIONS.dt * motion.velocity
         assert abs(q[0]) < before or before <= inside + 1e-6
         assert motion.feasible
     assert abs(q[0]) <= inside + 1e-9
-    assert abs(q[0]) > inside - 1e-3  # and it stays there, the wish leads out
+    assert abs(q[0]) > inside - 1e-3  # it stays there: the nominal velocity points outwards
 
 
-def test_a_range_narrower_than_its_margins_leaves_its_middle():
+def test_joint_range_narrower_than_margins_keeps_joint_at_centre():
     state = replace(robot([0.004]), lower=np.array([-0.005]), upper=np.array([0.005]))
-    nothing = proximity([], np.zeros((0, 1)))
+    no_pairs = proximity([], np.zeros((0, 1)))
     for nominal in (-1.0, 0.0, 1.0):
         velocity = safe_motion(
-            np.array([nominal]), np.zeros((0, 1)), state, nothing, OPTIONS
+            np.array([nominal]), np.zeros((0, 1)), state, no_pairs, OPTIONS
         ).velocity
         assert velocity[0] == pytest.approx(-OPTIONS.damper / OPTIONS.dt * 0.004)
 
 
-def test_joints_without_limits_and_speeds_are_free():
+def test_joints_without_limits_are_unconstrained():
     state = replace(robot([9.0, 0.0], limit=np.inf), speed=np.array([np.inf, 1.0]))
-    nothing = proximity([], np.zeros((0, 2)))
+    no_pairs = proximity([], np.zeros((0, 2)))
     nominal = np.array([50.0, 0.0])
     assert np.array_equal(
-        safe_motion(nominal, np.zeros((0, 2)), state, nothing, OPTIONS).velocity, nominal
+        safe_motion(nominal, np.zeros((0, 2)), state, no_pairs, OPTIONS).velocity, nominal
     )
     wall = proximity([0.01], [[-1.0, 0.0]])
     velocity = safe_motion(nominal, np.zeros((0, 2)), state, wall, OPTIONS).velocity
     assert np.allclose(velocity, 0.0, atol=1e-9)
 
 
-def test_a_joint_of_speed_zero_stands():
+def test_joint_with_zero_speed_does_not_move():
     state = replace(robot([0.0, 0.0]), speed=np.array([0.0, 1.0]))
     wall = proximity([0.01], [[1.0, 1.0]])
     motion = safe_motion(np.array([1.0, -1.0]), np.zeros((0, 2)), state, wall, OPTIONS)
@@ -339,36 +339,36 @@ def test_a_joint_of_speed_zero_stands():
 # Moving obstacles
 
 
-def test_a_robot_gives_way_to_what_comes_at_it():
+def test_robot_evades_approaching_obstacle():
     velocity = np.array([0.2, 0.0])
 
     def walls(q: Array, time: float) -> Proximity:
         return disc(q, np.array([-0.3, 0.0]) + time * velocity, 0.1, velocity)
 
-    path = drive([0.0, 0.0], [0.0, 0.0], walls, 1000)
+    path = simulate([0.0, 0.0], [0.0, 0.0], walls, 1000)
     assert path.min() >= OPTIONS.margin - 1e-9
-    assert path[-1, 0] < OPTIONS.margin + 0.01  # it was driven before it
+    assert path[-1, 0] < OPTIONS.margin + 0.01  # the obstacle pushed it ahead
 
 
-def test_what_goes_away_may_be_followed():
+def test_robot_may_follow_receding_obstacle():
     leaving = proximity([0.01], [[1.0, 0.0]], [0.3])
     motion = safe_motion(np.array([-0.3, 0.0]), np.zeros((0, 2)), robot([0, 0]), leaving, OPTIONS)
     assert np.allclose(motion.velocity, [-0.3, 0.0])
     assert motion.blocking == ()
 
 
-def test_jaws_that_close_are_reported_and_the_speeds_kept():
+def test_closing_jaws_are_infeasible_and_keep_joint_speeds():
     jaws = proximity([0.01, 0.01], [[1.0, 0.0], [-1.0, 0.0]], [-0.1, -0.3])
     motion = safe_motion(np.array([0.0, 5.0]), np.zeros((0, 2)), robot([0, 0]), jaws, OPTIONS)
     assert not motion.feasible
-    # The least violation: both jaws are missed by the same.
+    # The smallest violation is equal for both jaws.
     assert motion.velocity[0] == pytest.approx(-0.1, abs=1e-4)
     assert motion.velocity[1] <= 1.0 + 1e-9
     assert set(motion.blocking[:2]) == {"link0 near box0", "link1 near box1"}
 
 
-def test_the_least_violation_is_in_metres_a_second_whatever_the_lever():
-    # |1 - x|² + |1 + x/10|² is least at x = 0.9 / 1.01; per unit of lever it would be -4.5.
+def test_minimum_violation_is_measured_in_metres_per_second():
+    # |1 - x|² + |1 + x/10|² is minimal at x = 0.9 / 1.01. Per unit of lever, x would be -4.5.
     jaws = proximity([0.01, 0.01], [[1.0, 0.0], [-0.1, 0.0]], [-1.0, -1.0])
     state = robot([0, 0], speed=9.0)
     motion = safe_motion(np.zeros(2), np.zeros((0, 2)), state, jaws, OPTIONS)
@@ -376,7 +376,7 @@ def test_the_least_violation_is_in_metres_a_second_whatever_the_lever():
     assert motion.velocity[0] == pytest.approx(0.9 / 1.01, abs=1e-4)
 
 
-def test_what_comes_too_fast_is_fled_at_full_speed():
+def test_robot_evades_fast_obstacle_at_full_speed():
     fast = proximity([0.02], [[1.0, 0.0]], [-5.0])
     motion = safe_motion(np.zeros(2), np.zeros((0, 2)), robot([0, 0]), fast, OPTIONS)
     assert not motion.feasible
@@ -384,20 +384,20 @@ def test_what_comes_too_fast_is_fled_at_full_speed():
     assert "link0 near box0" in motion.blocking
 
 
-def test_what_comes_at_a_part_that_cannot_move_is_named():
+def test_obstacle_approaching_fixed_part_is_reported():
     foot = proximity([0.01, 0.01], [[0.0, 0.0], [1.0, 0.0]], [-0.2, 0.0])
     motion = safe_motion(np.array([-1.0, 0.2]), np.zeros((0, 2)), robot([0, 0]), foot, OPTIONS)
     assert not motion.feasible
     assert motion.blocking[0] == "link0 near box0"
-    # The other distance is kept all the same.
+    # The other distance is still kept.
     assert motion.velocity[0] == pytest.approx(0.0, abs=1e-5)
     assert motion.velocity[1] == pytest.approx(0.2, abs=1e-5)
 
 
-# What is no number
+# Non-finite input
 
 
-SPOILT = [
+NON_FINITE = [
     (where, value)
     for where in ("nominal", "tasks", "distance", "rows", "drift", "speed", "upper")
     for value in (np.nan, np.inf, -np.inf)
@@ -405,34 +405,34 @@ SPOILT = [
 ]
 
 
-@pytest.mark.parametrize(("where", "value"), SPOILT)
-def test_what_is_not_finite_stops_the_robot_and_is_named(where, value):
+@pytest.mark.parametrize(("where", "value"), NON_FINITE)
+def test_non_finite_input_stops_robot_and_is_named(where, value):
     nominal, tasks, state = np.array([0.1, 0.1]), np.ones((1, 2)), robot([0, 0])
     near = proximity([0.2, 0.2], np.eye(2))
-    spoilt = np.array([0.2, value])
+    non_finite = np.array([0.2, value])
     if where == "nominal":
-        nominal = spoilt
+        nominal = non_finite
     elif where == "tasks":
-        tasks = spoilt[None]
+        tasks = non_finite[None]
     elif where == "rows":
-        near = replace(near, rows=np.array([[1.0, 0.0], spoilt]))
+        near = replace(near, rows=np.array([[1.0, 0.0], non_finite]))
     elif where in ("distance", "drift"):
-        near = replace(near, **{where: spoilt})
+        near = replace(near, **{where: non_finite})
     else:
-        state = replace(state, **{where: spoilt})
+        state = replace(state, **{where: non_finite})
     motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     assert np.array_equal(motion.velocity, np.zeros(2))
     assert not motion.feasible
-    told = {
+    expected = {
         "nominal": "nominal velocity", "tasks": "rows of the tasks", "speed": "joint speed",
         "upper": "joint limit",
     }.get(where, "distance of link1 and box1")  # fmt: skip
-    assert told in motion.blocking[0]
+    assert expected in motion.blocking[0]
 
 
 @given(seed=seeds, scale=st.floats(-12.0, 12.0))
-def test_numbers_of_any_size_give_finite_velocities_within_the_speeds(seed, scale):
-    state, near, nominal, tasks = case(seed, drift=0.1, inside=0.02)
+def test_input_of_any_scale_gives_velocities_within_limits(seed, scale):
+    state, near, nominal, tasks = random_case(seed, drift=0.1, inside=0.02)
     near = replace(near, rows=near.rows * 10.0**scale)
     for far in (nominal, 10.0**scale * nominal):
         velocity = safe_motion(far, tasks, state, near, OPTIONS).velocity

@@ -1,4 +1,4 @@
-"""Balls that cover parts, and a distance whose gradient does not jump on parallel faces."""
+"""Sphere covers of parts, and the soft distance with a continuous gradient."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ GEOMS = {
     "mesh": 'type="mesh" mesh="part"',
 }
 VERTICES = "0 0 0 .11 0 0 0 .1 0 0 0 .12 .07 .08 .09 -.02 .05 .04"
-TURN = np.deg2rad(0.002)
+ROTATION = np.deg2rad(0.002)
 COVER = CollisionOptions(cut_off=1.0, cover=CoverOptions())
 EXACT = CollisionOptions(cut_off=1.0)
 
@@ -43,29 +43,29 @@ def _hand(kind: str) -> RobotModel:
 
 
 def _rows_across_parallel(kind: str, height: float, options: CollisionOptions) -> np.ndarray:
-    """Rows on both sides of the posture in which the hand is parallel to a table."""
+    """Return the rows on both sides of the configuration with the hand parallel to a table."""
     table = Obstacle("table", Box(np.array([0.5, 0.5, 0.05])), RigidTransform.identity())
     world = CollisionWorld(_hand(kind), [table], options=options)
-    postures = [np.array([0, 0, height, 0, turn, 0]) for turn in (-TURN / 2, TURN / 2)]
+    postures = [np.array([0, 0, height, 0, turn, 0]) for turn in (-ROTATION / 2, ROTATION / 2)]
     return np.array([world.proximity(q).rows[0] for q in postures])
 
 
 @pytest.mark.parametrize(("kind", "half_length"), [("box", 0.05), ("capsule", 0.08)])
 @pytest.mark.parametrize("gap", [0.002, 0.03])
-def test_gradient_turns_smoothly_where_parallel_faces_make_it_jump(
+def test_gradient_of_soft_distance_is_continuous_at_parallel_faces(
     kind: str, half_length: float, gap: float
 ) -> None:
     height = 0.05 + gap + (HALF[2] if kind == "box" else 0.03)
     exact = _rows_across_parallel(kind, height, EXACT)
     smooth = _rows_across_parallel(kind, height, COVER)
-    # From one end of the hand to the other: the lever turns round.
+    # The closest point jumps from one end of the hand to the other.
     np.testing.assert_allclose(np.abs(exact[1] - exact[0]).max(), 2 * half_length, rtol=1e-3)
     assert np.abs(smooth[1] - smooth[0]).max() < 0.01 * half_length
     assert np.linalg.norm(smooth[1] - smooth[0]) < 0.01 * np.linalg.norm(smooth[0])
 
 
 @pytest.mark.parametrize("kind", GEOMS)
-def test_soft_distance_is_never_above_the_true_one_and_not_far_below(kind: str) -> None:
+def test_soft_distance_is_tight_lower_bound(kind: str) -> None:
     rng = np.random.default_rng(SEED)
     robot = _hand(kind)
     shapes = [
@@ -80,19 +80,19 @@ def test_soft_distance_is_never_above_the_true_one_and_not_far_below(kind: str) 
         true, soft = (CollisionWorld(robot, obstacles, options=o) for o in (EXACT, COVER))
         for q in rng.normal(size=(40, 6)) * np.repeat([0.1, 1.0], 3):
             distance = true.proximity(q).distance[0]
-            balls = soft.proximity(q).distance[0]
+            soft_distance = soft.proximity(q).distance[0]
             if distance <= 0.0:
-                # Inside, each ball has its own way out, which may be shorter than that of all.
-                assert balls < 0.0
+                # Inside, the depth of a single sphere may be smaller than that of the part.
+                assert soft_distance < 0.0
                 continue
-            assert balls <= distance + 1e-9
+            assert soft_distance <= distance + 1e-9
             if kind in ("box", "capsule"):
-                # What balls stand out, and log(64) / 2000.
-                assert balls >= distance - 0.008 - 0.0021
+                # The bound is the overhang of the spheres plus log(64) / 2000.
+                assert soft_distance >= distance - 0.008 - 0.0021
 
 
 @pytest.mark.parametrize("kind", GEOMS)
-def test_soft_rows_are_the_derivative_of_the_soft_distance(kind: str) -> None:
+def test_soft_rows_are_derivative_of_soft_distance(kind: str) -> None:
     rng = np.random.default_rng(SEED)
     obstacles = [Obstacle("o", Box(np.array([0.05, 0.1, 0.07])), RigidTransform.identity())]
     world = CollisionWorld(_hand(kind), obstacles, options=COVER)
@@ -116,61 +116,63 @@ sizes = st.floats(1e-3, 0.3)
 
 @settings(max_examples=60, deadline=None)
 @given(st.tuples(sizes, sizes, sizes), st.integers(1, 100), st.floats(1e-3, 0.05))
-def test_balls_contain_the_box(half: tuple, most: int, overhang: float) -> None:
+def test_spheres_contain_box(half: tuple, max_balls: int, overhang: float) -> None:
     extents = np.array(half)
-    balls = cover_box(extents, CoverOptions(overhang=overhang, max_balls=most))
-    assert 1 <= len(balls) <= most
+    spheres = cover_box(extents, CoverOptions(overhang=overhang, max_balls=max_balls))
+    assert 1 <= len(spheres) <= max_balls
     points = np.random.default_rng(SEED).uniform(-1, 1, (300, 3))
     points[:100] = np.sign(points[:100])
     points[100:200, 0] = np.sign(points[100:200, 0])
-    _check_inside(points * extents, balls)
+    _check_inside(points * extents, spheres)
 
 
 @settings(max_examples=60, deadline=None)
 @given(sizes, sizes, st.integers(1, 60), st.floats(1e-3, 0.05))
-def test_balls_contain_the_capsule(
-    radius: float, half_length: float, most: int, overhang: float
+def test_spheres_contain_capsule(
+    radius: float, half_length: float, max_balls: int, overhang: float
 ) -> None:
-    balls = cover_capsule(radius, half_length, CoverOptions(overhang=overhang, max_balls=most))
-    assert 1 <= len(balls) <= most
+    spheres = cover_capsule(
+        radius, half_length, CoverOptions(overhang=overhang, max_balls=max_balls)
+    )
+    assert 1 <= len(spheres) <= max_balls
     rng = np.random.default_rng(SEED)
-    ways = rng.normal(size=(300, 3))
-    ways /= np.linalg.norm(ways, axis=1, keepdims=True)
-    points = radius * ways
+    directions = rng.normal(size=(300, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    points = radius * directions
     points[:, 2] += half_length * rng.uniform(-1, 1, 300)
-    points[:150, 2] = radius * ways[:150, 2] + np.sign(ways[:150, 2]) * half_length
-    _check_inside(points, balls)
-    if len(balls) < most:
-        assert balls[0, 3] <= radius + overhang + 1e-9
+    points[:150, 2] = radius * directions[:150, 2] + np.sign(directions[:150, 2]) * half_length
+    _check_inside(points, spheres)
+    if len(spheres) < max_balls:
+        assert spheres[0, 3] <= radius + overhang + 1e-9
 
 
-def _check_inside(points: np.ndarray, balls: np.ndarray) -> None:
-    away = np.linalg.norm(points[:, None] - balls[None, :, :3], axis=2) - balls[:, 3]
-    assert away.min(axis=1).max() <= 1e-12
+def _check_inside(points: np.ndarray, spheres: np.ndarray) -> None:
+    gaps = np.linalg.norm(points[:, None] - spheres[None, :, :3], axis=2) - spheres[:, 3]
+    assert gaps.min(axis=1).max() <= 1e-12
 
 
 @pytest.mark.parametrize("kind", ["cylinder", "mesh"])
-def test_balls_contain_cylinders_and_meshes(kind: str) -> None:
+def test_spheres_contain_cylinder_and_mesh(kind: str) -> None:
     model = _hand(kind).model
-    balls = cover_geom(model, 0, CoverOptions())
+    spheres = cover_geom(model, 0, CoverOptions())
     if kind == "mesh":
         points = model.mesh_vert
     else:
         angles = np.linspace(0, 2 * np.pi, 50)
         rim = np.column_stack([0.04 * np.cos(angles), 0.04 * np.sin(angles), np.full(50, 0.05)])
         points = np.vstack([rim, rim * [1, 1, -1], rim * [1, 1, 0], rim * [0.5, 0.5, 1]])
-    _check_inside(np.asarray(points, dtype=np.float64), balls)
+    _check_inside(np.asarray(points, dtype=np.float64), spheres)
 
 
-def test_round_parts_need_no_cover() -> None:
+def test_ellipsoid_has_no_sphere_cover() -> None:
     text = HAND.format(geom='type="ellipsoid" size=".1 .2 .3"', vertices=VERTICES)
     assert len(cover_geom(RobotModel.load(text, "hand").model, 0, CoverOptions())) == 0
 
 
 @given(st.lists(st.floats(-10, 10), min_size=1, max_size=40), st.floats(0.1, 1e5))
-def test_soft_minimum_is_below_the_minimum_by_a_known_bound(distances: list, k: float) -> None:
+def test_soft_minimum_is_bounded_below_minimum(distances: list, k: float) -> None:
     value, weights = soft_minimum(np.array(distances), k)
-    least = min(distances)
-    assert least - np.log(len(distances)) / k - 1e-9 <= value <= least + 1e-9
+    minimum = min(distances)
+    assert minimum - np.log(len(distances)) / k - 1e-9 <= value <= minimum + 1e-9
     assert weights.sum() == pytest.approx(1.0)
     assert np.all(weights >= 0.0)

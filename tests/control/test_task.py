@@ -1,4 +1,4 @@
-"""Tasks and robot states: what they refuse, and what they command."""
+"""Task rows and robot states: commanded rates and invalid fields."""
 
 from dataclasses import replace
 
@@ -17,19 +17,19 @@ def one_row(error: float, **fields) -> TaskRows:
 
 
 @given(seed=st.integers(0, 100_000), speed=st.floats(1e-3, 10.0))
-def test_the_rate_points_along_the_error_and_keeps_its_speed(seed, speed):
+def test_rate_is_along_error_within_speed(seed, speed):
     error = np.random.default_rng(seed).normal(size=3)
     task = TaskRows("any", np.zeros(3), error, np.ones((3, 7)), gain=2.0, speed=speed)
     size = min(speed, 2.0 * float(np.linalg.norm(error)))
     assert task.rate == pytest.approx(size * error / np.linalg.norm(error))
 
 
-def test_no_speed_is_no_limit_and_no_rows_are_no_rate():
+def test_rate_without_speed_limit_and_without_rows():
     assert one_row(1e6, gain=2.0).rate == pytest.approx([2e6])
     assert TaskRows("none", np.zeros(0), np.zeros(0), np.zeros((0, 7))).rate.shape == (0,)
 
 
-def test_only_the_error_on_the_forbidden_side_is_unmet():
+def test_unmet_counts_error_on_forbidden_side_only():
     assert one_row(-0.2).unmet == pytest.approx(0.2)
     assert one_row(0.2, side=1).unmet == pytest.approx(0.2)  # below its lower bound
     assert one_row(-0.2, side=1).unmet == 0.0
@@ -56,12 +56,12 @@ def test_only_the_error_on_the_forbidden_side_is_unmet():
         ),
     ],
 )
-def test_bad_tasks_are_refused(fields, message):
+def test_task_rows_reject_invalid_fields(fields, message):
     with pytest.raises(InputError, match=message):
         replace(one_row(0.1), **fields)
 
 
-def test_bad_states_are_refused(arm_state):
+def test_robot_state_rejects_invalid_fields(arm_state):
     state = arm_state(np.zeros(7))
     with pytest.raises(InputError, match=r"jacobian \(6, n\)"):
         replace(state, jacobian=np.zeros((6, 6)))
@@ -70,6 +70,6 @@ def test_bad_states_are_refused(arm_state):
 
 
 @given(seed=st.integers(0, 100_000))
-def test_skew_is_the_cross_product(seed):
+def test_skew_equals_cross_product(seed):
     a, b = np.random.default_rng(seed).normal(size=(2, 3))
     assert skew(a) @ b == pytest.approx(np.cross(a, b))
