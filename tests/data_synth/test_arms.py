@@ -1,4 +1,4 @@
-"""The arms that come with eyehand have the geometry they are named for, and fit themselves."""
+"""The included arms: published geometry, self-collision pairs, and servo tracking."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from eyehand.data_synth import HOME_KEY, JOINT_SPEED, LBR_ARM, PLANAR_ARM, TOOL_
 
 mujoco = import_mujoco()
 
-LEAST_EXCLUDED_GAP_M = 0.05
+MIN_EXCLUDED_GAP_M = 0.05
 
 
-def _loaded(path: Path):
+def _load(path: Path):
     model = mujoco.MjModel.from_xml_path(str(path))
     return model, mujoco.MjData(model)
 
 
 @pytest.fixture(scope="module")
 def lbr():
-    return _loaded(LBR_ARM)
+    return _load(LBR_ARM)
 
 
-def test_the_arm_has_the_published_links_limits_and_speeds(lbr):
+def test_lbr_has_published_lengths_limits_and_speeds(lbr):
     model, data = lbr
     mujoco.mj_resetData(model, data)
     mujoco.mj_kinematics(model, data)
@@ -41,7 +41,7 @@ def test_the_arm_has_the_published_links_limits_and_speeds(lbr):
     assert np.allclose(axes[[1, 3, 5]], [[0, 1, 0], [0, -1, 0], [0, 1, 0]])
 
 
-def test_at_home_the_tool_points_down_in_front_of_the_arm(lbr):
+def test_tool_points_down_at_home(lbr):
     model, data = lbr
     mujoco.mj_resetDataKeyframe(model, data, model.key(HOME_KEY).id)
     mujoco.mj_forward(model, data)
@@ -52,33 +52,33 @@ def test_at_home_the_tool_points_down_in_front_of_the_arm(lbr):
     assert data.ncon == 0
 
 
-def test_excluded_pairs_cannot_come_near_each_other_but_at_the_wrist_and_next_to_a_joint(lbr):
+def test_excluded_pairs_that_are_not_neighbours_keep_distance(lbr):
     model, data = lbr
     bodies = [(model.body(f"link{k}").id if k else model.body("base").id) for k in range(8)]
     excluded = {(int(sign) >> 16, int(sign) & 0xFFFF) for sign in model.exclude_signature}
     overlap = {*pairwise(bodies), (bodies[5], bodies[7])}
-    apart = excluded - overlap
-    assert len(apart) == 17
+    not_adjacent = excluded - overlap
+    assert len(not_adjacent) == 17
     shells = np.flatnonzero(model.geom_contype)
     geoms = [
         (int(a), int(b))
         for a, b in product(shells, shells)
-        if (model.geom_bodyid[a], model.geom_bodyid[b]) in apart
+        if (model.geom_bodyid[a], model.geom_bodyid[b]) in not_adjacent
     ]
     rng = np.random.default_rng(0)
     lower, upper = model.jnt_range.T
     for _ in range(400):
-        # The hinges at their ends fold the arm most.
+        # Joints at their limits fold the arm the most.
         posture = rng.uniform(lower, upper)
         folded = [1, 3, 5]
         posture[folded] = np.where(rng.random(3) < 0.5, lower[folded], upper[folded])
         data.qpos[:] = posture
         mujoco.mj_kinematics(model, data)
         gaps = [mujoco.mj_geomDistance(model, data, a, b, 1.0, None) for a, b in geoms]
-        assert min(gaps) > LEAST_EXCLUDED_GAP_M
+        assert min(gaps) > MIN_EXCLUDED_GAP_M
 
 
-def test_trim_has_no_weight_and_stands_out_of_the_shells_by_3_mm_at_most(lbr):
+def test_trim_geoms_do_not_collide_and_have_no_mass(lbr):
     model, _ = lbr
     trim = [g for g in range(model.ngeom) if not model.geom_contype[g]]
     assert trim
@@ -90,28 +90,29 @@ def test_trim_has_no_weight_and_stands_out_of_the_shells_by_3_mm_at_most(lbr):
     assert np.allclose(bare.compile().body_mass, model.body_mass)
 
 
-def test_servos_follow_a_motion_within_their_torque_when_the_lag_is_made_up_for(lbr):
+def test_servos_track_motion_within_torque_limits_with_lag_compensation(lbr):
     model, data = lbr
     mujoco.mj_resetDataKeyframe(model, data, model.key(HOME_KEY).id)
     home = data.qpos.copy()
     lag = model.actuator_biasprm[:, 2] / model.actuator_biasprm[:, 1]
-    swing, pace = 0.25, 2 * np.pi * 0.4
-    worst = 0.0
+    amplitude, angular_frequency = 0.25, 2 * np.pi * 0.4
+    max_error = 0.0
     for _ in range(1500):
         ramp = 1 - np.exp(-data.time)
-        angle = swing * ramp * np.sin(pace * data.time)
-        rate = swing * (
-            pace * ramp * np.cos(pace * data.time) + np.exp(-data.time) * np.sin(pace * data.time)
+        angle = amplitude * ramp * np.sin(angular_frequency * data.time)
+        rate = amplitude * (
+            angular_frequency * ramp * np.cos(angular_frequency * data.time)
+            + np.exp(-data.time) * np.sin(angular_frequency * data.time)
         )
-        worst = max(worst, float(np.abs(data.qpos - home - angle).max()))
+        max_error = max(max_error, float(np.abs(data.qpos - home - angle).max()))
         data.ctrl[:] = home + angle + lag * rate
         mujoco.mj_step(model, data)
         assert (np.abs(data.qfrc_actuator) < model.jnt_actfrcrange[:, 1]).all()
-    assert worst < 5e-3
+    assert max_error < 5e-3
 
 
-def test_the_planar_arm_stays_in_its_plane_and_reaches_a_metre():
-    model, data = _loaded(PLANAR_ARM)
+def test_planar_arm_is_planar_and_reaches_one_metre():
+    model, data = _load(PLANAR_ARM)
     mujoco.mj_kinematics(model, data)
     assert np.allclose(data.site(TOOL_SITE).xpos, [1, 0, 0])
     mujoco.mj_resetDataKeyframe(model, data, model.key(HOME_KEY).id)

@@ -1,4 +1,4 @@
-"""MuJoCo loads late, and also where its graphics library is missing."""
+"""The late import of MuJoCo, without a graphics library and without the package."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ def run(code: str, **variables: str) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_physics_works_whatever_the_graphics_variable_says():
+def test_import_works_with_invalid_graphics_variable():
     code = (
         "import os\n"
         "from eyehand.data_synth.mujoco_import import import_mujoco\n"
         "model = import_mujoco().MjModel.from_xml_string('<mujoco/>')\n"
         "print(model.nbody, os.environ['MUJOCO_GL'])\n"
     )
-    done = run(code, MUJOCO_GL="nonsense")
-    assert done.stdout == "1 nonsense\n", done.stderr
+    result = run(code, MUJOCO_GL="nonsense")
+    assert result.stdout == "1 nonsense\n", result.stderr
 
 
-def test_a_missing_package_is_named():
+def test_missing_package_raises_with_name():
     code = (
         "import sys\n"
         "class Missing:\n"

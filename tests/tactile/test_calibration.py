@@ -93,10 +93,10 @@ def test_working_tactels_are_calibrated_when_most_are_broken(make, alive):
     raw = run.raw.copy()
     raw[:, broken[::2]] = rng.integers(0, 4, (len(raw), len(broken[::2])))
     raw[:, broken[1::2]] = 4095
-    found, whole = make(BenchRun(run.pressures, raw)), make(run)
+    found, reference = make(BenchRun(run.pressures, raw)), make(run)
     assert np.array_equal(np.flatnonzero(found.dead), np.sort(broken))
     assert found.working == alive
-    assert np.array_equal(found.table[~found.dead], whole.table[~found.dead])
+    assert np.array_equal(found.table[~found.dead], reference.table[~found.dead])
     # Broken tactels must read zero for every raw value.
     readings = PAD.raw(np.full(256, 3000.0), rng)
     readings[broken] = rng.choice([0, 4095], len(broken))

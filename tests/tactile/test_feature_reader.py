@@ -60,13 +60,13 @@ def test_dead_tactel_in_contact_is_interpolated_and_counted():
     raw[:, 136] = 120
     reader = FeatureReader(calibrate(BenchRun(run.pressures, raw)), ARRAY)
     pressed = PAD.raw(imprint(long=0.008))
-    whole = FeatureReader(CALIBRATION, ARRAY).read(pressed)
+    reference = FeatureReader(CALIBRATION, ARRAY).read(pressed)
     pressed[136] = 120
     found = reader.read(pressed)
     assert found.interpolated == 1
-    assert whole.interpolated == 0
-    assert np.linalg.norm(found.centre - whole.centre) < 5e-4
-    assert found.force == pytest.approx(whole.force, rel=0.1)
+    assert reference.interpolated == 0
+    assert np.linalg.norm(found.centre - reference.centre) < 5e-4
+    assert found.force == pytest.approx(reference.force, rel=0.1)
 
 
 def test_saturated_tactels_in_a_contact_are_counted():
@@ -90,9 +90,9 @@ def test_reader_keeps_tracked_contact_until_reset():
 def test_returned_features_are_not_overwritten_by_next_read():
     reader = FeatureReader(CALIBRATION, ARRAY)
     first = reader.read(PAD.raw(imprint(0.01)))
-    kept = first.centre.copy()
+    centre = first.centre.copy()
     reader.read(PAD.raw(imprint(-0.01)))
-    assert np.array_equal(first.centre, kept)
+    assert np.array_equal(first.centre, centre)
 
 
 def test_reader_supports_fingertip_array():

@@ -1,4 +1,4 @@
-"""The hand alone on rails: close it on one solid at a known pose, lift, hold, shake."""
+"""A test bench for the hand on linear rails: close on one solid, lift, hold and shake."""
 
 from __future__ import annotations
 
@@ -27,82 +27,82 @@ if TYPE_CHECKING:
 
 STEP_S = 0.002
 CONTROL_STEPS = 2
-"""Physics steps in a control period of 4 ms, as the robot runs."""
+"""Physics steps per control period of 4 ms, as in the simulated robot."""
 RAIL_STIFFNESS = 4e4
 RAIL_DAMPING = 1.2e3
-"""N/m and Ns/m: a stiff arm; 0.6 kg bend it by 0.15 mm."""
+"""Stiffness, N/m, and damping, Ns/m, of the rails: 0.6 kg deflects them by 0.15 mm."""
 SETTLE_S = 0.1
-"""After the lift: the rail stops at once, an arm would not, and what that shakes is no creep."""
+"""Time before slip is measured, s. The rail stops abruptly after the lift and shakes the object."""
 FINGERTIP_CLEARANCE = 0.004
-"""Fingertips over the table, m."""
+"""Height of the fingertips above the table, m."""
 TIP_BELOW_CENTRE = 0.012
-"""How far the tips reach below the middle of what precision holds, m."""
+"""Depth of the fingertips below the object's centre in a precision grasp, m."""
 PALM_GAP = 0.002
-"""Palm to object in a power grasp, m."""
+"""Distance from the palm to the object in a power grasp, m."""
 TOUCH_GAP = 0.001
-"""m."""
+"""Minimum distance of the palm from the object in a side grasp, m."""
 CONTACT_FORCE = 0.05
-"""Force of a pad that counts as contact, N."""
+"""Pad force above which a pad is in contact, N."""
 PALM_WIDTH, FLAT_GAP_SLOPE = 0.058, 0.85
-"""Free width between the roots of fingers and thumb, m; a flat face wider than that meets the
-opened fingers this much before the palm for each metre beyond."""
+"""Free width between the roots of fingers and thumb, m, and the gap per metre of a wider flat face.
+Such a face touches the opened fingers before it touches the palm."""
 ROUND_EXPONENT = 0.3
-"""Superquadric exponent below which a solid's face is flat: the first for its ends, the second for
-its sides."""
+"""Superquadric exponent below which a face is flat. The first exponent describes the ends, the
+second the sides."""
 
 
 @dataclass(frozen=True)
 class HandBenchOptions:
-    """What is done with the hand."""
+    """Options of a bench grasp."""
 
     friction: float = 1.0
-    """Of the hand's pads on the object."""
+    """Friction coefficient between the pads and the object."""
     clearance: float = 0.03
-    """Opening beyond the object's width, m: 10 mm of error to each side, and something over."""
+    """Opening minus the object's width, m: 10 mm of position error on each side, and a reserve."""
     shift: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Where the object is taken to be, less where it is, m."""
+    """Error of the estimated position, m."""
     turn: float = 0.0
-    """The same of its yaw, rad."""
+    """Error of the estimated yaw, rad."""
     scale: float = 1.0
-    """The same of its size, as a ratio."""
+    """Ratio of the estimated size to the true size."""
     lift: float = 0.15
-    """m."""
+    """Height of the lift, m."""
     hold: float = 1.0
-    """s."""
+    """Duration of the hold after the lift, s."""
     shake: float = 0.0
-    """Seconds of shaking after the hold: 10 mm at 3 Hz, sideways and up."""
+    """Duration of the shaking after the hold, s: 10 mm at 3 Hz along all axes."""
     grip: GripOptions = field(default_factory=GripOptions)
-    """Of the closing."""
+    """Options of the grip."""
 
 
 @dataclass(frozen=True)
 class BenchResult:
-    """How a grasp went; true in a condition when the object was still in the hand at the end."""
+    """The result of a bench grasp. It is true if the hand still holds the object at the end."""
 
     success: bool
-    """Lifted as high as the hand, within 2 cm, and still there at the end."""
+    """Whether the object was lifted with the hand, within 2 cm, and held until the end."""
     state: str
-    """Of the closing, when the lift began."""
+    """State of the closing at the start of the lift."""
     contacts: tuple[str, ...]
     """Names of the pads in contact at the end."""
     phalanges: int
-    """How many of them are fingers' phalanges, without the thumb's."""
+    """Number of finger phalanges in contact, without the thumb."""
     thumb: int
-    """How many are the thumb's."""
+    """Number of thumb pads in contact."""
     palm: bool
-    """Whether the palm is among them."""
+    """Whether the palm is in contact."""
     curl: float
-    """How far the fingers bent around, rad."""
+    """Bend of the fingers around the object, rad."""
     slip_mm: float
-    """Object against palm from the end of the lift to the end of the hold, mm."""
+    """Motion of the object relative to the palm during the hold, mm."""
     pushed_mm: float
-    """How far the object was moved sideways before both sides touched, mm."""
+    """Sideways motion of the object before both sides were in contact, mm."""
     force: float
-    """Largest force of a pad, N."""
+    """Largest force on a pad, N."""
     seconds: float
-    """From the start of closing to the start of the lift."""
+    """Time from the start of closing to the start of the lift, s."""
     warnings: int
-    """Physics warnings."""
+    """Number of physics warnings."""
 
     def __bool__(self) -> bool:
         return self.success
@@ -115,28 +115,28 @@ def bench_grasp(
     options: HandBenchOptions | None = None,
     *,
     spec: Any = HAND,
-    watch: Callable[[Any, Any], None] | None = None,
+    on_cycle: Callable[[Any, Any], None] | None = None,
 ) -> BenchResult:
-    """Grasp one solid standing at the origin of a table; the hand closes along world x.
+    """Grasp one solid at the origin of a table. The hand closes along the world's x-axis.
 
     Parameters
     ----------
     item
-        Object at rest, its centre over the origin.
+        The object at rest, with its centre above the origin.
     prototype, approach
-        How to grasp.
+        The grasp prototype and the approach direction.
     options
-        Errors, friction, lift.
+        Position errors, friction, lift and grip.
     spec
-        The hand, an `MjSpec` or a path.
-    watch
-        Called with model and data after every control period (for pictures).
+        The hand as an `MjSpec` or a path.
+    on_cycle
+        Called with the model and the data after every control period.
     """
-    return HandBench(item, prototype, approach, options or HandBenchOptions(), spec, watch).run()
+    return HandBench(item, prototype, approach, options or HandBenchOptions(), spec, on_cycle).run()
 
 
 class HandBench:
-    """One hand, one object."""
+    """The simulation of one hand and one object."""
 
     def __init__(
         self,
@@ -145,19 +145,19 @@ class HandBench:
         approach: Approach,
         options: HandBenchOptions,
         spec: Any,
-        watch: Callable[[Any, Any], None] | None,
+        on_cycle: Callable[[Any, Any], None] | None,
     ) -> None:
         mujoco = import_mujoco()
-        self._mujoco, self._item, self._options, self._watch = mujoco, item, options, watch
+        self._mujoco, self._item, self._options, self._on_cycle = mujoco, item, options, on_cycle
         self._prototype: Prototype = prototype
         self.hand: HandModel = tendon_hand_model(spec)
         half = options.scale * half_extents(item)
         self._opening = min(2.0 * half[0] + options.clearance, self.hand.max_opening)
         flat = item.shape.exponents[approach == "side"] < ROUND_EXPONENT
-        self._goal = palm_place(self.hand, prototype, approach, half, self._opening, flat=flat)
+        self._goal = palm_position(self.hand, prototype, approach, half, self._opening, flat=flat)
         self._goal += options.shift
         if approach == "side":
-            # An arm that comes too near, or askew, stops where the palm touches.
+            # An arm that comes too close, or rotated, stops where the palm touches the object.
             askew = PALM_WIDTH / 2 * abs(np.sin(options.turn))
             self._goal[1] = min(self._goal[1], -half_extents(item)[1] - TOUCH_GAP - askew)
         turn = Rotation.from_euler("z", options.turn)
@@ -177,7 +177,7 @@ class HandBench:
             rail = world.add_actuator(name=f"rail_{name}", target=f"rail_{name}")
             rail.trntype = mujoco.mjtTrn.mjTRN_JOINT
             rail.set_to_position(kp=RAIL_STIFFNESS, kv=RAIL_DAMPING)
-        # A hand weighs more at the end of an arm.
+        # The extra mass stands for the last links of an arm.
         carriage.add_geom(
             type=mujoco.mjtGeom.mjGEOM_SPHERE,
             size=[0.01, 0, 0],
@@ -203,7 +203,7 @@ class HandBench:
         self._body = self.model.body(item.name).id
 
     def run(self) -> BenchResult:
-        """Pre-shape, close, lift, hold, shake."""
+        """Pre-shape the hand, then close, lift, hold and shake."""
         options = self._options
         self._start_open()
         closing = Closing(self.hand, self._prototype, self._opening, options.grip)
@@ -236,20 +236,20 @@ class HandBench:
         return self._result(closing, reading, state, slip, pushed, force, seconds)
 
     def _start_open(self) -> None:
-        """Let the hand take its pre-shape, away from the object."""
-        away = np.array([0.0, 0.0, 0.4])
-        place = self.data.qpos.copy()
-        for axis, value in zip("xyz", away, strict=True):
+        """Move the hand to its pre-shape, away from the object."""
+        start = np.array([0.0, 0.0, 0.4])
+        initial_qpos = self.data.qpos.copy()
+        for axis, value in zip("xyz", start, strict=True):
             self.data.joint(f"rail_{axis}").qpos = value
         command = preshape_command(self.hand, self._opening, self._prototype)
         for _ in range(200):
-            self._step(command, away, watch=False)
+            self._step(command, start, notify=False)
         for axis in "xyz":
             self.data.joint(f"rail_{axis}").qpos = 0.0
             self.data.joint(f"rail_{axis}").qvel = 0.0
         free = self.model.body_jntadr[self._body]
         address = self.model.jnt_qposadr[free]
-        self.data.qpos[address : address + 7] = place[address : address + 7]
+        self.data.qpos[address : address + 7] = initial_qpos[address : address + 7]
         speed = self.model.jnt_dofadr[free]
         self.data.qvel[speed : speed + 6] = 0.0
         self._mujoco.mj_forward(self.model, self.data)
@@ -260,7 +260,7 @@ class HandBench:
         command: HandCommand,
         rail: NDArray[np.float64] | None = None,
         *,
-        watch: bool = True,
+        notify: bool = True,
     ) -> HandReading:
         self.drives.command(command)
         if rail is not None:
@@ -268,12 +268,12 @@ class HandBench:
         for _ in range(CONTROL_STEPS):
             self.drives.apply()
             self._mujoco.mj_step(self.model, self.data)
-        if watch and self._watch is not None:
-            self._watch(self.model, self.data)
+        if notify and self._on_cycle is not None:
+            self._on_cycle(self.model, self.data)
         return self.drives.reading()
 
     def _grip_pose(self) -> NDArray[np.float64]:
-        """Object's centre in the hand frame, m."""
+        """Return the object's centre in the hand frame, m."""
         axes = self.data.site_xmat[self._site].reshape(3, 3)
         return axes.T @ (self.data.xpos[self._body] - self.data.site_xpos[self._site])
 
@@ -309,7 +309,7 @@ class HandBench:
         )
 
 
-def palm_place(
+def palm_position(
     hand: HandModel,
     prototype: Prototype,
     approach: Approach,
@@ -318,14 +318,14 @@ def palm_place(
     *,
     flat: bool = False,
 ) -> NDArray[np.float64]:
-    """Place of the palm's face for an object standing at the origin, (3,), m.
+    """Return the position of the palm face for an object at the origin, (3,), m.
 
     Parameters
     ----------
     half
         Half extents of the object along x, y, z, (3,), m.
     flat
-        Whether the face before the palm is as wide as the object.
+        Whether the face in front of the palm is as wide as the object.
     """
     height = 2.0 * half[2]
     beyond = max(2.0 * half[0] - PALM_WIDTH, 0.0) if flat else 0.0
@@ -342,5 +342,5 @@ def palm_place(
 
 
 def half_extents(item: TabletopObject) -> NDArray[np.float64]:
-    """Half extents of an object along the world's axes, (3,), m."""
+    """Return the half extents of an object along the world's axes, (3,), m."""
     return np.array([float(item.shape.support(axis)) for axis in np.eye(3)]) - item.shape.centre

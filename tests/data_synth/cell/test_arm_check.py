@@ -1,4 +1,4 @@
-"""A robot's file that cannot be used says why in one line, whatever is wrong with it."""
+"""Robot files that cannot be used: each raises an error of one line with the reason."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ FLOATING = FLOATING.replace(BASE, BASE + "<freejoint/>")
 URDF = '<robot name="r"><link name="tool"/></robot>'
 
 
-def refused(path, frame="tool") -> str:
+def error_message(path, frame="tool") -> str:
     with pytest.raises(InputError) as error:
         GraspRobot.of_file(path, frame).measured_hand()
-    told = str(error.value)
-    assert "\n" not in told
-    assert "None" not in told
-    return told
+    message = str(error.value)
+    assert "\n" not in message
+    assert "None" not in message
+    return message
 
 
 def with_line(line, before="</mujoco>"):
@@ -36,7 +36,7 @@ def with_line(line, before="</mujoco>"):
 
 
 @pytest.mark.parametrize(
-    ("text", "told"),
+    ("text", "message"),
     [
         ("", r"cannot read .*robot\.xml"),
         ("<html/>", r"cannot read .*html"),
@@ -61,32 +61,32 @@ def with_line(line, before="</mujoco>"):
         (ARM, r"the fingers of .* are not described: .*robot\.hand\.json"),
     ],
 )
-def test_what_is_wrong_with_an_mjcf_is_told(tmp_path, text, told):
+def test_invalid_mjcf_raises_with_reason(tmp_path, text, message):
     path = tmp_path / "robot.xml"
     path.write_text(text)
-    assert re.search(told, refused(path)), refused(path)
+    assert re.search(message, error_message(path)), error_message(path)
 
 
-def test_a_file_of_another_kind_is_told(tmp_path):
+def test_file_of_another_format_raises(tmp_path):
     (tmp_path / "robot.xml").write_bytes(np.random.default_rng(0).bytes(3000))
     (tmp_path / "robot.urdf").write_text(URDF)
-    assert "cannot read" in refused(tmp_path / "robot.xml")
-    assert "<position> actuator" in refused(tmp_path / "robot.urdf")
-    assert "this is a folder" in refused(tmp_path)
-    assert "no such file" in refused(tmp_path / "gone.xml")
+    assert "cannot read" in error_message(tmp_path / "robot.xml")
+    assert "<position> actuator" in error_message(tmp_path / "robot.urdf")
+    assert "this is a folder" in error_message(tmp_path)
+    assert "no such file" in error_message(tmp_path / "gone.xml")
 
 
-def test_a_joint_of_the_arm_is_no_fingers(tmp_path):
+def test_arm_joint_described_as_finger_joint_raises(tmp_path):
     path = tmp_path / "robot.xml"
     path.write_text(ARM)
     finger = {"joints": {"joint3": [0.0, 1.0]}, "pads": ["base_shell"]}
     thumb = {"joints": {"other": [0.0, 1.0]}, "pads": ["link1_shell"]}
     described = {"fingers": {"middle": finger, "thumb": thumb}}
     path.with_suffix(".hand.json").write_text(json.dumps(described))
-    assert "joint joint3 is described as a finger's" in refused(path)
+    assert "joint joint3 is described as a finger's" in error_message(path)
 
 
-def test_bodies_without_a_name_are_the_robots(tmp_path):
+def test_unnamed_body_belongs_to_robot(tmp_path):
     path = tmp_path / "robot.xml"
     path.write_text(ARM.replace("<worldbody>", '<worldbody><body><geom size="0.01"/></body>', 1))
     world = GraspWorld.build([], robot=GraspRobot.of_file(path, "tool"))
@@ -96,7 +96,7 @@ def test_bodies_without_a_name_are_the_robots(tmp_path):
     assert touch.robot[model.body_geomadr[unnamed]]
 
 
-def test_a_world_too_large_to_run_is_told(monkeypatch):
+def test_simulation_failure_at_start_raises(monkeypatch):
     world, mujoco = GraspWorld.build([]), import_mujoco()
 
     def overflow(_model, _data):
@@ -108,10 +108,10 @@ def test_a_world_too_large_to_run_is_told(monkeypatch):
 
 
 @pytest.mark.parametrize("hand", ["hand.xml", "servo_hand.xml"])
-def test_a_hand_without_an_arm_is_told(hand):
-    told = refused(PARTS / hand, "palm")
-    assert "has no arm: no joint lies between its base and the hand's frame 'palm'" in told
+def test_hand_without_arm_raises(hand):
+    message = error_message(PARTS / hand, "palm")
+    assert "has no arm: no joint lies between its base and the hand's frame 'palm'" in message
 
 
-def test_a_frame_that_is_not_there_is_told_with_those_that_are():
-    assert "there are tool" in refused(LBR_ARM, "tol")
+def test_unknown_frame_raises_with_known_names():
+    assert "there are tool" in error_message(LBR_ARM, "tol")

@@ -1,4 +1,4 @@
-"""Contacts on a fingertip become an image whose forces add up, where they press."""
+"""Fingertip pads: the image has the force and the centre of pressure of the contact."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ FINGERTIP = """
 """
 
 
-def pressed(y: float, z: float, side: float = 1.0) -> tuple[np.ndarray, float]:
-    """Forces of the tactels, and the contact's."""
+def press_fingertip(y: float, z: float, side: float = 1.0) -> tuple[np.ndarray, float]:
+    """Return the forces of the tactels (rows, columns) and the contact force, N."""
     mujoco = import_mujoco()
     text = FINGERTIP.format(x=side * 0.0155, y=y, z=z)
     model = mujoco.MjModel.from_xml_string(text)
@@ -33,30 +33,30 @@ def pressed(y: float, z: float, side: float = 1.0) -> tuple[np.ndarray, float]:
 
 
 @pytest.mark.parametrize(("y", "z"), [(0.0, 0.0), (0.003, -0.004), (-0.007, 0.012)])
-def test_the_sum_is_the_contact_force(y: float, z: float):
-    forces, contact = pressed(y, z)
+def test_sum_of_tactel_forces_equals_contact_force(y: float, z: float):
+    forces, contact = press_fingertip(y, z)
     assert contact > 0.1
     assert np.isclose(forces.sum(), contact)
     assert (forces >= 0).all()
 
 
-def test_the_centre_of_pressure_is_where_it_presses():
-    forces, _ = pressed(0.001, -0.002)
+def test_centre_of_pressure_equals_contact_position():
+    forces, _ = press_fingertip(0.001, -0.002)
     rows = (np.arange(ROWS) - (ROWS - 1) / 2) * PITCH_M
     columns = (np.arange(COLUMNS) - (COLUMNS - 1) / 2) * PITCH_M
     along = (forces.sum(axis=1) @ rows) / forces.sum()
     across = (forces.sum(axis=0) @ columns) / forces.sum()
-    # Along the finger is its z; x = along × outwards points along y.
+    # The rows run along the finger, its z-axis. The columns run along y.
     assert abs(along + 0.002) < 0.0005
     assert abs(across - 0.001) < 0.0007
 
 
-def test_what_presses_on_the_back_is_not_felt():
-    forces, contact = pressed(0.0, 0.0, side=-1.0)
+def test_contact_on_back_gives_no_pressure():
+    forces, contact = press_fingertip(0.0, 0.0, side=-1.0)
     assert contact > 0.1
     assert not forces.any()
 
 
-def test_without_contact_there_is_no_pressure():
-    forces, _ = pressed(0.1, 0.0)
+def test_no_contact_gives_no_pressure():
+    forces, _ = press_fingertip(0.1, 0.0)
     assert not forces.any()

@@ -1,4 +1,4 @@
-"""Extents of geoms hold against many points of their surfaces."""
+"""Extents of geoms against many points on their surfaces."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SURFACES = {
 @pytest.mark.parametrize("kind", SURFACES)
 @settings(max_examples=15, deadline=None)
 @given(turn=st.tuples(ANGLE, ANGLE, ANGLE), seed=st.integers(0, 99))
-def test_no_point_lies_beyond_and_some_lie_near(kind, turn, seed):
+def test_extent_bounds_surface_points_tightly(kind, turn, seed):
     mujoco = import_mujoco()
     size = {"sphere": "0.03", "capsule": "0.03 0.05", "cylinder": "0.03 0.05"}
     model = mujoco.MjModel.from_xml_string(
@@ -37,11 +37,15 @@ def test_no_point_lies_beyond_and_some_lie_near(kind, turn, seed):
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
     rng = np.random.default_rng(seed)
-    axis, ball = rng.normal(size=3), rng.normal(size=(8000, 3))
+    axis, unit_vectors = rng.normal(size=3), rng.normal(size=(8000, 3))
     axis /= np.linalg.norm(axis)
-    ball /= np.linalg.norm(ball, axis=1, keepdims=True)
-    ends = rng.choice([-1.0, 1.0], size=(len(ball), 1))
-    points = SURFACES[kind](ball, ends) @ data.geom_xmat[0].reshape(3, 3).T + [0.1, 0.2, 0.3]
+    unit_vectors /= np.linalg.norm(unit_vectors, axis=1, keepdims=True)
+    ends = rng.choice([-1.0, 1.0], size=(len(unit_vectors), 1))
+    points = SURFACES[kind](unit_vectors, ends) @ data.geom_xmat[0].reshape(3, 3).T + [
+        0.1,
+        0.2,
+        0.3,
+    ]
 
     low, high = extent(model, data, [0], axis)
 
@@ -49,7 +53,7 @@ def test_no_point_lies_beyond_and_some_lie_near(kind, turn, seed):
     assert high - 5e-4 <= (points @ axis).max() <= high + ROUNDING
 
 
-def test_a_mesh_reaches_as_its_vertices_do_and_nothing_is_empty():
+def test_extent_of_mesh_and_of_no_geoms():
     mujoco = import_mujoco()
     model = mujoco.MjModel.from_xml_string(
         '<mujoco><asset><mesh name="m" vertex="0 0 0  0.1 0 0  0 0.2 0  0 0 0.3"/></asset>'

@@ -1,4 +1,4 @@
-"""The cell: where everything stands, and what is refused."""
+"""The grasp cell: placement of its parts, and invalid scenes."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ ARM_WITH_CLAW = """
 """
 
 
-def test_the_whole_work_area_is_in_the_picture():
+def test_whole_work_area_is_in_image():
     cell = GraspCell()
     x, y = 0.5 * np.array(WORK_AREA_M)
     corners = np.array(np.meshgrid([-x, x], [-y, y], [0.0, 0.25])).reshape(3, -1).T
@@ -38,13 +38,13 @@ def test_the_whole_work_area_is_in_the_picture():
     assert (pixels < np.array([637, 477])).all()
 
 
-def test_tray_and_work_area_are_apart():
+def test_tray_does_not_overlap_work_area():
     cell = GraspCell()
     left = cell.tray_centre[0] - cell.tray_size[0] / 2 - cell.tray_wall
     assert left > WORK_AREA_M[0] / 2 + 0.05
 
 
-def test_friction_is_the_whole_hands():
+def test_friction_applies_to_all_pads():
     model = GraspWorld.build((), friction=0.6).model
     pads = [g for g in range(model.ngeom) if model.geom_priority[g] > 0]
     assert len(pads) > 10
@@ -52,31 +52,31 @@ def test_friction_is_the_whole_hands():
     assert np.isclose(GraspWorld.build(()).model.geom_friction[pads, 0].max(), 1.0)
 
 
-def test_a_drawn_scene_stands_in_the_cell():
+def test_random_scene_is_built_in_cell():
     scene = make_scene(1, scene_options(count_range=(3, 3)))
     world = GraspWorld.build(scene.objects)
     assert world.object_names == tuple(item.name for item in scene.objects)
     assert world.model.opt.timestep == 0.002
 
 
-def test_a_mesh_is_an_object_like_others():
+def test_mesh_object_is_simulated():
     corners = 0.03 * np.array([[1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1.0]])
     faces = np.array([[0, 1, 2], [0, 3, 1], [0, 2, 3], [1, 3, 2]])
     tilt = Rotation.from_rotvec([0.2, 0.1, 0.0])
-    place = RigidTransform.from_components([0.0, 0.1, 0.05], tilt)
-    item = MeshObject("lump", corners, faces, 0.2, (0.5, 0.5, 0.5), place)
+    pose = RigidTransform.from_components([0.0, 0.1, 0.05], tilt)
+    item = MeshObject("lump", corners, faces, 0.2, (0.5, 0.5, 0.5), pose)
     world = GraspWorld.build([item])
     robot = SimRobot(world)
-    assert np.allclose(robot.object_pose("lump").translation, place.translation)
+    assert np.allclose(robot.object_pose("lump").translation, pose.translation)
     for _ in range(150):
         robot.step(np.zeros(7))
-    # It fell onto a face: the centre of a tetrahedron is a third as high as that.
+    # It fell onto a face. The centre of a tetrahedron is then at r / √3.
     resting = robot.object_pose("lump").translation[2]
     assert np.isclose(resting, 0.03 / np.sqrt(3), atol=2e-3)
     assert np.isclose(world.model.body("lump").mass[0], 0.2)
 
 
-def test_what_cannot_stand_together_is_refused():
+def test_build_rejects_invalid_scenes():
     objects = make_scene(1, scene_options(count_range=(1, 1))).objects
     with pytest.raises(InputError, match="twice"):
         GraspWorld.build([*objects, *objects])
@@ -87,7 +87,7 @@ def test_what_cannot_stand_together_is_refused():
         GraspWorld.build((), friction=0.0)
 
 
-def test_another_robot_in_one_file_can_be_put_there(tmp_path: Path):
+def test_build_with_robot_from_one_file(tmp_path: Path):
     path = tmp_path / "claw.xml"
     path.write_text(ARM_WITH_CLAW)
     robot = GraspRobot(arm=path, hand=None, frame="grip", rest=None)

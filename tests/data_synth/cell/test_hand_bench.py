@@ -1,4 +1,4 @@
-"""The hand lifts solids at a known pose with each prototype."""
+"""Grasps of the hand on solids at a known pose, with each prototype."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def solid(kind, width, length, height, mass):
         (solid("sphere", 0.075, 0.075, 0.075, 0.10), "power", "top"),
     ],
 )
-def test_each_prototype_lifts(item, prototype, approach):
+def test_each_prototype_lifts_object(item, prototype, approach):
     result = bench_grasp(item, prototype, approach)
 
     assert result, result
@@ -47,7 +47,7 @@ def test_each_prototype_lifts(item, prototype, approach):
         (solid("sphere", 0.070, 0.070, 0.070, 0.10), "top"),
     ],
 )
-def test_a_power_grasp_of_what_is_round_wraps(item, approach):
+def test_power_grasp_encloses_round_object(item, approach):
     result = bench_grasp(item, "power", approach)
 
     assert result, result
@@ -57,8 +57,8 @@ def test_a_power_grasp_of_what_is_round_wraps(item, approach):
     assert result.curl > 0.6
 
 
-def test_what_the_palm_cannot_reach_is_hooked():
-    # A flat top 12 mm from the palm, where the roots of the fingers meet its rim.
+def test_power_grasp_without_palm_contact_holds_with_fingers():
+    # The finger roots touch the rim, so the flat top stays 12 mm from the palm.
     result = bench_grasp(solid("cylinder", 0.070, 0.070, 0.100, 0.19), "power", "top")
 
     assert result, result
@@ -66,7 +66,7 @@ def test_what_the_palm_cannot_reach_is_hooked():
     assert result.curl > 0.6
 
 
-def test_nothing_to_close_on_ends_empty():
+def test_grasp_without_object_ends_empty():
     item = solid("sphere", 0.03, 0.03, 0.03, 0.01)
     far = replace(HandBenchOptions(), shift=(0.2, 0.2, 0.0))
     result = bench_grasp(item, "precision", "top", far)

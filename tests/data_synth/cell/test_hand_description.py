@@ -1,4 +1,4 @@
-"""A hand's description says what it needs, and what it lacks."""
+"""Hand descriptions: reading, and errors for missing or invalid entries."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ THUMB = {"joints": {"t": [0.0, 1.0]}, "pads": ["tp"]}
 FINGER = {"joints": {"f": [0.0, 1.0]}, "pads": ["fp"]}
 
 
-def test_the_description_beside_a_file_is_found():
+def test_description_beside_hand_file_is_found():
     hand = description_beside(ASSETS / "servo_hand.xml")
 
     assert hand is not None
@@ -31,11 +31,11 @@ def test_the_description_beside_a_file_is_found():
     assert hand.joint_names[:3] == ("left_1", "left_2", "right_1")
 
 
-def test_a_hand_of_tendons_has_none():
+def test_tendon_hand_has_no_description():
     assert description_beside(ASSETS / "hand.xml") is None
 
 
-def test_the_thumb_comes_last_wherever_it_is_written(tmp_path):
+def test_thumb_is_sorted_last(tmp_path):
     path = tmp_path / "a.hand.json"
     path.write_text(json.dumps({"fingers": {"thumb": THUMB, "middle": FINGER}, "still": {"w": 1}}))
 
@@ -46,7 +46,7 @@ def test_the_thumb_comes_last_wherever_it_is_written(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("told", "says"),
+    ("content", "message"),
     [
         ([], "no object 'fingers'"),
         ({"fingers": {"thumb": THUMB}}, "last a 'thumb'"),
@@ -62,16 +62,16 @@ def test_the_thumb_comes_last_wherever_it_is_written(tmp_path):
         ({"fingers": {"middle": FINGER, "thumb": THUMB}, "palm": "face"}, "palm must be a list"),
     ],
 )
-def test_what_is_missing_is_named_with_the_file(tmp_path, told, says):
+def test_invalid_description_raises_with_entry_and_file(tmp_path, content, message):
     path = tmp_path / "a.hand.json"
-    path.write_text(json.dumps(told))
+    path.write_text(json.dumps(content))
 
-    with pytest.raises(InputError, match=says) as error:
+    with pytest.raises(InputError, match=message) as error:
         read_description(path)
     assert str(path) in str(error.value)
 
 
-def test_a_file_that_is_no_json_is_told(tmp_path):
+def test_file_without_json_raises(tmp_path):
     path = tmp_path / "a.hand.json"
     path.write_text("{")
 
@@ -79,27 +79,27 @@ def test_a_file_that_is_no_json_is_told(tmp_path):
         read_description(path)
 
 
-def test_places_must_be_finite():
+def test_descriptions_reject_non_finite_and_empty_values():
     with pytest.raises(InputError, match="finite"):
         FingerDescription("middle", {"f": (0.0, float("nan"))}, ("p",))
     with pytest.raises(InputError, match="none"):
         HandDescription(())
 
 
-def test_a_prefix_stands_before_the_names_of_the_file_alone(tmp_path):
-    told = {
+def test_prefix_is_added_to_names_of_description(tmp_path):
+    content = {
         "prefix": "hand_",
         "fingers": {"middle": FINGER, "thumb": THUMB},
         "palm": ["face"],
         "still": {"wrist": 0.5},
     }
     path = tmp_path / "robot.hand.json"
-    path.write_text(json.dumps(told))
+    path.write_text(json.dumps(content))
 
-    read = read_description(path)
+    description = read_description(path)
 
-    assert [finger.name for finger in read.fingers] == ["middle", "thumb"]
-    assert list(read.fingers[0].joints) == [f"hand_{name}" for name in FINGER["joints"]]
-    assert read.fingers[1].pads == tuple(f"hand_{name}" for name in THUMB["pads"])
-    assert read.palm == ("hand_face",)
-    assert read.still == {"hand_wrist": 0.5}
+    assert [finger.name for finger in description.fingers] == ["middle", "thumb"]
+    assert list(description.fingers[0].joints) == [f"hand_{name}" for name in FINGER["joints"]]
+    assert description.fingers[1].pads == tuple(f"hand_{name}" for name in THUMB["pads"])
+    assert description.palm == ("hand_face",)
+    assert description.still == {"hand_wrist": 0.5}

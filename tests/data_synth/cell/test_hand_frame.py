@@ -1,4 +1,4 @@
-"""A hand's frame is a site or a body; a name that is not there brings those that are."""
+"""The frame of a hand: a site or a body, and suggestions for an unknown name."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ MODEL = import_mujoco().MjModel.from_xml_string(
 )
 
 
-def test_a_frame_is_a_site_or_a_body():
+def test_find_frame_accepts_site_or_body():
     assert find_frame(MODEL, "palm") == (1, 0)
     assert find_frame(MODEL, "hand") == (1, -1)
 
 
-def test_a_wrong_name_brings_the_right_ones():
+def test_unknown_frame_raises_with_known_names():
     with pytest.raises(InputError, match=r"'plam'.*there are palm, hand"):
         find_frame(MODEL, "plam")
 
 
-def test_names_are_told_the_nearest_first_and_not_too_many():
+def test_suggested_names_are_sorted_by_similarity_and_limited():
     assert suggest_names("plam", ["tool", "palm", ""]) == "there are palm, tool"
     assert suggest_names("x", []) == "there are none with a name"
     assert suggest_names("x", [f"link {k}" for k in range(20)]).endswith("link 7, …")

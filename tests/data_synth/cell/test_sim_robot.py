@@ -1,4 +1,4 @@
-"""The simulated robot moves as told, feels, sees, and says when it cannot go on."""
+"""The simulated robot: motion, contact, perception, and faults."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from eyehand.grasping.grip_options import GripOptions
 from eyehand.grasping.robot import HandCommand, Robot
 from eyehand.perception.superquadric import Superquadric
 
-OVER_THE_BOX = (-0.274, 1.138, 0.328, -1.277, -0.42, 0.791, -1.399)
-"""The palm looks straight down from 0.130 m at x = y = 0.05 m."""
+ABOVE_BOX = (-0.274, 1.138, 0.328, -1.277, -0.42, 0.791, -1.399)
+"""Joint angles, rad: the palm points straight down, at a height of 0.130 m and x = y = 0.05 m."""
 
 
-def ball(name: str, place: tuple[float, float, float], radius: float = 0.03) -> TabletopObject:
+def ball(name: str, position: tuple[float, float, float], radius: float = 0.03) -> TabletopObject:
     shape = Superquadric(
-        np.full(3, radius), (1.0, 1.0), RigidTransform.from_translation(place), "sphere"
+        np.full(3, radius), (1.0, 1.0), RigidTransform.from_translation(position), "sphere"
     )
     return TabletopObject(name, shape, 0.1, (0.8, 0.3, 0.2))
 
@@ -31,7 +31,7 @@ def world() -> GraspWorld:
     return GraspWorld.build([ball("ball_1", (0.05, 0.02, 0.03))])
 
 
-def test_it_fulfils_the_protocol_and_its_reading_fits_the_hand_model(world: GraspWorld):
+def test_reading_has_sizes_of_hand_model(world: GraspWorld):
     robot: Robot = SimRobot(world)
     reading = robot.read()
     hand = robot.hand
@@ -44,7 +44,7 @@ def test_it_fulfils_the_protocol_and_its_reading_fits_the_hand_model(world: Gras
     assert reading.fault == ""
 
 
-def test_at_rest_it_stays_and_touches_nothing(world: GraspWorld):
+def test_robot_at_rest_does_not_move_or_touch_objects(world: GraspWorld):
     robot = SimRobot(world)
     reading = robot.read()
     start = reading.q
@@ -58,7 +58,7 @@ def test_at_rest_it_stays_and_touches_nothing(world: GraspWorld):
     assert np.allclose(robot.object_pose("ball_1").translation, [0.05, 0.02, 0.03], atol=1e-3)
 
 
-def test_commanded_velocities_are_followed_without_lag(world: GraspWorld):
+def test_commanded_velocity_is_tracked_without_lag(world: GraspWorld):
     robot = SimRobot(world)
     start = robot.read()
     goal, errors = start.q.copy(), []
@@ -69,7 +69,7 @@ def test_commanded_velocities_are_followed_without_lag(world: GraspWorld):
     assert max(errors) < 0.01
 
 
-def test_the_description_has_the_robot_where_it_stands(world: GraspWorld):
+def test_description_contains_pose_of_robot(world: GraspWorld):
     robot = SimRobot(world)
     model = RobotModel.load(robot.description(np.zeros(5)), robot.frame, joints=robot.joints)
     assert np.allclose(model.home, robot.read().q)
@@ -80,20 +80,20 @@ def test_the_description_has_the_robot_where_it_stands(world: GraspWorld):
     assert np.allclose(state.rotation.ravel(), palm.xmat, atol=1e-6)
 
 
-def test_the_hand_goes_where_its_tendons_are_placed(world: GraspWorld):
+def test_hand_reaches_commanded_tendon_excursions(world: GraspWorld):
     robot = SimRobot(world)
     hand = robot.hand
-    wanted = hand.excursions_at(0.06)
-    command = HandCommand(("place",) * len(hand.drives), wanted)
+    goal = hand.excursions_at(0.06)
+    command = HandCommand(("place",) * len(hand.drives), goal)
     reading = robot.read()
     for _ in range(250):
         reading = robot.step(np.zeros(7), command)
-    assert np.abs(reading.hand.excursions - wanted).max() < 1e-3
-    posture = robot.world.robot.posture(wanted)
+    assert np.abs(reading.hand.excursions - goal).max() < 1e-3
+    posture = robot.world.robot.posture(goal)
     assert np.abs(reading.hand.angles - posture).max() < 0.06
 
 
-def test_it_closes_lifts_and_feels_what_it_holds():
+def test_robot_grasps_lifts_and_senses_object():
     shape = Superquadric(
         np.array([0.025, 0.025, 0.04]),
         (0.1, 0.1),
@@ -101,9 +101,9 @@ def test_it_closes_lifts_and_feels_what_it_holds():
         "box",
     )
     box = TabletopObject("box_1", shape, 0.3, (0.9, 0.6, 0.2))
-    robot = SimRobot(GraspWorld.build([box], robot=GraspRobot(rest=OVER_THE_BOX)))
+    robot = SimRobot(GraspWorld.build([box], robot=GraspRobot(rest=ABOVE_BOX)))
     still = np.zeros(7)
-    # It starts with the hand open over the box, the tips as low as its middle.
+    # The hand starts open above the box, with the fingertips at the height of its centre.
     closing = Closing(robot.hand, "precision", 0.09, GripOptions())
     reading = robot.read()
     while closing.state not in ("holding", "empty") and reading.time < 3.5:
@@ -126,12 +126,12 @@ def test_it_closes_lifts_and_feels_what_it_holds():
         assert np.isclose(image.pressures.sum() * image.array.area, pad, rtol=0.1)
 
 
-def test_the_camera_sees_the_object_and_neither_robot_nor_tray(world: GraspWorld):
+def test_capture_shows_object_without_robot_and_tray(world: GraspWorld):
     robot = SimRobot(world)
     frame = robot.capture()
     assert frame.T_world_camera is not None
-    seen = frame.depth > 0
-    points = frame.T_world_camera.apply(frame.intrinsics.rays()[seen] * frame.depth[seen, None])
+    valid = frame.depth > 0
+    points = frame.T_world_camera.apply(frame.intrinsics.rays()[valid] * frame.depth[valid, None])
     cell = GraspCell()
     assert not cell.is_over_tray(points).any()
     on_table = np.all(np.abs(points[:, :2]) < [0.6, 0.4], axis=1)
@@ -143,7 +143,7 @@ def test_the_camera_sees_the_object_and_neither_robot_nor_tray(world: GraspWorld
     assert np.array_equal(frame.depth, again.depth)
 
 
-def test_a_command_that_is_no_number_stops_it_for_good(world: GraspWorld):
+def test_non_finite_command_stops_robot_permanently(world: GraspWorld):
     robot = SimRobot(world)
     reading = robot.step(np.full(7, np.nan))
     assert "not finite" in reading.fault
@@ -152,7 +152,7 @@ def test_a_command_that_is_no_number_stops_it_for_good(world: GraspWorld):
     assert np.array_equal(later.q, reading.q)
 
 
-def test_a_simulation_that_fails_says_so_and_gives_numbers(world: GraspWorld):
+def test_failed_simulation_reports_fault_and_finite_reading(world: GraspWorld):
     robot = SimRobot(world)
     robot.data.qvel[-1] = 1e12
     reading = robot.step(np.zeros(7))
@@ -161,7 +161,7 @@ def test_a_simulation_that_fails_says_so_and_gives_numbers(world: GraspWorld):
     assert robot.step(np.zeros(7)).time == reading.time
 
 
-def test_wrong_shapes_and_names_are_refused(world: GraspWorld):
+def test_robot_rejects_invalid_arguments(world: GraspWorld):
     robot = SimRobot(world)
     with pytest.raises(InputError, match="velocity"):
         robot.step(np.zeros(6))

@@ -1,4 +1,4 @@
-"""A hand of position servos obeys the hand commands."""
+"""Drives of a hand with position servos, and its hand model."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ FILE = Path(hand_description.__file__).parent / "assets" / "servo_hand.xml"
 HAND = read_description(FILE.with_suffix(DESCRIPTION_SUFFIX))
 
 
-def hand(description=HAND):
+def build_hand(description=HAND):
     mujoco = import_mujoco()
     model = mujoco.MjModel.from_xml_path(str(FILE))
     model.opt.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
@@ -44,8 +44,8 @@ def run(model, data, drives, modes, values, seconds):
     return drives.reading()
 
 
-def test_fingers_are_placed_along_their_way_against_gravity():
-    model, data, drives = hand()
+def test_placed_fingers_reach_excursion_against_gravity():
+    model, data, drives = build_hand()
     half = drives.full / 2
 
     reading = run(model, data, drives, ("place",) * 3, half, 1.0)
@@ -55,8 +55,8 @@ def test_fingers_are_placed_along_their_way_against_gravity():
     assert reading.forces.max() == 0
 
 
-def test_a_place_is_reached_no_faster_than_a_motor_turns():
-    model, data, drives = hand()
+def test_placing_keeps_motor_speed_limit():
+    model, data, drives = build_hand()
 
     reading = run(model, data, drives, ("place",) * 3, drives.full, 0.1)
 
@@ -64,8 +64,8 @@ def test_a_place_is_reached_no_faster_than_a_motor_turns():
     assert (reading.excursions > 0.0015).all()
 
 
-def test_a_pull_gives_the_torques_of_its_tension():
-    model, data, drives = hand()
+def test_pull_applies_joint_torques_of_tension():
+    model, data, drives = build_hand()
     drives.pose(drives.full / 2)
     import_mujoco().mj_forward(model, data)
     drives.command(HandCommand(("pull", "place", "place"), np.array([20.0, 0.0, 0.0])))
@@ -77,8 +77,8 @@ def test_a_pull_gives_the_torques_of_its_tension():
     np.testing.assert_allclose(torque, 20.0 * HINGE_ARM_M * np.array([1.0, TAPER]), rtol=1e-6)
 
 
-def test_fingers_never_pull_more_than_the_thumb_withstands():
-    _, _, drives = hand()
+def test_tension_of_fingers_is_limited_by_thumb():
+    _, _, drives = build_hand()
     drives.command(HandCommand(("pull", "pull", "hold"), np.array([1e3, 1e3, 1e3])))
     drives.apply()
 
@@ -88,20 +88,20 @@ def test_fingers_never_pull_more_than_the_thumb_withstands():
     assert (pulled[:2] > 50.0).all()
 
 
-def test_a_held_finger_stays_and_gives_way_to_more_than_its_tension():
-    model, data, drives = hand()
+def test_held_finger_yields_only_above_its_tension():
+    model, data, drives = build_hand()
     run(model, data, drives, ("place",) * 3, drives.full / 2, 0.6)
-    kept = run(model, data, drives, ("hold",) * 3, [50.0] * 3, 0.1).angles
+    held = run(model, data, drives, ("hold",) * 3, [50.0] * 3, 0.1).angles
     tip = model.body("left_end").id
     data.xfrc_applied[tip, 0] = -3.0
-    stays = run(model, data, drives, ("hold",) * 3, [50.0] * 3, 0.3).angles
-    gives = run(model, data, drives, ("hold",) * 3, [5.0] * 3, 0.3).angles
+    strong = run(model, data, drives, ("hold",) * 3, [50.0] * 3, 0.3).angles
+    weak = run(model, data, drives, ("hold",) * 3, [5.0] * 3, 0.3).angles
 
-    assert np.abs(stays - kept).max() < 0.05
-    assert np.abs(gives - kept)[:2].max() > 0.2
+    assert np.abs(strong - held).max() < 0.05
+    assert np.abs(weak - held)[:2].max() > 0.2
 
 
-def test_a_tendon_that_couples_two_joints_can_have_the_motor():
+def test_motor_on_coupled_tendon_is_supported():
     mujoco = import_mujoco()
     spec = mujoco.MjSpec.from_file(str(FILE))
     for name in ("left_knuckle", "left_bend"):
@@ -122,18 +122,18 @@ def test_a_tendon_that_couples_two_joints_can_have_the_motor():
 
 
 @pytest.mark.parametrize(
-    ("finger", "says"),
+    ("finger", "message"),
     [
         (FingerDescription("left", {"no_joint": (0.0, 1.0)}, ("left_tip",)), "joint 'no_joint'"),
         (FingerDescription("left", {"left_bend": (0.0, 1.0)}, ("no_geom",)), "geom 'no_geom'"),
     ],
 )
-def test_what_the_file_does_not_have_is_named(finger, says):
-    with pytest.raises(InputError, match=says):
-        hand(HandDescription((finger, HAND.fingers[-1])))
+def test_names_missing_in_file_raise(finger, message):
+    with pytest.raises(InputError, match=message):
+        build_hand(HandDescription((finger, HAND.fingers[-1])))
 
 
-def test_a_finger_without_a_motor_is_named():
+def test_finger_without_motor_raises():
     mujoco = import_mujoco()
     spec = mujoco.MjSpec.from_file(str(FILE))
     for motor in [motor for motor in spec.actuators if motor.name.startswith("left")]:
@@ -144,16 +144,16 @@ def test_a_finger_without_a_motor_is_named():
         SynergyDrives(model, mujoco.MjData(model), HAND)
 
 
-def test_a_command_must_fit():
-    _, _, drives = hand()
+def test_command_rejects_invalid_values():
+    _, _, drives = build_hand()
     with pytest.raises(InputError, match="a mode and a value"):
         drives.command(HandCommand(("place",), np.zeros(1)))
     with pytest.raises(InputError, match="finite"):
         drives.command(HandCommand(("place",) * 3, np.array([np.nan, 0, 0])))
 
 
-def test_the_table_says_what_the_posed_hand_does():
-    model, data, drives = hand()
+def test_hand_model_agrees_with_posed_hand():
+    model, data, drives = build_hand()
     table = synergy_hand_model(model, HAND, "palm")
     drives.pose(table.excursions_at(0.05))
     import_mujoco().mj_kinematics(model, data)
@@ -170,8 +170,8 @@ def test_the_table_says_what_the_posed_hand_does():
     assert (np.diff(table.excursions, axis=0) < 0).all()
 
 
-def test_a_hand_that_does_not_close_is_told_finger_by_finger():
-    model, _, _ = hand()
+def test_hand_that_cannot_close_raises_with_finger_ranges():
+    model, _, _ = build_hand()
     open_thumb = FingerDescription("thumb", {"thumb_knuckle": (-0.9, -0.5)}, ("thumb_tip",))
     with pytest.raises(InputError, match=r"thumb [0-9]+ to [0-9]+ mm"):
         synergy_hand_model(model, replace(HAND, fingers=(*HAND.fingers[:-1], open_thumb)), "palm")

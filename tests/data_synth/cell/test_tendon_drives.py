@@ -1,4 +1,4 @@
-"""The hand's motors place, pull and hold, and its pads feel what they press."""
+"""Drives of the tendon hand: place, pull and hold commands, and pad forces."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ def hand():
     return model, data, drives, run
 
 
-def test_an_unpulled_hand_springs_open(hand):
+def test_hand_without_tension_opens(hand):
     _, _, _, run = hand
 
     assert run(("pull",) * 5, [0] * 5, 600).excursions == pytest.approx(np.zeros(5), abs=5e-4)
 
 
-def test_a_held_drive_stays_under_load_and_gives_way_above_its_limit(hand):
+def test_held_drive_yields_only_above_its_limit(hand):
     _, data, _, run = hand
     thumb = 2
     modes = ["pull"] * 5
@@ -53,7 +53,7 @@ def test_a_held_drive_stays_under_load_and_gives_way_above_its_limit(hand):
     assert yielded.excursions[thumb] < held - 1e-3
 
 
-def test_a_closed_hand_is_still_and_feels_itself(hand):
+def test_closed_hand_is_at_rest_and_fingertips_touch(hand):
     _, data, drives, run = hand
     reading = run(("pull",) * 5, [0, 40, 40, 0, 0], 500)
 
@@ -63,7 +63,7 @@ def test_a_closed_hand_is_still_and_feels_itself(hand):
     assert reading.forces[drives.pads.index("palm_pad")] == 0.0
 
 
-def test_names_may_have_a_prefix():
+def test_drives_support_name_prefix():
     mujoco = import_mujoco()
     spec = mujoco.MjSpec()
     spec.attach(mujoco.MjSpec.from_file(str(HAND)), frame=spec.worldbody.add_frame(), prefix="h/")
@@ -75,7 +75,7 @@ def test_names_may_have_a_prefix():
     assert drives.pads[-1] == "palm_pad"
 
 
-def test_a_command_that_does_not_fit_is_refused(hand):
+def test_command_rejects_invalid_values(hand):
     _, _, drives, _ = hand
 
     with pytest.raises(InputError, match="mode"):

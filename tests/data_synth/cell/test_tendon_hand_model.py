@@ -1,4 +1,4 @@
-"""The hand's table of openings agrees with the hand when it is run."""
+"""The table of openings of the tendon hand, against the simulated hand."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eyehand.errors import InputError
 from eyehand.grasping.robot import HandCommand
 
 
-def test_the_hand_opens_from_closed_to_130_mm():
+def test_hand_opens_from_zero_to_130_mm():
     hand = tendon_hand_model()
 
     assert hand.openings[0] == 0.0
@@ -24,7 +24,7 @@ def test_the_hand_opens_from_closed_to_130_mm():
 
 
 @pytest.mark.parametrize("opening", [0.005, 0.03, 0.08, 0.13])
-def test_placed_tendons_make_the_openings_of_the_table(opening):
+def test_simulated_opening_equals_table(opening):
     mujoco = import_mujoco()
     model = mujoco.MjModel.from_xml_path(str(HAND))
     data = mujoco.MjData(model)
@@ -45,7 +45,7 @@ def test_placed_tendons_make_the_openings_of_the_table(opening):
     assert np.abs(data.qvel).max() < 0.05
 
 
-def test_a_hand_without_a_frame_is_refused_by_name():
+def test_hand_without_palm_site_raises():
     spec = import_mujoco().MjSpec.from_file(str(HAND))
     spec.site("palm").name = "other"
 
@@ -53,13 +53,13 @@ def test_a_hand_without_a_frame_is_refused_by_name():
         tendon_hand_model(spec)
 
 
-def test_without_a_middle_finger_the_row_that_pinches_is_that_of_all_fingers(tmp_path):
+def test_hand_without_middle_finger_pinches_with_whole_row(tmp_path):
     path = tmp_path / "hand.xml"
     path.write_text(HAND.read_text().replace("middle_", "third_").replace('"middle"', '"third"'))
 
-    hand, known = tendon_hand_model(path), tendon_hand_model()
+    hand, reference = tendon_hand_model(path), tendon_hand_model()
 
     assert hand.fingers == ("index", "third", "ring", "thumb")
-    np.testing.assert_allclose(hand.openings, known.openings)
-    assert hand.thickness == pytest.approx(known.thickness)
-    assert hand.middle_row > 2 * known.middle_row
+    np.testing.assert_allclose(hand.openings, reference.openings)
+    assert hand.thickness == pytest.approx(reference.thickness)
+    assert hand.middle_row > 2 * reference.middle_row

@@ -1,4 +1,4 @@
-"""The posture of least spring energy that pulled tendons allow."""
+"""The posture with minimum spring energy under tendon excursions."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ REST = np.array([-0.6, 0.0, 0.0])
 LIMITS = np.array([[-0.6, 1.5], [0.0, 1.6], [0.0, 1.3]])
 
 
-def test_one_tendon_bends_joints_by_moment_arm_over_stiffness():
+def test_one_tendon_bends_joints_in_proportion_to_moment_arm_over_stiffness():
     pulled = np.array([0.004, 0.0])
     q = tendon_posture(MOMENTS[:1], pulled[:1], STIFFNESS, REST, LIMITS)
     tension = (q[0] - REST[0]) * STIFFNESS[0] / MOMENTS[0, 0]
@@ -23,16 +23,14 @@ def test_one_tendon_bends_joints_by_moment_arm_over_stiffness():
 
 
 @given(st.floats(0.0, 0.06), st.floats(0.0, 0.04))
-def test_tendons_are_as_long_as_pulled_or_slack_and_joints_within_limits(
-    first: float, second: float
-):
+def test_posture_satisfies_excursions_and_joint_limits(first: float, second: float):
     pulled = np.array([first, second])
     q = tendon_posture(MOMENTS, pulled, STIFFNESS, REST, LIMITS)
-    most = MOMENTS @ (LIMITS[:, 1] - REST)
+    max_excursions = MOMENTS @ (LIMITS[:, 1] - REST)
     assert (q >= LIMITS[:, 0] - 1e-12).all()
     assert (q <= LIMITS[:, 1] + 1e-12).all()
-    assert (MOMENTS @ (q - REST) >= np.minimum(pulled, most) - 1e-6).all()
+    assert (MOMENTS @ (q - REST) >= np.minimum(pulled, max_excursions) - 1e-6).all()
 
 
-def test_no_pull_is_the_springs_rest():
+def test_posture_without_excursion_is_spring_rest():
     assert np.allclose(tendon_posture(MOMENTS, np.zeros(2), STIFFNESS, REST, LIMITS), REST)

@@ -1,4 +1,4 @@
-"""The simulated bench: what it records inverts the pad's characteristics."""
+"""The simulated calibration bench: its recordings calibrate the simulated pad."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ from eyehand.errors import InputError
 from eyehand.tactile import calibrate
 
 
-def test_a_bench_run_calibrates_the_pad() -> None:
+def test_bench_run_calibrates_pad() -> None:
     readout = TactileReadout.draw(seed=4, dead=(9,))
     calibration = calibrate(run_bench(readout, seed=5))
     assert np.flatnonzero(calibration.dead).tolist() == [9]
@@ -19,7 +19,7 @@ def test_a_bench_run_calibrates_the_pad() -> None:
         assert found.std() < 0.02 * pressure
 
 
-def test_a_bench_run_repeats_with_its_seed_and_starts_at_rest() -> None:
+def test_bench_run_is_repeatable_and_starts_at_rest() -> None:
     readout = TactileReadout.draw()
     first, again, other = (
         run_bench(readout, seed, loads=12, images=2, images_at_rest=5) for seed in (1, 1, 2)
@@ -31,7 +31,7 @@ def test_a_bench_run_repeats_with_its_seed_and_starts_at_rest() -> None:
     assert (first.raw != other.raw).any()
 
 
-def test_impossible_loads_are_refused() -> None:
+def test_run_bench_rejects_invalid_arguments() -> None:
     with pytest.raises(InputError, match="loads"):
         run_bench(TactileReadout.draw(4), loads=0)
     with pytest.raises(InputError, match="seed"):

@@ -1,4 +1,4 @@
-"""Where a column along the pad's normal enters a solid, held to tests of inside and outside."""
+"""The entry of a column along the pad's normal into a solid, against inside-outside tests."""
 
 import numpy as np
 import pytest
@@ -19,7 +19,7 @@ from eyehand.data_synth.pad.contact_window import HIGH_U, HIGH_V, LOW_U, LOW_V, 
 
 KINDS = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX)
 HALF = 0.04
-"""Half the pad, m."""
+"""Half the width of the pad, m."""
 
 kinds = st.sampled_from(KINDS)
 sizes = st.tuples(*[st.floats(0.002, 0.05)] * 3).map(np.array)
@@ -27,7 +27,7 @@ seeds = st.integers(0, 10**6)
 
 
 def inside(kind: int, size: np.ndarray, points: np.ndarray) -> np.ndarray:
-    """Tell which points (..., 3) of a solid's frame are in it."""
+    """Return a mask of the points (..., 3) in the solid's frame that lie inside it."""
     x, y, z = np.moveaxis(points, -1, 0)
     if kind == SPHERE:
         return x**2 + y**2 + z**2 <= size[0] ** 2
@@ -42,9 +42,7 @@ def inside(kind: int, size: np.ndarray, points: np.ndarray) -> np.ndarray:
 
 
 @given(kind=kinds, size=sizes, seed=seeds)
-def test_a_line_enters_where_outside_turns_to_inside(
-    kind: int, size: np.ndarray, seed: int
-) -> None:
+def test_column_entry_separates_outside_from_inside(kind: int, size: np.ndarray, seed: int) -> None:
     rng = np.random.default_rng(seed)
     direction = Rotation.random(rng=rng).apply([0.0, 0.0, 1.0])
     point = rng.uniform(-1, 1, 3) * size
@@ -61,7 +59,7 @@ def test_a_line_enters_where_outside_turns_to_inside(
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_line_along_an_axis_meets_the_end(kind: int) -> None:
+def test_column_entry_along_axis_is_end_of_solid(kind: int) -> None:
     end = {SPHERE: 0.01, CAPSULE: 0.03, ELLIPSOID: 0.03, CYLINDER: 0.02, BOX: 0.03}[kind]
     size = (0.01, 0.02, 0.03)
     up = (0.0, 0.0, 1.0)
@@ -70,15 +68,15 @@ def test_a_line_along_an_axis_meets_the_end(kind: int) -> None:
 
 
 @given(kind=kinds, size=sizes, seed=seeds)
-def test_the_window_holds_all_that_is_sunken(kind: int, size: np.ndarray, seed: int) -> None:
+def test_window_contains_all_points_below_pad(kind: int, size: np.ndarray, seed: int) -> None:
     rng = np.random.default_rng(seed)
     rotation = Rotation.random(rng=rng).as_matrix()
-    place = rng.uniform(-0.03, 0.03, 3)
+    position = rng.uniform(-0.03, 0.03, 3)
     window = np.empty(6)
-    found = sunken_window(kind, size, rotation, place, HALF, HALF, window)
+    found = sunken_window(kind, size, rotation, position, HALF, HALF, window)
     x, y, z = np.meshgrid(*[np.linspace(-HALF, HALF, 41)] * 2, np.linspace(-0.15, -1e-6, 61))
     points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
-    points = points[inside(kind, size, (points - place) @ rotation)]
+    points = points[inside(kind, size, (points - position) @ rotation)]
     if not found:
         assert len(points) == 0
         return
@@ -90,10 +88,10 @@ def test_the_window_holds_all_that_is_sunken(kind: int, size: np.ndarray, seed: 
     assert (v <= window[HIGH_V] + 1e-9).all()
 
 
-def test_the_window_of_a_flat_box_is_its_face() -> None:
+def test_window_of_flat_box_is_its_face() -> None:
     window = np.empty(6)
-    size, place = np.array([0.02, 0.01, 0.005]), np.array([0.003, 0.001, 0.004])
-    turned = Rotation.from_euler("z", 0.5).as_matrix()
-    assert sunken_window(BOX, size, turned, place, HALF, HALF, window)
+    size, position = np.array([0.02, 0.01, 0.005]), np.array([0.003, 0.001, 0.004])
+    rotation = Rotation.from_euler("z", 0.5).as_matrix()
+    assert sunken_window(BOX, size, rotation, position, HALF, HALF, window)
     assert window[HIGH_U] - window[LOW_U] == pytest.approx(0.04)
     assert window[HIGH_V] - window[LOW_V] == pytest.approx(0.02)

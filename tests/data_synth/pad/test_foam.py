@@ -1,4 +1,4 @@
-"""The foam law, its inverse, and two layers on each other."""
+"""The foam law, its inverse, and two foam layers in series."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from eyehand.errors import InputError
     densification=st.floats(0.3, 1.0),
     share=st.floats(0.0, 1.3),
 )
-def test_compression_is_the_inverse_of_pressure(
+def test_compression_inverts_pressure(
     thickness: float, modulus: float, densification: float, share: float
 ) -> None:
     foam = Foam(thickness, modulus, densification)
@@ -23,7 +23,7 @@ def test_compression_is_the_inverse_of_pressure(
     assert foam.compression(foam.pressure(depth)) == pytest.approx(depth, rel=1e-9, abs=1e-15)
 
 
-def test_pressure_is_smooth_where_the_foam_turns_solid() -> None:
+def test_pressure_is_smooth_at_densification() -> None:
     foam = Foam()
     depths = foam.hard_depth + np.linspace(-1e-7, 1e-7, 3)
     below, above = np.diff(foam.pressure(depths))
@@ -31,7 +31,7 @@ def test_pressure_is_smooth_where_the_foam_turns_solid() -> None:
     assert foam.pressure(np.array(foam.hard_depth)) == pytest.approx(foam.hard_pressure)
 
 
-def test_there_is_no_pressure_across_a_gap_and_the_modulus_is_the_first_slope() -> None:
+def test_pressure_is_zero_across_gap_and_slope_is_modulus() -> None:
     foam = Foam()
     assert foam.pressure(np.array([-1e-3, 0.0])).tolist() == [0.0, 0.0]
     assert foam.pressure(np.array(1e-8)) * foam.thickness / 1e-8 == pytest.approx(
@@ -39,7 +39,7 @@ def test_there_is_no_pressure_across_a_gap_and_the_modulus_is_the_first_slope() 
     )
 
 
-def test_two_layers_bear_the_same_pressure_and_share_the_depth() -> None:
+def test_two_layers_have_equal_pressure_and_share_depth() -> None:
     pad, ball = Foam(), Foam(0.02, 20e3)
     table = pressure_table(pad, ball)
     depths = table.step * np.arange(len(table.pressures))
@@ -50,7 +50,7 @@ def test_two_layers_bear_the_same_pressure_and_share_the_depth() -> None:
     )
 
 
-@pytest.mark.parametrize("wrong", [{"thickness": 0.0}, {"modulus": -1.0}, {"densification": 1.2}])
-def test_impossible_foam_is_refused(wrong: dict[str, float]) -> None:
+@pytest.mark.parametrize("fields", [{"thickness": 0.0}, {"modulus": -1.0}, {"densification": 1.2}])
+def test_foam_rejects_invalid_values(fields: dict[str, float]) -> None:
     with pytest.raises(InputError):
-        Foam(**wrong)
+        Foam(**fields)

@@ -1,4 +1,4 @@
-"""Pads in time: rates, driven arms, light free objects, and scenes with an arm."""
+"""The simulation of pads: image rates, driven arms, light free objects, and scenes."""
 
 from typing import Any
 
@@ -33,7 +33,7 @@ LINE = np.column_stack([np.linspace(-0.05, 0.05, 15), np.zeros(15), np.full(15, 
 
 
 def lying_pad(geom: str, pose: str = 'pos="0 0 .003"', rate: float = 1900.0) -> PadSimulation:
-    """Put a free body over a pad that looks up."""
+    """Return a simulation of a free body above a pad that points up."""
     model = mujoco.MjModel.from_xml_string(
         f'<mujoco><option timestep="{1 / 1900}" integrator="implicitfast"/><worldbody>'
         '<body name="pad"><site name="pad"/></body>'
@@ -46,7 +46,7 @@ def lying_pad(geom: str, pose: str = 'pos="0 0 .003"', rate: float = 1900.0) -> 
 
 @pytest.mark.parametrize("half", [0.01, 0.02, 0.035])
 @pytest.mark.parametrize("pose", ['pos="0 0 .003"', 'pos=".002 .001 .008" euler="6 4 20"'])
-def test_a_plate_of_20_g_comes_to_rest(half: float, pose: str) -> None:
+def test_light_plate_comes_to_rest(half: float, pose: str) -> None:
     simulation = lying_pad(f'<geom type="box" size="{half} {half} .002" mass=".02"/>', pose)
     simulation.advance(duration=0.6)
     forces = np.array([m[0].force for m in simulation.advance(duration=0.2)])
@@ -55,7 +55,7 @@ def test_a_plate_of_20_g_comes_to_rest(half: float, pose: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["sphere", "capsule", "cylinder", "ellipsoid"])
-def test_a_light_round_body_comes_to_rest(kind: str) -> None:
+def test_light_round_body_comes_to_rest(kind: str) -> None:
     size = ".02 .01 .01" if kind == "ellipsoid" else ".01 .02"
     turn = "0 0 0" if kind == "ellipsoid" else "0 90 0"
     geom = f'<geom type="{kind}" size="{size}" euler="{turn}" mass=".02"/>'
@@ -66,7 +66,7 @@ def test_a_light_round_body_comes_to_rest(kind: str) -> None:
     assert forces.std() < 0.01 * forces.mean()
 
 
-def test_a_light_plate_thrown_hard_bounces_and_does_not_explode() -> None:
+def test_impact_of_light_plate_is_stable() -> None:
     simulation = lying_pad('<geom type="box" size=".02 .02 .002" mass=".02"/>', 'pos="0 0 .004"')
     simulation.data.qvel[2] = -0.3
     speeds = []
@@ -77,7 +77,7 @@ def test_a_light_plate_thrown_hard_bounces_and_does_not_explode() -> None:
     assert speeds[-1] < 0.25
 
 
-def test_friction_slows_a_sliding_plate() -> None:
+def test_friction_stops_sliding_plate() -> None:
     simulation = lying_pad('<geom type="box" size=".01 .01 .002" mass=".02"/>', 'pos="0 0 .0019"')
     simulation.advance(duration=0.3)
     simulation.data.qvel[0] = 0.1
@@ -88,16 +88,16 @@ def test_friction_slows_a_sliding_plate() -> None:
 
 
 @pytest.mark.parametrize(("rate", "images"), [(1900.0, 1900), (250.0, 250)])
-def test_images_come_at_their_rate(rate: float, images: int) -> None:
+def test_images_have_requested_rate(rate: float, images: int) -> None:
     simulation = lying_pad('<geom type="sphere" size=".01"/>', 'pos="0 0 .5"', rate)
-    seen = [moments for _ in range(250) for moments in simulation.advance()]
-    assert len(seen) == images
-    assert np.diff([m[0].time for m in seen]) == pytest.approx(1 / rate, abs=1e-9)
+    images_seen = [moments for _ in range(250) for moments in simulation.advance()]
+    assert len(images_seen) == images
+    assert np.diff([m[0].time for m in images_seen]) == pytest.approx(1 / rate, abs=1e-9)
     assert simulation.time == pytest.approx(1.0)
 
 
 @pytest.mark.parametrize(
-    "thing",
+    "item",
     [
         pen(),
         toy_box(),
@@ -108,13 +108,13 @@ def test_images_come_at_their_rate(rate: float, images: int) -> None:
         cable(LINE),
         unknown_object(),
     ],
-    ids=lambda thing: thing.name,
+    ids=lambda item: item.name,
 )
-def test_the_arm_presses_each_object_where_it_is(thing: TouchObject) -> None:
+def test_arm_presses_each_object_at_its_position(item: TouchObject) -> None:
     top = PadSimulation.of_scene(pad_scene()).pad_pose().translation
-    gap = 0.0025 if thing.name in ("unknown", "tilted_face") else 0.001
+    gap = 0.0025 if item.name in ("unknown", "tilted_face") else 0.001
     at = RigidTransform.from_translation(np.add(top, [0.005, -0.004, -gap]))
-    simulation = PadSimulation.of_scene(pad_scene((PlacedObject(thing, at),)), image_rate=250)
+    simulation = PadSimulation.of_scene(pad_scene((PlacedObject(item, at),)), image_rate=250)
     assert simulation.advance()[-1][0].force == 0.0
     before = simulation.pad_pose().translation
     simulation.advance(down(simulation, 0.03), 0.1)
@@ -123,12 +123,12 @@ def test_the_arm_presses_each_object_where_it_is(thing: TouchObject) -> None:
     assert moment.force > 0.005
     pad = simulation.pads[0]
     assert pad.true_pressures.sum() * pad.array.area == pytest.approx(moment.force, rel=1e-9)
-    if thing.name in ("pen", "probe", "soft_ball", "toy_box"):
-        # The pad looks down: its x-axis is the world's -x.
+    if item.name in ("pen", "probe", "soft_ball", "toy_box"):
+        # The pad points down: its x-axis is the world's -x.
         assert moment.centre[:2] == pytest.approx([-0.005, -0.004], abs=2e-4)
 
 
-def test_two_arms_with_a_pad_each_share_a_cell() -> None:
+def test_two_arms_with_pads_share_cell() -> None:
     arms = (
         Arm(RigidTransform.from_translation([0.0, 0.0, 0.0]), "left_"),
         Arm(RigidTransform.from_translation([0.0, 1.0, 0.0]), "right_"),
@@ -142,7 +142,7 @@ def test_two_arms_with_a_pad_each_share_a_cell() -> None:
     assert len(simulation.advance(np.zeros(14))[0]) == 2
 
 
-def test_a_free_object_is_pushed_by_a_driven_arm() -> None:
+def test_driven_arm_pushes_free_object() -> None:
     top = PadSimulation.of_scene(pad_scene()).pad_pose().translation
     block = TouchObject("block", (Part("box", (0.02, 0.02, 0.02), (0.0, 0.0, -0.02)),))
     table = TouchObject("table", (Part("box", (0.1, 0.1, 0.01), (0.0, 0.0, -0.05)),))
@@ -154,13 +154,13 @@ def test_a_free_object_is_pushed_by_a_driven_arm() -> None:
     forces = np.array([m[0].force for m in moments])
     assert forces[-1] > 0.5
     assert forces[-100:].std() < 0.01 * forces[-1]
-    # Pushed sideways, the block goes along.
+    # The block follows a sideways push.
     simulation.advance(aside(simulation, 0.02), 0.5)
     moved = simulation.data.body("block").xpos - at.translation
     assert abs(moved[0]) < 0.02
 
 
-def test_a_mocap_object_is_placed_while_time_goes_on() -> None:
+def test_mocap_object_moves_during_simulation() -> None:
     top = PadSimulation.of_scene(pad_scene()).pad_pose().translation
     at = RigidTransform.from_translation(np.add(top, [0.0, 0.0, 0.0015]))
     scene = pad_scene((PlacedObject(probe(), at, "mocap"),))
@@ -170,12 +170,12 @@ def test_a_mocap_object_is_placed_while_time_goes_on() -> None:
         simulation.data.mocap_pos[0] = np.add(at.translation, [0.02 * time, 0, 0])
 
     moments = simulation.advance(duration=0.1, on_step=move)
-    places = np.array([m[0].centre[0] for m in moments])
-    assert np.diff(places) == pytest.approx(-0.02 / 1900, abs=2e-7)
+    positions = np.array([m[0].centre[0] for m in moments])
+    assert np.diff(positions) == pytest.approx(-0.02 / 1900, abs=2e-7)
     assert np.abs(simulation.pads[0].true_shear).max() > 1.0
 
 
-def test_runs_repeat_with_their_seed() -> None:
+def test_simulation_is_repeatable_with_seed() -> None:
     def run(seed: int) -> Any:
         simulation = PadSimulation.of_scene(pad_scene(), seed=seed)
         return np.array([m[0].raw for m in simulation.advance(duration=0.02)])
@@ -184,7 +184,7 @@ def test_runs_repeat_with_their_seed() -> None:
     assert (run(1) != run(2)).any()
 
 
-def test_bad_input_is_refused() -> None:
+def test_simulation_rejects_invalid_arguments() -> None:
     simulation = PadSimulation.of_scene(pad_scene())
     with pytest.raises(InputError, match="7 finite"):
         simulation.advance(np.zeros(6))
@@ -200,7 +200,7 @@ def test_bad_input_is_refused() -> None:
         cable(np.zeros((1, 3)))
 
 
-def test_the_padded_arm_has_its_pad_in_the_arm_s_own_frame() -> None:
+def test_padded_arm_has_pad_at_tool() -> None:
     model = padded_arm().compile()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -208,12 +208,12 @@ def test_the_padded_arm_has_its_pad_in_the_arm_s_own_frame() -> None:
 
 
 def down(simulation: PadSimulation, speed: float) -> np.ndarray:
-    """Joint velocities that move the pad down."""
+    """Return joint velocities that move the pad down."""
     return _velocity(simulation, [0.0, 0.0, -speed])
 
 
 def aside(simulation: PadSimulation, speed: float) -> np.ndarray:
-    """Joint velocities that move the pad along the world's x-axis."""
+    """Return joint velocities that move the pad along the world's x-axis."""
     return _velocity(simulation, [speed, 0.0, 0.0])
 
 

@@ -15,38 +15,39 @@ PARTS = (
 
 
 @pytest.mark.parametrize("part", PARTS, ids=lambda part: part.kind)
-def test_points_seen_from_above_lie_on_the_surface_and_distance_grows_with_slope_one(
+def test_top_surface_has_zero_distance_and_distance_has_unit_gradient(
     part: Part,
 ) -> None:
-    thing = TouchObject("thing", (part,))
+    item = TouchObject("thing", (part,))
     x, y = np.random.default_rng(0).uniform(-0.06, 0.06, (2, 400))
-    z = top_surface(thing, x, y)
-    seen = ~np.isnan(z)
-    assert 10 < np.count_nonzero(seen) < 400
-    on = np.column_stack([x, y, z])[seen]
-    assert np.abs(surface_distance(thing, on)).max() < 1e-9
-    # The distance's gradient points to the surface: following it leads onto it.
-    away = on + np.array([0.01, 0.005, 0.02])
-    distance = surface_distance(thing, away)
+    z = top_surface(item, x, y)
+    visible = ~np.isnan(z)
+    assert 10 < np.count_nonzero(visible) < 400
+    on_surface = np.column_stack([x, y, z])[visible]
+    assert np.abs(surface_distance(item, on_surface)).max() < 1e-9
+    # A step along the negative gradient by the distance leads onto the surface.
+    off_surface = on_surface + np.array([0.01, 0.005, 0.02])
+    distance = surface_distance(item, off_surface)
     steps = 1e-6 * np.eye(3)
     gradient = np.column_stack(
         [
-            (surface_distance(thing, away + s) - surface_distance(thing, away - s)) / 2e-6
+            (surface_distance(item, off_surface + s) - surface_distance(item, off_surface - s))
+            / 2e-6
             for s in steps
         ]
     )
     assert np.linalg.norm(gradient, axis=1) == pytest.approx(1.0, abs=1e-3)
-    feet = away - distance[:, None] * gradient
-    assert np.abs(surface_distance(thing, feet)).max() < 1e-4
+    projections = off_surface - distance[:, None] * gradient
+    assert np.abs(surface_distance(item, projections)).max() < 1e-4
 
 
-def test_middle_of_an_ellipsoid_and_points_on_its_axes_are_exact() -> None:
-    thing = TouchObject("egg", (Part("ellipsoid", (0.05, 0.03, 0.02)),))
+def test_distance_on_axes_of_ellipsoid_is_exact() -> None:
+    item = TouchObject("egg", (Part("ellipsoid", (0.05, 0.03, 0.02)),))
     points = [[0, 0, 0], [0.06, 0, 0], [0, -0.04, 0], [0, 0, 0.01]]
-    assert surface_distance(thing, points) == pytest.approx([-0.02, 0.01, 0.01, -0.01], abs=1e-9)
+    assert surface_distance(item, points) == pytest.approx([-0.02, 0.01, 0.01, -0.01], abs=1e-9)
 
 
-def test_the_unknown_object_has_a_ridge_and_a_block_on_its_dome() -> None:
+def test_unknown_object_has_ridge_and_block_on_dome() -> None:
     heights = top_surface(unknown_object(), [0.0, -0.04, 0.045, 0.2], [0.0, 0.01, -0.012, 0.0])
     assert heights[:3] == pytest.approx([0.0, 0.0002, 0.0013], abs=1e-9)
     assert np.isnan(heights[3])

@@ -1,4 +1,4 @@
-"""Each term of the noise does what its name says, and nothing else."""
+"""The depth noise: each term alone, and all terms together."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ def wall(z: float) -> NDArray[np.float32]:
 
 
 def step_image() -> NDArray[np.float32]:
-    """A near half on the left, a far half on the right, nothing in the top rows."""
+    """Return a depth image with a near left half, a far right half, and no readings at the top."""
     depth = wall(0.8)
     depth[:, 320:] = 1.2
     depth[:50] = 0
     return depth
 
 
-def slanted(angle: float) -> NDArray[np.float32]:
-    """A plane through (0, 0, 1) m that the central ray meets at `angle` to its normal."""
+def slanted_plane(angle: float) -> NDArray[np.float32]:
+    """Return the depth of a plane through (0, 0, 1) m at ``angle``, rad, to the optical axis."""
     rays = CAMERA.rays()
     return (1.0 / (1.0 + np.tan(angle) * rays[..., 1])).astype(np.float32)
 
@@ -42,30 +42,30 @@ def noisy(depth: NDArray, options: DepthNoise, seed: int = 0) -> NDArray[np.floa
     return add_depth_noise(depth, CAMERA, np.random.default_rng(seed), options)
 
 
-def test_no_noise_is_the_identity():
+def test_no_noise_is_identity():
     depth = step_image()
     out = noisy(depth, NONE)
     assert np.array_equal(out, depth)
     assert out is not depth
 
 
-def test_a_scale_of_zero_is_no_noise():
+def test_zero_scale_is_no_noise():
     depth = step_image()
     assert np.array_equal(noisy(depth, DepthNoise.realistic(0.0)), depth)
 
 
-def test_the_same_seed_gives_the_same_image_and_the_input_stays():
+def test_noise_is_repeatable_and_keeps_input():
     depth = step_image()
-    kept = depth.copy()
+    original = depth.copy()
     one, other = noisy(depth, DepthNoise.realistic(), 3), noisy(depth, DepthNoise.realistic(), 3)
     assert np.array_equal(one, other)
     assert not np.array_equal(one, noisy(depth, DepthNoise.realistic(), 4))
-    assert np.array_equal(depth, kept)
+    assert np.array_equal(depth, original)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.8, 2.0])
 @pytest.mark.parametrize("z", [0.5, 1.0, 2.0])
-def test_axial_noise_has_nguyens_sigma_with_or_without_blur(z: float, correlation: float):
+def test_axial_noise_has_sigma_of_nguyen(z: float, correlation: float):
     error = noisy(wall(z), replace(NONE, axial=1.0, correlation=correlation)) - z
     expected = 0.0012 + 0.0019 * (z - 0.4) ** 2
     assert axial_sigma(np.array(z)) == pytest.approx(expected)
@@ -73,26 +73,26 @@ def test_axial_noise_has_nguyens_sigma_with_or_without_blur(z: float, correlatio
     assert abs(error.mean()) < 0.05 * expected
 
 
-def test_axial_noise_doubles_with_its_dial():
+def test_axial_noise_scales_linearly():
     once = noisy(wall(1.0), replace(NONE, axial=1.0)) - 1
     twice = noisy(wall(1.0), replace(NONE, axial=1.0).scaled(2.0)) - 1
     assert twice.std() == pytest.approx(2 * once.std(), rel=1e-3)
 
 
-def test_blurred_noise_is_alike_in_neighbouring_pixels():
+def test_blurred_noise_is_correlated_between_neighbours():
     white = noisy(wall(1.0), replace(NONE, axial=1.0)) - 1
     blurred = noisy(wall(1.0), replace(NONE, axial=1.0, correlation=1.0)) - 1
 
-    def likeness(field: NDArray) -> float:
+    def correlation(field: NDArray) -> float:
         return float(np.corrcoef(field[:, 1:].ravel(), field[:, :-1].ravel())[0, 1])
 
-    assert abs(likeness(white)) < 0.02
-    # Two Gaussian blurs one pixel apart: exp(-1 / 4).
-    assert likeness(blurred) == pytest.approx(np.exp(-0.25), abs=0.02)
+    assert abs(correlation(white)) < 0.02
+    # The correlation of Gaussian blurs one pixel apart is exp(-1 / 4).
+    assert correlation(blurred) == pytest.approx(np.exp(-0.25), abs=0.02)
 
 
-def test_lateral_jitter_moves_a_slant_by_its_slope_and_makes_no_new_depths():
-    depth = slanted(0.6)
+def test_lateral_jitter_follows_slope_and_adds_no_new_depths():
+    depth = slanted_plane(0.6)
     error = noisy(depth, replace(NONE, lateral=0.5))[100:-100, 100:-100]
     error = error - depth[100:-100, 100:-100]
     slope = np.gradient(depth, axis=0)[100:-100, 100:-100]
@@ -105,7 +105,7 @@ def test_lateral_jitter_moves_a_slant_by_its_slope_and_makes_no_new_depths():
     assert changed.max() < 330
 
 
-def test_disparity_steps_are_those_of_the_baseline():
+def test_disparity_steps_match_baseline():
     depth = np.tile(np.linspace(0.6, 2.0, 640, dtype=np.float32), (480, 1))
     out = noisy(depth, replace(NONE, disparity_step=0.125, baseline=0.075))
     levels = np.unique(525 * 0.075 / out.astype(np.float64) / 0.125)
@@ -115,12 +115,12 @@ def test_disparity_steps_are_those_of_the_baseline():
     assert np.abs(out - depth).max() > 0.8 * half_step.max()
 
 
-def test_depth_that_rounds_to_no_disparity_is_lost():
+def test_depth_with_zero_disparity_is_invalid():
     out = noisy(wall(50.0), replace(NONE, disparity_step=4.0))
     assert not out.any()
 
 
-def test_edges_lose_their_share_and_only_edges():
+def test_edge_dropout_affects_edges_only():
     depth = step_image()
     out = noisy(depth, replace(NONE, edge_dropout=0.3))
     lost = (out == 0) & (depth > 0)
@@ -128,7 +128,7 @@ def test_edges_lose_their_share_and_only_edges():
     assert lost[50:, 319:321].mean() == pytest.approx(0.3, abs=0.06)
 
 
-def test_flying_pixels_lie_between_the_two_surfaces():
+def test_flying_pixels_lie_between_surfaces():
     depth = step_image()
     out = noisy(depth, replace(NONE, flying=0.5))
     changed = out != depth
@@ -139,19 +139,19 @@ def test_flying_pixels_lie_between_the_two_surfaces():
     assert between.mean() == pytest.approx(1.0, abs=0.03)
 
 
-def test_grazing_surfaces_vanish_and_facing_ones_do_not():
+def test_grazing_dropout_affects_grazing_surfaces_only():
     options = replace(NONE, grazing_dropout=0.9)
-    assert np.all(noisy(slanted(0.5), options) > 0)
+    assert np.all(noisy(slanted_plane(0.5), options) > 0)
     assert np.all(noisy(step_image(), options)[60:] > 0)
-    steep = slanted(1.5)
+    steep = slanted_plane(1.5)
     middle = (slice(238, 242), slice(None))
     lost = np.mean([noisy(steep, options, seed)[middle] == 0 for seed in range(5)])
-    # The ramp over the cosine, at 1.5 rad between 1.31 and 1.52.
+    # The dropout is a ramp over the cosine, here at 1.5 rad between 1.31 and 1.52 rad.
     ramp = (np.cos(1.31) - np.cos(1.5)) / (np.cos(1.31) - np.cos(1.52))
     assert lost == pytest.approx(0.9 * ramp, abs=0.06)
 
 
-def test_holes_take_their_share_in_blotches():
+def test_holes_have_requested_share_and_are_connected():
     out = noisy(wall(1.0), replace(NONE, hole_share=0.05))
     lost = out == 0
     assert lost.mean() == pytest.approx(0.05, abs=0.005)
@@ -160,16 +160,16 @@ def test_holes_take_their_share_in_blotches():
     assert np.all(out[~lost] == 1.0)
 
 
-def test_everything_can_be_lost():
+def test_hole_share_of_one_removes_all_readings():
     assert not noisy(wall(1.0), replace(NONE, hole_share=1.0)).any()
 
 
-def test_realistic_noise_keeps_most_readings_and_their_place():
+def test_realistic_noise_keeps_most_readings_accurate():
     depth = step_image()
     out = noisy(depth, DepthNoise.realistic())
-    both = (out > 0) & (depth > 0)
-    assert both.sum() > 0.98 * (depth > 0).sum()
-    assert np.median(np.abs(out - depth)[both]) < 0.004
+    valid = (out > 0) & (depth > 0)
+    assert valid.sum() > 0.98 * (depth > 0).sum()
+    assert np.median(np.abs(out - depth)[valid]) < 0.004
     assert out.dtype == np.float32
 
 
@@ -180,7 +180,7 @@ def test_realistic_noise_keeps_most_readings_and_their_place():
     height=st.integers(1, 40),
     width=st.integers(1, 40),
 )
-def test_depth_stays_finite_and_positive_for_any_scale_and_size(
+def test_depth_is_finite_and_positive_for_any_scale_and_size(
     scale: float, seed: int, height: int, width: int
 ):
     rng = np.random.default_rng(seed)
@@ -194,7 +194,7 @@ def test_depth_stays_finite_and_positive_for_any_scale_and_size(
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"axial": -1.0}, "axial must be >= 0"),
         ({"lateral": float("nan")}, "lateral must be >= 0"),
@@ -204,21 +204,21 @@ def test_depth_stays_finite_and_positive_for_any_scale_and_size(
         ({"grazing_start": 1.5, "grazing_end": 1.4}, "must rise"),
     ],
 )
-def test_noise_out_of_bounds_is_refused(options: dict[str, Any], told: str):
-    with pytest.raises(InputError, match=told):
+def test_depth_noise_rejects_invalid_options(options: dict[str, Any], message: str):
+    with pytest.raises(InputError, match=message):
         DepthNoise(**options)
 
 
-def test_a_negative_scale_is_refused():
+def test_realistic_noise_rejects_negative_scale():
     with pytest.raises(InputError, match="scale must be >= 0"):
         DepthNoise.realistic(-1.0)
 
 
-def test_depth_of_another_size_is_refused():
+def test_add_depth_noise_rejects_mismatched_size():
     with pytest.raises(InputError, match=r"\(480, 640\), got \(4, 4\)"):
         noisy(np.ones((4, 4), np.float32), NONE)
 
 
-def test_noise_is_fast(benchmark: Any):
+def test_benchmark_add_depth_noise(benchmark: Any):
     depth = step_image()
     benchmark(noisy, depth, DepthNoise.realistic())

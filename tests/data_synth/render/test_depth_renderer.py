@@ -1,4 +1,4 @@
-"""Both back ends see what geometry says, in the same pixels."""
+"""The depth renderers: both back ends against exact geometry."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ SPHERE_RADIUS = 0.05
 
 
 def available_renderers() -> list[DepthRenderer]:
-    """The ray caster, and OpenGL on machines that have it."""
+    """Return the ray caster, and the OpenGL renderer where it is available."""
     rays = [open_renderer("rays")]
     return rays if gl_fault() else [*rays, open_renderer("gl")]
 
@@ -57,12 +57,12 @@ def ball(centre: NDArray, radius: float) -> Superquadric:
     )
 
 
-def true_view(intrinsics: CameraIntrinsics) -> tuple[NDArray, NDArray]:
-    """Depth and labels of the ball on the table over the floor, by hand."""
+def exact_view(intrinsics: CameraIntrinsics) -> tuple[NDArray, NDArray]:
+    """Return the exact depth and labels of a ball on a table above the floor."""
     pose = look_at(EYE, TARGET)
     rays = intrinsics.rays() @ pose.rotation.as_matrix().T
     eye = pose.translation
-    # The table is a slab 0.03 m thick: a ray is in it between its last entry and first exit.
+    # The table is a slab of 0.03 m. A ray is inside between its last entry and its first exit.
     low, high = np.array([-0.3, -0.25, -0.03]), np.array([0.3, 0.25, 0.0])
     walls = np.stack([(low - eye) / rays, (high - eye) / rays])
     entry, leave = walls.min(axis=0).max(axis=-1), walls.max(axis=0).min(axis=-1)
@@ -79,17 +79,17 @@ def shifted(intrinsics: CameraIntrinsics, u: float, v: float) -> CameraIntrinsic
     return replace(intrinsics, cx=intrinsics.cx + u, cy=intrinsics.cy + v)
 
 
-def away_from_edges(depth: NDArray) -> NDArray:
-    """Pixels whose 5x5 neighbourhood is on one smooth surface."""
+def is_smooth(depth: NDArray) -> NDArray:
+    """Return a mask of the pixels whose 5x5 neighbourhood lies on one smooth surface."""
     windows = np.lib.stride_tricks.sliding_window_view(np.pad(depth, 2, mode="edge"), (5, 5))
     return np.ptp(windows, axis=(2, 3)) < 0.03
 
 
 @pytest.mark.parametrize("renderer", available_renderers(), ids=lambda r: r.name)
-def test_plane_and_sphere_are_where_geometry_puts_them(renderer: DepthRenderer):
+def test_depth_of_plane_and_sphere_is_exact(renderer: DepthRenderer):
     view = render_scene(scene_with(ball(SPHERE_CENTRE, SPHERE_RADIUS)), renderer=renderer)
-    depth, labels = true_view(CAMERA)
-    smooth = away_from_edges(depth)
+    depth, labels = exact_view(CAMERA)
+    smooth = is_smooth(depth)
     error = np.abs(view.depth - depth)
 
     assert smooth[labels == 1].sum() > 1000
@@ -99,22 +99,22 @@ def test_plane_and_sphere_are_where_geometry_puts_them(renderer: DepthRenderer):
 
 
 @pytest.mark.parametrize("renderer", available_renderers(), ids=lambda r: r.name)
-def test_outlines_are_true_to_half_a_pixel(renderer: DepthRenderer):
+def test_outlines_are_accurate_to_half_pixel(renderer: DepthRenderer):
     view = render_scene(scene_with(ball(SPHERE_CENTRE, SPHERE_RADIUS)), renderer=renderer)
-    _, labels = true_view(CAMERA)
+    _, labels = exact_view(CAMERA)
     steps = (-0.5, 0.0, 0.5)
-    near = [true_view(shifted(CAMERA, u, v))[1] for u in steps for v in steps]
+    near = [exact_view(shifted(CAMERA, u, v))[1] for u in steps for v in steps]
 
     assert np.all(view.labels >= np.min(near, axis=0))
     assert np.all(view.labels <= np.max(near, axis=0))
-    # Not only within half a pixel: nearly every pixel centre is on the right side.
+    # In addition, almost every pixel centre is on the correct side.
     assert np.count_nonzero(view.labels != labels) <= 3
 
 
-def test_a_shift_of_half_a_pixel_would_be_noticed():
-    """The outline test can tell a wrong pixel convention."""
-    _, labels = true_view(CAMERA)
-    _, moved = true_view(shifted(CAMERA, 0.5, 0.5))
+def test_half_pixel_shift_changes_outline():
+    """The outline test detects a wrong pixel convention."""
+    _, labels = exact_view(CAMERA)
+    _, moved = exact_view(shifted(CAMERA, 0.5, 0.5))
     assert np.count_nonzero(labels != moved) > 30
 
 
@@ -129,7 +129,7 @@ def test_a_shift_of_half_a_pixel_would_be_noticed():
         ("superquadric", (0.05, 0.02, 0.035), (0.4, 1.2)),
     ],
 )
-def test_labelled_points_lie_on_the_ground_truth_solid(
+def test_labelled_points_lie_on_ground_truth_solid(
     renderer: DepthRenderer,
     kind: Kind,
     semi_axes: tuple[float, float, float],
@@ -140,8 +140,8 @@ def test_labelled_points_lie_on_the_ground_truth_solid(
     shape = Superquadric(np.array(semi_axes), exponents, pose, kind)
     scene = scene_with(shape)
     view = render_scene(scene, renderer=renderer, colour=False)
-    seen = view.labels == 1
-    points = scene.T_world_camera.apply((CAMERA.rays() * view.depth[..., None])[seen])
+    visible = view.labels == 1
+    points = scene.T_world_camera.apply((CAMERA.rays() * view.depth[..., None])[visible])
     local = np.abs(shape.to_local(points)) / shape.semi_axes
     if kind == "box":
         error = np.abs(local.max(axis=1) - 1) * min(semi_axes)
@@ -151,12 +151,12 @@ def test_labelled_points_lie_on_the_ground_truth_solid(
     else:
         error = np.abs(shape.distance(points))
 
-    assert seen.sum() > 500
+    assert visible.sum() > 500
     assert np.percentile(error, 99) < 2.5e-4
     assert np.median(error) < 1e-4
 
 
-def test_the_two_back_ends_agree():
+def test_back_ends_agree():
     if gl_fault():
         with pytest.raises(DeviceError, match="no OpenGL here"):
             open_renderer("gl")
@@ -176,7 +176,7 @@ def test_the_two_back_ends_agree():
 
 
 @pytest.mark.parametrize("renderer", available_renderers(), ids=lambda r: r.name)
-def test_images_have_the_promised_types(renderer: DepthRenderer):
+def test_images_have_documented_types(renderer: DepthRenderer):
     scene = scene_with(ball(SPHERE_CENTRE, SPHERE_RADIUS))
     view = render_scene(scene, renderer=renderer)
     assert (view.depth.dtype, view.depth.shape) == (np.float32, (240, 320))
@@ -187,7 +187,7 @@ def test_images_have_the_promised_types(renderer: DepthRenderer):
 
 
 @pytest.mark.parametrize("renderer", available_renderers(), ids=lambda r: r.name)
-def test_colours_belong_to_their_objects(renderer: DepthRenderer):
+def test_pixels_have_colour_of_their_object(renderer: DepthRenderer):
     red = scene_with(ball(SPHERE_CENTRE, SPHERE_RADIUS))
     view = render_scene(red, renderer=renderer)
     assert view.colour is not None
@@ -197,7 +197,7 @@ def test_colours_belong_to_their_objects(renderer: DepthRenderer):
 
 
 @pytest.mark.parametrize("renderer", available_renderers(), ids=lambda r: r.name)
-def test_nothing_is_read_past_the_range(renderer: DepthRenderer):
+def test_depth_beyond_max_range_is_invalid(renderer: DepthRenderer):
     scene = scene_with(ball(SPHERE_CENTRE, SPHERE_RADIUS))
     full = render_scene(scene, renderer=renderer, colour=False)
     cut = render_scene(scene, renderer=renderer, colour=False, max_range=0.8)
@@ -208,17 +208,17 @@ def test_nothing_is_read_past_the_range(renderer: DepthRenderer):
 
 
 @pytest.mark.parametrize("renderer", available_renderers(), ids=lambda r: r.name)
-def test_one_renderer_draws_images_of_several_sizes(renderer: DepthRenderer):
+def test_renderer_supports_several_image_sizes(renderer: DepthRenderer):
     scene = scene_with(ball(SPHERE_CENTRE, SPHERE_RADIUS))
     large = replace(CAMERA, fx=1640.0, fy=1720.0, cx=686.7, cy=435.9, width=1280, height=960)
     for camera in (large, CAMERA):
         view = render_scene(replace(scene, intrinsics=camera), renderer=renderer, colour=False)
-        depth, labels = true_view(camera)
-        smooth = away_from_edges(depth) & (labels == 0)
+        depth, labels = exact_view(camera)
+        smooth = is_smooth(depth) & (labels == 0)
         assert np.abs(view.depth - depth)[smooth].max() < 1e-5
 
 
-def test_a_missing_graphics_library_is_said_once_and_rays_take_over(
+def test_missing_graphics_library_is_logged_once_and_rays_are_used(
     monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
 ):
     monkeypatch.setattr(depth_renderer_module, "gl_fault", lambda: "no driver")
@@ -233,12 +233,12 @@ def test_a_missing_graphics_library_is_said_once_and_rays_take_over(
     assert "no driver" in caplog.text
 
 
-def test_an_unknown_back_end_names_the_known_ones():
+def test_unknown_back_end_raises_with_known_names():
     with pytest.raises(InputError, match="auto, gl, rays, got 'vulkan'"):
-        open_renderer("vulkan")  # type: ignore[arg-type]  # the wrong name is the test
+        open_renderer("vulkan")  # type: ignore[arg-type]  # the invalid name under test
 
 
 @pytest.mark.parametrize("max_range", [0.0, -1.0, float("nan"), float("inf")])
-def test_a_range_that_is_no_length_is_refused(max_range: float):
+def test_render_rejects_invalid_max_range(max_range: float):
     with pytest.raises(InputError, match="max_range must be > 0 m"):
         render_scene(scene_with(ball(SPHERE_CENTRE, 0.05)), max_range=max_range)

@@ -1,4 +1,4 @@
-"""A table without objects is a scene too."""
+"""Scenes of a table without objects."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from eyehand.data_synth import (
 EMPTY = TabletopOptions(count_range=(0, 0))
 
 
-def test_an_empty_table_is_seen_without_labels():
+def test_empty_table_has_no_labels():
     scene = make_scene(0, EMPTY)
     frame, labels = render_frame(scene, DepthNoise.realistic(), 0)
     assert scene.objects == ()
@@ -28,7 +28,7 @@ def test_an_empty_table_is_seen_without_labels():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_the_camera_of_an_empty_table_keeps_its_ranges_and_looks_at_the_work_area(seed: int):
+def test_camera_of_empty_table_points_at_work_area(seed: int):
     options = TabletopOptions(count_range=(0, 0), table_height=0.3)
     T_world_camera = make_scene(seed, options).T_world_camera
     forward = T_world_camera.rotation.apply([0.0, 0.0, 1.0])
@@ -40,22 +40,22 @@ def test_the_camera_of_an_empty_table_keeps_its_ranges_and_looks_at_the_work_are
     assert low <= np.arcsin(-forward[2]) <= high
 
 
-def test_the_seed_alone_says_where_the_camera_of_an_empty_table_stands():
+def test_camera_of_empty_table_is_repeatable_with_seed():
     one, again, other = (make_scene(seed, EMPTY).T_world_camera.as_matrix() for seed in (1, 1, 2))
     assert one.tobytes() == again.tobytes()
     assert not np.allclose(one, other)
 
 
-def test_a_range_from_none_gives_empty_and_laid_tables():
+def test_count_range_from_zero_gives_empty_and_occupied_tables():
     counts = [
         len(make_scene(seed, TabletopOptions(count_range=(0, 1))).objects) for seed in range(8)
     ]
     assert set(counts) == {0, 1}
 
 
-def test_an_empty_table_reads_back(tmp_path: Path):
+def test_empty_scene_is_read_back(tmp_path: Path):
     scene = make_scene(3, EMPTY)
     write_scene(tmp_path, scene, *render_frame(scene))
-    again = read_ground_truth(tmp_path)
-    assert again.objects == ()
-    assert (again.family, again.seed, again.table) == ("separate", 3, scene.table)
+    loaded = read_ground_truth(tmp_path)
+    assert loaded.objects == ()
+    assert (loaded.family, loaded.seed, loaded.table) == ("separate", 3, scene.table)

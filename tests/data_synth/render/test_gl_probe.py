@@ -1,4 +1,4 @@
-"""The graphics library is tried in a child process, and its failure is told in words."""
+"""The probe of the graphics library: a child process, and the reasons of a failure."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from eyehand.data_synth.render import gl_fault, gl_module
 
 
 @pytest.fixture(autouse=True)
-def _fresh_answer() -> Iterator[None]:
+def _clear_cache() -> Iterator[None]:
     gl_fault.cache_clear()
     yield
     gl_fault.cache_clear()
 
 
-def test_the_variable_chooses_or_forbids(monkeypatch: pytest.MonkeyPatch):
+def test_environment_variable_selects_or_disables_library(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("MUJOCO_GL", "osmesa")
     assert gl_module() == "mujoco.osmesa"
     monkeypatch.setenv("MUJOCO_GL", "off")
@@ -27,7 +27,7 @@ def test_the_variable_chooses_or_forbids(monkeypatch: pytest.MonkeyPatch):
 
 
 @pytest.mark.parametrize(("system", "library"), [("linux", "egl"), ("darwin", "cgl")])
-def test_each_system_has_its_off_screen_library(
+def test_default_library_depends_on_system(
     monkeypatch: pytest.MonkeyPatch, system: str, library: str
 ):
     monkeypatch.delenv("MUJOCO_GL", raising=False)
@@ -35,32 +35,32 @@ def test_each_system_has_its_off_screen_library(
     assert gl_module() == f"mujoco.{library}"
 
 
-def test_a_crash_of_the_driver_is_only_an_answer(monkeypatch: pytest.MonkeyPatch):
+def test_crash_of_driver_is_reported(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(
         "eyehand.data_synth.render.gl_probe._PROBE", "import os; os.kill(os.getpid(), 11)"
     )
     assert gl_fault() == "opening a context crashed (signal 11)"
 
 
-def test_an_exception_is_told_by_its_last_line(monkeypatch: pytest.MonkeyPatch):
+def test_exception_is_reported_by_its_last_line(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(
         "eyehand.data_synth.render.gl_probe._PROBE", "raise RuntimeError('no display')"
     )
     assert gl_fault() == "RuntimeError: no display"
 
 
-def test_a_hanging_driver_is_given_up(monkeypatch: pytest.MonkeyPatch):
+def test_hanging_driver_times_out(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("eyehand.data_synth.render.gl_probe._PROBE", "import time; time.sleep(60)")
     monkeypatch.setattr("eyehand.data_synth.render.gl_probe._TIMEOUT_S", 0.2)
     assert gl_fault() == "opening a context took more than 0.2 s"
 
 
-def test_the_answer_is_kept(monkeypatch: pytest.MonkeyPatch):
+def test_result_is_cached(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr("eyehand.data_synth.render.gl_probe._PROBE", "")
     assert gl_fault() == ""
 
-    def never(*_: object, **__: object) -> None:
+    def fail(*_: object, **__: object) -> None:
         raise AssertionError("probed twice")
 
-    monkeypatch.setattr(subprocess, "run", never)
+    monkeypatch.setattr(subprocess, "run", fail)
     assert gl_fault() == ""

@@ -1,4 +1,4 @@
-"""The synthetic camera is a camera like any other."""
+"""The synthetic camera: protocol, frames and noise."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from eyehand.perception.cameras import Camera
 OPTIONS = TabletopOptions(count_range=(2, 3), view=ViewOptions(image_size=(160, 120)))
 
 
-def test_it_fulfils_the_protocol_of_cameras():
+def test_synthetic_camera_implements_camera_protocol():
     assert isinstance(SyntheticCamera([0]), Camera)
 
 
-def test_a_frame_holds_the_cameras_place_and_colour():
+def test_frame_has_camera_pose_and_colour():
     scene = make_scene(0, OPTIONS)
     frame, labels = render_frame(scene)
     assert frame.T_world_camera is scene.T_world_camera
@@ -33,7 +33,7 @@ def test_a_frame_holds_the_cameras_place_and_colour():
     assert set(np.unique(labels)) == set(range(len(scene.objects) + 1))
 
 
-def test_points_of_an_object_lie_inside_its_bounds_in_the_world():
+def test_points_of_object_lie_inside_solid():
     scene = make_scene(1, OPTIONS)
     frame, labels = render_frame(scene, colour=False)
     for label, item in enumerate(scene.objects, start=1):
@@ -41,7 +41,7 @@ def test_points_of_an_object_lie_inside_its_bounds_in_the_world():
         assert np.all(item.shape.radial_scale(points) < 1.02)
 
 
-def test_noise_comes_from_its_seed():
+def test_noise_is_repeatable_with_seed():
     scene = make_scene(0, OPTIONS)
     clean, _ = render_frame(scene, colour=False)
     one, _ = render_frame(scene, DepthNoise.realistic(), 1, colour=False)
@@ -66,8 +66,8 @@ def test_looks_at_one_scene_differ_by_noise_only():
     for one, other in zip(frames, again, strict=True):
         assert np.array_equal(one.depth, other.depth)
     assert not np.array_equal(frames[0].depth, frames[1].depth)
-    both = frames[0].valid & frames[1].valid
-    assert np.median(np.abs(frames[0].depth - frames[1].depth)[both]) < 0.01
+    valid = frames[0].valid & frames[1].valid
+    assert np.median(np.abs(frames[0].depth - frames[1].depth)[valid]) < 0.01
     assert frames[0].T_world_camera is frames[1].T_world_camera
     assert frames[0].colour is None
 

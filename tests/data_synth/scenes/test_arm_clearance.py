@@ -1,4 +1,4 @@
-"""The arm's clearance is that of its shapes, whoever computes it."""
+"""The clearance of the arm against the library coal and exact values."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ mujoco = import_mujoco()
 coal = import_module("coal")
 
 SHALLOW_M = 0.03
-"""Less than any shell's radius."""
+"""Depth below the radius of every shell, m."""
 
 
-def test_clearance_is_the_least_over_all_pairs_as_another_library_finds_it():
+def test_clearance_equals_minimum_of_coal_distances():
     rng = np.random.default_rng(0)
     for seed in range(6):
         scene = make_reaching_scene(seed)
@@ -36,15 +36,15 @@ def test_clearance_is_the_least_over_all_pairs_as_another_library_finds_it():
             q = rng.uniform(*clearance.joint_range)
             data.qpos[:] = q
             mujoco.mj_kinematics(model, data)
-            oracle = min(_coal_gap(model, data, one, other) for one, other in pairs)
+            expected = min(_coal_gap(model, data, one, other) for one, other in pairs)
             found = clearance.at(q)
-            assert np.sign(found) == np.sign(oracle)
-            # MuJoCo's depth is not the least one where a shell's middle line runs through a box.
-            if oracle > -SHALLOW_M:
-                assert found == pytest.approx(min(oracle, HORIZON_M), abs=1e-7)
+            assert np.sign(found) == np.sign(expected)
+            # MuJoCo's depth is not minimal where the axis of a shell passes through a box.
+            if expected > -SHALLOW_M:
+                assert found == pytest.approx(min(expected, HORIZON_M), abs=1e-7)
 
 
-def test_pairs_are_moving_shells_against_boxes_and_what_the_arm_does_not_exclude():
+def test_pairs_are_moving_shells_with_boxes_and_unexcluded_shells():
     scene = make_reaching_scene(0, boxes=2)
     model = arm_spec(scene.obstacles).compile()
     names = {(model.geom(int(a)).name, model.geom(int(b)).name) for a, b in clearance_pairs(model)}
@@ -56,7 +56,7 @@ def test_pairs_are_moving_shells_against_boxes_and_what_the_arm_does_not_exclude
     assert names == own | {(shell, box) for shell in moving for box in ("box_1", "box_2")}
 
 
-def test_an_upright_arm_is_as_far_from_a_wall_as_its_thickest_shell_tells():
+def test_clearance_of_upright_arm_to_wall_is_exact():
     wall = RigidTransform.from_components([0.5, 0.0, 0.7], Rotation.identity())
     clearance = ArmClearance([ReachingObstacle("wall", "box", (0.1, 1.0, 1.0), wall)])
     upright = np.zeros(7)

@@ -1,4 +1,4 @@
-"""The mesh of a superquadric is closed, convex, outward, and close to the surface."""
+"""The convex mesh of a superquadric: closed, oriented outwards, and close to the surface."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ lengths = st.floats(0.015, 0.12)
 
 @settings(max_examples=15, deadline=None)
 @given(a=st.tuples(lengths, lengths, lengths), e=st.tuples(exponents, exponents))
-def test_faces_stay_within_twice_the_chord_error_and_close_the_surface(
+def test_mesh_is_closed_and_within_twice_chord_tolerance(
     a: tuple[float, float, float], e: tuple[float, float]
 ):
     solid = Superquadric(np.array(a), e, RigidTransform.identity())
@@ -29,13 +29,13 @@ def test_faces_stay_within_twice_the_chord_error_and_close_the_surface(
     assert np.allclose(solid.radial_scale(vertices), 1.0, atol=1e-9)
     assert solid.radial_scale(inside).max() <= 1 + 1e-9
     assert np.abs(solid.distance(inside)).max() < 2.5 * CHORD_TOLERANCE_M
-    # Every edge is walked once each way: closed and consistently turned.
+    # Each edge occurs once in each direction: the mesh is closed and consistently oriented.
     edges = np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
     assert {tuple(edge) for edge in edges} == {tuple(edge[::-1]) for edge in edges}
     volume = np.einsum("ij,ij->", corners[:, 0], np.cross(corners[:, 1], corners[:, 2])) / 6
     assert volume == pytest.approx(solid.volume, rel=0.02)
 
 
-def test_a_tighter_tolerance_takes_more_faces():
+def test_smaller_tolerance_gives_more_faces():
     solid = Superquadric(np.array([0.05, 0.04, 0.03]), (0.7, 0.9), RigidTransform.identity())
     assert len(convex_mesh(solid, 2e-5)[1]) > 3 * len(convex_mesh(solid, 1e-4)[1])

@@ -1,4 +1,4 @@
-"""A scene's files read back as they were, or say what is wrong with them."""
+"""The files of a scene: reading back, and errors for invalid files."""
 
 from __future__ import annotations
 
@@ -30,32 +30,32 @@ VIEW = ViewOptions(image_size=(160, 120))
 
 
 @cache
-def seen() -> tuple[TabletopScene, DepthFrame, NDArray[np.int32]]:
+def rendered_scene() -> tuple[TabletopScene, DepthFrame, NDArray[np.int32]]:
     options = TabletopOptions(family="stacked", count_range=(4, 4), view=VIEW, table_height=0.4)
     scene = make_scene(2, options)
     return (scene, *render_frame(scene))
 
 
-def written(folder: Path) -> TabletopScene:
-    write_scene(folder, *seen())
-    return seen()[0]
+def write_rendered_scene(folder: Path) -> TabletopScene:
+    write_scene(folder, *rendered_scene())
+    return rendered_scene()[0]
 
 
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
-    written(tmp_path / "new" / "scene")
+    write_rendered_scene(tmp_path / "new" / "scene")
     return tmp_path / "new" / "scene"
 
 
-def test_the_ground_truth_reads_back_exactly(tmp_path: Path):
-    scene = written(tmp_path)
-    again = read_ground_truth(tmp_path)
-    assert (again.seed, again.family, again.table) == (scene.seed, scene.family, scene.table)
-    assert again.intrinsics == scene.intrinsics
+def test_ground_truth_is_read_back_exactly(tmp_path: Path):
+    scene = write_rendered_scene(tmp_path)
+    loaded = read_ground_truth(tmp_path)
+    assert (loaded.seed, loaded.family, loaded.table) == (scene.seed, scene.family, scene.table)
+    assert loaded.intrinsics == scene.intrinsics
     assert np.allclose(
-        again.T_world_camera.as_matrix(), scene.T_world_camera.as_matrix(), atol=1e-15
+        loaded.T_world_camera.as_matrix(), scene.T_world_camera.as_matrix(), atol=1e-15
     )
-    for one, other in zip(scene.objects, again.objects, strict=True):
+    for one, other in zip(scene.objects, loaded.objects, strict=True):
         assert (one.name, one.kind, one.mass) == (other.name, other.kind, other.mass)
         assert one.colour == other.colour
         assert one.shape.exponents == other.shape.exponents
@@ -64,23 +64,23 @@ def test_the_ground_truth_reads_back_exactly(tmp_path: Path):
         assert np.allclose(one.shape.rotation, other.shape.rotation, atol=1e-15)
 
 
-def test_depth_and_labels_read_back(tmp_path: Path):
-    scene, frame, labels = seen()
+def test_depth_and_labels_are_read_back(tmp_path: Path):
+    scene, frame, labels = rendered_scene()
     files = write_scene(tmp_path, scene, frame, labels)
-    again = read_frame(tmp_path / "depth.png")
+    loaded = read_frame(tmp_path / "depth.png")
 
     assert {path.name for path in files} == {path.name for path in tmp_path.iterdir()}
-    assert np.abs(again.depth - frame.depth).max() <= 0.00051
-    assert again.intrinsics == frame.intrinsics
-    assert again.T_world_camera is not None
-    assert again.colour is not None
+    assert np.abs(loaded.depth - frame.depth).max() <= 0.00051
+    assert loaded.intrinsics == frame.intrinsics
+    assert loaded.T_world_camera is not None
+    assert loaded.colour is not None
     assert frame.colour is not None
-    assert np.array_equal(again.colour, frame.colour)
+    assert np.array_equal(loaded.colour, frame.colour)
     assert np.array_equal(read_labels(tmp_path), labels)
     assert read_labels(tmp_path / "true_labels.png").dtype == np.int32
 
 
-def test_the_json_says_what_its_numbers_mean(folder: Path):
+def test_json_names_its_schema_and_units(folder: Path):
     content = json.loads((folder / "ground_truth.json").read_text())
     assert content["schema"] == SCHEMA == "eyehand.ground_truth/1"
     assert content["seed"] == 2
@@ -100,7 +100,7 @@ def test_the_json_says_what_its_numbers_mean(folder: Path):
 
 
 @pytest.mark.parametrize(
-    ("path", "value", "told"),
+    ("path", "value", "message"),
     [
         (["schema"], "eyehand.ground_truth/9", "schema is 'eyehand.ground_truth/9', expected"),
         (
@@ -121,21 +121,21 @@ def test_the_json_says_what_its_numbers_mean(folder: Path):
         (["table"], None, "table must be a JSON dict"),
     ],
 )
-def test_a_wrong_entry_is_named_with_its_file(folder: Path, path: list[Any], value: Any, told: str):
+def test_invalid_entry_raises_with_file(folder: Path, path: list[Any], value: Any, message: str):
     file = folder / "ground_truth.json"
     content = json.loads(file.read_text())
-    at = content
+    entry = content
     for key in path[:-1]:
-        at = at[key]
-    at[path[-1]] = value
+        entry = entry[key]
+    entry[path[-1]] = value
     file.write_text(json.dumps(content))
-    with pytest.raises(InputError, match=told) as caught:
+    with pytest.raises(InputError, match=message) as caught:
         read_ground_truth(file)
     assert str(file) in str(caught.value)
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "null"])
-def test_what_is_no_ground_truth_is_refused(tmp_path: Path, text: str):
+def test_file_without_ground_truth_raises(tmp_path: Path, text: str):
     file = tmp_path / "ground_truth.json"
     file.write_text(text)
     with pytest.raises(InputError, match=r"ground_truth\.json"):
@@ -144,16 +144,16 @@ def test_what_is_no_ground_truth_is_refused(tmp_path: Path, text: str):
         read_ground_truth(tmp_path / "missing.json")
 
 
-def test_labels_that_do_not_fit_are_refused_before_anything_is_written(tmp_path: Path):
-    scene, frame, labels = seen()
-    for wrong in (labels[:-1], labels.astype(float), labels + 1, labels - 1):
+def test_invalid_labels_raise_before_writing(tmp_path: Path):
+    scene, frame, labels = rendered_scene()
+    for invalid in (labels[:-1], labels.astype(float), labels + 1, labels - 1):
         with pytest.raises(InputError, match="labels must"):
-            write_scene(tmp_path / "out", scene, frame, wrong)
+            write_scene(tmp_path / "out", scene, frame, invalid)
     assert not (tmp_path / "out").exists()
 
 
-def test_a_file_in_the_place_of_the_folder_is_refused(tmp_path: Path):
-    scene, frame, labels = seen()
+def test_file_at_path_of_folder_raises(tmp_path: Path):
+    scene, frame, labels = rendered_scene()
     (tmp_path / "taken").write_text("")
     with pytest.raises(InputError, match="cannot make the folder"):
         write_scene(tmp_path / "taken", scene, frame, labels)

@@ -1,4 +1,4 @@
-"""Objects that fall lie where physics left them: on the table, at rest, in nobody else."""
+"""Dropped and piled objects: on the table, at rest, and without penetration."""
 
 from __future__ import annotations
 
@@ -44,7 +44,10 @@ def physics_of(scene: TabletopScene) -> TabletopPhysics:
 
 
 def depth_inside(item: TabletopObject, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """How deep points lie inside the exact solid, m: along the ray to its middle where round."""
+    """Return the depth of points inside the exact solid, m.
+
+    For round solids, the depth is measured along the ray to the centre.
+    """
     local = item.shape.pose.inv().apply(points)
     a = item.shape.semi_axes
     if item.kind == "box":
@@ -59,7 +62,7 @@ def depth_inside(item: TabletopObject, points: NDArray[np.float64]) -> NDArray[n
 
 
 @pytest.mark.parametrize("family", FALLEN)
-def test_the_same_seed_gives_the_same_fall_to_the_last_bit(family: Family):
+def test_dropped_scene_is_bitwise_repeatable(family: Family):
     first, again = scene_of(family, 1), make_scene(1, options_of(family))
     assert first.T_world_camera.as_matrix().tobytes() == again.T_world_camera.as_matrix().tobytes()
     for one, other in zip(first.objects, again.objects, strict=True):
@@ -68,7 +71,7 @@ def test_the_same_seed_gives_the_same_fall_to_the_last_bit(family: Family):
 
 @pytest.mark.parametrize("family", FALLEN)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_what_fell_is_at_rest(family: Family, seed: int):
+def test_dropped_objects_are_at_rest(family: Family, seed: int):
     scene = scene_of(family, seed)
     physics = physics_of(scene)
     physics.run(1.0)
@@ -80,7 +83,7 @@ def test_what_fell_is_at_rest(family: Family, seed: int):
 
 @pytest.mark.parametrize("family", FALLEN)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_no_solid_lies_a_millimetre_inside_another_or_the_table(family: Family, seed: int):
+def test_penetration_is_below_one_millimetre(family: Family, seed: int):
     scene = scene_of(family, seed)
     rng = np.random.default_rng(seed)
     clouds = [sample_surface(item.shape, 3000, rng) for item in scene.objects]
@@ -93,7 +96,7 @@ def test_no_solid_lies_a_millimetre_inside_another_or_the_table(family: Family, 
 
 @pytest.mark.parametrize("family", FALLEN)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_everything_that_fell_lies_on_the_table_and_is_seen_whole(family: Family, seed: int):
+def test_dropped_objects_are_on_table_and_fully_in_image(family: Family, seed: int):
     scene = scene_of(family, seed)
     half = np.array(scene.table.size) / 2
     last = [scene.intrinsics.width - 1, scene.intrinsics.height - 1]
@@ -105,31 +108,31 @@ def test_everything_that_fell_lies_on_the_table_and_is_seen_whole(family: Family
         assert pixels.min() >= 0
         assert np.all(pixels <= last)
     labels = view_of(family, seed).labels
-    shown = np.bincount(labels.ravel(), minlength=len(scene.objects) + 1)[1:]
-    # The share is met on every other column and row: the full image may fall a little short.
-    assert shown.min() >= 0.8 * MIN_VISIBLE_SHARE * labels.size
+    visible = np.bincount(labels.ravel(), minlength=len(scene.objects) + 1)[1:]
+    # The share is checked on every second column and row. The full image may have slightly less.
+    assert visible.min() >= 0.8 * MIN_VISIBLE_SHARE * labels.size
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_dropped_objects_all_touch_the_table(seed: int):
+def test_dropped_objects_touch_table(seed: int):
     scene = scene_of("dropped", seed)
     physics = physics_of(scene)
     physics.run(0.1)
     assert physics.on_table() == set(range(len(scene.objects)))
 
 
-def test_dropped_cylinders_lie_more_often_than_those_that_are_put_down():
-    def lying(family: Family) -> int:
+def test_dropped_cylinders_lie_more_often_than_placed_ones():
+    def count_lying(family: Family) -> int:
         options = TabletopOptions(family=family, kinds=("cylinder",), count_range=(8, 8))
         items = make_scene(0, options).objects + make_scene(1, options).objects
         return sum(abs(float(item.shape.rotation[2, 2])) < 0.5 for item in items)
 
-    assert lying("dropped") > lying("separate")
-    assert 8 <= lying("dropped") < 16
+    assert count_lying("dropped") > count_lying("separate")
+    assert 8 <= count_lying("dropped") < 16
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_piled_objects_lie_on_and_against_each_other(seed: int):
+def test_piled_objects_touch_and_rest_on_each_other(seed: int):
     scene = scene_of("piled", seed)
     physics = physics_of(scene)
     count = len(scene.objects)
@@ -139,17 +142,17 @@ def test_piled_objects_lie_on_and_against_each_other(seed: int):
     assert count - len(physics.on_table()) >= carried_count(count) >= 1
 
 
-def test_a_pile_covers_less_of_the_table_than_objects_dropped_apart():
+def test_pile_is_smaller_than_dropped_scene():
     def spread(family: Family) -> float:
-        places = [
+        positions = [
             np.array([item.shape.centre[:2] for item in scene_of(family, k).objects]) for k in SEEDS
         ]
-        return float(np.median([np.ptp(spot, axis=0).max() for spot in places]))
+        return float(np.median([np.ptp(position, axis=0).max() for position in positions]))
 
     assert spread("piled") < 0.6 * spread("dropped")
 
 
-def test_a_lifted_table_lifts_a_pile():
+def test_pile_follows_table_height():
     low = make_scene(1, TabletopOptions(family="piled", count_range=(3, 3)))
     high = make_scene(1, TabletopOptions(family="piled", count_range=(3, 3), table_height=0.5))
     for scene, height in ((low, 0.0), (high, 0.5)):
@@ -166,7 +169,7 @@ def test_a_lifted_table_lifts_a_pile():
         ("piled", {"pile_spread": 2.0}, {"contact": 1.0}, "scattered|no pile|never at rest"),
     ],
 )
-def test_a_fall_that_cannot_give_its_family_says_why(
+def test_impossible_dropped_scene_raises_with_reason(
     family: Family, changes: dict, limits: dict, message: str, monkeypatch: pytest.MonkeyPatch
 ):
     monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
@@ -178,7 +181,7 @@ def test_a_fall_that_cannot_give_its_family_says_why(
         make_scene(0, options)
 
 
-def test_the_more_of_a_pile_must_touch_the_fewer_roll_away(monkeypatch: pytest.MonkeyPatch):
+def test_contact_share_of_one_gives_pile_in_full_contact(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(family_rules, "PILE_CONTACT_SHARE", 1.0)
     options = TabletopOptions(family="piled", count_range=(4, 4))
     scene = make_scene(0, options)

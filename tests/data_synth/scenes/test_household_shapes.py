@@ -1,4 +1,4 @@
-"""Solids stand on axes on which their kind can stand."""
+"""Household shapes: possible upright axes and extents of each kind."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from eyehand.perception.superquadric import Kind, Superquadric
 
 
 def upright_axes(kind: Kind, semi_axes: tuple[float, float, float]) -> set[int]:
-    """Local axes that end up vertical in many draws."""
+    """Return the local axes that are vertical in many random draws."""
     solid = Superquadric(np.array(semi_axes), (1.0, 1.0), RigidTransform.identity(), kind)
     rng = np.random.default_rng(0)
     rows = [rest_rotation(solid, rng).as_matrix()[2] for _ in range(60)]
@@ -20,23 +20,23 @@ def upright_axes(kind: Kind, semi_axes: tuple[float, float, float]) -> set[int]:
     return {int(np.argmax(row)) for row in rows}
 
 
-def test_a_box_stands_on_every_face_unless_it_is_slim():
+def test_box_stands_on_every_face_unless_slender():
     assert upright_axes("box", (0.04, 0.03, 0.05)) == {0, 1, 2}
     assert upright_axes("box", (0.02, 0.02, 0.08)) == {0, 1}
 
 
-def test_a_cylinder_stands_or_lies():
+def test_cylinder_stands_or_lies():
     assert upright_axes("cylinder", (0.03, 0.03, 0.05)) == {0, 2}
     assert upright_axes("cylinder", (0.03, 0.03, 0.02)) == {2}
     assert upright_axes("cylinder", (0.02, 0.02, 0.1)) == {0}
 
 
-def test_an_ellipsoid_lies_flat():
+def test_ellipsoid_lies_flat():
     assert upright_axes("ellipsoid", (0.05, 0.02, 0.04)) == {1}
 
 
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "ellipsoid", "box", "superquadric"])
-def test_drawn_extents_lie_in_their_ranges(kind: Kind):
+def test_extents_lie_in_their_ranges(kind: Kind):
     options, rng = TabletopOptions(), np.random.default_rng(1)
     for _ in range(50):
         solid = draw_shape(kind, options, rng)
@@ -47,7 +47,7 @@ def test_drawn_extents_lie_in_their_ranges(kind: Kind):
         assert solid.kind == kind
 
 
-def test_a_base_is_wider_than_high():
+def test_base_is_wider_than_high():
     options, rng = TabletopOptions(), np.random.default_rng(1)
     for _ in range(50):
         base = draw_base_shape(options, rng)

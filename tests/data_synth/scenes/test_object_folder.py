@@ -1,4 +1,4 @@
-"""Folders of meshes and URDFs: read with volume and place, or refused by the file's name."""
+"""Folders of meshes and URDFs: mass and pose of the objects, and errors with the file name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TRIANGLES = [face for a, b, c, d in QUADS for face in ((a, b, c), (a, c, d))]
 
 
 def write_box(path: Path, size: tuple[float, float, float], triangles=TRIANGLES) -> None:
-    """A box with one corner at the origin, as OBJ or text STL."""
+    """Write a box with one corner at the origin as OBJ or text STL."""
     corners = CORNERS * size
     if path.suffix == ".obj":
         lines = [f"v {x} {y} {z}" for x, y, z in corners]
@@ -24,19 +24,19 @@ def write_box(path: Path, size: tuple[float, float, float], triangles=TRIANGLES)
     else:
         lines = ["solid box"]
         for face in triangles:
-            places = [f"vertex {x} {y} {z}" for x, y, z in corners[list(face)]]
-            lines += ["facet normal 0 0 0", "outer loop", *places, "endloop", "endfacet"]
+            vertices = [f"vertex {x} {y} {z}" for x, y, z in corners[list(face)]]
+            lines += ["facet normal 0 0 0", "outer loop", *vertices, "endloop", "endfacet"]
         lines.append("endsolid box")
     path.write_text("\n".join(lines) + "\n")
 
 
-def write_urdf(path: Path, inside: str, links: int = 1) -> None:
-    """A URDF whose links all hold the same."""
-    made = "".join(f"<link name='l{n}'>{inside}</link>" for n in range(links))
-    path.write_text(f"<robot name='r'>{made}</robot>")
+def write_urdf(path: Path, content: str, links: int = 1) -> None:
+    """Write a URDF with identical links."""
+    link_elements = "".join(f"<link name='l{n}'>{content}</link>" for n in range(links))
+    path.write_text(f"<robot name='r'>{link_elements}</robot>")
 
 
-def test_two_tiny_meshes_become_objects(tmp_path):
+def test_meshes_are_read_as_objects(tmp_path):
     write_box(tmp_path / "carton.obj", (0.05, 0.06, 0.1))
     (tmp_path / "toys").mkdir()
     write_box(tmp_path / "toys" / "brick.stl", (0.04, 0.02, 0.02))
@@ -50,7 +50,7 @@ def test_two_tiny_meshes_become_objects(tmp_path):
         assert item.faces.shape == (12, 3)
 
 
-def test_the_physics_takes_them(tmp_path):
+def test_mesh_object_is_accepted_by_mujoco(tmp_path):
     from eyehand.data_synth import import_mujoco
 
     write_box(tmp_path / "carton.obj", (0.05, 0.06, 0.1))
@@ -66,13 +66,13 @@ def test_the_physics_takes_them(tmp_path):
     assert model.body("b").ipos == pytest.approx(np.zeros(3), abs=1e-9)
 
 
-def test_an_open_mesh_weighs_what_its_hull_does(tmp_path):
+def test_open_mesh_has_mass_of_its_hull(tmp_path):
     write_box(tmp_path / "open.obj", (0.05, 0.05, 0.05), TRIANGLES[2:])
     (item,) = read_objects(tmp_path)
     assert item.mass == pytest.approx(DENSITY * 0.05**3)
 
 
-def test_urdfs_bring_mass_scale_and_place_and_own_their_meshes(tmp_path):
+def test_urdf_gives_mass_scale_and_pose(tmp_path):
     write_box(tmp_path / "part.stl", (50, 60, 100))
     write_urdf(
         tmp_path / "carton.urdf",
@@ -92,7 +92,7 @@ def test_urdfs_bring_mass_scale_and_place_and_own_their_meshes(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("size", "told"),
+    ("size", "message"),
     [
         ((50, 60, 100), r"box\.obj is 100 m long.*in mm, scale it by 0\.001"),
         ((2, 0.1, 0.1), r"box\.obj is 2 m long, expected at most 0\.6 m$"),
@@ -102,14 +102,14 @@ def test_urdfs_bring_mass_scale_and_place_and_own_their_meshes(tmp_path):
         ((0.011, 0.0011, 0.0011), r"box\.obj has a mass of 5\.\d+e-06 kg"),
     ],
 )
-def test_unlikely_sizes_are_refused_by_name(tmp_path, size, told):
+def test_unlikely_sizes_raise_with_file_name(tmp_path, size, message):
     write_box(tmp_path / "box.obj", size)
-    with pytest.raises(InputError, match=told):
+    with pytest.raises(InputError, match=message):
         read_objects(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("inside", "links", "told"),
+    ("content", "links", "message"),
     [
         ("", 1, "neither collision nor visual"),
         ("<visual><geometry/></visual>", 1, "geometry is empty"),
@@ -119,27 +119,27 @@ def test_unlikely_sizes_are_refused_by_name(tmp_path, size, told):
         ("", 2, "has 2 links, expected a URDF of one rigid link"),
     ],
 )
-def test_urdfs_that_are_no_object_are_refused(tmp_path, inside, links, told):
-    write_urdf(tmp_path / "thing.urdf", inside, links)
-    with pytest.raises(InputError, match=f"thing.urdf.*{told}"):
+def test_invalid_urdf_raises(tmp_path, content, links, message):
+    write_urdf(tmp_path / "thing.urdf", content, links)
+    with pytest.raises(InputError, match=f"thing.urdf.*{message}"):
         read_objects(tmp_path)
 
 
 @pytest.mark.parametrize("name", ["a.obj", "a.stl", "a.urdf"])
-def test_files_of_something_else_are_refused_by_name(tmp_path, name):
+def test_file_of_another_format_raises_with_name(tmp_path, name):
     (tmp_path / name).write_bytes(b"\x00\x01 this is no mesh <<")
     with pytest.raises(InputError, match=name):
         read_objects(tmp_path)
 
 
-def test_a_folder_must_be_there_and_hold_objects(tmp_path):
+def test_missing_or_empty_folder_raises(tmp_path):
     with pytest.raises(InputError, match="no such folder"):
         read_objects(tmp_path / "none")
     with pytest.raises(InputError, match="holds no objects"):
         read_objects(tmp_path)
 
 
-def test_two_files_of_one_name_are_refused(tmp_path):
+def test_duplicate_object_names_raise(tmp_path):
     for name in ("box.obj", "box.stl"):
         write_box(tmp_path / name, (0.05, 0.05, 0.05))
     with pytest.raises(InputError, match="another file gives an object of the name box"):

@@ -1,4 +1,4 @@
-"""Reaching scenes: what a seed gives, and that start and goal can be taken up."""
+"""Reaching scenes: stored scenes, feasible start and goal, and blocked paths."""
 
 from __future__ import annotations
 
@@ -25,34 +25,34 @@ GOLDEN = json.loads(Path(__file__).with_name("golden_reaching.json").read_text()
 SCENES = [make_reaching_scene(seed) for seed in range(40)]
 
 
-@pytest.mark.parametrize("was", GOLDEN, ids=lambda was: f"{was['seed']}-{was['boxes']}")
-def test_a_seed_gives_the_scene_that_it_always_gave(was: dict[str, Any]):
-    scene = make_reaching_scene(was["seed"], boxes=was["boxes"])
-    assert np.allclose(scene.start, was["start"], rtol=0, atol=1e-9)
-    assert np.allclose(scene.goal, was["goal"], rtol=0, atol=1e-9)
-    assert [item.name for item in scene.obstacles] == was["names"]
+@pytest.mark.parametrize("stored", GOLDEN, ids=lambda stored: f"{stored['seed']}-{stored['boxes']}")
+def test_reaching_scene_equals_stored_scene(stored: dict[str, Any]):
+    scene = make_reaching_scene(stored["seed"], boxes=stored["boxes"])
+    assert np.allclose(scene.start, stored["start"], rtol=0, atol=1e-9)
+    assert np.allclose(scene.goal, stored["goal"], rtol=0, atol=1e-9)
+    assert [item.name for item in scene.obstacles] == stored["names"]
     poses = [item.T_world_shape.as_matrix()[:3] for item in scene.obstacles]
-    assert np.allclose([item.size for item in scene.obstacles], was["sizes"], rtol=0, atol=1e-9)
-    assert np.allclose(poses, was["poses"], rtol=0, atol=1e-9)
+    assert np.allclose([item.size for item in scene.obstacles], stored["sizes"], rtol=0, atol=1e-9)
+    assert np.allclose(poses, stored["poses"], rtol=0, atol=1e-9)
 
 
-def test_start_and_goal_are_clear_of_everything_and_apart():
+def test_start_and_goal_are_collision_free_and_distant():
     for scene in SCENES:
         clearance = ArmClearance(scene.obstacles)
         assert clearance.at(scene.start) >= MIN_CLEARANCE_M
         assert clearance.at(scene.witness) >= MIN_CLEARANCE_M
         assert np.allclose(clearance.tool(scene.witness), scene.goal, rtol=0, atol=1e-12)
-        way = np.linalg.norm(clearance.tool(scene.start) - scene.goal)
-        assert way >= MIN_TRAVEL_M
+        travel = np.linalg.norm(clearance.tool(scene.start) - scene.goal)
+        assert travel >= MIN_TRAVEL_M
         lower, upper = clearance.joint_range
         assert ((scene.start > lower) & (scene.start < upper)).all()
 
 
-def test_about_half_of_the_scenes_have_a_box_in_the_straight_way():
+def test_about_half_of_scenes_have_blocked_straight_path():
     assert 0.3 < np.mean([straight_path_is_blocked(scene) for scene in SCENES]) < 0.7
 
 
-def test_a_blocked_way_is_told_as_sampling_tells_it():
+def test_blocked_path_agrees_with_sampling():
     for scene in SCENES:
         first = ArmClearance(scene.obstacles).tool(scene.start)
         points = first + (scene.goal - first) * np.linspace(0, 1, 2000)[:, None]
@@ -64,7 +64,7 @@ def test_a_blocked_way_is_told_as_sampling_tells_it():
 
 
 @pytest.mark.parametrize(("height", "blocked"), [(0.0, True), (0.2, False)])
-def test_a_way_along_a_box_axis_is_told_exactly(height: float, blocked: bool):
+def test_path_along_box_axis_is_classified_exactly(height: float, blocked: bool):
     start = np.array([0.0, 0.6, 0.0, -1.8, 0.0, 0.74, 0.0])
     tool = ArmClearance().tool(start)
     middle = RigidTransform.from_components(np.add(tool, [0.0, 0.3, height]), Rotation.identity())
@@ -73,11 +73,11 @@ def test_a_way_along_a_box_axis_is_told_exactly(height: float, blocked: bool):
     assert straight_path_is_blocked(scene) == blocked
 
 
-def test_no_boxes_make_an_empty_scene():
+def test_zero_boxes_give_no_obstacles():
     assert make_reaching_scene(3, boxes=0).obstacles == ()
 
 
 @pytest.mark.parametrize(("seed", "boxes"), [(-1, 5), (0, -1), (0, 13)])
-def test_numbers_out_of_range_are_refused(seed: int, boxes: int):
+def test_reaching_scene_rejects_invalid_numbers(seed: int, boxes: int):
     with pytest.raises(InputError, match="must be a whole number"):
         make_reaching_scene(seed, boxes=boxes)

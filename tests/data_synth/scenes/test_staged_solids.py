@@ -1,4 +1,4 @@
-"""Meshes of staged solids are closed, seen from outside, and hold the volume of their formula."""
+"""Meshes of staged solids: closed, oriented outwards, and with the exact volume."""
 
 import numpy as np
 import pytest
@@ -24,22 +24,22 @@ lengths = st.floats(0.01, 0.2)
 
 
 def volume(vertices: np.ndarray, faces: np.ndarray) -> float:
-    """Of a closed mesh whose faces are counter-clockwise from outside, m³."""
+    """Return the volume of a closed mesh with faces counter-clockwise from outside, m³."""
     a, b, c = np.moveaxis(vertices[faces], 1, 0)
     return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
 
 
 def assert_closed(faces: np.ndarray):
-    """Every edge is walked once each way."""
+    """Assert that each edge occurs once in each direction."""
     edges = np.vstack([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
-    there, back = edges @ [faces.max() + 1, 1], edges[:, ::-1] @ [faces.max() + 1, 1]
-    assert len(np.unique(there)) == len(there)
-    assert np.array_equal(np.sort(there), np.sort(back))
+    forward, backward = edges @ [faces.max() + 1, 1], edges[:, ::-1] @ [faces.max() + 1, 1]
+    assert len(np.unique(forward)) == len(forward)
+    assert np.array_equal(np.sort(forward), np.sort(backward))
 
 
 @settings(max_examples=20)
 @given(bottom=st.tuples(lengths, lengths), top=st.tuples(lengths, lengths), height=lengths)
-def test_a_tapered_box_holds_the_volume_of_the_prismatoid(bottom, top, height):
+def test_tapered_box_has_volume_of_prismatoid(bottom, top, height):
     vertices, faces = tapered_mesh(bottom, top, height)
     assert_closed(faces)
     middle = np.add(bottom, top) / 2
@@ -49,36 +49,36 @@ def test_a_tapered_box_holds_the_volume_of_the_prismatoid(bottom, top, height):
 
 @settings(max_examples=20)
 @given(low=lengths, high=lengths, height=lengths)
-def test_a_turned_frustum_holds_the_volume_of_a_cone(low, high, height):
+def test_frustum_has_volume_of_truncated_cone(low, high, height):
     vertices, faces = turned_mesh([(low, 0.0), (high, height)])
     assert_closed(faces)
     expected = np.pi * height / 3 * (low**2 + low * high + high**2)
     assert volume(vertices, faces) == pytest.approx(expected, rel=1e-3)
 
 
-def test_a_bent_tube_holds_its_length_times_its_section():
+def test_bent_tube_has_volume_of_length_times_section():
     turn = np.linspace(-np.pi / 2, np.pi / 2, 200)
     path = np.column_stack([0.05 * np.cos(turn), 0.05 * np.sin(turn)])
     vertices, faces = tube_mesh(path, 0.006)
     assert_closed(faces)
-    # Pappus: the section's area times the way of its middle.
+    # Pappus's theorem: the area of the section times the path of its centre.
     assert volume(vertices, faces) == pytest.approx(np.pi * 0.006**2 * np.pi * 0.05, rel=0.01)
 
 
-def test_a_bowl_is_as_thick_as_its_wall_and_open_above():
+def test_bowl_has_wall_thickness_and_is_open():
     (part,) = bowl(0.07, 0.05, wall=0.004).parts
     assert isinstance(part, Turned)
     vertices, faces = part.mesh()
     assert_closed(faces)
     filled = 2 / 3 * np.pi * 0.07**2 * 0.05
     hollow = 2 / 3 * np.pi * 0.066**2 * 0.046
-    # Its flat foot adds a little to half an ellipsoid.
+    # The flat foot adds a small volume to half an ellipsoid.
     assert filled - hollow < volume(vertices, faces) < 1.15 * (filled - hollow)
     on_axis = vertices[np.hypot(vertices[:, 0], vertices[:, 1]) < 1e-9, 2]
     assert sorted(on_axis) == pytest.approx([0.0, 0.004])
 
 
-def test_a_cup_holds_what_its_inside_leaves():
+def test_cup_has_volume_of_outside_minus_inside():
     (part,) = cup(0.03, 0.04, 0.1, wall=0.003).parts
     assert isinstance(part, Turned)
     outside = np.pi * 0.1 / 3 * (0.03**2 + 0.03 * 0.04 + 0.04**2)
@@ -86,7 +86,7 @@ def test_a_cup_holds_what_its_inside_leaves():
     assert volume(*part.mesh()) == pytest.approx(outside - inside, rel=2e-3)
 
 
-def test_a_mugs_handle_begins_and_ends_in_its_wall_and_does_not_reach_inside():
+def test_handle_of_mug_ends_in_wall():
     vessel, handle = mug(0.04, 0.1, wall=0.004).parts
     assert isinstance(vessel, Turned)
     assert not isinstance(handle, type(vessel))
@@ -108,14 +108,14 @@ def test_a_mugs_handle_begins_and_ends_in_its_wall_and_does_not_reach_inside():
         (mug(0.04, 0.09), 0.09),
     ],
 )
-def test_solids_stand_on_zero_and_reach_their_height(solid, height):
+def test_solids_extend_from_zero_to_their_height(solid, height):
     z = np.concatenate([part.mesh()[0][:, 2] for part in solid.parts])
     assert z.min() == pytest.approx(0.0, abs=1e-9)
     assert z.max() == pytest.approx(height, abs=1e-9)
     assert solid.height == height
 
 
-def test_equal_solids_are_equal_and_can_be_keys():
+def test_equal_solids_are_equal_and_hashable():
     assert bowl(0.07, 0.05) == bowl(0.07, 0.05)
     assert len({mug(0.04, 0.09), mug(0.04, 0.09), ball(0.03)}) == 2
 
@@ -132,6 +132,6 @@ def test_equal_solids_are_equal_and_can_be_keys():
         lambda: rod(0.01, float("inf")),
     ],
 )
-def test_impossible_solids_are_refused(make):
+def test_solids_reject_invalid_sizes(make):
     with pytest.raises(InputError):
         make()

@@ -1,4 +1,4 @@
-"""Scenes come from their seed alone, keep their family's rule, and stand still."""
+"""Tabletop scenes: repeatable with the seed, valid for their family, and at rest."""
 
 from __future__ import annotations
 
@@ -32,14 +32,14 @@ def physics_of(scene: TabletopScene) -> TabletopPhysics:
 
 
 def gaps_of(scene: TabletopScene) -> list[float]:
-    """Distance from each object to its nearest neighbour, m."""
+    """Return the distance from each object to its closest neighbour, m."""
     physics = physics_of(scene)
     every = range(len(scene.objects))
     return [physics.nearest_gap(k, [j for j in every if j != k]) for k in every]
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_the_same_seed_gives_the_same_scene_to_the_last_bit(family: Family):
+def test_scene_is_bitwise_repeatable(family: Family):
     first = scene_of(family, 1)
     again = make_scene(1, TabletopOptions(family=family, count_range=(4, 7)))
 
@@ -52,37 +52,37 @@ def test_the_same_seed_gives_the_same_scene_to_the_last_bit(family: Family):
         assert one.shape.pose.as_matrix().tobytes() == other.shape.pose.as_matrix().tobytes()
 
 
-def test_another_seed_gives_another_scene():
+def test_different_seeds_give_different_scenes():
     one, other = scene_of("separate", 1), scene_of("separate", 2)
     assert not np.allclose(one.objects[0].shape.semi_axes, other.objects[0].shape.semi_axes)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_separate_objects_keep_their_gap(seed: int):
+def test_separate_objects_keep_min_gap(seed: int):
     assert min(gaps_of(scene_of("separate", seed))) >= TabletopOptions().min_gap
 
 
-def test_separate_objects_keep_their_gap_as_surface_samples_tell():
+def test_separate_objects_keep_min_gap_between_surface_samples():
     scene = scene_of("separate", 0)
     rng = np.random.default_rng(5)
     clouds = [sample_surface(item.shape, 4000, rng) for item in scene.objects]
-    least = min(
+    smallest_gap = min(
         KDTree(one).query(other)[0].min()
         for k, one in enumerate(clouds)
         for other in clouds[k + 1 :]
     )
-    assert least >= TabletopOptions().min_gap
+    assert smallest_gap >= TabletopOptions().min_gap
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_every_touching_object_touches_another(seed: int):
+def test_each_touching_object_touches_another(seed: int):
     gaps = gaps_of(scene_of("touching", seed))
     assert max(gaps) < 1e-3
     assert min(gaps) > -1e-3
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_stacked_scene_has_objects_that_rest_on_others(seed: int):
+def test_stacked_scene_has_supported_objects(seed: int):
     scene = scene_of("stacked", seed)
     physics = physics_of(scene)
     physics.run(0.1)
@@ -96,7 +96,7 @@ def test_a_stacked_scene_has_objects_that_rest_on_others(seed: int):
 
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_half_a_second_later_nothing_has_moved_a_millimetre(family: Family, seed: int):
+def test_objects_stay_at_rest_for_half_a_second(family: Family, seed: int):
     scene = scene_of(family, seed)
     physics = physics_of(scene)
     physics.run(0.5)
@@ -107,7 +107,7 @@ def test_half_a_second_later_nothing_has_moved_a_millimetre(family: Family, seed
 
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_objects_stand_on_the_table_within_the_work_area(family: Family, seed: int):
+def test_objects_are_on_table_in_work_area(family: Family, seed: int):
     scene = scene_of(family, seed)
     half = np.array(TabletopOptions().work_area) / 2
     for item in scene.objects:
@@ -120,7 +120,7 @@ def test_objects_stand_on_the_table_within_the_work_area(family: Family, seed: i
 
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("seed", SEEDS)
-def test_sizes_masses_and_shapes_are_as_asked(family: Family, seed: int):
+def test_sizes_masses_and_shapes_follow_options(family: Family, seed: int):
     options = TabletopOptions()
     for item in scene_of(family, seed).objects:
         a1, a2, a3 = item.shape.semi_axes
@@ -137,14 +137,14 @@ def test_sizes_masses_and_shapes_are_as_asked(family: Family, seed: int):
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_the_camera_sees_every_object_whole_from_the_asked_range(seed: int):
+def test_objects_are_fully_in_image_from_requested_range(seed: int):
     scene = scene_of("separate", seed)
     centres = np.array([item.shape.centre for item in scene.objects])
     target = (centres.min(axis=0) + centres.max(axis=0)) / 2
-    sight = scene.T_world_camera.translation - target
-    distance = np.linalg.norm(sight)
+    view_direction = scene.T_world_camera.translation - target
+    distance = np.linalg.norm(view_direction)
     assert 0.6 <= distance <= 1.1
-    assert np.deg2rad(29.9) <= np.arcsin(sight[2] / distance) <= np.deg2rad(65.1)
+    assert np.deg2rad(29.9) <= np.arcsin(view_direction[2] / distance) <= np.deg2rad(65.1)
     rng = np.random.default_rng(0)
     for item in scene.objects:
         points = sample_surface(item.shape, 500, rng)
@@ -154,19 +154,19 @@ def test_the_camera_sees_every_object_whole_from_the_asked_range(seed: int):
 
 
 @pytest.mark.parametrize("kind", ["sphere", "cylinder", "ellipsoid", "box", "superquadric"])
-def test_a_single_kind_gives_only_that_kind(kind: Kind):
+def test_single_kind_gives_objects_of_that_kind(kind: Kind):
     scene = make_scene(0, TabletopOptions(kinds=(kind,), count_range=(3, 3)))
     assert [item.kind for item in scene.objects] == [kind] * 3
     assert [item.name for item in scene.objects] == [f"{kind}_{k}" for k in (1, 2, 3)]
 
 
 @pytest.mark.parametrize("family", FAMILIES)
-def test_the_fullest_scene_can_be_drawn(family: Family):
+def test_scene_with_max_objects_can_be_made(family: Family):
     scene = make_scene(0, TabletopOptions(family=family, count_range=(MAX_OBJECTS, MAX_OBJECTS)))
     assert len(scene.objects) == MAX_OBJECTS
 
 
-def test_a_lifted_table_lifts_the_scene():
+def test_objects_follow_table_height():
     low = make_scene(3, TabletopOptions(count_range=(3, 3)))
     high = make_scene(3, TabletopOptions(count_range=(3, 3), table_height=0.75))
     for one, other in zip(low.objects, high.objects, strict=True):
@@ -174,7 +174,7 @@ def test_a_lifted_table_lifts_the_scene():
 
 
 @pytest.mark.parametrize("size", [(320, 240), (1280, 720)])
-def test_the_image_size_keeps_the_field_of_view(size: tuple[int, int]):
+def test_image_size_keeps_field_of_view(size: tuple[int, int]):
     view = ViewOptions(image_size=size)
     intrinsics = make_scene(0, TabletopOptions(count_range=(1, 1), view=view)).intrinsics
     assert (intrinsics.width, intrinsics.height) == size
@@ -182,14 +182,14 @@ def test_the_image_size_keeps_the_field_of_view(size: tuple[int, int]):
     assert (intrinsics.cx, intrinsics.cy) == ((size[0] - 1) / 2, (size[1] - 1) / 2)
 
 
-def test_a_scene_without_room_says_why(monkeypatch: pytest.MonkeyPatch):
+def test_scene_without_space_raises_with_reason(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
     options = TabletopOptions(count_range=(15, 15), work_area=(0.1, 0.1))
     with pytest.raises(InputError, match=r"in 2 draws \(2x too full\): ask for fewer"):
         make_scene(0, options)
 
 
-def test_objects_without_time_to_settle_are_no_scene(monkeypatch: pytest.MonkeyPatch):
+def test_scene_without_settling_time_raises(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
     monkeypatch.setattr(tabletop, "MAX_SETTLE_S", 0.2)
     monkeypatch.setattr(placement, "_DROP_HEIGHT_M", 0.1)
@@ -199,6 +199,6 @@ def test_objects_without_time_to_settle_are_no_scene(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize("seed", [-1, 1.5, "7", True, None])
-def test_a_seed_that_is_no_whole_number_is_refused(seed: object):
+def test_make_scene_rejects_invalid_seed(seed: object):
     with pytest.raises(InputError, match="seed must be a whole number >= 0"):
-        make_scene(seed)  # type: ignore[arg-type]  # the wrong type is the test
+        make_scene(seed)  # type: ignore[arg-type]  # the invalid type under test

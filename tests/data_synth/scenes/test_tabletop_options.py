@@ -1,4 +1,4 @@
-"""Options are checked when they are made, and say what would be right."""
+"""The tabletop options: range checks and their messages."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from eyehand.errors import InputError
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"family": "heaped"}, "separate, touching, stacked, dropped, piled, got 'heaped'"),
         ({"kinds": ("box", "cone")}, "sphere, cylinder, ellipsoid, box, superquadric, got 'cone'"),
@@ -32,19 +32,19 @@ from eyehand.errors import InputError
         ({"pile_spread": float("inf")}, "pile_spread must lie in"),
     ],
 )
-def test_a_scene_option_out_of_bounds_is_refused(options: dict[str, Any], told: str):
-    with pytest.raises(InputError, match=told):
+def test_tabletop_options_reject_invalid_values(options: dict[str, Any], message: str):
+    with pytest.raises(InputError, match=message):
         TabletopOptions(**options)
 
 
 @pytest.mark.parametrize(
-    ("options", "told"),
+    ("options", "message"),
     [
         ({"image_size": (0, 480)}, "image_size"),
         ({"elevation_range": (0.5, 2.0)}, "elevation_range"),
         ({"distance_range": (1.1, 0.6)}, "distance_range"),
     ],
 )
-def test_a_view_option_out_of_bounds_is_refused(options: dict[str, Any], told: str):
-    with pytest.raises(InputError, match=told):
+def test_view_options_reject_invalid_values(options: dict[str, Any], message: str):
+    with pytest.raises(InputError, match=message):
         ViewOptions(**options)

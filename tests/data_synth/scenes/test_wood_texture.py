@@ -1,4 +1,4 @@
-"""Wood has a colour at every point."""
+"""The wood texture: range and hue of its colours."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import numpy as np
 from eyehand.data_synth.scenes.wood_texture import wood_colour
 
 
-def test_colours_are_in_range_and_warm():
+def test_wood_colours_are_in_range_and_brown():
     x, y = np.meshgrid(np.linspace(-2, 2, 200), np.linspace(-1, 1, 150))
     colour = wood_colour(x, y)
     assert colour.shape == (150, 200, 3)
