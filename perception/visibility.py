@@ -83,10 +83,10 @@ def hidden_rays(
     matrix = T_scene_camera.as_matrix()
     R, t = matrix[:3, :3], matrix[:3, 3]
     pixels = camera.project(rays @ R)
-    own = (cloud[::OCCLUDER_STRIDE] - t) @ R
-    own_pixels = camera.project(own)
-    distances = np.linalg.norm(pixels[:, None] - own_pixels[None], axis=-1)
-    object_depth = own[np.argmin(distances, axis=1), 2]
+    object_points = (cloud[::OCCLUDER_STRIDE] - t) @ R
+    object_pixels = camera.project(object_points)
+    distances = np.linalg.norm(pixels[:, None] - object_pixels[None], axis=-1)
+    object_depth = object_points[np.argmin(distances, axis=1), 2]
     columns, rows = np.round(np.nan_to_num(pixels, nan=-1.0)).astype(int).T
     outside = (columns < 0) | (rows < 0) | (columns >= camera.width) | (rows >= camera.height)
     columns = np.clip(columns, 0, camera.width - 1)

@@ -49,5 +49,5 @@ def queue_closed_error() -> type[Exception]:
     """Return the exception that a depthai queue raises after its pipeline has ended."""
     import depthai as dai
 
-    # depthai's type stub defines this class by itself, which no type checker can follow.
+    # The type stub of depthai defines this class in terms of itself. No type checker resolves it.
     return cast("type[Exception]", dai.MessageQueue.QueueException)

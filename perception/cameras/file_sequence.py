@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ..frame import DepthFrame
 
 WILDCARDS = "*?["
-"""Characters that make a name a pattern."""
+"""Characters of glob patterns."""
 
 COLOUR_STEMS = re.compile(r"(?:(?P<depth>.+)_)?colou?r")
 """Names, without suffix, of colour images that lie beside the depth images they belong to."""
@@ -79,14 +79,14 @@ def natural_key(path: Path) -> list[tuple[str, int]]:
 def _files(source: Path | str) -> list[Path]:
     path = Path(source)
     if path.is_dir():
-        found = path.iterdir()
+        candidates = path.iterdir()
     elif any(c in str(source) for c in WILDCARDS) and not path.is_file():
-        found = Path(path.anchor).glob(str(path.relative_to(path.anchor)))
+        candidates = Path(path.anchor).glob(str(path.relative_to(path.anchor)))
     else:
         return [path]
     files = [
         p
-        for p in found
+        for p in candidates
         if p.suffix.lower() in FRAME_SUFFIXES and not p.name.startswith(".") and p.is_file()
     ]
     if not files:
@@ -105,7 +105,7 @@ def _belongs_to_another(path: Path, files: list[Path]) -> bool:
         return False
     if match["depth"] is not None:
         return path.with_stem(match["depth"]) in files
-    # A plain colour.png belongs to whatever depth image shares its folder.
+    # A file named colour.png belongs to the depth image in the same folder.
     return any(
         other.parent == path.parent and COLOUR_STEMS.fullmatch(other.stem) is None
         for other in files

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from typing import BinaryIO
 
 MAGIC = b"\x89MCAP0\r\n"
-"""First and last eight bytes of every whole MCAP file."""
+"""First and last eight bytes of every complete MCAP file."""
 
 FOOTER, SCHEMA, STATISTICS, DATA_END = 0x02, 0x03, 0x0B, 0x0F
 """Opcodes of the records that are read."""
@@ -31,7 +31,7 @@ RECORD_HEAD = struct.Struct("<BQ")
 """Start of every record: the opcode and the length of the rest, bytes."""
 
 FOOTER_BODY = struct.Struct("<QQI")
-"""Where the summary starts, where its offsets start, CRC-32 of the summary (0 = none)."""
+"""Footer: start of the summary, start of its offsets, CRC-32 of the summary (0 = none)."""
 
 FOOTER_SIZE = RECORD_HEAD.size + FOOTER_BODY.size
 """Bytes of a footer record."""
@@ -43,7 +43,7 @@ DATA_END_SIZE = RECORD_HEAD.size + DATA_END_BODY.size
 """Bytes of a DataEnd record."""
 
 BLOCK_SIZE = 1 << 20
-"""Bytes read at a time while summing."""
+"""Bytes per read while the checksum is computed."""
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def seal(path: Path) -> McapContents:
     Raises
     ------
     InputError
-        As `check_mcap`: only a whole file is sealed.
+        As `check_mcap`: only a complete file is sealed.
     """
     check_mcap(path)
     with path.open("r+b") as file:
@@ -100,7 +100,7 @@ def _check(path: Path, file: BinaryIO) -> McapContents:
     end = _size(file) - len(MAGIC)
     file.seek(summary_start)
     summary = file.read(end - summary_start)
-    # The sum covers the footer too, up to the field that holds the sum.
+    # The checksum also covers the footer, up to the checksum field.
     if stored and zlib.crc32(summary[: -DATA_END_BODY.size]) != stored:
         raise InputError(f"{path}: damaged, the checksum of its summary is wrong")
     at = _data_end(path, file, summary_start)
@@ -118,13 +118,13 @@ def _check(path: Path, file: BinaryIO) -> McapContents:
 
 
 def _read_footer(path: Path, file: BinaryIO) -> tuple[int, int]:
-    """Offset of the summary section and its CRC-32."""
+    """Return the offset of the summary section and its CRC-32."""
     size = _size(file)
     file.seek(0)
     head = file.read(len(MAGIC))
     if head != MAGIC:
-        found = repr(head) if head else "nothing (0 bytes)"
-        raise InputError(f"{path}: not an MCAP file, it begins with {found}, expected {MAGIC!r}")
+        start = repr(head) if head else "nothing (0 bytes)"
+        raise InputError(f"{path}: not an MCAP file, it begins with {start}, expected {MAGIC!r}")
     smallest = 2 * len(MAGIC) + FOOTER_SIZE + DATA_END_SIZE
     file.seek(max(0, size - len(MAGIC) - FOOTER_SIZE))
     tail = file.read()
@@ -144,7 +144,7 @@ def _read_footer(path: Path, file: BinaryIO) -> tuple[int, int]:
 
 
 def _data_end(path: Path, file: BinaryIO, summary_start: int) -> int:
-    """Offset of the DataEnd record, the last one before the summary."""
+    """Return the offset of the DataEnd record, the last one before the summary."""
     at = summary_start - DATA_END_SIZE
     file.seek(at)
     if RECORD_HEAD.unpack(file.read(RECORD_HEAD.size)) != (DATA_END, DATA_END_BODY.size):
@@ -176,7 +176,7 @@ def _records(section: bytes) -> Iterator[tuple[int, bytes]]:
 
 
 def _checksum(file: BinaryIO, end: int) -> int:
-    """CRC-32 of the first `end` bytes."""
+    """Return the CRC-32 of the first `end` bytes."""
     file.seek(0)
     crc = 0
     left = end

@@ -158,17 +158,17 @@ def find_device(wanted: str | None = None) -> dai.DeviceInfo:
     load_depthai()
     import depthai as dai
 
-    # Opening a device that is not there takes depthai more than eleven seconds to give up.
-    found = dai.Device.getAllAvailableDevices()
-    if not found:
+    # For an absent device depthai fails only after more than eleven seconds.
+    devices = dai.Device.getAllAvailableDevices()
+    if not devices:
         raise DeviceError(
             "no OAK camera found: connect one by USB or network (in a container, pass in "
             "/dev/bus/usb)"
         )
-    for info in found:
+    for info in devices:
         if wanted is None or wanted in (info.deviceId, info.name):
             return info
-    names = ", ".join(f"{info.deviceId} at {info.name}" for info in found)
+    names = ", ".join(f"{info.deviceId} at {info.name}" for info in devices)
     raise DeviceError(f"no OAK camera {wanted!r} found, only {names}")
 
 
@@ -209,7 +209,7 @@ def aligned_stereo(
     )
     stereo.initialConfig.setDepthUnit(dai.LengthUnit.MILLIMETER)
     if device.getPlatform() == dai.Platform.RVC4:
-        # This generation's stereo unit cannot align by itself.
+        # The stereo unit of this device generation cannot align depth to another camera.
         align = pipeline.create(dai.node.ImageAlign)
         stereo.depth.link(align.input)
         colour.link(align.inputAlignTo)

@@ -10,7 +10,7 @@ from ..frame import CameraIntrinsics
 from .depthai_import import load_depthai
 
 SOCKET_PREFIX = "CAM_"
-"""What the names of camera sockets begin with on the board and in depthai."""
+"""Prefix of the names of camera sockets, on the board and in depthai."""
 
 
 def intrinsics_from_calibration(
@@ -49,7 +49,7 @@ def intrinsics_from_calibration(
         known = sorted(n for n in dai.CameraBoardSocket.__members__ if n.startswith(SOCKET_PREFIX))
         raise InputError(f"there is no camera socket {socket!r}: must be one of {', '.join(known)}")
     try:
-        # Read without depthai's check of the chain of extrinsics: only intrinsics are wanted.
+        # Skip the check of the extrinsics in depthai: only the intrinsics are needed.
         calibration = dai.CalibrationHandler(path.absolute(), validateExtrinsics=False)
         known_camera = calibration.hasCameraCalibration(board_socket)
         K = calibration.getCameraIntrinsics(board_socket, width, height) if known_camera else None

@@ -21,10 +21,10 @@ UNITS_PER_METRE = 1000.0
 """A RAW16 depth pixel counts millimetres."""
 
 MAX_DEPTH_M = 65.535
-"""The farthest reading that 16-bit millimetres hold."""
+"""Maximum depth in 16-bit millimetres, m."""
 
 WORLD = "world"
-"""Marks, in a message's extrinsics, a pose in the world: depthai writes device ids there."""
+"""Marker of a world pose in the extrinsics of a message. depthai writes device ids there."""
 
 SKEW_TOLERANCE = 1e-4
 """Off-diagonal terms of the camera matrix, relative to the focal length, that are still float32
@@ -111,7 +111,7 @@ def stamp_pose(message: dai.ImgFrame, T_world_camera: RigidTransform) -> None:
 
 def metres_from_raw16(raw: NDArray[np.uint16]) -> NDArray[np.float32]:
     """Convert whole mm to m. Each result is the float32 nearest to the exact value."""
-    # Divided, not multiplied by 0.001: only the quotient is the float32 nearest to the true value.
+    # Divide, because a product with 0.001 is not always the float32 nearest to the true value.
     return raw.astype(np.float32) / np.float32(UNITS_PER_METRE)
 
 
@@ -206,7 +206,7 @@ def _message(
     message.setType(kind)
     message.setSize(width, height)
     message.setStride(width * pixels.itemsize * (pixels.shape[2] if pixels.ndim == 3 else 1))
-    # setSourceSize throws the transformation away, so it comes first.
+    # setSourceSize resets the transformation, so it comes first.
     message.setSourceSize(width, height)
     message.setTransformation(transformation)
     message.setData(np.ascontiguousarray(pixels).tobytes())

@@ -158,7 +158,7 @@ class OakRecorder:
             if written != self.frames:
                 raise self._disk_error(f"{written} of {self.frames} frames arrived in {final.name}")
         try:
-            # Colour first: a depth recording never stands beside colours that are not its own.
+            # Colour first, so that a depth recording is never beside the colour of another one.
             if len(self._files) == 1:
                 colour_path(self.path).unlink(missing_ok=True)
             for temporary, final in reversed(self._files.items()):
@@ -186,9 +186,9 @@ class OakRecorder:
         for temporary in self._files:
             node = self._pipeline.create(dai.node.RecordMessage)
             node.setRecordFile(temporary)
-            # depthai's default level takes 30 times as long for files a quarter smaller.
+            # The default level of depthai takes 30 times as long, for files a quarter smaller.
             node.setCompressionLevel(dai.RecordConfig.CompressionLevel.FAST)
-            # A node that fails prints to stdout; its failure is found by `finish` anyway.
+            # A failing node prints to stdout. `finish` detects the failure.
             node.setLogLevel(dai.LogLevel.OFF)
             self._nodes.append(node)
         self._pipeline.start()
@@ -203,7 +203,7 @@ class OakRecorder:
             raise self._disk_error(f"frame {self.frames} was not taken")
 
     def _drain(self) -> None:
-        # Stopping the pipeline throws away what still waits in the queues.
+        # A stopped pipeline discards the messages in its queues.
         deadline = time.monotonic() + WRITE_TIMEOUT_S
         before = self._waiting()
         while (waiting := self._waiting()) and time.monotonic() < deadline:
@@ -213,7 +213,7 @@ class OakRecorder:
             time.sleep(POLL_S)
 
     def _waiting(self) -> int:
-        """Messages not yet taken up by the threads that write them."""
+        """Return the number of messages that the writer threads have not fetched yet."""
         return sum(node.input.getSize() for node in self._nodes)
 
     def _stop(self) -> None:

@@ -97,8 +97,8 @@ class OakRecording:
         import depthai as dai
 
         pipeline = dai.Pipeline(createImplicitDevice=False)
-        # A replay that ends stops the pipeline at once and loses what a slow reader has not
-        # fetched (13 of 30 frames, measured). So it loops, and the reader counts.
+        # At its end a replay stops the pipeline and drops the frames that a slow reader has not
+        # fetched (13 of 30 frames measured). Therefore it loops, and the reader counts frames.
         outputs = [_replay(pipeline, path, loop=True) for path in self._paths]
         colour = outputs[1] if len(outputs) > 1 else None
         queue = paired(pipeline, outputs[0], colour, ANY_TIME_S, lossless=True)
@@ -129,7 +129,7 @@ def _replay(pipeline: dai.Pipeline, path: Path, *, loop: bool) -> dai.Node.Outpu
     replay.setReplayFile(path.absolute())
     replay.setFps(UNPACED_FPS)
     replay.setLoop(loop)
-    # A node that fails prints to stdout; playback notices by the missing frames.
+    # A failing node prints to stdout. Playback detects the missing frames.
     replay.setLogLevel(dai.LogLevel.OFF)
     return replay.out
 
@@ -140,8 +140,8 @@ def _checked_length(path: Path, timeout_s: float) -> int:
     if contents.messages == 0:
         raise InputError(f"{path}: holds no frames")
     if contents.schemas != (IMAGE_SCHEMA,):
-        found = ", ".join(contents.schemas) or "unnamed messages"
-        raise InputError(f"{path}: holds {found}, expected one stream of {IMAGE_SCHEMA}")
+        schemas = ", ".join(contents.schemas) or "unnamed messages"
+        raise InputError(f"{path}: holds {schemas}, expected one stream of {IMAGE_SCHEMA}")
     if not contents.sealed:
         unpacked = _count_by_playing(path, timeout_s)
         if unpacked != contents.messages:
@@ -163,7 +163,7 @@ def _count_by_playing(path: Path, timeout_s: float) -> int:
         nonlocal count
         count += 1
 
-    # Counted as they are sent: what is still in the queue at the end is lost with it.
+    # Messages are counted as they arrive: those left in the queue at the end are lost.
     callback = queue.addCallback(note)
     try:
         pipeline.start()
@@ -172,6 +172,6 @@ def _count_by_playing(path: Path, timeout_s: float) -> int:
         pipeline.stop()
         pipeline.wait()
     finally:
-        # The queue may die in a thread of depthai, where freeing a Python function is fatal.
+        # A thread of depthai may destroy the queue. Freeing a Python function there crashes.
         queue.removeCallback(callback)
     return count

@@ -112,7 +112,7 @@ def write_frame(path: Path | str, frame: DepthFrame) -> list[Path]:
             if frame.colour is not None:
                 write_png(stack.enter_context(atomic_write(colour_path)), frame.colour)
                 files.append(colour_path)
-            # Naming no colour keeps an older image beside it from being taken for this frame's.
+            # With colour null, the reader ignores an older colour image beside the file.
             colour_name = "" if frame.colour is None else colour_path.name
             camera = CameraFile(
                 frame.intrinsics, PNG_DEPTH_SCALE_MM, frame.T_world_camera, colour_name
@@ -143,37 +143,37 @@ def _read_png_frame(path: Path, camera: Path | None) -> DepthFrame:
         raw = decode_depth(data)
     height, width = raw.shape
     camera = camera or _camera_beside(path)
-    found = read_camera_file(camera, width, height, path.stem)
-    own = camera.resolve() == path.with_suffix(".json").resolve()
-    colour = _colour_beside(path, raw.shape, found.colour_name if own else None)
+    contents = read_camera_file(camera, width, height, path.stem)
+    is_named_like_image = camera.resolve() == path.with_suffix(".json").resolve()
+    colour = _colour_beside(path, raw.shape, contents.colour_name if is_named_like_image else None)
     with naming(path):
-        depth = metres_from_units(raw, found.depth_scale_mm or PNG_DEPTH_SCALE_MM)
-        return DepthFrame(depth, found.intrinsics, found.T_world_camera, colour)
+        depth = metres_from_units(raw, contents.depth_scale_mm or PNG_DEPTH_SCALE_MM)
+        return DepthFrame(depth, contents.intrinsics, contents.T_world_camera, colour)
 
 
 def _read_cloud_frame(path: Path, camera: Path | None) -> DepthFrame:
     table = read_pcd(path) if path.suffix.lower() == ".pcd" else read_ply(path)
     with naming(path):
         check_organised(table)
-    own = path.with_suffix(".json")
-    if camera is None and own.is_file():
-        camera = own
-    found = None
+    own_file = path.with_suffix(".json")
+    if camera is None and own_file.is_file():
+        camera = own_file
+    contents = None
     if camera is not None:
-        found = read_camera_file(camera, table.width, table.height, path.stem)
+        contents = read_camera_file(camera, table.width, table.height, path.stem)
     with naming(path):
-        return frame_from_grid(table, found)
+        return frame_from_grid(table, contents)
 
 
 def _camera_beside(path: Path) -> Path:
-    found = find_camera_file(path)
-    if found is None:
+    camera = find_camera_file(path)
+    if camera is None:
         names = ", ".join((f"{path.stem}.json", *CAMERA_NAMES))
         raise InputError(
             f"{path}: no camera intrinsics, expected one of {names} beside it, or `camera`, "
             f"with {CAMERA_FORMS}"
         )
-    return found
+    return camera
 
 
 def _colour_beside(

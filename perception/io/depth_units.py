@@ -15,7 +15,7 @@ MM_PER_M = 1000.0
 """Millimetres in a metre."""
 
 MIN_PLAUSIBLE_DEPTH_M = 0.01
-"""Depth cameras measure no nearer. A smaller median means a wrong unit."""
+"""Minimum distance that depth cameras measure. A smaller median means a wrong unit."""
 
 
 def metres_from_units(raw: NDArray[np.integer], mm_per_unit: float) -> NDArray[np.float32]:
@@ -27,7 +27,7 @@ def metres_from_units(raw: NDArray[np.integer], mm_per_unit: float) -> NDArray[n
         If the median reading is under `MIN_PLAUSIBLE_DEPTH_M`. The unit may have been given in
         metres instead of millimetres.
     """
-    # In float64, so that the result is the float32 nearest to the true value.
+    # The product is computed in float64. The result is then the float32 nearest to the true value.
     with np.errstate(over="ignore"):
         depth = (raw.astype(np.float64) * mm_per_unit / MM_PER_M).astype(np.float32)
     readings = depth[depth > 0]

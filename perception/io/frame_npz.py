@@ -22,10 +22,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 KEYS = ("depth", "depth_scale_m", "intrinsics", "K", "colour", "rgb", "T_world_camera")
-"""Arrays that a frame's archive may hold; others are left alone."""
+"""Arrays of a frame archive. Other arrays are ignored."""
 
 SCALE_TOLERANCE = 1e-6
-"""Relative difference between two statements of the depth unit that is rounding."""
+"""Maximum relative difference between two depth units that counts as rounding."""
 
 
 def read_npz_frame(

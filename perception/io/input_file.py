@@ -1,4 +1,4 @@
-"""What every reader owes its caller: bytes or one line that names the file and its fault."""
+"""Reading of whole files, with errors of one line that name the file."""
 
 from __future__ import annotations
 

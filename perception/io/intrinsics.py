@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 CAMERA_NAMES = ("camera.json", "intrinsics.json", "scene_camera.json")
-"""Camera files that hold for a whole folder, looked for after `<stem>.json`, in this order."""
+"""Camera files that apply to a whole folder. They are tried after `<stem>.json`, in this order."""
 
 CAMERA_FORMS = (
     "{fx, fy, cx, cy, width, height[, depth_scale_mm]}, "
@@ -39,9 +39,9 @@ class CameraFile:
     intrinsics: CameraIntrinsics
     """The pinhole camera."""
     depth_scale_mm: float | None = None
-    """Millimetres per unit of an integer depth image; None when the file does not say."""
+    """Millimetres per unit of an integer depth image; None when the file has no entry."""
     T_world_camera: RigidTransform | None = None
-    """Maps camera coordinates to world coordinates; None when the file does not say."""
+    """Maps camera coordinates to world coordinates; None when the file has no entry."""
     colour_name: str | None = None
     """Name of the colour image in the same folder; empty when the file says that there is none,
     None when it does not say."""
@@ -135,7 +135,7 @@ def find_camera_file(image: Path) -> Path | None:
 
 
 def camera_json(camera: CameraFile) -> str:
-    """Return the text of a camera file in eyehand's own flat form."""
+    """Return the text of a camera file in the flat form of eyehand."""
     k = camera.intrinsics
     content: dict[str, Any] = {
         "width": int(k.width),
@@ -237,7 +237,7 @@ def _entry_of_image(content: dict[str, Any], stem: str) -> dict[str, Any]:
 
 
 def _depth_scale_mm(content: dict[str, Any]) -> float | None:
-    # BOP calls it depth_scale, in its flat camera.json too.
+    # BOP uses the key depth_scale, also in its flat camera.json.
     for key in ("depth_scale_mm", "depth_scale"):
         if key in content:
             scale = number_from_json(content[key], key)
@@ -248,7 +248,7 @@ def _depth_scale_mm(content: dict[str, Any]) -> float | None:
 
 
 def _world_pose(content: dict[str, Any]) -> RigidTransform | None:
-    # BOP's cam_R_w2c is left out: BOP does not say which axis of its world is up.
+    # cam_R_w2c of BOP is ignored: BOP does not define which axis of its world is up.
     value = content.get("T_world_camera")
     return None if value is None else pose_from_json(value, "T_world_camera")
 

@@ -11,7 +11,7 @@ LONG_COPY = 7
 """Length code of a copy whose next byte adds to its length."""
 
 DAMAGED = "the compressed data are damaged: they do not unpack"
-"""Message for data that are no LZF stream of the declared size."""
+"""Error message for data that is no LZF stream of the declared size."""
 
 
 def unpack_lzf(packed: bytes, size: int) -> bytes:
@@ -49,7 +49,7 @@ def unpack_lzf(packed: bytes, size: int) -> bytes:
             start = len(unpacked) - distance
             if start < 0:
                 raise InputError(DAMAGED)
-            # A copy that reaches past the present end repeats the bytes between.
+            # A copy that reaches beyond the current end repeats the bytes in between.
             run = unpacked[start : start + length]
             unpacked += (run * (length // distance + 1))[:length] if length > distance else run
     except IndexError as error:

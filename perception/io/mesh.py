@@ -129,7 +129,7 @@ def sample_triangles(
         ends = np.cumsum(areas)
     if not 0 < ends[-1] < np.inf:
         raise InputError(f"the mesh's surface measures {ends[-1]:g} m², expected a finite area > 0")
-    # side="right" skips triangles without area: they end where the triangle before them ends.
+    # side="right" skips triangles without area: their cumulative area equals the previous one.
     picked = np.searchsorted(ends, rng.random(samples) * ends[-1], side="right")
     picked = np.minimum(picked, np.flatnonzero(areas)[-1])
     root, along = np.sqrt(rng.random(samples))[:, None], rng.random(samples)[:, None]
@@ -195,7 +195,10 @@ def _parse_obj(data: bytes) -> tuple[NDArray[np.float64], list[list[int]]]:
 
 
 def _corner(word: str, count: int) -> int:
-    """Index from 0 of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`; negative counts from the end."""
+    """Return the index from 0 of a corner `v`, `v/vt`, `v//vn` or `v/vt/vn`.
+
+    Negative numbers count from the end.
+    """
     index = int(word.partition("/")[0])
     from_zero = index - 1 if index > 0 else count + index
     if index == 0 or from_zero < 0:

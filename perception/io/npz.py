@@ -25,7 +25,7 @@ def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
     ------
     InputError
         If the file is missing or damaged, is not an archive of arrays, holds Python objects in a
-        wanted array, or holds none of the wanted names.
+        requested array, or holds none of the requested names.
     """
     data = io.BytesIO(read_bytes(path))
     try:
@@ -37,7 +37,7 @@ def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
     except InputError:
         raise
     except Exception as error:
-        # On damaged files zipfile, zlib and the parser of array headers raise ten types and more.
+        # On damaged files zipfile, zlib and the header parser raise more than ten exception types.
         fault = " ".join(str(error).split())
         raise InputError(
             f"{path}: not a whole .npz archive of plain arrays ({fault or type(error).__name__})"

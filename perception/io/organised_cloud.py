@@ -17,22 +17,22 @@ if TYPE_CHECKING:
     from .intrinsics import CameraFile
 
 MAX_PIXEL_ERROR = 1.0
-"""Largest distance, px, between a point's projection and its pixel in a pinhole image."""
+"""Maximum distance, px, between a point's projection and its pixel in a pinhole image."""
 
 JUDGED_SHARE_PCT = 95.0
-"""Share of the points that must keep to `MAX_PIXEL_ERROR`: the rest may be stereo's outliers."""
+"""Minimum share of points within `MAX_PIXEL_ERROR`. The others may be outliers of stereo."""
 
 OUTLIER_DEVIATIONS = 3.0
-"""Points that miss their pixel by more robust standard deviations do not shape the camera."""
+"""Points that miss their pixel by more robust standard deviations are outliers of the fit."""
 
 MAD_TO_SIGMA = 1.4826
-"""Standard deviation of a normal distribution over its median absolute deviation."""
+"""Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
 MIN_SLOPE_PER_PIXEL = 1e-6
-"""Least growth of x/z from one column to the next: a focal length of a million pixels."""
+"""Minimum increase of x/z per column. It corresponds to a focal length of a million pixels."""
 
 FIT_ROUNDS = 20
-"""Rounds of fitting and leaving out outliers; the set settles in 2 to 6 on real clouds."""
+"""Maximum rounds of fitting and outlier removal. Real clouds need 2 to 6."""
 
 
 def frame_from_grid(table: PointTable, camera: CameraFile | None = None) -> DepthFrame:
@@ -54,8 +54,8 @@ def frame_from_grid(table: PointTable, camera: CameraFile | None = None) -> Dept
     """
     check_organised(table)
     points = table.points.reshape(table.height, table.width, 3)
-    seen = np.isfinite(points).all(axis=-1)
-    depth = np.where(seen, points[..., 2], 0.0)
+    valid = np.isfinite(points).all(axis=-1)
+    depth = np.where(valid, points[..., 2], 0.0)
     if (depth < 0).any():
         raise InputError(
             f"{np.count_nonzero(depth < 0)} points lie behind the camera (lowest z "
@@ -135,9 +135,9 @@ def check_organised(table: PointTable) -> None:
 
 
 def _pixels_and_slopes(points: NDArray[np.floating]) -> tuple[NDArray[np.float64], ...]:
-    seen = np.isfinite(points).all(axis=-1) & (points[..., 2] > 0)
-    v, u = np.nonzero(seen)
-    x, y, z = points[seen].astype(np.float64).T
+    valid = np.isfinite(points).all(axis=-1) & (points[..., 2] > 0)
+    v, u = np.nonzero(valid)
+    x, y, z = points[valid].astype(np.float64).T
     with np.errstate(over="ignore"):
         return u.astype(np.float64), v.astype(np.float64), x / z, y / z
 
@@ -145,7 +145,7 @@ def _pixels_and_slopes(points: NDArray[np.floating]) -> tuple[NDArray[np.float64
 def _fit_axis(
     pixel: NDArray[np.float64], slope: NDArray[np.float64], line: str, axis: str
 ) -> tuple[float, float]:
-    """Focal length and principal point, px, of ``pixel = focal * slope + centre``."""
+    """Fit focal length and principal point, px, of ``pixel = focal * slope + centre``."""
     if np.unique(pixel).size < 2:
         raise InputError(
             f"the readings lie in a single {line}, from which no camera can be found: "
@@ -154,7 +154,7 @@ def _fit_axis(
     per_pixel, offset = _resistant_line(pixel, slope)
     kept = np.zeros(len(pixel), dtype=bool)
     for _ in range(FIT_ROUNDS):
-        # Negated, so that NaN is refused too.
+        # The negated comparison also rejects NaN.
         if not per_pixel > MIN_SLOPE_PER_PIXEL:
             raise InputError(
                 f"the cloud is not a pinhole image in the camera frame: {axis}/z does not grow "
@@ -174,9 +174,9 @@ def _fit_axis(
 
 
 def _resistant_line(at: NDArray[np.float64], value: NDArray[np.float64]) -> tuple[float, float]:
-    """Gradient and offset at 0 through the medians of the outer thirds (Tukey, 1977).
+    """Fit a line through the medians of the outer thirds (Tukey, 1977); return slope and offset.
 
-    Where more than a third of the points share one place, halves take the place of thirds.
+    If more than a third of the points share one abscissa, halves replace the thirds.
     """
     low, high = np.quantile(at, (1 / 3, 2 / 3))
     left, right = at <= low, at >= high

@@ -51,7 +51,7 @@ COMPRESSED_SIZES = 8
 """Bytes before compressed data: their size and the unpacked size, uint32 each."""
 
 INT32_LOWEST = -(2**31)
-"""Colours with alpha above 127 are negative where they are declared I (signed) instead of U."""
+"""Colours with alpha above 127 are negative if the field is declared I (signed) instead of U."""
 
 OPAQUE = 0xFF << 24
 """Alpha of a written colour."""
@@ -181,7 +181,7 @@ def _header_entries(data: bytes) -> tuple[dict[str, list[str]], int]:
 def _record(
     names: list[str], kinds: list[str], sizes: list[int], counts: list[int]
 ) -> tuple[np.dtype, dict[str, int]]:
-    """Layout of one binary record, and the text column of each field that is read."""
+    """Return the layout of one binary record, and the text column of each field that is read."""
     layout: list[tuple[str, str, tuple[int, ...]]] = []
     columns: dict[str, int] = {}
     column = 0
@@ -197,7 +197,7 @@ def _record(
             if name in COLOUR_FIELDS and size != 4:
                 raise InputError(f"the PCD field {name} has SIZE {size}, expected 4")
             columns[name] = column
-        # Padding fields share the name "_", which a NumPy record does not allow.
+        # Padding fields share the name "_". A NumPy record requires unique names.
         unique = name if name in READ_FIELDS else f"#{column}"
         layout.append((unique, f"<{kind.lower()}{size}", (count,)))
         column += count

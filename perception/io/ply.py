@@ -95,7 +95,7 @@ def ply_bytes(table: PointTable) -> bytes:
 
 
 def _read_points(data: bytes, header: PlyHeader) -> tuple[PointTable, int]:
-    """Vertices, and where they end: a byte, or a line of an ASCII body."""
+    """Return the vertices and their end: a byte offset, or a line number of an ASCII body."""
     vertex = header.element("vertex")
     if vertex is None or vertex.count < 1:
         raise InputError(f"holds {0 if vertex else 'no'} PLY vertices, expected at least 1")
@@ -113,16 +113,16 @@ def _read_points(data: bytes, header: PlyHeader) -> tuple[PointTable, int]:
     return PointTable(points, _colours(values), *size), end
 
 
-def _wanted_columns(vertex: PlyElement) -> dict[str, int]:
-    wanted = {"x", "y", "z", *(name for names in COLOUR_NAMES for name in names)}
-    return {p.name: i for i, p in enumerate(vertex.properties) if p.name in wanted}
+def _used_columns(vertex: PlyElement) -> dict[str, int]:
+    used = {"x", "y", "z", *(name for names in COLOUR_NAMES for name in names)}
+    return {p.name: i for i, p in enumerate(vertex.properties) if p.name in used}
 
 
 def _read_text(
     data: bytes, header: PlyHeader, before: list[PlyElement], vertex: PlyElement
 ) -> tuple[dict[str, NDArray], int]:
     start = sum(element.count for element in before)
-    columns = _wanted_columns(vertex)
+    columns = _used_columns(vertex)
     text = data[header.body_at :].decode("latin-1")
     table = parse_rows(text, vertex.count, list(columns.values()), skip=start)
     values: dict[str, NDArray] = dict(zip(columns, table.T, strict=True))
@@ -146,12 +146,12 @@ def _read_binary(
         )
     records = np.frombuffer(data, record, vertex.count, start)
     native = record.newbyteorder("=")
-    columns = _wanted_columns(vertex)
+    columns = _used_columns(vertex)
     return {name: records[f"{i}"].astype(native[i]) for name, i in columns.items()}, end
 
 
 def _record(element: PlyElement, order: str) -> np.dtype:
-    # Numbered, as only vertices must have distinct names.
+    # Fields are numbered, because only vertex properties must have unique names.
     return np.dtype([(f"{i}", order + p.kind) for i, p in enumerate(element.properties)])
 
 
@@ -175,7 +175,7 @@ def _colour_bytes(values: NDArray[np.float64], name: str) -> NDArray[np.uint8]:
 
 
 def _scatter(table: PointTable, cells: list[list[int]]) -> PointTable:
-    """Points on the pixels of Stanford's range grid: a list of none or one vertex per pixel."""
+    """Assign the points to the pixels of a range grid: each cell lists no vertex or one."""
     if table.width * table.height != len(cells):
         raise InputError(
             f"the PLY range_grid has {len(cells)} cells, expected num_cols x num_rows = "

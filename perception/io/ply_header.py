@@ -18,16 +18,16 @@ SCALARS = {
     **dict.fromkeys(("float", "float32"), "f4"),
     **dict.fromkeys(("double", "float64"), "f8"),
 }
-"""PLY's property types and NumPy's names for them."""
+"""Property types of PLY and their names in NumPy."""
 
 BYTE_ORDERS = {"ascii": "=", "binary_little_endian": "<", "binary_big_endian": ">"}
-"""The three forms of the body, as the format line names them, and NumPy's byte orders."""
+"""The three formats of the body, as in the format line, and their byte orders in NumPy."""
 
 GRID_WORDS = {"num_cols": "width", "width": "width", "num_rows": "height", "height": "height"}
 """Words of `obj_info` and `comment` lines that give the size of the pixel grid."""
 
 MAX_HEADER_BYTES = 1 << 20
-"""A file without `end_header` up to here is not PLY."""
+"""Maximum length of a header. A file without `end_header` up to here is not PLY."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +37,9 @@ class PlyProperty:
     name: str
     """Name of the column."""
     kind: str
-    """NumPy's name of its type, without byte order."""
+    """NumPy type code, without byte order."""
     count_kind: str = ""
-    """Type of the length before each entry where entries are lists, else empty."""
+    """NumPy type code of the list length before each entry; empty if entries are no lists."""
 
 
 @dataclass
@@ -61,24 +61,24 @@ class PlyElement:
 
 @dataclass
 class PlyHeader:
-    """What comes before a PLY file's data."""
+    """The parsed header of a PLY file."""
 
     form: str = ""
     """A key of `BYTE_ORDERS`."""
     elements: list[PlyElement] = field(default_factory=list)
     """Tables of the file, in order."""
     grid: dict[str, int] = field(default_factory=dict)
-    """`width` and `height` of the pixel grid, px, where the file gives them."""
+    """`width` and `height` of the pixel grid, px, if the file has them."""
     body_at: int = 0
-    """Where the data begin, bytes."""
+    """Offset of the data, bytes."""
 
     @property
     def byte_order(self) -> str:
-        """NumPy's sign for the byte order of the data."""
+        """NumPy code of the byte order of the data."""
         return BYTE_ORDERS[self.form]
 
     def element(self, name: str) -> PlyElement | None:
-        """Table of that name, or None."""
+        """Return the table of a name, or None."""
         return next((e for e in self.elements if e.name == name), None)
 
 
@@ -88,7 +88,7 @@ def parse_ply_header(data: bytes) -> PlyHeader:
     Raises
     ------
     InputError
-        If the bytes do not begin with a whole PLY header.
+        If the bytes do not begin with a complete PLY header.
     """
     if data[:3] != b"ply" or data[3:4] not in (b"\n", b"\r"):
         raise InputError(f"not a PLY file: it begins with {data[:8]!r}, expected b'ply'")

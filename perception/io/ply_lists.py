@@ -18,7 +18,7 @@ STRUCT_CODES = {
     **{"i1": "b", "u1": "B", "i2": "h", "u2": "H"},
     **{"i4": "i", "u4": "I", "f4": "f", "f8": "d"},
 }
-"""Python's codes of NumPy's types, of the same sizes."""
+"""Codes of the struct module for NumPy types of the same size."""
 
 
 def read_vertex_lists(

@@ -20,10 +20,10 @@ SIGNATURE = b"\x89PNG\r\n\x1a\n"
 """First eight bytes of every PNG file."""
 
 GREYSCALE = 0
-"""PNG's colour type of single-channel images."""
+"""PNG colour type of single-channel images."""
 
 COLOUR_TYPES = {0: "greyscale", 2: "RGB", 3: "palette", 4: "greyscale with alpha", 6: "RGBA"}
-"""PNG's colour types, PNG specification section 11.2.2."""
+"""PNG colour types, PNG specification section 11.2.2."""
 
 
 @dataclass(frozen=True)
@@ -41,7 +41,7 @@ class PngHeader:
 
     @property
     def kind(self) -> str:
-        """For people: '16-bit greyscale'."""
+        """Return a readable name such as '16-bit greyscale'."""
         name = COLOUR_TYPES.get(self.colour_type, f"colour type {self.colour_type}")
         return f"{self.bit_depth}-bit {name}"
 

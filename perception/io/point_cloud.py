@@ -29,7 +29,7 @@ WRITTEN_SUFFIXES = (".ply", ".pcd", ".npz", ".xyz")
 """File formats of `write_cloud`."""
 
 DEFAULT_SAMPLES = 10_000
-"""Points drawn from a surface: 2 mm apart on average on a box of 10 cm."""
+"""Points sampled from a surface. On a 10 cm box their mean spacing is 2 mm."""
 
 
 def read_cloud(

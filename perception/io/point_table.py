@@ -19,32 +19,32 @@ LITTLE_ENDIAN_RECORD = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
 """Layout of one written point without colour."""
 
 MAX_DIGITS = 15
-"""More digits than any size or count in a header has."""
+"""Maximum digits of a size or count in a header."""
 
 
 @dataclass(frozen=True)
 class PointTable:
-    """Points in the order of their file, with the grid that the file says they form."""
+    """Points in file order, with the size of the pixel grid that the file declares."""
 
     points: NDArray[np.floating]
     """Coordinates, (N, 3) float32 or float64 as stored, m; NaN = no reading."""
     colours: NDArray[np.uint8] | None = None
     """Colours, (N, 3) uint8 RGB, or None."""
     width: int = 0
-    """Columns of the grid; 0 when the file does not say."""
+    """Columns of the grid; 0 when the file has no grid."""
     height: int = 1
-    """Rows of the grid; 1 when the points are in no order."""
+    """Rows of the grid; 1 when the points form no grid."""
 
 
 def parse_rows(
     text: str, count: int, columns: Sequence[int], *, skip: int = 0
 ) -> NDArray[np.float64]:
-    """Numbers of `count` lines of white-space separated text, (count, len(columns)) float64.
+    """Parse `count` lines of whitespace-separated numbers, (count, len(columns)) float64.
 
     Raises
     ------
     InputError
-        If there are fewer lines, or a wanted column is missing or not a number.
+        If there are fewer lines, or a requested column is missing or not a number.
     """
     lines = [line for line in text.splitlines() if line.strip()][skip : skip + count]
     if len(lines) < count:
@@ -56,12 +56,12 @@ def parse_rows(
 
 
 def load_numbers(text: str, columns: Sequence[int]) -> NDArray[np.float64]:
-    """Wanted columns of white-space separated text, (N, columns) float64; blank lines are skipped.
+    """Parse columns of whitespace-separated text, (N, columns) float64. Blank lines are skipped.
 
     Raises
     ------
     InputError
-        If there is no line, or one holds no number in a wanted column.
+        If there is no line, or one holds no number in a requested column.
     """
     if not text.strip():
         raise InputError("holds blank lines only, expected a table of numbers")
@@ -73,21 +73,21 @@ def load_numbers(text: str, columns: Sequence[int]) -> NDArray[np.float64]:
 
 
 def whole_number(word: str) -> int | None:
-    """Value of a word of plain digits, or None: int() alone takes '²', ' 1_0 ' and more."""
+    """Return the value of a word of ASCII digits, or None. int() would accept ' 1_0 ' as well."""
     plain = word.isascii() and word.isdigit() and len(word) <= MAX_DIGITS
     return int(word) if plain else None
 
 
 def as_coordinates(columns: Sequence[NDArray]) -> NDArray[np.floating]:
     """Stack x, y, z (N,) of any number type as (N, 3) float32 or float64."""
-    # Signalling NaN, which random bytes may hold, are NaN like others.
+    # Damaged files can hold signalling NaN. They count as NaN, without a warning.
     with np.errstate(invalid="ignore"):
         points = np.stack(columns, axis=-1)
     return points if points.dtype.kind == "f" else points.astype(np.float64)
 
 
 def unpack_rgb(packed: NDArray) -> NDArray[np.uint8]:
-    """Colours (N, 3) uint8 RGB from PCL's packing 0xAARRGGBB, as uint32 or in a float32's bits."""
+    """Unpack PCL colours 0xAARRGGBB, integers or the bits of float32, to (N, 3) uint8 RGB."""
     with np.errstate(over="ignore", invalid="ignore"):
         bits = packed.astype(np.float32).view(np.uint32) if packed.dtype.kind == "f" else packed
         bits = bits.astype(np.uint32)
@@ -95,7 +95,7 @@ def unpack_rgb(packed: NDArray) -> NDArray[np.uint8]:
 
 
 def as_float32(points: NDArray[np.floating]) -> NDArray[np.float32]:
-    """Coordinates as the float32 that PCD and PLY files hold.
+    """Convert coordinates to float32, the type in PCD and PLY files.
 
     Raises
     ------

@@ -13,11 +13,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ROTATION_TOLERANCE = 1e-3
-"""How far a stored rotation may be from orthonormal: covers poses printed with four digits."""
+"""Maximum deviation of a rotation from orthonormal. It covers poses with four digits."""
 
 
 def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
-    """Pose from a homogeneous matrix (4, 4) in m.
+    """Convert a homogeneous matrix (4, 4), m, to a pose.
 
     SciPy would silently replace a scaled or mirrored matrix by the nearest rotation.
 
@@ -47,7 +47,7 @@ def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
 
 
 def pose_from_json(value: Any, name: str) -> RigidTransform:
-    """Pose from ``{"quat_wxyz": [w, x, y, z], "translation_m": [x, y, z]}``.
+    """Read a pose from ``{"quat_wxyz": [w, x, y, z], "translation_m": [x, y, z]}``.
 
     Raises
     ------
@@ -71,7 +71,7 @@ def pose_from_json(value: Any, name: str) -> RigidTransform:
 
 
 def pose_to_json(pose: RigidTransform) -> dict[str, list[float]]:
-    """Pose in the form that `pose_from_json` reads."""
+    """Return a pose in the form that `pose_from_json` reads."""
     return {
         "quat_wxyz": pose.rotation.as_quat(canonical=True, scalar_first=True).tolist(),
         "translation_m": pose.translation.tolist(),
@@ -79,7 +79,7 @@ def pose_to_json(pose: RigidTransform) -> dict[str, list[float]]:
 
 
 def numbers_from_json(value: Any, count: int, name: str) -> NDArray[np.float64]:
-    """Check a JSON list of `count` finite numbers; (count,) float64.
+    """Check a JSON list of `count` finite numbers and return it, (count,) float64.
 
     Raises
     ------
@@ -97,7 +97,7 @@ def numbers_from_json(value: Any, count: int, name: str) -> NDArray[np.float64]:
 
 
 def number_from_json(value: Any, name: str) -> float:
-    """Check a finite JSON number; a float.
+    """Check a finite JSON number and return it as float.
 
     Raises
     ------
@@ -110,7 +110,7 @@ def number_from_json(value: Any, name: str) -> float:
 
 
 def _is_number(value: Any) -> bool:
-    # JSON's true would pass as the integer 1.
+    # bool is a subclass of int: true would count as 1.
     return isinstance(value, (int, float)) and not isinstance(value, bool)
 
 

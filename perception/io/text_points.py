@@ -14,17 +14,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 COMMENTS = ("#", "//")
-"""Lines that begin so are skipped."""
+"""Prefixes of comment lines."""
 
 AXES = ("x", "y", "z")
 """Columns that a header line must name."""
 
 FIRST_COLUMNS = [0, 1, 2]
-"""Where x, y, z stand when no header line says so."""
+"""Columns of x, y, z in a file without a header line."""
 
 
 def parse_text_points(data: bytes) -> NDArray[np.float64]:
-    """Points (N, 3) float64 of a text table with one point a line; further columns are skipped.
+    """Parse a text table with one point per line, (N, 3) float64. Further columns are skipped.
 
     Numbers are separated by white space, commas or semicolons. A first line of words names the
     columns, x, y and z among them.
@@ -55,7 +55,7 @@ def parse_text_points(data: bytes) -> NDArray[np.float64]:
 
 
 def points_text(points: NDArray[np.floating], colours: NDArray[np.uint8] | None) -> str:
-    """Lines `x y z` or `x y z r g b`, each number as short as reads back the same."""
+    """Format lines `x y z` or `x y z r g b`, with the shortest numbers that read back exactly."""
     rows = points.tolist()
     if colours is not None:
         rows = [row + colour for row, colour in zip(rows, colours.tolist(), strict=True)]

@@ -6,13 +6,13 @@
 >>> import numpy as np
 >>> from eyehand.perception import CameraIntrinsics, DepthFrame
 >>> from eyehand.perception.segmentation import SegmentationOptions, segment
->>> depth = np.full((120, 160), 0.8, np.float32)  # a table, seen from straight above
+>>> depth = np.full((120, 160), 0.8, np.float32)  # a table viewed from above
 >>> depth[40:80, 60:100] = 0.7  # a box of 10 cm height
 >>> frame = DepthFrame(depth, CameraIntrinsics(140.0, 140.0, 79.5, 59.5, 160, 120))
->>> found = segment(frame, SegmentationOptions(max_extent=0.5))
->>> found.count
+>>> segmentation = segment(frame, SegmentationOptions(max_extent=0.5))
+>>> segmentation.count
 1
->>> int(found.mask(1).sum())
+>>> int(segmentation.mask(1).sum())
 1596
 
 :meth:`SegmentationOptions.for_budget` selects the options for a time budget. It reads the points

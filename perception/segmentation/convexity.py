@@ -53,7 +53,7 @@ def pair_convexity(
 def convexities(pixels, q, planes, pinhole, samples):
     """Compute :func:`region_convexity` from at most so many samples of each region."""
     count = len(pixels.starts) - 2
-    found = np.zeros(count + 1)
+    values = np.zeros(count + 1)
     points = np.empty((samples, 6))
     for label in range(1, count + 1):
         picked = min(samples, pixels.starts[label + 1] - pixels.starts[label])
@@ -69,14 +69,14 @@ def convexities(pixels, q, planes, pinhole, samples):
                 dot, length = _spread(points[i], points[j])
                 dots += dot
                 lengths += length
-        found[label] = dots / max(lengths, 1e-12)
-    return found
+        values[label] = dots / max(lengths, 1e-12)
+    return values
 
 
 @njit(cache=True, nogil=True)
 def pair_convexities(pixels, pairs, q, planes, pinhole, lines):
     """Compute :func:`pair_convexity` over so many lines."""
-    found = np.zeros(len(pairs))
+    values = np.zeros(len(pairs))
     ends = np.empty((2, 6))
     for k in range(len(pairs)):
         dots = lengths = 0.0
@@ -90,8 +90,8 @@ def pair_convexities(pixels, pairs, q, planes, pinhole, lines):
             dot, length = _spread(ends[0], ends[1])
             dots += dot
             lengths += length
-        found[k] = dots / max(lengths, 1e-12)
-    return found
+        values[k] = dots / max(lengths, 1e-12)
+    return values
 
 
 @njit(cache=True, nogil=True)

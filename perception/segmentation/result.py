@@ -60,8 +60,8 @@ class Segmentation:
 
     def boxes(self) -> dict[int, tuple[slice, slice]]:
         """Return the rows and columns of each object's bounding box, by label."""
-        found = ndimage.find_objects(self.labels)
-        return {number: box for number, box in enumerate(found, start=1) if box is not None}
+        boxes = ndimage.find_objects(self.labels)
+        return {number: box for number, box in enumerate(boxes, start=1) if box is not None}
 
     def mask(self, label: int) -> NDArray[np.bool_]:
         """Return the mask of one object, (H, W) bool."""

@@ -43,9 +43,9 @@ def split_mask(
     halves = max(_spread(points[second]), _spread(points[~second]))
     if whole < MIN_GAIN * halves:
         return None
-    found = np.zeros(mask.shape, bool)
-    found[rows[second], columns[second]] = True
-    return found
+    second_mask = np.zeros(mask.shape, bool)
+    second_mask[rows[second], columns[second]] = True
+    return second_mask
 
 
 def _spread(points: NDArray[np.float64]) -> float:

@@ -112,17 +112,17 @@ def find_supports(image: WorkingImage, options: SegmentationOptions) -> list[Sup
     stride = max(image.intrinsics.width // COARSE_WIDTH, 1)
     coarse = np.ascontiguousarray(image.disparity[::stride, ::stride])
     planes = LocalPlanes(*fit_centred_windows(coarse, COARSE_RADIUS, COARSE_SHARE))
-    found = _detect_planes(image, planes, stride, options.table_height)
-    if not found and stride > 1:
+    detected = _detect_planes(image, planes, stride, options.table_height)
+    if not detected and stride > 1:
         radius = options.window // 2
         planes = LocalPlanes(*fit_centred_windows(image.disparity, radius, MIN_WINDOW_SHARE))
-        found = _detect_planes(image, planes, 1, options.table_height)
+        detected = _detect_planes(image, planes, 1, options.table_height)
     supports = [
         support
-        for k, (plane, depth) in enumerate(found)
+        for k, (plane, depth) in enumerate(detected)
         if (support := _locate(plane, depth, k > 0, image)) is not None
     ]
-    return supports if found and supports and supports[0].plane is found[0][0] else []
+    return supports if detected and supports and supports[0].plane is detected[0][0] else []
 
 
 def _detect_planes(
@@ -152,10 +152,10 @@ def _detect_planes(
     offsets = -np.einsum("ij,ij->i", candidates, points[tried])
     # The weight of squared disparity prefers the table to a floor that fills more pixels.
     weights = 1.0 / np.maximum(z, NEAR_SHARE * float(np.median(z))) ** 2
-    found: list[tuple[SupportPlane, float]] = []
+    detected: list[tuple[SupportPlane, float]] = []
     free = np.ones(rows.size, bool)
     tolerance = SUPPORT_SIGMAS * image.noise
-    while len(found) < MAX_SUPPORTS:
+    while len(detected) < MAX_SUPPORTS:
         samples = PlaneSamples(1.0 / z, rays, sample_normals, weights * free)
         best = int(np.argmax(plane_scores(candidates, offsets, samples, tolerance)))
         inliers = plane_inliers(candidates[best], offsets[best], samples, tolerance)
@@ -170,18 +170,18 @@ def _detect_planes(
         share = step * stride**2 / (k.fx * k.fy)
         slant = np.abs(rays @ plane.normal)[inliers]
         area = float((share * z[inliers] ** 2 / np.maximum(slant, 1e-3)).sum())
-        parallel = not found or abs(float(plane.normal @ found[0][0].normal)) > MIN_COSINE
-        if parallel and (not found or area >= MIN_AREA):
-            found.append((plane, float(np.median(z[inliers]))))
-        elif not found:
+        parallel = not detected or abs(float(plane.normal @ detected[0][0].normal)) > MIN_COSINE
+        if parallel and (not detected or area >= MIN_AREA):
+            detected.append((plane, float(np.median(z[inliers]))))
+        elif not detected:
             break
         # Remove the whole neighbourhood of the plane, so that its edge does not win next.
         free &= np.abs(points @ plane.normal + plane.offset) > MIN_DISTANCE
-        remaining = np.abs(candidates @ found[0][0].normal) > MIN_COSINE
+        remaining = np.abs(candidates @ detected[0][0].normal) > MIN_COSINE
         candidates, offsets = candidates[remaining], offsets[remaining]
         if not len(candidates):
             break
-    return found
+    return detected
 
 
 def _is_plausible(

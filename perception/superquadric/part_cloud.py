@@ -55,33 +55,39 @@ class PartCloud:
     def part(self, labels: NDArray[np.int64], index: int, options: FitOptions) -> Observation:
         """Return the observation of the points whose label, of labels (N,), is `index`."""
         cloud, view_origin, plane, _ = self.observation
-        own = labels == index
-        points = self.points[own]
+        in_part = labels == index
+        points = self.points[in_part]
         if plane is not None:
             lowest = float((points @ plane[:3] + plane[3]).min())
             if lowest > MAX_CONTACT_GAP * options.plane_scale:
                 plane = None
 
         def hidden(rays: NDArray[np.float64]) -> NDArray[np.bool_]:
-            return self._is_hidden(rays, own)
+            return self._is_hidden(rays, in_part)
 
         return Observation(cloud._replace(points=points), view_origin, plane, hidden)
 
-    def _is_hidden(self, rays: NDArray[np.float64], own: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    def _is_hidden(
+        self, rays: NDArray[np.float64], in_part: NDArray[np.bool_]
+    ) -> NDArray[np.bool_]:
         """Return whether another part continues or occludes this one along rays (K, 3)."""
-        given = self.observation.hidden
+        is_hidden = self.observation.hidden
         # The frames of the cloud and of the observation have parallel axes.
-        hidden = np.zeros(len(rays), dtype=bool) if given is None else given(rays).copy()
+        hidden = np.zeros(len(rays), dtype=bool) if is_hidden is None else is_hidden(rays).copy()
         assert self.directions is not None
         radius = BESIDE_SPACINGS * self.spacing / float(np.median(self.depths))
-        for ray, found in enumerate(self.directions.query_ball_point(rays, radius)):
-            beside = np.asarray(found, dtype=np.int64)
-            mine = own[beside]
-            if mine.all():
+        for ray, indices in enumerate(self.directions.query_ball_point(rays, radius)):
+            beside = np.asarray(indices, dtype=np.int64)
+            beside_in_part = in_part[beside]
+            if beside_in_part.all():
                 continue
             depths = self.depths[beside]
-            limit = depths[mine].max() + BEHIND_SPACINGS * self.spacing if mine.any() else np.inf
-            hidden[ray] |= bool(depths[~mine].min() < limit)
+            limit = (
+                depths[beside_in_part].max() + BEHIND_SPACINGS * self.spacing
+                if beside_in_part.any()
+                else np.inf
+            )
+            hidden[ray] |= bool(depths[~beside_in_part].min() < limit)
         return hidden
 
 

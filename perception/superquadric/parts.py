@@ -141,10 +141,10 @@ def _assign_parts(
             for index in range(len(assignment.shapes))
             if _is_worth_splitting(assignment, index, cloud, options)
         ]
-        found = [split for split in splits if split is not None]
-        if not found:
+        valid_splits = [split for split in splits if split is not None]
+        if not valid_splits:
             break
-        assignment = min(found, key=lambda split: split.score)
+        assignment = min(valid_splits, key=lambda split: split.score)
         assignments.append(assignment)
     if not assignments:
         return [], ""
@@ -214,20 +214,20 @@ def _fit_labels(
 ) -> _Model | None:
     if np.bincount(labels, minlength=parts).min() < MIN_PART_POINTS:
         return None
-    found: list[tuple[Superquadric, SuperquadricFit | None]] = []
+    solid_fits: list[tuple[Superquadric, SuperquadricFit | None]] = []
     for index in range(parts):
         part = cloud.part(labels, index, options)
         fit = fit_one(part, options)
         if fit.superquadric is not None and fit:
-            found.append((fit.superquadric, fit))
+            solid_fits.append((fit.superquadric, fit))
             continue
         box = fit_box_behind_face(part, options) if fit.superquadric is None else None
         if box is None:
             return None
-        found.append((_box(box), None))
-    found.sort(key=lambda one: -one[0].volume)
-    solids = tuple(solid for solid, _ in found)
-    largest = found[0][1]
+        solid_fits.append((_box(box), None))
+    solid_fits.sort(key=lambda pair: -pair[0].volume)
+    solids = tuple(solid for solid, _ in solid_fits)
+    largest = solid_fits[0][1]
     # The depth behind a single face is assumed, so such a box must not represent the object.
     if largest is None:
         return None

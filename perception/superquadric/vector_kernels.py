@@ -1,10 +1,10 @@
-"""Compiled exponentials and logarithms of rows of numbers, several to an instruction.
+"""Compiled exponentials and logarithms of rows of numbers.
 
-A library's `exp` takes one number at a time and costs some 8 ns; written as plain arithmetic over a
-row, the compiler puts four or eight numbers into each instruction: 1.2 ns. Range reduction and
-series are the textbook's (Cody and Waite 1980); errors stay below 3e-16.
+The exp of a library takes one number at a time and costs about 8 ns. These kernels use plain
+arithmetic over a row. The compiler then processes four or eight numbers per instruction, at 1.2 ns
+per number. Range reduction and series follow Cody and Waite (1980). Errors stay below 3e-16.
 
-Rows are told by their number in one array, as taking a slice costs more than sixteen exponentials.
+The kernels take one array and row indices, because a slice costs more than sixteen exponentials.
 """
 
 from __future__ import annotations
@@ -12,15 +12,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
-# Liberties with sums would undo what the range reduction and `log1p_row` take care of. These hold
-# as long as LLVM inlines the functions; numba's own inlining would apply the caller's.
+# Reordered sums would break the range reduction and the correction in `log1p_row`. LLVM keeps these
+# flags when it inlines the functions. numba's own inlining would apply the flags of the caller.
 _EXACT = {"contract"}
 _LN2_HIGH, _LN2_LOW = 6.93147180369123816490e-01, 1.90821492927058770002e-10
 _LOG2_E = 1.4426950408889634
 _ROUNDER = 1.5 * 2.0**52
-"""Added to a number, leaves it rounded in the lowest bits."""
-_MOST = 700.0
-"""Arguments beyond are held there: exp(709) is the last finite one."""
+"""Added to a number, it leaves the rounded integer in the lowest bits."""
+_MAX_ARGUMENT = 700.0
+"""Arguments are clamped to this magnitude: exp overflows above 709."""
 _ONE, _MANTISSA = np.int64(0x3FF0000000000000), np.int64(0x000FFFFFFFFFFFFF)
 _SQRT_2 = 1.4142135623730951
 
@@ -29,12 +29,12 @@ _SQRT_2 = 1.4142135623730951
 def exp_row(m, bits, row, spare, n):
     """Replace the first n numbers of a row of `m` (rows, lanes) by their exponentials.
 
-    Row `spare` is overwritten; `bits` is the same memory as `m`, as int64.
+    Row `spare` is overwritten. `bits` is an int64 view of the memory of `m`.
     """
     for i in range(n):
-        m[spare, i] = min(max(m[row, i], -_MOST), _MOST) * _LOG2_E + _ROUNDER
+        m[spare, i] = min(max(m[row, i], -_MAX_ARGUMENT), _MAX_ARGUMENT) * _LOG2_E + _ROUNDER
     for i in range(n):
-        x = min(max(m[row, i], -_MOST), _MOST)
+        x = min(max(m[row, i], -_MAX_ARGUMENT), _MAX_ARGUMENT)
         k = m[spare, i] - _ROUNDER
         r = (x - k * _LN2_HIGH) - k * _LN2_LOW
         p = 1.0 / 479001600.0
@@ -57,7 +57,7 @@ def exp_row(m, bits, row, spare, n):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=_EXACT)
 def log_row(m, bits, row, spare, n):
-    """Replace the first n numbers of a row, normal and > 0, by their logarithms; see `exp_row`."""
+    """Replace the first n numbers of a row (normal, > 0) by their logarithms; see `exp_row`."""
     for i in range(n):
         m[spare, i] = m[row, i]
     for i in range(n):
@@ -91,6 +91,6 @@ def log1p_row(m, bits, row, out, spare, n):
         m[out, i] = 1.0 + m[row, i]
     log_row(m, bits, out, spare, n)
     for i in range(n):
-        # What rounding took from 1 + a, to first order.
-        whole = 1.0 + m[row, i]
-        m[out, i] += (m[row, i] - (whole - 1.0)) / whole
+        # Add the rounding error of 1 + a, to first order.
+        rounded = 1.0 + m[row, i]
+        m[out, i] += (m[row, i] - (rounded - 1.0)) / rounded
