@@ -125,9 +125,10 @@ def control_cycle(
         pair = pairs[int(near[row, 0])]
         drift = distance_row(near[row], pair, anchors, axes, joints, moves, motion, rows[row])
         least[row] = min_change(near[row, 1], drift, options, True)
-    report[0] = np.inf
+    clearance = np.inf
     for row in range(count):
-        report[0] = min(report[0], near[row, 1])
+        clearance = min(clearance, near[row, 1])
+    report[0] = clearance
     nominal = block[14]
     levels = _nominal_motion(
         Stack(tasks, driven, options), frame, near[:, 1], rows, block[12:14], nominal, report
@@ -166,7 +167,7 @@ def _nominal_motion(stack, frame, distance, rows, work, nominal, report):
     most = max(TASK_ROWS, n)
     jacobians, rates = np.empty((count, most, n)), np.empty((count, most))
     sizes, sides = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    scratch = np.empty((2, most))
+    scratch = np.empty((3, most + driven))
     for task in range(count):
         out = Output(scratch[0], scratch[1], jacobians[task])
         m, side, unmet = evaluate_task(tasks[task], frame, out, rates[task])
@@ -182,8 +183,8 @@ def _nominal_motion(stack, frame, distance, rows, work, nominal, report):
         slope = centring_slope(frame.q[joint], frame.limits[joint], CENTRING_POWER, np.nan)
         free_motion[joint] = -options[CENTRING] * slope - gradient[joint]
     levels = Levels(sizes[:driven], sides[:driven], rates[:driven], jacobians[:driven])
-    scale, dropped = np.empty(driven), np.empty(driven, np.bool_)
-    solve_levels(levels, free_motion, frame.limits[:, 2], nominal, scale, dropped)
+    dropped = np.empty(driven, np.bool_)
+    solve_levels(levels, free_motion, frame.limits[:, 2], nominal, scratch[2, :driven], dropped)
     return levels
 
 

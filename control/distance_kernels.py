@@ -35,18 +35,16 @@ def measure(world, a, b, cut_off, one):
         distance = _capsule_in_box(b, a, -1.0, positions, matrices, shapes, one)
         if distance < np.inf:
             return distance
-    distance = measure_apart(world, a, b, cut_off, one)
+    distance = measure_apart(world.model, world.data, a, b, cut_off, one)
     if abs(distance) < TOUCHING_M:
         _separate(world, a, b, one)
     return distance
 
 
 @njit(cache=True)
-def measure_apart(world, a, b, cut_off, one):
+def measure_apart(model, data, a, b, cut_off, one):
     """Do the same as `measure` for geoms whose `gap` is above TOUCHING_M, a third faster."""
-    distance = mj_geom_distance(
-        world.model, world.data, np.int32(a), np.int32(b), cut_off, one[3:9].ctypes
-    )
+    distance = mj_geom_distance(model, data, np.int32(a), np.int32(b), cut_off, one[3:9].ctypes)
     for axis in range(3):
         one[axis] = one[3 + axis] - one[6 + axis]
     length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
@@ -76,7 +74,7 @@ def _separate(world, a, b, one):
         directions[k] *= SHIFT_M / length
         for axis in range(3):
             positions[a, axis] += directions[k, axis]
-        distance = measure_apart(world, a, b, 1.0, one)
+        distance = measure_apart(world.model, world.data, a, b, 1.0, one)
         for axis in range(3):
             positions[a, axis] -= directions[k, axis]
             one[3 + axis] -= directions[k, axis]

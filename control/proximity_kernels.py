@@ -90,18 +90,21 @@ def measure_near(near, world, pairs, covers, balls):
     world's origin), the closest points on the robot's and on the other part. ``world`` is a
     :class:`World`, the rest are fields of :class:`ProximityTables`.
     """
+    # Read once: each access to a field of a named tuple counts references to its array.
+    positions, matrices, shapes = world.positions, world.matrices, world.shapes
+    cut_off = world.cut_off
     one = np.empty(9)
     count = 0
     for pair in range(len(pairs)):
         a, b = pairs[pair, 0], pairs[pair, 1]
-        apart = gap(a, b, world.positions, world.matrices, world.shapes)
-        if apart >= world.cut_off:
+        apart = gap(a, b, positions, matrices, shapes)
+        if apart >= cut_off:
             continue
         if covers[a, 1] == 0:
             if apart > TOUCHING_M:
-                distance = measure_apart(world, a, b, world.cut_off, one)
+                distance = measure_apart(world.model, world.data, a, b, cut_off, one)
             else:
-                distance = measure(world, a, b, world.cut_off, one)
+                distance = measure(world, a, b, cut_off, one)
             x, y, z = one[0], one[1], one[2]
             near[count, 1] = distance
             near[count, 2], near[count, 3], near[count, 4] = x, y, z
@@ -113,7 +116,7 @@ def measure_near(near, world, pairs, covers, balls):
         else:
             cover = balls[covers[a, 0] : covers[a, 0] + covers[a, 1]]
             distance = _soft_distance(world, a, b, cover, one, near[count])
-        if distance < world.cut_off:
+        if distance < cut_off:
             near[count, 0] = pair
             count += 1
     return count
@@ -177,7 +180,7 @@ def _soft_distance(world, a, b, cover, one, row):
             continue
         world.sizes[probe, 0] = cover[ball, 3]
         if apart > TOUCHING_M:
-            distance = measure_apart(world, probe, b, cut_off, one)
+            distance = measure_apart(world.model, world.data, probe, b, cut_off, one)
         else:
             distance = measure(world, probe, b, cut_off, one)
         if distance >= reach:
