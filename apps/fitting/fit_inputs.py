@@ -1,4 +1,4 @@
-"""What a person gives to be fitted: files of points or surfaces, and objects of depth frames."""
+"""Inputs of the fit command: files of points or surfaces, and objects of depth frames."""
 
 from __future__ import annotations
 
@@ -28,35 +28,35 @@ if TYPE_CHECKING:
 WHOLE = 0
 """Label that takes all readings of a frame as one cloud."""
 ANY_DISTANCE = float("inf")
-"""A person who names an object wants its solid, however far away it is."""
+"""An object selected by its label is fitted at any distance."""
 NAMED_LABELS = 12
-"""Objects that the message about a missing label lists."""
+"""Maximum number of objects that the message about a missing label lists."""
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """One object's points, and what was known about the look at them."""
+    """The points of one object, with camera position and support plane where known."""
 
     name: str
-    """As a person calls it: its file, and its label where there is one."""
+    """Name for messages: the file, and the label of the object if there is one."""
     stem: str
-    """Start of the names of the files made from it."""
+    """Start of the names of the output files."""
     points: NDArray[np.float64]
     """(N, 3), m."""
     view_origin: NDArray[np.float64] | None = None
-    """Place of the camera in the points' frame, (3,), m."""
+    """Position of the camera in the frame of the points, (3,), m."""
     support_plane: NDArray[np.float64] | None = None
-    """Unit normal and offset of the plane below, (4,)."""
+    """Unit normal and offset of the support plane, (4,)."""
 
 
 @dataclass(frozen=True)
 class FittedCloud:
-    """A cloud and the solid found for it, or the reason why there is none."""
+    """A cloud and its fit."""
 
     cloud: Cloud
-    """What was fitted."""
+    """The input."""
     fit: SuperquadricFit
-    """What came out; false in a condition when it cannot be used."""
+    """The result. It is false if it cannot be used."""
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class CloudInput:
 
     @property
     def stems(self) -> tuple[str, ...]:
-        """Starts of the names of its results."""
+        """Starts of the names of the output files."""
         return (self.cloud.stem,)
 
     def fitted(self, options: FitOptions) -> list[FittedCloud]:
@@ -84,22 +84,22 @@ class CloudInput:
 
 @dataclass(frozen=True)
 class FrameInput:
-    """A depth frame and the objects of it that are wanted."""
+    """A depth frame and the labels of the objects to fit."""
 
     path: Path
     """The frame's file."""
     frame: DepthFrame
-    """What it holds."""
+    """The frame."""
     labels: tuple[int, ...]
-    """Wanted objects, 1..n as in the frame's segmentation."""
+    """Labels of the objects to fit, 1..n as in the segmentation of the frame."""
 
     @property
     def stems(self) -> tuple[str, ...]:
-        """Starts of the names of its results."""
+        """Starts of the names of the output files."""
         return tuple(f"{self.path.stem}_{label}" for label in self.labels)
 
     def fitted(self, options: FitOptions) -> list[FittedCloud]:
-        """Fit the wanted objects as `eyehand perceive` does: hidden sides and support included."""
+        """Fit the selected objects as `eyehand perceive` does, with hidden rays and support."""
         scene = perceive(
             self.frame,
             PerceiveOptions(
@@ -142,8 +142,7 @@ def read_inputs(
     ----------
     paths
         Clouds and surfaces (see :func:`eyehand.perception.read_cloud`) and depth frames.
-        A PNG is a frame, so is an NPZ with `depth` and no `points`, and a PCD or PLY whose points
-        form an image.
+        Frames are PNG, NPZ with `depth` and no `points`, and organised PCD and PLY files.
     labels
         Objects of the frames, 1..n; 0 takes a frame's readings as one cloud.
     camera
