@@ -1,4 +1,4 @@
-"""The tactile servo under stress: what it must hold, and how it must end where it cannot."""
+"""The stress sweeps of the tactile servo: passed bounds, and clean failures beyond them."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.
     [("gain-box", 0.5), ("landing-pen", 50.0), ("round", 10.0), ("right-angle", 2.0),
      ("light", 1.0), ("dead", 5.0), ("coming", 5.0)],
 )  # fmt: skip
-def test_contacts_within_the_bounds_are_held(name, value):
+def test_contact_is_held_within_bounds(name, value):
     (sweep,) = select_sweeps(touch_sweeps(), (name,))
     trial = sweep.attempt(value, 0, None)
     assert trial.passed, trial.note
@@ -33,7 +33,7 @@ def test_contacts_within_the_bounds_are_held(name, value):
      ("saturated", 30.0, "sensor_fault"), ("dead", 95.0, "sensor_fault"),
      ("coming", 20.0, "steady_miss")],
 )  # fmt: skip
-def test_past_the_limit_the_end_has_a_name_and_the_pad_backs_off(name, value, outcome):
+def test_failure_beyond_limit_has_outcome_and_pad_retracts(name, value, outcome):
     (sweep,) = select_sweeps(touch_sweeps(), (name,))
     trial = sweep.attempt(value, 0, None)
     assert isinstance(trial.picture, ContactFigures)
@@ -44,18 +44,18 @@ def test_past_the_limit_the_end_has_a_name_and_the_pad_backs_off(name, value, ou
 
 
 @pytest.mark.parametrize("name", ["dead", "saturated"])
-def test_a_pad_without_a_living_tactel_is_refused_before_it_moves(name):
+def test_pad_without_working_tactel_is_rejected_before_motion(name):
     (sweep,) = select_sweeps(touch_sweeps(), (name,))
     trial = sweep.attempt(100.0, 0, None)
     assert (trial.passed, trial.refused, trial.clean) == (False, True, True)
     assert trial.note == "0 of 256 tactels work"
 
 
-def test_the_judge_tells_harm_from_a_miss():
+def test_judged_distinguishes_harm_from_miss():
     assert judged(QUIET, 1000.0).passed
-    miss = judged(replace(QUIET, pressure=500.0), 1000.0)
-    assert not miss.passed
-    assert miss.clean
+    missed = judged(replace(QUIET, pressure=500.0), 1000.0)
+    assert not missed.passed
+    assert missed.clean
     for harm in (
         replace(QUIET, peak_force=np.nan),
         replace(QUIET, peak_force=100.0),
@@ -66,10 +66,10 @@ def test_the_judge_tells_harm_from_a_miss():
         assert not judged(harm, 1000.0).clean
 
 
-def test_the_command_charts_a_sweep(tmp_path, capsys):
+def test_stress_command_writes_chart_of_sweep(tmp_path, capsys):
     assert stress_touch(StressArguments(only=["border"], quick=True, json=True, out=tmp_path)) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["broken_bounds"] == []
-    assert [row["name"] for row in told["rows"]] == ["border"]
+    report = json.loads(capsys.readouterr().out)
+    assert report["broken_bounds"] == []
+    assert [row["name"] for row in report["rows"]] == ["border"]
     assert (tmp_path / "stress.png").stat().st_size > 0
     assert (tmp_path / "stress.csv").stat().st_size > 0

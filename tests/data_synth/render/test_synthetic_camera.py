@@ -52,7 +52,7 @@ def test_noise_is_repeatable_with_seed():
     assert not np.array_equal(one.depth, clean.depth)
 
 
-def test_looks_at_one_scene_differ_by_noise_only():
+def test_frames_of_one_scene_differ_by_noise_only():
     camera = SyntheticCamera(
         [3, make_scene(4, OPTIONS)],
         DepthNoise.realistic(),
@@ -72,7 +72,7 @@ def test_looks_at_one_scene_differ_by_noise_only():
     assert frames[0].colour is None
 
 
-def test_a_camera_without_scenes_or_looks_is_refused():
+def test_synthetic_camera_rejects_invalid_arguments():
     with pytest.raises(InputError, match="one scene or seed"):
         SyntheticCamera([])
     with pytest.raises(InputError, match="looks must be >= 1"):
