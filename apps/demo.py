@@ -103,9 +103,9 @@ def demo(
             raise InputError(
                 f"--objects must be a number with --perception-only or a frame, got {objects}"
             )
-        from .grasp.demo_scene import USUAL_OBJECTS
+        from .grasp.demo_scene import DEFAULT_OBJECTS
 
-        count = USUAL_OBJECTS if objects is None else objects
+        count = DEFAULT_OBJECTS if objects is None else objects
         return perception_demo(
             frame, camera, seed=seed, objects=count, purpose=purpose, out=out, json=json
         )
@@ -115,10 +115,10 @@ def demo(
         raise InputError("--robot FILE and --hand-frame NAME must be given together")
     from eyehand.grasping import ClearOptions
 
-    from .grasp.bench.trial import GraspTrial, cell_of
+    from .grasp.bench.trial import GraspTrial, trial_cell
     from .grasp.demo_run import FAILURES
     from .grasp.demo_scene import demo_scene
-    from .grasp.warm_up import ready_grasping
+    from .grasp.warm_up import warm_up_grasping
 
     table = demo_scene(scene, seed, objects)
     trial = GraspTrial(
@@ -132,9 +132,9 @@ def demo(
     )
     ending = ClearOptions(failures=failures or FAILURES)
     # Building the cell validates scene and robot, so it comes before the first written file.
-    built = cell_of(table.objects, trial)
+    built = trial_cell(table.objects, trial)
     make_folder(out)
-    ready_grasping()
+    warm_up_grasping()
     say(f"clearing a table: {table.source} ...")
     if view:
         return _live(table.source, trial, built, ending, port, out, json)
@@ -187,7 +187,7 @@ def write_results(record: DemoRecord, out: Path, json: bool) -> None:
             objects=result.total,
             placed=result.placed,
             cleared_pct=round(100 * result.placed / max(result.total, 1), 1),
-            looks=len(record.looks),
+            looks=len(record.captures),
             left=list(record.report.remaining),
             stopped=record.report.stop_reason,
             cpu_s=round(result.cpu_seconds, 2),
@@ -227,9 +227,9 @@ def _live(
 ) -> int:
     """Run the demo with a live page until Ctrl-C."""
     from .grasp.demo_run import run_demo
-    from .grasp.live_page import LiveCell
+    from .grasp.live_page import LivePage
 
-    with LiveCell(port) as live:
+    with LivePage(port) as live:
         say(f"live page at {live.address}; Ctrl-C ends it")
         try:
             write_results(run_demo(source, trial, built, [live.join], ending), out, json)

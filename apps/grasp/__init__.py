@@ -1,1 +1,1 @@
-"""Unknown objects grasped by the simulated robot: trials, their dials, the demo."""
+"""The simulated grasp demo: its scenes, its record, its report and its film."""

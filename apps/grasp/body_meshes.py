@@ -1,4 +1,4 @@
-"""The bodies of a simulated cell as coloured meshes, for a page in the browser."""
+"""Coloured meshes of the bodies of a simulated cell, for the live page."""
 
 from __future__ import annotations
 
@@ -12,53 +12,51 @@ from eyehand.data_synth import import_mujoco
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-SEEN_GROUPS = 3
-"""MuJoCo draws geoms of groups below this."""
-UNSAID = (0.5, 0.5, 0.5, 1.0)
-"""Colour of a geom that was given none."""
+VISIBLE_GROUPS = 3
+"""MuJoCo draws the geoms of groups below this number."""
+DEFAULT_RGBA = (0.5, 0.5, 0.5, 1.0)
+"""Colour that MuJoCo gives to a geom without a colour."""
 SECTIONS = 24
-"""Sides of what is round."""
+"""Number of facets around a round mesh."""
 
 
 def body_meshes(model: Any) -> dict[int, Any]:
-    """Give a mesh for every body that is seen, in the body's frame.
+    """Return a mesh for every visible body, in the frame of the body.
 
     Parameters
     ----------
     model
-        `mujoco.MjModel`; planes, which have no end, are left out.
+        `mujoco.MjModel`. Its planes are left out because they are infinite.
 
     Returns
     -------
     dict
-        `trimesh.Trimesh` with a colour per corner, by the body's number; 0 is what stands still.
+        `trimesh.Trimesh` with a colour per vertex, by body id. Body 0 is the static world.
     """
     import trimesh
     from trimesh.visual import ColorVisuals
 
     parts: dict[int, list[Any]] = {}
-    for number in range(model.ngeom):
-        colour = _colour(model, number)
-        if model.geom_group[number] >= SEEN_GROUPS or colour[3] == 0:
+    for geom in range(model.ngeom):
+        colour = _colour(model, geom)
+        if model.geom_group[geom] >= VISIBLE_GROUPS or colour[3] == 0:
             continue
-        mesh = _geom_mesh(model, number)
+        mesh = _geom_mesh(model, geom)
         if mesh is None:
             continue
-        turn = Rotation.from_quat(model.geom_quat[number], scalar_first=True)
-        mesh.apply_transform(
-            RigidTransform.from_components(model.geom_pos[number], turn).as_matrix()
-        )
+        turn = Rotation.from_quat(model.geom_quat[geom], scalar_first=True)
+        mesh.apply_transform(RigidTransform.from_components(model.geom_pos[geom], turn).as_matrix())
         corners = np.tile(np.round(255 * colour).astype(np.uint8), (len(mesh.vertices), 1))
         mesh.visual = ColorVisuals(mesh, vertex_colors=corners)
-        parts.setdefault(int(model.geom_bodyid[number]), []).append(mesh)
+        parts.setdefault(int(model.geom_bodyid[geom]), []).append(mesh)
     return {body: trimesh.util.concatenate(meshes) for body, meshes in parts.items()}
 
 
 def _colour(model: Any, geom: int) -> NDArray[np.float64]:
-    """Red, green, blue, opacity; a material's where the geom's own is not said, as in MuJoCo."""
+    """Return the RGBA colour (4,) in [0, 1]. A material replaces the default colour."""
     own = np.asarray(model.geom_rgba[geom], dtype=np.float64)
     material = model.geom_matid[geom]
-    if material < 0 or own.tolist() != list(UNSAID):
+    if material < 0 or own.tolist() != list(DEFAULT_RGBA):
         return own
     shade = np.asarray(model.mat_rgba[material], dtype=np.float64)
     texture = np.asarray(model.mat_texid[material]).max()
@@ -70,6 +68,7 @@ def _colour(model: Any, geom: int) -> NDArray[np.float64]:
 
 
 def _geom_mesh(model: Any, geom: int) -> Any:
+    """Return the uncoloured mesh of a geom in its own frame, or None for other geom types."""
     from trimesh import Trimesh, creation
 
     types = import_mujoco().mjtGeom

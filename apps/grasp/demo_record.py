@@ -1,4 +1,4 @@
-"""What a demo remembers of clearing a table: every look with what was chosen and felt after it."""
+"""The record of a demo: every capture with its scene and the pick that followed."""
 
 from __future__ import annotations
 
@@ -19,34 +19,34 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Look:
-    """One depth image, what was seen in it, and the pick that followed."""
+class Capture:
+    """A depth image, its scene, and the pick that followed."""
 
     frame: DepthFrame
     """The depth image."""
     scene: Scene
-    """What was seen, without what lies in the tray."""
+    """The perceived scene, without the objects in the tray."""
     pick: PickReport | None
-    """What was done then; None where nothing was."""
+    """The pick that followed, or None."""
     row: PickRow | None
-    """The same pick held against the simulation's truth."""
+    """The same pick, scored against the ground truth."""
     T_world_palm: RigidTransform | None
-    """Where the palm was when the hand began to close; None where it did not come so far."""
+    """Pose of the palm when the hand began to close; None if it did not."""
     colours: dict[int, int] = field(default_factory=dict)
-    """Number of each object's colour by its label: an object keeps it from look to look."""
+    """Colour number of each object by its label. An object keeps its number over all captures."""
 
     @property
-    def went_well(self) -> bool:
-        """Whether it was placed, and lies in the tray by the simulation's truth."""
+    def succeeded(self) -> bool:
+        """Whether the robot reports success and the object is in the tray."""
         return bool(self.pick) and (self.row is None or self.row.success)
 
     @property
     def outcome(self) -> str:
-        """How the pick ended, in words: what the robot says, and what the truth says against it."""
+        """Outcome reported by the robot, with a note if the object is not in the tray."""
         if self.pick is None:
             return ""
-        told = self.pick.outcome.replace("_", " ")
-        return f"{told} (not in the tray)" if self.pick and not self.went_well else told
+        outcome = self.pick.outcome.replace("_", " ")
+        return f"{outcome} (not in the tray)" if self.pick and not self.succeeded else outcome
 
     @property
     def target(self) -> SceneObject | None:
@@ -54,101 +54,100 @@ class Look:
         if self.pick is None:
             return None
         label = self.pick.label
-        return next((one for one in self.scene.objects if one.label == label), None)
+        return next((item for item in self.scene.objects if item.label == label), None)
 
 
 @dataclass(frozen=True)
 class DemoRecord:
-    """A table cleared, from the first look to the last."""
+    """The record of a demo."""
 
     source: str
-    """What was on the table, in words."""
-    looks: tuple[Look, ...]
-    """Every look, in order."""
+    """Description of the scene for people."""
+    captures: tuple[Capture, ...]
+    """All captures, in order."""
     report: ClearReport
-    """What was done, as the robot tells it."""
+    """Report of the robot."""
     result: TrialResult
-    """The same by the simulation's truth."""
+    """Result scored against the ground truth."""
     fingers: tuple[str, ...]
-    """Names of the fingers, in the order of the forces; the palm comes after them."""
+    """Names of the fingers, in the order of the forces. The palm comes after them."""
     film: Path | None = None
-    """The video, where there is one."""
+    """The video file, or None."""
     film_cpu_seconds: float | None = None
-    """Processor time that it took, s."""
+    """Processor time of the film, s."""
 
 
 class Recorder:
-    """Remembers every look of a cell, every pick, and where the hand was when it closed.
+    """A recorder of the captures, picks and closing palm poses of a cell.
 
     Parameters
     ----------
     cell
-        The cell; what it sees by is replaced by what also remembers.
+        The cell. Its `perceive` callback is wrapped.
     """
 
     def __init__(self, cell: Cell) -> None:
         self._cell = cell
-        self._seen: list[tuple[DepthFrame, Scene]] = []
+        self._perceived: list[tuple[DepthFrame, Scene]] = []
         self._picks: dict[int, PickReport] = {}
         self._palms: dict[int, RigidTransform] = {}
-        self._chosen_by = 0
+        self._pick_capture = 0
         perceive = cell.perceive
 
-        def remember(frame: DepthFrame) -> Scene:
+        def perceive_and_record(frame: DepthFrame) -> Scene:
             scene = perceive(frame)
-            self._seen.append((frame, scene))
+            self._perceived.append((frame, scene))
             return scene
 
-        cell.perceive = remember
+        cell.perceive = perceive_and_record
 
     @property
     def frame(self) -> DepthFrame | None:
         """The last depth image."""
-        return self._seen[-1][0] if self._seen else None
+        return self._perceived[-1][0] if self._perceived else None
 
     @property
     def scene(self) -> Scene | None:
-        """What was seen in it, without what lies in the tray."""
-        return self._on_table(self._seen[-1][1]) if self._seen else None
+        """The last scene, without the objects in the tray."""
+        return self._on_table(self._perceived[-1][1]) if self._perceived else None
 
     @property
     def colours(self) -> dict[int, int]:
-        """Number of each of its objects' colour, by label."""
-        return self._all_colours()[-1] if self._seen else {}
+        """Colour number of each object in the last scene, by label."""
+        return self._all_colours()[-1] if self._perceived else {}
 
     def on_cycle(self, cycle: CycleInfo) -> None:
-        """Note where the palm is when the hand begins to close, after each control cycle."""
-        number = len(self._seen) - 1
-        if cycle.phase == "close" and number not in self._palms:
-            self._palms[number] = self._cell.palm_pose()
+        """Record the palm pose in the first cycle in which the hand closes."""
+        index = len(self._perceived) - 1
+        if cycle.phase == "close" and index not in self._palms:
+            self._palms[index] = self._cell.palm_pose()
 
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
-        """Take note of a pick that ended, with the look that it was chosen by."""
+        """Record a finished pick, with the capture from which it was selected."""
         del choice
         if report is None:
-            self._chosen_by = len(self._seen) - 1
+            self._pick_capture = len(self._perceived) - 1
         else:
-            self._picks[self._chosen_by] = report
+            self._picks[self._pick_capture] = report
 
-    def looks(self, rows: tuple[PickRow, ...]) -> tuple[Look, ...]:
-        """Give all looks, each with its pick and the pick's row of truth, in order."""
-        made: list[Look] = []
-        truth = iter(rows)
+    def captures(self, rows: tuple[PickRow, ...]) -> tuple[Capture, ...]:
+        """Return all captures in order, each with its pick and the scored row of the pick."""
+        captures: list[Capture] = []
+        remaining_rows = iter(rows)
         colours = self._all_colours()
-        for number, (frame, seen) in enumerate(self._seen):
-            scene = self._on_table(seen)
-            pick = self._picks.get(number)
-            row = None if pick is None else next(truth, None)
-            palm = self._palms.get(number)
-            made.append(Look(frame, scene, pick, row, palm, colours[number]))
-        return tuple(made)
+        for index, (frame, scene) in enumerate(self._perceived):
+            pick, palm = self._picks.get(index), self._palms.get(index)
+            row = None if pick is None else next(remaining_rows, None)
+            on_table = self._on_table(scene)
+            captures.append(Capture(frame, on_table, pick, row, palm, colours[index]))
+        return tuple(captures)
 
     def _on_table(self, scene: Scene) -> Scene:
         contains = self._cell.tray.contains
-        objects = tuple(one for one in scene.objects if not contains(one.points.mean(axis=0)))
+        objects = tuple(item for item in scene.objects if not contains(item.points.mean(axis=0)))
         return replace(scene, objects=objects)
 
     def _all_colours(self) -> tuple[dict[int, int], ...]:
-        looks = [self._on_table(scene).objects for _, scene in self._seen]
-        taken = {number: pick.label for number, pick in self._picks.items() if pick}
-        return colour_numbers(looks, taken)
+        objects = [self._on_table(scene).objects for _, scene in self._perceived]
+        removed = {index: pick.label for index, pick in self._picks.items() if pick}
+        return colour_numbers(objects, removed)

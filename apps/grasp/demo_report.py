@@ -1,4 +1,4 @@
-"""The demo's page: one HTML file that shows every look, choice and touch, and needs no network."""
+"""The report of the demo: one HTML file with every capture, grasp and contact force."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 
 from ..output_files import write_text
 from ..wording import counted, plural
-from .capture_cards import final_look_card, look_card, object_cell, outcome_pill
+from .capture_cards import capture_card, final_capture_card, object_cell, outcome_pill
 from .demo_report_style import STYLE
 from .demo_table import task_words
-from .score_terms import SIZES, score_legend
+from .score_terms import SIZE_NOTE, score_legend
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .demo_record import DemoRecord, Look
+    from .demo_record import Capture, DemoRecord
 
 EMBEDDED_BYTES = 12_000_000
 """A larger video stays a file beside the page: browsers are slow with such long addresses."""
@@ -38,9 +38,9 @@ def write_report(path: Path, record: DemoRecord) -> None:
 def report_html(record: DemoRecord) -> str:
     """Make the page's text, its pictures and its video inside it."""
     cards = []
-    for number, look in enumerate(record.looks, start=1):
-        card = look_card if look.pick is not None else final_look_card
-        cards.append(card(number, look, record))
+    for number, capture in enumerate(record.captures, start=1):
+        card = capture_card if capture.pick is not None else final_capture_card
+        cards.append(card(number, capture, record))
     return "\n".join(
         [
             '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">',
@@ -106,9 +106,9 @@ def _video(record: DemoRecord) -> str:
 
 def _summary(record: DemoRecord) -> str:
     rows = [
-        _row(number, look)
-        for number, look in enumerate(record.looks, start=1)
-        if look.pick is not None
+        _row(number, capture)
+        for number, capture in enumerate(record.captures, start=1)
+        if capture.pick is not None
     ]
     if not rows:
         return ""
@@ -123,18 +123,18 @@ def _summary(record: DemoRecord) -> str:
 def _legend(record: DemoRecord) -> str:
     """Explain sizes and scores, once for all cards."""
     terms = {term for pick in record.report.picks for term in pick.plan.score.terms}
-    return f'<p class="legend">{SIZES}</p><p class="legend">{score_legend(terms)}</p>'
+    return f'<p class="legend">{SIZE_NOTE}</p><p class="legend">{score_legend(terms)}</p>'
 
 
-def _row(number: int, look: Look) -> str:
-    pick = look.pick
+def _row(number: int, capture: Capture) -> str:
+    pick = capture.pick
     assert pick is not None
     tasks = task_words(pick.plan)
     why = f'<br><span class="faint">{escape(pick.reason)}</span>' if pick.reason else ""
     return (
-        f'<tr><td><a href="#look{number}">{number}</a></td><td>{object_cell(look)}</td>'
+        f'<tr><td><a href="#capture{number}">{number}</a></td><td>{object_cell(capture)}</td>'
         f"<td>{escape(pick.plan.name)}</td>"
         f'<td><b>{pick.plan.rows}</b> <span class="faint">{escape(tasks)}</span></td>'
         f'<td class="n">{pick.perceive_ms:.0f}</td><td class="n">{pick.plan_ms:.0f}</td>'
-        f'<td class="n">{pick.seconds:.1f}</td><td>{outcome_pill(look)}{why}</td></tr>'
+        f'<td class="n">{pick.seconds:.1f}</td><td>{outcome_pill(capture)}{why}</td></tr>'
     )

@@ -1,8 +1,9 @@
-"""A demo from an empty tray to a cleared table, watched and remembered."""
+"""Run a demo: clear the table, record it, and pass every cycle to the observers."""
 
 from __future__ import annotations
 
 import time
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 from eyehand.grasping import ClearOptions, GraspOptions, clear_table
@@ -11,87 +12,89 @@ from .bench.trial import GraspTrial, Scorer
 from .demo_record import DemoRecord, Recorder
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from eyehand.data_synth.cell import SimRobot
     from eyehand.grasping import Cell, CycleInfo, PickReport, SelectedGrasp
 
 
 FAILURES = 6
-"""Failed picks in a row after which a demo ends: each object has its two tries, and a robot that
-can do nothing here is not watched forever."""
+"""Default number of successive failed picks that ends a demo: about two per object."""
 
 
-class Onlooker(Protocol):
-    """Who sees the demo while it runs: a film, a live page."""
+class Observer(Protocol):
+    """The callbacks of a film or a live page that follows the demo."""
 
     def on_cycle(self, cycle: CycleInfo) -> None:
-        """See the robot after a control period."""
+        """Handle a control cycle."""
         ...
 
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
-        """Hear of a pick: before it, with None, and after it."""
+        """Handle a pick: before it, with None, and after it, with its report."""
         ...
 
 
-Joins: TypeAlias = "Callable[[Cell, SimRobot, Recorder], Onlooker]"
-"""Makes an onlooker of a cell that stands."""
+MakeObserver: TypeAlias = "Callable[[Cell, SimRobot, Recorder], Observer]"
+"""Make an observer of a built cell."""
 
 
 def run_demo(
     source: str,
     trial: GraspTrial,
     built: tuple[Cell, SimRobot],
-    onlookers: Sequence[Joins] = (),
+    observers: Sequence[MakeObserver] = (),
     options: ClearOptions | None = None,
 ) -> DemoRecord:
-    """Clear the table; the result's processor time is without that of the onlookers.
+    """Clear the table and record it. The processor time of the result excludes the observers.
 
     Parameters
     ----------
     source
-        What stands on it, in words.
+        Description of the scene for people.
     trial
         Seed, purpose, friction and robot.
     built
-        The cell and its robot, as :func:`~.trial.cell_of` makes them of the trial.
-    onlookers
-        Each joins the cell before the first look.
+        The cell and its robot, as returned by :func:`~.trial.trial_cell`.
+    observers
+        Functions that make the observers. They are called before the first capture.
     options
-        When to end.
+        When to stop.
     """
-    began, watching = time.process_time(), 0.0
-    select = GraspOptions(purpose=trial.purpose)
+    began = time.process_time()
+    observer_seconds = 0.0
+
+    @contextmanager
+    def observing() -> Iterator[None]:
+        nonlocal observer_seconds
+        started = time.process_time()
+        yield
+        observer_seconds += time.process_time() - started
+
     cell, robot = built
     recorder = Recorder(cell)
-    joined = time.process_time()
-    seeing: list[Onlooker] = [recorder, *(make(cell, robot, recorder) for make in onlookers)]
-    watching += time.process_time() - joined
+    with observing():
+        following: list[Observer] = [recorder, *(make(cell, robot, recorder) for make in observers)]
 
     def on_cycle(cycle: CycleInfo) -> None:
-        nonlocal watching
-        started = time.process_time()
-        for one in seeing:
-            one.on_cycle(cycle)
-        watching += time.process_time() - started
+        with observing():
+            for observer in following:
+                observer.on_cycle(cycle)
+
+    def on_pick(choice: SelectedGrasp, report: PickReport | None) -> None:
+        scorer.on_pick(choice, report)
+        with observing():
+            for observer in following:
+                observer.on_pick(choice, report)
 
     cell.on_cycle = on_cycle
     scorer = Scorer(cell, robot)
-
-    def on_pick(choice: SelectedGrasp, report: PickReport | None) -> None:
-        nonlocal watching
-        scorer.on_pick(choice, report)
-        started = time.process_time()
-        for one in seeing:
-            one.on_pick(choice, report)
-        watching += time.process_time() - started
-
+    select = GraspOptions(purpose=trial.purpose)
     report = clear_table(cell, select, options or ClearOptions(failures=FAILURES), on_pick)
-    # The robot's own time: a film takes many times as much, and a robot needs none.
-    result = scorer.result(trial, report, time.process_time() - began - watching)
+    # A film takes many times the processor time of the robot, so it is counted separately.
+    result = scorer.result(trial, report, time.process_time() - began - observer_seconds)
     return DemoRecord(
         source=source,
-        looks=recorder.looks(result.picks),
+        captures=recorder.captures(result.picks),
         report=report,
         result=result,
         fingers=cell.robot.hand.fingers,

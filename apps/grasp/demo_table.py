@@ -1,4 +1,4 @@
-"""A cleared table in words: one row per pick, for people and for machines."""
+"""The picks of a demo as a printed table and as JSON rows."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from ..wording import plural
 if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
 
-    from .demo_record import DemoRecord, Look
+    from .demo_record import Capture, DemoRecord
 
 COLUMNS = (
     ("pick", "right"),
@@ -27,11 +27,11 @@ COLUMNS = (
     ("simulated s", "right"),
     ("outcome", "left"),
 )
-"""Heads of the table and how they are set."""
+"""Column headings of the table and their alignment."""
 
 
 def demo_table(record: DemoRecord) -> Table:
-    """Give a table: one row per pick, the sum below."""
+    """Return the table, with one row per pick and the result as caption."""
     table = Table(
         title=escape(record.source),
         title_justify="left",
@@ -40,33 +40,31 @@ def demo_table(record: DemoRecord) -> Table:
     )
     for name, side in COLUMNS:
         table.add_column(name, justify="right" if side == "right" else "left")
-    for number, look in enumerate(_picked(record), start=1):
-        pick = look.pick
+    for number, capture in enumerate(_picked(record), start=1):
+        pick = capture.pick
         assert pick is not None
-        red, green, blue = colour_of(look.colours.get(pick.label, pick.label)).tolist()
-        told = look.outcome
-        if pick.reason:
-            told += f": {pick.reason}"
+        red, green, blue = colour_of(capture.colours.get(pick.label, pick.label)).tolist()
+        outcome = f"{capture.outcome}: {pick.reason}" if pick.reason else capture.outcome
         tasks = task_words(pick.plan)
         table.add_row(
             str(number),
             f"[rgb({red},{green},{blue})]■[/] {pick.kind}",
-            _size(look),
+            _size(capture),
             pick.plan.name,
             f"{pick.plan.rows}: {tasks}" if tasks else str(pick.plan.rows),
             f"{pick.perceive_ms:.0f}",
             f"{pick.plan_ms:.0f}",
             f"{pick.seconds:.1f}",
-            f"[{'green' if look.went_well else 'red'}]{escape(told)}[/]",
+            f"[{'green' if capture.succeeded else 'red'}]{escape(outcome)}[/]",
         )
     return table
 
 
 def demo_rows(record: DemoRecord) -> list[dict[str, Any]]:
-    """Rows for ``--json``: one per pick."""
+    """Return the rows for ``--json``, one per pick."""
     rows = []
-    for number, look in enumerate(_picked(record), start=1):
-        pick, row = look.pick, look.row
+    for number, capture in enumerate(_picked(record), start=1):
+        pick, row = capture.pick, capture.row
         assert pick is not None
         rows.append(
             {
@@ -104,32 +102,34 @@ def demo_rows(record: DemoRecord) -> list[dict[str, Any]]:
 
 
 def task_words(plan: GraspPlan) -> str:
-    """Name the tasks that take rows, alike ones together: ``2 x point on plane + orientation``."""
+    """Name the tasks with rows, equal ones with a count: ``2 x point on plane + orientation``."""
     counts = Counter(task.name.replace("_", " ") for task in plan.tasks if task.rows)
     return " + ".join(f"{count} x {name}" if count > 1 else name for name, count in counts.items())
 
 
 def ending(record: DemoRecord) -> str:
-    """Say how it ended, in one or a few lines."""
+    """Describe the result in a few lines."""
     result, stopped = record.result, record.report.stop_reason
     objects = plural(result.total, "object")
-    lines = [f"{result.placed} of {result.total} {objects} in the tray; {_why(stopped)}"]
-    lines += [f"left alone: {one}" for one in record.report.remaining]
+    lines = [f"{result.placed} of {result.total} {objects} in the tray; {_stop_text(stopped)}"]
+    lines += [f"remaining {line}" for line in record.report.remaining]
     film = record.film_cpu_seconds
-    more = "" if film is None else f"; {film:.1f} s more for the film"
-    lines.append(f"{result.cpu_seconds:.1f} s of processor time for robot and simulation{more}")
+    film_time = "" if film is None else f"; {film:.1f} s more for the film"
+    lines.append(
+        f"{result.cpu_seconds:.1f} s of processor time for robot and simulation{film_time}"
+    )
     return "\n".join(lines)
 
 
-def _why(stopped: str) -> str:
-    return "nothing is left on the table" if stopped == "clear" else f"ended: {stopped}"
+def _stop_text(stopped: str) -> str:
+    return "the table is clear" if stopped == "clear" else f"stopped: {stopped}"
 
 
-def _picked(record: DemoRecord) -> list[Look]:
-    return [look for look in record.looks if look.pick is not None]
+def _picked(record: DemoRecord) -> list[Capture]:
+    return [capture for capture in record.captures if capture.pick is not None]
 
 
-def _size(look: Look) -> str:
-    item = look.target
+def _size(capture: Capture) -> str:
+    item = capture.target
     solid = item.fit.superquadric if item is not None else None
     return "-" if solid is None else " x ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)

@@ -1,21 +1,20 @@
-"""A short film of a table being cleared, written while it happens."""
+"""A short film of the demo, encoded while the demo runs."""
 
 from __future__ import annotations
 
 import os
 import time
 from contextlib import ExitStack
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
-from eyehand.errors import DeviceError, InputError
+from eyehand.errors import DeviceError
 from eyehand.perception.io import atomic_write
 
-from .film_frame import Aside, Caption, film_frame, stage_size
-from .frame_crop import closeup
-from .perceived_picture import look_picture
+from .film_frame import Caption, SidePanel, cell_size, film_frame
+from .frame_crop import crop_to_objects
+from .perceived_picture import perceived_picture
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -28,118 +27,95 @@ if TYPE_CHECKING:
 
     from .demo_record import Recorder
 
-HANDS_ON = ("contact", "close", "grip")
-"""Phases in which the fingers move: they are shown slower."""
-
-
-@dataclass(frozen=True)
-class FilmOptions:
-    """How a film is made.
-
-    Raises
-    ------
-    InputError
-        If a value is not positive, or a side of the picture is odd.
-    """
-
-    size: tuple[int, int] = (960, 540)
-    """Width and height, px, both even: larger takes longer to encode."""
-    fps: int = 25
-    """Pictures per second."""
-    pace: float = 4.0
-    """Times real time on the way: faster is shorter and cheaper to make."""
-    hands_on_pace: float = 2.0
-    """Times real time while the fingers close."""
-    still_seconds: float = 0.8
-    """How long what was chosen is shown before the hand moves, s of film."""
-    end_seconds: float = 1.6
-    """How long the last picture stays, s of film."""
-    crf: int = 25
-    """Constant rate factor of x264: lower is sharper and larger."""
-    cpu_seconds: float = 40.0
-    """Processor time after which the film goes twice as fast, s."""
-
-    def __post_init__(self) -> None:
-        for name, value in vars(self).items():
-            if not np.min(value) > 0:
-                raise InputError(f"film option {name} must be > 0, got {value}")
-        if any(side % 2 for side in self.size):
-            raise InputError(f"a film's width and height must be even, got {self.size}")
+SIZE = (960, 540)
+"""Width and height of the film, px, both even as the codec requires."""
+FPS = 25
+"""Frames per second."""
+SPEED, FINGER_SPEED = 4.0, 2.0
+"""Playback speed in times real time: of the arm motion, and while the fingers close."""
+FINGER_PHASES = ("contact", "close", "grip")
+"""Phases in which the fingers move."""
+SELECTION_SECONDS, END_SECONDS = 0.8, 1.6
+"""Film time for which a selected grasp and the last image are shown, s."""
+CRF = 25
+"""Constant rate factor of x264. A lower value gives a sharper and larger film."""
+CPU_SECONDS = 40.0
+"""Processor time after which the playback speed doubles, s."""
 
 
 class Camera(Protocol):
-    """Who photographs the cell."""
+    """A renderer of the cell."""
 
     def picture(self) -> NDArray[np.uint8]:
-        """Photograph it as it is now, (H, W, 3) uint8 RGB, as large as the film's stage."""
+        """Render the current state, (H, W, 3) uint8 RGB, in the size of `cell_size`."""
         ...
 
     def close(self) -> None:
-        """Free what draws."""
+        """Free the renderer."""
         ...
 
 
 class Film:
-    """A film under way; a context, whose end writes the file whole or, by an error, not at all.
+    """A film that is being recorded. Use it as a context: an error discards the file.
 
     Parameters
     ----------
     path
         The .mp4 file.
-    options
-        How it is made.
+    size
+        Width and height, px.
     """
 
-    def __init__(self, path: Path, options: FilmOptions | None = None) -> None:
+    def __init__(self, path: Path, size: tuple[int, int] = SIZE) -> None:
         self.path = path
-        """Where it is written."""
-        self._options = options or FilmOptions()
-        self._held = ExitStack()
+        """The .mp4 file."""
+        self._size = size
+        self._resources = ExitStack()
         self._camera: Camera | None = None
         self._recorder: Recorder | None = None
-        self._seen: NDArray[np.uint8] | None = None
+        self._scene_picture: NDArray[np.uint8] | None = None
         self._names: Sequence[str] = ()
-        self._count: Callable[[], str] | None = None
-        self._told, self._picks = "", 0
+        self._count_text: Callable[[], str] | None = None
+        self._text, self._picks = "", 0
         self._next, self._spent, self._encoder_spent = 0.0, 0.0, 0.0
         self._writer: Any = None
         self.frames = 0
-        """Pictures so far."""
-        self.counted = ""
-        """What lies in the tray, in words."""
+        """Number of frames written."""
+        self.tray_text = ""
+        """Description of the objects in the tray."""
 
     def __enter__(self) -> Film:
-        temporary = self._held.enter_context(atomic_write(self.path))
-        self._writer = _open_writer(temporary, self._options)
+        temporary = self._resources.enter_context(atomic_write(self.path))
+        self._writer = _open_writer(temporary, self._size)
         return self
 
     @property
     def cpu_seconds(self) -> float:
-        """Processor time so far, s; that of the encoder comes with the end."""
+        """Processor time, s. The time of the encoder is added at the end."""
         return self._spent + self._encoder_spent
 
     def __exit__(self, *error: object) -> None:
         if error[0] is None and self._camera is not None:
-            self._told = "nothing more to do here"
-            self._see_again()
-            self._count_again()
-            self._show(None, None, self._options.end_seconds)
+            self._text = "finished"
+            self._update_scene()
+            self._update_count()
+            self._show(None, None, END_SECONDS)
         before = _children_seconds()
         self._writer.close()
         self._encoder_spent = _children_seconds() - before
         if self._camera is not None:
             self._camera.close()
-        self._held.__exit__(*error)  # pyright: ignore[reportArgumentType] - as they came
+        self._resources.__exit__(*error)  # pyright: ignore[reportArgumentType] - as they came
 
     def join(self, cell: Cell, robot: SimRobot, recorder: Recorder) -> Film:
-        """Set up the camera in a cell."""
-        from .film_camera import StageCamera
+        """Start filming a cell."""
+        from .film_camera import FilmCamera
 
         def count() -> str:
             names = robot.object_names
             return f"{sum(map(robot.in_tray, names))} of {len(names)} in the tray"
 
-        camera = StageCamera(robot, stage_size(self._options.size))
+        camera = FilmCamera(robot, cell_size(self._size))
         self.film(camera, recorder, (*cell.robot.hand.fingers, "palm"), count)
         return self
 
@@ -150,74 +126,77 @@ class Film:
         names: Sequence[str] = (),
         count: Callable[[], str] | None = None,
     ) -> None:
-        """Film by a camera.
+        """Set the camera and the data shown beside its image.
 
         Parameters
         ----------
         camera
-            Who photographs the cell.
+            Renderer of the cell.
         recorder
-            Who knows what was seen.
+            Recorder of the captures.
         names
-            Of what feels forces, in their order.
+            Names of the force sensors, in their order.
         count
-            Tells in words what truly lies in the tray; asked before and after every pick.
+            Return the description of the objects in the tray. It is called before and after
+            every pick.
         """
         self._camera, self._recorder = camera, recorder
-        self._names, self._count = names, count
-        self._count_again()
+        self._names, self._count_text = names, count
+        self._update_count()
 
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
-        """Show what was chosen; count what lies in the tray."""
-        self._count_again()
+        """Show the selected grasp and the number of objects in the tray."""
+        self._update_count()
         if report is not None:
-            self._see_again()
-            self._told = f"{report.plan.name}: {report.outcome.replace('_', ' ')}"
+            self._update_scene()
+            self._text = f"{report.plan.name}: {report.outcome.replace('_', ' ')}"
             return
         self._picks += 1
         solid = choice.target.fit.superquadric
         size = "" if solid is None else " × ".join(f"{2e3 * a:.0f}" for a in solid.semi_axes)
         kind = solid.kind if solid else "object"
-        self._told = f"pick {self._picks}: {kind} {size} mm, {choice.plan.name}"
-        self._see_again(choice.plan)
-        self._show("select", None, self._options.still_seconds)
+        self._text = f"pick {self._picks}: {kind} {size} mm, {choice.plan.name}"
+        self._update_scene(choice.plan)
+        self._show("select", None, SELECTION_SECONDS)
 
     def on_cycle(self, cycle: CycleInfo) -> None:
         """Take a picture when one is due, after each control cycle."""
         now = cycle.reading.time
         if now < self._next:
             return
-        pace = self._pace(cycle.phase)
-        self._next = now + pace / self._options.fps
-        self._show(cycle.phase, cycle.force, 1.0 / self._options.fps)
+        speed = self._speed(cycle.phase)
+        self._next = now + speed / FPS
+        self._show(cycle.phase, cycle.force, 1.0 / FPS)
 
-    def _see_again(self, plan: GraspPlan | None = None) -> None:
-        """Show the last look, and the grasp to come."""
+    def _update_scene(self, plan: GraspPlan | None = None) -> None:
+        """Draw the last scene and the selected grasp."""
         recorder = self._recorder
         if recorder is None or recorder.frame is None or recorder.scene is None:
             return
         began = time.process_time()
-        frame, scene = closeup(recorder.frame, recorder.scene)
-        self._seen = look_picture(frame, scene, plan, names=False, colours=recorder.colours)
+        frame, scene = crop_to_objects(recorder.frame, recorder.scene)
+        self._scene_picture = perceived_picture(
+            frame, scene, plan, names=False, colours=recorder.colours
+        )
         self._spent += time.process_time() - began
 
-    def _count_again(self) -> None:
-        self.counted = self._count() if self._count is not None else ""
+    def _update_count(self) -> None:
+        self.tray_text = self._count_text() if self._count_text is not None else ""
 
-    def _pace(self, phase: str | None) -> float:
-        options = self._options
-        pace = options.hands_on_pace if phase in HANDS_ON else options.pace
-        return pace * 2 ** int(self._spent / options.cpu_seconds)
+    def _speed(self, phase: str | None) -> float:
+        """Return the playback speed, times real time."""
+        speed = FINGER_SPEED if phase in FINGER_PHASES else SPEED
+        return speed * 2 ** int(self._spent / CPU_SECONDS)
 
     def _show(self, phase: Any, force: NDArray[np.float64] | None, seconds: float) -> None:
-        """Write one picture, for some seconds of film."""
+        """Write one image for a duration of film time, s."""
         if self._camera is None:
             return
         began = time.process_time()
-        caption = Caption(phase, self._told, self.counted, self._pace(phase))
-        aside = Aside(self._seen, self._names, force)
-        picture = film_frame(self._camera.picture(), caption, aside, self._options.size)
-        for _ in range(max(round(seconds * self._options.fps), 1)):
+        caption = Caption(phase, self._text, self.tray_text, self._speed(phase))
+        panel = SidePanel(self._scene_picture, self._names, force)
+        picture = film_frame(self._camera.picture(), caption, panel, self._size)
+        for _ in range(max(round(seconds * FPS), 1)):
             self._send(picture)
         self._spent += time.process_time() - began
 
@@ -230,24 +209,24 @@ class Film:
 
 
 def _children_seconds() -> float:
-    """Processor time of this process's children that ended, s."""
+    """Return the processor time of the finished child processes, s."""
     spent = os.times()
     return spent.children_user + spent.children_system
 
 
-def _open_writer(path: Path, options: FilmOptions) -> Any:
-    """Start the encoder: a generator that takes pictures."""
+def _open_writer(path: Path, size: tuple[int, int]) -> Any:
+    """Start the encoder. It is a generator to which frames are sent."""
     from imageio_ffmpeg import write_frames
 
-    # Without a quality of its own, which is a bit rate, the constant rate factor holds.
+    # A quality sets the bit rate. Without one, the constant rate factor applies.
     rate: dict[str, Any] = {"quality": None}
     writer = write_frames(
         str(path),
-        options.size,
-        fps=options.fps,
+        size,
+        fps=FPS,
         codec="libx264",
         macro_block_size=2,
-        output_params=["-crf", str(options.crf), "-preset", "veryfast", "-movflags", "+faststart"],
+        output_params=["-crf", str(CRF), "-preset", "veryfast", "-movflags", "+faststart"],
         ffmpeg_log_level="error",
         **rate,
     )

@@ -1,4 +1,4 @@
-"""A camera beside the cell that photographs the robot at work, as fast as a film needs it."""
+"""The camera of the film: it renders the simulated cell from the side."""
 
 from __future__ import annotations
 
@@ -16,39 +16,39 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.cell import SimRobot
 
-EYE, LOOKED_AT = (0.66, 0.92, 0.82), (0.165, -0.12, 0.13)
-"""Where it stands and looks, m: before the table, above the hand, the tray in view."""
+EYE, TARGET = (0.66, 0.92, 0.82), (0.165, -0.12, 0.13)
+"""Camera position and the point it looks at, world, m. The tray is in view."""
 FOCAL_WIDTHS = 1.2
-"""Focal length in widths of the picture: 45° across, of the tray to the table's far side."""
+"""Focal length over image width. The field of view is 45° wide."""
 SLICES = 28
-"""Facets of round things; with more of them a picture takes five times as long."""
+"""Number of facets around round geoms. MuJoCo's default takes five times as long."""
 SHADOW_PX = 2048
-"""Side of the shadow map: less shows as specks on the arm."""
+"""Side of the shadow map, px. A smaller map leaves specks on the arm."""
 SAMPLES = 4
-"""Per pixel: edges are smooth."""
+"""Samples per pixel for smooth edges."""
 HEADLIGHT = 0.29
-"""Light from the camera: the lamp alone leaves the hand's near side dark."""
+"""Diffuse light from the camera. The lamp alone leaves the near side of the hand dark."""
 
 
-class StageCamera:
-    """Photographs a simulated robot's cell.
+class FilmCamera:
+    """A renderer of the simulated cell for the film.
 
     Parameters
     ----------
     robot
-        The robot.
+        The simulated robot.
     size
-        Width and height of the pictures, px.
+        Width and height of the images, px.
 
     Raises
     ------
     DeviceError
-        If no OpenGL context can be opened here.
+        If no OpenGL context can be opened.
     """
 
     def __init__(self, robot: SimRobot, size: tuple[int, int]) -> None:
         self._data = robot.data
-        # The pictures' quality is the model's: that of depth images is not to change.
+        # Copy the model: its render quality must not change for the depth images.
         self._model = model = copy.copy(robot.model)
         quality = model.vis.quality
         quality.numslices, quality.numstacks = SLICES, SLICES // 2
@@ -59,13 +59,15 @@ class StageCamera:
         self._intrinsics = CameraIntrinsics(
             focal, focal, (wide - 1) / 2, (high - 1) / 2, wide, high
         )
-        self._place = look_at(np.array(EYE), np.array(LOOKED_AT))
+        self._T_world_camera = look_at(np.array(EYE), np.array(TARGET))
         self._renderer = GlRenderer()
 
     def picture(self) -> NDArray[np.uint8]:
-        """Photograph the cell as it is now, (H, W, 3) uint8 RGB."""
-        return self._renderer.photograph(self._model, self._data, self._intrinsics, self._place)
+        """Render the current state of the cell, (H, W, 3) uint8 RGB."""
+        return self._renderer.photograph(
+            self._model, self._data, self._intrinsics, self._T_world_camera
+        )
 
     def close(self) -> None:
-        """Free what draws."""
+        """Free the renderer."""
         self._renderer.close()

@@ -1,4 +1,4 @@
-"""A pick over time as one small drawing (SVG): its phases, and the forces that the hand felt."""
+"""The timeline of a pick as SVG: its phases and the contact forces."""
 
 from __future__ import annotations
 
@@ -29,34 +29,34 @@ PHASE_COLOURS: dict[Phase, str] = {
     "check": "#9ED7BF",
     "place": "#D9D3E8",
 }
-"""Cool on the way, warm at the object, green in the hand."""
+"""Colours of the phases: cool for motion, warm at the object, green with the object in the hand."""
 
 FORCE_COLOURS = (BLUE, SKY, GREEN, ORANGE, PURPLE, INK)
-"""Of the fingers in the hand's order, then the palm."""
+"""Colours of the fingers in the order of the hand, then of the palm."""
 
 WIDTH, HEIGHT = 760.0, 236.0
-"""Of the drawing, px."""
+"""Size of the drawing, px."""
 LEFT, RIGHT, TOP, BOTTOM = 46.0, 12.0, 62.0, 34.0
-"""Room around the forces: their axis; nothing; key and phases; the time axis; px."""
+"""Margins around the force plot, px: force axis, none, key and phases, time axis."""
 STRIP_TOP, STRIP_HEIGHT = 26.0, 28.0
-"""Of the bar of phases, px."""
-LETTER = 6.3
-"""Mean width of a letter at 11 px, px."""
+"""Position and height of the bar of phases, px."""
+LETTER_WIDTH = 6.3
+"""Mean width of a letter of an 11 px font, px."""
 BINS = 500
-"""Columns into which the forces are gathered, each drawn at its largest: short knocks show."""
-LEAST_SPAN = 2.0
-"""The force axis ends no lower than this, N, so that noise does not look like a grasp."""
+"""Number of time bins. Each shows its maximum force, so that short impacts stay visible."""
+MIN_FORCE_SPAN = 2.0
+"""Minimum span of the force axis, N. Noise must not look like a grasp."""
 
 
 def pick_timeline(pick: PickReport, fingers: Sequence[str]) -> str:
-    """Draw a pick's phases over the forces on fingers, thumb and palm.
+    """Draw the phases of a pick and the forces on fingers, thumb and palm.
 
     Parameters
     ----------
     pick
         The pick.
     fingers
-        Names of the fingers in the order of its forces; the palm's come after them.
+        Names of the fingers in the order of the forces. The palm comes after them.
 
     Returns
     -------
@@ -65,7 +65,7 @@ def pick_timeline(pick: PickReport, fingers: Sequence[str]) -> str:
     """
     start, end = _span(pick)
     x = _Scale(start, end, LEFT, WIDTH - RIGHT)
-    highest = max(LEAST_SPAN, float(pick.forces.max(initial=0.0)))
+    highest = max(MIN_FORCE_SPAN, float(pick.forces.max(initial=0.0)))
     step = _round_step(highest / 3)
     highest = step * np.ceil(highest / step)
     y = _Scale(0.0, highest, HEIGHT - BOTTOM, TOP)
@@ -83,13 +83,13 @@ def pick_timeline(pick: PickReport, fingers: Sequence[str]) -> str:
 
 
 def force_colour(number: int, count: int) -> str:
-    """Colour of a force by its number of a count; the palm's, the last, is its own."""
+    """Return the colour of a force by its index. The last one is the palm."""
     fingers = FORCE_COLOURS[:-1]
     return FORCE_COLOURS[-1] if number == count - 1 else fingers[number % len(fingers)]
 
 
 class _Scale:
-    """Maps a span onto a span of pixels."""
+    """A linear map from values to pixels."""
 
     def __init__(self, low: float, high: float, first: float, last: float) -> None:
         self._low, self._first = low, first
@@ -124,7 +124,7 @@ def _phase(record: PhaseRecord, x: _Scale) -> str:
         + (f' stroke="{WRONG}" stroke-width="1.6"/>' if failed else "/>"),
     ]
     middle = left + wide / 2
-    if len(record.phase) * LETTER < wide - 6:
+    if len(record.phase) * LETTER_WIDTH < wide - 6:
         ink = WRONG if failed else INK
         parts.append(_text(middle, STRIP_TOP + 12, record.phase, ink, "middle", weight=600))
         parts.append(_text(middle, STRIP_TOP + 23.5, seconds, FAINT, "middle", size=9.5))
@@ -181,7 +181,7 @@ def _key(names: tuple[str, ...]) -> list[str]:
             'stroke-linecap="round"/>'
         )
         parts.append(_text(at + 21, 14, name, INK, "start"))
-        at += 38 + LETTER * len(name)
+        at += 38 + LETTER_WIDTH * len(name)
     return parts
 
 
@@ -202,6 +202,6 @@ def _text(
 
 
 def _round_step(span: float) -> float:
-    """Smallest of 1, 2, 5 times a power of ten that is no less than a span."""
+    """Return the smallest of 1, 2, 5 times a power of ten that is at least a span."""
     power = 10.0 ** np.floor(np.log10(max(span, 1e-6)))
     return float(next(power * f for f in (1, 2, 5, 10) if power * f >= span * (1 - 1e-9)))

@@ -1,4 +1,4 @@
-"""A grasp drawn into a picture: palm, fingers, thumb, and the way the hand came."""
+"""Draw a grasp into a picture: palm, fingers, thumb, and the approach direction."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
     from eyehand.perception import DepthFrame
 
-WAY = 0.06
-"""Length of the line behind the palm, m."""
-REACH = 0.075
-"""Length of the fingers drawn, m, where nothing better is known."""
+APPROACH_LINE = 0.06
+"""Length of the approach line behind the palm, m."""
+MIN_FINGER_LINE = 0.075
+"""Minimum length of the drawn fingers, m."""
 DARK, BRIGHT, THUMB = (20, 20, 20), (255, 255, 255), (255, 176, 0)
-THICK = 4
-"""Of the lines, px, in a picture 1280 px across."""
+LINE_WIDTH = 4
+"""Line width in an image 1280 px wide, px."""
 
 
 def draw_grasp(
@@ -31,33 +31,33 @@ def draw_grasp(
     plan: GraspPlan,
     T_world_palm: RigidTransform | None = None,
 ) -> None:
-    """Draw a grasp into a picture of a frame, in place; the thumb has a colour of its own.
+    """Draw a grasp into a picture of a frame, in place. The thumb has its own colour.
 
     Parameters
     ----------
     picture
-        (H', W', 3), the frame's view enlarged or not.
+        Picture (H', W', 3) of the frame, possibly enlarged.
     frame
-        The depth frame, its pose known.
+        The depth frame with its camera pose.
     plan
         The grasp.
     T_world_palm
-        Where the palm was when the hand closed; without it, where the plan prefers it.
+        Pose of the palm; default: the preferred pose of the plan.
     """
     if not plan or plan.geometry is None or frame.T_world_camera is None:
         return
     if T_world_palm is None:
         T_world_palm = preferred_palm(plan)
     half = plan.opening / 2
-    reach = max(plan.standoff, REACH)
+    reach = max(plan.standoff, MIN_FINGER_LINE)
     strokes = (
-        ([[0, 0, -WAY], [0, 0, 0]], BRIGHT),
+        ([[0, 0, -APPROACH_LINE], [0, 0, 0]], BRIGHT),
         ([[half, 0, 0], [-half, 0, 0], [-half, 0, reach]], BRIGHT),
         ([[0, 0, 0], [half, 0, 0], [half, 0, reach]], THUMB),
     )
     zoom = picture.shape[1] / frame.depth.shape[1]
     T_camera_palm = frame.T_world_camera.inv() * T_world_palm
-    thick = max(round(THICK * picture.shape[1] / 1280), 1)
+    thick = max(round(LINE_WIDTH * picture.shape[1] / 1280), 1)
     lines = []
     for points, colour in strokes:
         pixels = frame.intrinsics.project(T_camera_palm.apply(np.array(points, dtype=float)))
@@ -72,7 +72,7 @@ def draw_grasp(
 
 
 def preferred_palm(plan: GraspPlan) -> RigidTransform:
-    """Give the palm's pose that a plan prefers: z along its palm, x from fingers to thumb."""
+    """Return the preferred palm pose of a plan: z out of the palm, x from fingers to thumb."""
     assert plan.geometry is not None
     z = plan.palm / np.linalg.norm(plan.palm)
     x = plan.closing - (plan.closing @ z) * z

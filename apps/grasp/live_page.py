@@ -1,4 +1,4 @@
-"""The live page of a cell: a browser shows the robot at work, and can slow it, halt it, step it."""
+"""The live page of a cell in the browser, with pause, single steps and speed."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from ..fitting.page_server import HOST, close_server, open_server
 from .force_plot import force_colour
-from .live_scene import EYE, LOOKED_AT, LiveScene
+from .live_scene import CAMERA_POSITION, CAMERA_TARGET, LiveScene
 
 if TYPE_CHECKING:
     from eyehand.data_synth.cell import SimRobot
@@ -19,38 +19,38 @@ if TYPE_CHECKING:
     from .demo_record import Recorder
 
 TITLE = "eyehand demo"
-SHOWN_SECONDS = 0.04
-"""Between two updates of the robot on the page, wall time: as often as a film."""
-PLOTTED_SECONDS = 0.2
-"""Between two updates of the force plot, wall time, s."""
+UPDATE_SECONDS = 0.04
+"""Wall time between two updates of the robot, s, as in a film."""
+PLOT_UPDATE_SECONDS = 0.2
+"""Wall time between two updates of the force plot, s."""
 PLOT_SPAN = 8.0
-"""Robot time that the force plot shows, s."""
+"""Simulated time span of the force plot, s."""
 STEP_SECONDS = 0.1
-"""Robot time of one step, s."""
+"""Simulated time of one step, s."""
 SPEEDS = (0.1, 8.0)
-"""Slowest and fastest, times real time."""
+"""Minimum and maximum speed, times real time."""
 
 
-class LiveCell:
-    """A page served while a cell works; a context.
+class LivePage:
+    """A page that shows a working cell. Use it as a context.
 
     Parameters
     ----------
     port
-        Where to serve; the next free port when it is taken.
+        Port of the page. If it is taken, the next free port is used.
 
     Raises
     ------
     InputError
-        If no port can be opened there.
+        If no port can be opened.
     """
 
     def __init__(self, port: int) -> None:
         self._server = server = open_server(port, TITLE)
         server.gui.configure_theme(show_logo=False, show_share_button=False)
         server.scene.set_up_direction("+z")
-        server.initial_camera.position = EYE
-        server.initial_camera.look_at = LOOKED_AT
+        server.initial_camera.position = CAMERA_POSITION
+        server.initial_camera.look_at = CAMERA_TARGET
         self._scene: LiveScene | None = None
         self._recorder: Recorder | None = None
         self._phase = ""
@@ -62,10 +62,10 @@ class LiveCell:
         self._steps_to = -np.inf
         self._plot: Any = None
         gui = server.gui
-        self._says = gui.add_markdown("The cell is being built ...")
+        self._status = gui.add_markdown("The cell is being built ...")
         with gui.add_folder("Time"):
             self.paused = gui.add_checkbox("pause", initial_value=False)
-            self.step = gui.add_button(f"step {STEP_SECONDS:g} s", hint="one step, then halt")
+            self.step = gui.add_button(f"step {STEP_SECONDS:g} s", hint="one step, then pause")
             self.speed = gui.add_slider(
                 "speed ×", min=SPEEDS[0], max=SPEEDS[1], step=0.1, initial_value=1.0
             )
@@ -79,7 +79,7 @@ class LiveCell:
         self._forces = gui.add_folder("Contact forces, N")
         self._report = gui.add_markdown("")
 
-    def __enter__(self) -> LiveCell:
+    def __enter__(self) -> LivePage:
         return self
 
     def __exit__(self, *error: object) -> None:
@@ -87,21 +87,21 @@ class LiveCell:
 
     @property
     def address(self) -> str:
-        """Where the page is."""
+        """URL of the page."""
         return f"http://{HOST}:{self._server.get_port()}"
 
-    def join(self, cell: Cell, robot: SimRobot, recorder: Recorder) -> LiveCell:
-        """Draw a cell that stands."""
+    def join(self, cell: Cell, robot: SimRobot, recorder: Recorder) -> LivePage:
+        """Draw a cell."""
         self._recorder = recorder
         self._scene = LiveScene(self._server.scene, robot)
         names = (*cell.robot.hand.fingers, "palm")
         self._samples.append((cell.reading.time, *(0.0 for _ in names)))
         self._add_plot(names)
-        self._says.content = "Looking ..."
+        self._status.content = "Perceiving ..."
         return self
 
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
-        """Show what was chosen, and how it went."""
+        """Show the selected grasp, or the outcome of the pick."""
         if report is not None:
             told = f"{report.outcome.replace('_', ' ')}" + (
                 f": {report.reason}" if report.reason else ""
@@ -110,7 +110,7 @@ class LiveCell:
             self._report.content = "\n".join(self._lines)
             return
         self._target = choice.target.label
-        self._see(choice.plan)
+        self._show_scene(choice.plan)
         self._set_anchor(None)
 
     def on_cycle(self, cycle: CycleInfo) -> None:
@@ -120,39 +120,39 @@ class LiveCell:
         while self._samples[-1][0] - self._samples[0][0] > PLOT_SPAN:
             self._samples.popleft()
         now = time.perf_counter()
-        if now - self._shown < SHOWN_SECONDS and cycle.phase == self._phase:
+        if now - self._shown < UPDATE_SECONDS and cycle.phase == self._phase:
             return
         self._shown = now
         self._draw(cycle)
-        if now - self._plotted > PLOTTED_SECONDS:
+        if now - self._plotted > PLOT_UPDATE_SECONDS:
             self._plotted = now
             self._draw_plot()
 
     def finish(self) -> None:
-        """Show the last look, and say that nothing follows."""
-        self._see(None)
-        self._says.content = "### Done\n\nCtrl-C in the terminal ends."
+        """Show the last scene and the end of the demo."""
+        self._show_scene(None)
+        self._status.content = "### Done\n\nPress Ctrl-C in the terminal to end."
 
     def wait(self) -> None:
         """Serve until Ctrl-C."""
         while True:
             time.sleep(3600.0)
 
-    def _see(self, plan: GraspPlan | None) -> None:
-        """Show the last look, and the grasp to come."""
+    def _show_scene(self, plan: GraspPlan | None) -> None:
+        """Show the last scene and the selected grasp."""
         recorder = self._recorder
         if self._scene is None or recorder is None:
             return
         frame, scene = recorder.frame, recorder.scene
         if frame is not None and scene is not None:
             with self._server.atomic():
-                self._scene.see(frame, scene, plan, recorder.colours)
+                self._scene.show_capture(frame, scene, plan, recorder.colours)
 
     def _wait_for(self, now: float) -> None:
-        """Halt while the page says so, and keep to the speed it sets."""
+        """Wait while the page is paused, and keep the speed of the slider."""
         while self.paused.value and now >= self._steps_to:
             self._set_anchor(None)
-            time.sleep(SHOWN_SECONDS / 2)
+            time.sleep(UPDATE_SECONDS / 2)
         self._now = now
         if self._anchor is None:
             self._set_anchor((time.perf_counter(), now))
@@ -161,8 +161,8 @@ class LiveCell:
         ahead = due - time.perf_counter()
         if ahead > 0:
             time.sleep(ahead)
-        elif ahead < -SHOWN_SECONDS:
-            # A computer too slow for this speed does not hurry after it.
+        elif ahead < -UPDATE_SECONDS:
+            # The computer is too slow for this speed. Do not catch up.
             self._set_anchor((time.perf_counter(), now))
 
     def _step(self) -> None:
@@ -177,12 +177,12 @@ class LiveCell:
             if self._scene is not None:
                 self._scene.move()
                 if cycle.phase == "lift" != self._phase:
-                    self._scene.taken(self._target)
+                    self._scene.remove_object(self._target)
             if cycle.phase != self._phase:
                 plan = cycle.plan
                 asks = [] if plan is None else [f"- {task.description}" for task in plan.tasks]
                 name = "" if plan is None else f", {plan.name}"
-                self._says.content = "\n".join([f"### {cycle.phase}{name}", "", *asks])
+                self._status.content = "\n".join([f"### {cycle.phase}{name}", "", *asks])
         self._phase = cycle.phase
 
     def _show_parts(self) -> None:

@@ -1,4 +1,4 @@
-"""A simulated cell in a browser's 3D scene: robot, objects, and what was seen of them."""
+"""The 3D scene of the live page: robot, objects, depth points and fitted solids."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
     from eyehand.perception import DepthFrame, Scene, Superquadric
 
-EYE, LOOKED_AT = (0.62, 0.74, 0.62), (0.1, -0.14, 0.12)
-"""Where a person starts to look from, and to, m."""
+CAMERA_POSITION, CAMERA_TARGET = (0.62, 0.74, 0.62), (0.1, -0.14, 0.12)
+"""Initial position and target of the page's camera, m."""
 CLOUD_STEP = 3
-"""Every so manieth row and column of a depth image becomes a point: a page draws 30 000 well."""
-FLOOR_DROP = 0.1
-"""Points farther below the table's top than this are not shown, m."""
-POINT = 0.0022
-"""Side of a point, m."""
+"""Step between the drawn rows and columns of a depth image. A page can draw 30 000 points."""
+MAX_DEPTH_BELOW_TABLE = 0.1
+"""Maximum distance of a shown point below the table top, m. The floor is not shown."""
+POINT_SIZE = 0.0022
+"""Size of a point, m."""
 UNLABELLED = (150, 155, 163)
 RESOLUTION = 40
 OPACITY = 0.45
-"""Of a fitted solid: the object shows through."""
+"""Opacity of a fitted solid. The object shows through."""
 GRASP_AXES = 0.07
-"""Length of the axes at a chosen grasp, m."""
+"""Length of the axes at the selected grasp, m."""
 
 
 class LiveScene:
-    """Draws a cell into a viser scene, and moves what moves.
+    """A cell drawn in a viser scene.
 
     Parameters
     ----------
     scene
-        `viser.SceneApi`; typed as Any because viser is loaded only where a page is made.
+        `viser.SceneApi`, typed as Any because viser is imported lazily.
     robot
         The simulated robot.
     """
@@ -55,8 +55,8 @@ class LiveScene:
             body: scene.add_mesh_trimesh(f"/cell/{body}", shape)
             for body, shape in body_meshes(robot.model).items()
         }
-        self._looks = 0
-        self._look: Any = None
+        self._capture_count = 0
+        self._capture: Any = None
         self._grasp: Any = None
         self._clouds: dict[int, Any] = {}
         self._solids: dict[int, list[Any]] = {}
@@ -65,39 +65,39 @@ class LiveScene:
         self.move()
 
     def move(self) -> None:
-        """Put every body where it is now."""
+        """Update the pose of every body."""
         for body, handle in self._bodies.items():
             handle.position = self._data.xpos[body].copy()
             handle.wxyz = self._data.xquat[body].copy()
 
-    def see(
+    def show_capture(
         self,
         frame: DepthFrame,
         scene: Scene,
         plan: GraspPlan | None = None,
         colours: Mapping[int, int] | None = None,
     ) -> None:
-        """Draw a look: its points by object, the solids, and the grasp to come.
+        """Draw a capture: its points by object, the solids, and the selected grasp.
 
         Parameters
         ----------
         frame, scene
-            The depth image and what was seen in it.
+            The depth image and its scene.
         plan
-            The grasp; none where nothing is picked.
+            The selected grasp, if any.
         colours
-            Number of each object's colour by its label; without it, the label.
+            Colour number of each object by its label; default: the label.
         """
-        self._forget()
+        self._remove_capture()
         numbers = colours or {}
         self._colours = {
-            one.label: colour_of(numbers.get(one.label, one.label)) for one in scene.objects
+            item.label: colour_of(numbers.get(item.label, item.label)) for item in scene.objects
         }
-        # Nodes of one look hang from one that is named like no other: nothing of the look before
-        # is taken for it, in whatever order a browser hears of both.
-        self._looks += 1
-        node = f"/look{self._looks}"
-        self._look = self._scene.add_frame(node, show_axes=False)
+        # Each capture has its own parent node. A browser that receives messages out of order cannot
+        # confuse two captures.
+        self._capture_count += 1
+        node = f"/capture{self._capture_count}"
+        self._capture = self._scene.add_frame(node, show_axes=False)
         self._draw_points(node, frame, scene)
         for item in scene.objects:
             parts = fit_parts(item.fit) if item.fit else ()
@@ -116,8 +116,8 @@ class LiveScene:
                 wxyz=palm.rotation.as_quat(scalar_first=True),
             )
 
-    def taken(self, label: int) -> None:
-        """Take away what was seen of an object, and the grasp: the object is in the hand."""
+    def remove_object(self, label: int) -> None:
+        """Remove the points and solids of an object, and the grasp."""
         gone = [*self._solids.pop(label, []), self._clouds.pop(label, None), self._grasp]
         self._grasp = None
         for handle in gone:
@@ -127,29 +127,28 @@ class LiveScene:
     def show(self, *, cloud: bool, solids: bool) -> None:
         """Show or hide the points and the fitted solids."""
         self._show_cloud, self._show_solids = cloud, solids
-        # Copies: the page asks from a thread of its own.
+        # Iterate over copies: the page calls this from another thread.
         for handle in list(self._clouds.values()):
             handle.visible = cloud
         for handle in [one for handles in list(self._solids.values()) for one in handles]:
             handle.visible = solids
 
     def _draw_points(self, node: str, frame: DepthFrame, scene: Scene) -> None:
-        """Draw the points of each object, and with label 0 those of none."""
+        """Draw the points of each object, and the remaining points with label 0."""
         labels = scene.segmentation.labels
         grid = slice(None, None, CLOUD_STEP), slice(None, None, CLOUD_STEP)
         valid = frame.valid[grid]
         points = frame.points()[grid][valid].astype(np.float64)
         if frame.T_world_camera is not None:
             points = frame.T_world_camera.apply(points)
-        seen = np.zeros(len(points), dtype=np.int64)
+        point_labels = np.zeros(len(points), dtype=np.int64)
         if labels.shape == frame.depth.shape:
-            seen = labels[grid][valid]
-        known = [label for label in self._colours if (seen == label).any()]
-        seen = np.where(np.isin(seen, known), seen, 0)
-        # The floor is far away, and says nothing.
-        near = points[:, 2] > -FLOOR_DROP
+            point_labels = labels[grid][valid]
+        known = [label for label in self._colours if (point_labels == label).any()]
+        point_labels = np.where(np.isin(point_labels, known), point_labels, 0)
+        near = points[:, 2] > -MAX_DEPTH_BELOW_TABLE
         for label in (0, *known):
-            shown = near & (seen == label)
+            shown = near & (point_labels == label)
             if not shown.any():
                 continue
             shade = self._colours.get(label, np.array(UNLABELLED, np.uint8))
@@ -157,7 +156,7 @@ class LiveScene:
                 f"{node}/cloud{label}",
                 points[shown].astype(np.float32),
                 np.tile(shade, (int(shown.sum()), 1)),
-                point_size=POINT,
+                point_size=POINT_SIZE,
                 visible=self._show_cloud,
             )
 
@@ -188,8 +187,9 @@ class LiveScene:
             ),
         ]
 
-    def _forget(self) -> None:
-        if self._look is not None:
-            self._look.remove()
-        self._look = self._grasp = None
+    def _remove_capture(self) -> None:
+        """Remove the nodes of the last capture."""
+        if self._capture is not None:
+            self._capture.remove()
+        self._capture = self._grasp = None
         self._clouds, self._solids = {}, {}

@@ -1,4 +1,4 @@
-"""Scenes of objects from a folder of meshes or URDFs, drawn by seed."""
+"""Random scenes of objects from a folder of meshes or URDFs."""
 
 from __future__ import annotations
 
@@ -24,131 +24,133 @@ if TYPE_CHECKING:
 
     from .scenes import GraspFamily
 
-TRIES = 300
-"""Draws of a place for one object before the table counts as too full ..."""
-LAYOUTS = 8
-"""... and tables drawn before there is no room: one large object in the middle fills it alone."""
+MAX_PLACEMENTS = 300
+"""Number of random positions tried for one object before the layout counts as full."""
+MAX_LAYOUTS = 8
+"""Number of layouts tried. One large object in the middle can fill a layout alone."""
 CELL = GraspCell()
-"""Where the tray stands, in whose place no object may be."""
-FALL = 0.03
-"""Objects of a pile begin so far above one another, m."""
-LIFT = 0.001
-"""Objects begin so far above the table, m."""
-GOLDEN = 0.618
-"""Hues turn by this share from object to object: neighbours in the list differ."""
+"""The default cell. No object may overlap its tray."""
+PILE_GAP = 0.03
+"""Vertical gap between the objects of a pile before they fall, m."""
+TABLE_GAP = 0.001
+"""Initial height of the objects above the table, m."""
+HUE_STEP = 0.618
+"""Hue step between successive objects, the golden ratio. It keeps successive hues apart."""
 
 
-def folder_scene(
+def mesh_scene(
     folder: Path | str, family: GraspFamily, seed: int, objects: int
 ) -> tuple[MeshObject, ...]:
-    """Draw objects and their places; each stands as its file has it, turned about the vertical.
+    """Draw objects from a folder and place them at random.
 
-    A pile's objects are turned anyhow and begin one above the other: they fall where the scene is
-    simulated.
+    Each object stands as in its file, rotated about the vertical. The objects of a pile have random
+    orientations and start above each other; they fall in the simulation.
 
     Raises
     ------
     InputError
-        If the folder holds no objects, or they do not fit.
+        If the folder holds no objects, or if they do not fit on the table.
     """
-    return _drawn(read_objects(folder), family, seed, objects)
+    return _draw_scene(read_objects(folder), family, seed, objects)
 
 
-def check_folder_scenes(
+def check_mesh_scenes(
     folder: Path | str, scenes: Iterable[tuple[GraspFamily, int]], objects: int
 ) -> None:
-    """Draw scenes without running them, to know beforehand whether there is room in all of them.
+    """Check that all scenes of a run have room for their objects, by drawing them.
 
     Parameters
     ----------
     folder
-        As for :func:`folder_scene`.
+        Folder of meshes or URDFs.
     scenes
-        Family and seed of each.
+        Family and seed of each scene.
     objects
-        Of each, but for single ones.
+        Objects per scene. A single scene has one.
 
     Raises
     ------
     InputError
-        As :func:`folder_scene` does; the message names the scene.
+        As in :func:`mesh_scene`. The message names the scene.
     """
     known = read_objects(folder)
     for family, seed in scenes:
         try:
-            _drawn(known, family, seed, objects)
+            _draw_scene(known, family, seed, objects)
         except InputError as error:
             raise InputError(f"{family} scene, seed {seed}: {error}") from error
 
 
-def _drawn(
+def _draw_scene(
     known: Sequence[FolderObject], family: GraspFamily, seed: int, objects: int
 ) -> tuple[MeshObject, ...]:
     rng = np.random.default_rng(seed)
     count = 1 if family == "single" else objects
-    most = 0
-    for _ in range(LAYOUTS):
+    max_placed = 0
+    for _ in range(MAX_LAYOUTS):
         chosen = rng.choice(len(known), size=count, replace=count > len(known))
-        items = _stood([known[index] for index in chosen], family, rng)
+        items = _place_objects([known[index] for index in chosen], family, rng)
         if len(items) == count:
             return tuple(items)
-        most = max(most, len(items))
+        max_placed = max(max_placed, len(items))
     widest = max(known, key=_radius)
     raise InputError(
-        f"no room for {count} objects on the table beside the tray, the widest {widest.file} with "
-        f"{2e3 * _radius(widest):.0f} mm: ask for {most} objects at most"
-        if most
-        else f"{widest.file}: at {2e3 * _radius(widest):.0f} mm too wide for the table beside the "
-        "tray"
+        f"{count} objects do not fit on the table beside the tray; the widest is {widest.file} "
+        f"with {2e3 * _radius(widest):.0f} mm: request at most {max_placed} objects"
+        if max_placed
+        else f"{widest.file} is {2e3 * _radius(widest):.0f} mm wide, too wide for the table "
+        "beside the tray"
     )
 
 
-def _stood(
+def _place_objects(
     chosen: Sequence[FolderObject], family: GraspFamily, rng: np.random.Generator
 ) -> list[MeshObject]:
-    """Give each a place, one after the other, until one finds none."""
+    """Place the objects one after another, until one does not fit."""
     area = WORK_AREA if family == "single" else PACKED_AREA
     placed: list[tuple[NDArray[np.float64], float]] = []
     items: list[MeshObject] = []
-    height = LIFT
+    height = TABLE_GAP
     for number, item in enumerate(chosen):
         if family == "pile":
             turn = Rotation.random(rng=rng)
             low, high = _heights(item, turn)
-            middle = _place_in_pile(item, rng)
+            middle = _pile_position(item, rng)
             up = height - low
-            height += high - low + FALL
+            height += high - low + PILE_GAP
         else:
             turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0.0, 2.0 * np.pi)])
-            middle = _free_place(item, placed, area, rng)
-            up = LIFT - _heights(item, turn)[0]
+            middle = _free_position(item, placed, area, rng)
+            up = TABLE_GAP - _heights(item, turn)[0]
         if middle is None:
             break
-        colour = colorsys.hsv_to_rgb(number * GOLDEN % 1.0, 0.55, 0.85)
+        colour = colorsys.hsv_to_rgb(number * HUE_STEP % 1.0, 0.55, 0.85)
         pose = RigidTransform.from_components([*middle, up], turn)
         name = f"{item.name}_{number + 1}"
         items.append(MeshObject(name, item.vertices, item.faces, item.mass, colour, pose))
     return items
 
 
-def _place_in_pile(item: FolderObject, rng: np.random.Generator) -> NDArray[np.float64] | None:
-    for _ in range(TRIES):
+def _pile_position(item: FolderObject, rng: np.random.Generator) -> NDArray[np.float64] | None:
+    """Draw a position (2,) near the middle of the table, clear of the tray, m."""
+    for _ in range(MAX_PLACEMENTS):
         middle = 0.25 * np.asarray(PACKED_AREA) * rng.uniform(-1.0, 1.0, 2)
         if _beside_tray(item, middle):
             return middle
     return None
 
 
-def _free_place(
+def _free_position(
     item: FolderObject,
     placed: list[tuple[NDArray[np.float64], float]],
     area: tuple[float, float],
     rng: np.random.Generator,
 ) -> NDArray[np.float64] | None:
+    """Draw a position (2,) clear of the tray and of the placed objects, m."""
     radius = _radius(item)
-    for attempt in range(TRIES):
-        # A crowded table grows: what does not fit in the area stands beside it.
-        reach = 0.5 * np.asarray(area) * (1.0 + attempt / TRIES)
+    for attempt in range(MAX_PLACEMENTS):
+        # Enlarge the area with each attempt: an object that does not fit stands beside it.
+        reach = 0.5 * np.asarray(area) * (1.0 + attempt / MAX_PLACEMENTS)
         middle = reach * rng.uniform(-1.0, 1.0, 2)
         apart = all(np.linalg.norm(middle - at) > radius + r + PACKED_GAP for at, r in placed)
         if apart and _beside_tray(item, middle):
@@ -158,7 +160,7 @@ def _free_place(
 
 
 def _beside_tray(item: FolderObject, middle: NDArray[np.float64]) -> bool:
-    """Whether the world would take an object there, however it is turned."""
+    """Return whether an object in any orientation is clear of the tray."""
     try:
         CELL.check_clear(item.name, middle, float(np.linalg.norm(item.vertices, axis=1).max()))
     except InputError:
@@ -167,10 +169,11 @@ def _beside_tray(item: FolderObject, middle: NDArray[np.float64]) -> bool:
 
 
 def _radius(item: FolderObject) -> float:
-    """Of the circle that it needs on the table, m."""
+    """Return the radius of the object's circle on the table, m."""
     return float(np.linalg.norm(item.vertices[:, :2], axis=1).max())
 
 
 def _heights(item: FolderObject, turn: Rotation) -> tuple[float, float]:
+    """Return the lowest and highest z of the rotated object, m."""
     z = turn.apply(item.vertices)[:, 2]
     return float(z.min()), float(z.max())

@@ -1,4 +1,4 @@
-"""Colours that stay with their objects: from look to look an object is known by its place."""
+"""Colour numbers that objects keep over successive captures, matched by position."""
 
 from __future__ import annotations
 
@@ -17,73 +17,72 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SceneObject
 
-SAME_PLACE = 0.06
-"""An object was not moved farther than this between two looks, m: what is pushed aside goes this
-far, and what appears under an object that was taken lies mostly farther off."""
+MAX_DISPLACEMENT = 0.06
+"""Maximum displacement of an object between two captures, m. Pushed objects move at most this far.
+An object that appears under a removed one usually lies farther away."""
 
 
 def colour_numbers(
-    looks: Sequence[Sequence[SceneObject]], taken: Mapping[int, int]
+    captures: Sequence[Sequence[SceneObject]], removed: Mapping[int, int]
 ) -> tuple[dict[int, int], ...]:
-    """Number the objects of all looks so that each keeps its number, and its colour with it.
+    """Assign colour numbers to the objects of all captures, so that each object keeps its number.
 
-    An object takes the number of the nearest one of the looks before; all of a look together, so
-    that the sum of their ways is least. One that was not there before takes a number that none had
-    yet or, where the colours told apart best are used up, the one unused for longest. A look's
-    numbers do not depend on the looks after it, and no two of its objects share one.
+    Objects are matched to earlier positions by the assignment with the smallest total distance. A
+    new object gets an unused number or, beyond the palette, the number unused for longest. The
+    numbers of a capture are unique and do not depend on later captures.
 
     Parameters
     ----------
-    looks
-        What stood on the table, look by look.
-    taken
-        Label of the object that was put away after a look, by the look's place in order: what
-        comes to light in its place is another object.
+    captures
+        Objects on the table in each capture.
+    removed
+        Label of the object that was put away after a capture, by capture index. An object that
+        appears at its position is a new one.
 
     Returns
     -------
     tuple of dict
-        Numbers for :func:`~..scene_picture.colour_of`, by label, one dict for each look.
+        Numbers for :func:`~..scene_picture.colour_of`, by label, one dict per capture.
     """
-    # The number's last place and look.
+    # The last position and capture index of each number.
     known: dict[int, tuple[NDArray[np.float64], int]] = {}
     numbered: list[dict[int, int]] = []
-    for time, items in enumerate(looks):
-        numbers = _known_again(items, known)
+    for index, items in enumerate(captures):
+        numbers = _match_objects(items, known)
         for item in items:
             if item.label not in numbers:
                 numbers[item.label] = _free_number(set(numbers.values()), known)
                 known.pop(numbers[item.label], None)
         for item in items:
-            known[numbers[item.label]] = _place(item), time
-        gone = numbers.get(taken.get(time, -1))
+            known[numbers[item.label]] = _position(item), index
+        gone = numbers.get(removed.get(index, -1))
         if gone is not None:
-            known[gone] = np.full(3, np.inf), time
+            known[gone] = np.full(3, np.inf), index
         numbered.append({item.label: numbers[item.label] for item in items})
     return tuple(numbered)
 
 
-def _known_again(
+def _match_objects(
     items: Sequence[SceneObject], known: Mapping[int, tuple[NDArray[np.float64], int]]
 ) -> dict[int, int]:
-    """Numbers of the objects that were seen before, by label."""
-    numbers = [number for number, (place, _) in known.items() if np.isfinite(place).all()]
+    """Return the numbers of the objects that match an earlier one, by label."""
+    numbers = [number for number, (position, _) in known.items() if np.isfinite(position).all()]
     if not numbers or not items:
         return {}
     before = np.array([known[number][0] for number in numbers])
-    now = np.array([_place(item) for item in items])
+    now = np.array([_position(item) for item in items])
     apart = np.linalg.norm(now[:, None] - before, axis=2)
-    # What is too far counts the same however far it is: else near ones would be torn apart.
-    rows, columns = linear_sum_assignment(np.minimum(apart, SAME_PLACE))
+    # Clip large distances: a far object must not change the match of near ones.
+    rows, columns = linear_sum_assignment(np.minimum(apart, MAX_DISPLACEMENT))
     return {
         items[row].label: numbers[column]
         for row, column in zip(rows, columns, strict=True)
-        if apart[row, column] < SAME_PLACE
+        if apart[row, column] < MAX_DISPLACEMENT
     }
 
 
 def _free_number(shown: set[int], known: Mapping[int, tuple[NDArray[np.float64], int]]) -> int:
-    """Give a number for what is new: none of those shown, which come with their objects."""
+    """Return a number for a new object that no shown object has."""
     for number in range(1, len(PALETTE) + 1):
         if number not in shown and number not in known:
             return number
@@ -93,6 +92,7 @@ def _free_number(shown: set[int], known: Mapping[int, tuple[NDArray[np.float64],
     return next(number for number in count(1) if number not in shown)
 
 
-def _place(item: SceneObject) -> NDArray[np.float64]:
+def _position(item: SceneObject) -> NDArray[np.float64]:
+    """Return the centre of the fitted solid, or of the points without one, (3,), m."""
     solid = item.fit.superquadric if item.fit else None
     return item.points.mean(axis=0) if solid is None else solid.centre

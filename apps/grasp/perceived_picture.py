@@ -1,4 +1,4 @@
-"""What was seen in one picture: segments, fitted solids, their names, and the chosen grasp."""
+"""A picture of a perceived scene: segments, fitted solids, their names, and the grasp."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
     from eyehand.perception import DepthFrame, Scene
 
-LETTERS = 0.021
-"""Height of a name's letters, as a share of the picture's width: legible at a third of it."""
-NAME_GROUND = (25, 25, 28)
-OFF = 2.2
-"""From the foot of an object to the foot of its name, in heights of letters: below it, as hands
-mostly come from above."""
+TEXT_HEIGHT = 0.021
+"""Text height over image width. The text is legible at a third of the size."""
+TEXT_BACKGROUND = (25, 25, 28)
+TEXT_OFFSET = 2.2
+"""Offset of a name below its object, in text heights. Most hands approach from above."""
 
 
-def look_picture(
+def perceived_picture(
     frame: DepthFrame,
     scene: Scene,
     plan: GraspPlan | None = None,
@@ -37,20 +36,20 @@ def look_picture(
     names: bool = True,
     colours: Mapping[int, int] | None = None,
 ) -> NDArray[np.uint8]:
-    """Draw a look, (H', W', 3) uint8 RGB, enlarged.
+    """Draw a perceived scene, enlarged, (H', W', 3) uint8 RGB.
 
     Parameters
     ----------
     frame, scene
-        What was seen; see :func:`~.closeup.closeup`.
+        The depth frame and its scene; see :func:`~.closeup.closeup`.
     plan
         The grasp to draw.
     T_world_palm
-        Where the palm was then; without it, where the plan prefers it.
+        Pose of the palm; default: the preferred pose of the plan.
     names
-        Whether each object's number and solid stand at it.
+        Whether to write the label and the kind of solid below each object.
     colours
-        Number of each object's colour by its label; without it, the label.
+        Colour number of each object by its label; default: the label.
     """
     colours = colours or {}
     picture = overlay_picture(frame, _numbered(scene, colours), {}, names=False)
@@ -62,12 +61,14 @@ def look_picture(
 
 
 def _numbered(scene: Scene, numbers: Mapping[int, int]) -> Scene:
-    """Give the scene with its objects' labels replaced."""
+    """Return the scene with its labels replaced by the colour numbers."""
     labels = scene.segmentation.labels
     renamed = np.zeros_like(labels)
     for item in scene.objects:
         renamed[labels == item.label] = numbers.get(item.label, item.label)
-    objects = tuple(replace(one, label=numbers.get(one.label, one.label)) for one in scene.objects)
+    objects = tuple(
+        replace(item, label=numbers.get(item.label, item.label)) for item in scene.objects
+    )
     return replace(scene, objects=objects, segmentation=replace(scene.segmentation, labels=renamed))
 
 
@@ -77,19 +78,23 @@ def _name_objects(
     height, width = picture.shape[:2]
     zoom = width / frame.depth.shape[1]
     font = cv2.FONT_HERSHEY_DUPLEX
-    scale = cv2.getFontScaleFromHeight(font, round(LETTERS * width))
-    thick = max(round(LETTERS * width / 16), 1)
+    scale = cv2.getFontScaleFromHeight(font, round(TEXT_HEIGHT * width))
+    thick = max(round(TEXT_HEIGHT * width / 16), 1)
     for item in scene.objects:
         rows, columns = np.nonzero(scene.segmentation.labels == item.label)
         if not len(rows):
             continue
         solid = item.fit.superquadric if item.fit else None
         text = f"{item.label} {solid.kind if solid else 'no solid'}"
-        (wide, high), base = cv2.getTextSize(text, font, scale, thick)
-        left = int(np.clip(np.median(columns) * zoom - wide / 2, 8, width - wide - 8))
-        foot = int(np.clip(rows.max() * zoom + OFF * high, high + 8, height - base - 8))
-        corners = (left - 8, foot - high - 8), (left + wide + 8, foot + base + 4)
-        cv2.rectangle(picture, *corners, NAME_GROUND, cv2.FILLED)
+        (text_width, text_height), base = cv2.getTextSize(text, font, scale, thick)
+        left = int(np.clip(np.median(columns) * zoom - text_width / 2, 8, width - text_width - 8))
+        foot = int(
+            np.clip(
+                rows.max() * zoom + TEXT_OFFSET * text_height, text_height + 8, height - base - 8
+            )
+        )
+        corners = (left - 8, foot - text_height - 8), (left + text_width + 8, foot + base + 4)
+        cv2.rectangle(picture, *corners, TEXT_BACKGROUND, cv2.FILLED)
         shade = colour_of(colours.get(item.label, item.label))
         red, green, blue = (0.35 * 255 + 0.65 * shade).astype(int).tolist()
         cv2.putText(

@@ -1,4 +1,4 @@
-"""Scenes for grasping: single objects, packed tables and piles, by seed."""
+"""Random scenes for grasping: single objects, packed objects and piles."""
 
 from __future__ import annotations
 
@@ -10,34 +10,34 @@ from eyehand.data_synth.scenes import TabletopScene
 from eyehand.errors import InputError
 
 GraspFamily = Literal["single", "packed", "pile"]
-"""single: one object that stands; packed: several that stand close together; pile: dropped onto
-one another."""
+"""Arrangement of the objects. single: one upright object; packed: several upright objects close
+together; pile: objects dropped onto each other."""
 
 GRASPABLE_WIDTH = (0.02, 0.09)
-"""Horizontal extents of the objects, m: what the hand spans with room to spare, down to what two
-fingertips take."""
+"""Range of the horizontal extents of an object, m. The hand can span the widest with clearance; two
+fingertips can hold the narrowest."""
 GRASPABLE_HEIGHT = (0.025, 0.18)
-"""Their third extents, m."""
+"""Range of the heights of an object, m."""
 DENSITY = (200.0, 700.0)
-"""Mass over volume, kg/m³: from cartons with air in them to fruit."""
+"""Range of the densities, kg/m³: from partly empty cartons to fruit."""
 WORK_AREA = (0.36, 0.34)
-"""Where objects stand, m: the arm reaches over all of it from above and from the side."""
+"""Size of the work area, m. The arm reaches all of it from above and from the side."""
 PACKED_GAP = 0.012
-"""Least distance between packed objects, m: less than a finger's thickness with its clearance."""
+"""Minimum gap between packed objects, m. A finger with its clearance does not fit in."""
 PACKED_AREA = (0.26, 0.26)
-"""Where packed objects stand, m."""
+"""Size of the area of packed objects, m."""
 
 
 def grasp_scene(family: GraspFamily, seed: int, objects: int = 5) -> TabletopScene:
-    """Draw a scene.
+    """Draw a random scene of a family.
 
     Raises
     ------
     InputError
-        If the family is unknown, or there is no object.
+        If the family is unknown, or `objects` is less than 1.
     """
     if objects < 1:
-        raise InputError(f"a scene needs one object at least, got {objects}")
+        raise InputError(f"a scene needs at least 1 object, got {objects}")
     if family == "single":
         options = _options("separate", 1, WORK_AREA, 0.015)
     elif family == "packed":

@@ -1,4 +1,4 @@
-"""What the terms of a grasp's score mean, in words for people who read the demo's page."""
+"""Explanations of the terms of a grasp score, for the report of the demo."""
 
 from __future__ import annotations
 
@@ -8,48 +8,50 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-SCORE_WORDS: dict[str, str] = {
-    "width": "the hand opens that wide with room to spare",
-    "height": "it is tall enough to be wrapped",
-    "weight": "it is light enough for fingertips",
-    "fallback": "it is wrapped or pinched, as tips that close on anything hold less surely",
-    "purpose": "this kind of grasp suits what the object is lifted for",
-    "certainty": "its sides were seen, not guessed",
-    "stands": "it does not topple when touched",
-    "side": "fingers close across its short side",
-    "palm": "the palm comes close enough to help",
-    "hold": "the fingertips reach far enough below its top",
-    "room": "fingers have free space beside its neighbours",
-    "opening": "the hand opens wide enough to forgive errors",
-    "variant": "its usual place for the hand was free",
+TERM_MEANINGS: dict[str, str] = {
+    "width": "the hand opens wider than the object with clearance",
+    "height": "the object is tall enough for the fingers to wrap",
+    "weight": "the object is light enough for the fingertips",
+    "fallback": "the grasp is a power grasp or a pincer, not the less secure fallback",
+    "purpose": "the prototype suits the purpose",
+    "certainty": "the grasped sides were visible to the camera",
+    "stands": "the object does not topple when touched",
+    "side": "the fingers close across the short side",
+    "palm": "the palm comes close to the object",
+    "hold": "the fingertips reach far below the top of the object",
+    "room": "the fingers have clearance to the neighbours",
+    "opening": "the opening tolerates position errors",
+    "variant": "the default palm placement was free",
 }
-"""By term, what is so where the term is 1."""
+"""Meaning of the value 1, by term."""
 
-SIZES = (
-    "An object's size is that of its fitted solid along the solid's own three axes; beside a grasp "
-    "stand the sizes that the hand meets: width between fingers and thumb × length along the row "
-    "of fingers, and height as it lies."
+SIZE_NOTE = (
+    "The size of an object is the extent of its fitted solid along the axes of the solid. The size "
+    "at a grasp is the width between fingers and thumb × the length along the row of fingers, and "
+    "the height above the table."
 )
-"""Which size is which."""
+"""Explanation of the two sizes in the report."""
 
 
-def score_words(terms: Mapping[str, float]) -> str:
-    """Give a score's terms as HTML, each with its meaning as hover text."""
+def score_html(terms: Mapping[str, float]) -> str:
+    """Return the terms of a score as HTML, each with its meaning as hover text."""
     return " × ".join(
-        f'<span class="term" title="{escape(SCORE_WORDS.get(name, ""), quote=True)}">'
+        f'<span class="term" title="{escape(TERM_MEANINGS.get(name, ""), quote=True)}">'
         f"{escape(name)} {value:.2f}</span>"
         for name, value in terms.items()
     )
 
 
 def score_legend(names: Iterable[str]) -> str:
-    """Explain scores and the given terms in one paragraph of HTML, in their usual order."""
+    """Explain the score and the given terms in HTML."""
     wanted = set(names)
-    told = "; ".join(
-        f"<b>{name}</b> {escape(words)}" for name, words in SCORE_WORDS.items() if name in wanted
+    meanings = "; ".join(
+        f"<b>{name}</b> {escape(meaning)}"
+        for name, meaning in TERM_MEANINGS.items()
+        if name in wanted
     )
-    means = f" A term is 1 where all is well: {told}." if told else ""
+    explained = f" A term is 1 if: {meanings}." if meanings else ""
     return (
-        "Of all grasps the one with the highest score is taken, the product of its terms from 0 "
-        f"to 1.{means}"
+        "The grasp with the highest score is selected. The score is the product of its terms, each "
+        f"from 0 to 1.{explained}"
     )

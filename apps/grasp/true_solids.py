@@ -1,4 +1,4 @@
-"""The true solids of a simulated cell: what its objects are, where they are now."""
+"""The true solids of the objects in a simulated cell, at their current poses."""
 
 from __future__ import annotations
 
@@ -17,48 +17,41 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.cell import SimRobot
 
-POINTS = 2000
-"""Points over a mesh's surface that its solid is fitted to."""
+SURFACE_POINTS = 2000
+"""Number of surface samples for the fit of a solid to a mesh."""
 
 
 def true_solids(robot: SimRobot) -> list[TabletopObject]:
-    """Give the solids of all objects outside the tray, where they are now.
+    """Return the solids of all objects outside the tray, at their current poses.
 
-    A mesh is the solid that fits its whole surface best.
+    A mesh is replaced by the solid fitted to its whole surface.
 
     Raises
     ------
     InputError
-        If no solid fits a mesh at all.
+        If no solid fits a mesh.
     """
-    found = []
-    for item in robot.world.objects:
-        if robot.in_tray(item.name):
-            continue
-        found.append(_placed(item, robot.object_pose(item.name)))
-    return found
+    return [_solid_at(item, robot.object_pose(item.name)) for item in _outside_tray(robot)]
 
 
 def distances(robot: SimRobot, point: NDArray[np.float64]) -> dict[str, float]:
-    """Give the signed distance of a point to each object outside the tray, by name, m.
+    """Return the signed distance of a point to each object outside the tray, by name, m.
 
-    It is that to the object's solid, negative inside; to the nearest corner of a mesh that no
-    solid fits.
+    The distance to a solid is negative inside it. For a mesh that no solid fits, it is the distance
+    to the nearest vertex.
 
     Parameters
     ----------
     robot
-        The simulated cell.
+        The simulated robot.
     point
-        In the world, (3,), m.
+        Point in the world frame, (3,), m.
     """
     found = {}
-    for item in robot.world.objects:
-        if robot.in_tray(item.name):
-            continue
+    for item in _outside_tray(robot):
         pose = robot.object_pose(item.name)
         try:
-            found[item.name] = float(_placed(item, pose).shape.distance(point))
+            found[item.name] = float(_solid_at(item, pose).shape.distance(point))
         except InputError:
             if not isinstance(item, MeshObject):
                 raise
@@ -67,31 +60,35 @@ def distances(robot: SimRobot, point: NDArray[np.float64]) -> dict[str, float]:
     return found
 
 
-def _placed(item: TabletopObject | MeshObject, pose: RigidTransform) -> TabletopObject:
-    """Give the solid of an object whose frame is at a pose."""
+def _outside_tray(robot: SimRobot) -> list[TabletopObject | MeshObject]:
+    return [item for item in robot.world.objects if not robot.in_tray(item.name)]
+
+
+def _solid_at(item: TabletopObject | MeshObject, pose: RigidTransform) -> TabletopObject:
+    """Return the solid of an object whose frame is at a pose T_world_object."""
     if not isinstance(item, MeshObject):
         return item.at(pose)
-    solid = _solid_of(item)
+    solid = _fit_mesh(item)
     return solid.at(pose * solid.shape.pose)
 
 
 @functools.lru_cache(maxsize=64)
-def _solid_of(item: MeshObject) -> TabletopObject:
-    """Fit a mesh in its own frame."""
-    fit = fit_superquadric(_surface(item))
+def _fit_mesh(item: MeshObject) -> TabletopObject:
+    """Fit a solid to a mesh, in the frame of the mesh."""
+    fit = fit_superquadric(_sample_mesh(item))
     if fit.superquadric is None:
         raise InputError(f"object {item.name}: no solid fits its mesh: {fit.reason}")
     return TabletopObject(item.name, fit.superquadric, item.mass, item.colour)
 
 
-def _surface(item: MeshObject) -> NDArray[np.float64]:
-    """Draw points evenly over a mesh, (POINTS, 3), m."""
+def _sample_mesh(item: MeshObject) -> NDArray[np.float64]:
+    """Sample points uniformly over the surface of a mesh, (SURFACE_POINTS, 3), m."""
     rng = np.random.default_rng(0)
     corners = item.vertices[item.faces]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
     area = np.linalg.norm(np.cross(first, second), axis=1)
-    chosen = rng.choice(len(area), POINTS, p=area / area.sum())
-    s, t = rng.random((2, POINTS, 1))
+    chosen = rng.choice(len(area), SURFACE_POINTS, p=area / area.sum())
+    s, t = rng.random((2, SURFACE_POINTS, 1))
     fold = s + t > 1.0
     s, t = np.where(fold, 1.0 - s, s), np.where(fold, 1.0 - t, t)
     return corners[chosen, 0] + s * first[chosen] + t * second[chosen]

@@ -1,4 +1,4 @@
-"""Load what picking needs before times are taken: the first call of a kernel compiles it."""
+"""Load all kernels of a pick before times are measured. The first call compiles a kernel."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from ..perceived_frame import load_kernels
 from .bench.trial import GraspTrial, make_cell
 
 
-def ready_grasping() -> None:
-    """Load the kernels of seeing, of control and of touch: seconds, or once half a minute."""
+def warm_up_grasping() -> None:
+    """Load the kernels of perception, control and touch: seconds, or once half a minute."""
     load_kernels()
     cell, _ = make_cell(GraspTrial(family="single", seed=0, known=True))
     scene, _, _ = observe(cell)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.grasp.true_scene import known_scene
+from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.control.tasks import Orientation, Position
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
@@ -34,12 +34,12 @@ def box(x=0.05):
     return TabletopObject("box_1", shape, 0.1, (0.8, 0.2, 0.2))
 
 
-def cell_of(robot, *scenes):
+def trial_cell(robot, *scenes):
     """Show these objects, look by look; the last look again and again."""
     shown = [list(objects) for objects in scenes or ([],)]
 
     def see(_frame):
-        return known_scene(shown.pop(0) if len(shown) > 1 else shown[0], VIEW)
+        return ground_truth_scene(shown.pop(0) if len(shown) > 1 else shown[0], VIEW)
 
     cell = Cell(robot, see, TRAY)
     robot.palm_height = lambda q: cell.palm_pose().translation[2]
@@ -56,9 +56,9 @@ def cleared(robot, boxes, on_cycle=None, tray=TRAY):
             there.sort(key=lambda one: -np.linalg.norm(one.shape.centre - place))
             there.pop()
 
-    cell = cell_of(robot)
+    cell = trial_cell(robot)
     cell.tray = tray
-    cell.perceive = lambda _frame: known_scene(there, VIEW)
+    cell.perceive = lambda _frame: ground_truth_scene(there, VIEW)
     cell.on_cycle = on_cycle
     return clear_table(cell, on_pick=on_pick), cell
 
@@ -119,7 +119,7 @@ def test_the_hand_leaves_the_tray_level():
 
 
 def test_an_arm_that_sticks_near_enough_begins_the_grasp():
-    report = clear_table(cell_of(StickingRobot(), [box()], []))
+    report = clear_table(trial_cell(StickingRobot(), [box()], []))
     pick = report.picks[0]
     before = {record.phase: record for record in pick.phases}["pre-grasp"]
     assert before.outcome == "done"
@@ -136,7 +136,7 @@ def test_the_arm_stands_still_at_every_look():
 
 def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
     robot = FakeRobot()
-    cell = cell_of(robot, [box()], [])
+    cell = trial_cell(robot, [box()], [])
     report = clear_table(cell)
     assert report.stop_reason == "clear"
     assert report.observations == 3
@@ -145,16 +145,16 @@ def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
 
 def test_a_fault_on_the_way_home_is_told_in_place_of_a_clear_table():
     unbroken = FakeRobot()
-    picked = clear_table(cell_of(unbroken, [box()], [])).picks[0]
+    picked = clear_table(trial_cell(unbroken, [box()], [])).picks[0]
     robot = FakeRobot(breaks_at=picked.phases[-1].end + 0.1)
-    report = clear_table(cell_of(robot, [box()], []))
+    report = clear_table(trial_cell(robot, [box()], []))
     assert report.picks[0].outcome == "placed"
     assert report.stop_reason == "the arm has lost its power"
 
 
 def test_a_robot_with_a_fault_picks_nothing_and_says_so():
     robot = FakeRobot()
-    cell = cell_of(robot, [box()])
+    cell = trial_cell(robot, [box()])
     choice = select_grasp(cell, cell.perceive(robot.capture()), FailedGrasps()).grasp
     assert choice is not None
     robot.breaks_at = 0.0
@@ -165,7 +165,7 @@ def test_a_robot_with_a_fault_picks_nothing_and_says_so():
 
 
 def test_a_hard_bump_far_from_the_object_ends_the_way():
-    report = clear_table(cell_of(BumpingRobot(), [box()]), options=ClearOptions(failures=1))
+    report = clear_table(trial_cell(BumpingRobot(), [box()]), options=ClearOptions(failures=1))
     assert report.picks[0].outcome == "stuck"
     assert "thumb" in report.picks[0].reason
     assert "touched something that was not perceived" in report.picks[0].reason
@@ -190,7 +190,7 @@ def test_what_no_longer_fits_side_by_side_goes_on_top():
 
 
 def test_time_spent_in_vain_counts_as_planning():
-    cell = cell_of(FakeRobot(), [box()])
+    cell = trial_cell(FakeRobot(), [box()])
     scene = cell.perceive(cell.robot.capture())
     assert select_grasp(cell, scene, FailedGrasps(), spent_ms=500.0).plan_ms > 500.0
     memory = FailedGrasps()

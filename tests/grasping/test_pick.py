@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.grasp.true_scene import known_scene
+from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import ClearOptions, clear_table
@@ -32,7 +32,7 @@ def run(robot, *scenes, **options):
 
     def see(_frame):
         objects = shown.pop(0) if len(shown) > 1 else shown[0]
-        return known_scene(objects, VIEW)
+        return ground_truth_scene(objects, VIEW)
 
     cell = Cell(robot, see, TRAY)
     robot.palm_height = lambda q: cell.palm_pose().translation[2]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.grasp.true_scene import known_scene
+from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import GraspOptions, plan_grasps
 from eyehand.grasping.cell import Cell
@@ -23,14 +23,14 @@ VIEW = np.array([0.0, 0.5, 0.9])
 
 @pytest.fixture
 def cell():
-    return Cell(FakeRobot(), lambda _: known_scene([], VIEW), TRAY)
+    return Cell(FakeRobot(), lambda _: ground_truth_scene([], VIEW), TRAY)
 
 
 def job(prototype, size=(0.012, 0.02, 0.03)) -> PickState:
     """Plan a grasp of a box by a prototype."""
     pose = RigidTransform.from_translation([0.05, 0.0, size[2]])
     shape = Superquadric(np.array(sorted(size)), (0.1, 0.1), pose, "box")
-    scene = known_scene([TabletopObject("box", shape, 0.1, (0.8, 0.2, 0.2))], VIEW)
+    scene = ground_truth_scene([TabletopObject("box", shape, 0.1, (0.8, 0.2, 0.2))], VIEW)
     (item,) = scene.objects
     plans = plan_grasps(item, scene.support, hand=HAND, options=GraspOptions())
     plan = next(plan for plan in plans if plan.prototype == prototype)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.apps.grasp.true_scene import known_scene
+from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import clear_table
 from eyehand.grasping.pick_state import SelectedGrasp
@@ -33,13 +33,13 @@ def plan() -> GraspPlan:
 
 
 def revised(plan, outcome: PickOutcome, before, after) -> PickReport:
-    scene = known_scene(before, VIEW)
+    scene = ground_truth_scene(before, VIEW)
     report = PickReport(
         label=1, kind="box", plan=plan, outcome=outcome, reason="why", phases=(), perceive_ms=0.0,
         plan_ms=0.0, times=np.zeros(0), forces=np.zeros((0, 5)), contact_pads=0, finger_curl=0.0,
     )  # fmt: skip
     return verify_pick(
-        report, SelectedGrasp(scene, scene.objects[0], plan), known_scene(after, VIEW), TRAY
+        report, SelectedGrasp(scene, scene.objects[0], plan), ground_truth_scene(after, VIEW), TRAY
     )
 
 
@@ -71,7 +71,9 @@ def test_the_others_are_not_taken_for_what_was_picked(plan):
 
 def test_what_was_called_placed_and_still_stands_there_is_tried_again_and_told_once():
     shown, told = [[box()], [box()], []], []
-    cell = Cell(FakeRobot(), lambda _: known_scene(shown.pop(0) if shown else [], VIEW), TRAY)
+    cell = Cell(
+        FakeRobot(), lambda _: ground_truth_scene(shown.pop(0) if shown else [], VIEW), TRAY
+    )
 
     def on_pick(_choice, pick):
         told.append(None if pick is None else pick.outcome)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from eyehand.apps.grasp.true_scene import known_scene
+from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.errors import InputError
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import MAX_FRAMES, clear_table
@@ -48,7 +48,7 @@ def tilted(angle_deg: float, height: float = 0.0) -> SupportPlane:
     ],
 )
 def test_doubts_name_what_is_wrong(share, support, message):
-    scene = replace(known_scene([], VIEW), support=support)
+    scene = replace(ground_truth_scene([], VIEW), support=support)
     reason = validate_scene(frame(share), scene, TRAY)
     assert message in reason
     assert bool(reason) == bool(message)
@@ -59,7 +59,7 @@ def refuse(_frame):
 
 
 def show_no_table(_frame):
-    return replace(known_scene([], VIEW), support=None)
+    return replace(ground_truth_scene([], VIEW), support=None)
 
 
 @pytest.mark.parametrize(
@@ -78,12 +78,12 @@ def test_a_blind_look_ends_the_clearing_and_moves_nothing(see, message):
 def test_a_camera_that_gives_nothing_ends_the_clearing_in_words(monkeypatch):
     robot = FakeRobot()
     monkeypatch.setattr(robot, "capture", lambda: refuse(None))
-    report = clear_table(Cell(robot, lambda _: known_scene([], VIEW), TRAY))
+    report = clear_table(Cell(robot, lambda _: ground_truth_scene([], VIEW), TRAY))
     assert report.stop_reason == "no valid depth image: depth is 0 everywhere"
 
 
 def test_a_table_seen_empty_is_clear():
-    report = clear_table(Cell(FakeRobot(), lambda _: known_scene([], VIEW), TRAY))
+    report = clear_table(Cell(FakeRobot(), lambda _: ground_truth_scene([], VIEW), TRAY))
     assert report.stop_reason == "clear"
 
 
@@ -96,7 +96,7 @@ def looked_down_on(high: float, side: int):
     depth = np.ones((80, 80), np.float32)
     depth[30 : 30 + side, 30 : 30 + side] -= high
     labels = np.zeros(depth.shape, np.int32)
-    scene = known_scene([], FROM_ABOVE.translation)
+    scene = ground_truth_scene([], FROM_ABOVE.translation)
     scene = replace(scene, segmentation=Segmentation(labels, None, 0.0, {}))
     return DepthFrame(depth, NEAR_LENS, FROM_ABOVE), scene
 
@@ -132,6 +132,6 @@ def test_a_look_that_leaves_a_doubt_is_made_of_more_images(monkeypatch):
         return replace(whole, depth=depth.astype(np.float32))
 
     monkeypatch.setattr(robot, "capture", half)
-    report = clear_table(Cell(robot, lambda _: known_scene([], VIEW), TRAY))
+    report = clear_table(Cell(robot, lambda _: ground_truth_scene([], VIEW), TRAY))
     assert (report.stop_reason, report.observations) == ("clear", 1)
     assert len(taken) == MAX_FRAMES

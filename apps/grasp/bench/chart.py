@@ -7,20 +7,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.apps.console import print_json, say, show
+from eyehand.apps.console import say, show
 from eyehand.errors import InputError
 
 from ...bench.chart_style import Provenance, write_chart
-from ...bench.machine import machine_line
 from ...bench.pareto import simplest_front
 from ...bench.pareto_chart import MIN_SHOWN_PCT, ChartPoint, ParetoChart
 from .conditions import check_condition
 from .dials import CONTROL, DEFAULT, PERCEPTION
-from .evaluate import exit_code, finished_rows, run_scenes
-from .jobs import Condition, Family, run_grasp_trial, scene_jobs
-from .row_store import PICK, open_rows
-from .run_inputs import check_scenes, chosen_machines, own_folder, run_options, trial_extras
-from .summary import by_row, summary_rows
+from .evaluate import RunPlan, exit_code, flat_rows, print_run_json, run_plan
+from .jobs import Condition, Family, run_grasp_trial
+from .row_store import PICK
+from .run_inputs import checked_machines, checked_scenes, trial_extras
+from .summary import by_row
 from .summary_table import grasp_table
 
 if TYPE_CHECKING:
@@ -29,15 +28,13 @@ if TYPE_CHECKING:
     from .summary import Record
 
 OUT = Path("out/chart_grasp")
-"""Each run that is given no folder has its own in this one."""
+"""Parent of the default output folders."""
 CHART_FILE = "grasp.png"
 FASTEST = ("fast", "fast")
-SUREST = ("fine", "slow")
-"""Perception and control turned together: both for speed, both for success."""
-QUICK_SCENES, QUICK_OBJECTS = 2, 2
-SAME_TIME = 1.01
-"""Times that differ by less count as equal: the simulated seconds repeat, those of perception on a
-busy machine do not."""
+MOST_RELIABLE = ("fine", "slow")
+"""Dials of perception and control that are changed together, for speed and for success."""
+EQUAL_TIME_RATIO = 1.01
+"""Times with a smaller ratio count as equal. The perception times vary on a busy machine."""
 
 
 def chart_grasp(
@@ -58,116 +55,101 @@ def chart_grasp(
 ) -> int:
     """Chart seconds per pick against success over the dials of perception and control.
 
-    A pick's seconds are those of the robot and those in which it waits for perception and plan.
-    All dials see the same scenes. The same command goes on with a run that was stopped. Writes
-    grasp.png and the figures behind it, grasp.csv.
+    The time of a pick is the robot time plus the times of perception and planning. All dials run
+    on the same scenes. The same command continues a stopped run. Writes grasp.png and its figures,
+    grasp.csv.
 
     Parameters
     ----------
     scenes
-        Scenes of each dial.
+        Number of scenes of each dial setting.
     seed
-        Seed of the first.
+        Seed of the first scene.
     family
-        How objects stand: single, packed or pile.
+        Arrangement of the objects: single, packed or pile.
     friction
-        Coulomb coefficient of the hand's pads.
+        Coulomb friction coefficient of the hand's pads.
     shake
-        How long the hand shakes after each lift, s.
+        Duration of the shake after each lift, s.
     count
-        Objects of a packed or piled scene, 1 to 15.
+        Number of objects of a packed or piled scene, 1 to 15.
     cross
-        Turn every dial of perception with every one of control, not each alone.
+        Combine every perception dial with every control dial, instead of changing each alone.
     jobs
-        Processes side by side; default: as many as there are cores.
+        Number of parallel processes; default: the number of cores.
     cluster
-        Address of a Dask scheduler whose workers take the scenes, tcp://host:8786.
+        Address of a Dask scheduler whose workers run the scenes, tcp://host:8786.
     quick
-        Two scenes of two objects, three dials: a first look.
+        Run two scenes of two objects at three dial settings only.
     fresh
-        Throw away the rows of earlier runs in the output folder.
+        Discard the stored rows in the output folder.
     out
-        Output folder; default: one in out/chart_grasp for each set of options.
+        Output folder; default: a folder in out/chart_grasp per set of options.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    check_scenes(scenes, seed, count)
+    seeds, count = checked_scenes(scenes, seed, count, quick=quick)
     check_condition(friction, shake)
-    if quick:
-        scenes, count = min(scenes, QUICK_SCENES), min(count, QUICK_OBJECTS)
-    machines = chosen_machines(jobs, cluster)
-    settings = [(DEFAULT, DEFAULT), FASTEST, SUREST] if quick else dial_settings(cross=cross)
+    machines = checked_machines(jobs, cluster)
+    settings = [(DEFAULT, DEFAULT), FASTEST, MOST_RELIABLE] if quick else dial_settings(cross=cross)
     conditions = [Condition(family, friction, shake, False, *dials) for dials in settings]
-    more = trial_extras("lift", None, None, "")
-    planned = scene_jobs(conditions, range(seed, seed + scenes), count, more)
-    options = run_options(conditions, seed, count, more)
-    out = out or own_folder(OUT, conditions, options)
-    store = open_rows(out, options, fresh=fresh)
-    run_scenes(planned, store, machines, run_grasp_trial)
-    records = finished_rows(store, planned)
-    rows = summary_rows(records, planned)
-    for row in rows:
-        own = by_row(records)[row["name"]]
-        row["pick_p50_s"] = median_pick_s(own)
-    show(grasp_table(rows, f"{scenes} {family} scenes, seeds from {seed}"), json_wanted=json)
-    say(machines.told)
-    drawn = [row for row in rows if row["pick_p50_s"] and row["success_pct"] is not None]
+    extras = trial_extras("lift", None, None, "")
+    plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
+    done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)
+    records = by_row(done.records)
+    for row in done.rows:
+        row["pick_p50_s"] = median_pick_s(records[row["name"]])
+    title = f"{len(seeds)} {family} scenes, seeds from {seed}"
+    show(grasp_table(done.rows, title), json_wanted=json)
+    say(machines.timing_note)
+    drawn = [row for row in done.rows if row["pick_p50_s"] and row["success_pct"] is not None]
     if not drawn or drawn[0]["name"] != conditions[0].name:
-        raise InputError(f"the default finished no pick: nothing to chart, the rows are in {out}")
+        raise InputError(f"no pick of the default setting finished; the rows are in {plan.out}")
     points = [
         ChartPoint(dial_name(row), 1e3 * row["pick_p50_s"], row["success_pct"]) for row in drawn
     ]
     front = dial_front(points, [row["picks"] for row in drawn])
     for index, row in enumerate(drawn):
         row["on_front"] = index in front
-    said = f"{family} scenes, friction {friction:g}" + (f", shake {shake:g} s" if shake else "")
-    picks = min(row["picks"] for row in drawn)
-    made = Provenance(f"{said}, {scenes} of them at each dial, at least", seed, picks, "pick")
+    data = f"{family} scenes, friction {friction:g}" + (f", shake {shake:g} s" if shake else "")
+    min_picks = min(row["picks"] for row in drawn)
+    data = f"{data}, {len(seeds)} of them at each dial, at least"
+    provenance = Provenance(data, seed, min_picks, "pick")
     figure = ParetoChart(
         "Picking unknown objects: time against success",
-        "time with perception and plan; blue: dials of perception and control; default with 95 % "
-        f"confidence: {interval_text(drawn[0])}",
+        "time with perception and planning; blue: dials of perception and control; default with "
+        f"95 % confidence: {interval_text(drawn[0])}",
         points,
         front,
         "successful picks",
-        made,
+        provenance,
         # No failure is drawn as half a failure in the largest number of picks.
         max_shown_pct=100.0 - 50.0 / max(row["picks"] for row in drawn),
         min_shown_pct=min([MIN_SHOWN_PCT, *(point.accuracy_pct for point in points)]),
     ).figure()
-    flat = [{key: value for key, value in row.items() if key != "outcomes"} for row in rows]
-    write_chart(figure, out / CHART_FILE, flat)
-    say(f"chart: {out / CHART_FILE}; rows: {store.folder}")
+    write_chart(figure, plan.out / CHART_FILE, flat_rows(done.rows))
+    say(f"chart: {plan.out / CHART_FILE}; rows: {done.store.folder}")
     if json:
-        print_json(
-            "chart_grasp",
-            seed,
-            rows,
-            scenes=scenes,
-            options=options,
-            machine=machine_line(),
-            timing=machines.told,
-            out=str(out),
-        )
-    return exit_code(records, planned)
+        print_run_json("chart_grasp", plan, done, machines)
+    return exit_code(done.records, plan.jobs)
 
 
 def dial_settings(*, cross: bool) -> list[tuple[str, str]]:
-    """Names of perception and control that are tried together, the default first."""
+    """Return the pairs of perception and control dials to run, the default first."""
     if cross:
-        return [(one, other) for one in PERCEPTION for other in CONTROL]
+        return [(perception, control) for perception in PERCEPTION for control in CONTROL]
     alone = [(name, DEFAULT) for name in PERCEPTION] + [(DEFAULT, name) for name in CONTROL]
-    return list(dict.fromkeys([*alone, FASTEST, SUREST]))
+    return list(dict.fromkeys([*alone, FASTEST, MOST_RELIABLE]))
 
 
 def dial_name(row: dict[str, Any]) -> str:
-    """Name of a setting in the chart."""
+    """Return the name of a setting in the chart."""
     words = [f"{row[what]} {what}" for what in ("perception", "control") if row[what] != DEFAULT]
     return ", ".join(words) or DEFAULT
 
 
 def median_pick_s(records: Sequence[Record]) -> float | None:
-    """Median time of a pick with what it waits for perception and plan, s; None without picks."""
+    """Return the median time of a pick with perception and planning, s; None without picks."""
     seconds = [
         pick["seconds"] + ((pick["perceive_ms"] or 0.0) + (pick["plan_ms"] or 0.0)) / 1e3
         for pick in records
@@ -177,15 +159,15 @@ def median_pick_s(records: Sequence[Record]) -> float | None:
 
 
 def dial_front(points: Sequence[ChartPoint], picks: Sequence[int]) -> list[int]:
-    """Find settings that no simpler one matches to within a pick, by rising time."""
+    """Return the indices of the settings on the Pareto front, within one pick, by rising time."""
     return simplest_front(
         [point.time_ms for point in points],
         [point.accuracy_pct for point in points],
-        SAME_TIME,
+        EQUAL_TIME_RATIO,
         100.0 / max(picks),
     )
 
 
 def interval_text(row: dict[str, Any]) -> str:
-    """The interval of a row's success in words."""
+    """Return the confidence interval of a row as text."""
     return f"{row['ci_low_pct']:.0f} to {row['ci_high_pct']:.0f} %"

@@ -1,4 +1,4 @@
-"""Scenes run on a Dask cluster that exists already."""
+"""Run scenes on an existing Dask cluster."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Mapping, Sequence
 
 CONNECT_S = 10.0
-"""How long the scheduler may take to answer."""
+"""Time limit for the answer of the scheduler, s."""
 ADDRESS = re.compile(r"(?:tcp|tls|wss?)://([^\s:/\[\]]+|\[[0-9a-f:]+\]):(\d{1,5})/?")
-"""scheme://host:port; the host may be an IPv6 address in brackets."""
+"""scheme://host:port. The host may be an IPv6 address in brackets."""
 _ONE_AT_A_TIME = threading.Lock()
-"""Workers may have threads; a process has one renderer."""
+"""Workers may have several threads, but a process has one renderer."""
 
 
 def run_on_cluster(
     jobs: Sequence[SceneJob], run: RunTrial, address: str, *, connect: float = CONNECT_S
 ) -> Generator[tuple[SceneJob, SceneOutcome]]:
-    """Run all scenes on a cluster's workers, and give each with its outcome as it is done.
+    """Run all scenes on the workers of a cluster and yield each with its outcome as it finishes.
 
-    The workers need eyehand in the same version. A scene whose worker died is run again by the
-    scheduler, up to its `allowed-failures`; leaving the loop early takes the others back.
+    The workers need the same version of eyehand. If a worker dies, the scheduler repeats its
+    scene up to `allowed-failures` times. Closing the generator cancels the remaining scenes.
 
     Parameters
     ----------
     jobs
-        Scenes.
+        Scenes to run.
     run
-        Runs one; a function of a module that the workers can import.
+        Function that runs a scene, from a module that the workers can import.
     address
-        Of the scheduler, ``tcp://host:8786``.
+        Address of the scheduler, ``tcp://host:8786``.
     connect
-        Longest wait for it, s.
+        Time limit for its answer, s.
 
     Raises
     ------
     InputError
-        If `distributed` is not installed, the address is none, or no scheduler answers there.
+        If `distributed` is not installed, the address is invalid, or no scheduler answers.
     DeviceError
-        If the scheduler goes away.
+        If the connection to the scheduler is lost.
     """
     check_address(address)
     try:
@@ -58,12 +58,12 @@ def run_on_cluster(
             "--cluster needs the package distributed: install it with "
             "pip install 'eyehand[cluster]'"
         ) from error
-    # Its loggers write tracebacks of what is told here in a line.
+    # Its loggers write tracebacks of errors that are reported here in one line.
     for name in ("distributed", "distributed.client", "distributed.utils", "distributed.core"):
         logging.getLogger(name).setLevel(logging.CRITICAL)
-    # A client that was refused is never closed in peace: ask without one first.
+    # A refused client does not close cleanly. Test the connection first.
     try:
-        asyncio.run(_meet(address, connect))
+        asyncio.run(_test_connection(address, connect))
         client = Client(address, timeout=connect, set_as_default=False)
     except (OSError, ValueError, TypeError, RuntimeError, TimeoutError) as error:
         raise InputError(
@@ -71,7 +71,7 @@ def run_on_cluster(
             f"({' '.join(str(error).split())}), expected something like tcp://host:8786"
         ) from error
     with client:
-        # Keys of this run only: a scheduler gives what it already has under a key.
+        # Unique keys per run: a scheduler returns old results under a known key.
         run_name = secrets.token_hex(4)
         futures: dict[Any, SceneJob] = {
             client.submit(
@@ -82,15 +82,15 @@ def run_on_cluster(
         try:
             for future in as_completed(list(futures), loop=client.loop):
                 job, outcome = futures.pop(future), _outcome(future, address)
-                # What the client still holds is computed again when its worker dies.
+                # Release the result: the scheduler computes held results again when a worker dies.
                 future.release()
                 yield job, outcome
         finally:
             client.cancel(list(futures), force=True)
 
 
-async def _meet(address: str, seconds: float) -> None:
-    """Connect as a client of the machine's own settings would, and part."""
+async def _test_connection(address: str, seconds: float) -> None:
+    """Connect with the security settings of this machine, and disconnect."""
     from distributed.comm.core import connect
     from distributed.security import Security
 
@@ -100,7 +100,7 @@ async def _meet(address: str, seconds: float) -> None:
 
 
 def check_address(address: str) -> None:
-    """Raise an `InputError` for what is no scheduler's address: a client of it never ends well."""
+    """Raise an `InputError` if the address is invalid. A client with such an address would hang."""
     found = ADDRESS.fullmatch(address)
     if found is None or not 0 < int(found[2]) < 2**16:
         raise InputError(
@@ -114,14 +114,14 @@ def _on_worker(run: RunTrial, trial: Mapping[str, Any]) -> SceneOutcome:
 
 
 def _outcome(future: Any, address: str) -> SceneOutcome:
-    # Waits, where a worker took its finished result with it, until that has run again.
+    # If a worker died with its result, this waits until the scene has run again.
     error = future.exception()
     if future.cancelled():
         raise DeviceError(
-            f"the scheduler at {address} went away; the scenes that are done are kept, the same "
-            "command goes on with the others"
+            f"the scheduler at {address} is gone; finished scenes are stored, the same "
+            "command continues"
         )
     if error is not None:
-        # Scenes catch what they raise: this is the scheduler's word on workers that died.
+        # Scenes catch their own exceptions. This one is about workers that died.
         return SceneOutcome(lost=f"{type(error).__name__}: {' '.join(str(error).split())}")
     return future.result()

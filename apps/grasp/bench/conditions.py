@@ -1,4 +1,4 @@
-"""Which rows an evaluation of grasping has: the usual table's, or those asked for."""
+"""The conditions of an evaluation of grasping, one per row of the table."""
 
 from __future__ import annotations
 
@@ -16,21 +16,29 @@ if TYPE_CHECKING:
 
 FAMILIES: tuple[Family, ...] = get_args(Family)
 HARD_FRICTION, HARD_SHAKE_S = 0.6, 2.0
-"""Of the hard row of the usual table: waxed wood, and a robot in a hurry."""
-MOST_FRICTION, MOST_SHAKE_S = 3.0, 60.0
-"""Beyond, no hand is told from another."""
-SOURCES = (".py", ".xml", ".json")
-ROOMS = ("errors", "perception", "control", "tactile", "grasping", "data_synth", "apps/grasp")
-"""Files of the package that figures depend on."""
+"""Conditions of the hard row of the default table: waxed wood, and a fast robot."""
+MAX_FRICTION, MAX_SHAKE_S = 3.0, 60.0
+"""Maximum values. Beyond them, hands do not differ."""
+SOURCE_SUFFIXES = (".py", ".xml", ".json")
+SOURCE_FOLDERS = (
+    "errors",
+    "perception",
+    "control",
+    "tactile",
+    "grasping",
+    "data_synth",
+    "apps/grasp",
+)
+"""Folders and suffixes of the source files that the figures depend on."""
 
 
-def usual_conditions(*, camera: bool, known: bool) -> list[Condition]:
-    """Rows of the table everybody gets: each family, and packed scenes made hard."""
+def default_conditions(*, camera: bool, known: bool) -> list[Condition]:
+    """Return the default rows: each family, and packed scenes under hard conditions."""
     rows = [Condition(family, known=pose) for family in FAMILIES for pose in _poses(camera, known)]
     return [*rows, *([Condition("packed", HARD_FRICTION, HARD_SHAKE_S)] if camera else [])]
 
 
-def asked_conditions(
+def requested_conditions(
     families: Sequence[Family],
     frictions: Sequence[float],
     shakes: Sequence[float],
@@ -39,16 +47,16 @@ def asked_conditions(
     camera: bool,
     known: bool,
 ) -> list[Condition]:
-    """All combinations of what was asked for, each once, the known pose beside the camera.
+    """Return all combinations of the requested values, each with camera and known poses.
 
     Raises
     ------
     InputError
-        If a family is unknown, or a figure out of its range.
+        If a family is unknown, or a value is out of range.
     """
     for family in families:
         if family not in FAMILIES:
-            raise InputError(f"--family {family}: there is none, expected {', '.join(FAMILIES)}")
+            raise InputError(f"--family {family}: unknown, expected {', '.join(FAMILIES)}")
     for friction, shake in product(frictions, shakes):
         check_condition(friction, shake)
     wanted: list[Family] = [family for family in FAMILIES if family in families]
@@ -61,31 +69,31 @@ def asked_conditions(
 
 
 def check_condition(friction: float, shake: float) -> None:
-    """Check the friction of the pads and the time of shaking, s.
+    """Check the friction of the pads and the duration of the shake, s.
 
     Raises
     ------
     InputError
-        If one is out of its range, or not a number.
+        If a value is out of range or NaN.
     """
-    if not 0 < friction <= MOST_FRICTION:
-        raise InputError(f"--friction must lie in (0, {MOST_FRICTION:g}], got {friction}")
-    if not 0 <= shake <= MOST_SHAKE_S:
-        raise InputError(f"--shake must lie in [0, {MOST_SHAKE_S:g}] s, got {shake}")
+    if not 0 < friction <= MAX_FRICTION:
+        raise InputError(f"--friction must lie in (0, {MAX_FRICTION:g}], got {friction}")
+    if not 0 <= shake <= MAX_SHAKE_S:
+        raise InputError(f"--shake must lie in [0, {MAX_SHAKE_S:g}] s, got {shake}")
 
 
 def source_digest() -> str:
-    """Digest of the package's own files: rows of other code are other rows."""
+    """Return a digest of the source files. Rows of different code are not mixed."""
     root = Path(__file__).resolve().parents[3]
     digest = hashlib.sha256()
-    for path in sorted(path for room in ROOMS for path in (root / room).rglob("*")):
-        if path.suffix in SOURCES:
+    for path in sorted(path for folder in SOURCE_FOLDERS for path in (root / folder).rglob("*")):
+        if path.suffix in SOURCE_SUFFIXES:
             digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
     return digest.hexdigest()[:12]
 
 
 def folder_digest(path: Path) -> str:
-    """Digest of a file, or of all files in a folder."""
+    """Return a digest of a file, or of all files in a folder."""
     files = sorted(p for p in path.rglob("*") if p.is_file()) if path.is_dir() else [path]
     digest = hashlib.sha256()
     for file in files:

@@ -1,7 +1,6 @@
-"""Named settings of perception and control for whole picks: what a chart turns, what a trial names.
+"""Named settings (dials) of perception and control for charts and trials.
 
-A trial names its settings, so that it fits into one line of text and means the same on every
-machine; what a name stands for is told here and nowhere else.
+A trial stores only the names. It is then one line of text that means the same on every machine.
 """
 
 from __future__ import annotations
@@ -17,52 +16,52 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 DEFAULT = "default"
-"""Name of what users get, in both tables."""
+"""Name of the default setting in both tables."""
 
-SMALLEST_PX = 80
-"""Least pixels of an object in the cell: at the camera's distance of 0.85 m, one of 20 mm has 120
-in reach of the noise."""
+MIN_OBJECT_PX = 80
+"""Minimum number of pixels of an object. One of 20 mm has 120 pixels at the camera distance of
+0.85 m."""
 FAST_SEGMENTATION_MS, FAST_FIT_MS = 15.0, 8.0
-"""Budgets of fast perception, ms on the machine of the stored fronts: the shortest at which more
-than nine of ten objects are still told apart, and fits keep most of their overlap."""
+"""Time budgets of fast perception, ms on the machine of the stored fronts. They are the shortest at
+which more than 90 % of the objects are separated and fits keep most of their overlap."""
 FINE_POINTS, FINE_STARTS, FINE_MINIMA, FINE_RAYS = 4000, 9, 5, 64
-"""Fine perception: points of a fit, places it begins from and ends at, rays past its outline; as
-much as still changes the answer."""
+"""Fine perception: points, starts, minima and silhouette rays of a fit. Larger values do not change
+the result."""
 
 PERCEPTION: dict[str, str] = {
-    DEFAULT: "as the demo has it: as `perceive`, down to objects of 20 mm",
-    "fast": "every third pixel, one start per fit: a third of the time",
-    "fine": "twice the points, more starts: twice the time",
+    DEFAULT: "the setting of the demo: as `perceive`, with objects down to 20 mm",
+    "fast": "every third pixel, one start per fit; a third of the time",
+    "fine": "twice the points, more starts; twice the time",
 }
-"""Perception dials by name, and what each does."""
+"""Perception dials by name, with a description."""
 
 SLOW, FAST = 0.6, 1.5
-"""Factors on the speeds of the hand."""
+"""Factors on the speed of the hand."""
 LONG_SEARCH_ROLLOUTS = 340
-"""Maximum roll-outs of the search where the arm is stuck: four times the default of a pick."""
+"""Maximum number of roll-outs of the planner, four times the default of a pick."""
 
 CONTROL: dict[str, str] = {
-    DEFAULT: "as users get it",
+    DEFAULT: "the default options",
     "slow": f"all speeds of the hand times {SLOW:g}",
     "fast": f"all speeds of the hand times {FAST:g}",
-    "planner": f"searches with up to {LONG_SEARCH_ROLLOUTS} roll-outs where the arm is stuck",
+    "planner": f"the planner runs up to {LONG_SEARCH_ROLLOUTS} roll-outs",
 }
-"""Control dials by name, and what each does."""
+"""Control dials by name, with a description."""
 
 
 def perception_dial(name: str) -> PerceiveOptions:
-    """Look up the options of perception by their name.
+    """Return the perception options of a dial.
 
     Raises
     ------
     InputError
-        If there is no such name; the message lists those there are.
+        If the name is unknown. The message lists the valid names.
     """
     check_dials("perception", PERCEPTION, [name])
     if name == "fast":
         quick = SegmentationOptions.for_budget(FAST_SEGMENTATION_MS)
         return PerceiveOptions(
-            segmentation=replace(quick, min_object=SMALLEST_PX),
+            segmentation=replace(quick, min_object=MIN_OBJECT_PX),
             fit=FitOptions.for_budget(FAST_FIT_MS),
         )
     if name == "fine":
@@ -73,27 +72,27 @@ def perception_dial(name: str) -> PerceiveOptions:
             silhouette_rays=FINE_RAYS,
         )
         return PerceiveOptions(
-            segmentation=SegmentationOptions(min_object=SMALLEST_PX),
+            segmentation=SegmentationOptions(min_object=MIN_OBJECT_PX),
             fit=fit,
             cloud_points=FINE_POINTS,
         )
-    return PerceiveOptions(segmentation=SegmentationOptions(min_object=SMALLEST_PX))
+    return PerceiveOptions(segmentation=SegmentationOptions(min_object=MIN_OBJECT_PX))
 
 
 def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
-    """Look up the options of a pick by the name of a control dial.
+    """Return the pick options of a control dial.
 
     Parameters
     ----------
     name
         One of CONTROL.
     base
-        What is turned; default: what users get.
+        Options to change; default: the default options.
 
     Raises
     ------
     InputError
-        If there is no such name; the message lists those there are.
+        If the name is unknown. The message lists the valid names.
     """
     check_dials("control", CONTROL, [name])
     options = base or PickOptions()
@@ -106,8 +105,8 @@ def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
 
 
 def check_dials(what: str, table: Iterable[str], names: Iterable[str]) -> None:
-    """Raise an `InputError` for a name that the table has not."""
+    """Raise an `InputError` for a name that is not in the table."""
     known = list(table)
     for name in names:
         if name not in known:
-            raise InputError(f"--{what} {name}: there is none, expected {', '.join(known)}")
+            raise InputError(f"--{what} {name}: unknown, expected {', '.join(known)}")

@@ -1,8 +1,9 @@
-"""`eyehand evaluate`: unknown objects grasped in simulated scenes, with what perception loses."""
+"""`eyehand evaluate grasp`: measure the success of grasping unknown objects in simulation."""
 
 from __future__ import annotations
 
 from contextlib import closing
+from dataclasses import dataclass
 from importlib import metadata
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal
@@ -16,18 +17,18 @@ from eyehand.errors import DeviceError, InputError
 from ...bench.chart_style import Provenance, write_chart
 from ...bench.machine import machine_line
 from .cluster import run_on_cluster
-from .conditions import FAMILIES, asked_conditions, source_digest, usual_conditions
+from .conditions import FAMILIES, default_conditions, requested_conditions, source_digest
 from .jobs import Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
 from .local_runs import run_here
-from .rates_chart import rates_picture
+from .rates_chart import rates_chart
 from .report import write_report
 from .row_store import FAULT, SCENE, RowStore, open_rows
 from .run_inputs import (
-    check_room,
-    check_scenes,
+    check_objects_fit,
     checked_dials,
-    chosen_machines,
-    own_folder,
+    checked_machines,
+    checked_scenes,
+    default_folder,
     run_options,
     trial_extras,
 )
@@ -35,28 +36,26 @@ from .summary import summary_rows
 from .summary_table import grasp_table
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
-    from matplotlib.figure import Figure
-
+    from .jobs import Condition
     from .run_inputs import Machines
     from .summary import Record
 
 OUT = Path("out/evaluate_grasp")
-"""Each run that is given no folder has its own in this one."""
-QUICK_SCENES, QUICK_OBJECTS = 2, 2
+"""Parent of the default output folders."""
 REPORT_FILE, CHART_FILE = "report.html", "evaluate.png"
 
-Several = Parameter(consume_multiple=True, negative="")
+Repeated = Parameter(consume_multiple=True, negative="")
 
 
 def evaluate_grasp(
     *,
     scenes: int = 20,
     seed: int = 0,
-    family: Annotated[list[Family] | None, Several] = None,
-    friction: Annotated[list[float] | None, Several] = None,
-    shake: Annotated[list[float] | None, Several] = None,
+    family: Annotated[list[Family] | None, Repeated] = None,
+    friction: Annotated[list[float] | None, Repeated] = None,
+    shake: Annotated[list[float] | None, Repeated] = None,
     known: bool = True,
     camera: bool = True,
     count: int = 5,
@@ -73,119 +72,187 @@ def evaluate_grasp(
     out: Path | None = None,
     json: bool = False,
 ) -> int:
-    """Clear simulated tables of unknown objects, and tell how often that goes well.
+    """Clear simulated tables of unknown objects and measure the success rate.
 
-    Without --family, --friction and --shake: single objects, packed and piled ones, each beside the
-    same with known poses, and packed ones with friction 0.6 and a 2 s shake. A scene ends when it
-    is clear or after two failures in a row. Rows are kept as scenes end: the same command goes on
-    with a run that was stopped. Writes rows/*.parquet, evaluate.png, evaluate.csv, report.html.
+    Without --family, --friction and --shake, the rows are single, packed and piled objects, each
+    also with known poses, and packed objects with friction 0.6 and a 2 s shake. A scene ends when
+    it is clear or after two successive failures. Finished scenes are stored: the same command
+    continues a stopped run. Writes rows/*.parquet, evaluate.png, evaluate.csv and report.html.
 
     Parameters
     ----------
     scenes
-        Scenes of each row.
+        Number of scenes of each row.
     seed
-        Seed of the first; scene k follows from seed + k alone.
+        Seed of the first scene. Scene k depends on seed + k only.
     family
-        How objects stand: single, packed, pile; several go.
+        Arrangements of the objects: single, packed, pile.
     friction
-        Coulomb coefficients of the hand's pads, each with each family.
+        Coulomb friction coefficients of the hand's pads, combined with each family.
     shake
-        Times that the hand shakes after each lift, s, each with each of those.
+        Durations of the shake after each lift, s, combined with family and friction.
     known
-        Run each row with known poses too.
+        Also run each row with known poses.
     camera
-        Run each row with the camera.
+        Run each row with perception from the camera.
     count
-        Objects of a packed or piled scene, 1 to 15.
+        Number of objects of a packed or piled scene, 1 to 15.
     purpose
-        What objects are lifted for.
+        Purpose of the grasps.
     perception
         Dial of perception: default, fast, fine.
     control
         Dial of control: default, slow, fast, planner.
     objects
-        Folder of meshes (.obj, .stl) or URDFs to take objects from, instead of solids.
+        Folder of meshes (.obj, .stl) or URDFs to draw the objects from, instead of solids.
     robot
-        MJCF of another arm with a hand; robot.hand.json beside robot.xml tells the fingers of a
-        hand whose motors move joints.
+        MJCF file of another arm with its hand. For a hand whose motors drive joints,
+        robot.hand.json beside robot.xml describes the fingers.
     hand_frame
-        Its site in the palm.
+        With --robot: the site or body in the palm.
     jobs
-        Processes side by side; default: as many as there are cores.
+        Number of parallel processes; default: the number of cores.
     cluster
-        Address of a Dask scheduler whose workers take the scenes, tcp://host:8786.
+        Address of a Dask scheduler whose workers run the scenes, tcp://host:8786.
     quick
-        Two scenes of two objects: a first look.
+        Run two scenes of two objects only.
     fresh
-        Throw away the rows of earlier runs in the output folder.
+        Discard the stored rows in the output folder.
     out
-        Output folder; default: one in out/evaluate for each set of options.
+        Output folder; default: a folder in out/evaluate_grasp per set of options.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    check_scenes(scenes, seed, count)
+    seeds, count = checked_scenes(scenes, seed, count, quick=quick)
     if not (known or camera):
         raise InputError("--no-known with --no-camera leaves nothing to run")
-    if quick:
-        scenes, count = min(scenes, QUICK_SCENES), min(count, QUICK_OBJECTS)
-    machines = chosen_machines(jobs, cluster)
+    machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
-    more = trial_extras(purpose, objects, robot, hand_frame)
+    extras = trial_extras(purpose, objects, robot, hand_frame)
     if family is friction is shake is None and dials == ("default", "default"):
-        conditions = usual_conditions(camera=camera, known=known)
+        conditions = default_conditions(camera=camera, known=known)
     else:
-        conditions = asked_conditions(
+        conditions = requested_conditions(
             family or FAMILIES, friction or [1.0], shake or [0.0], dials, camera=camera, known=known
         )
-    check_room(objects, conditions, range(seed, seed + scenes), count)
-    planned = scene_jobs(conditions, range(seed, seed + scenes), count, more)
-    options = run_options(conditions, seed, count, more)
-    out = out or own_folder(OUT, conditions, options)
-    store = open_rows(out, options, fresh=fresh)
-    run_scenes(planned, store, machines, run_grasp_trial)
-    records = finished_rows(store, planned)
-    rows = summary_rows(records, planned)
-    title = f"{counted(scenes, 'scene')} of each row, {seed_span(seed, scenes)}"
-    show(grasp_table(rows, title), json_wanted=json)
-    say(machines.told)
-    made = Provenance("simulated arm and hand, one noisy depth view", seed, scenes, "scene")
-    told = [
+    check_objects_fit(objects, conditions, seeds, count)
+    plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
+    done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)
+    title = f"{counted(len(seeds), 'scene')} of each row, {seed_span(seed, len(seeds))}"
+    show(grasp_table(done.rows, title), json_wanted=json)
+    say(machines.timing_note)
+    provenance = Provenance(
+        "simulated arm and hand, one noisy depth view", seed, len(seeds), "scene"
+    )
+    footer = [
         title,
         f"eyehand {metadata.version('eyehand')}, {machine_line()}",
-        machines.told,
-        f"code {source_digest()}; rows: {store.folder}",
+        machines.timing_note,
+        f"code {source_digest()}; rows: {done.store.folder}",
     ]
-    _publish(rows, records, rates_picture(rows, made), out, told)
-    say(f"report: {out / REPORT_FILE}; rows: {store.folder}")
+    chart, page = plan.out / CHART_FILE, plan.out / REPORT_FILE
+    write_chart(rates_chart(done.rows, provenance), chart, flat_rows(done.rows))
+    write_report(page, done.rows, done.records, chart.read_bytes(), footer)
+    say(f"report: {page}; rows: {done.store.folder}")
     if json:
-        print_json(
-            "evaluate_grasp",
-            seed,
-            rows,
-            scenes=scenes,
-            options=options,
-            machine=machine_line(),
-            timing=machines.told,
-            out=str(out),
+        print_run_json("evaluate_grasp", plan, done, machines)
+    return exit_code(done.records, plan.jobs)
+
+
+@dataclass(frozen=True)
+class RunPlan:
+    """The scenes of a run and the options that identify it."""
+
+    conditions: Sequence[Condition]
+    """Conditions, one per row of the table."""
+    seeds: range
+    """Seeds of the scenes of each condition."""
+    jobs: Sequence[SceneJob]
+    """All scenes."""
+    options: Mapping[str, Any]
+    """Everything that the rows depend on."""
+    out: Path
+    """Output folder."""
+
+    @classmethod
+    def of(
+        cls,
+        conditions: Sequence[Condition],
+        seeds: range,
+        count: int,
+        extras: Mapping[str, Any],
+        out: Path | None,
+        parent: Path,
+    ) -> RunPlan:
+        """Plan the scenes; without an output folder, take one in `parent` named by the options."""
+        options = run_options(conditions, seeds.start, count, extras)
+        jobs = scene_jobs(conditions, seeds, count, extras)
+        return cls(
+            conditions, seeds, jobs, options, out or default_folder(parent, conditions, options)
         )
-    return exit_code(records, planned)
+
+
+@dataclass(frozen=True)
+class FinishedRun:
+    """The stored rows of a run and their summary."""
+
+    store: RowStore
+    """The stored rows."""
+    records: Sequence[Record]
+    """Rows of all finished scenes."""
+    rows: list[dict[str, Any]]
+    """Summary of each condition."""
+
+
+def run_plan(plan: RunPlan, machines: Machines, run: RunTrial, *, fresh: bool) -> FinishedRun:
+    """Run the unfinished scenes of a plan and summarise all scenes.
+
+    Raises
+    ------
+    InputError
+        If the output folder holds rows of other options, or no cluster answers.
+    DeviceError
+        If no scene has an outcome, the cluster fails, or the disk fails.
+    """
+    store = open_rows(plan.out, plan.options, fresh=fresh)
+    run_scenes(plan.jobs, store, machines, run)
+    records = finished_rows(store, plan.jobs)
+    return FinishedRun(store, records, summary_rows(records, plan.jobs))
+
+
+def print_run_json(command: str, plan: RunPlan, done: FinishedRun, machines: Machines) -> None:
+    """Print the JSON object of a run."""
+    print_json(
+        command,
+        plan.seeds.start,
+        done.rows,
+        scenes=len(plan.seeds),
+        options=plan.options,
+        machine=machine_line(),
+        timing=machines.timing_note,
+        out=str(plan.out),
+    )
+
+
+def flat_rows(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return the rows without their outcome counts, for a CSV file."""
+    return [{key: value for key, value in row.items() if key != "outcomes"} for row in rows]
 
 
 def run_scenes(
     planned: Sequence[SceneJob], store: RowStore, machines: Machines, run: RunTrial
 ) -> None:
-    """Run the scenes that are not done yet, and keep each as it ends.
+    """Run the unfinished scenes and store each as it finishes.
 
-    One that the machine gave no outcome for (its process was killed, it took far too long) is told
-    and not kept: the next run tries it again.
+    A scene without an outcome (its process was killed, it took too long) is reported and not
+    stored. The next run tries it again.
 
     Raises
     ------
     InputError
-        If there is no cluster at the address.
+        If no cluster answers at the address.
     DeviceError
-        If the cluster goes away, or the disk fails.
+        If the cluster or the disk fails.
     """
     done = store.finished()
     left = [job for job in planned if job.key not in done]
@@ -209,17 +276,17 @@ def run_scenes(
                     say(f"{name} broke: {outcome.fault}")
     except KeyboardInterrupt:
         kept = len(planned) - len(left) + ended
-        say(f"{kept} of {len(planned)} scenes are kept; the same command goes on with the others")
+        say(f"{kept} of {len(planned)} scenes are stored; the same command continues")
         raise
 
 
 def finished_rows(store: RowStore, planned: Sequence[SceneJob]) -> list[Record]:
-    """Rows of the scenes that are done, and a word on those that are not.
+    """Return the rows of the finished scenes, and report the missing ones.
 
     Raises
     ------
     DeviceError
-        If none is done.
+        If no scene is finished.
     """
     missing = len({job.key for job in planned} - store.finished())
     if missing == len(planned):
@@ -230,22 +297,10 @@ def finished_rows(store: RowStore, planned: Sequence[SceneJob]) -> list[Record]:
 
 
 def exit_code(records: Sequence[Record], planned: Sequence[SceneJob]) -> int:
-    """0 when the figures tell of grasping: all scenes ran, and not every one of them broke."""
+    """Return 0 if all scenes ran and at least one did not break, else 1."""
     scenes = [record for record in records if record["record"] == SCENE]
     broke = [scene for scene in scenes if scene["outcome"] == FAULT]
     if len(broke) == len(scenes):
         say(f"every scene broke, the first by {broke[0]['reason']}")
         return 1
     return int(len(scenes) < len(planned))
-
-
-def _publish(
-    rows: Sequence[dict[str, Any]],
-    records: Sequence[dict[str, Any]],
-    picture: Figure,
-    out: Path,
-    told: Sequence[str],
-) -> None:
-    flat = [{key: value for key, value in row.items() if key != "outcomes"} for row in rows]
-    write_chart(picture, out / CHART_FILE, flat)
-    write_report(out / REPORT_FILE, rows, records, (out / CHART_FILE).read_bytes(), told)

@@ -1,4 +1,4 @@
-"""Robots that fail: what is not a number, and physics that breaks down, phase by phase."""
+"""Sweeps of failing robots: NaN commands and unstable physics in each phase of a pick."""
 
 from __future__ import annotations
 
@@ -12,8 +12,9 @@ import numpy as np
 from eyehand.data_synth import import_mujoco
 
 from ...bench.sweep import Sweep, Trial
-from .event_sweeps import PHASES, PHASES_TOLD, can, disturbed
-from .stress_trial import Bench, bench_of
+from .event_sweeps import PHASE_RANGE, PHASES, disturbed
+from .stress_objects import can_on_table
+from .stress_trial import StressCell, stress_cell
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -24,27 +25,27 @@ if TYPE_CHECKING:
     from eyehand.grasping import HandCommand, PickOptions, RobotReading
 
 NAN = float("nan")
-SHOVE_N = 1e13
-"""On the object, N: its acceleration is past what MuJoCo takes for true."""
-STILL_RAD = 1e-9
-"""How far a robot that has stopped may move."""
-AFTER = 25
-"""Control periods for which it is watched."""
+UNSTABLE_FORCE_N = 1e13
+"""Force on the object, N. MuJoCo rejects the resulting acceleration."""
+MAX_MOTION_RAD = 1e-9
+"""Maximum joint motion of a stopped robot, rad."""
+CYCLES_AFTER_STOP = 25
+"""Number of control cycles in which the stopped robot is checked."""
 
 
-class SpoiledRobot:
-    """A robot whose commands turn into what is no number, from a moment on.
+class FaultyCommandRobot:
+    """A robot whose commands become NaN once `faulty_part` is set.
 
     Parameters
     ----------
     robot
-        The sound one behind it.
+        The robot that does the work.
     """
 
     def __init__(self, robot: SimRobot) -> None:
         self._robot = robot
-        self.spoils = ""
-        """``arm`` or ``hand``; empty while all is well."""
+        self.faulty_part = ""
+        """``arm`` or ``hand``; empty without a fault."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._robot, name)
@@ -52,63 +53,80 @@ class SpoiledRobot:
     def step(
         self, velocity: NDArray[np.float64], command: HandCommand | None = None
     ) -> RobotReading:
-        """Pass a command on, spoiled or not."""
-        if self.spoils == "arm":
+        """Pass a command on, as NaN if its part is faulty."""
+        if self.faulty_part == "arm":
             velocity = np.where(np.arange(len(velocity)) == 0, NAN, velocity)
-        if self.spoils == "hand" and command is not None:
+        if self.faulty_part == "hand" and command is not None:
             command = replace(command, values=np.full_like(command.values, NAN))
         return self._robot.step(velocity, command)
 
 
 def fault_sweeps() -> tuple[Sweep[PickOptions], ...]:
-    """Sweeps over what fails and when."""
+    """Return the sweeps over the faults and the phases in which they start."""
     numbers = tuple(float(k + 1) for k in range(len(PHASES)))
-    kinds: tuple[tuple[str, str, Callable[[Bench], None], str], ...] = (
-        ("nan-arm", "arm command that is no number", partial(_spoil, what="arm"), "not finite"),
-        ("nan-hand", "hand command that is no number", partial(_spoil, what="hand"), "not finite"),
-        ("bad-physics", "physics that breaks down", _shove, "the simulation failed"),
+    faults: tuple[tuple[str, str, Callable[[StressCell], None], str], ...] = (
+        (
+            "nan-arm",
+            "phase of a NaN arm command",
+            partial(_make_commands_nan, part="arm"),
+            "not finite",
+        ),
+        (
+            "nan-hand",
+            "phase of a NaN hand command",
+            partial(_make_commands_nan, part="hand"),
+            "not finite",
+        ),
+        ("bad-physics", "phase of unstable physics", _make_unstable, "the simulation failed"),
     )
     return tuple(
         Sweep(
             name=name,
-            axis=f"{told}, {PHASES_TOLD}",
+            axis=f"{axis}, {PHASE_RANGE}",
             unit="",
             values=numbers,
             holds_to=numbers[-1],
-            attempt=partial(_failing, happens=happens, says=says),
-            right=f"stops at once, stands still, and says: {says}",
+            attempt=partial(_failing, fault=fault, message=message),
+            right=f"stops at once, stands still, and reports: {message}",
             repeats=1,
         )
-        for name, told, happens, says in kinds
+        for name, axis, fault, message in faults
     )
 
 
 def _failing(
-    number: float, seed: int, options: PickOptions, *, happens: Callable[[Bench], None], says: str
+    number: float,
+    seed: int,
+    options: PickOptions,
+    *,
+    fault: Callable[[StressCell], None],
+    message: str,
 ) -> Trial:
-    bench = disturbed(bench_of([can(seed)], seed, options), number)
-    bench.cell.robot = SpoiledRobot(bench.robot)  # pyright: ignore[reportAttributeAccessIssue] - passes all else on
-    bench.disturb = lambda: happens(bench)
-    with _quietly():
-        ended = bench.clear()
-    if bench.disturb is not None:
-        return ended.judged(False, f"the pick never came to {bench.phase}; {ended.says}")
-    named = [row for row in ended.picks if row.outcome == "fault" and says in row.reason]
-    stopped = says in ended.report.stop_reason
-    before = bench.robot.read().q
-    for _ in range(AFTER):
-        bench.robot.step(np.full(len(before), 0.1))
-    moved = float(np.abs(bench.robot.read().q - before).max())
-    still = moved <= STILL_RAD
-    right = len(named) == 1 and len(ended.picks) == 1 and stopped and still
-    outcomes = ", ".join(row.outcome for row in ended.picks)
-    said = f"{outcomes}; {ended.report.stop_reason}" if still else f"moved on by {moved:.2g} rad"
-    return ended.judged(right, said)
+    stress = disturbed(stress_cell([can_on_table(seed)], seed, options), number)
+    stress.cell.robot = FaultyCommandRobot(stress.robot)  # pyright: ignore[reportAttributeAccessIssue] - passes all else on
+    stress.disturb = lambda: fault(stress)
+    with _mujoco_warnings_off():
+        outcome = stress.clear()
+    if stress.disturb is not None:
+        return outcome.trial(
+            False, f"the pick never reached {stress.disturbed_phase}; {outcome.failure}"
+        )
+    named = [row for row in outcome.picks if row.outcome == "fault" and message in row.reason]
+    stopped = message in outcome.report.stop_reason
+    before = stress.robot.read().q
+    for _ in range(CYCLES_AFTER_STOP):
+        stress.robot.step(np.full(len(before), 0.1))
+    moved = float(np.abs(stress.robot.read().q - before).max())
+    still = moved <= MAX_MOTION_RAD
+    right = len(named) == 1 and len(outcome.picks) == 1 and stopped and still
+    outcomes = ", ".join(row.outcome for row in outcome.picks)
+    note = f"{outcomes}; {outcome.report.stop_reason}" if still else f"moved on by {moved:.2g} rad"
+    return outcome.trial(right, note)
 
 
 @contextmanager
-def _quietly() -> Iterator[None]:
-    """Keep MuJoCo's own warnings off the terminal and out of its log file: they are provoked."""
+def _mujoco_warnings_off() -> Iterator[None]:
+    """Suppress the MuJoCo warnings that the faults provoke."""
     mujoco = import_mujoco()
     before = mujoco.get_mju_user_warning()
     mujoco.set_mju_user_warning(lambda _: None)
@@ -118,13 +136,14 @@ def _quietly() -> Iterator[None]:
         mujoco.set_mju_user_warning(before)
 
 
-def _spoil(bench: Bench, *, what: str) -> None:
-    robot = bench.cell.robot
-    assert isinstance(robot, SpoiledRobot)
-    robot.spoils = what
+def _make_commands_nan(stress: StressCell, *, part: str) -> None:
+    """Turn the commands of the arm or the hand into NaN from now on."""
+    robot = stress.cell.robot
+    assert isinstance(robot, FaultyCommandRobot)
+    robot.faulty_part = part
 
 
-def _shove(bench: Bench) -> None:
-    """Push the object so hard that the physics breaks down."""
-    data, model = bench.robot.data, bench.robot.model
-    data.xfrc_applied[model.body("can").id, :3] = SHOVE_N
+def _make_unstable(stress: StressCell) -> None:
+    """Push the object so hard that the simulation becomes unstable."""
+    data, model = stress.robot.data, stress.robot.model
+    data.xfrc_applied[model.body("can").id, :3] = UNSTABLE_FORCE_N

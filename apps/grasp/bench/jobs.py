@@ -1,7 +1,7 @@
-"""What a grasping evaluation runs: conditions, a scene for each of their seeds, and its outcome.
+"""The scenes of a grasping evaluation as jobs, and their outcomes.
 
-Jobs and outcomes are plain text and numbers, because they travel: to other processes, to other
-machines, and into files that a later run reads.
+Jobs and outcomes hold plain text and numbers, because they are sent to other processes and machines
+and stored in files.
 """
 
 from __future__ import annotations
@@ -24,39 +24,39 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 Family = Literal["single", "packed", "pile"]
-"""How the objects of a scene stand: one alone, upright side by side, dropped on each other."""
+"""Arrangement of the objects: a single one, several upright ones, several dropped ones."""
 RunTrial = Callable[[dict[str, Any]], dict[str, Any]]
-"""Runs the trial of these fields and gives the fields of its result. It is found by its name in
-other processes, so it is a function of a module."""
+"""Run the trial with these fields and return the fields of its result. Other processes import it by
+name, so it must be a module-level function."""
 
 TRIAL_MODULE = "eyehand.apps.grasp.bench.trial"
-"""Where trials are run: with the physics engine and all kernels, imported only to run one."""
+"""Module that runs trials. It is imported lazily because it loads physics and all kernels."""
 MACHINE_FAULTS = (MemoryError, OSError, ImportError, DeviceError)
-"""What a trial raises for no reason of its own: a full disk, no graphics, another version."""
-KEY_LETTERS = 12
-"""Of the digest in a key: two of a million scenes share one with a chance of 1 in 500."""
+"""Exceptions of the machine, not of the trial: a full disk, no graphics, a different version."""
+KEY_LENGTH = 12
+"""Length of the digest in a key. A million scenes have a collision with probability 1/500."""
 
 
 @dataclass(frozen=True)
 class Condition:
-    """Under what a row of the table was measured."""
+    """The conditions of a row of the table."""
 
     family: Family
-    """How the objects stand."""
+    """Arrangement of the objects."""
     friction: float = 1.0
-    """Coulomb coefficient of the hand's pads."""
+    """Coulomb friction coefficient of the hand's pads."""
     shake: float = 0.0
-    """How long the hand shakes after each lift, s."""
+    """Duration of the shake after each lift, s."""
     known: bool = False
-    """Whether true solids take the place of what the camera saw."""
+    """Whether the true solids replace perception."""
     perception: str = "default"
-    """Name of a perception dial."""
+    """Name of the perception dial."""
     control: str = "default"
-    """Name of a control dial."""
+    """Name of the control dial."""
 
     @property
     def name(self) -> str:
-        """Say it in words, for tables."""
+        """Name for tables: the values that differ from the defaults."""
         words = [f"{self.family}, known" if self.known else self.family]
         words += [f"friction {self.friction:g}"] if self.friction != 1.0 else []
         words += [f"shake {self.shake:g} s"] if self.shake else []
@@ -76,41 +76,41 @@ class SceneJob:
 
     @property
     def key(self) -> str:
-        """Name that no scene with another trial has, fit for a file."""
+        """Unique name of the trial, usable as a file name."""
         text = json.dumps(dict(self.trial), sort_keys=True)
-        digest = hashlib.sha256(text.encode()).hexdigest()[:KEY_LETTERS]
+        digest = hashlib.sha256(text.encode()).hexdigest()[:KEY_LENGTH]
         return f"{self.trial['family']}_{self.trial['seed']:05d}_{digest}"
 
 
 @dataclass(frozen=True)
 class SceneOutcome:
-    """What became of a scene: a result, a fault, or nothing that tells of grasping."""
+    """The outcome of a scene: a result, a fault, or a machine failure."""
 
     result: Mapping[str, Any] = field(default_factory=dict)
-    """Fields of the trial's result; empty at a fault."""
+    """Fields of the trial's result; empty after a fault."""
     fault: str = ""
-    """What the trial raised: it counts, as a scene not cleared."""
+    """Exception of the trial. The scene counts as not cleared."""
     lost: str = ""
-    """Why the machine gave no outcome (killed, out of memory, far too late): it counts for nothing,
-    and the scene is to be tried again."""
+    """Reason of a machine failure (killed, out of memory, timeout). The scene is not counted and
+    runs again."""
 
 
 def scene_jobs(
-    conditions: Iterable[Condition], seeds: Iterable[int], objects: int, more: Mapping[str, Any]
+    conditions: Iterable[Condition], seeds: Iterable[int], objects: int, extras: Mapping[str, Any]
 ) -> list[SceneJob]:
-    """List the scenes of all conditions, each with the same seeds, seed by seed.
+    """List the scenes of all conditions, seed by seed.
 
-    So the conditions share their scenes, and a run that is stopped early has seen as much of each.
+    All conditions share the same seeds. A run that is stopped early has equally many of each.
 
     Parameters
     ----------
     conditions
         Rows of the table.
     seeds
-        One scene each.
+        Seeds of the scenes of each condition.
     objects
-        Of a scene; a single one has 1.
-    more
+        Number of objects of a scene. A single scene has one.
+    extras
         Further fields of every trial.
     """
     rows = list(conditions)
@@ -121,7 +121,7 @@ def scene_jobs(
                 **asdict(condition),
                 "seed": seed,
                 "objects": 1 if condition.family == "single" else objects,
-                **more,
+                **extras,
             },
         )
         for seed in seeds
@@ -130,42 +130,44 @@ def scene_jobs(
 
 
 def attempt(run: RunTrial, trial: Mapping[str, Any]) -> SceneOutcome:
-    """Run a trial; what it raises becomes a fault, with the place where it was raised.
+    """Run a trial. An exception becomes a fault with its source line.
 
-    What the machine is to blame for is no fault of the trial: it has no outcome then.
+    An exception of the machine is not a fault of the trial: the scene then has no outcome.
     """
     try:
         result = run(dict(trial))
-        # What does not fit into text would break on its way, where nobody could tell whose it was.
+        # Convert here: a value that is not plain would fail later, far from its cause.
         return SceneOutcome(result=json.loads(json.dumps(result, default=_plain)))
     except MACHINE_FAULTS as error:
-        return SceneOutcome(lost=_told(error))
+        return SceneOutcome(lost=_describe(error))
     except Exception as error:
-        return SceneOutcome(fault=_told(error))
+        return SceneOutcome(fault=_describe(error))
 
 
 def run_grasp_trial(trial: dict[str, Any]) -> dict[str, Any]:
-    """Clear a scene with the simulated robot; fields of the result without those of the trial."""
+    """Clear a scene with the simulated robot and return the fields of the result."""
     module = importlib.import_module(TRIAL_MODULE)
-    _ready()
+    _warm_up_once()
     result = module.run_trial(module.GraspTrial(**trial))
     own = {f.name: getattr(result, f.name) for f in fields(result) if f.name != "trial"}
     return {**own, "picks": [asdict(pick) for pick in result.picks]}
 
 
 @cache
-def _ready() -> None:
-    """Load kernels before times are taken, once in a process."""
-    from ..warm_up import ready_grasping
+def _warm_up_once() -> None:
+    """Load the kernels once per process, before times are measured."""
+    from ..warm_up import warm_up_grasping
 
-    ready_grasping()
+    warm_up_grasping()
 
 
-def _told(error: Exception) -> str:
-    said = " ".join(str(error).split())
+def _describe(error: Exception) -> str:
+    message = " ".join(str(error).split())
     steps = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(steps[-1].filename).name}:{steps[-1].lineno})" if steps else ""
-    return f"{type(error).__name__}: {said}{place}" if said else f"{type(error).__name__}{place}"
+    return (
+        f"{type(error).__name__}: {message}{place}" if message else f"{type(error).__name__}{place}"
+    )
 
 
 def _plain(value: Any) -> Any:

@@ -1,8 +1,8 @@
-"""Scenes run side by side in processes of this machine, whatever becomes of those processes.
+"""Run scenes in parallel processes of this machine, also when processes die.
 
-Each process has its own physics, kernels and renderer, is started anew (not forked: a renderer's
-context does not survive that), and does one scene at a time. This is not a process pool of the
-standard library because such a pool, when one process dies, cannot tell whose scene it was.
+Each process has its own physics, kernels and renderer, and runs one scene at a time. Processes are
+spawned, because the context of a renderer does not survive a fork. The process pool of the standard
+library is not used: when a process dies, it cannot report which scene it was running.
 """
 
 from __future__ import annotations
@@ -24,18 +24,18 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.context import SpawnProcess
 
-MOST_DEATHS = 3
-"""A scene during which so many processes died is left to another run."""
-LONGEST_SCENE_S = 900.0
-"""A scene that takes longer hangs: a hundred times what one takes."""
-START_S = 120.0
-"""Longest that a process may take to start, on a machine that has much else to do."""
-GOODBYE_S = 2.0
-"""How long a process may take to end before it is killed."""
+MAX_DEATHS = 3
+"""Number of dead processes after which a scene is left to another run."""
+SCENE_TIMEOUT_S = 900.0
+"""Time limit of a scene, s, a hundred times the usual time."""
+START_TIMEOUT_S = 120.0
+"""Time limit for the start of a process on a busy machine, s."""
+STOP_TIMEOUT_S = 2.0
+"""Time limit for the end of a process before it is killed, s."""
 BEGAN = SceneOutcome(lost="under way")
-"""Comes before a scene's outcome, when its time begins: a process takes a while to start."""
+"""Message of a process when its scene starts. The time limit of the scene begins here."""
 ONE_THREAD = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
-"""Set to 1 in the processes: together they fill the cores already."""
+"""Environment variables set to 1 in the processes, because the processes already use all cores."""
 
 
 @dataclass
@@ -44,7 +44,7 @@ class _Worker:
     pipe: Connection
     job: SceneJob | None = None
     deadline: float = 0.0
-    """When its scene is given up, on the monotonic clock, s."""
+    """Time limit of its scene on the monotonic clock, s."""
 
 
 def run_here(
@@ -52,23 +52,23 @@ def run_here(
     run: RunTrial,
     *,
     processes: int,
-    longest: float = LONGEST_SCENE_S,
+    timeout: float = SCENE_TIMEOUT_S,
 ) -> Generator[tuple[SceneJob, SceneOutcome]]:
-    """Run all scenes, and give each with its outcome as it is done.
+    """Run all scenes and yield each with its outcome as it finishes.
 
-    A scene whose process died (killed from outside, say) is run again, up to three times in all.
-    Leaving the loop early, by an interrupt for instance, ends all processes.
+    A scene whose process died runs again, at most three times in total. All processes end when the
+    generator is closed.
 
     Parameters
     ----------
     jobs
-        Scenes.
+        Scenes to run.
     run
-        Runs one; a function of a module.
+        Function that runs a scene. It must be a module-level function.
     processes
-        Side by side, >= 1.
-    longest
-        Wall time after which a scene is given up, s.
+        Number of parallel processes, >= 1.
+    timeout
+        Time limit of a scene, s.
     """
     waiting, deaths = deque(jobs), Counter[str]()
     workers: list[_Worker] = []
@@ -78,9 +78,9 @@ def run_here(
                 workers.append(_start(run))
             for worker in workers:
                 if worker.job is None and waiting:
-                    _hand_over(worker, waiting.popleft(), START_S + longest)
+                    _hand_over(worker, waiting.popleft(), START_TIMEOUT_S + timeout)
             busy = [worker for worker in workers if worker.job]
-            # A pipe is ready when there is an outcome, and when its other end is gone.
+            # A pipe is ready if it has an outcome or if its other end is closed.
             first = min(worker.deadline for worker in busy)
             pipes = [worker.pipe for worker in busy]
             ready = connection.wait(pipes, max(0.0, first - time.monotonic()))
@@ -91,7 +91,7 @@ def run_here(
                     continue
                 outcome = _received(worker) if worker.pipe in ready else None
                 if outcome == BEGAN:
-                    worker.deadline = time.monotonic() + longest
+                    worker.deadline = time.monotonic() + timeout
                     continue
                 worker.job = None
                 if outcome is None:
@@ -100,13 +100,13 @@ def run_here(
                     deaths[job.key] += 1
                     code = worker.process.exitcode
                     if late:
-                        outcome = SceneOutcome(lost=f"took longer than {longest:g} s")
-                    elif deaths[job.key] < MOST_DEATHS:
+                        outcome = SceneOutcome(lost=f"took longer than {timeout:g} s")
+                    elif deaths[job.key] < MAX_DEATHS:
                         waiting.appendleft(job)
                         continue
                     else:
                         outcome = SceneOutcome(
-                            lost=f"its process died {MOST_DEATHS} times, exit code {code}"
+                            lost=f"its process died {MAX_DEATHS} times, exit code {code}"
                         )
                 yield job, outcome
     finally:
@@ -120,14 +120,14 @@ def _start(run: RunTrial) -> _Worker:
         os.environ.setdefault(name, "1")
     with _interrupts_ignored():
         process.start()
-    # With our copy of its end closed, the pipe tells when the process is gone.
+    # Close our copy of the other end, so that the pipe closes with the process.
     there.close()
     return _Worker(process, here)
 
 
 def _hand_over(worker: _Worker, job: SceneJob, seconds: float) -> None:
     worker.job, worker.deadline = job, time.monotonic() + seconds
-    # A process that is gone already shows at the next look at its pipe.
+    # A dead process is detected at the next read of its pipe.
     with suppress(OSError):
         worker.pipe.send(dict(job.trial))
 
@@ -143,7 +143,7 @@ def _end(workers: Sequence[_Worker]) -> None:
     for worker in workers:
         worker.process.terminate()
     for worker in workers:
-        worker.process.join(GOODBYE_S)
+        worker.process.join(STOP_TIMEOUT_S)
         if worker.process.is_alive():
             worker.process.kill()
             worker.process.join()
@@ -152,21 +152,21 @@ def _end(workers: Sequence[_Worker]) -> None:
 
 @contextmanager
 def _interrupts_ignored() -> Iterator[None]:
-    """Let a process that is started now leave interrupts from the keyboard to this one."""
+    """Ignore keyboard interrupts in processes that are started in this context."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return
-    usual = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    previous = signal.signal(signal.SIGINT, signal.SIG_IGN)
     try:
         yield
     finally:
-        signal.signal(signal.SIGINT, usual)
+        signal.signal(signal.SIGINT, previous)
 
 
 def _work(pipe: Connection, run: RunTrial) -> None:
-    """Do scenes until the other end of the pipe is gone."""
+    """Run scenes until the other end of the pipe is closed."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    # Standard output may belong to one JSON object; libraries must not speak into it.
+    # Standard output is reserved for JSON. Redirect the output of libraries.
     os.dup2(2, 1)
     with suppress(EOFError, OSError):
         while True:

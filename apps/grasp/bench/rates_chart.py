@@ -1,4 +1,4 @@
-"""The picture of an evaluation: rates of every condition with their intervals."""
+"""The chart of an evaluation: the rates of every condition with their intervals."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HEIGHT, LINE_HEIGHT = 2.5, 0.42
-"""Of the figure without its lines, and of a line, inches."""
+"""Height of the figure without its lines, and of a line, inches."""
 OFFSET = 0.15
-"""How far the two rates of a condition lie from its line's middle, lines."""
+"""Vertical offset of the two rates from the middle of the line, lines."""
 NAMES_LEFT = 0.27
-"""Share of the width for the conditions' names."""
-BOTH = (("success", "", BLUE, -OFFSET), ("cleared", "cleared_", ORANGE, OFFSET))
-"""What is drawn: name, prefix of its keys, colour, offset."""
+"""Share of the width for the names of the conditions."""
+RATES = (("success", "", BLUE, -OFFSET), ("cleared", "cleared_", ORANGE, OFFSET))
+"""The drawn rates: name, prefix of the keys, colour, offset."""
 
 
-def rates_picture(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
-    """Draw success and share cleared of every condition as a point on its 95 % interval."""
+def rates_chart(rows: Sequence[Mapping[str, Any]], provenance: Provenance) -> Figure:
+    """Draw success and cleared share of every condition as points on their 95 % intervals."""
     height = HEIGHT + LINE_HEIGHT * len(rows)
     figure, (axes,) = new_chart(
         "Unknown objects picked from one noisy depth view",
@@ -41,16 +41,16 @@ def rates_picture(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
     )
     figure.subplots_adjust(left=NAMES_LEFT)
     for line, row in enumerate(rows):
-        for _, prefix, colour, offset in BOTH:
+        for _, prefix, colour, offset in RATES:
             _draw(axes, row, prefix, colour, line + offset)
-    least = min((row[f"{p}ci_low_pct"] for row in rows for _, p, _, _ in BOTH), default=0.0)
+    lowest = min((row[f"{p}ci_low_pct"] for row in rows for _, p, _, _ in RATES), default=0.0)
     axes.set_ylim(len(rows) - 0.5, -0.5)
     axes.set_yticks(range(len(rows)), [row["name"] for row in rows])
-    axes.set_xlim(max(0.0, 10 * (least // 10)), 100.5)
+    axes.set_xlim(max(0.0, 10 * (lowest // 10)), 100.5)
     axes.xaxis.set_major_formatter("{x:g} %")
     axes.grid(False, axis="y")
     label_axes(axes, "share of picks, share of objects", "")
-    for name, _, colour, _ in BOTH:
+    for name, _, colour, _ in RATES:
         axes.plot([], [], "o-", color=colour, label=name, linewidth=2)
     axes.legend(
         loc="lower right",
@@ -60,7 +60,7 @@ def rates_picture(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
         fontsize=TEXT,
         labelcolor=INK,
     )
-    add_footer(figure, made)
+    add_footer(figure, provenance)
     return figure
 
 

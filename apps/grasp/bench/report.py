@@ -10,7 +10,7 @@ from eyehand.apps.wording import counted
 
 from ...output_files import write_text
 from .summary import PLACED, outcome_counts, prototype_rows, worst_scenes
-from .summary_table import COLUMNS, NOTHING, rate_text, table_cells
+from .summary_table import COLUMNS, NO_VALUE, rate_text, table_cells
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -190,7 +190,7 @@ def _outcomes(records: Sequence[Record]) -> str:
     shown = [name for name in colours if together[name]]
     lines = [
         [escape(row), _bar([(own[name], colours[name], name) for name in shown])]
-        + [str(own[name]) if own[name] else NOTHING for name in shown]
+        + [str(own[name]) if own[name] else NO_VALUE for name in shown]
         for row, own in counts.items()
     ]
     key = "".join(

@@ -1,4 +1,4 @@
-"""A digest of all files that make up a robot: its MJCF, what that names, its hand's description."""
+"""A digest of all files of a robot: its MJCF, the files it names, and the hand description."""
 
 from __future__ import annotations
 
@@ -8,21 +8,21 @@ from xml.etree import ElementTree
 
 from eyehand.data_synth.cell import DESCRIPTION_SUFFIX
 
-DIGITS = 12
-"""Letters of a digest: enough to tell any two robots apart."""
-FILE = "file"
-"""With this begins each attribute of MJCF that names a file (`file`, `fileup`, ...) ..."""
-FOLDERS = ("meshdir", "texturedir", "assetdir")
-"""... and these name folders in which it is looked for."""
+DIGEST_LENGTH = 12
+"""Number of letters of a digest."""
+FILE_PREFIX = "file"
+"""Prefix of the MJCF attributes that name a file (`file`, `fileup`, ...)."""
+FOLDER_ATTRIBUTES = ("meshdir", "texturedir", "assetdir")
+"""MJCF attributes that name the folders of these files."""
 
 
 def robot_digest(path: Path) -> str:
-    """Digest a robot's files; another hand, finger or mesh is another robot.
+    """Return a digest of the files of a robot. It changes with any hand, finger or mesh.
 
     Parameters
     ----------
     path
-        MJCF file. What it includes or names is read with it, as far as it is there, and
+        MJCF file. The existing files that it includes or names are read as well, and
         ``robot.hand.json`` beside ``robot.xml``.
     """
     files = [path, path.with_suffix(DESCRIPTION_SUFFIX), *_named(path)]
@@ -31,11 +31,11 @@ def robot_digest(path: Path) -> str:
         if file.is_file():
             content = file.read_bytes()
             digest.update(f"{file.name} {len(content)} ".encode() + content)
-    return digest.hexdigest()[:DIGITS]
+    return digest.hexdigest()[:DIGEST_LENGTH]
 
 
 def _named(path: Path) -> list[Path]:
-    """Files that an MJCF names, those that they name, and so on, in the order of reading."""
+    """Return the files that an MJCF names, recursively, in the order of reading."""
     found: dict[Path, None] = {}
     folders = {path.parent: None}
     waiting, read = [path], set[Path]()
@@ -45,7 +45,7 @@ def _named(path: Path) -> list[Path]:
         names, inner = _read(file)
         folders |= {file.parent: None}
         folders |= {home / name: None for name in inner for home in list(folders)}
-        # A folder may be named after what lies in it: what was not found is looked for again.
+        # A folder attribute can follow its files, so search all names again.
         for place in [home / name for home in folders for name in names]:
             if not place.is_file():
                 continue
@@ -56,7 +56,7 @@ def _named(path: Path) -> list[Path]:
 
 
 def _read(file: Path) -> tuple[list[str], list[str]]:
-    """Names of files and of folders in an MJCF; none where it is no XML."""
+    """Return the names of files and folders in an MJCF; none if it is not XML."""
     try:
         elements = list(ElementTree.parse(file).iter())
     except (ElementTree.ParseError, OSError):
@@ -65,7 +65,9 @@ def _read(file: Path) -> tuple[list[str], list[str]]:
         value
         for element in elements
         for key, value in element.attrib.items()
-        if key.startswith(FILE) and value
+        if key.startswith(FILE_PREFIX) and value
     ]
-    folders = [element.attrib[key] for element in elements for key in FOLDERS if element.get(key)]
+    folders = [
+        element.attrib[key] for element in elements for key in FOLDER_ATTRIBUTES if element.get(key)
+    ]
     return list(dict.fromkeys(names)), list(dict.fromkeys(folders))

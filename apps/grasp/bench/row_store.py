@@ -1,7 +1,7 @@
-"""Rows of a grasping evaluation, kept as they come: a Parquet file for every scene that is done.
+"""Store the rows of an evaluation, one Parquet file per finished scene.
 
-A scene's file appears whole, by one rename, under a name that only this scene has: a run that is
-killed loses the scenes under way and nothing else, and a scene that is run twice counts once.
+Each file is written atomically under the unique key of its scene. A killed run loses only the
+scenes in progress, and a scene that runs twice counts once.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ ROWS_FOLDER, OPTIONS_FILE = "rows", "options.json"
 SCENE, PICK = "scene", "pick"
 """Values of the column `record`."""
 FAULT = "fault"
-"""Outcome of a scene that broke, and of the one pick that is counted for it."""
+"""Outcome of a scene that raised an exception, and of the one failed pick counted for it."""
 
 _TEXT, _COUNT, _NUMBER, _FLAG = "string", "int64", "float64", "bool"
 TRIAL_COLUMNS = {
@@ -44,7 +44,7 @@ TRIAL_COLUMNS = {
     "robot": _TEXT,
     "hand_frame": _TEXT,
 }
-"""What the scene was, in every row."""
+"""Columns of the trial, in every row."""
 PICK_COLUMNS = {
     "pick": _COUNT,
     "tried": _FLAG,
@@ -64,7 +64,7 @@ PICK_COLUMNS = {
     "pushed": _FLAG,
     "touched_pushing": _COUNT,
 }
-"""Filled in a pick's rows."""
+"""Columns of a pick's row."""
 SCENE_COLUMNS = {
     "placed": _COUNT,
     "total": _COUNT,
@@ -72,7 +72,7 @@ SCENE_COLUMNS = {
     "stopped": _TEXT,
     "cpu_seconds": _NUMBER,
 }
-"""Filled in a scene's row."""
+"""Columns of a scene's row."""
 COLUMNS = {
     "record": _TEXT,
     "key": _TEXT,
@@ -84,21 +84,21 @@ COLUMNS = {
     **SCENE_COLUMNS,
     "more": _TEXT,
 }
-"""All columns and their types; `more` holds as JSON what a result tells beyond them."""
+"""All columns and their types. `more` holds further fields of a result as JSON."""
 
 
 class RowStore:
-    """The rows in a folder. Open one with :func:`open_rows`."""
+    """The rows in a folder, opened by :func:`open_rows`."""
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder / ROWS_FOLDER
 
     def finished(self) -> set[str]:
-        """Keys of the scenes that are done."""
+        """Return the keys of the finished scenes."""
         return {path.stem for path in self._parts()}
 
     def add(self, job: SceneJob, outcome: SceneOutcome) -> None:
-        """Keep a scene: its row, and one for each pick."""
+        """Store the row of a scene and the rows of its picks."""
         import pyarrow
         from pyarrow import parquet
 
@@ -108,7 +108,7 @@ class RowStore:
             parquet.write_table(table, temporary, compression="zstd")
 
     def read(self, jobs: Iterable[SceneJob]) -> list[dict[str, Any]]:
-        """Rows of these scenes, as far as they are done, in the order of the jobs."""
+        """Return the rows of the finished scenes, in the order of the jobs."""
         import pyarrow
         from pyarrow import parquet
 
@@ -126,7 +126,7 @@ class RowStore:
         return rows
 
     def clear(self) -> None:
-        """Throw all rows away."""
+        """Remove all rows."""
         for path in self._parts():
             path.unlink()
 
@@ -135,26 +135,26 @@ class RowStore:
 
 
 def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) -> RowStore:
-    """Open the rows of a run, new or to go on with.
+    """Open the rows of a new or a continued run.
 
     Parameters
     ----------
     folder
-        Output folder of the run, made if needed.
+        Output folder of the run, created if needed.
     options
-        All that the figures depend on, as JSON can hold it. They are kept beside the rows.
+        Everything that the rows depend on, as JSON values. It is stored beside the rows.
     fresh
-        Throw away what other runs left.
+        Discard the rows of earlier runs.
 
     Raises
     ------
     InputError
-        If the folder holds rows of other options; the message tells which.
+        If the folder holds rows of other options. The message names the differences.
     """
     store = RowStore(folder)
     make_folder(store.folder)
     for path in store.folder.glob(".*.parquet"):
-        # A run was killed while it wrote.
+        # Temporary file of a killed run.
         path.unlink(missing_ok=True)
     if fresh:
         store.clear()
@@ -164,8 +164,8 @@ def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) 
         differing = _differences(_stored_options(file), wanted)
         if differing:
             raise InputError(
-                f"{folder} holds rows of other options ({differing}): go on with those, name "
-                "another folder with --out, or throw the rows away with --fresh"
+                f"{folder} holds rows of other options ({differing}): use those options, "
+                "another folder with --out, or --fresh to discard the rows"
             )
         done = counted(len(store.finished()), "scene")
         say(f"going on: {done} done before in {store.folder}")
@@ -174,41 +174,41 @@ def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) 
 
 
 def scene_records(job: SceneJob, outcome: SceneOutcome) -> list[dict[str, Any]]:
-    """Rows of a scene: the scene's own, then one per pick.
+    """Return the row of a scene and the rows of its picks.
 
-    What was never tried counts as a failed pick each (`tried` is false), and so does a fault.
+    An object without a pick counts as a failed pick (`tried` is false), and so does a fault.
     """
     trial = {name: job.trial.get(name) for name in TRIAL_COLUMNS}
     head = {"key": job.key, "row": job.row, **trial}
     if outcome.fault:
         total = int(job.trial["objects"])
-        told = {"outcome": FAULT, "reason": outcome.fault}
+        cause = {"outcome": FAULT, "reason": outcome.fault}
         scene = {"placed": 0, "total": total, "left": total, "stopped": FAULT}
         return [
-            _record(SCENE, {**head, **told, **scene}),
-            _record(PICK, {**head, **told, "pick": 0, "tried": False, "success": False}),
+            _record(SCENE, {**head, **cause, **scene}),
+            _record(PICK, {**head, **cause, "pick": 0, "tried": False, "success": False}),
         ]
     result = dict(outcome.result)
     picks = [{"tried": True, **pick} for pick in result.pop("picks", [])]
-    untried = [{"tried": False, "success": False, **one} for one in result.pop("untried", [])]
+    unattempted = [{"tried": False, "success": False, **item} for item in result.pop("untried", [])]
     scene = {"outcome": "done", "reason": "", **result}
     return [
         _record(SCENE, {**head, **scene}),
         *(
             _record(PICK, {**head, "pick": number, **pick})
-            for number, pick in enumerate([*picks, *untried])
+            for number, pick in enumerate([*picks, *unattempted])
         ),
     ]
 
 
-def _record(what: str, values: Mapping[str, Any]) -> dict[str, Any]:
-    known = {name: _fit(values.get(name), kind) for name, kind in COLUMNS.items()}
+def _record(kind: str, values: Mapping[str, Any]) -> dict[str, Any]:
+    known = {name: _as_type(values.get(name), column) for name, column in COLUMNS.items()}
     more = {name: value for name, value in values.items() if name not in COLUMNS}
-    return {**known, "record": what, "more": json.dumps(more) if more else None}
+    return {**known, "record": kind, "more": json.dumps(more) if more else None}
 
 
-def _fit(value: Any, kind: str) -> Any:
-    """Give a value its column's type; what is no number stays empty."""
+def _as_type(value: Any, kind: str) -> Any:
+    """Convert a value to the type of its column. A non-finite number becomes None."""
     if value is None:
         return None
     if kind == _NUMBER:

@@ -1,7 +1,6 @@
-"""What an evaluation of grasping is asked for, checked before anything runs, and what it is named.
+"""Validate the inputs of an evaluation before any scene runs, and name its output folder.
 
-What is wrong with a robot's file or with a folder's sizes would otherwise be found once in every
-scene, and counted there as a failed pick.
+Without this check, a wrong robot file or mesh folder would count as a failed pick in every scene.
 """
 
 from __future__ import annotations
@@ -24,67 +23,72 @@ if TYPE_CHECKING:
 
     from .jobs import Condition, Family
 
-MOST_OBJECTS = 15
-"""More do not fit on the table."""
-MOST_SEED = 2**63 - 1
-"""Rows keep seeds in 64 bits."""
-NAME_LETTERS = 8
-"""Of the digest in the name of a run's own folder."""
+MAX_OBJECTS = 15
+"""Maximum number of objects on the table."""
+MAX_SEED = 2**63 - 1
+"""Rows store seeds as 64-bit integers."""
+DIGEST_LENGTH = 8
+"""Length of the digest in the name of a default output folder."""
+QUICK_SCENES, QUICK_OBJECTS = 2, 2
+"""Maximum scenes and objects of a quick run."""
 
 
 @dataclass(frozen=True)
 class Machines:
-    """Where scenes are run."""
+    """The machines that run the scenes."""
 
     jobs: int
-    """Processes here."""
+    """Number of local processes."""
     cluster: str = ""
-    """Address of a scheduler that takes them instead."""
+    """Address of a Dask scheduler that runs them instead."""
 
     @property
-    def told(self) -> str:
-        """How many times were taken at once, in words: those who read them must know."""
+    def timing_note(self) -> str:
+        """The conditions under which times were measured, for the reader."""
         if self.cluster:
-            return "times are those of the cluster's workers, whatever else these did"
+            return "times were measured on the cluster's workers under unknown load"
         if self.jobs == 1:
-            return "times are those of one process, with no other scene beside it"
+            return "times were measured in one process"
         return (
-            f"times were taken with {self.jobs} processes side by side: perceive and plan are "
-            "longer than in one alone (--jobs 1)"
+            f"times were measured with {self.jobs} parallel processes: perceive and plan take "
+            "longer than in one process (--jobs 1)"
         )
 
 
-def check_scenes(scenes: int, seed: int, count: int) -> None:
-    """Check number and first seed of the scenes, and the objects of each.
+def checked_scenes(scenes: int, seed: int, count: int, *, quick: bool) -> tuple[range, int]:
+    """Return the seeds of the scenes and the number of objects, reduced for a quick run.
 
     Raises
     ------
     InputError
-        If one is out of its range.
+        If a value is out of range.
     """
     if scenes < 1:
         raise InputError(f"--scenes must be >= 1, got {scenes}")
     if seed < 0:
         raise InputError(f"--seed must be >= 0, got {seed}")
-    if seed + scenes - 1 > MOST_SEED:
+    if seed + scenes - 1 > MAX_SEED:
         raise InputError(f"the last seed must be below 2**63, got --seed {seed}")
-    if not 1 <= count <= MOST_OBJECTS:
-        raise InputError(f"--count must be from 1 to {MOST_OBJECTS}, got {count}")
+    if not 1 <= count <= MAX_OBJECTS:
+        raise InputError(f"--count must be from 1 to {MAX_OBJECTS}, got {count}")
+    if quick:
+        scenes, count = min(scenes, QUICK_SCENES), min(count, QUICK_OBJECTS)
+    return range(seed, seed + scenes), count
 
 
-def chosen_machines(jobs: int | None, cluster: str) -> Machines:
-    """Check where scenes shall run."""
+def checked_machines(jobs: int | None, cluster: str) -> Machines:
+    """Check --jobs and --cluster."""
     if jobs is not None and jobs < 1:
         raise InputError(f"--jobs must be >= 1, got {jobs}")
     if jobs is not None and cluster:
-        raise InputError("--jobs is for processes here: leave it out with --cluster")
+        raise InputError("--jobs is for local processes: leave it out with --cluster")
     if cluster:
         check_address(cluster)
     return Machines(jobs or core_count(), cluster)
 
 
 def checked_dials(perception: str, control: str) -> tuple[str, str]:
-    """Check the names of dials."""
+    """Check the names of the dials."""
     from .dials import CONTROL, PERCEPTION, check_dials
 
     check_dials("perception", PERCEPTION, [perception])
@@ -95,26 +99,28 @@ def checked_dials(perception: str, control: str) -> tuple[str, str]:
 def trial_extras(
     purpose: str, objects: Path | None, robot: Path | None, hand_frame: str
 ) -> dict[str, Any]:
-    """Check what comes from files, and name it as trials do: on any machine, with its whole path.
+    """Check the files of a trial and return its fields for them, with absolute paths.
 
     Raises
     ------
     InputError
-        If a file is missing, a mesh does not do, one of --robot and --hand-frame is missing, or no
-        robot can be built of them.
+        If a file is missing, a mesh is invalid, only one of --robot and --hand-frame is given, or
+        the robot cannot be built.
     """
     if objects is not None:
         from eyehand.data_synth.scenes import read_objects
 
         read_objects(objects)
     if robot is not None and not robot.is_file():
-        raise InputError(f"--robot {robot}: there is no such file, expected an MJCF")
+        raise InputError(f"--robot {robot}: no such file, expected an MJCF file")
     if (robot is None) != (not hand_frame):
-        raise InputError("--robot and --hand-frame go together: a robot, and the site in its palm")
+        raise InputError(
+            "--robot and --hand-frame go together: an MJCF file and the frame in its palm"
+        )
     if robot is not None:
-        from .trial import GraspTrial, cell_of
+        from .trial import GraspTrial, trial_cell
 
-        cell_of((), GraspTrial(robot=str(robot), hand_frame=hand_frame))
+        trial_cell((), GraspTrial(robot=str(robot), hand_frame=hand_frame))
     return {
         "purpose": purpose,
         "objects_dir": str(objects.resolve()) if objects else "",
@@ -123,47 +129,49 @@ def trial_extras(
     }
 
 
-def check_room(
+def check_objects_fit(
     objects: Path | None, conditions: Sequence[Condition], seeds: Sequence[int], count: int
 ) -> None:
-    """Check that a folder's objects have room in all scenes.
+    """Check that the objects of a folder fit on the table in all scenes.
 
     Raises
     ------
     InputError
-        If in one they have not.
+        If they do not fit in a scene.
     """
     if objects is None:
         return
-    from ..mesh_scenes import check_folder_scenes
+    from ..mesh_scenes import check_mesh_scenes
 
     families: dict[Family, None] = dict.fromkeys(condition.family for condition in conditions)
-    check_folder_scenes(objects, [(one, seed) for one in families for seed in seeds], count)
+    check_mesh_scenes(objects, [(family, seed) for family in families for seed in seeds], count)
 
 
 def run_options(
-    conditions: Sequence[Condition], seed: int, count: int, more: Mapping[str, Any]
+    conditions: Sequence[Condition], seed: int, count: int, extras: Mapping[str, Any]
 ) -> dict[str, Any]:
-    """All that a folder's rows depend on, but for the number of scenes: more of them may follow."""
-    objects, robot = more["objects_dir"], more["robot"]
+    """Return everything that stored rows depend on. The number of scenes may grow later."""
+    objects, robot = extras["objects_dir"], extras["robot"]
     files = {"objects_dir_digest": folder_digest(Path(objects))} if objects else {}
     files |= {"robot_digest": robot_digest(Path(robot))} if robot else {}
     return {
         "rows": [condition.name for condition in conditions],
         "seed": seed,
         "count": count,
-        **more,
+        **extras,
         **files,
         "code": source_digest(),
     }
 
 
-def own_folder(parent: Path, conditions: Sequence[Condition], options: Mapping[str, Any]) -> Path:
-    """Name the folder of a run that was given none: other options never meet in it.
+def default_folder(
+    parent: Path, conditions: Sequence[Condition], options: Mapping[str, Any]
+) -> Path:
+    """Return an output folder with a name that identifies the options.
 
-    The same command finds it again, with more scenes too.
+    The same command finds it again, also with more scenes.
     """
     families = "-".join(dict.fromkeys(condition.family for condition in conditions))
     text = json.dumps(dict(options), sort_keys=True)
-    digest = hashlib.sha256(text.encode()).hexdigest()[:NAME_LETTERS]
+    digest = hashlib.sha256(text.encode()).hexdigest()[:DIGEST_LENGTH]
     return parent / f"{families}_{digest}"

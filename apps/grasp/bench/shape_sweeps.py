@@ -1,4 +1,4 @@
-"""Shapes and loads that are ever harder to grasp, at a known pose."""
+"""Sweeps of objects that are increasingly hard to grasp, at known poses."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from functools import partial
 from typing import TYPE_CHECKING
 
 from ...bench.sweep import Sweep, Trial
-from .stress_objects import standing
-from .stress_trial import Ended, bench_of
+from .stress_objects import object_on_table
+from .stress_trial import StressOutcome, stress_cell
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -16,186 +16,141 @@ if TYPE_CHECKING:
     from eyehand.grasping import PickOptions
 
 PLACED = "in the tray at the end"
-"""What is right where nothing else is asked."""
+"""The default requirement of a trial."""
 MM = 1e-3
-SMOOTH_ROLLING_M = 2e-5
-"""Rolling friction of what rolls, m: a hundredth of the usual, as of glass on glass."""
-HARD_FRICTION = 0.5
-"""Of the hand's pads where weight is swept."""
-BEYOND_HAND_MM = 115.0
-"""Wider than this must be refused."""
+LOW_ROLLING_M = 2e-5
+"""Rolling friction of rolling objects, m: a hundredth of the default, as glass on glass."""
+LOW_FRICTION = 0.5
+"""Friction of the hand's pads in the sweep of the weight."""
+MAX_GRASPABLE_MM = 115.0
+"""Maximum width that the hand can span, mm. Wider objects must be refused."""
 CLEAR_OF_TRAY = (-0.1, 0.0)
-"""Where what is long lies, m."""
+"""Position of long objects, clear of the tray, m."""
 
 
 def shape_sweeps() -> tuple[Sweep[PickOptions], ...]:
-    """Sweeps over the object's shape."""
+    """Return the sweeps over the shape of the object."""
+    refused = f"{PLACED}, or refused by its width; above {MAX_GRASPABLE_MM:g} mm refused"
+    widths = (40.0, 70.0, 90.0, 100.0, 110.0, 120.0, 140.0, 200.0)
+    rollers = (60.0, 45.0, 35.0, 28.0, 22.0, 16.0, 10.0)
     return (
-        Sweep(
-            name="width",
-            axis="box wider and wider; past the hand: refused",
-            unit="mm",
-            values=(40.0, 70.0, 90.0, 100.0, 110.0, 120.0, 140.0, 200.0),
-            holds_to=200.0,
-            attempt=_wide,
-            right=f"{PLACED}, or refused by its width; above {BEYOND_HAND_MM:g} mm refused",
+        Sweep("width", "width of a box", "mm", widths, 200.0, _wide, refused),
+        *(
+            Sweep(name, axis, unit, values, bound, _shape_trial(make, rolling), PLACED)
+            for name, axis, unit, values, bound, make, rolling in (
+                ("plate", "thickness of a plate of 70 mm", "mm",
+                 (40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 5.0), 15.0, _plate, None),
+                ("tall", "height over width of a box of 35 mm", "",
+                 (2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0), 6.0, _tall_box, None),
+                ("lens", "width over height of an ellipsoid of 70 mm", "",
+                 (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0), 2.5, _lens, None),
+                ("stick", "length over width of a lying stick of 24 mm", "",
+                 (2.0, 4.0, 6.0, 8.0, 11.0, 15.0, 19.0, 24.0), 11.0, _stick, None),
+                ("ball-small", "diameter of a small rolling ball", "mm",
+                 rollers, 35.0, partial(_ball, mass=0.1), LOW_ROLLING_M),
+                ("ball-large", "diameter of a large rolling ball", "mm",
+                 (60.0, 75.0, 90.0, 105.0, 115.0, 125.0, 140.0), 90.0,
+                 partial(_ball, mass=0.2), LOW_ROLLING_M),
+                ("roller", "diameter of a rolling cylinder of 100 mm", "mm",
+                 rollers, 28.0, _roller, LOW_ROLLING_M),
+            )
         ),
-        _shape(
-            "plate",
-            "plate of 70 mm, thinner and thinner",
-            "mm",
-            (40.0, 30.0, 25.0, 20.0, 15.0, 12.0, 10.0, 8.0, 5.0),
-            15.0,
-            lambda t, seed: standing("box", (0.07, 0.07, MM * t), seed),
-        ),
-        _shape(
-            "tall",
-            "box of 35 mm, height over width",
-            "",
-            (2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0),
-            6.0,
-            lambda r, seed: standing("box", (0.035, 0.035, 0.035 * r), seed),
-        ),
-        _shape(
-            "lens",
-            "ellipsoid of 70 mm, width over height",
-            "",
-            (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 6.0),
-            2.5,
-            lambda r, seed: standing("ellipsoid", (0.07, 0.07, 0.07 / r), seed),
-        ),
-        _shape(
-            "stick",
-            "lying stick of 24 mm, length over width",
-            "",
-            (2.0, 4.0, 6.0, 8.0, 11.0, 15.0, 19.0, 24.0),
-            11.0,
-            lambda r, seed: standing("box", (0.024, 0.024 * r, 0.024), seed, place=CLEAR_OF_TRAY),
-        ),
-        _shape(
-            "ball-small",
-            "ball that rolls, smaller and smaller",
-            "mm",
-            (60.0, 45.0, 35.0, 28.0, 22.0, 16.0, 10.0),
-            35.0,
-            lambda d, seed: _ball(d, seed, 0.1),
-            rolling=SMOOTH_ROLLING_M,
-        ),
-        _shape(
-            "ball-large",
-            "ball that rolls, larger and larger",
-            "mm",
-            (60.0, 75.0, 90.0, 105.0, 115.0, 125.0, 140.0),
-            90.0,
-            lambda d, seed: _ball(d, seed, 0.2),
-            rolling=SMOOTH_ROLLING_M,
-        ),
-        _shape(
-            "roller",
-            "lying cylinder of 100 mm that rolls, thinner and thinner",
-            "mm",
-            (60.0, 45.0, 35.0, 28.0, 22.0, 16.0, 10.0),
-            28.0,
-            lambda d, seed: standing("cylinder", (MM * d, MM * d, 0.1), seed, lying=True),
-            rolling=SMOOTH_ROLLING_M,
-        ),
-    )
+    )  # fmt: skip
 
 
 def load_sweeps() -> tuple[Sweep[PickOptions], ...]:
-    """Sweeps over weight, friction and what stands beside the object."""
+    """Return the sweeps over weight, friction and neighbours of the object."""
+    masses = (0.1, 0.3, 0.6, 0.9, 1.2, 1.5, 2.5, 4.0)
+    frictions = (1.0, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02)
+    gaps = (40.0, 30.0, 20.0, 10.0, 5.0, 2.0, 0.0)
+    mass_axis = f"mass of a can of 60 mm at friction {LOW_FRICTION:g}"
     return (
-        Sweep(
-            name="mass",
-            axis=f"can of 60 mm, heavier and heavier, at friction {HARD_FRICTION:g}",
-            unit="kg",
-            values=(0.1, 0.3, 0.6, 0.9, 1.2, 1.5, 2.5, 4.0),
-            holds_to=0.9,
-            attempt=_heavy,
-            right=PLACED,
-        ),
-        Sweep(
-            name="friction",
-            axis="can of 0.3 kg, friction of the hand",
-            unit="",
-            values=(1.0, 0.7, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02),
-            holds_to=0.3,
-            attempt=_slippery,
-            right=PLACED,
-        ),
-        *(
-            Sweep(
-                name=name,
-                axis=f"{told} a box of 45 mm, gap",
-                unit="mm",
-                values=(40.0, 30.0, 20.0, 10.0, 5.0, 2.0, 0.0),
-                holds_to=holds_to,
-                attempt=partial(_beside, sides=sides),
-                right="all in the tray at the end",
-            )
-            for name, told, sides, holds_to in (
-                ("neighbour", "a wall beside", (1.0,), 5.0),
-                ("slot", "a wall on either side of", (1.0, -1.0), 5.0),
-            )
-        ),
-    )
+        Sweep("mass", mass_axis, "kg", masses, 0.9, _heavy, PLACED),
+        Sweep("friction", "friction of the hand on a can of 0.3 kg", "",
+              frictions, 0.3, _slippery, PLACED),
+        Sweep("neighbour", "gap between a box of 45 mm and one wall", "mm",
+              gaps, 5.0, partial(_beside_walls, sides=(1.0,)), f"all {PLACED}"),
+        Sweep("slot", "gap between a box of 45 mm and two walls", "mm",
+              gaps, 5.0, partial(_beside_walls, sides=(1.0, -1.0)), f"all {PLACED}"),
+    )  # fmt: skip
 
 
-def tried(
-    objects: Sequence[TabletopObject], seed: int, options: PickOptions, *, friction: float = 1.0
-) -> Ended:
-    """Clear a table of objects whose poses are known."""
-    return bench_of(objects, seed, options, friction=friction).clear(len(objects) + 2)
+def _clear_known(
+    objects: Sequence[TabletopObject], seed: int, options: PickOptions, friction: float = 1.0
+) -> StressOutcome:
+    """Clear a table of objects with known poses."""
+    return stress_cell(objects, seed, options, friction=friction).clear(len(objects) + 2)
 
 
-def _shape(
-    name: str,
-    axis: str,
-    unit: str,
-    values: tuple[float, ...],
-    holds_to: float,
-    make: Callable[[float, int], TabletopObject],
-    rolling: float | None = None,
-) -> Sweep[PickOptions]:
+def _shape_trial(
+    make: Callable[[float, int], TabletopObject], rolling: float | None
+) -> Callable[[float, int, PickOptions], Trial]:
+    """Return the trial of an object that `make` builds from a value and a seed."""
+
     def attempt(value: float, seed: int, options: PickOptions) -> Trial:
-        bench = bench_of([make(value, seed)], seed, options)
+        stress = stress_cell([make(value, seed)], seed, options)
         if rolling is not None:
-            bench.set_rolling(rolling)
-        return bench.clear().judged()
+            stress.set_rolling(rolling)
+        return stress.clear().trial()
 
-    return Sweep(name, axis, unit, values, holds_to, attempt, PLACED)
+    return attempt
+
+
+def _plate(thickness_mm: float, seed: int) -> TabletopObject:
+    return object_on_table("box", (0.07, 0.07, MM * thickness_mm), seed)
+
+
+def _tall_box(ratio: float, seed: int) -> TabletopObject:
+    return object_on_table("box", (0.035, 0.035, 0.035 * ratio), seed)
+
+
+def _lens(ratio: float, seed: int) -> TabletopObject:
+    return object_on_table("ellipsoid", (0.07, 0.07, 0.07 / ratio), seed)
+
+
+def _stick(ratio: float, seed: int) -> TabletopObject:
+    return object_on_table("box", (0.024, 0.024 * ratio, 0.024), seed, position=CLEAR_OF_TRAY)
 
 
 def _ball(diameter_mm: float, seed: int, mass: float) -> TabletopObject:
-    across = MM * diameter_mm
-    return standing("sphere", (across, across, across), seed, mass=mass)
+    diameter = MM * diameter_mm
+    return object_on_table("sphere", (diameter, diameter, diameter), seed, mass=mass)
+
+
+def _roller(diameter_mm: float, seed: int) -> TabletopObject:
+    diameter = MM * diameter_mm
+    return object_on_table("cylinder", (diameter, diameter, 0.1), seed, lying=True)
 
 
 def _wide(width_mm: float, seed: int, options: PickOptions) -> Trial:
     width = MM * width_mm
-    ended = tried([standing("box", (width, width, 0.08), seed)], seed, options)
-    refused = ended.refused and "width" in ended.says
-    if width_mm > BEYOND_HAND_MM:
-        return ended.judged(refused, f"not refused by its width; {ended.says}")
-    return ended.judged(refused or not ended.left)
+    outcome = _clear_known([object_on_table("box", (width, width, 0.08), seed)], seed, options)
+    refused = outcome.refused and "width" in outcome.failure
+    if width_mm > MAX_GRASPABLE_MM:
+        return outcome.trial(refused, f"not refused by its width; {outcome.failure}")
+    return outcome.trial(refused or not outcome.left)
 
 
 def _heavy(mass: float, seed: int, options: PickOptions) -> Trial:
-    item = standing("cylinder", (0.06, 0.06, 0.12), seed, mass=mass)
-    return tried([item], seed, options, friction=HARD_FRICTION).judged()
+    can = object_on_table("cylinder", (0.06, 0.06, 0.12), seed, mass=mass)
+    return _clear_known([can], seed, options, LOW_FRICTION).trial()
 
 
 def _slippery(friction: float, seed: int, options: PickOptions) -> Trial:
-    item = standing("cylinder", (0.06, 0.06, 0.12), seed, mass=0.3)
-    return tried([item], seed, options, friction=friction).judged()
+    can = object_on_table("cylinder", (0.06, 0.06, 0.12), seed, mass=0.3)
+    return _clear_known([can], seed, options, friction).trial()
 
 
-def _beside(gap_mm: float, seed: int, options: PickOptions, *, sides: tuple[float, ...]) -> Trial:
-    wide, thick = 0.045, 0.05
-    away = 0.5 * (wide + thick) + MM * gap_mm
+def _beside_walls(
+    gap_mm: float, seed: int, options: PickOptions, *, sides: tuple[float, ...]
+) -> Trial:
+    width, thickness = 0.045, 0.05
+    offset = 0.5 * (width + thickness) + MM * gap_mm
     walls = [
-        standing("box", (thick, 0.09, 0.09), seed, name=f"wall_{k}", aside=(side * away, 0.0))
+        object_on_table(
+            "box", (thickness, 0.09, 0.09), seed, name=f"wall_{k}", offset=(side * offset, 0.0)
+        )
         for k, side in enumerate(sides)
     ]
-    box = standing("box", (wide, wide, 0.09), seed)
-    return tried([box, *walls], seed, options).judged()
+    box = object_on_table("box", (width, width, 0.09), seed)
+    return _clear_known([box, *walls], seed, options).trial()

@@ -19,8 +19,8 @@ from ...bench.shares import (
 )
 from ...bench.stress import StressArguments, StressStage, run_stress
 from ...bench.sweep_chart import ReportSpec
-from ..warm_up import ready_grasping
-from .camera_sweeps import seeing_sweeps
+from ..warm_up import warm_up_grasping
+from .camera_sweeps import camera_sweeps
 from .event_sweeps import event_sweeps
 from .fault_sweeps import fault_sweeps
 from .shape_sweeps import load_sweeps, shape_sweeps
@@ -62,7 +62,7 @@ def grasp_sweeps() -> tuple[Sweep[PickOptions], ...]:
         *shape_sweeps(),
         *load_sweeps(),
         *event_sweeps(),
-        *seeing_sweeps(),
+        *camera_sweeps(),
         *fault_sweeps(),
     )
 
@@ -87,13 +87,13 @@ def grasp_stage(only: Collection[str] | None = None) -> StressStage[PickOptions]
         ),
         seeds=2,
         quick_seeds=1,
-        prepare=ready_grasping,
+        prepare=warm_up_grasping,
     )
 
 
 def _pose_source(names: Collection[str]) -> str:
     """Describe which sweeps perceive with the camera; the others use the true poses."""
-    seeing = [sweep.name for sweep in seeing_sweeps() if sweep.name in names]
+    seeing = [sweep.name for sweep in camera_sweeps() if sweep.name in names]
     if not seeing:
         return "true poses"
     if len(seeing) == len(names):

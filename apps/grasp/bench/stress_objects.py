@@ -1,4 +1,4 @@
-"""Objects of the stress trials: a solid of given size somewhere in the work area, by seed."""
+"""Objects of the stress trials: solids of a given size at random positions."""
 
 from __future__ import annotations
 
@@ -19,59 +19,65 @@ EXPONENTS: dict[Kind, tuple[float, float]] = {
     "ellipsoid": (1.0, 1.0),
     "sphere": (1.0, 1.0),
 }
-"""Of the superquadric that stands for each."""
-AROUND = 0.06
-"""How far from the middle of the table objects stand, along either axis, m."""
-MASS = 0.2
-"""Where weight is not the question, kg."""
+"""Superquadric exponents of each kind of solid."""
+MAX_OFFSET = 0.06
+"""Maximum distance of an object from the centre of the table along x and y, m."""
+DEFAULT_MASS = 0.2
+"""Mass of an object unless the sweep is about weight, kg."""
 COLOUR = (0.75, 0.45, 0.25)
-"""Of all of them."""
+"""Colour of all objects, RGB in [0, 1]."""
 LYING = Rotation.from_rotvec([0.5 * np.pi, 0.0, 0.0])
-"""Turns a solid's z-axis into the level."""
+"""Rotation that makes the z axis of a solid horizontal."""
 
 
-def somewhere(seed: int) -> tuple[np.ndarray, Rotation]:
-    """Draw a place on the table, (2,), m, and a turn about the vertical."""
-    rng = np.random.default_rng([seed, 21])
-    return rng.uniform(-AROUND, AROUND, 2), Rotation.from_rotvec([0, 0, rng.uniform(-np.pi, np.pi)])
-
-
-def standing(
+def object_on_table(
     kind: Kind,
     size: tuple[float, float, float],
     seed: int,
     *,
-    mass: float = MASS,
-    place: tuple[float, float] | np.ndarray | None = None,
+    mass: float = DEFAULT_MASS,
+    position: tuple[float, float] | np.ndarray | None = None,
     name: str = "",
     lying: bool = False,
-    aside: tuple[float, float] = (0.0, 0.0),
+    offset: tuple[float, float] = (0.0, 0.0),
 ) -> TabletopObject:
-    """Put a solid on the table.
+    """Place a solid on the table.
 
     Parameters
     ----------
     kind, size
-        Which solid, and its full extents along its own axes, m.
+        Kind of the solid, and its full extents along its own axes, m.
     seed
-        Of its place and its turn about the vertical.
+        Seed of the position and of the rotation about the vertical.
     mass
-        kg.
-    place
-        Where its middle stands instead, m.
+        Mass, kg.
+    position
+        Position (2,) of the centre instead of a random one, m.
     name
-        Its name; the kind when not given.
+        Name of the object; default: the kind.
     lying
-        Whether its z-axis is level.
-    aside
-        How far it stands from there along its own x and y as turned, m.
+        Whether the z axis of the solid is horizontal.
+    offset
+        Offset from the position along the rotated x and y axes, m.
     """
-    at, turn = somewhere(seed)
-    if place is not None:
-        at = np.asarray(place, dtype=np.float64)
+    rng = np.random.default_rng([seed, 21])
+    centre = rng.uniform(-MAX_OFFSET, MAX_OFFSET, 2)
+    rotation = Rotation.from_rotvec([0, 0, rng.uniform(-np.pi, np.pi)])
+    if position is not None:
+        centre = np.asarray(position, dtype=np.float64)
     half = 0.5 * np.asarray(size)
+    centre = centre + rotation.apply([*offset, 0.0])[:2]
     height = half[1] if lying else half[2]
-    offset = turn.apply([*aside, 0.0])[:2]
-    pose = RigidTransform.from_components([*(at + offset), height], turn * LYING if lying else turn)
+    pose = RigidTransform.from_components(
+        [*centre, height], rotation * LYING if lying else rotation
+    )
     shape = Superquadric(half, EXPONENTS[kind], pose, kind)
     return TabletopObject(name or kind, shape, mass, COLOUR)
+
+
+def can_on_table(
+    seed: int, mass: float = DEFAULT_MASS, position: np.ndarray | None = None
+) -> TabletopObject:
+    """Place a can of 60 mm, which every hand should hold."""
+    size = (0.06, 0.06, 0.11)
+    return object_on_table("cylinder", size, seed, mass=mass, position=position, name="can")

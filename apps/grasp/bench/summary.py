@@ -1,4 +1,4 @@
-"""Rows of picks and scenes as figures: rates with their intervals, counts, the worst scenes."""
+"""Summaries of stored rows: rates with confidence intervals, counts, and the worst scenes."""
 
 from __future__ import annotations
 
@@ -17,53 +17,52 @@ if TYPE_CHECKING:
     from .jobs import SceneJob
 
 Record = dict[str, Any]
-"""A row of the store, by column."""
+"""A row of the store: values by column."""
 
 DIGITS = 1
-"""Decimals of per cent and ms: finer is noise."""
+"""Decimals of percentages and milliseconds."""
 PLACED, MISPLACED = "placed", "misplaced"
-"""Outcome of a pick that the robot takes for done, and of one where it is wrong."""
+"""Outcomes of a pick that the robot reports as placed: true, and false."""
 NO_PROTOTYPE = (None, "", "None")
-"""What stands for the prototype of a refusal or a fault."""
-USUAL = {
+"""Values of the column `prototype` for a refusal or a fault."""
+DEMO_CONDITIONS = {
     "friction": 1.0,
     "shake": 0.0,
     "perception": "default",
     "control": "default",
 }
-"""Conditions of a demo: a command names those of its trial that are others."""
+"""Conditions of the demo. A command names only the values that differ."""
 FILES = {"objects_dir": "objects", "robot": "robot", "hand_frame": "hand-frame"}
-"""Those that are empty most often, and what the command calls them."""
-AGAIN = "out/again"
-"""Scenes run again have a folder each in this one."""
+"""Columns of files, and their option names."""
+RERUN_FOLDER = "out/again"
+"""Parent of the output folders of repeated scenes."""
 FAILURES = 2
-"""Failed picks in a row that end a scene here; a demo goes on for longer."""
+"""Number of successive failed picks that ends a scene. The demo has a larger default."""
 
 
 def summary_rows(
     records: Sequence[Record], planned: Sequence[SceneJob] = ()
 ) -> list[dict[str, Any]]:
-    """Sum up each condition, in the order of their first scenes.
+    """Summarise each condition, in the order of the first scenes.
 
     Parameters
     ----------
     records
-        Rows of the scenes that are done.
+        Rows of the finished scenes.
     planned
-        All scenes; of a condition with none done there is no row.
+        All scenes. A condition without a finished scene has no row.
 
     Returns
     -------
     list of dict
-        `scenes`: those done; `missing`: those planned and not done; `attempts`: grasps begun;
-        `picks`: those and what was never tried: objects that were refused, that no way led to, or
-        that were not seen, a look that left a doubt, a scene that broke; `success_pct`: successful
-        ones of all these picks; `cleared_pct`: objects in the tray of all objects; each with its
-        95 % Wilson interval; `perceive_ms` and `plan_ms`: medians over picks, with the 90th
-        percentile; `seconds_per_pick`: mean simulated time; `touched_before`: contacts with table
-        or other objects before a grasp that were not meant, summed over picks; `pushing_picks`:
-        picks that might push neighbours aside as the last resort; `touched_pushing`: neighbours
-        that these touched. None where there is nothing to tell from.
+        `scenes`: finished scenes; `missing`: planned scenes that are not finished; `attempts`:
+        grasps begun; `picks`: attempts plus objects that were refused, unreachable or not found,
+        ambiguous scenes, and scenes that broke; `success_pct`: successful share of `picks`;
+        `cleared_pct`: share of the objects that are in the tray; both with the 95 % Wilson
+        interval; `perceive_ms` and `plan_ms`: medians over picks, with the 90th percentile;
+        `seconds_per_pick`: mean simulated time; `touched_before`: bodies touched by mistake before
+        a grasp, summed over picks; `pushing_picks`: picks that were allowed to push neighbours
+        aside; `touched_pushing`: neighbours that these touched. None without data.
     """
     wanted = Counter(job.row for job in planned)
     rows = [_summary(name, own) for name, own in by_row(records).items()]
@@ -71,7 +70,7 @@ def summary_rows(
 
 
 def by_row(records: Iterable[Record]) -> dict[str, list[Record]]:
-    """Sort records by the name of their condition."""
+    """Group records by the name of their condition."""
     rows: dict[str, list[Record]] = {}
     for record in records:
         rows.setdefault(record["row"], []).append(record)
@@ -79,20 +78,20 @@ def by_row(records: Iterable[Record]) -> dict[str, list[Record]]:
 
 
 def outcome_counts(records: Sequence[Record]) -> dict[str, Counter[str]]:
-    """How often each outcome came, by condition."""
+    """Count the outcomes of the picks of each condition."""
     return {
-        name: Counter(ended(record) for record in own if record["record"] == PICK)
+        name: Counter(true_outcome(record) for record in own if record["record"] == PICK)
         for name, own in by_row(records).items()
     }
 
 
-def ended(pick: Record) -> str:
-    """How a pick ended: in the robot's word, unless it takes for placed what is not."""
+def true_outcome(pick: Record) -> str:
+    """Return the outcome of a pick: as reported, unless the object is not in the tray."""
     return MISPLACED if pick["outcome"] == PLACED and not pick["success"] else pick["outcome"]
 
 
 def prototype_rows(records: Sequence[Record]) -> list[dict[str, Any]]:
-    """Success by prototype, over all conditions with a camera and over those with known poses."""
+    """Return the success rates by prototype, separately with camera and with known poses."""
     rows = []
     picks = [r for r in records if r["record"] == PICK and r["prototype"] not in NO_PROTOTYPE]
     for known in (False, True):
@@ -119,31 +118,31 @@ def worst_scenes(records: Sequence[Record], most: int) -> list[dict[str, Any]]:
         failed = [pick for pick in picks if not pick["success"]]
         if failed or (scene["placed"] or 0) < (scene["total"] or 0):
             found.append((scene, failed))
-    found.sort(key=lambda item: _badness(*item))
-    return [_told(scene, failed) for scene, failed in found[:most]]
+    found.sort(key=lambda item: _sort_key(*item))
+    return [_scene_row(scene, failed) for scene, failed in found[:most]]
 
 
-def again(record: Record) -> str:
-    """Command that shows a scene again, or runs it where the demo has no such conditions."""
-    if not record["known"] and not record["objects_dir"] and not _unusual(record):
+def rerun_command(record: Record) -> str:
+    """Return the command that repeats a scene: a demo, or an evaluation if conditions differ."""
+    if not record["known"] and not record["objects_dir"] and not _differing(record):
         purpose = "" if record["purpose"] in (None, "lift") else f" --purpose {record['purpose']}"
         return (
             f"eyehand demo --scene {record['family']} --seed {record['seed']} "
             f"--objects {record['objects']} --failures {FAILURES}{purpose}{_files(record)} "
-            f"--out {AGAIN}/{record['key']}"
+            f"--out {RERUN_FOLDER}/{record['key']}"
         )
     words = ["eyehand evaluate grasp", "--scenes 1", f"--seed {record['seed']}"]
     words.append(f"--family {record['family']}")
-    words += [f"--{name} {_word(record[name])}" for name in _unusual(record)]
+    words += [f"--{name} {_value_text(record[name])}" for name in _differing(record)]
     words += [] if record["purpose"] in (None, "lift") else [f"--purpose {record['purpose']}"]
     words.append("--no-camera" if record["known"] else "--no-known")
     if record["family"] != "single":
         words.append(f"--count {record['objects']}")
-    return f"{' '.join(words)}{_files(record)} --out {AGAIN}/{record['key']}"
+    return f"{' '.join(words)}{_files(record)} --out {RERUN_FOLDER}/{record['key']}"
 
 
-def _unusual(record: Record) -> list[str]:
-    return [name for name, usual in USUAL.items() if record[name] not in (usual, None)]
+def _differing(record: Record) -> list[str]:
+    return [name for name, value in DEMO_CONDITIONS.items() if record[name] not in (value, None)]
 
 
 def _files(record: Record) -> str:
@@ -179,7 +178,7 @@ def _summary(name: str, records: Sequence[Record]) -> dict[str, Any]:
         "touched_before": sum(pick["touched_before"] or 0 for pick in picks),
         "pushing_picks": sum(bool(pick["pushed"]) for pick in picks),
         "touched_pushing": sum(pick["touched_pushing"] or 0 for pick in picks),
-        "outcomes": dict(Counter(ended(pick) for pick in picks).most_common()),
+        "outcomes": dict(Counter(true_outcome(pick) for pick in picks).most_common()),
     }
 
 
@@ -211,16 +210,18 @@ def _rounded(figure: float | None, digits: int = DIGITS) -> float | None:
     return None if figure is None else round(float(figure), digits)
 
 
-def _badness(scene: Record, failed: Sequence[Record]) -> tuple[bool, float, int]:
+def _sort_key(scene: Record, failed: Sequence[Record]) -> tuple[bool, float, int]:
     share = (scene["placed"] or 0) / (scene["total"] or 1)
     return scene["outcome"] != FAULT, share, -len(failed)
 
 
-def _told(scene: Record, failed: Sequence[Record]) -> dict[str, Any]:
+def _scene_row(scene: Record, failed: Sequence[Record]) -> dict[str, Any]:
     why = scene["stopped"] or ""
     if failed:
         first = failed[0]
-        why = f"{ended(first)}: {first['reason']}" if first["reason"] else ended(first)
+        why = (
+            f"{true_outcome(first)}: {first['reason']}" if first["reason"] else true_outcome(first)
+        )
         why = f"{first['object']} {why}" if first["object"] else why
     return {
         "name": scene["row"],
@@ -229,9 +230,9 @@ def _told(scene: Record, failed: Sequence[Record]) -> dict[str, Any]:
         "objects": scene["total"],
         "failed": len(failed),
         "why": why,
-        "command": again(scene),
+        "command": rerun_command(scene),
     }
 
 
-def _word(value: Any) -> str:
+def _value_text(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) else str(value)

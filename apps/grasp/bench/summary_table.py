@@ -1,4 +1,4 @@
-"""The table that `eyehand evaluate` prints."""
+"""The table that `eyehand evaluate grasp` prints."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ from rich.table import Table
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-NOTHING = "-"
-"""Where there is no figure."""
+NO_VALUE = "-"
+"""Text of a missing value."""
 NOTES = {"faults": "broke", "missing": "missing"}
-"""What is told beside the number of scenes where it is not 0."""
+"""Counts shown beside the number of scenes if they are not 0."""
 CAPTION = (
-    "picks: grasps begun (all, with what was refused, unreachable, not seen, or broke); success: "
-    "successful ones of all; cleared: objects in the tray; both with 95 % Wilson "
-    "intervals. perceive, plan: medians per pick; s/pick: mean simulated time; touched: contacts "
-    "with table or neighbours before a grasp that were not meant; pushed: neighbours touched / "
-    "grasps that may push them aside, the last resort"
+    "picks: grasps begun (in brackets: with refused, unreachable, undetected objects and broken "
+    "scenes); success: successful share of these; cleared: share of the objects in the tray; both "
+    "with 95 % Wilson intervals. perceive, plan: medians per pick; s/pick: mean simulated time; "
+    "touched: contacts with table or neighbours by mistake before a grasp; pushed: neighbours "
+    "touched / grasps that may push them aside, the last resort"
 )
 
 
 def grasp_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
-    """Lay out rows of :func:`summary_rows`."""
+    """Return the table of the rows of :func:`summary_rows`."""
     table = Table(
         title=title,
         title_justify="left",
@@ -47,19 +47,19 @@ def grasp_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
 
 
 def table_cells(row: Mapping[str, Any]) -> list[str]:
-    """Texts of a row under COLUMNS."""
+    """Return the cells of a row, one per entry of COLUMNS."""
     notes = [f"{row[what]} {word}" for what, word in NOTES.items() if row[what]]
-    untried = f" ({row['picks']})" if row["picks"] > row["attempts"] else ""
+    all_picks = f" ({row['picks']})" if row["picks"] > row["attempts"] else ""
     return [
         f"{row['scenes']} ({', '.join(notes)})" if notes else f"{row['scenes']}",
-        f"{row['attempts']}{untried}",
+        f"{row['attempts']}{all_picks}",
         rate_text(row),
         rate_text(row, "cleared_"),
         _text(row["perceive_ms"], 0, "ms"),
         _text(row["plan_ms"], 0, "ms"),
         _text(row["seconds_per_pick"], 1, "s"),
         f"{row['touched_before']}",
-        f"{row['touched_pushing']}/{row['pushing_picks']}" if row["pushing_picks"] else NOTHING,
+        f"{row['touched_pushing']}/{row['pushing_picks']}" if row["pushing_picks"] else NO_VALUE,
     ]
 
 
@@ -74,17 +74,17 @@ COLUMNS = (
     "touched",
     "pushed",
 )
-"""Columns after the condition's name."""
+"""Columns after the name of the condition."""
 
 
 def rate_text(row: Mapping[str, Any], prefix: str = "") -> str:
-    """A rate with its interval: ``91.7 % (84-96)``."""
+    """Return a rate with its interval: ``91.7 % (84-96)``."""
     share = row[f"{prefix}pct" if prefix else "success_pct"]
     if share is None:
-        return NOTHING
+        return NO_VALUE
     low, high = row[f"{prefix}ci_low_pct"], row[f"{prefix}ci_high_pct"]
     return f"{share:.1f} % ({low:.0f}-{high:.0f})"
 
 
 def _text(value: float | None, digits: int, unit: str) -> str:
-    return NOTHING if value is None else f"{value:.{digits}f} {unit}"
+    return NO_VALUE if value is None else f"{value:.{digits}f} {unit}"

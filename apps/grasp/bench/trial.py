@@ -1,4 +1,4 @@
-"""One trial: a simulated table is cleared, and the simulation's truth says how well."""
+"""One trial: clear a simulated table and score the picks against the ground truth."""
 
 from __future__ import annotations
 
@@ -22,133 +22,132 @@ from eyehand.grasping import (
 )
 from eyehand.perception import perceive
 
-from ..mesh_scenes import folder_scene
+from ..ground_truth_scene import ground_truth_scene
+from ..mesh_scenes import mesh_scene
 from ..scenes import GraspFamily, grasp_scene
-from ..true_scene import known_scene
 from ..true_solids import distances, true_solids
 from .dials import DEFAULT, control_dial, perception_dial
-from .unattempted import Untried, untried_objects
+from .unattempted import UnattemptedObject, unattempted_objects
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from eyehand.data_synth.scenes import MeshObject, TabletopObject
-    from eyehand.grasping import ClearReport, PickReport, SelectedGrasp
-    from eyehand.perception import DepthFrame, Scene
+    from eyehand.grasping import ClearReport, PickOptions, PickReport, SelectedGrasp
+    from eyehand.perception import DepthFrame, PerceiveOptions, Scene
 
 SETTLE_SECONDS = 0.3
-"""Robot time before the first look: what was dropped comes to rest on this world's table."""
+"""Waiting time before the first capture, s. Dropped objects come to rest."""
 FALL_SECONDS = 2.5
-"""The same where objects begin in the air."""
+"""Waiting time for objects that start in the air, s."""
 BEFORE_GRASP = ("observe", "select", "pre-grasp", "approach", "contact")
-"""Phases in which the robot is to touch nothing but the object."""
+"""Phases in which the robot must touch nothing but the target object."""
 
 
 @dataclass(frozen=True)
 class GraspTrial:
-    """What is tried."""
+    """The scene, the conditions and the robot of a trial."""
 
     family: GraspFamily = "packed"
-    """How the objects stand."""
+    """Arrangement of the objects."""
     seed: int = 0
-    """Of the scene and of the camera's noise."""
+    """Seed of the scene and of the camera noise."""
     objects: int = 5
-    """How many, but for single ones."""
+    """Number of objects. A single scene always has one."""
     friction: float = 1.0
-    """Sliding friction of the hand's pads."""
+    """Coulomb friction coefficient of the hand's pads."""
     shake: float = 0.0
-    """How long each object is shaken after the lift, s."""
+    """Duration of the shake after each lift, s."""
     known: bool = False
-    """Whether the true solids are known, in place of the camera's view."""
+    """Whether the true solids replace perception."""
     purpose: GraspPurpose = "lift"
-    """What the grasps are for."""
+    """Purpose of the grasps."""
     perception: str = DEFAULT
-    """Setting of perception by name."""
+    """Name of the perception dial."""
     control: str = DEFAULT
-    """Setting of the pick by name."""
+    """Name of the control dial."""
     objects_dir: str = ""
-    """Folder of meshes or URDFs to draw objects from; empty draws solids."""
+    """Folder of meshes or URDFs to draw objects from. If empty, solids are drawn."""
     robot: str = ""
-    """MJCF file of another robot; empty takes the one that comes with eyehand."""
+    """MJCF file of another robot. If empty, the default robot is used."""
     hand_frame: str = ""
-    """Name of its hand's frame."""
+    """Name of the hand frame of that robot."""
 
 
 @dataclass(frozen=True)
 class PickRow:
-    """One pick, told in plain values."""
+    """A pick in plain values, scored against the ground truth."""
 
     pick: int
-    """Its number, from 0."""
+    """Index of the pick, from 0."""
     object: str
-    """True name of the object."""
+    """True name of the target object."""
     kind: str
-    """Solid that it was taken for."""
+    """Kind of the fitted solid."""
     prototype: str
-    """How the hand closed."""
+    """Grasp prototype."""
     approach: str
-    """Where the palm came from."""
+    """Approach side of the palm."""
     rows: int
-    """Degrees of freedom that the approach took."""
+    """Number of task rows that the approach controlled."""
     outcome: str
-    """As the robot tells it."""
+    """Outcome as reported by the robot."""
     reason: str
-    """Why, where it failed."""
+    """Reason of a failure."""
     success: bool
-    """Whether it was held until it was let go in the tray, and lies there by the simulation's
-    truth."""
+    """Whether the robot reports success and the object is in the tray."""
     perceive_ms: float
-    """Time of seeing, ms."""
+    """Duration of perception, ms."""
     plan_ms: float
-    """Time of choosing, ms."""
+    """Duration of grasp selection and planning, ms."""
     seconds: float
     """Simulated time of the pick, s."""
     wall_seconds: float
-    """Computing time of the pick, s."""
+    """Wall time of the pick, s."""
     touched_before: int
-    """Other things than the object that the robot touched before the grasp without being meant to:
-    those that a grasp may push aside are counted in `touched_pushing`."""
+    """Number of other bodies that the robot touched before the grasp by mistake. Neighbours that a
+    grasp may push aside are counted in `touched_pushing` instead."""
     pads: int
-    """Pads in contact while held."""
+    """Number of pads in contact while the object was held."""
     curl: float
-    """How far the fingers bent around it, rad."""
+    """Bending angle of the fingers around the object, rad."""
     pushed: bool = False
-    """Whether the grasp might push neighbours aside, as nothing else was left to try."""
+    """Whether the grasp was allowed to push neighbours aside, as the last resort."""
     touched_pushing: int = 0
-    """Neighbours that such a grasp touched before it."""
+    """Number of neighbours that a pushing grasp touched before it closed."""
 
 
 @dataclass(frozen=True)
 class TrialResult:
-    """How a trial went."""
+    """The result of a trial."""
 
     trial: GraspTrial
-    """What was tried."""
+    """The trial."""
     picks: tuple[PickRow, ...]
-    """Every pick."""
+    """All picks."""
     placed: int
-    """Objects in the tray at the end."""
+    """Number of objects in the tray at the end."""
     total: int
-    """Objects at the start."""
+    """Number of objects at the start."""
     left: int
-    """Objects elsewhere at the end."""
+    """Number of objects outside the tray at the end."""
     stopped: str
-    """Why it ended."""
+    """Reason why the robot stopped."""
     cpu_seconds: float
     """Processor time of this process, s."""
-    untried: tuple[Untried, ...] = ()
-    """What no pick began on, though it was there: each counts as a pick that failed."""
+    untried: tuple[UnattemptedObject, ...] = ()
+    """Objects that no pick attempted. Each counts as a failed pick."""
 
 
 def run_trial(
     trial: GraspTrial, on_cycle: Callable[[CycleInfo], None] | None = None
 ) -> TrialResult:
-    """Clear a table, and tell how it went.
+    """Clear a table and return the scored picks.
 
     Raises
     ------
     InputError
-        If the trial asks for what there is not.
+        If a dial, a folder or a robot of the trial is invalid.
     """
     began = time.process_time()
     cell, robot = make_cell(trial, on_cycle)
@@ -160,51 +159,80 @@ def run_trial(
 def make_cell(
     trial: GraspTrial, on_cycle: Callable[[CycleInfo], None] | None = None
 ) -> tuple[Cell, SimRobot]:
-    """Build the simulated cell of a trial, its objects at rest.
+    """Build the simulated cell of a trial, with its objects at rest.
 
     Raises
     ------
     InputError
-        If the trial asks for what there is not.
+        If a dial, a folder or a robot of the trial is invalid.
     """
     if trial.objects_dir:
-        items = folder_scene(trial.objects_dir, trial.family, trial.seed, trial.objects)
-        return cell_of(items, trial, on_cycle)
-    return cell_of(grasp_scene(trial.family, trial.seed, trial.objects).objects, trial, on_cycle)
+        items = mesh_scene(trial.objects_dir, trial.family, trial.seed, trial.objects)
+    else:
+        items = grasp_scene(trial.family, trial.seed, trial.objects).objects
+    return trial_cell(items, trial, on_cycle)
 
 
-def cell_of(
+def trial_cell(
     objects: Sequence[TabletopObject | MeshObject],
     trial: GraspTrial,
     on_cycle: Callable[[CycleInfo], None] | None = None,
 ) -> tuple[Cell, SimRobot]:
-    """Build a cell around given objects; of the trial, the scene is not looked at."""
-    kind = None
-    if trial.robot:
-        kind = GraspRobot.of_file(Path(trial.robot), trial.hand_frame)
+    """Build the cell of a trial around given objects; the scene of the trial is not used."""
+    kind = GraspRobot.of_file(Path(trial.robot), trial.hand_frame) if trial.robot else None
     world = GraspWorld.build(objects, robot=kind, friction=trial.friction)
-    robot = SimRobot(world, noise=DepthNoise.realistic(), seed=trial.seed)
-    perception = perception_dial(trial.perception)
-
-    def perceive_frame(frame: DepthFrame) -> Scene:
-        return _true_scene(robot, frame) if trial.known else perceive(frame, perception)
-
-    places = world.cell
-    tray = Tray(np.array(places.tray_centre), places.tray_size, places.tray_height)
     options = replace(control_dial(trial.control), shake_seconds=trial.shake)
-    cell = Cell(robot, perceive_frame, tray, options)
+    perception = None if trial.known else perception_dial(trial.perception)
+    cell, robot = build_cell(world, trial.seed, options, perception)
     cell.wait(FALL_SECONDS if trial.objects_dir else SETTLE_SECONDS)
     cell.on_cycle = on_cycle
     return cell, robot
 
 
+def build_cell(
+    world: GraspWorld,
+    seed: int,
+    options: PickOptions,
+    perception: PerceiveOptions | None,
+    removed: Collection[str] = (),
+) -> tuple[Cell, SimRobot]:
+    """Build the cell and the simulated robot of a world.
+
+    Parameters
+    ----------
+    world
+        Table, tray, camera, robot and objects.
+    seed
+        Seed of the camera noise.
+    options
+        Options of the picks.
+    perception
+        Options of perception. None replaces perception by the true solids.
+    removed
+        Names of objects that left the scene. The true solids leave them out.
+    """
+    robot = SimRobot(world, noise=DepthNoise.realistic(), seed=seed)
+    place = world.cell
+
+    def perceive_frame(frame: DepthFrame) -> Scene:
+        if perception is not None:
+            return perceive(frame, perception)
+        assert frame.T_world_camera is not None
+        solids = [solid for solid in true_solids(robot) if solid.name not in removed]
+        view_origin = frame.T_world_camera.translation
+        return ground_truth_scene(solids, view_origin, table_height=place.table.height)
+
+    tray = Tray(np.array(place.tray_centre), place.tray_size, place.tray_height)
+    return Cell(robot, perceive_frame, tray, options), robot
+
+
 class Scorer:
-    """Holds what the robot says of its picks against the simulation's truth.
+    """A recorder that scores the picks of a robot against the ground truth.
 
     Parameters
     ----------
     cell, robot
-        As made for the trial; the cell's `on_cycle` callback is called as well.
+        The cell and its simulated robot. An existing `on_cycle` callback of the cell is kept.
     """
 
     def __init__(self, cell: Cell, robot: SimRobot) -> None:
@@ -219,7 +247,7 @@ class Scorer:
         self._grasping = False
 
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
-        """Take note of a pick: before it, with None, and after it."""
+        """Record a pick: before it, with None, and after it, with its report."""
         if report is None:
             self._target = self._nearest(choice.target.points.mean(axis=0))
             self._began = time.perf_counter()
@@ -228,8 +256,8 @@ class Scorer:
             return
         plan = report.plan
         touched = self._touched - {self._target}
-        # Neighbours may be pushed, table and tray never.
-        meant = touched.intersection(self._robot.object_names) if plan.may_push else set()
+        # A pushing grasp may touch neighbours, but never the table or the tray.
+        intended = touched.intersection(self._robot.object_names) if plan.may_push else set()
         self._rows.append(
             PickRow(
                 pick=len(self._rows),
@@ -245,16 +273,16 @@ class Scorer:
                 plan_ms=report.plan_ms,
                 seconds=report.seconds,
                 wall_seconds=time.perf_counter() - self._began,
-                touched_before=len(touched - meant),
+                touched_before=len(touched - intended),
                 pads=report.contact_pads,
                 curl=report.finger_curl,
                 pushed=plan.may_push,
-                touched_pushing=len(meant),
+                touched_pushing=len(intended),
             )
         )
 
     def result(self, trial: GraspTrial, report: ClearReport, cpu_seconds: float) -> TrialResult:
-        """Sum up."""
+        """Return the result of the trial."""
         names = self._robot.object_names
         placed = sum(self._robot.in_tray(name) for name in names)
         return TrialResult(
@@ -265,7 +293,7 @@ class Scorer:
             left=len(names) - placed,
             stopped=report.stop_reason,
             cpu_seconds=cpu_seconds,
-            untried=untried_objects(
+            untried=unattempted_objects(
                 [name for name in names if not self._robot.in_tray(name)],
                 [row.object for row in self._rows],
                 report,
@@ -282,15 +310,10 @@ class Scorer:
             self._on_cycle(cycle)
 
     def _nearest(self, point: np.ndarray) -> str:
-        """Name of the object that holds a point (3,), or whose surface is nearest to it.
+        """Return the name of the object with the smallest signed distance to a point (3,).
 
-        Signed: deep inside, the distance to the own surface exceeds that to a near neighbour.
+        The unsigned distance is wrong for a point deep inside an object: a neighbour's surface can
+        be nearer.
         """
         apart = distances(self._robot, point)
         return min(apart, key=apart.__getitem__) if apart else ""
-
-
-def _true_scene(robot: SimRobot, frame: DepthFrame) -> Scene:
-    assert frame.T_world_camera is not None
-    height = robot.world.cell.table.height
-    return known_scene(true_solids(robot), frame.T_world_camera.translation, table_height=height)

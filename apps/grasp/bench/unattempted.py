@@ -1,4 +1,4 @@
-"""What a robot left on the table without ever trying it, and why: picks that count as failed."""
+"""Objects that a robot left on the table without a pick. They count as failed picks."""
 
 from __future__ import annotations
 
@@ -17,71 +17,70 @@ if TYPE_CHECKING:
     from eyehand.grasping import Cell, ClearReport
 
 REFUSED, UNREACHABLE, UNSEEN, DOUBT, FAULT = "refused", "unreachable", "unseen", "doubt", "fault"
-"""Outcomes: no grasp suits it; the arm finds no way to one; it stands there, and the robot takes
-nothing that it sees for it; a look left a doubt, and nothing was tried any more; nor was it as the
-robot had stopped by itself."""
+"""Outcomes: no grasp is suitable; no grasp is reachable; perception did not find the object; an
+ambiguous scene ended the run; a robot fault ended the run."""
 LEFT = re.compile(r"object (\d+): (.*)", re.DOTALL)
-"""How the report says what was left alone, and why."""
+"""Format of a line of the report on a remaining object: label and reason."""
 
 
 @dataclass(frozen=True)
-class Untried:
-    """An object that no pick began on."""
+class UnattemptedObject:
+    """An object without a pick."""
 
     object: str
-    """Its true name; empty where a doubt or a fault ended the scene."""
+    """True name; empty if an ambiguous scene or a fault ended the run."""
     outcome: str
     """Refused, unreachable, unseen, doubt or fault."""
     reason: str
-    """In the robot's words."""
+    """Reason as reported by the robot."""
 
 
-def untried_objects(
+def unattempted_objects(
     left: Sequence[str],
-    tried: Sequence[str],
+    attempted: Sequence[str],
     report: ClearReport,
     cell: Cell,
     nearest: Callable[[np.ndarray], str],
-) -> tuple[Untried, ...]:
-    """Tell what was not tried, and why.
+) -> tuple[UnattemptedObject, ...]:
+    """List the objects without a pick, and the reasons.
 
     Parameters
     ----------
     left
         True names of the objects on the table at the end.
-    tried
-        True names of those that picks began on.
+    attempted
+        True names of the objects with a pick.
     report
-        What the robot says.
+        Report of the robot.
     cell
-        With the last scene that it saw.
+        The cell, with its last scene.
     nearest
         True name of the object at a point (3,), world, m.
 
     Returns
     -------
-    tuple of Untried
-        One for each object; a single one where a doubt ended the scene, or the robot stopped by
-        itself between picks; none for what stood there still when picks failed in a row.
+    tuple of UnattemptedObject
+        One per object; a single one if an ambiguous scene or a fault between picks ended the run;
+        none if successive failed picks ended the run.
     """
-    names = [name for name in left if name not in tried]
+    names = [name for name in left if name not in attempted]
     if not names:
         return ()
     if cell.reading.fault:
-        told = bool(report.picks) and report.picks[-1].outcome == FAULT
-        return () if told else (Untried("", FAULT, cell.reading.fault),)
+        counted = bool(report.picks) and report.picks[-1].outcome == FAULT
+        return () if counted else (UnattemptedObject("", FAULT, cell.reading.fault),)
     if not report.remaining and report.stop_reason != CLEAR:
-        return (Untried("", DOUBT, report.stop_reason),)
+        return (UnattemptedObject("", DOUBT, report.stop_reason),)
     if any(line.endswith(NOT_TRIED) for line in report.remaining):
         return ()
     reasons = _reasons(report, cell, nearest)
-    return tuple(_untried(name, reasons.get(name), report.stop_reason) for name in names)
+    return tuple(_outcome(name, reasons.get(name), report.stop_reason) for name in names)
 
 
 def _reasons(
     report: ClearReport, cell: Cell, nearest: Callable[[np.ndarray], str]
 ) -> dict[str, str]:
-    """Reasons of the robot by the true names of what they are about."""
+    """Return the reported reasons by true object name."""
     seen = {} if cell.scene is None else {one.label: one for one in cell.scene.objects}
     reasons = {}
     for line in report.remaining:
@@ -92,7 +91,9 @@ def _reasons(
     return reasons
 
 
-def _untried(name: str, reason: str | None, stopped: str) -> Untried:
+def _outcome(name: str, reason: str | None, stopped: str) -> UnattemptedObject:
     if reason is None:
-        return Untried(name, UNSEEN, f"ended with: {stopped}")
-    return Untried(name, UNREACHABLE if reason.startswith(CANNOT_REACH) else REFUSED, reason)
+        return UnattemptedObject(name, UNSEEN, f"ended with: {stopped}")
+    return UnattemptedObject(
+        name, UNREACHABLE if reason.startswith(CANNOT_REACH) else REFUSED, reason
+    )

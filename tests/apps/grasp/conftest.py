@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
+from eyehand.apps.grasp.bench.trial import GraspTrial, trial_cell
 from eyehand.apps.grasp.demo_record import DemoRecord
 from eyehand.apps.grasp.demo_run import run_demo
 from eyehand.apps.grasp.demo_scene import DemoScene, demo_scene
@@ -44,6 +44,6 @@ def single() -> DemoScene:
 def cleared(single) -> tuple[DemoRecord, Notes]:
     notes = Notes()
     trial = GraspTrial(family="single", seed=SEED, objects=1)
-    built = cell_of(single.objects, trial)
+    built = trial_cell(single.objects, trial)
     record = run_demo(single.source, trial, built, [lambda *_: notes], ClearOptions(picks=2))
     return record, notes

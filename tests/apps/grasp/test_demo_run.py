@@ -15,15 +15,15 @@ import trimesh
 from rich.console import Console
 
 from eyehand.apps.demo import write_results
-from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
+from eyehand.apps.grasp.bench.trial import GraspTrial, trial_cell
 from eyehand.apps.grasp.demo_report import report_html, write_report
 from eyehand.apps.grasp.demo_run import run_demo
-from eyehand.apps.grasp.demo_scene import USUAL_OBJECTS, demo_scene
+from eyehand.apps.grasp.demo_scene import DEFAULT_OBJECTS, demo_scene
 from eyehand.apps.grasp.demo_table import demo_rows, demo_table, ending, task_words
 from eyehand.apps.grasp.force_plot import pick_timeline
-from eyehand.apps.grasp.frame_crop import closeup
-from eyehand.apps.grasp.perceived_picture import look_picture
-from eyehand.apps.grasp.score_terms import SCORE_WORDS, SIZES, score_legend, score_words
+from eyehand.apps.grasp.frame_crop import crop_to_objects
+from eyehand.apps.grasp.perceived_picture import perceived_picture
+from eyehand.apps.grasp.score_terms import SIZE_NOTE, TERM_MEANINGS, score_html, score_legend
 from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_frame, write_scene
 from eyehand.errors import InputError
 from eyehand.grasping.clearing import ClearOptions
@@ -65,12 +65,14 @@ def test_every_pick_follows_its_look_and_onlookers_hear_all(cleared):
     record, notes = cleared
     picks = record.report.picks
     assert len(picks) >= 1
-    assert record.report.observations == len(record.looks)
-    assert [look.pick for look in record.looks if look.pick is not None] == list(picks)
-    assert [look.row for look in record.looks if look.row is not None] == list(record.result.picks)
+    assert record.report.observations == len(record.captures)
+    assert [capture.pick for capture in record.captures if capture.pick is not None] == list(picks)
+    assert [capture.row for capture in record.captures if capture.row is not None] == list(
+        record.result.picks
+    )
     assert notes.before == notes.after == len(picks)
     assert notes.moments >= sum(len(pick.times) for pick in picks)
-    first = record.looks[0]
+    first = record.captures[0]
     assert first.target is not None
     if any(phase.phase == "close" for phase in first.pick.phases):
         palm = first.T_world_palm.translation
@@ -107,7 +109,7 @@ def test_the_page_is_well_formed_and_holds_all_that_it_shows(cleared, tmp_path):
     tags.feed(text)
     assert not tags.faults
     assert not tags.open
-    assert tags.seen["img"] == 2 * len(record.looks)
+    assert tags.seen["img"] == 2 * len(record.captures)
     assert tags.seen["svg"] == len(record.report.picks)
     assert tags.seen["video"] == 1
     assert all(one.startswith(("data:", "#")) for one in tags.addresses)
@@ -116,10 +118,10 @@ def test_the_page_is_well_formed_and_holds_all_that_it_shows(cleared, tmp_path):
 
 def test_what_went_wrong_is_marked_and_its_words_cannot_break_the_page(cleared):
     record, _ = cleared
-    look = next(one for one in record.looks if one.pick is not None)
+    capture = next(one for one in record.captures if one.pick is not None)
     wrong = PhaseRecord("lift", 0.0, 1.0, "<b>dropped</b> & gone")
-    pick = replace(look.pick, outcome="slipped", reason="<i>it</i> slipped", phases=(wrong,))
-    html = report_html(replace(record, looks=(replace(look, pick=pick),)))
+    pick = replace(capture.pick, outcome="slipped", reason="<i>it</i> slipped", phases=(wrong,))
+    html = report_html(replace(record, captures=(replace(capture, pick=pick),)))
     assert "<i>it" not in html
     assert "<b>dropped" not in html
     assert "pill bad" in html
@@ -128,7 +130,7 @@ def test_what_went_wrong_is_marked_and_its_words_cannot_break_the_page(cleared):
 
 def test_the_force_plot_keeps_short_knocks_and_draws_a_pick_without_forces(cleared):
     record, _ = cleared
-    pick = next(look.pick for look in record.looks if look.pick is not None)
+    pick = next(capture.pick for capture in record.captures if capture.pick is not None)
     times = np.linspace(0.0, 8.0, 2001)
     forces = np.zeros((2001, 5))
     forces[1234, 3] = 37.0
@@ -145,29 +147,29 @@ def test_the_force_plot_keeps_short_knocks_and_draws_a_pick_without_forces(clear
 
 def test_a_closeup_shows_the_same_points_at_the_same_places(cleared):
     record, _ = cleared
-    look = record.looks[0]
-    frame, scene = closeup(look.frame, look.scene)
-    assert frame.depth.size < look.frame.depth.size
-    item = look.target
-    whole = np.argwhere(look.scene.segmentation.labels == item.label)
+    capture = record.captures[0]
+    frame, scene = crop_to_objects(capture.frame, capture.scene)
+    assert frame.depth.size < capture.frame.depth.size
+    item = capture.target
+    whole = np.argwhere(capture.scene.segmentation.labels == item.label)
     cut = np.argwhere(scene.segmentation.labels == item.label)
     assert len(cut) == len(whole)
     point = item.points.mean(axis=0)
-    T_camera_world = look.frame.T_world_camera.inv()
-    before = look.frame.intrinsics.project(T_camera_world.apply(point)[None])[0]
+    T_camera_world = capture.frame.T_world_camera.inv()
+    before = capture.frame.intrinsics.project(T_camera_world.apply(point)[None])[0]
     after = frame.intrinsics.project(T_camera_world.apply(point)[None])[0]
     assert before - after == pytest.approx((whole[0] - cut[0])[::-1])
 
 
 def test_the_grasp_is_drawn_where_the_hand_closed(cleared):
     record, _ = cleared
-    look = record.looks[0]
-    frame, scene = closeup(look.frame, look.scene)
-    bare = look_picture(frame, scene)
-    drawn = look_picture(frame, scene, look.pick.plan, look.T_world_palm)
+    capture = record.captures[0]
+    frame, scene = crop_to_objects(capture.frame, capture.scene)
+    bare = perceived_picture(frame, scene)
+    drawn = perceived_picture(frame, scene, capture.pick.plan, capture.T_world_palm)
     changed = np.argwhere((bare != drawn).any(axis=2))
     assert len(changed) > 200
-    labels = np.argwhere(scene.segmentation.labels == look.pick.label)
+    labels = np.argwhere(scene.segmentation.labels == capture.pick.label)
     zoom = bare.shape[1] / frame.depth.shape[1]
     assert np.linalg.norm(changed.mean(axis=0) / zoom - labels.mean(axis=0)) < 60
 
@@ -180,7 +182,7 @@ def test_a_scene_comes_from_a_family_or_a_file(tmp_path):
     write_scene(tmp_path, made, *render_frame(made, DepthNoise.none(), 2))
     read = demo_scene(str(tmp_path / "ground_truth.json"), 0)
     assert [one.name for one in read.objects] == [one.name for one in made.objects]
-    assert len(demo_scene("packed", 0).objects) == USUAL_OBJECTS
+    assert len(demo_scene("packed", 0).objects) == DEFAULT_OBJECTS
     assert len(demo_scene("single", 0).objects) == len(demo_scene("single", 0, 1).objects) == 1
 
 
@@ -243,7 +245,7 @@ def test_an_onlooker_s_time_is_not_the_robot_s(single):
 
     slow = Slow()
     trial = GraspTrial(family="single", seed=1, known=True)
-    built = cell_of(single.objects, trial)
+    built = trial_cell(single.objects, trial)
     began = time.process_time()
     record = run_demo(single.source, trial, built, [lambda *_: slow], ClearOptions(picks=1))
     whole = time.process_time() - began
@@ -269,17 +271,17 @@ def test_a_run_without_a_film_removes_an_earlier_one_and_nothing_else(cleared, t
 
 def test_what_is_claimed_and_not_true_is_told(cleared):
     record, _ = cleared
-    look = record.looks[0]
-    assert look.outcome == "placed"
-    lost = replace(look, row=replace(look.row, success=False))
+    capture = record.captures[0]
+    assert capture.outcome == "placed"
+    lost = replace(capture, row=replace(capture.row, success=False))
     assert lost.outcome == "placed (not in the tray)"
-    assert not lost.went_well
-    wrong = replace(record, looks=(lost, *record.looks[1:]))
+    assert not lost.succeeded
+    wrong = replace(record, captures=(lost, *record.captures[1:]))
     console = Console(width=160, record=True, file=None, quiet=False, stderr=True)
     console.print(demo_table(wrong))
     assert "placed (not in the tray)" in console.export_text()
     assert report_html(wrong).count('<span class="pill bad">placed (not in the tray)</span>') == 2
-    slipped = replace(lost, pick=replace(look.pick, outcome="place_failed"))
+    slipped = replace(lost, pick=replace(capture.pick, outcome="place_failed"))
     assert slipped.outcome == "place failed"
 
 
@@ -287,10 +289,10 @@ def test_the_page_explains_scores_and_sizes(cleared):
     record, _ = cleared
     terms = record.report.picks[0].plan.score.terms
     html = report_html(record)
-    assert set(terms) <= set(SCORE_WORDS)
+    assert set(terms) <= set(TERM_MEANINGS)
     for term in terms:
-        assert f"<b>{term}</b> {SCORE_WORDS[term]}" in html
-        assert f'<span class="term" title="{SCORE_WORDS[term]}">{term} ' in html
-    assert html.count(f'<p class="legend">{SIZES}</p>') == 1
-    assert score_words({"<i>": 0.5}) == '<span class="term" title="">&lt;i&gt; 0.50</span>'
+        assert f"<b>{term}</b> {TERM_MEANINGS[term]}" in html
+        assert f'<span class="term" title="{TERM_MEANINGS[term]}">{term} ' in html
+    assert html.count(f'<p class="legend">{SIZE_NOTE}</p>') == 1
+    assert score_html({"<i>": 0.5}) == '<span class="term" title="">&lt;i&gt; 0.50</span>'
     assert score_legend([]).endswith("0 to 1.")

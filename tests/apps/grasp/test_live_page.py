@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 from eyehand.apps.fitting.page_server import ANY_PORT, close_server, open_server
-from eyehand.apps.grasp.bench.trial import GraspTrial, cell_of
+from eyehand.apps.grasp.bench.trial import GraspTrial, trial_cell
 from eyehand.apps.grasp.body_meshes import body_meshes
 from eyehand.apps.grasp.demo_record import Recorder
-from eyehand.apps.grasp.live_page import LiveCell
+from eyehand.apps.grasp.live_page import LivePage
 from eyehand.apps.grasp.live_scene import LiveScene
 from eyehand.apps.scene_picture import colour_of
 from eyehand.grasping.cell import CycleInfo
@@ -23,13 +23,13 @@ from eyehand.grasping.cell import CycleInfo
 
 @pytest.fixture(scope="module")
 def stage(single):
-    return cell_of(single.objects, GraspTrial(family="single"))
+    return trial_cell(single.objects, GraspTrial(family="single"))
 
 
 @pytest.fixture
 def page(stage):
     cell, robot = stage
-    with LiveCell(ANY_PORT) as live:
+    with LivePage(ANY_PORT) as live:
         live.join(cell, robot, Recorder(cell))
         yield live
 
@@ -97,49 +97,51 @@ def nodes(server) -> dict[str, Any]:
     """What a browser would be told of a look, by the ends of the names."""
     parts = {}
     for name, handle in server.scene._handle_from_node_name.items():
-        if name.startswith("/look") and name.count("/") > 1:
+        if name.startswith("/capture") and name.count("/") > 1:
             parts[name.split("/", 2)[2]] = handle
     return parts
 
 
 def test_what_is_taken_leaves_the_page_and_a_new_look_replaces_the_old(server, stage, cleared):
     record, _ = cleared
-    look = record.looks[0]
-    label = look.target.label
+    capture = record.captures[0]
+    label = capture.target.label
     shown = LiveScene(server.scene, stage[1])
-    shown.see(look.frame, look.scene, look.pick.plan, {label: 7})
+    shown.show_capture(capture.frame, capture.scene, capture.pick.plan, {label: 7})
     first = nodes(server)
     assert {"grasp", "cloud0", f"cloud{label}", f"{label}/0/surface"} <= set(first)
     assert first[f"cloud{label}"].colors[0].tolist() == colour_of(7).tolist()
     assert tuple(first[f"{label}/0/surface"].color) == tuple(colour_of(7).tolist())
-    shown.taken(label)
+    shown.remove_object(label)
     left = nodes(server)
     assert "cloud0" in left
     assert not [name for name in left if name.startswith((f"{label}/0/", f"cloud{label}", "grasp"))]
-    shown.taken(label)
-    last = record.looks[-1]
-    shown.see(last.frame, last.scene)
+    shown.remove_object(label)
+    last = record.captures[-1]
+    shown.show_capture(last.frame, last.scene)
     assert "grasp" not in nodes(server)
     assert nodes(server)["cloud0"] is not left["cloud0"]
     assert len({name.split("/")[1] for name in _look_names(server)}) == 1
 
 
 def _look_names(server) -> list[str]:
-    return [name for name in server.scene._handle_from_node_name if name.startswith("/look")]
+    return [name for name in server.scene._handle_from_node_name if name.startswith("/capture")]
 
 
 def test_the_last_look_stands_when_all_is_done(page, cleared):
     record, _ = cleared
-    look, last = record.looks[0], record.looks[-1]
-    page._recorder = SimpleNamespace(frame=look.frame, scene=look.scene, colours=look.colours)
-    choice = SimpleNamespace(target=look.target, plan=look.pick.plan, scene=look.scene)
+    capture, last = record.captures[0], record.captures[-1]
+    page._recorder = SimpleNamespace(
+        frame=capture.frame, scene=capture.scene, colours=capture.colours
+    )
+    choice = SimpleNamespace(target=capture.target, plan=capture.pick.plan, scene=capture.scene)
     page.on_pick(choice, None)
     assert "grasp" in nodes(page._server)
     page._recorder = SimpleNamespace(frame=last.frame, scene=last.scene, colours=last.colours)
-    page.on_pick(choice, look.pick)
+    page.on_pick(choice, capture.pick)
     page.finish()
     left = nodes(page._server)
     assert "cloud0" in left
     assert "grasp" not in left
     assert not [name for name in left if name.endswith("/surface")] or last.scene.objects
-    assert "Done" in page._says.content
+    assert "Done" in page._status.content

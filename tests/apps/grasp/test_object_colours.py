@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from eyehand.apps.grasp.object_colours import SAME_PLACE, colour_numbers
-from eyehand.apps.grasp.perceived_picture import look_picture
+from eyehand.apps.grasp.object_colours import MAX_DISPLACEMENT, colour_numbers
+from eyehand.apps.grasp.perceived_picture import perceived_picture
 from eyehand.apps.scene_picture import PALETTE, colour_of
 from eyehand.perception import SceneObject
 from eyehand.perception.superquadric import SuperquadricFit
@@ -44,30 +44,30 @@ def test_moved_and_relabelled_objects_keep_their_numbers(order, seed, gone):
     st.dictionaries(st.integers(0, 4), st.integers(1, 14)),
 )
 def test_no_two_objects_of_a_look_share_a_number(places, taken):
-    looks = [seen(*one) for one in places]
-    numbered = colour_numbers(looks, taken)
-    for items, numbers in zip(looks, numbered, strict=True):
+    captures = [seen(*one) for one in places]
+    numbered = colour_numbers(captures, taken)
+    for items, numbers in zip(captures, numbered, strict=True):
         assert set(numbers) == {item.label for item in items}
         assert len(set(numbers.values())) == len(items)
     # What comes later changes nothing before it.
-    assert colour_numbers(looks[:-1], taken) == numbered[:-1]
+    assert colour_numbers(captures[:-1], taken) == numbered[:-1]
 
 
 def test_what_comes_to_light_under_a_taken_object_has_a_new_colour():
-    looks = [seen((0.0, 0.0), (0.2, 0.0)), seen((0.01, 0.0), (0.2, 0.0))]
-    assert colour_numbers(looks, {}) == ({1: 1, 2: 2}, {1: 1, 2: 2})
-    assert colour_numbers(looks, {0: 1}) == ({1: 1, 2: 2}, {1: 3, 2: 2})
+    captures = [seen((0.0, 0.0), (0.2, 0.0)), seen((0.01, 0.0), (0.2, 0.0))]
+    assert colour_numbers(captures, {}) == ({1: 1, 2: 2}, {1: 1, 2: 2})
+    assert colour_numbers(captures, {0: 1}) == ({1: 1, 2: 2}, {1: 3, 2: 2})
 
 
 def test_an_object_unseen_for_a_look_has_its_colour_again():
-    looks = [seen((0.0, 0.0), (0.2, 0.0)), seen((0.2, 0.0)), seen((0.2, 0.0), (0.0, 0.0))]
-    assert colour_numbers(looks, {})[2] == {1: 2, 2: 1}
+    captures = [seen((0.0, 0.0), (0.2, 0.0)), seen((0.2, 0.0)), seen((0.2, 0.0), (0.0, 0.0))]
+    assert colour_numbers(captures, {})[2] == {1: 2, 2: 1}
 
 
 def test_an_object_far_from_all_before_is_a_new_one_and_old_colours_come_back_last():
-    far = 3 * SAME_PLACE
-    looks = [seen((k * far, 0.0)) for k in range(len(PALETTE) + 2)]
-    numbers = [one[1] for one in colour_numbers(looks, {})]
+    far = 3 * MAX_DISPLACEMENT
+    captures = [seen((k * far, 0.0)) for k in range(len(PALETTE) + 2)]
+    numbers = [one[1] for one in colour_numbers(captures, {})]
     assert numbers == [*range(1, len(PALETTE) + 1), 1, 2]
 
 
@@ -79,11 +79,13 @@ def test_every_number_has_a_colour_of_its_own():
 
 def test_a_look_s_picture_has_the_colours_that_are_asked_for(cleared):
     record, _ = cleared
-    look = record.looks[0]
-    label = look.target.label
-    assert look.colours[label] == label
+    capture = record.captures[0]
+    label = capture.target.label
+    assert capture.colours[label] == label
     pictures = [
-        look_picture(look.frame, look.scene, names=False, colours={label: number}).astype(float)
+        perceived_picture(
+            capture.frame, capture.scene, names=False, colours={label: number}
+        ).astype(float)
         for number in (1, 3)
     ]
     changed = (pictures[0] != pictures[1]).any(axis=2)

@@ -22,13 +22,17 @@ from eyehand.apps.grasp.bench import (
 from eyehand.apps.grasp.bench import (
     run_inputs as grasp_inputs,
 )
-from eyehand.apps.grasp.bench.conditions import asked_conditions, source_digest, usual_conditions
+from eyehand.apps.grasp.bench.conditions import (
+    default_conditions,
+    requested_conditions,
+    source_digest,
+)
 from eyehand.apps.grasp.bench.jobs import Condition, SceneOutcome, attempt, scene_jobs
 from eyehand.apps.grasp.bench.row_store import scene_records
 from eyehand.apps.grasp.bench.summary import (
-    again,
     outcome_counts,
     prototype_rows,
+    rerun_command,
     summary_rows,
     worst_scenes,
 )
@@ -195,7 +199,7 @@ def test_too_many_objects_of_a_folder_are_refused_before_anything_runs(run, tmp_
     asked = ["--objects", tmp_path, "--family", "packed", "--count", "9", "--out", tmp_path / "o"]
     code, _, err = run("evaluate", "grasp", *asked)
     assert code == 2
-    assert "packed scene, seed 0: no room for 9 objects" in err
+    assert "packed scene, seed 0: 9 objects do not fit" in err
     assert not (tmp_path / "o").exists()
 
 
@@ -262,7 +266,7 @@ def test_a_run_in_which_every_scene_broke_ends_with_code_1(run, tmp_path, monkey
     assert "every scene broke, the first by RuntimeError: no arm" in err
 
 
-def test_it_says_how_many_times_were_taken_at_once(run, tmp_path):
+def test_the_timing_note_names_the_processes(run, tmp_path):
     plain = [
         "evaluate",
         "grasp",
@@ -274,19 +278,19 @@ def test_it_says_how_many_times_were_taken_at_once(run, tmp_path):
         "--out",
         tmp_path,
     ]
-    assert "2 processes side by side" in run(*plain, "--jobs", 2)[2]
+    assert "2 parallel processes" in run(*plain, "--jobs", 2)[2]
     assert "one process" in run(*plain, "--jobs", 1)[2]
-    assert "2 processes" not in (tmp_path / "report.html").read_text()
+    assert "2 parallel processes" not in (tmp_path / "report.html").read_text()
 
 
 def test_asked_rows_are_all_combinations_once():
-    rows = asked_conditions(
+    rows = requested_conditions(
         ["pile", "single"], [1.0, 0.6, 1.0], [0, 2], ("fast", "slow"), camera=True, known=False
     )
     assert len(rows) == len(set(rows)) == 8
     assert {row.family for row in rows} == {"single", "pile"}
     assert {(row.perception, row.control, row.known) for row in rows} == {("fast", "slow", False)}
-    assert len(usual_conditions(camera=False, known=True)) == 3
+    assert len(default_conditions(camera=False, known=True)) == 3
 
 
 def test_figures_are_those_counted_by_hand(made_up):
@@ -332,7 +336,7 @@ def test_the_worst_scenes_come_first_and_run_again_by_their_command(made_up, run
 
 def test_known_poses_and_files_run_again_too(made_up):
     (row, *_) = records(made_up, [Condition("single", known=True)])
-    told = again({**row, "objects_dir": "/a b", "robot": "/r.xml", "hand_frame": "palm"})
+    told = rerun_command({**row, "objects_dir": "/a b", "robot": "/r.xml", "hand_frame": "palm"})
     words = shlex.split(told)
     assert "--no-camera" in words
     assert "--count" not in words
@@ -362,14 +366,14 @@ def test_contacts_that_were_meant_are_summed_apart(made_up):
 
 def test_scenes_like_those_of_the_demo_are_shown_by_it(made_up):
     (row, *_) = records(made_up, [Condition("pile")], range(7, 8))
-    assert again(row) == (
+    assert rerun_command(row) == (
         f"eyehand demo --scene pile --seed 7 --objects 3 --failures 2 --out out/again/{row['key']}"
     )
 
 
 def test_scenes_run_again_never_meet_in_a_folder(made_up):
     rows = records(made_up, [Condition("pile"), Condition("pile", 0.6), Condition("packed")])
-    told = {again(row).rsplit(" ", 1)[1] for row in rows}
+    told = {rerun_command(row).rsplit(" ", 1)[1] for row in rows}
     assert len(told) == len({row["key"] for row in rows})
 
 
@@ -386,10 +390,10 @@ def test_objects_that_were_never_tried_count_as_failed(made_up):
 
 def test_the_digest_follows_the_code(tmp_path, monkeypatch):
     before = source_digest()
-    monkeypatch.setattr(grasp_plan, "ROOMS", ("errors",))
+    monkeypatch.setattr(grasp_plan, "SOURCE_FOLDERS", ("errors",))
     assert source_digest() != before
 
 
 def test_an_unknown_family_is_refused():
     with pytest.raises(InputError, match="heap"):
-        asked_conditions(["heap"], [1.0], [0.0], ("default",) * 2, camera=True, known=True)  # pyright: ignore[reportArgumentType] - what is wrong here is the point
+        requested_conditions(["heap"], [1.0], [0.0], ("default",) * 2, camera=True, known=True)  # pyright: ignore[reportArgumentType] - what is wrong here is the point

@@ -25,7 +25,7 @@ def jobs(seeds, notes=""):
 def test_troubled_scenes_become_rows_and_stop_nothing(made_up, tmp_path):
     wanted = jobs(range(6), tmp_path)
     found = {}
-    for job, outcome in run_here(wanted, made_up.run_troubled, processes=2, longest=1.5):
+    for job, outcome in run_here(wanted, made_up.run_troubled, processes=2, timeout=1.5):
         assert job.key not in found, "counted twice"
         found[job.key] = outcome
     fine, raised, killed_once, killed, hung, last = (found[job.key] for job in wanted)
@@ -119,14 +119,14 @@ def test_conditions_share_their_seeds_and_keys_tell_all_apart():
 
 def test_jobs_fit_the_trials_and_rows_the_results():
     from eyehand.apps.grasp.bench.trial import GraspTrial, PickRow, TrialResult
-    from eyehand.apps.grasp.bench.unattempted import Untried
+    from eyehand.apps.grasp.bench.unattempted import UnattemptedObject
 
     extras = {"purpose": "lift", "objects_dir": "", "robot": "", "hand_frame": ""}
     (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
     assert set(job.trial) == {field.name for field in fields(GraspTrial)} == set(TRIAL_COLUMNS)
     assert GraspTrial(**job.trial).objects == 5
     told = {field.name for field in (*fields(PickRow), *fields(TrialResult))}
-    told |= {field.name for field in fields(Untried)}
+    told |= {field.name for field in fields(UnattemptedObject)}
     assert told - {"trial", "picks", "untried"} <= set(COLUMNS), (
         "nothing ends up in the column of the rest"
     )

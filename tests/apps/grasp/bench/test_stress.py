@@ -8,10 +8,15 @@ import pytest
 
 from eyehand.apps.bench.stress import StressArguments
 from eyehand.apps.grasp.bench import stress as command
-from eyehand.apps.grasp.bench.event_sweeps import PHASES, can, displaced
+from eyehand.apps.grasp.bench.event_sweeps import PHASES, displaced_scene
 from eyehand.apps.grasp.bench.stress import grasp_stage, grasp_sweeps, stress_grasp
-from eyehand.apps.grasp.bench.stress_objects import standing
-from eyehand.apps.grasp.bench.stress_trial import FLUNG_SPEED, Bench, Ended, bench_of
+from eyehand.apps.grasp.bench.stress_objects import can_on_table, object_on_table
+from eyehand.apps.grasp.bench.stress_trial import (
+    MAX_OBJECT_SPEED,
+    StressCell,
+    StressOutcome,
+    stress_cell,
+)
 from eyehand.apps.grasp.bench.trial import PickRow
 from eyehand.errors import InputError
 from eyehand.grasping.clearing import observe
@@ -20,8 +25,8 @@ from eyehand.grasping.report import ClearReport
 
 
 @pytest.fixture(scope="module")
-def bench() -> Bench:
-    return bench_of([can(0)], 0, PickOptions())
+def bench() -> StressCell:
+    return stress_cell([can_on_table(0)], 0, PickOptions())
 
 
 def row(outcome="slipped", reason="the object left the hand", touched=0, success=False) -> PickRow:
@@ -32,8 +37,8 @@ def row(outcome="slipped", reason="the object left the hand", touched=0, success
     )  # fmt: skip
 
 
-def ended(bench: Bench, *rows: PickRow, stopped="2 picks failed in a row") -> Ended:
-    return Ended(bench, ClearReport((), 1, (), stopped), rows, 1.0)
+def ended(bench: StressCell, *rows: PickRow, stopped="2 picks failed in a row") -> StressOutcome:
+    return StressOutcome(bench, ClearReport((), 1, (), stopped), rows, 1.0)
 
 
 @pytest.mark.parametrize(
@@ -41,19 +46,19 @@ def ended(bench: Bench, *rows: PickRow, stopped="2 picks failed in a row") -> En
     [
         ([row()], "2 picks failed in a row", ""),
         ([], "no remaining object can be grasped", ""),
-        ([row(touched=2)], "2 picks failed in a row", "2 other things touched"),
+        ([row(touched=2)], "2 picks failed in a row", "2 other bodies touched"),
         ([row(reason="")], "2 picks failed in a row", ""),
         ([row(outcome="", reason="")], "2 picks failed in a row", "without a named outcome"),
         ([row(outcome="bewildered")], "2 picks failed in a row", "without a named outcome"),
-        ([row(outcome="placed", reason="")], "40 picks made", "says placed"),
-        ([], "clear", "says clear while 1 stand on the table"),
+        ([row(outcome="placed", reason="")], "40 picks made", "reported placed"),
+        ([], "clear", "reported clear with 1 on the table"),
     ],
 )
 def test_an_answer_is_held_against_the_truth(bench, rows, stopped, says):
-    told = ended(bench, *rows, stopped=stopped).fault
+    told = ended(bench, *rows, stopped=stopped).violation
     assert says in told
     assert bool(told) == bool(says)
-    trial = ended(bench, *rows, stopped=stopped).judged()
+    trial = ended(bench, *rows, stopped=stopped).trial()
     assert (trial.clean, trial.passed, trial.score) == (not says, False, 0.0)
 
 
@@ -64,16 +69,16 @@ def test_nothing_tried_is_a_refusal_unless_it_is_said_to_be_clear(bench):
 
 
 def test_what_is_flung_or_leaves_the_table_is_unclean():
-    bench = bench_of([can(0), standing("box", (0.04, 0.04, 0.06), 0, aside=(0.1, 0.0))], 0,
-                     PickOptions())  # fmt: skip
-    assert ended(bench, row()).fault == ""
-    bench.put("can", np.array([0.0, 0.9, 0.055]))
-    assert "can left the table" in ended(bench, row()).fault
-    bench.vanish("can")
-    assert ended(bench, row()).fault == ""
-    assert ended(bench, row()).there == ("box",)
-    bench.peak = FLUNG_SPEED + 1
-    assert "flung at 4.0 m/s" in ended(bench, row()).fault
+    box = object_on_table("box", (0.04, 0.04, 0.06), 0, offset=(0.1, 0.0))
+    bench = stress_cell([can_on_table(0), box], 0, PickOptions())
+    assert ended(bench, row()).violation == ""
+    bench.move_object("can", np.array([0.0, 0.9, 0.055]))
+    assert "can left the table" in ended(bench, row()).violation
+    bench.remove_object("can")
+    assert ended(bench, row()).violation == ""
+    assert ended(bench, row()).remaining == ("box",)
+    bench.peak_speed = MAX_OBJECT_SPEED + 1
+    assert "thrown at 4.0 m/s" in ended(bench, row()).violation
 
 
 def test_seen_objects_are_displaced_with_their_points(bench):
@@ -81,7 +86,7 @@ def test_seen_objects_are_displaced_with_their_points(bench):
     assert doubt == ""
     assert scene is not None
     by = np.array([0.01, -0.02, 0.0])
-    (before,), (after,) = scene.objects, displaced(scene, by).objects
+    (before,), (after,) = scene.objects, displaced_scene(scene, by).objects
     np.testing.assert_allclose(after.points, before.points + by)
     assert before.fit.superquadric is not None
     assert after.fit.superquadric is not None
@@ -90,14 +95,14 @@ def test_seen_objects_are_displaced_with_their_points(bench):
 
 
 def test_a_disturbance_comes_once_in_its_phase():
-    bench = bench_of([can(1)], 1, PickOptions())
+    bench = stress_cell([can_on_table(1)], 1, PickOptions())
     seen: list[str] = []
-    bench.phase, bench.disturb = "approach", lambda: seen.append(bench.cell.phase)
-    bench.after_look = lambda: seen.append("after the look")
+    bench.disturbed_phase, bench.disturb = "approach", lambda: seen.append(bench.cell.phase)
+    bench.after_selection = lambda: seen.append("after the selection")
     result = bench.clear()
-    assert seen == ["after the look", "approach"]
+    assert seen == ["after the selection", "approach"]
     assert result.left == ()
-    assert result.fault == ""
+    assert result.violation == ""
     assert bench.creep is not None
     assert bench.creep < 1e-3
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from eyehand.apps.grasp import true_solids
-from eyehand.apps.grasp.bench.stress_objects import standing
-from eyehand.apps.grasp.bench.trial import GraspTrial, Scorer, cell_of, run_trial
-from eyehand.apps.grasp.mesh_scenes import check_folder_scenes, folder_scene
+from eyehand.apps.grasp.bench.stress_objects import object_on_table
+from eyehand.apps.grasp.bench.trial import GraspTrial, Scorer, run_trial, trial_cell
+from eyehand.apps.grasp.mesh_scenes import check_mesh_scenes, mesh_scene
 from eyehand.apps.grasp.scenes import grasp_scene
 from eyehand.data_synth.cell import GraspCell
 from eyehand.errors import InputError
@@ -56,14 +56,14 @@ def test_meshes_of_a_folder_are_picked_too(tmp_path):
 def test_packed_meshes_stand_apart_and_a_pile_begins_in_the_air(tmp_path):
     write_box(tmp_path / "a.obj", (0.02, 0.025, 0.035))
     write_box(tmp_path / "b.obj", (0.03, 0.03, 0.03))
-    items = folder_scene(tmp_path, "packed", 3, 5)
+    items = mesh_scene(tmp_path, "packed", 3, 5)
     assert len({item.name for item in items}) == 5
     for one in items:
         assert (one.pose.apply(one.vertices)[:, 2] >= 0).all()
         for other in items:
             if other is not one:
                 assert np.linalg.norm(one.centre[:2] - other.centre[:2]) > 0.05
-    pile = folder_scene(tmp_path, "pile", 3, 4)
+    pile = mesh_scene(tmp_path, "pile", 3, 4)
     heights = [item.pose.apply(item.vertices)[:, 2] for item in pile]
     for below, above in itertools.pairwise(heights):
         assert above.min() > below.max()
@@ -71,17 +71,17 @@ def test_packed_meshes_stand_apart_and_a_pile_begins_in_the_air(tmp_path):
 
 def test_too_many_meshes_are_refused_with_the_number_that_fits(tmp_path):
     write_box(tmp_path / "crate.obj", (0.10, 0.10, 0.1))
-    with pytest.raises(InputError, match=r"no room for 9 objects .* ask for [1-8] objects at most"):
-        folder_scene(tmp_path, "packed", 0, 9)
-    with pytest.raises(InputError, match="packed scene, seed 5: no room for 9"):
-        check_folder_scenes(tmp_path, [("single", 5), ("packed", 5)], 9)
-    check_folder_scenes(tmp_path, [("single", 5), ("packed", 5)], 1)
+    with pytest.raises(InputError, match=r"9 objects do not fit .* request at most [1-8] objects"):
+        mesh_scene(tmp_path, "packed", 0, 9)
+    with pytest.raises(InputError, match="packed scene, seed 5: 9 objects do not fit"):
+        check_mesh_scenes(tmp_path, [("single", 5), ("packed", 5)], 9)
+    check_mesh_scenes(tmp_path, [("single", 5), ("packed", 5)], 1)
 
 
 def test_a_pile_that_would_fall_into_the_tray_is_refused(tmp_path):
     write_box(tmp_path / "panel.obj", (0.29, 0.29, 0.02))
     with pytest.raises(InputError, match="too wide for the table beside the tray"):
-        folder_scene(tmp_path, "pile", 0, 2)
+        mesh_scene(tmp_path, "pile", 0, 2)
 
 
 def test_large_meshes_keep_clear_of_the_tray(tmp_path):
@@ -89,7 +89,7 @@ def test_large_meshes_keep_clear_of_the_tray(tmp_path):
         write_box(tmp_path / f"carton{number}.obj", half)
     cell = GraspCell()
     for seed in range(40):
-        for item in folder_scene(tmp_path, "packed", seed, 5):
+        for item in mesh_scene(tmp_path, "packed", seed, 5):
             cell.check_clear(item.name, item.centre, item.radius)
 
 
@@ -115,8 +115,8 @@ def test_unknown_families_are_refused():
 
 def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
     size, beside = (0.05, 0.09, 0.09), (0.045, 0.045, 0.09)
-    wall = standing("box", size, 0, name="wall", aside=(0.0675, 0.0))
-    cell, robot = cell_of([standing("box", beside, 0), wall], GraspTrial(known=True))
+    wall = object_on_table("box", size, 0, name="wall", offset=(0.0675, 0.0))
+    cell, robot = trial_cell([object_on_table("box", beside, 0), wall], GraspTrial(known=True))
     scorer = Scorer(cell, robot)
     for name in ("box", "wall"):
         middle = robot.object_pose(name).translation
@@ -129,10 +129,10 @@ def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
 
 def test_an_object_is_named_by_its_corners_where_no_solid_fits_its_mesh(tmp_path, monkeypatch):
     write_box(tmp_path / "thing.obj", (0.02, 0.025, 0.035))
-    items = folder_scene(tmp_path, "packed", 1, 2)
+    items = mesh_scene(tmp_path, "packed", 1, 2)
     none = SimpleNamespace(superquadric=None, reason="no solid")
     monkeypatch.setattr(true_solids, "fit_superquadric", lambda points: none)
-    cell, robot = cell_of(items, GraspTrial())
+    cell, robot = trial_cell(items, GraspTrial())
     scorer = Scorer(cell, robot)
     for item in items:
         assert scorer._nearest(robot.object_pose(item.name).translation) == item.name
@@ -141,10 +141,10 @@ def test_an_object_is_named_by_its_corners_where_no_solid_fits_its_mesh(tmp_path
 @pytest.mark.parametrize(("may_push", "counts"), [(False, (2, 0)), (True, (1, 1))])
 def test_neighbours_that_a_grasp_may_push_are_counted_apart(may_push, counts, monkeypatch):
     pair = [
-        standing("box", (0.04, 0.04, 0.05), 0),
-        standing("box", (0.04, 0.04, 0.05), 0, name="other", aside=(0.1, 0.0)),
+        object_on_table("box", (0.04, 0.04, 0.05), 0),
+        object_on_table("box", (0.04, 0.04, 0.05), 0, name="other", offset=(0.1, 0.0)),
     ]
-    cell, robot = cell_of(pair, GraspTrial(known=True))
+    cell, robot = trial_cell(pair, GraspTrial(known=True))
     scorer = Scorer(cell, robot)
     target = SimpleNamespace(points=robot.object_pose("box").translation[None])
     plan = SimpleNamespace(prototype="pincer", approach="top", rows=6, may_push=may_push)

@@ -6,7 +6,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from eyehand.apps.grasp.bench.unattempted import untried_objects
+from eyehand.apps.grasp.bench.unattempted import unattempted_objects
 
 PLACES = {"can": 0.0, "plate": 1.0, "ball": 2.0}
 
@@ -34,7 +34,7 @@ def found(
     def nearest(point: np.ndarray) -> str:
         return min(PLACES, key=lambda name: abs(PLACES[name] - point[0]))
 
-    rows = untried_objects(left, tried, cast("Any", report), cast("Any", cell), nearest)
+    rows = unattempted_objects(left, tried, cast("Any", report), cast("Any", cell), nearest)
     return [(row.object, row.outcome) for row in rows]
 
 

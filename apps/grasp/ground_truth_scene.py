@@ -1,4 +1,4 @@
-"""What a perfect eye would see: a scene of the objects' own solids at their true places."""
+"""The ideal perception result: a scene of the true solids at their true poses."""
 
 from __future__ import annotations
 
@@ -16,60 +16,60 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.scenes import TabletopObject
 
-POINTS = 400
-"""Points over each solid's whole surface: they stand for its cloud."""
-TOUCHING = 0.004
-"""An object over another rests on it where they are no farther apart than this, m."""
+CLOUD_POINTS = 400
+"""Number of points on the surface of each solid."""
+MAX_REST_GAP = 0.004
+"""Maximum gap between an object and the object that carries it, m."""
 
 
-def known_scene(
+def ground_truth_scene(
     objects: Sequence[TabletopObject],
     view_origin: NDArray[np.float64],
     *,
     table_height: float = 0.0,
     seed: int = 0,
 ) -> Scene:
-    """Make the scene that a perfect eye would see.
+    """Return the scene that perfect perception would produce.
 
     Parameters
     ----------
     objects
-        Objects where they are now.
+        Objects at their current poses.
     view_origin
-        Place of the eye, (3,), world, m.
+        Position of the camera, (3,), world, m.
     table_height
         Height of the table, m.
     seed
-        Of the points on the solids.
+        Seed of the points on the solids.
     """
     rng = np.random.default_rng(seed)
-    clouds = [sample_surface(item.shape, POINTS, rng) for item in objects]
-    seen = tuple(
+    clouds = [sample_surface(item.shape, CLOUD_POINTS, rng) for item in objects]
+    scene_objects = tuple(
         SceneObject(
             label=number,
             points=cloud,
-            pixels=POINTS,
-            fit=SuperquadricFit(item.shape, True, "known", np.zeros(POINTS), (), 0.0),
+            pixels=CLOUD_POINTS,
+            fit=SuperquadricFit(item.shape, True, "known", np.zeros(CLOUD_POINTS), (), 0.0),
             visible_share=1.0,
-            rests_on=_below(number - 1, objects, clouds),
+            rests_on=_supporting_label(number - 1, objects, clouds),
         )
         for number, (item, cloud) in enumerate(zip(objects, clouds, strict=True), start=1)
     )
     support = SupportPlane(np.array([0.0, 0.0, 1.0]), -table_height)
     segmentation = Segmentation(np.zeros((1, 1), np.int32), None, 0.0, {})
-    return Scene("world", support, seen, view_origin, segmentation, {})
+    return Scene("world", support, scene_objects, view_origin, segmentation, {})
 
 
-def _below(
+def _supporting_label(
     number: int, objects: Sequence[TabletopObject], clouds: Sequence[NDArray[np.float64]]
 ) -> int:
-    """Label of the object that carries this one; 0 for the table."""
+    """Return the label of the object that carries this one; 0 for the table."""
     item = objects[number]
     low = float(clouds[number][:, 2].min())
     for other, cloud in enumerate(clouds):
         if other == number or objects[other].shape.centre[2] >= item.shape.centre[2]:
             continue
         near = np.abs(objects[other].shape.distance(clouds[number])).min()
-        if near < TOUCHING and low > cloud[:, 2].min() + TOUCHING:
+        if near < MAX_REST_GAP and low > cloud[:, 2].min() + MAX_REST_GAP:
             return other + 1
     return 0
