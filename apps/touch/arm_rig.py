@@ -1,4 +1,4 @@
-"""Arms with tactile pads in one loop: image, features, twist of the pad, joints, image again."""
+"""Simulated arms with tactile pads in a control loop: image, features, twist, joint speeds."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ if TYPE_CHECKING:
     from eyehand.tactile import ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE
-"""Of control, s."""
+"""Control period, s."""
 
 _BASE_BODY = "base"
 
 
 @dataclass(frozen=True)
 class RigOptions:
-    """What stands between the servo and the pad's motion.
+    """Delays between the servo and the motion of the pad, and the image rate.
 
     Raises
     ------
@@ -51,57 +51,54 @@ class RigOptions:
     """
 
     lag: float = 0.015
-    """Time constant with which joints follow a velocity, s: what the arm's own controller is taken
-    to need; 0 is an arm without inertia."""
+    """Time constant with which joints follow a commanded velocity, s: an assumption about the arm's
+    own controller. 0 is an arm without inertia."""
     latency: int = 1
-    """Whole cycles from an image to the moment when what was made of it is sent."""
+    """Number of cycles from an image to the command computed from it."""
     image_rate: float = CONTROL_RATE
-    """Images a second: control reads the mean of each cycle's, so more are calmer. The real pad's
-    1900 take four times as long to simulate."""
+    """Images per second. Control reads the mean of the images of a cycle, so that more images mean
+    less noise. The 1900 of the real pad take four times as long to simulate."""
 
     def __post_init__(self) -> None:
         if not (0 <= self.lag < np.inf and self.latency >= 0):
-            raise InputError(f"need lag >= 0 s and latency >= 0, got {self.lag}, {self.latency}")
+            raise InputError(f"lag and latency must be >= 0, got {self.lag} s, {self.latency}")
 
 
 class Hand:
-    """One arm of a rig: what its pad feels, where it is, and how it moves.
-
-    Rigs make their own.
-    """
+    """One arm of an :class:`ArmRig`: the features, the pose and the motion of its pad."""
 
     def __init__(self, robot: RobotModel, reader: FeatureReader, q: NDArray[np.float64]) -> None:
         self.robot = robot
         self.reader = reader
         self.features: ContactFeatures
-        """What the last image says."""
-        self.held_back: tuple[str, ...] = ()
-        """What the safety level last held the arm back for, by name."""
-        self.moved(q, np.zeros(robot.n))
+        """Features of the last image."""
+        self.active_limits: tuple[str, ...] = ()
+        """Names of the limits that were active in the last cycle."""
+        self.set_state(q, np.zeros(robot.n))
 
     @property
     def pose(self) -> RigidTransform:
-        """T_world_pad by the arm's own joints."""
-        # Forward kinematics gives rotations: testing each again takes longer than to find it.
+        """T_world_pad from the arm's joints."""
+        # Forward kinematics returns a valid rotation, and a check would take longer.
         rotation = Rotation.from_matrix(self._state.rotation, assume_valid=True)
         return RigidTransform.from_components(self._state.position, rotation)
 
     @property
     def twist(self) -> NDArray[np.float64]:
-        """Twist [v; ω] that the pad moved with in the last cycle, (6,), in its own frame."""
-        turned = (self._state.jacobian @ self._speed).reshape(2, 3) @ self._state.rotation
-        return turned.ravel()
+        """Twist [v, ω] of the pad in the last cycle, (6,), m/s and rad/s, in the pad's frame."""
+        twist = (self._state.jacobian @ self._speed).reshape(2, 3) @ self._state.rotation
+        return twist.ravel()
 
     def joint_speed(self, twist: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Give joint velocities (n,), rad/s, for a twist of the pad (6,) in its own frame.
+        """Return joint velocities (n,), rad/s, for a twist of the pad (6,) in the pad's frame.
 
-        The twist becomes one task of six rows (eq. 14 maps it to the world's axes), and the safety
+        The twist becomes one task with six rows. Eq. 14 maps it to the world's axes. The safety
         level keeps joint ranges and speeds.
         """
         state = self._state
         if not (np.any(twist) or self._speed.any()):
-            # An arm at rest that is to stay so needs no solving.
-            self.held_back = ()
+            # An arm that is at rest and shall stay at rest needs no solver.
+            self.active_limits = ()
             return np.zeros(self.robot.n)
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = state.rotation, state.position
@@ -111,35 +108,35 @@ class Hand:
         safe = safe_motion(
             nominal, state.jacobian, state, _NOTHING_NEAR, _CONTROL, self.robot.joint_names
         )
-        self.held_back = safe.blocking
+        self.active_limits = safe.blocking
         return safe.velocity
 
-    def moved(self, q: NDArray[np.float64], speed: NDArray[np.float64]) -> None:
-        """Tell where the joints are now, (n,), and how fast they went, (n,)."""
+    def set_state(self, q: NDArray[np.float64], speed: NDArray[np.float64]) -> None:
+        """Set the joint angles (n,), rad, and the joint speeds of the last cycle (n,), rad/s."""
         self._state = self.robot.at(q)
         self._speed = speed
 
 
 class ArmRig:
-    """A cell whose arms are moved by twists of their pads, 250 times a second.
+    """A simulated cell whose arms execute twists of their pads, 250 times per second.
 
-    Each pad has electronics of its own and is calibrated on the simulated bench by the full curve,
-    as a real one would be. Joints follow late, as the options say.
+    Each pad has its own electronics. As a real pad, it is calibrated on the simulated bench with
+    the full characteristic. The joints follow with the delays of the options.
 
     Parameters
     ----------
     scene
         Arms, pads and objects.
     arms
-        The same as the scene was built with.
+        The arms that the scene was built with.
     seed
-        Of electronics, bench and noise, >= 0.
+        Seed of electronics, bench and noise, >= 0.
     options
-        Lag and waiting.
+        Delays and image rate.
     features
-        How contacts are described.
+        Options of the contact features.
     joints
-        Where the joints of all arms start, (n,), rad; at home when not given.
+        Start angles of the joints of all arms, (n,), rad. Default: home.
     """
 
     def __init__(
@@ -167,19 +164,19 @@ class ArmRig:
             )
         )
         rest = np.zeros(len(self.simulation.joints))
-        self._waiting: deque[NDArray[np.float64]] = deque([rest] * o.latency)
-        self._follow = 1.0 if o.lag == 0.0 else 1.0 - exp(-CYCLE / o.lag)
+        self._delayed: deque[NDArray[np.float64]] = deque([rest] * o.latency)
+        self._gain = 1.0 if o.lag == 0.0 else 1.0 - exp(-CYCLE / o.lag)
         self._speed = rest
         self.step(*[np.zeros(6)] * len(arms))
 
     @property
     def hand(self) -> Hand:
-        """The only arm, or the first."""
+        """The first arm."""
         return self.hands[0]
 
     @property
     def time(self) -> float:
-        """Time since the start, s."""
+        """Simulated time since the start, s."""
         return self.simulation.time
 
     def step(
@@ -187,40 +184,40 @@ class ArmRig:
         *twists: NDArray[np.float64],
         move: Callable[[float], None] | None = None,
     ) -> list[tuple[PadSample, ...]]:
-        """Go through one cycle.
+        """Run one control cycle.
 
         Parameters
         ----------
         *twists
-            For each arm the wished twist of its pad, (6,), m/s and rad/s, in the pad's frame.
+            For each arm the commanded twist of its pad, (6,), m/s and rad/s, in the pad's frame.
         move
             Called with the time, s, before each step of the simulation, to place mocap bodies.
 
         Returns
         -------
         list of tuples
-            The images taken meanwhile, with the truth of that moment; the features that the hands
-            have now are of their mean.
+            The images of this cycle with their ground truth, one tuple entry per arm. The features
+            of the hands are those of the mean image.
         """
         pairs = zip(self.hands, twists, strict=True)
-        self._waiting.append(np.concatenate([hand.joint_speed(twist) for hand, twist in pairs]))
-        self._speed = self._speed + self._follow * (self._waiting.popleft() - self._speed)
-        moments = self.simulation.advance(self._speed, CYCLE, move)
+        self._delayed.append(np.concatenate([hand.joint_speed(twist) for hand, twist in pairs]))
+        self._speed = self._speed + self._gain * (self._delayed.popleft() - self._speed)
+        samples = self.simulation.advance(self._speed, CYCLE, move)
         speeds = np.split(self._speed, len(self.hands))
         joints = self._by_arm(len(self.hands))
         for number, hand in enumerate(self.hands):
-            hand.moved(joints[number], speeds[number])
-            if moments:
-                images = np.array([moment[number].raw for moment in moments])
+            hand.set_state(joints[number], speeds[number])
+            if samples:
+                images = np.array([sample[number].raw for sample in samples])
                 hand.features = hand.reader.read(np.rint(images.mean(axis=0)).astype(np.uint16))
-        return moments
+        return samples
 
     def _by_arm(self, arms: int) -> list[NDArray[np.float64]]:
         return np.split(self.simulation.joints, arms)
 
 
 def home_pose(arm: Arm | None = None, pad: PadOptions | None = None) -> RigidTransform:
-    """Give T_world_pad of an arm at home, to lay objects before it; the pad looks down there."""
+    """Return T_world_pad of an arm at home, where the pad faces down."""
     robot = _robot(arm or Arm(), pad or pad_scene().pad)
     state = robot.at(robot.home)
     return RigidTransform.from_components(state.position, Rotation.from_matrix(state.rotation))
@@ -244,4 +241,4 @@ _NOTHING_NEAR = Proximity(
     np.zeros((0, 7)),
     np.zeros(0),
 )
-"""The pad is to touch, so that distances are not kept; joint ranges and speeds are."""
+"""No pair of the safety level: the pad must touch, so that only joint limits are kept."""

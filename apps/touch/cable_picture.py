@@ -50,7 +50,7 @@ def cable_picture(runs: Sequence[CableRun], seed: int, cables: int) -> Figure:
     _map(above, runs)
     for number, run in enumerate(runs):
         below.plot(
-            1e3 * run.way,
+            1e3 * run.length,
             1e3 * run.errors,
             color=SPEED_COLOURS[number % 2],
             linewidth=1.6,

@@ -1,4 +1,4 @@
-"""A pad on an arm follows a cable along a table, and where it went (section 4.4)."""
+"""Follow a cable along a table with a pad, and compare the path with the cable (section 4.4)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from eyehand.tactile import (
 
 from .arm_rig import CYCLE, ArmRig, home_pose
 from .cable_shapes import SPACING, CableShape, cable_shape
-from .start_posture import looking_down, start_posture
+from .start_posture import facing_down, start_posture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -29,43 +29,43 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FORCE = 2.0
-"""With which the pad presses on the cable, N."""
+"""Force on the cable, N."""
 GAP = 0.002
-"""From the pad to the cable at the start, m."""
+"""Distance from the pad to the cable at the start, m."""
 CABLE_AHEAD = 0.03
-"""The middle of the cable's extent is this far beyond the arm's home along x, m."""
+"""Offset of the cable's middle from the arm's home along x, m."""
 DROP = 0.01
-"""The cable's top is this far below the pad at home, m."""
-LANDING_WAY = 0.05
-"""From the cable's end to where the pad lands, m: the whole imprint is on the cable."""
-OFFSET, ASKEW_DEG = 0.004, 8.0
-"""The pad lands up to this far beside the cable's middle, m, and askew by up to this, degrees."""
+"""Height of the pad at home above the cable's top, m."""
+LANDING_LENGTH = 0.05
+"""Length from the cable's end to the landing point, m. The whole imprint is on the cable."""
+OFFSET, ANGLE_DEG = 0.004, 8.0
+"""Largest offset, m, and angle, degrees, from the cable's middle line at the landing."""
 SETTLING = 0.3
-"""After touch, before the path counts, s: in the chapter, too, it swings in first."""
-PATIENCE = 2.0
-"""Time allowed for landing and bends, beside the way over the speed, s."""
+"""Time after touch before the path counts, s. In the chapter, it settles first, too."""
+EXTRA_TIME = 2.0
+"""Time for landing and bends, in addition to length over speed, s."""
 
 
 @dataclass(frozen=True)
 class CableRun:
-    """One cable followed at one speed; M cycles of the path that counts."""
+    """One cable followed at one speed, with M cycles of the path that counts."""
 
     seed: int
-    """What the cable follows from."""
+    """Seed of the cable."""
     shape: CableShape
     """The true cable."""
     speed: float
-    """m/s."""
+    """Speed along the cable, m/s."""
     path: NDArray[np.float64]
-    """(M, 2), the pad's middle in the cable's frame, by the arm's joints, m."""
+    """(M, 2), centre of the pad in the cable's frame, from the arm's joints, m."""
     errors: NDArray[np.float64]
-    """(M,), m: distance from the cable's middle, positive to the left of the way."""
-    way: NDArray[np.float64]
-    """(M,), where that is along the cable, m from its end."""
+    """(M,), distance from the cable's middle line, positive to the left, m."""
+    length: NDArray[np.float64]
+    """(M,), length along the cable from its end, m."""
     forces: NDArray[np.float64]
     """(M,), true force, N."""
     outcome: str
-    """"end of the cable", or the name of what went wrong."""
+    """"end of the cable", or the reason of a failure."""
 
     @property
     def rms(self) -> float:
@@ -74,27 +74,27 @@ class CableRun:
 
 
 def run_cable(seed: int, speed: float) -> CableRun:
-    """Land a pad on a cable, and follow it to its end.
+    """Land a pad on a cable and follow it to its end.
 
     Parameters
     ----------
     seed
-        Of the cable, the landing, and the pad.
+        Seed of the cable, the landing and the pad.
     speed
-        Along the cable, m/s.
+        Speed along the cable, m/s.
     """
     shape = cable_shape(seed)
     rng = np.random.default_rng((seed, 1))
     home = home_pose().translation
     origin = home + np.array([CABLE_AHEAD, 0.0, -DROP])
-    rig = _landing(shape, origin, rng, seed)
+    rig = _rig_over_cable(shape, origin, rng, seed)
     phases = TouchPhases(TactileServo(ServoGoal(force=FORCE), PRESETS["press"]))
     phases.phase = "hold"
     follower = CableFollower(CableOptions(speed=speed))
-    patience = PATIENCE + len(shape.line) * SPACING / speed
+    time_limit = EXTRA_TIME + len(shape.line) * SPACING / speed
     log: list[tuple[float, float, float, float]] = []
     outcome = "time over"
-    while rig.time < patience:
+    while rig.time < time_limit:
         hand = rig.hand
         guide = np.zeros(6)
         if phases.phase == "task" and hand.features:
@@ -109,18 +109,18 @@ def run_cable(seed: int, speed: float) -> CableRun:
         force = rig.step(step.twist)[-1][0].force
         x, y = (rig.hand.pose.translation - origin)[:2]
         log.append((rig.time, x, y, force))
-    return _held_to_truth(seed, shape, speed, np.array(log), outcome)
+    return _compare(seed, shape, speed, np.array(log), outcome)
 
 
-def _landing(
+def _rig_over_cable(
     shape: CableShape, origin: NDArray[np.float64], rng: np.random.Generator, seed: int
 ) -> ArmRig:
-    """Give the cell with the pad over the cable."""
-    first = round(LANDING_WAY / SPACING)
+    """Return the rig with the pad above the landing point."""
+    first = round(LANDING_LENGTH / SPACING)
     along = shape.direction(first)
-    aside = rng.uniform(-OFFSET, OFFSET) * np.array([-np.sin(along), np.cos(along)])
-    place = origin + np.array([*(shape.line[first] + aside), GAP])
-    askew = np.radians(rng.uniform(-ASKEW_DEG, ASKEW_DEG))
+    offset = rng.uniform(-OFFSET, OFFSET) * np.array([-np.sin(along), np.cos(along)])
+    place = origin + np.array([*(shape.line[first] + offset), GAP])
+    angle = np.radians(rng.uniform(-ANGLE_DEG, ANGLE_DEG))
     table = TouchObject("table", (Part("box", (0.15, 0.3, 0.01), (0.0, 0.0, -0.01)),))
     scene = pad_scene(
         (
@@ -132,41 +132,41 @@ def _landing(
         )
     )
     at_home = ArmRig(scene, seed=seed)
-    joints = start_posture(at_home.hand.robot, looking_down(place, along + askew))
+    joints = start_posture(at_home.hand.robot, facing_down(place, along + angle))
     return ArmRig(scene, seed=seed, joints=joints)
 
 
-def _held_to_truth(
+def _compare(
     seed: int,
     shape: CableShape,
     speed: float,
     log: NDArray[np.float64],
     outcome: str,
 ) -> CableRun:
-    """Measure from when the pad has come into line to where the cable ends."""
+    """Return the record from the end of settling to the end of the cable."""
     touching = log[:, 3] > 0.0
     begin = log[np.argmax(touching), 0] + SETTLING
     path = log[:, 1:3]
     nearest = np.asarray(KDTree(shape.line).query(path)[1])
-    # Beyond the end there is no cable to be beside of.
+    # Beyond the end of the cable, there is no error to measure.
     counts = (log[:, 0] >= begin) & (nearest < len(shape.line) - 1)
     path, nearest, forces = path[counts], nearest[counts], log[counts, 3]
     heading = np.array([shape.direction(k) for k in nearest])
-    off = path - shape.line[nearest]
-    errors = -np.sin(heading) * off[:, 0] + np.cos(heading) * off[:, 1]
-    way = SPACING * nearest.astype(np.float64)
-    return CableRun(seed, shape, speed, path, errors, way, forces, outcome)
+    offsets = path - shape.line[nearest]
+    errors = -np.sin(heading) * offsets[:, 0] + np.cos(heading) * offsets[:, 1]
+    length = SPACING * nearest.astype(np.float64)
+    return CableRun(seed, shape, speed, path, errors, length, forces, outcome)
 
 
 def cable_row(run: CableRun) -> dict[str, Any]:
-    """Give a run's figures."""
-    ahead = SPACING * (len(run.shape.line) - 1) - LANDING_WAY
+    """Return the results of a run."""
+    ahead = SPACING * (len(run.shape.line) - 1) - LANDING_LENGTH
     return {
         "name": f"cable {run.seed}",
         "speed_mm_s": 1e3 * run.speed,
         "path_rms_mm": 1e3 * run.rms,
         "path_max_mm": 1e3 * float(np.abs(run.errors).max()),
-        "followed_pct": 100 * (float(run.way.max()) - LANDING_WAY) / ahead,
+        "followed_pct": 100 * (float(run.length.max()) - LANDING_LENGTH) / ahead,
         "force_mean_n": float(run.forces.mean()),
         "force_std_n": float(run.forces.std()),
         "outcome": run.outcome,
@@ -174,7 +174,7 @@ def cable_row(run: CableRun) -> dict[str, Any]:
 
 
 def speed_row(runs: Sequence[CableRun]) -> dict[str, Any]:
-    """Give the figures of all cables at one speed: over all points, and the worst."""
+    """Return the results of all cables at one speed: over all points, and of the worst cable."""
     rows = [cable_row(run) for run in runs]
     errors = np.concatenate([run.errors for run in runs])
     reached = sum(run.outcome == "end of the cable" for run in runs)

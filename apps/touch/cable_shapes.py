@@ -14,18 +14,17 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LENGTH = 0.42
-"""Of a cable, m: what the arm reaches with the pad flat and no joint near its limit."""
+"""Length of a cable, m. The arm reaches it with a flat pad and no joint near its limit."""
 MAX_CURVATURE = 1 / 0.055
-"""Curvature of the sharpest bend, 1/m: a mains cable lies in bends of 5 to 6 cm."""
+"""Largest curvature, 1/m. The bends of a mains cable have a radius of 5 to 6 cm."""
 WAVES = (1, 2, 3)
-"""Waves of the curvature over the length: an S, and what makes each cable another."""
+"""Numbers of waves of the curvature over the length. Their random sum makes cables differ."""
 STRAIGHT_START = 0.06
-"""Way over which the curvature grows from 0, m: the pad lands where it is nearly straight."""
+"""Length over which the curvature grows from 0, m. The pad lands where the cable is straight."""
 SPACING = 0.0005
-"""Between points of the true line, m."""
+"""Distance between points of the true line, m."""
 CAPSULE_LENGTH = 0.005
-"""Of the solids that the cable is put together from, m: 0.06 mm from the arc in the sharpest
-bend."""
+"""Length of the capsules that form the cable, m. They deviate by 0.06 mm in the sharpest bend."""
 
 
 @dataclass(frozen=True)
@@ -33,25 +32,25 @@ class CableShape:
     """A cable that lies on a table."""
 
     line: NDArray[np.float64]
-    """Its middle, (M, 2), m, evenly spaced, in the cable's frame: on the whole along +y, the
-    middle of its extent at the origin."""
+    """Evenly spaced points of the middle line, (M, 2), m, in the cable's frame. The cable runs
+    along +y on the whole. The origin is the middle of its extent."""
     curvature: NDArray[np.float64]
-    """(M,), 1/m."""
+    """Curvature at each point, (M,), 1/m."""
 
     def thing(self) -> TouchObject:
-        """Give the object to touch; its top is at z = 0."""
+        """Return the object to touch, with its top at z = 0."""
         step = round(CAPSULE_LENGTH / SPACING)
         return cable(np.column_stack([self.line, np.full(len(self.line), -CABLE_RADIUS)])[::step])
 
     def direction(self, number: int) -> float:
-        """Give the direction of the line at one of its points, rad from x."""
+        """Return the direction of the line at point `number`, rad from x."""
         before, after = max(number - 1, 0), min(number + 1, len(self.line) - 1)
         dx, dy = self.line[after] - self.line[before]
         return float(np.arctan2(dy, dx))
 
 
 def cable_shape(seed: int) -> CableShape:
-    """Draw a cable.
+    """Return a random cable.
 
     Raises
     ------
@@ -61,12 +60,12 @@ def cable_shape(seed: int) -> CableShape:
     if seed < 0:
         raise InputError(f"seed must be >= 0, got {seed}")
     rng = np.random.default_rng(seed)
-    way = np.arange(0.0, LENGTH + SPACING / 2, SPACING)
-    curvature = np.zeros(len(way))
+    length = np.arange(0.0, LENGTH + SPACING / 2, SPACING)
+    curvature = np.zeros(len(length))
     for waves in WAVES:
         phase = rng.uniform(0.0, 2 * np.pi)
-        curvature += rng.uniform(0.4, 1.0) * np.sin(2 * np.pi * waves * way / LENGTH + phase)
-    curvature *= np.clip(way / STRAIGHT_START, 0.0, 1.0)
+        curvature += rng.uniform(0.4, 1.0) * np.sin(2 * np.pi * waves * length / LENGTH + phase)
+    curvature *= np.clip(length / STRAIGHT_START, 0.0, 1.0)
     curvature *= MAX_CURVATURE / np.abs(curvature).max()
     heading = np.cumsum(curvature) * SPACING
     heading += np.pi / 2 - heading.mean()

@@ -118,7 +118,7 @@ def _shown(path: ProbePath) -> np.ndarray:
 def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
     row = probe_row(paths)
     figure, (left, right) = new_chart(
-        "Between tactels, the position of a probe is known to hundredths of a millimetre",
+        "A probe between tactels is located to hundredths of a millimetre",
         f"2 mm probe moved over 5 mm; error {row['error_rms_mm']:.3f} mm rms, "
         f"{row['error_max_mm']:.3f} mm at most",
         columns=2,

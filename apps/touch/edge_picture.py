@@ -1,4 +1,4 @@
-"""The picture of the pad that turns with an edge."""
+"""The chart of a pad that turns with an edge."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ if TYPE_CHECKING:
     from .edge_run import EdgeRun
 
 HEIGHT = 5.0
-"""Of the figure, inches."""
+"""Height of the figure, inches."""
 
 
 def edge_picture(runs: Sequence[EdgeRun], seed: int) -> Figure:
-    """Draw how the pads come into line with the edge, and how one follows it when it turns."""
+    """Draw the alignment of all trials, and one pad that follows the turning edge."""
     figure, (left, right) = new_chart(
         "The pad turns with an object's edge",
-        "only pressing and turning are on, P = diag(0, 0, 1, 0, 0, 1); angles are true ones",
+        "only pressure and rotation are controlled, P = diag(0, 0, 1, 0, 0, 1); true angles",
         columns=2,
         height=HEIGHT,
     )
@@ -40,7 +40,7 @@ def edge_picture(runs: Sequence[EdgeRun], seed: int) -> Figure:
             label=None if number else "each trial",
         )
     left.axhline(0.0, color=GREY, linewidth=1.0, zorder=1)
-    label_axes(left, "time since touch [s]", "pad against edge [°]", panel="Coming into line")
+    label_axes(left, "time since touch [s]", "angle of pad to edge [°]", panel="Alignment")
     add_legend(left, where="lower right")
     run = runs[0]
     late = run.times >= ALIGN_SECONDS
@@ -48,7 +48,7 @@ def edge_picture(runs: Sequence[EdgeRun], seed: int) -> Figure:
     edge = run.edge_deg[late] - run.edge_deg[late][0]
     right.plot(times, edge, color=INK, linewidth=1.2, linestyle=(0, (4, 3)), label="edge", zorder=4)
     right.plot(times, edge + run.errors_deg[late], color=VERMILION, linewidth=LINE, label="pad")
-    label_axes(right, "time [s]", "direction [°]", panel="The edge is turned")
+    label_axes(right, "time [s]", "direction [°]", panel="The edge turns")
     right.set_ylim(top=1.35 * float(np.abs(edge).max()))
     add_legend(right, where="upper right")
     add_footer(

@@ -1,4 +1,4 @@
-"""An edge under the pad of an arm, and what the pad's turning makes of it (section 4.3)."""
+"""Turn a pad with an edge under it, and measure the angle between them (section 4.3)."""
 
 from __future__ import annotations
 
@@ -19,43 +19,43 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FORCE = 3.0
-"""With which the edge is touched, N: some 2 kPa on its narrow imprint."""
+"""Force on the edge, N. It gives about 2 kPa on the narrow imprint."""
 GAP = 0.002
-"""From the pad to the edge at the start, m."""
+"""Distance from the pad to the edge at the start, m."""
 MAX_START_DEG, MIN_START_DEG = 60.0, 15.0
-"""The edge lies this far off the pad's y-axis at the start, to either side, degrees."""
+"""Range of the angle between edge and pad's y-axis at the start, to either side, degrees."""
 ALIGN_SECONDS = 4.0
-"""Time for landing and coming into line, s; then the edge is turned."""
+"""Time for landing and alignment, s. Then the edge turns."""
 REST_SECONDS = 1.0
-"""At the end of that, what is left of the error is measured, s."""
+"""Duration at the end of the alignment in which the remaining error is measured, s."""
 SWING_DEG, SWING_PERIOD = 40.0, 8.0
-"""The edge is turned to and fro by this, degrees, once in this time, s: at most 31°/s."""
+"""Amplitude, degrees, and period, s, of the edge's rotation. Its maximum speed is 31°/s."""
 RESPONSE_SHARE = 0.1
-"""Share of the first error that is left when the pad counts as having responded."""
+"""Share of the first error that remains at the end of the response time."""
 
 
 @dataclass(frozen=True)
 class EdgeRun:
-    """One trial; M cycles."""
+    """The record of one trial with M cycles."""
 
     start_deg: float
-    """The edge's direction from the pad's y-axis at the start, degrees."""
+    """Angle from the pad's y-axis to the edge at the start, degrees."""
     landing: float
-    """When the pad first touched, s."""
+    """Time of the first touch, s."""
     times: NDArray[np.float64]
     """(M,), s."""
     edge_deg: NDArray[np.float64]
-    """(M,), the edge's true direction in the world, degrees."""
+    """(M,), true direction of the edge in the world frame, degrees."""
     errors_deg: NDArray[np.float64]
-    """(M,), true direction of the pad's y-axis less the edge's, degrees."""
+    """(M,), true direction of the pad's y-axis minus that of the edge, degrees."""
     forces: NDArray[np.float64]
     """(M,), true force, N."""
     outcome: str
-    """How it ended: "done", or the name of what went wrong."""
+    """"done", or the reason of a failure."""
 
 
 def run_edge(seed: int) -> EdgeRun:
-    """Land a pad on an edge that lies askew, and turn the edge once the pad is in line."""
+    """Land a pad on an edge at an angle, and turn the edge when the pad is aligned."""
     rng = np.random.default_rng(seed)
     start = rng.uniform(MIN_START_DEG, MAX_START_DEG) * rng.choice([-1.0, 1.0])
     home = home_pose()
@@ -69,7 +69,7 @@ def run_edge(seed: int) -> EdgeRun:
 
     def direction(time: float) -> float:
         since = max(time - ALIGN_SECONDS, 0.0)
-        # It grows over a second: nobody turns a thing at full speed at once.
+        # The amplitude grows for one second, so that the speed does not jump.
         return first + SWING_DEG * np.sin(2 * np.pi * since / SWING_PERIOD) * min(since, 1.0)
 
     def turn(time: float) -> None:
@@ -83,20 +83,20 @@ def run_edge(seed: int) -> EdgeRun:
     landing = np.inf
     while rig.time < ALIGN_SECONDS + SWING_PERIOD and phases.phase != "ended":
         step = phases.step(rig.hand.features, CYCLE, measured=rig.hand.twist)
-        moment = rig.step(step.twist, move=turn)[-1][0]
-        if moment.force > 0.0:
+        sample = rig.step(step.twist, move=turn)[-1][0]
+        if sample.force > 0.0:
             landing = min(landing, rig.time)
         y = rig.hand.pose.rotation.as_matrix()[:, 1]
         edge = direction(rig.time)
         gap = np.degrees(np.arctan2(y[1], y[0])) - edge
-        log.append((rig.time, edge, (gap + 90.0) % 180.0 - 90.0, moment.force))
+        log.append((rig.time, edge, (gap + 90.0) % 180.0 - 90.0, sample.force))
     times, edges, errors, forces = np.array(log).T
     outcome = phases.outcome or "done"
     return EdgeRun(start, landing, times, edges, errors, forces, outcome)
 
 
 def edge_row(run: EdgeRun) -> dict[str, Any]:
-    """Give a trial's figures; times without an answer are None."""
+    """Return the results of a trial."""
     early = (run.times > run.landing) & (run.times < ALIGN_SECONDS)
     wrong = np.abs(run.errors_deg[early]) > RESPONSE_SHARE * abs(run.start_deg)
     last = run.times[early][wrong][-1] if wrong.any() else run.landing
@@ -104,7 +104,7 @@ def edge_row(run: EdgeRun) -> dict[str, Any]:
     late = run.times >= ALIGN_SECONDS
     turning = run.errors_deg[late]
     rates = np.gradient(run.edge_deg[late], run.times[late])
-    # A pad that is late by T is behind by rate times T: least squares gives T.
+    # With a delay T, the error is the rate times T. Least squares gives T.
     delay = -float(rates @ turning) / float(rates @ rates)
     return {
         "name": f"edge {run.start_deg:+.0f}°",
@@ -121,7 +121,7 @@ def edge_row(run: EdgeRun) -> dict[str, Any]:
 
 
 def mean_row(rows: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Give the mean over trials; of errors and starts that of their sizes."""
+    """Return the mean over trials, of absolute values."""
     mean: dict[str, Any] = {"name": "mean of sizes"}
     for key in rows[0]:
         if key not in ("name", "outcome"):

@@ -29,7 +29,7 @@ from eyehand.tactile import (
 from .arm_rig import CYCLE, ArmRig, Hand, home_pose
 from .explore_lanes import distances, lanes, place_on_way
 from .felt_points import felt_points
-from .start_posture import looking_down, start_posture
+from .start_posture import facing_down, start_posture
 
 APART = 1.2
 """From one arm's base to the other's, which faces it, m: their pads at home are 0.2 m apart."""
@@ -148,7 +148,7 @@ def _scan(
     # As at home, for joint 7 to stay far from its limits.
     heading = -0.5 * np.pi if number else 0.5 * np.pi
     place = origin + np.array([*place_on_way(corners, way, 0.0, number), GAP])
-    joints[number] = start_posture(home.hands[number].robot, looking_down(place, heading))
+    joints[number] = start_posture(home.hands[number].robot, facing_down(place, heading))
     rig = ArmRig(scene, arms, seed=seed, joints=np.concatenate(joints))
     hand = rig.hands[number]
     seconds = float(way[-1]) / speed

@@ -76,5 +76,5 @@ def follow_probe(seed: int) -> ProbePath:
         raise DeviceError(f"the probe was lost on the way (seed {seed}): {run.outcome}")
     moving = run.time > SETTLE
     # The pad does not turn: the home pose's axes are the pad's all along.
-    real = home.rotation.inv().apply(start - run.place[moving])[:, :2]
+    real = home.rotation.inv().apply(start - run.position[moving])[:, :2]
     return ProbePath(real, run.centre[moving], run.force[moving])

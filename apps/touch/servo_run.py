@@ -1,4 +1,4 @@
-"""One run of the servo on an arm, recorded: land on an object, then do the task."""
+"""Run the servo on an arm and record it: land on an object, then control the contact."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ServoRun:
-    """M cycles from the landing on."""
+    """The record of M cycles from the landing on."""
 
     time: NDArray[np.float64]
     """(M,), s since the landing."""
     pressure: NDArray[np.float64]
     """(M,), the feature of eq. 12, Pa."""
     averaged: NDArray[np.float64]
-    """(M,), the same as the servo averages it, Pa."""
+    """(M,), the same after the servo's filter, Pa."""
     centre: NDArray[np.float64]
     """(M, 2), centre of pressure, m, in the pad's frame."""
     true_centre: NDArray[np.float64]
-    """(M, 2), as it truly is, m; NaN without contact."""
+    """(M, 2), true centre of pressure, m; NaN without contact."""
     area: NDArray[np.float64]
-    """(M,), of the contact region, m²; 0 without contact."""
+    """(M,), area of the contact region, m²; 0 without contact."""
     force: NDArray[np.float64]
-    """(M,), the true normal force, N."""
+    """(M,), true normal force, N."""
     normal: NDArray[np.float64]
-    """(M, 3), the pad's z-axis in the world."""
-    place: NDArray[np.float64]
-    """(M, 3), the pad's origin in the world, m."""
+    """(M, 3), z-axis of the pad in the world frame."""
+    position: NDArray[np.float64]
+    """(M, 3), origin of the pad in the world frame, m."""
     serving: NDArray[np.bool_]
-    """(M,), whether the servo acts; before, the touch may flicker, as it is in the noise."""
+    """(M,), whether the servo is active. Before, a light touch may be lost in the noise."""
     outcome: str | None
-    """How the phase machine ended it; None if it did not."""
+    """Why the phase machine ended the run; None if it did not."""
 
 
 def run_servo(
@@ -54,31 +54,31 @@ def run_servo(
     external: Callable[[float], NDArray[np.float64]] | None = None,
     move: Callable[[float], None] | None = None,
 ) -> ServoRun:
-    """Approach, land, and serve until a time after the landing.
+    """Approach, land, and control the contact until a time after the landing.
 
     Parameters
     ----------
     rig
-        With one arm, over an object.
+        A rig with one arm above an object.
     phases
-        With servo, goal and switches.
+        Phase machine with the servo and its goal.
     seconds
-        Length of the record, s.
+        Duration of the record, s.
     external
-        Gives the outer motion (6,) at a time since the landing, s; none if left out.
+        Returns the external twist (6,) for a time since the landing, s. None: no external twist.
     move
-        Called with the time since the landing, s, in every step, to place mocap bodies.
+        Called with the time since the landing, s, in every simulation step, to move mocap bodies.
 
     Returns
     -------
     ServoRun
-        Shorter than asked if the phase machine ended it, empty if nothing was touched.
+        Shorter than `seconds` if the phase machine ended the run; empty if nothing was touched.
     """
     rows: list[tuple] = []
     hand = rig.hand
     landing: float | None = None
 
-    def place(time: float) -> None:
+    def move_bodies(time: float) -> None:
         if move is not None and landing is not None:
             move(time - landing)
 
@@ -90,7 +90,7 @@ def run_servo(
             break
         if landing is None and hand.features:
             landing = rig.time
-        moment = rig.step(step.twist, move=place if move else None)[-1][0]
+        sample = rig.step(step.twist, move=move_bodies if move else None)[-1][0]
         if landing is None:
             continue
         pose, features = hand.pose, hand.features
@@ -100,9 +100,9 @@ def run_servo(
                 features.pressure,
                 phases.servo.filtered[0],
                 features.centre[:2].copy(),
-                moment.centre[:2],
+                sample.centre[:2],
                 features.area,
-                moment.force,
+                sample.force,
                 pose.rotation.as_matrix()[:, 2],
                 pose.translation,
                 step.phase == "task",

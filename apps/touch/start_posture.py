@@ -1,4 +1,4 @@
-"""Where an arm's joints must be for its pad to start at a pose."""
+"""Inverse kinematics of the start: joint angles that hold the pad at a pose."""
 
 from __future__ import annotations
 
@@ -17,42 +17,42 @@ if TYPE_CHECKING:
     from eyehand.control import RobotModel
 
 STEPS = 4000
-"""Cycles of motion after which a pose counts as out of reach: 40 s."""
+"""Number of cycles after which a pose counts as out of reach, equal to 40 s."""
 STEP = 0.01
-"""Of one, s."""
-CLOSE = 1e-7
-"""Error at which it is reached, m and rad."""
+"""Cycle time, s."""
+TOLERANCE = 1e-7
+"""Error below which the pose is reached, m and rad."""
 
 
-def looking_down(place: NDArray[np.float64], heading: float) -> RigidTransform:
-    """Give T_world_pad of a pad that looks straight down.
+def facing_down(position: NDArray[np.float64], heading: float) -> RigidTransform:
+    """Return T_world_pad of a pad that faces straight down.
 
     Parameters
     ----------
-    place
-        Of the pad's middle, (3,), m.
+    position
+        Centre of the pad, (3,), m.
     heading
-        Direction of its y-axis, rad from the world's x about z.
+        Direction of the pad's y-axis, rad, from the world's x-axis about z.
     """
     y = np.array([np.cos(heading), np.sin(heading), 0.0])
     z = np.array([0.0, 0.0, -1.0])
     rotation = Rotation.from_matrix(np.column_stack([np.cross(y, z), y, z]))
-    return RigidTransform.from_components(place, rotation)
+    return RigidTransform.from_components(position, rotation)
 
 
 def start_posture(robot: RobotModel, T_world_pad: RigidTransform) -> NDArray[np.float64]:
-    """Give joint angles (n,), rad, that hold the pad at a pose, reached from the arm's home.
+    """Return joint angles (n,), rad, that hold the pad at a pose, starting from home.
 
     Raises
     ------
     InputError
-        If the way there does not end at the pose.
+        If the arm does not reach the pose.
     """
     task = Pose(T_world_pad)
     q = np.array(robot.home)
     for _ in range(STEPS):
         rows = task.at(robot.at(q))
-        if np.abs(rows.error).max() < CLOSE:
+        if np.abs(rows.error).max() < TOLERANCE:
             return q
         q = np.clip(q + STEP * solve_stack([rows]).velocity, robot.lower, robot.upper)
-    raise InputError(f"the arm does not reach {T_world_pad.translation} m with its pad turned so")
+    raise InputError(f"the arm does not reach the pad pose {T_world_pad}")

@@ -52,7 +52,7 @@ def test_joint_limits_are_kept_and_named():
     robot = rig.hand.robot
     q = rig.simulation.joints
     assert ((q > robot.lower) & (q < robot.upper)).all()
-    assert rig.hand.held_back
+    assert rig.hand.active_limits
 
 
 def test_two_arms_move_for_themselves():
