@@ -3,8 +3,11 @@
 A :class:`FeatureReader` converts raw readings to :class:`ContactFeatures`. A :class:`TactileServo`
 converts features to a twist of the sensor. :class:`TouchPhases` moves the pad to the contact,
 supervises the servo, and backs off. :class:`CableFollower` and :class:`ContourFollower` compute an
-outer motion along the surface. :func:`calibrate` computes the :class:`Calibration` of a pad from a
-:class:`BenchRun`; :func:`save_calibration` and :func:`load_calibration` keep it in a file.
+external twist along the surface, which the servo adds. :func:`calibrate` computes the
+:class:`Calibration` of a pad from a :class:`BenchRun`. :func:`save_calibration` and
+:func:`load_calibration` write and read it.
+
+Equation and section numbers refer to Haschke's chapter (see the README).
 """
 
 from .cable import CableFollower, CableOptions

@@ -1,4 +1,4 @@
-"""Outer motion that follows a cable, from a parabola fitted to its imprint (section 4.4)."""
+"""Compute the twist that follows a cable, from a parabola through its imprint (section 4.4)."""
 
 from __future__ import annotations
 
@@ -82,7 +82,8 @@ class CableOptions:
     speed: float = 0.05
     """Speed along the line, m/s. Twice the speed at least doubles the path error."""
     heading: float = np.pi / 2
-    """Direction of travel along the line in the sensor's frame, rad; +y as in the chapter."""
+    """Direction of travel along the line in the sensor's frame, rad; default +y, as in Haschke's
+    chapter."""
     threshold: float = 20.0
     """Pressure above which a tactel belongs to the imprint, Pa; just above the noise."""
     lead: float = 0.02
@@ -137,7 +138,7 @@ def fit_line(
 
 
 class CableFollower:
-    """Compute the outer motion that follows a line; the servo presses (selection `PRESS`).
+    """Compute the external twist that follows a line; the servo presses (selection `PRESS`).
 
     Offset and heading are evaluated where the pad will be when it moves. The curvature there is
     fed forward to the turning speed, so that a bend causes no steady-state error.
@@ -165,7 +166,7 @@ class CableFollower:
         return not self.line or self.line.ahead < MIN_AHEAD
 
     def step(self, image: TactileImage, orientation: float) -> NDArray[np.float64]:
-        """Compute the outer motion of this cycle.
+        """Compute the external twist of this cycle.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Calibration of a tactile array: from raw readings to pressures, and which readings are valid."""
+"""Calibrate a tactile array: convert raw readings to pressures and reject invalid readings."""
 
 from __future__ import annotations
 
@@ -18,21 +18,23 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 REST_SHARE = 0.1
-"""Share of the bench's readings, those of the lowest pressures, that give the noise at rest."""
+"""Fraction of the bench readings, those at the lowest pressures, from which the noise at rest is
+estimated."""
 MIN_NOISE = 12**-0.5
-"""Smallest noise, counts: the rounding of a constant reading."""
+"""Minimum noise, counts: the quantisation noise of a constant reading."""
 MIN_SPAN = 0.1
-"""Range of a tactel's readings, as a share of the median of the working ones, below which it is
-dead."""
-BROKEN_SHARE = 0.5
-"""Share of the reading at rest below which a tactel is broken. Foam cannot pull."""
+"""Minimum range of a tactel's readings, as a fraction of the median range of the working tactels. A
+tactel with a smaller range is dead."""
+DEAD_SHARE = 0.5
+"""Minimum reading of a working tactel, as a fraction of its reading at rest. Contact can only raise
+the reading, because foam cannot pull."""
 DEAD_SIGMAS = 10.0
-"""Distance of a reading from rest at which its tactel is dead, in standard deviations."""
+"""Deviation from the reading at rest, in standard deviations, at which a tactel is dead."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """Each tactel's curve from raw reading to pressure, and the range of its valid readings.
+    """Each tactel's curve from raw reading to pressure, and its range of valid readings.
 
     :func:`calibrate` and :func:`calibrate_linear` compute it. :func:`save_calibration` writes it to
     a file and :func:`load_calibration` reads it.
@@ -40,19 +42,19 @@ class Calibration:
     Raises
     ------
     InputError
-        If shapes disagree, values are not finite, or readings fall along a curve.
+        If shapes disagree, values are not finite, or a curve decreases.
     """
 
     raws: NDArray[np.float64]
-    """Readings at the curves' knots, (N, K), counts, never falling."""
+    """Readings at the curves' knots, (N, K), counts, non-decreasing."""
     pressures: NDArray[np.float64]
-    """Pressures there, (N, K), Pa, never falling."""
+    """Pressures at the knots, (N, K), Pa, non-decreasing."""
     rest: NDArray[np.float64]
     """Reading of each tactel without contact, (N,), counts."""
     noise: NDArray[np.float64]
     """Standard deviation of readings at rest, (N,), counts."""
     ceiling: NDArray[np.float64]
-    """Reading from which a tactel is above the highest pressure of the bench, (N,), counts."""
+    """Reading at the highest pressure of the bench, (N,), counts. Readings from it on are saturated."""
     dead: NDArray[np.bool_]
     """Mask of the tactels without a valid reading, (N,)."""
 
@@ -66,11 +68,13 @@ class Calibration:
         for name in ("raws", "pressures", "rest", "noise", "ceiling", "dead"):
             values = getattr(self, name)
             if len(values) != count or (name not in ("raws", "pressures") and values.ndim != 1):
-                raise InputError(f"{name} must be one per tactel ({count}), got {values.shape}")
+                raise InputError(
+                    f"{name} must have one row per tactel ({count}), got {values.shape}"
+                )
             if not np.isfinite(values).all():
                 raise InputError(f"{name} must be finite")
         if (np.diff(self.raws) < 0).any() or (np.diff(self.pressures) < 0).any():
-            raise InputError("readings and pressures must not fall along a curve")
+            raise InputError("raws and pressures must be non-decreasing along each curve")
 
     @property
     def working(self) -> int:
@@ -84,20 +88,25 @@ class Calibration:
 
     @cached_property
     def limits(self) -> NDArray[np.int32]:
-        """Reading below which a tactel is dead, and from which it is saturated, (N, 2)."""
-        broken = np.minimum(BROKEN_SHARE * self.rest, self.rest - DEAD_SIGMAS * self.noise)
-        low = np.where(self.dead, LEVELS, np.ceil(np.maximum(broken, 0.0)))
+        """Lower and upper limit of the valid readings of each tactel, (N, 2).
+
+        A tactel is dead below the lower limit and saturated from the upper limit on.
+        """
+        dead_level = np.minimum(DEAD_SHARE * self.rest, self.rest - DEAD_SIGMAS * self.noise)
+        low = np.where(self.dead, LEVELS, np.ceil(np.maximum(dead_level, 0.0)))
         high = np.clip(np.floor(self.ceiling), 1, LEVELS - 1)
         return np.column_stack([low, high]).astype(np.int32)
 
     def threshold(self, sigmas: float) -> NDArray[np.float64]:
         """Return the pressure of each tactel just above its noise, (N,), Pa.
 
+        The threshold of a dead tactel is the median of the working tactels, because its pressure is
+        interpolated from its neighbours.
+
         Parameters
         ----------
         sigmas
-            Distance from the reading at rest, in standard deviations of the noise. A dead tactel
-            has the pressure of its neighbours, and gets the median of their thresholds.
+            Distance from the reading at rest, in standard deviations of the noise.
         """
         levels = np.clip(np.ceil(self.rest + sigmas * self.noise), 0, LEVELS - 1).astype(np.int64)
         thresholds = self.table[np.arange(len(levels)), levels].astype(np.float64)
@@ -125,7 +134,7 @@ class Calibration:
         return TactileImage(pressures, array)
 
     def is_dead(self, raw: NDArray[np.integer]) -> NDArray[np.bool_]:
-        """Return the mask (N,) of tactels that are dead, on the bench or by these readings (N,)."""
+        """Return the mask (N,) of tactels that are marked as dead or whose reading is too low."""
         return self._checked(raw) < self.limits[:, 0]
 
     def is_saturated(self, raw: NDArray[np.integer]) -> NDArray[np.bool_]:
@@ -134,12 +143,12 @@ class Calibration:
         return (raw >= self.limits[:, 1]) & ~self.is_dead(raw)
 
     def mark_dead_at_rest(self, raw: NDArray[np.integer]) -> Calibration:
-        """Return this calibration with those tactels dead that are off rest without contact.
+        """Return a copy that also marks tactels as dead if they are not at rest without contact.
 
         Parameters
         ----------
         raw
-            Readings of the array without contact, (M, N), with M of a few dozen.
+            Readings of the array without contact, (M, N). A few dozen rows are enough.
         """
         if raw.ndim != 2 or raw.shape[1] != len(self.rest) or len(raw) < 1:
             raise InputError(f"readings at rest must be (M, {len(self.rest)}), got {raw.shape}")
@@ -149,16 +158,16 @@ class Calibration:
     def _checked(self, raw: NDArray[np.integer]) -> NDArray[np.integer]:
         if raw.shape != self.rest.shape or raw.dtype.kind not in "ui":
             raise InputError(
-                f"raw readings must be {len(self.rest)} whole numbers, got {raw.shape} {raw.dtype}"
+                f"raw readings must be {len(self.rest)} integers, got {raw.shape} {raw.dtype}"
             )
         return raw
 
 
 def calibrate(run: BenchRun) -> Calibration:
-    """Fit each tactel's whole characteristic and invert it: the default method.
+    """Fit the whole characteristic of each tactel and invert it. This is the default method.
 
-    Tactels that do not respond are marked as dead. The others are calibrated, even if they are
-    few, so check `Calibration.working`.
+    Tactels that do not respond are marked as dead. All others are calibrated. Check their
+    number by `Calibration.working`.
 
     Raises
     ------
@@ -169,9 +178,9 @@ def calibrate(run: BenchRun) -> Calibration:
 
 
 def calibrate_linear(run: BenchRun) -> Calibration:
-    """Fit a line to each tactel's linear range and invert it, as in the chapter.
+    """Fit a line to each tactel's linear range and invert it, as in Haschke's chapter.
 
-    Pressures above this range are too low, because the characteristic flattens.
+    Above this range the results are too low, because the characteristic flattens.
 
     Raises
     ------
@@ -193,7 +202,7 @@ def _calibration(
     noise = np.maximum((run.raw[lowest] - expected).std(axis=0, ddof=1), MIN_NOISE)
     span = top - rest
     dead = span < DEAD_SIGMAS * noise
-    # A line that does not rise gives pressure 0 for every reading.
+    # The pressure is 0 for every reading if the fitted line does not rise.
     dead |= pressures[:, -1] <= pressures[:, 0]
     if dead.all():
         raise InputError(
@@ -201,6 +210,6 @@ def _calibration(
             f"{run.pressures.min():g} to {run.pressures.max():g} Pa by the gauge; check the "
             "pad's supply and cable, and the load of the bench"
         )
-    # The median of the working tactels alone, because most tactels of a pad may be dead.
+    # Use the median of the working tactels only, because most tactels of a pad may be dead.
     dead |= span < MIN_SPAN * np.median(span[~dead])
     return Calibration(raws, pressures, rest, noise, top - noise, dead)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 LEVELS = 4096
 """Number of readings of a 12-bit converter."""
 LINEAR_RANGE = (100.0, 1000.0)
-"""Range of pressures in which the chapter assumes a linear characteristic, Pa."""
+"""Range of pressures in which Haschke's chapter assumes a linear characteristic, Pa."""
 KNOTS = 64
 """Points of a full curve. More points follow the noise, fewer points cut corners."""
 MIN_LOADS = 8
@@ -55,7 +55,7 @@ class BenchRun:
                 f"{len(np.unique(self.pressures))}"
             )
         if not np.issubdtype(self.raw.dtype, np.integer):
-            raise InputError(f"raw readings must be whole numbers, got {self.raw.dtype}")
+            raise InputError(f"raw readings must be integers, got {self.raw.dtype}")
         if self.raw.min() < 0 or self.raw.max() >= LEVELS:
             raise InputError(
                 f"raw readings must be in 0..{LEVELS - 1}, got {self.raw.min()}..{self.raw.max()}"
@@ -63,7 +63,7 @@ class BenchRun:
 
 
 def fit_linear(run: BenchRun) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Fit a straight line to each tactel's readings in the linear range, as in the chapter.
+    """Fit a line to each tactel's readings in the linear range, as in Haschke's chapter.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Outer motion that finds ridges and edges by touch and follows them."""
+"""Compute the external twist that finds ridges and edges by touch and follows them."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ class ContourFollower:
         dt: float,
         measured: NDArray[np.float64] | None = None,
     ) -> ContourStep:
-        """Compute the outer motion of this cycle.
+        """Compute the external twist of this cycle.
 
         Parameters
         ----------
@@ -163,9 +163,9 @@ class ContourFollower:
         elif self._blocked_for > MAX_BLOCKED_SECONDS:
             self._end("blocked")
         elif self._time > self.options.seconds:
-            self._end("out_of_time")
+            self._end("limit_reached")
         elif self._travel > self.options.travel:
-            self._end("nothing_found" if self.found == 0 else "out_of_time")
+            self._end("nothing_found" if self.found == 0 else "limit_reached")
 
     def _move(self, velocity: NDArray[np.float64], dt: float) -> None:
         """Integrate the motion of the pad."""
@@ -225,7 +225,7 @@ class ContourFollower:
             if self._contour_travel <= LEAVE_DISTANCE:
                 self._start, self._start_out = foot, self._out
             elif self._contour_travel > 4 * LEAVE_DISTANCE and self._is_at_start(foot):
-                self._end("round")
+                self._end("closed")
                 return None
         next_edge = self._find_next_edge(rim) if self._line_travel >= LEAVE_DISTANCE else None
         turns_in = next_edge is not None and float(next_edge.outward @ self._along) > 0
@@ -280,7 +280,7 @@ class ContourFollower:
             self._contour_travel > 4 * LEAVE_DISTANCE
             and math.dist(corner, self._first_corner) < SAME_EDGE
         ):
-            self._end("round")
+            self._end("closed")
             return None
         kind = "corner" if float(next_edge.outward @ self._along) > 0 else "inner_corner"
         self._set_edge(next_edge)

@@ -1,4 +1,4 @@
-"""What a contour follower commands and reports in one cycle."""
+"""The command and the report of a contour follower for one cycle."""
 
 from __future__ import annotations
 
@@ -10,41 +10,56 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ContourState = Literal["seek", "follow", "ended"]
-"""seek: move over the surface to where the imprint shrinks; follow: move along a ridge or an edge;
-ended: no motion."""
+"""State of the follower.
+
+- seek: move over the surface in the direction in which the imprint shrinks.
+- follow: move along a ridge or an edge.
+- ended: no motion.
+"""
 
 ContourPointKind = Literal["ridge", "edge", "corner", "inner_corner", "end"]
-"""ridge: a narrow line; edge: the end of a face; corner: the end of an edge; inner_corner: a corner
-where the next edge turns outwards; end: the end of a ridge."""
+"""Kind of a contour point.
 
-ContourOutcome = Literal["done", "round", "nothing_found", "lost", "blocked", "out_of_time"]
-"""done: enough points, or both ends of a ridge; round: back at the start of the contour;
-nothing_found: the distance limit was reached while seeking; lost: no contact for too long; blocked:
-the pad does not move as commanded, for example at the end of the arm's reach; out_of_time: the
-distance limit was reached while following, or the time limit."""
+- ridge: a narrow line.
+- edge: the border of a face.
+- corner: a convex corner of a face.
+- inner_corner: a concave corner of a face.
+- end: the end of a ridge.
+"""
+
+ContourOutcome = Literal["done", "closed", "nothing_found", "lost", "blocked", "limit_reached"]
+"""Reason why the follower ended.
+
+- done: enough points, or both ends of a ridge.
+- closed: back at the start of the contour.
+- nothing_found: the distance limit was reached while seeking.
+- lost: no contact for too long.
+- blocked: the pad does not move as commanded, for example at the limit of the arm's workspace.
+- limit_reached: the time limit was reached, or the distance limit while following.
+"""
 
 
 @dataclass(frozen=True)
 class ContourPoint:
-    """A point of the contour, where the follower detected it."""
+    """A detected point of the contour."""
 
     kind: ContourPointKind
-    """What it is."""
+    """Kind of the point."""
     position: NDArray[np.float64]
     """(3,), m, in the sensor's frame of that cycle."""
     direction: float
-    """Direction along the line, rad, in the sensor's frame."""
+    """Direction of the line, rad, in the sensor's frame."""
 
 
 @dataclass(frozen=True, slots=True)
 class ContourStep:
-    """The command of one cycle, and what was detected."""
+    """The command of one cycle and the point that was detected."""
 
     twist: NDArray[np.float64]
-    """Outer motion [v; ω], (6,), m/s and rad/s, in the sensor's frame."""
+    """External twist [v; ω] for the servo, (6,), m/s and rad/s, in the sensor's frame."""
     state: ContourState
     """The state of the follower."""
     point: ContourPoint | None
-    """Set in the one cycle in which a point was detected."""
+    """The point that was detected in this cycle; None without one."""
     outcome: ContourOutcome | None
-    """Set once the state is `ended`."""
+    """Reason of the end; None until the state is `ended`."""

@@ -9,7 +9,7 @@ MAX_MEAN = 0.1
 """Mean error of a period above which it is a miss, as a share of the goal."""
 MAX_DEVIATION = 0.08
 """Standard deviation of a period above which it oscillates, as a share of the goal. Pens, boxes
-and balls within the limits stay below 0.01."""
+and spheres within the limits stay below 0.01."""
 PERIOD_SECONDS = 0.5
 """Length of a period, s. The transient of a contact must not fill one."""
 MAX_PERIODS = 3

@@ -23,7 +23,7 @@ share of the force at the border, saturated, interpolated, and whether there is 
 
 
 class Rule(NamedTuple):
-    """What counts as a contact: fields of `FeatureOptions`, in one array."""
+    """The fields of `FeatureOptions` that define a contact, in one array."""
 
     hysteresis: float
     """Share of tactels."""
@@ -170,7 +170,7 @@ def _describe(thresholds, links, geometry, rule, buffers):
     length = math.sqrt(values[7] ** 2 + values[8] ** 2 + values[9] ** 2)
     for axis in range(3):
         values[1 + axis] /= force
-        # Normals all around a ball cancel. The sensor's z-axis then stands in for their mean.
+        # Normals all around a sphere cancel. The sensor's z-axis then stands in for their mean.
         values[7 + axis] = values[7 + axis] / length if length > 0.0 else axis // 2
     values[0], values[4] = force, area
     # The second moments of a single tactel are rounding errors.

@@ -50,8 +50,8 @@ class FeatureOptions:
     """Share of tactels, 0..1, by which another region must be larger to replace the one nearest to
     the last contact. 0 always takes the largest region, even if it is elsewhere."""
     orientation: Literal["moments", "hough"] = "moments"
-    """Method for the long axis. Second moments are more precise and faster. The chapter uses the
-    Hough transform, which needs an even grid."""
+    """Method for the long axis. Second moments are more precise and faster. Haschke's
+    chapter uses the Hough transform, which needs a regular grid."""
     hough: HoughOptions = field(default_factory=HoughOptions)
     """Options of the Hough transform."""
 

@@ -1,4 +1,4 @@
-"""The direction of a line-shaped contact by the Hough transform, as in the chapter."""
+"""Estimate the direction of a line-shaped contact by the Hough transform."""
 
 from __future__ import annotations
 

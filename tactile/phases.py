@@ -28,7 +28,7 @@ Outcome = Literal[
     "done", "unreachable", "no_contact", "contact_lost", "overload", "oscillation",
     "steady_miss", "unsteady_contact", "at_border", "no_resistance", "sensor_fault",
 ]  # fmt: skip
-"""How a touch ends.
+"""The result of a touch.
 
 - done: the time of the task is over, or the caller has finished it.
 - unreachable: the arm did not reach the work area in time.
@@ -150,7 +150,7 @@ class TouchPhases:
         pose_error
             Distance (m) and angle (rad) to the work area; None if the arm is there already.
         external
-            Outer motion of the task, (6,), in the sensor's frame; used during the task only.
+            External twist of the task, (6,), in the sensor's frame; used during the task only.
         measured
             Twist of the sensor since the last cycle, (6,), as for :meth:`TactileServo.step`.
         trusted
@@ -164,7 +164,7 @@ class TouchPhases:
         Raises
         ------
         InputError
-            If `dt` is not positive or the outer motion is not finite.
+            If `dt` is not positive or the external twist is not finite.
         """
         self._phase_time += dt
         self._clock += dt
@@ -198,7 +198,7 @@ class TouchPhases:
     def _change_phase(
         self, features: ContactFeatures, pose_error: tuple[float, float] | None
     ) -> None:
-        """Change from phase to phase before and after the task."""
+        """Select the next phase before and after the task."""
         o = self.options
         threshold = min(o.touch_pressure, 0.5 * self.servo.goal_pressure)
         felt = bool(features) and features.pressure >= threshold
@@ -294,7 +294,7 @@ class TouchPhases:
         if self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
             self._end(self._oscillation_outcome())
         elif not self.servo.selection.press or (external is not None and external.any()):
-            # Over an uneven surface, the outer motion alone moves the pressure off its goal.
+            # Over an uneven surface, the external twist alone moves the pressure off its goal.
             self._watchdog.reset()
         else:
             # The average, because single readings change with noise and not with the pad.
@@ -335,7 +335,7 @@ class TouchPhases:
         return twist
 
     def _step_without_sensor(self, dt: float) -> PhaseStep:
-        """Back off the whole distance, because the pad cannot report what it touches."""
+        """Back off the whole distance, because the pad cannot report a contact."""
         twist = self._own_twist(True, dt) if self.phase == "back_off" else np.zeros(6)
         return PhaseStep(self.phase, twist, self.outcome, False)
 

@@ -10,23 +10,24 @@ from numba import njit
 def find_region(pressures, thresholds, links, geometry, previous, hysteresis, members):
     """Find the contact region and return its number of tactels.
 
-    The region with the most tactels wins, then the one with more force. If there was a contact in
-    the last cycle, all regions with at least (1 - `hysteresis`) times the most tactels are
-    candidates, and the one nearest to that contact wins. So the hand does not jump between two
-    contacts that alternate in size.
+    The region with the most tactels is selected. Of equal ones, the one with the largest force is
+    selected. If there was a contact in the last cycle, all regions with at least (1 - `hysteresis`)
+    times the maximum number of tactels are candidates. The candidate nearest to that contact is
+    selected. This avoids jumps between two contacts of similar size.
 
     Parameters
     ----------
     pressures, thresholds
-        (N,) each, Pa; a tactel above its threshold is touched.
+        (N,) each, Pa. A tactel is touched if its pressure is above its threshold.
     links
         (N + 1 + L,) int32, neighbour lists as in `TactileArray.links`.
     geometry
         (N, 8), as in `TactileArray.geometry`.
     previous
-        (3,), m, centre of the last contact; NaN without one.
+        (3,), m, centre of the contact in the last cycle; NaN if there was none.
     hysteresis
-        Share of tactels, 0..1.
+        Relative difference in the number of tactels, 0..1, below which a smaller region may be
+        selected.
     members
         (N,) int32; the tactels of the region are written to its start.
     """
@@ -58,7 +59,8 @@ def find_region(pressures, thresholds, links, geometry, previous, hysteresis, me
                     visited[other] = True
                     queue[end] = other
                     end += 1
-        # A force that underflows to zero has no centre; an infinite one never wins.
+        # If the force underflows to zero, the centre is undefined. An infinite centre is never
+        # the nearest one.
         sums[regions, 0] = force
         sums[regions, 1] = x / force if force > 0.0 else np.inf
         sums[regions, 2] = y / force if force > 0.0 else np.inf

@@ -46,13 +46,13 @@ EDGE = SelectionMatrix(press=True, turn=True)
 """Align with an edge (section 4.3)."""
 
 CABLE = SelectionMatrix(slide_x=True, slide_y=True, press=True, turn=True)
-"""Follow a cable, with an outer motion along y (section 4.4)."""
+"""Follow a cable, with an external twist along y (section 4.4)."""
 
 EXPLORE = SelectionMatrix(True, True, True, True, True, True)
-"""Move over an unknown surface, with an outer motion (section 4.5)."""
+"""Move over an unknown surface, with an external twist (section 4.5)."""
 
 PRESS = SelectionMatrix(press=True)
-"""Control the pressure alone; the outer motion moves the pad along the surface."""
+"""Control the pressure alone; the external twist moves the pad along the surface."""
 
 PRESETS = {
     "track_position": TRACK_POSITION,

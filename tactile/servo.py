@@ -82,9 +82,9 @@ class SensorTwist:
     """The sensor motion that the servo commands for one cycle."""
 
     twist: NDArray[np.float64]
-    """[v; ω] in the sensor's frame, (6,), m/s and rad/s; includes the outer motion."""
+    """[v; ω] in the sensor's frame, (6,), m/s and rad/s; includes the external twist."""
     touching: bool
-    """Whether there was a contact. Without one, the twist is the outer motion alone."""
+    """Whether there was a contact. Without one, the twist is the external twist alone."""
 
 
 class TactileServo:
@@ -177,7 +177,7 @@ class TactileServo:
         dt
             Time since the last cycle, s, > 0.
         external
-            Outer motion in the sensor's frame, (6,), m/s and rad/s, which is added; None is zero.
+            External twist in the sensor's frame, (6,), m/s and rad/s, which is added; None is zero.
         measured
             Twist of the sensor since the last cycle, (6,), m/s and rad/s. None assumes the
             commanded twist with the lag of `ServoOptions.arm_lag`. It serves to estimate the
@@ -186,12 +186,12 @@ class TactileServo:
         Returns
         -------
         SensorTwist
-            Within the speed limits of the options, apart from the outer motion.
+            Within the speed limits of the options, apart from the external twist.
 
         Raises
         ------
         InputError
-            If `dt` is not positive, or a feature or the outer motion is not finite.
+            If `dt` is not positive, or a feature or the external twist is not finite.
         """
         out = np.empty(6)
         touching = features.force > 0.0
@@ -211,7 +211,7 @@ class TactileServo:
         )
         if bad:
             raise InputError(
-                f"a cycle needs dt > 0 s, finite features and a finite outer motion, got {dt}, "
+                f"a cycle needs dt > 0 s, finite features and a finite external twist, got {dt}, "
                 f"{features}, {external}"
             )
         return SensorTwist(out, touching)

@@ -174,7 +174,7 @@ def servo_cycle(settings, state, rings, contact, external, measured, dt, out):
         The values of `Contact` as a plain tuple. Numba needs 9 µs to accept a named tuple from
         Python, but less than 0.1 µs for a plain one.
     external
-        (6,), outer motion that is added.
+        (6,), external twist, which is added.
     measured
         (6,), twist of the sensor since the last cycle; NaN where unknown.
     dt

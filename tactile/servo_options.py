@@ -12,7 +12,7 @@ from .stiffness import MAX_STIFFNESS, MIN_STIFFNESS
 MAX_WINDOW = 100
 """Longest moving average, samples. At 250 Hz, a longer one leaves no useful gain."""
 ORIENTATION_WINDOW = 10
-"""Samples of the orientation that are averaged, as in the chapter."""
+"""Number of samples in the average of the orientation, as in Haschke's chapter."""
 ROLL_GAIN = 16.0
 """Upper bound of the loop gain of rolling, 1/s."""
 TURN_GAIN = 8.0
@@ -41,7 +41,7 @@ class ServoOptions:
     """Delay between a reading and the motion that it causes, control cycles."""
     window: int = 6
     """Samples of the pressure that are averaged, 1 to 100. More samples reduce noise, but their
-    delay reduces the allowed gain. The chapter averages 10."""
+    delay reduces the allowed gain. Haschke's chapter averages 10."""
     stability_share: float = 0.25
     """Used share of the loop gain at which the loop oscillates. 0.25 settles without ringing."""
     press_gain: float = 14.0

@@ -142,7 +142,7 @@ def _map(axes: Axes, run: SeekRun) -> None:
 
 def _said(run: SeekRun) -> str:
     errors = [1e3 * s.error for s in run.spots if s.kind not in ("ridge", "edge")]
-    ended = "" if run.outcome in ("round", "done") else f"{run.outcome.replace('_', ' ')}, "
+    ended = "" if run.outcome in ("closed", "done") else f"{run.outcome.replace('_', ' ')}, "
     return f"{ended}off by up to {max(errors):.1f} mm" if errors else ended.strip(", ")
 
 

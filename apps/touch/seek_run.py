@@ -86,7 +86,7 @@ class SeekRun:
     spots: tuple[FoundPoint, ...]
     """In the order in which they were found."""
     outcome: str
-    """"round" or "done", or the name of what went wrong."""
+    """"closed" or "done", or the name of what went wrong."""
     seconds: float
     """Simulated time, s."""
 

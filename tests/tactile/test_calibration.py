@@ -195,14 +195,14 @@ def test_bench_run_rejects_invalid_data():
         BenchRun(np.full(len(run.pressures), np.nan), run.raw)
     with pytest.raises(InputError, match=r"in 0\.\.4095"):
         BenchRun(run.pressures, run.raw + np.uint16(5000))
-    with pytest.raises(InputError, match="whole numbers"):
+    with pytest.raises(InputError, match="integers"):
         BenchRun(run.pressures, run.raw.astype(float))
     with pytest.raises(InputError, match="linear calibration"):
         calibrate_linear(BenchRun(np.linspace(2e3, 1e4, 20), run.raw[:20]))
 
 
 def test_calibration_rejects_invalid_tables_and_readings():
-    with pytest.raises(InputError, match="fall"):
+    with pytest.raises(InputError, match="non-decreasing"):
         replace(FULL, raws=FULL.raws[:, ::-1])
     with pytest.raises(InputError, match="finite"):
         replace(FULL, noise=np.full(256, np.nan))

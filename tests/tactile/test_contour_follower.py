@@ -56,7 +56,7 @@ def to_object_frame(position, angle):
 def test_follower_traces_whole_contour_of_box(heading, angle):
     options = ContourOptions(heading=heading, speed=0.08)
     points, follower, peak = explore(rotated(box(0.065, 0.05), angle), options)
-    assert follower.outcome == "round"
+    assert follower.outcome == "closed"
     assert [kind for kind, _ in points] == ["edge", *["corner"] * 4]
     positions = [to_object_frame(position, angle) for _, position in points[1:]]
     assert len({tuple(np.sign(position)) for position in positions}) == 4
@@ -87,7 +87,7 @@ def test_round_contour_has_no_corners():
         return np.where(np.hypot(x, y) < 0.065, 0.0, np.inf)
 
     points, follower, _ = explore(disc, ContourOptions(speed=0.08))
-    assert follower.outcome == "round"
+    assert follower.outcome == "closed"
     assert [kind for kind, _ in points] == ["edge"]
 
 
@@ -132,7 +132,7 @@ def test_follower_ends_after_time_limit():
     follower = ContourFollower(ContourOptions(seconds=0.5, travel=10.0))
     round_contact = ContactFeatures(1.0, np.zeros(3), 1000.0, 1e-3, 0.0, 0.1)
     steps = [follower.step(round_contact, EVEN, DT) for _ in range(200)]
-    assert steps[-1].outcome == "out_of_time"
+    assert steps[-1].outcome == "limit_reached"
     assert not steps[-1].twist.any()
 
 

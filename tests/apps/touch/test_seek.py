@@ -36,7 +36,7 @@ def test_a_prism_and_a_ridge_are_gone_round(tmp_path, capsys):
     report = json.loads(out)
     assert report["schema"] == "eyehand.experiment_seek/1"
     prism, ridge = report["rows"]
-    assert (prism["outcome"], ridge["outcome"]) == ("round", "done")
+    assert (prism["outcome"], ridge["outcome"]) == ("closed", "done")
     for row, true in ((prism, 5), (ridge, 2)):
         assert row["spots_found"] == row["spots_true"] == true
         assert row["spots_wrong"] == 0
