@@ -268,7 +268,7 @@ def move_home(cell: Cell, scene: Scene) -> bool:
     hand = cell.robot.hand
     world = CollisionWorld(
         cell.model(hand.excursions_at(hand.max_opening)),
-        (*scene_obstacles(scene), cell.tray.block(cell.tray_height)),
+        (*scene_obstacles(scene), cell.tray.as_box(cell.tray_height)),
     )
     control = replace(options.control, dt=cell.robot.period, tolerance=HOME_TOLERANCE)
     posture = Posture(cell.home, speed=HOME_SPEED)

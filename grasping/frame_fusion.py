@@ -23,8 +23,8 @@ def fuse_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
     Parameters
     ----------
     frames
-        At least one frame, the oldest first, all with the same intrinsics. Frames with another
-        camera pose than the newest are ignored.
+        At least one frame, the oldest first, all with the same intrinsics. A frame
+        whose camera pose differs from that of the newest frame is ignored.
 
     Returns
     -------

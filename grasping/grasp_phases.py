@@ -183,7 +183,7 @@ def _close_once(cell: Cell, state: PickState) -> tuple[PhaseFailure | None, floa
 
 
 def grip(cell: Cell, state: PickState) -> PhaseFailure | None:
-    """Let the grip settle."""
+    """Wait until the grip force is constant."""
     cell.wait(GRIP_SECONDS, lambda reading: state.grip_command(cell, reading))
     state.T_palm_world_at_grasp = cell.palm_pose().inv()
     return None

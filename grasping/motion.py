@@ -59,7 +59,7 @@ class MotionResult:
     """Result of a motion; true in a condition when the goal was reached."""
 
     end: MotionEnd
-    """How the motion ended."""
+    """Kind of the end of the motion."""
     reason: str
     """Why the goal was not reached; empty otherwise."""
 

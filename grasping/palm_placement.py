@@ -38,7 +38,7 @@ lets the fingertips hang lower or hold less deep."""
 
 
 class TipDepth(NamedTuple):
-    """How far the fingertips reach around an object."""
+    """The depth of the fingertips at an object."""
 
     below_face: float = 0.025
     """Depth of the fingertips below the near face of the object, m."""

@@ -149,7 +149,7 @@ class PickState:
         # only, because the hand must reach into the tray.
         tray = cell.tray.obstacles()
         if target != "ignored" and not self.lowering:
-            tray = (cell.tray.block(cell.tray_height),)
+            tray = (cell.tray.as_box(cell.tray_height),)
         obstacles = (*self._scene_obstacles, *tray)
         solid = self.grasp.target.fit.superquadric
         if target == "ignored" or solid is None:

@@ -41,7 +41,7 @@ class ApproachTask:
     target: float
     """Target value in m or rad; the lower bound of an interval."""
     description: str
-    """What the task controls, for people."""
+    """Description of the task for reports."""
     upper: float | None = None
     """Upper bound of an interval; inf for none. None means that the task is not an interval. An
     interval controls a degree of freedom only at a bound, and counts 0 rows."""

@@ -36,8 +36,8 @@ class GraspOptions:
     purpose: GraspPurpose = "lift"
     """Purpose of the grasp."""
     min_visible: float = 0.25
-    """Minimum visible share of an object's outline for its fit to be trusted, in [0, 1]. Lower
-    grasps more objects, but misses more of them."""
+    """Minimum visible share of an object's outline for its fit to be trusted, in [0, 1]. With a
+    lower value more objects are grasped, but a larger share of the grasps fails."""
     push: bool = False
     """Whether fingers may push neighbours aside. It also adds grasps that need less free space;
     they are otherwise planned only if no other grasp is possible."""
@@ -61,25 +61,25 @@ def plan_grasps(
     support
         Support plane in the same frame; its normal is up.
     neighbours
-        Other objects of the scene, which the fingers must avoid. The object itself may be among
-        them.
+        Other objects of the scene, which the fingers must avoid. They may include the object
+        itself, which is ignored.
     hand
-        The hand; None for `nominal_hand`.
+        Model of the hand; None for `nominal_hand`.
     up
-        Up direction (3,) without a support plane; default z.
+        Up direction (3,) if there is no support plane; None for z.
     options
-        Purpose, and how much to trust the fit.
+        Options of planning; None for the defaults.
 
     Returns
     -------
     tuple of GraspPlan
-        At least one plan. If no grasp is possible it is a single refusal, which is false in a
-        condition and holds the reason. Plans of equal score have a fixed order.
+        At least one plan. If no grasp is possible, the only element is a refusal: `bool(plan)` is
+        false, and `plan.reason` is the reason. The order of plans of equal score is fixed.
 
     Raises
     ------
     InputError
-        If the purpose is unknown, or up is not a direction.
+        If the purpose is unknown, or `up` is not 3 finite numbers or has length 0.
     """
     options = options or GraspOptions()
     if options.purpose not in get_args(GraspPurpose):
@@ -113,16 +113,16 @@ def plan_grasps(
         purpose=options.purpose,
     )
     geometries = grasp_geometries(scene_object, solid, extents, support)
-    found = tuple(usual_candidates(geometries, context))
-    possible = _ranked([one for one in found if one.evaluation.total > 0.0])
+    candidates = tuple(usual_candidates(geometries, context))
+    possible = _ranked([each for each in candidates if each.evaluation.total > 0.0])
     if options.push or (not possible and len(context.neighbours.points)):
         more = low_clearance_candidates(geometries, solid, context, push=options.push)
         possible = _ranked([*possible, *more])
     if not possible:
-        rejected = _rejected(found, "", 0.0)
+        rejected = _rejected(candidates, "", 0.0)
         reasons = "; ".join(f"{name}: {refusal}" for name, refusal in rejected.items())
-        return (_refusal(f"no prototype suits ({reasons})", rejected, mass),)
-    return tuple(_plan(one, found, mass, may_push=options.push) for one in possible)
+        return (_refusal(f"no prototype is suitable ({reasons})", rejected, mass),)
+    return tuple(_plan(each, candidates, mass, may_push=options.push) for each in possible)
 
 
 def select_prototype(
@@ -141,52 +141,52 @@ def select_prototype(
 
 
 def _ranked(candidates: Sequence[GraspCandidate]) -> list[GraspCandidate]:
-    return sorted(candidates, key=lambda one: -one.evaluation.total)
+    return sorted(candidates, key=lambda candidate: -candidate.evaluation.total)
 
 
 def _plan(
-    one: GraspCandidate,
-    found: Sequence[GraspCandidate],
+    selected: GraspCandidate,
+    candidates: Sequence[GraspCandidate],
     mass: tuple[float, float, float],
     *,
     may_push: bool,
 ) -> GraspPlan:
-    geometry, placement = one.geometry, one.placement
+    geometry, placement = selected.geometry, selected.placement
     return GraspPlan(
-        prototype=one.prototype,
+        prototype=selected.prototype,
         approach=geometry.approach,
-        opening=one.opening,
+        opening=selected.opening,
         closing=geometry.closing,
         palm=geometry.palm,
         tasks=approach_tasks(geometry, placement),
-        score=Score(one.evaluation.total, one.evaluation.terms),
-        rejected=_rejected(found, one.name, one.evaluation.total),
+        score=Score(selected.evaluation.total, selected.evaluation.terms),
+        rejected=_rejected(candidates, selected.name, selected.evaluation.total),
         mass=mass,
         reason=(
             f"{geometry.kind} {geometry.width * 1e3:.0f} x {geometry.length * 1e3:.0f} mm, "
-            f"{geometry.height * 1e3:.0f} mm high: {one.prototype} from the {geometry.approach}"
+            f"{geometry.height * 1e3:.0f} mm high: {selected.prototype} from the {geometry.approach}"
         ),
         geometry=geometry,
         standoff=placement.standoff,
         palm_gap=placement.standoff - geometry.half_depth,
-        tip_depth=one.depth,
-        pushed_label=one.pushed_label,
+        tip_depth=selected.depth,
+        pushed_label=selected.pushed_label,
         may_push=may_push,
     )
 
 
-def _rejected(found: Sequence[GraspCandidate], selected: str, score: float) -> dict[str, str]:
-    """Return the reason why each other kind of grasp was rejected, by its best candidate."""
+def _rejected(candidates: Sequence[GraspCandidate], selected: str, score: float) -> dict[str, str]:
+    """Return, for each other kind of grasp, why its best candidate was rejected."""
     best: dict[str, GraspCandidate] = {}
-    for one in found:
-        rival = best.get(one.name)
-        if one.name != selected and (
-            rival is None or one.evaluation.total > rival.evaluation.total
-        ):
-            best[one.name] = one
+    for candidate in candidates:
+        if candidate.name == selected:
+            continue
+        current = best.get(candidate.name)
+        if current is None or candidate.evaluation.total > current.evaluation.total:
+            best[candidate.name] = candidate
     return {
-        name: one.evaluation.refusal or f"score {one.evaluation.total:.2f}, selected {score:.2f}"
-        for name, one in best.items()
+        name: each.evaluation.refusal or f"score {each.evaluation.total:.2f}, selected {score:.2f}"
+        for name, each in best.items()
     }
 
 

@@ -1,7 +1,7 @@
 """The three grasp prototypes, and the sizes and weights of objects that suit them.
 
 The prototypes reduce the taxonomy of Cutkosky and Howe (1990) to power, precision and pincer, as
-the chapter does. Limits hold for a hand with an opening of about 130 mm.
+Haschke's chapter does. Limits hold for a hand with an opening of about 130 mm.
 """
 
 from __future__ import annotations

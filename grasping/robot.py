@@ -1,4 +1,4 @@
-"""The robot protocol: everything that a pick asks of a real or simulated robot."""
+"""The robot protocol: the interface between a pick and a real or simulated robot."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class RobotReading:
     """Robot time since the start, s."""
     q: NDArray[np.float64]
     """Joint angles of the arm, (n,), rad."""
-    speed: NDArray[np.float64]
+    velocity: NDArray[np.float64]
     """Joint velocities of the arm, (n,), rad/s."""
     hand: HandReading
     """Readings of the hand."""
@@ -100,19 +100,20 @@ class Robot(Protocol):
     def description(self, excursions: NDArray[np.float64]) -> Any:
         """Describe arm and hand for control, at given tendon excursions (D,), m.
 
-        The result is anything that `eyehand.control.RobotModel.load` accepts. The robot's base has
-        its pose in the world frame, the frame of `T_world_camera` and of the tray. If the base of
+        The result is a description that `eyehand.control.RobotModel.load` accepts. The pose of the
+        robot's base is in the world frame, as `T_world_camera` and the tray are. If the base of
         a description is at the origin, move it by `T_world_base`. The keyframe ``home`` holds the
         arm's rest posture, outside the camera's view, and the hand's joints at these excursions.
         """
         ...
 
     def capture(self) -> DepthFrame:
-        """Capture a depth image in which pixels of the robot have no reading.
+        """Capture a depth image without the robot.
 
-        The frame's `T_world_camera` comes from hand-eye calibration. The robot stands still
-        meanwhile, either at rest or over the tray (`ClearOptions.capture_over_tray`). Pixels that
-        show the robot must be 0 in the depth. Otherwise the robot is segmented as an object.
+        The frame's `T_world_camera` comes from hand-eye calibration. The robot does
+        not move meanwhile. It is in its rest posture or over the tray
+        (`ClearOptions.capture_over_tray`). Pixels that show the robot must be 0 in the depth.
+        Otherwise the robot is segmented as an object.
         """
         ...
 

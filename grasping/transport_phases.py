@@ -135,7 +135,7 @@ def _put_back(
 def _tips_touch(cell: Cell, state: PickState) -> str:
     """Return the reason why the fingertips press on each other; empty if they hold the object.
 
-    A power grasp encloses the object, so that the distance of its fingertips says nothing.
+    A power grasp encloses the object. The distance of its fingertips is then no criterion.
     """
     solid = state.grasp.target.fit.superquadric
     if solid is None or state.prototype == "power":

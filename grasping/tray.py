@@ -31,21 +31,25 @@ class Tray:
     """Inner extent along x and y, m."""
     wall_height: float
     """Height of the walls above the floor, m."""
-    wall: float = 0.006
+    wall_thickness: float = 0.006
     """Thickness of walls and floor, m."""
     slots: tuple[int, int] = (2, 3)
     """Number of slots along x and y. When all are full, a second layer begins."""
 
     def __post_init__(self) -> None:
-        if min(*self.size, self.wall_height, self.wall) <= 0:
+        if min(*self.size, self.wall_height, self.wall_thickness) <= 0:
             raise InputError(
-                f"a tray's extents must be > 0 m, got {self.size}, {self.wall_height}, {self.wall}"
+                "a tray's size, wall_height and wall_thickness must be > 0 m, got "
+                f"{self.size}, {self.wall_height}, {self.wall_thickness}"
             )
         if min(self.slots) < 1:
             raise InputError(f"a tray needs at least one slot along x and y, got {self.slots}")
 
     def slot_position(self, slot: int) -> NDArray[np.float64]:
-        """Return the position of a slot on the floor, (3,), world, m; slots are filled in turn."""
+        """Return the position of a slot on the floor, (3,), world, m.
+
+        Slots are numbered from 0, layer by layer.
+        """
         rows, columns = self.slots
         row, column = divmod(slot % (rows * columns), columns)
         share = np.array([(row + 0.5) / rows - 0.5, (column + 0.5) / columns - 0.5])
@@ -57,7 +61,7 @@ class Tray:
         return slot // (rows * columns)
 
     def contains(self, point: NDArray[np.float64]) -> bool:
-        """Return whether a point (3,), world, m, lies over the tray's floor."""
+        """Return whether a point (3,), world, m, is above the tray's floor in plan view."""
         return bool((np.abs(point[:2] - self.centre[:2]) <= 0.5 * np.asarray(self.size)).all())
 
     def distance(self, point: NDArray[np.float64]) -> float:
@@ -65,15 +69,17 @@ class Tray:
         beyond = np.abs(point[:2] - self.centre[:2]) - 0.5 * np.asarray(self.size)
         return float(np.linalg.norm(np.maximum(beyond, 0.0)))
 
-    def block(self, height: float) -> Obstacle:
-        """Return the tray, filled up to a height above the floor, m, as one box."""
-        half = np.append(0.5 * np.asarray(self.size) + self.wall, 0.5 * (height + self.wall))
-        middle = self.centre + np.array([0.0, 0.0, 0.5 * (height - self.wall)])
+    def as_box(self, height: float) -> Obstacle:
+        """Return one box that encloses the tray up to a height above the floor, m."""
+        half = np.append(
+            0.5 * np.asarray(self.size) + self.wall_thickness, 0.5 * (height + self.wall_thickness)
+        )
+        middle = self.centre + np.array([0.0, 0.0, 0.5 * (height - self.wall_thickness)])
         return Obstacle("tray", Box(half), RigidTransform.from_translation(middle))
 
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """Return floor and walls as obstacles."""
-        (x, y), t, h = 0.5 * np.asarray(self.size), self.wall, self.wall_height
+        """Return the floor and the walls as obstacles."""
+        (x, y), t, h = 0.5 * np.asarray(self.size), self.wall_thickness, self.wall_height
         parts = {
             "floor": ((0.0, 0.0, -0.5 * t), (x + t, y + t, 0.5 * t)),
             "-x": ((-x - 0.5 * t, 0.0, 0.5 * h), (0.5 * t, y + t, 0.5 * h)),

@@ -28,7 +28,7 @@ UNTRIED = "refused"
 """Outcome of what the hand was right to leave alone, or too careful about."""
 OUTCOME_WORDS = {
     "placed": "in the tray",
-    "refused": "no prototype suits",
+    "refused": "no prototype is suitable",
     "unreachable": "no way to any grasp",
     "stuck": "the arm did not get there",
     "no_contact": "fingers met nothing",
