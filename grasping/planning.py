@@ -164,7 +164,8 @@ def _plan(
         mass=mass,
         reason=(
             f"{geometry.kind} {geometry.width * 1e3:.0f} x {geometry.length * 1e3:.0f} mm, "
-            f"{geometry.height * 1e3:.0f} mm high: {selected.prototype} from the {geometry.approach}"
+            f"{geometry.height * 1e3:.0f} mm high: "
+            f"{selected.prototype} from the {geometry.approach}"
         ),
         geometry=geometry,
         standoff=placement.standoff,

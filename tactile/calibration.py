@@ -54,7 +54,8 @@ class Calibration:
     noise: NDArray[np.float64]
     """Standard deviation of readings at rest, (N,), counts."""
     ceiling: NDArray[np.float64]
-    """Reading at the highest pressure of the bench, (N,), counts. Readings from it on are saturated."""
+    """Reading from which a tactel is saturated, (N,), counts. It belongs to the highest pressure of
+    the bench."""
     dead: NDArray[np.bool_]
     """Mask of the tactels without a valid reading, (N,)."""
 
