@@ -1,4 +1,4 @@
-"""The one place that loads MuJoCo: late, because it takes half a second."""
+"""Import of MuJoCo. It takes half a second, so it is imported only when needed."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ _GL_VARIABLE = "MUJOCO_GL"
 
 
 def import_mujoco() -> Any:
-    """Load mujoco, also where the graphics library that `MUJOCO_GL` names is missing.
+    """Import mujoco, even if the graphics library that `MUJOCO_GL` names is missing.
 
-    MuJoCo opens that library during its own import and fails with it, although physics needs
-    none. The variable is not set here for the same reason: the renderer of this room opens its
-    own context (see :func:`open_renderer`), whatever mujoco was imported with.
+    MuJoCo opens that library during its own import and fails without it, although physics does not
+    need it. In that case mujoco is imported with ``MUJOCO_GL=off``, and the variable is restored.
+    The renderer opens its own context (see :func:`open_renderer`).
 
     Returns
     -------

@@ -50,14 +50,14 @@ def check_arm(
     hand_joints
         Names of the hand's joints.
     finger_joints
-        Joints that the hand's description names; empty for a hand of tendons.
+        Joints that the hand's description names; empty for a tendon hand.
     frame
         Site or body that is the hand's frame, for messages.
 
     Raises
     ------
     InputError
-        If the base floats, no joint moves the hand's frame, or an arm joint is no hinge, belongs
+        If the base floats, no joint moves the hand's frame, or an arm joint is not a hinge, belongs
         to a finger, or has no name.
     """
     if not joints:
@@ -73,8 +73,8 @@ def check_arm(
     for name in joints:
         if int(model.joint(name).type[0]) != int(kinds.mjJNT_HINGE):
             raise InputError(
-                f"joint {name} of {path} is no hinge: all joints between the base and the hand's "
-                f"frame {frame!r} must be"
+                f"joint {name} of {path} is not a hinge: all joints between the base and the "
+                f"hand's frame {frame!r} must be hinges"
             )
     shared = [name for name in finger_joints if name in joints]
     if shared:

@@ -41,14 +41,14 @@ class ContactRecord:
         """Mask of the geoms of the robot and its pedestal, (ngeom,)."""
         return (self._owner == _ROBOT) | (self._owner == self._names.index(_PEDESTAL))
 
-    def note(self) -> None:
+    def record(self) -> None:
         """Record the robot's contacts in the current state."""
         if self._data.ncon:
             owners = self._owner[self._data.contact.geom]
             mine = (owners == _ROBOT).any(axis=1)
             self._touched[owners[mine].ravel()] = True
 
-    def take(self) -> set[str]:
+    def take_touched(self) -> set[str]:
         """Return the names of what the robot touched since the last call."""
         names = {self._names[k] for k in np.flatnonzero(self._touched) if k != _ROBOT}
         self._touched[:] = False

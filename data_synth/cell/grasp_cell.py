@@ -45,14 +45,14 @@ _PEDESTAL_M = 0.105
 _PLATE_M = (0.17, 0.012)
 
 
-def _sight() -> RigidTransform:
+def _camera_pose() -> RigidTransform:
     distance, elevation, azimuth = _CAMERA_VIEW
     level = np.cos(elevation)
     away = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
     return look_at(np.add(_CAMERA_TARGET, distance * np.array(away)), _CAMERA_TARGET)
 
 
-def _base() -> RigidTransform:
+def _base_pose() -> RigidTransform:
     return RigidTransform.from_components(
         [0.0, -0.58, 0.09], Rotation.from_rotvec([0, 0, np.pi / 2])
     )
@@ -67,7 +67,7 @@ def _intrinsics() -> CameraIntrinsics:
 class GraspCell:
     """Poses in the cell; world z up, the table's top at z = 0, its middle at the origin."""
 
-    T_world_base: RigidTransform = field(default_factory=_base)
+    T_world_base: RigidTransform = field(default_factory=_base_pose)
     """Robot base, on a pedestal beside the table; its x-axis points over the table."""
     table: Table = field(default_factory=Table)
     """The table; its top is at z = 0."""
@@ -79,7 +79,7 @@ class GraspCell:
     """Height of the walls over the tray's floor, m."""
     tray_wall: float = 0.006
     """Thickness of its walls and floor, m."""
-    T_world_camera: RigidTransform = field(default_factory=_sight)
+    T_world_camera: RigidTransform = field(default_factory=_camera_pose)
     """The depth camera (x right, y down, z forward)."""
     intrinsics: CameraIntrinsics = field(default_factory=_intrinsics)
     """Of the depth camera."""
@@ -94,8 +94,8 @@ class GraspCell:
         half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
         if np.all(np.abs(centre[:2] - self.tray_centre[:2]) - half < radius):
             raise InputError(
-                f"object {name} at {np.round(centre, 3).tolist()} m is where the tray stands, "
-                f"{self.tray_centre}: keep objects in the work area"
+                f"object {name} at {np.round(centre, 3).tolist()} m overlaps the tray at "
+                f"{self.tray_centre} m; keep objects in the work area"
             )
 
     def add_furniture(self, spec: Any) -> None:

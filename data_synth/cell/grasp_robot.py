@@ -21,22 +21,19 @@ from .spec_assembly import match_options, prepare_for_attachment, set_base
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
 from .tendon_drives import TendonDrives
-from .tendon_hand_model import tendon_hand_model
+from .tendon_hand_model import HAND, PALM_SITE, tendon_hand_model
 from .tendon_posture import tendon_posture
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
 
     from eyehand.grasping import HandModel
 
-HAND = Path(__file__).parent / "assets" / "hand.xml"
-"""The included underactuated hand: three fingers against a thumb."""
 HAND_PREFIX = "hand_"
 """Prefix of the names of a hand attached to an arm."""
-PALM_SITE = "hand_palm"
-"""Frame of the hand: origin in the middle of the palm's face, z out of it."""
 PALM_BEFORE_FLANGE_M = 0.06
 """Distance from the arm's flange to the palm's face: the depth of the palm's shell."""
 REST_POSTURE = (-0.42, -0.04, 0.0, -1.87, 0.0, 1.31, -1.99)
@@ -60,7 +57,7 @@ class GraspRobot:
     """MJCF file of the arm, or of the whole robot."""
     hand: Path | None = HAND
     """MJCF file of the hand; None if the arm's file contains the hand."""
-    frame: str = PALM_SITE
+    frame: str = HAND_PREFIX + PALM_SITE
     """Site or body that is the hand's frame: origin in the palm's face, z out of it, x from the
     fingers to the thumb."""
     flange: str = TOOL_SITE
@@ -129,7 +126,7 @@ class GraspRobot:
     def home(self) -> NDArray[np.float64]:
         """Arm joint angles at rest, (n,), rad."""
         model = self._model
-        places = self._arm_places
+        places = self._arm_addresses
         rest = REST_POSTURE if self.rest is None and self.arm == LBR_ARM else self.rest
         if rest is not None:
             if len(rest) != len(self.joints) or not np.isfinite(rest).all():
@@ -192,7 +189,7 @@ class GraspRobot:
             data = import_mujoco().MjData(self._model)
             drives = SynergyDrives(self._model, data, self.fingers, prefix=self.hand_prefix)
             drives.pose(excursions)
-            return data.qpos[self._hand_places].copy()
+            return data.qpos[self._hand_addresses].copy()
         return tendon_posture(self._moments, excursions, *self._springs)
 
     def motors(self, model: Any, data: Any, prefix: str) -> TendonDrives | SynergyDrives:
@@ -231,7 +228,7 @@ class GraspRobot:
         return synergy_hand_model(self._model, self.fingers, self.frame, prefix=self.hand_prefix)
 
     def description(
-        self, q: NDArray[np.float64], excursions: NDArray[np.float64], place: Any
+        self, q: NDArray[np.float64], excursions: NDArray[np.float64], T_world_base: RigidTransform
     ) -> Any:
         """Describe the robot for control: an `MjSpec` with the keyframe ``home``.
 
@@ -241,14 +238,14 @@ class GraspRobot:
             The arm's joint angles at home, (n,), rad.
         excursions
             Tendon excursions of the hand, (D,), m.
-        place
-            T_world_base, RigidTransform.
+        T_world_base
+            Pose of the robot's base.
         """
         spec = self._control_spec.copy()
-        set_base(spec, place)
+        set_base(spec, T_world_base)
         posture = self._model.qpos0.copy()
-        posture[self._arm_places] = q
-        posture[self._hand_places] = self.posture(excursions)
+        posture[self._arm_addresses] = q
+        posture[self._hand_addresses] = self.posture(excursions)
         spec.add_key(name=HOME_KEY, qpos=posture)
         return spec
 
@@ -282,11 +279,11 @@ class GraspRobot:
         return spec
 
     @functools.cached_property
-    def _arm_places(self) -> NDArray[np.intp]:
+    def _arm_addresses(self) -> NDArray[np.intp]:
         return np.array([self._model.joint(name).qposadr[0] for name in self.joints])
 
     @functools.cached_property
-    def _hand_places(self) -> NDArray[np.intp]:
+    def _hand_addresses(self) -> NDArray[np.intp]:
         return np.array([self._model.joint(n).qposadr[0] for n in self.hand_joints], dtype=np.intp)
 
     @functools.cached_property
@@ -297,7 +294,7 @@ class GraspRobot:
         limits = np.where(
             model.jnt_limited[numbers, None].astype(bool), model.jnt_range[numbers], [-np.pi, np.pi]
         )
-        rest = model.qpos_spring[self._hand_places]
+        rest = model.qpos_spring[self._hand_addresses]
         return model.jnt_stiffness[numbers].copy(), rest.copy(), limits
 
     @functools.cached_property
@@ -307,14 +304,14 @@ class GraspRobot:
         data = mujoco.MjData(model)
         _, rest, limits = self._springs
         tendons = [model.tendon(name).id for name in self.drives]
-        data.qpos[self._hand_places] = np.clip(rest, *limits.T)
+        data.qpos[self._hand_addresses] = np.clip(rest, *limits.T)
 
         def lengths() -> NDArray[np.float64]:
             mujoco.mj_fwdPosition(model, data)
             return data.ten_length[tendons].copy()
 
         start, moments = lengths(), np.zeros((len(tendons), len(rest)))
-        for column, place in enumerate(self._hand_places):
+        for column, place in enumerate(self._hand_addresses):
             data.qpos[place] += _PROBE_RAD
             moments[:, column] = (start - lengths()) / _PROBE_RAD
             data.qpos[place] -= _PROBE_RAD
@@ -325,8 +322,10 @@ def _read(path: Path) -> Any:
     mujoco = import_mujoco()
     if not Path(path).is_file():
         what = "this is a folder" if Path(path).is_dir() else "no such file"
-        raise InputError(f"robot: {what}: {path}; give the path of an MJCF file")
+        raise InputError(f"robot file {path}: {what}; give the path of an MJCF file")
     try:
         return mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"robot: cannot read {path}: {' '.join(str(error).split())}") from None
+        raise InputError(
+            f"cannot read the robot file {path}: {' '.join(str(error).split())}"
+        ) from None

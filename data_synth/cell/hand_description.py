@@ -41,9 +41,11 @@ class FingerDescription:
 
     def __post_init__(self) -> None:
         if not self.joints or not self.pads:
-            raise InputError(f"finger {self.name} must have one joint and one pad at least")
-        if not all(math.isfinite(place) for pair in self.joints.values() for place in pair):
-            raise InputError(f"finger {self.name}: places of joints must be finite: {self.joints}")
+            raise InputError(f"finger {self.name} must have at least one joint and one pad")
+        if not all(math.isfinite(position) for pair in self.joints.values() for position in pair):
+            raise InputError(
+                f"finger {self.name}: joint positions must be finite, got {self.joints}"
+            )
         if all(low == high for low, high in self.joints.values()):
             raise InputError(f"finger {self.name}: no joint moves from the open to the closed hand")
 
@@ -55,7 +57,7 @@ class HandDescription:
     Raises
     ------
     InputError
-        If there is no thumb or nothing that it opposes, or a name is taken twice.
+        If there is no thumb or no other finger, or a name is used twice.
     """
 
     fingers: tuple[FingerDescription, ...]
@@ -69,7 +71,7 @@ class HandDescription:
         names = [finger.name for finger in self.fingers]
         if len(names) < 2 or names[-1] != THUMB or len(set(names)) < len(names):
             raise InputError(
-                f"a hand needs one finger or more, and last a {THUMB!r}, with names of their own; "
+                f"a hand needs one or more fingers and last a {THUMB!r}, with different names; "
                 f"got {', '.join(names) or 'none'}"
             )
         for kind, taken in (
@@ -79,7 +81,7 @@ class HandDescription:
             twice = sorted({name for name in taken if taken.count(name) > 1})
             if twice:
                 raise InputError(
-                    f"a {kind} can belong to one finger only; {', '.join(twice)} twice"
+                    f"a {kind} can belong to one finger only; used twice: {', '.join(twice)}"
                 )
 
     @property
@@ -109,7 +111,7 @@ def description_beside(path: Path) -> HandDescription | None:
     Raises
     ------
     InputError
-        If the file is there and does not hold a description.
+        If the file exists but does not contain a description.
     """
     beside = Path(path).with_suffix(DESCRIPTION_SUFFIX)
     return read_description(beside) if beside.is_file() else None
@@ -139,17 +141,19 @@ def read_description(path: Path) -> HandDescription:
 def _description(data: Any) -> HandDescription:
     fingers = data.get("fingers") if isinstance(data, dict) else None
     if not isinstance(fingers, dict):
-        raise InputError(f"there is no object 'fingers'; expected {EXAMPLE}")
+        raise InputError(f"the object 'fingers' is missing; expected {EXAMPLE}")
     unknown = sorted(set(data) - {"fingers", "palm", "still", "prefix"})
     if unknown:
-        raise InputError(f"unknown {', '.join(unknown)}; known are fingers, palm, still, prefix")
+        raise InputError(
+            f"unknown keys {', '.join(unknown)}; valid are fingers, palm, still, prefix"
+        )
     prefix = data.get("prefix", "")
     if not isinstance(prefix, str):
-        raise InputError(f"'prefix' must be what the names begin with, got {prefix!r}")
+        raise InputError(f"'prefix' must be a string, got {prefix!r}")
     order = sorted(fingers, key=lambda name: name == THUMB)
     still = data.get("still", {})
     if not isinstance(still, dict):
-        raise InputError(f"'still' must map joints to places, got {still!r}")
+        raise InputError(f"'still' must map joints to positions, got {still!r}")
     return HandDescription(
         tuple(_finger(name, fingers[name], prefix) for name in order),
         _names("palm", data.get("palm", []), prefix),
@@ -161,17 +165,19 @@ def _finger(name: str, data: Any, prefix: str) -> FingerDescription:
     joints = data.get("joints") if isinstance(data, dict) else None
     if not isinstance(joints, dict):
         raise InputError(f"finger {name} has no object 'joints'; expected {EXAMPLE}")
-    places = {}
+    positions = {}
     for joint, pair in joints.items():
         if not isinstance(pair, list) or len(pair) != 2:
-            raise InputError(f"joint {joint} must have two places, [open, closed], got {pair!r}")
-        places[prefix + joint] = (_number(joint, pair[0]), _number(joint, pair[1]))
-    return FingerDescription(name, places, _names(f"pads of {name}", data.get("pads", []), prefix))
+            raise InputError(f"joint {joint} must have two positions, [open, closed], got {pair!r}")
+        positions[prefix + joint] = (_number(joint, pair[0]), _number(joint, pair[1]))
+    return FingerDescription(
+        name, positions, _names(f"pads of {name}", data.get("pads", []), prefix)
+    )
 
 
 def _names(what: str, data: Any, prefix: str) -> tuple[str, ...]:
     if not isinstance(data, list) or not all(isinstance(name, str) for name in data):
-        raise InputError(f"{what} must be a list of names of geoms, got {data!r}")
+        raise InputError(f"{what} must be a list of geom names, got {data!r}")
     return tuple(prefix + name for name in data)
 
 

@@ -77,7 +77,7 @@ class SimRobot:
             raise InputError(f"seed must be a whole number >= 0, got {seed}")
         self._mujoco = mujoco = import_mujoco()
         self._world, self._noise, self._renderer = world, noise or DepthNoise.none(), renderer
-        self._seed, self._looks = seed, 0
+        self._seed, self._captures = seed, 0
         self._model = model = world.copy_model()
         self._data = data = mujoco.MjData(model)
         self._hand = hand or world.robot.measured_hand()
@@ -89,7 +89,9 @@ class SimRobot:
         self._tips = _tips(model, world.hand_prefix, self._hand.fingers)
         self._touch = ContactRecord(model, data, world)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
-        self._kept = np.empty(mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION))
+        self._saved_state = np.empty(
+            mujoco.mj_stateSize(model, mujoco.mjtState.mjSTATE_INTEGRATION)
+        )
         self._fault = ""
         try:
             mujoco.mj_forward(model, data)
@@ -179,15 +181,15 @@ class SimRobot:
         if command is not None:
             self._drives.command(command)
         whole = mujoco.mjtState.mjSTATE_INTEGRATION
-        mujoco.mj_getState(model, data, self._kept, whole)
+        mujoco.mj_getState(model, data, self._saved_state, whole)
         for _ in range(self._steps):
             self._servos.apply(velocity)
             self._drives.apply()
             mujoco.mj_step(model, data)
-            self._touch.note()
+            self._touch.record()
         self._fault = self._failure()
         if self._fault:
-            mujoco.mj_setState(model, data, self._kept, whole)
+            mujoco.mj_setState(model, data, self._saved_state, whole)
             mujoco.mj_forward(model, data)
         return self.read()
 
@@ -197,8 +199,8 @@ class SimRobot:
         labels = np.zeros(self._model.ngeom, dtype=np.int32)
         labels[self._touch.robot] = 1
         view = self._render(cell.intrinsics, cell.T_world_camera, labels, colour=False)
-        rng = np.random.default_rng([self._seed, self._looks])
-        self._looks += 1
+        rng = np.random.default_rng([self._seed, self._captures])
+        self._captures += 1
         depth = add_depth_noise(view.depth, cell.intrinsics, rng, self._noise)
         depth = mask_robot(depth, view.labels == 1)
         frame = DepthFrame(depth, cell.intrinsics, cell.T_world_camera)
@@ -244,7 +246,7 @@ class SimRobot:
 
     def robot_contacts(self) -> set[str]:
         """Return what the robot touched since the last call: "table", "tray", object names."""
-        return self._touch.take()
+        return self._touch.take_touched()
 
     def lifted(self, name: str) -> bool:
         """Return whether an object touches the robot and nothing else."""

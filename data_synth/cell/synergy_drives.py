@@ -1,4 +1,4 @@
-"""A hand whose motors move joints, driven finger by finger as if tendons closed it."""
+"""Drives of a simulated hand with joint motors: each finger closes as if a tendon pulled it."""
 
 from __future__ import annotations
 
@@ -19,51 +19,54 @@ if TYPE_CHECKING:
     from eyehand.tactile import TactileImage
 
 HINGE_ARM_M = 0.012
-"""Moment arm, at a finger's first joint, of the tendon that is thought to close it: as that of the
-hand that comes with eyehand, so that tensions mean the same at the fingertips."""
+"""Moment arm of a finger's virtual tendon at its first joint. It equals that of the included hand,
+so the same tension gives the same force at the fingertips."""
 SLIDE_ARM = HINGE_ARM_M / 0.090
-"""The same where a jaw slides: a finger of 90 mm presses as hard."""
+"""The same for a sliding jaw, m/m. It presses as hard as a finger of 90 mm."""
 TAPER = 0.45
-"""Each further joint of a finger has so much of the arm of the one before, as the fingertip is so
-much nearer to it: with less a force on the tip bends it back, with more it curls in."""
+"""Moment arm at each further joint, as a share of the arm at the joint before: the fingertip is
+nearer to it. With less, a force on the tip bends the finger back; with more, it curls in."""
 PLACE_RATE = 60.0
-"""Natural frequency with which joints are placed, rad/s; more is stiffer, and rings at 2 ms."""
+"""Natural frequency of position control, rad/s. A higher one is stiffer, and oscillates at a
+physics step of 2 ms."""
 HOLD_RATE = 120.0
-"""The same of joints that hold a place against the others."""
+"""The same for joints that hold their position."""
 PULL_SHARE = 0.15
-"""Share of the placing stiffness that keeps a pulled finger to its posture: less wraps better, more
-keeps the tip's face parallel."""
+"""Stiffness that keeps a pulled finger on its closing line, as a share of that of position control.
+Less wraps objects better; more keeps the tip's face parallel."""
 PLACE_SPEED = 0.030
-"""Largest speed of a placed drive, m/s."""
+"""Largest speed of a drive in position control, m/s."""
 THUMB_RESERVE = 1.2
-"""The fingers together pull at most the thumb's largest tension over this: it opposes them all."""
+"""The tensions of all fingers add up to at most the thumb's largest tension over this, because the
+thumb opposes them all."""
 
 
 class SynergyDrives:
     """Executes hand commands on a hand whose motors move joints, one physics step at a time.
 
-    Each finger is one drive. Its joints lie on a line from the open to the closed posture; it is
-    thought to be closed by a tendon whose moment arms fall towards the tip, and the tendon's
-    excursion, in m, is 0 in the open posture. *place* servoes the joints along the line,
-    *pull* gives them the torques of a tension and keeps them near the line by a soft spring,
-    *hold* stiffly keeps each joint where it is, up to the torques of a tension.
+    Each finger is one drive. Its closing line is the straight line in joint space from the open to
+    the closed posture. A virtual tendon closes the finger; its moment arms decrease towards the
+    tip, and its excursion, m, is 0 in the open posture. Mode *place* controls the joints' position
+    along the line. Mode *pull* applies the joint torques of a tension, and a soft spring keeps the
+    joints near the line. Mode *hold* stiffly keeps each joint where it is, up to the torques of a
+    tension.
 
-    Torques become controls through each motor's own gain and bias: a motor takes them as they are,
-    a position servo is given a goal so far ahead. Limits of force and control are kept.
+    Joint torques are converted to motor controls with each motor's gain and bias. A position servo
+    gets a goal ahead of the joint. Limits of force and control are kept.
 
     Parameters
     ----------
     model, data
         `MjModel` and `MjData` with the hand in it.
     description
-        Which joints are which finger's.
+        Joints and pads of each finger.
     prefix
-        What stands before every name of the hand, as `MjSpec.attach` puts it.
+        Prefix of all names of the hand, as `MjSpec.attach` sets it.
 
     Raises
     ------
     InputError
-        If a joint or geom is not there, or a finger has no motor.
+        If a joint or geom is missing, or a finger has no motor.
     """
 
     def __init__(
@@ -75,20 +78,20 @@ class SynergyDrives:
         self.drives = tuple(finger.name for finger in fingers)
         self.joints, self.pads = description.joint_names, description.pad_names
         names = [name for finger in fingers for name in finger.joints]
-        ways = [way for finger in fingers for way in finger.joints.values()]
+        ranges = [pair for finger in fingers for pair in finger.joints.values()]
         owner = [k for k, finger in enumerate(fingers) for _ in finger.joints]
         self._count = len(names)
         names += list(description.still)
-        ways += [(place, place) for place in description.still.values()]
+        ranges += [(place, place) for place in description.still.values()]
         numbers = np.array([_id(model, mujoco.mjtObj.mjOBJ_JOINT, prefix + n) for n in names])
-        self._places, self._rates = model.jnt_qposadr[numbers], model.jnt_dofadr[numbers]
-        self._open, self._closed = np.array(ways, dtype=np.float64).T
+        self._addresses, self._rates = model.jnt_qposadr[numbers], model.jnt_dofadr[numbers]
+        self._open, self._closed = np.array(ranges, dtype=np.float64).T
         self._limits = np.where(
             model.jnt_limited[numbers, None].astype(bool), model.jnt_range[numbers], [-1e3, 1e3]
         )
         self._owner = np.array(owner + [-1] * len(description.still))
         self._motors, moments = _motors(model, numbers)
-        # Joint torques to motor forces: the inverse where every joint has its own.
+        # Maps joint torques to motor forces. With one motor per joint it is the exact inverse.
         self._shares = np.linalg.pinv(moments.T)
         moved = np.any(moments != 0.0, axis=0)
         slides = model.jnt_type[numbers] == int(mujoco.mjtJoint.mjJNT_SLIDE)
@@ -104,31 +107,31 @@ class SynergyDrives:
         inertia = model.dof_M0[self._rates]
         self._place = inertia * PLACE_RATE**2, 2.0 * inertia * PLACE_RATE
         self._hold = inertia * HOLD_RATE**2, 2.0 * inertia * HOLD_RATE
-        self._most = self._largest_tensions(moments)
+        self._max_tension = self._max_tensions(moments)
         self._pad_of_geom = _pads(model, description, prefix)
         self._modes: tuple[str, ...] = ("place",) * len(fingers)
         self._values = np.zeros(len(fingers))
         self._goal = self.excursions()
-        self._kept = data.qpos[self._places].copy()
+        self._kept = data.qpos[self._addresses].copy()
         self._tensions = np.zeros(len(fingers))
 
     def excursions(self) -> NDArray[np.float64]:
-        """How far each drive is pulled in from fully open, (D,), m."""
-        return self._arms @ (self._data.qpos[self._places] - self._open)
+        """Return the excursion of each drive from fully open, (D,), m."""
+        return self._arms @ (self._data.qpos[self._addresses] - self._open)
 
     def posture(self, excursions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Places of the described joints, fingers' first, then still ones, (J,), rad or m."""
+        """Return the joint positions at excursions (D,), m: (J,), rad or m, still joints last."""
         along = np.append(excursions / self.full, 0.0)[self._owner]
         return np.clip(self._open + along * (self._closed - self._open), *self._limits.T)
 
     def pose(self, excursions: NDArray[np.float64]) -> None:
-        """Put the described joints of the data where the drives would place them."""
-        self._data.qpos[self._places] = self.posture(excursions)
+        """Set the joint positions of the data to the posture at excursions (D,), m."""
+        self._data.qpos[self._addresses] = self.posture(excursions)
         self._goal = np.array(excursions, dtype=np.float64)
-        self._kept = self._data.qpos[self._places].copy()
+        self._kept = self._data.qpos[self._addresses].copy()
 
     def command(self, command: HandCommand) -> None:
-        """Take a command; what changes its mode starts from where it is.
+        """Set a command; a drive whose mode changes continues from its current state.
 
         Raises
         ------
@@ -151,24 +154,26 @@ class SynergyDrives:
                 self._goal[k] = now[k]
             elif new == "hold" and old != "hold":
                 mine = self._owner == k
-                self._kept[mine] = self._data.qpos[self._places[mine]]
+                self._kept[mine] = self._data.qpos[self._addresses[mine]]
         self._modes, self._values = command.modes, values.copy()
 
     def apply(self) -> None:
-        """Set the motors for the next physics step, after the state it starts from is computed."""
+        """Set the motors for the next physics step; call it after the state is computed."""
         model, data = self._model, self._data
         stride = PLACE_SPEED * float(model.opt.timestep)
-        q, speed = data.qpos[self._places], data.qvel[self._rates]
+        q, speed = data.qpos[self._addresses], data.qvel[self._rates]
         now = self.excursions()
         pulling = [k for k, m in enumerate(self._modes) if m == "pull" and self.drives[k] != THUMB]
-        share = self._most[self.drives.index(THUMB)] / (THUMB_RESERVE * max(len(pulling), 1))
+        share = self._max_tension[self.drives.index(THUMB)] / (THUMB_RESERVE * max(len(pulling), 1))
         goal, pull = now.copy(), np.zeros(len(self.drives))
         for k, (mode, value) in enumerate(zip(self._modes, self._values, strict=True)):
             if mode == "place":
                 self._goal[k] += np.clip(value - self._goal[k], -stride, stride)
                 goal[k] = self._goal[k]
             elif mode == "pull":
-                pull[k] = min(max(value, 0.0), self._most[k], share if k in pulling else np.inf)
+                pull[k] = min(
+                    max(value, 0.0), self._max_tension[k], share if k in pulling else np.inf
+                )
         target = self.posture(goal)
         stiffness, damping = (part.copy() for part in self._place)
         limit = np.full(len(q), np.inf)
@@ -186,13 +191,13 @@ class SynergyDrives:
         torque = np.clip(stiffness * (target - q), -limit, limit) - damping * speed
         torque += self._arms.T @ pull
         self._tensions = self._arms @ torque / np.sum(self._arms**2, axis=1)
-        # What weight and motion ask for is known, and not the grip's.
+        # Weight and inertia are compensated, and do not count as tension of the grip.
         weight = data.qfrc_bias[self._rates] - data.qfrc_gravcomp[self._rates]
         self._drive(torque + weight)
 
     def reading(self, tips: tuple[TactileImage, ...] = ()) -> HandReading:
-        """What the hand feels now, with the tactile images given."""
-        angles = self._data.qpos[self._places[: self._count]]
+        """Return the current sensor values, together with the given tactile images."""
+        angles = self._data.qpos[self._addresses[: self._count]]
         low, high = self._open[: self._count], self._closed[: self._count]
         return HandReading(
             excursions=self.excursions(),
@@ -213,8 +218,8 @@ class SynergyDrives:
         low, high = model.actuator_ctrlrange[motors].T
         data.ctrl[motors] = np.where(limited, np.clip(control, low, high), control)
 
-    def _largest_tensions(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Tension at which the first motor of each drive gives all it has, (D,), N."""
+    def _max_tensions(self, moments: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Compute the tension at which a motor of each drive first reaches its limit, (D,), N."""
         model, motors = self._model, self._motors
         most = np.where(
             model.actuator_forcelimited[motors].astype(bool),
@@ -249,20 +254,20 @@ def _arms(
     moved: NDArray[np.bool_],
     slides: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
-    """Moment arms of the thought tendons, (D, J), m/rad (m/m where a joint slides)."""
+    """Compute the moment arms of the virtual tendons, (D, J), m/rad (m/m for slides)."""
     arms = np.zeros((owner.max() + 1, len(owner)))
     for k in range(len(arms)):
-        way = np.where((owner == k) & moved, end - start, 0.0)
-        if not way.any():
+        change = np.where((owner == k) & moved, end - start, 0.0)
+        if not change.any():
             continue
-        turning = np.cumsum(way != 0.0) - 1
+        number = np.cumsum(change != 0.0) - 1
         unit = np.where(slides, SLIDE_ARM, HINGE_ARM_M)
-        arms[k] = unit * TAPER ** np.maximum(turning, 0) * np.sign(way)
+        arms[k] = unit * TAPER ** np.maximum(number, 0) * np.sign(change)
     return arms
 
 
 def _motors(model: Any, joints: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
-    """Motors that move joints, (A,), and by how much each joint lengthens each, (A, J)."""
+    """Find the motors that move joints, (A,), and the joints' moments on them, (A, J)."""
     mujoco = import_mujoco()
     on_joint, on_tendon = int(mujoco.mjtTrn.mjTRN_JOINT), int(mujoco.mjtTrn.mjTRN_TENDON)
     column = {int(joint): k for k, joint in enumerate(joints)}
@@ -290,7 +295,7 @@ def _motors(model: Any, joints: NDArray[np.intp]) -> tuple[NDArray[np.intp], NDA
 
 
 def _pads(model: Any, description: HandDescription, prefix: str) -> NDArray[np.intp]:
-    """Number of the pad that each geom is, (ngeom,), -1 for none."""
+    """Return the pad number of each geom, (ngeom,); -1 for none."""
     kind = import_mujoco().mjtObj.mjOBJ_GEOM
     pad_of_geom = np.full(model.ngeom, -1)
     fingertips = [name for finger in description.fingers for name in finger.pads]

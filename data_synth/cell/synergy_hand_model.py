@@ -1,4 +1,4 @@
-"""How wide a hand of joints opens and how far it reaches, along the way that its fingers close."""
+"""Measure opening widths and reach of a hand with joint motors while its fingers close."""
 
 from __future__ import annotations
 
@@ -20,53 +20,53 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 STEPS = 41
-"""Postures along the way from open to closed: the widths between are interpolated."""
+"""Postures measured from open to closed; widths between them are interpolated."""
 ROWS = 13
-"""Of the table."""
-LEAST_RANGE_M = 0.01
-"""A hand whose opening changes by less is no hand."""
-CLOSED_M = 0.03
-"""A hand that stays open wider than this, m, does not close on what a pincer is for."""
+"""Rows of the hand model's table of openings."""
+MIN_RANGE_M = 0.01
+"""Smallest difference between the widest and the narrowest opening of a usable hand."""
+MAX_CLOSED_M = 0.03
+"""Largest opening of the closed hand: a wider one cannot hold what a pincer grasp is for."""
 
 
 def synergy_hand_model(
     model: Any, description: HandDescription, frame: str, *, prefix: str = ""
 ) -> HandModel:
-    """Measure a hand of joints by its kinematics.
+    """Measure a hand with joint motors from its kinematics.
 
     Parameters
     ----------
     model
         `MjModel` of the hand, or of a whole robot.
     description
-        Which joints are which finger's.
+        Joints and pads of each finger.
     frame
         Site or body that is the hand's frame, prefix included.
     prefix
-        What stands before the names of the description in the model.
+        Prefix of the description's names in the model.
 
     Raises
     ------
     InputError
-        If the frame, a joint or a geom is missing, or fingers and thumb do not close against one
-        another about the frame's yz plane.
+        If the frame, a joint or a geom is missing, or fingers and thumb do not close towards each
+        other from both sides of the frame's yz plane.
     """
     hand = _Posed(model, description, frame, prefix)
-    ways = np.linspace(0.0, 1.0, STEPS)
-    halves = hand.half_widths(ways)
+    closing = np.linspace(0.0, 1.0, STEPS)
+    halves = hand.half_widths(closing)
     low, high = 2.0 * max(halves[-1].max(), 0.0), 2.0 * halves[0].min()
-    if (np.diff(halves, axis=0) >= 0).any() or high - low < LEAST_RANGE_M or low > CLOSED_M:
-        told = "; ".join(
+    if (np.diff(halves, axis=0) >= 0).any() or high - low < MIN_RANGE_M or low > MAX_CLOSED_M:
+        measured = "; ".join(
             f"{name} {1e3 * halves[0, k]:.0f} to {1e3 * halves[-1, k]:.0f} mm"
             for k, name in enumerate(hand.drives.drives)
         )
         raise InputError(
-            "fingers and thumb must close against one another: from the middle of the palm, along "
-            f"x of {frame}, their tips' faces stand off by {told} (open to closed; a thumb's are "
-            "on the +x side), and each must shrink to near 0"
+            "fingers and thumb must close towards each other. Distance of each tip's face from the "
+            f"yz plane of {frame}, open to closed (the thumb on the +x side): {measured}. It must "
+            f"decrease, to an opening of at most {1e3 * MAX_CLOSED_M:.0f} mm"
         )
     openings = np.linspace(low, high, ROWS)
-    excursions = np.array([[_way(w / 2, ways, h) for h in halves.T] for w in openings])
+    excursions = np.array([[_closing_share(w / 2, closing, h) for h in halves.T] for w in openings])
     excursions *= hand.full
     reaches, spreads = np.empty(ROWS), np.empty(ROWS)
     for k, pulled in enumerate(excursions):
@@ -96,7 +96,7 @@ def synergy_hand_model(
 
 
 class _Posed:
-    """A hand without physics, and what it measures in its own frame."""
+    """A hand posed without physics, with measurements in its own frame."""
 
     def __init__(self, model: Any, description: HandDescription, frame: str, prefix: str) -> None:
         mujoco = import_mujoco()
@@ -109,15 +109,17 @@ class _Posed:
         self.geoms = [
             g
             for g in range(model.ngeom)
-            if _below(model, int(model.geom_bodyid[g]), body)
+            if _is_descendant(model, int(model.geom_bodyid[g]), body)
             and model.geom_contype[g] | model.geom_conaffinity[g]
         ]
         self.full = self.drives.full
 
     def update(self) -> None:
+        """Compute the positions of all geoms from the joint positions."""
         self._mujoco.mj_kinematics(self._model, self._data)
 
     def bounds(self, geoms: Any, axis: int) -> tuple[float, float]:
+        """Return the smallest and largest coordinate of geoms along an axis of the frame, m."""
         data = self._data
         if self._site < 0:
             place, turn = data.xpos[self._body], data.xmat[self._body]
@@ -128,11 +130,15 @@ class _Posed:
         start = float(along @ place)
         return low - start, high - start
 
-    def half_widths(self, ways: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Distance of each tip's face from the yz plane, (steps, D), m; below 0 it is past."""
-        halves = np.empty((len(ways), len(self.tips)))
-        for row, way in zip(halves, ways, strict=True):
-            self.drives.pose(way * self.full)
+    def half_widths(self, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return the distance of each tip's face from the yz plane, (steps, D), m.
+
+        `closing` (steps,) is 0 for the open and 1 for the closed posture. The distance is negative
+        beyond the plane.
+        """
+        halves = np.empty((len(closing), len(self.tips)))
+        for row, share in zip(halves, closing, strict=True):
+            self.drives.pose(share * self.full)
             self.update()
             for k, tip in enumerate(self.tips):
                 low, high = self.bounds([tip], 0)
@@ -140,12 +146,12 @@ class _Posed:
         return halves
 
 
-def _below(model: Any, body: int, root: int) -> bool:
+def _is_descendant(model: Any, body: int, root: int) -> bool:
     while body > 0 and body != root:
         body = int(model.body_parentid[body])
     return body == root
 
 
-def _way(half: float, ways: NDArray[np.float64], halves: NDArray[np.float64]) -> float:
-    """How far a finger closes until its face stands at a half width."""
-    return float(np.interp(half, halves[::-1], ways[::-1]))
+def _closing_share(half: float, closing: NDArray[np.float64], halves: NDArray[np.float64]) -> float:
+    """Interpolate how far a finger closes (0 to 1) until its face is at a half width, m."""
+    return float(np.interp(half, halves[::-1], closing[::-1]))

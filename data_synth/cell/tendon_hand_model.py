@@ -1,7 +1,7 @@
-"""What a hand's description says of it: how wide it opens, how far it reaches, tendon by tendon.
+"""Measure opening widths and reach of a tendon hand from its MJCF file.
 
-The unloaded hand is a balance of springs and tendons, joint by joint: k (q - q0) = Σ r T, within
-the joint's range. So every opening is found from kinematics alone, without a physics step.
+In the unloaded hand, springs and tendons balance at each joint: k (q - q0) = Σ r T, within the
+joint's range. So kinematics alone gives every opening, without a physics step.
 """
 
 from __future__ import annotations
@@ -27,39 +27,40 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 HAND = Path(__file__).parent / "assets" / "hand.xml"
-"""An underactuated hand: three fingers, each of three phalanges, against a thumb of two."""
+"""The included underactuated hand: three fingers of three phalanges against a thumb of two."""
 PALM_SITE = "palm"
-"""Site of the hand frame."""
+"""Site of the hand frame: origin in the middle of the palm's face, z out of it."""
 
 OPENINGS = np.linspace(0.0, 0.144, 13)
-"""Free widths in the table, m; those that the hand cannot make are left out."""
-_MOST_PULL, _MOST_WRAP = 60.0, 30.0
-"""Tensions, N, that close the unloaded hand and bend its outer joints all the way."""
-_MAX_BEND = 1.0
+"""Opening widths in the table, m; those that the hand cannot reach are left out."""
+_MAX_PULL_N, _MAX_WRAP_N = 60.0, 30.0
+"""Tensions that close the unloaded hand and bend its outer joints completely."""
+_MAX_BEND_RAD = 1.0
+"""Pad angle reported when a finger is bent so far that it cannot open to the asked width."""
 _WRAPS = {"wrap": False, "thumb_wrap": True}
-"""Tendons of the outer joints, and whether they are the thumb's."""
+"""Tendons of the outer joints → whether they belong to the thumb."""
 
 
 def tendon_hand_model(spec: Any = HAND, *, frame: str = PALM_SITE, prefix: str = "") -> HandModel:
-    """Measure a hand by its kinematics.
+    """Measure a tendon hand from its kinematics.
 
     Fingers are found by their pads' names (``index_distal``), the thumb by the name ``thumb``.
-    Where the pads would lean apart, the tendons of the outer joints bend the fingers until the
-    pads are parallel: pads that lean apart squeeze round things out.
+    If the pads would open towards the fingertips, the tendons of the outer joints bend the fingers
+    until the pads are parallel. Otherwise the pads would squeeze round objects out.
 
     Parameters
     ----------
     spec
         An `MjSpec` of the hand alone, or the path of its MJCF file.
     frame
-        Site that is the hand's frame, prefix included; with a path the default only.
+        Site that is the hand's frame, prefix included. A path always uses the default.
     prefix
-        What stands before every name of the hand; with a path nothing.
+        Prefix of all names of the hand. A path always uses none.
 
     Raises
     ------
     InputError
-        If the hand has no such site, no thumb, or a joint that no spring opens.
+        If the hand has no such site or no thumb, or a joint without an opening spring.
     """
     if isinstance(spec, (str, Path)):
         return _measure_file(str(spec))
@@ -73,9 +74,12 @@ def _measure_file(path: str) -> HandModel:
 
 def _measure(model: Any, frame: str, prefix: str) -> HandModel:
     hand = _Unloaded(model, frame, prefix)
-    rows = [row for row in map(hand.opened, OPENINGS) if row is not None]
+    rows = [row for row in map(hand.measure_opening, OPENINGS) if row is not None]
     if len(rows) < 2:
-        raise InputError("the hand's fingers and thumb do not open against one another")
+        raise InputError(
+            "fingers and thumb of the hand must reach two of the openings "
+            f"{OPENINGS[0]:g} to {OPENINGS[-1]:g} m, got {len(rows)}"
+        )
     hand.pose(rows[0].angles)
     row_low, row_high = hand.bounds(range(model.ngeom), 1)
     pinching = (PINCER_FINGER,) if PINCER_FINGER in hand.fingers else hand.fingers[:-1]
@@ -104,6 +108,8 @@ def _measure(model: Any, frame: str, prefix: str) -> HandModel:
 
 @dataclass(frozen=True)
 class _Row:
+    """One row of the hand model's table, with the joint angles (J,), rad."""
+
     opening: float
     reach: float
     spread: float
@@ -112,7 +118,7 @@ class _Row:
 
 
 class _Unloaded:
-    """A hand with nothing in it, posed by tensions."""
+    """The hand without an object, posed by tendon tensions."""
 
     def __init__(self, model: Any, frame: str, prefix: str) -> None:
         mujoco = import_mujoco()
@@ -140,8 +146,7 @@ class _Unloaded:
         self.tips = {finger: pads[f"{finger}_distal"] for finger in self.fingers}
         site = mujoco.mj_name2id(model, kinds.mjOBJ_SITE, frame)
         if site < 0:
-            told = frame.removeprefix(prefix)
-            raise InputError(f"the hand has no site {told!r} for its frame")
+            raise InputError(f"the hand has no site {frame.removeprefix(prefix)!r} for its frame")
         self._site = site
         arms = np.array([tendon_arms(model, t) for t in range(model.ntendon)])
         self._arms = -arms
@@ -153,16 +158,17 @@ class _Unloaded:
             raise InputError(f"joint {self.drives.joints[loose[0]]} has no spring that opens it")
 
     def pose(self, angles: NDArray[np.float64]) -> None:
+        """Set the joint angles (J,), rad."""
         self._data.qpos[:] = angles
         self._mujoco.mj_kinematics(self._model, self._data)
 
     def balance(self, tensions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Angles at which springs and tendons balance."""
+        """Return the joint angles (J,), rad, at which springs balance tensions (D,), N."""
         rest = self._model.qpos_spring + (self._arms.T @ tensions) / self._stiffness
         return np.clip(rest, *self._model.jnt_range.T)
 
-    def opened(self, opening: float) -> _Row | None:
-        """The hand at a free width; None if it cannot open so far."""
+    def measure_opening(self, opening: float) -> _Row | None:
+        """Measure the hand at an opening, m; return None if it cannot reach it."""
         names = self.drives.drives
         tensions = np.zeros(len(names))
         for thumb in (False, True):
@@ -186,7 +192,10 @@ class _Unloaded:
         )
 
     def bounds(self, geoms: Any, axis: int, *, turned: bool = True) -> tuple[float, float]:
-        """Least and largest coordinate of geoms along an axis of the hand, m."""
+        """Return the smallest and largest coordinate of geoms along an axis of the hand, m.
+
+        Boxes around the geoms are turned with them; `turned=False` measures along their own axes.
+        """
         data, model = self._data, self._model
         place = data.site_xpos[self._site]
         axes = data.site_xmat[self._site].reshape(3, 3)
@@ -203,13 +212,13 @@ class _Unloaded:
         joint = int(np.argmax(np.abs(self._arms[drive])))
         return self.drives.joints[joint].startswith(THUMB)
 
-    def _half(self, finger: str) -> float:
-        """Free width from the middle of the palm to a finger's pad."""
+    def _half_width(self, finger: str) -> float:
+        """Return the distance from the hand's yz plane to a finger's pad, m."""
         low, high = self.bounds([self.tips[finger]], 0)
         return low if finger == THUMB else -high
 
-    def _lean(self, finger: str) -> float:
-        """How much a pad faces the palm, rad; negative where it faces away."""
+    def _pad_angle(self, finger: str) -> float:
+        """Return the angle by which a pad faces the palm, rad; negative if it faces away."""
         data = self._data
         axes = data.site_xmat[self._site].reshape(3, 3)
         turn = axes.T @ data.geom_xmat[self.tips[finger]].reshape(3, 3)
@@ -224,32 +233,35 @@ class _Unloaded:
         wraps: list[int],
         tensions: NDArray[np.float64],
     ) -> bool:
-        """Find tensions that bring a finger's pad to a half width, bent until it faces inwards."""
+        """Find tensions that move a pad to a half width, m, and bend it until it faces inwards.
 
-        def missing(tension: float) -> float:
+        The tensions (D,), N, are written in place. Return False if there are none.
+        """
+
+        def width_error(tension: float) -> float:
             tensions[pulls] = tension
             self.pose(self.balance(tensions))
-            return self._half(finger) - half
+            return self._half_width(finger) - half
 
-        def leaning(tension: float) -> float:
+        def pad_angle(tension: float) -> float:
             tensions[wraps] = tension
-            # Bent so far that it cannot open to the width any more: less bend is asked.
-            return self._lean(finger) if _solve(missing, _MOST_PULL) else _MAX_BEND
+            # A finger bent too far cannot open to the width: the bound makes the search bend less.
+            return self._pad_angle(finger) if _solve(width_error, _MAX_PULL_N) else _MAX_BEND_RAD
 
         tensions[wraps] = 0.0
-        if not _solve(missing, _MOST_PULL):
+        if not _solve(width_error, _MAX_PULL_N):
             return False
-        if wraps and self._lean(finger) < 0 and _solve(leaning, _MOST_WRAP) is None:
+        if wraps and self._pad_angle(finger) < 0 and _solve(pad_angle, _MAX_WRAP_N) is None:
             tensions[wraps] = 0.0
-            _solve(missing, _MOST_PULL)
+            _solve(width_error, _MAX_PULL_N)
         return True
 
 
-def _solve(function: Callable[[float], float], most: float) -> float | None:
-    """Root between 0 and a bound, with the function called there last; None without one."""
-    low, high = function(0.0), function(most)
+def _solve(function: Callable[[float], float], max_value: float) -> float | None:
+    """Find a root in [0, max_value], and call the function there last; None if there is none."""
+    low, high = function(0.0), function(max_value)
     if low * high > 0:
         return None
-    root = float(root_scalar(function, bracket=(0.0, most), xtol=1e-4).root)
+    root = float(root_scalar(function, bracket=(0.0, max_value), xtol=1e-4).root)
     function(root)
     return root

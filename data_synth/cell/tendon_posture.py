@@ -1,4 +1,4 @@
-"""Where springs leave a hand's joints when its tendons are pulled in."""
+"""Joint angles of a spring-loaded hand at given tendon excursions."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ from scipy.optimize import nnls
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-_LEAST_STIFFNESS = 1e-3
-"""Stands for the spring of a joint that has none, Nm/rad: its posture would be undetermined."""
-_FEASIBLE = 1e-9
-"""Least distance of the bounds from the origin that tells them from bounds that cannot be kept."""
+_MIN_STIFFNESS = 1e-3
+"""Spring of a joint without one, Nm/rad: otherwise its angle would be undetermined."""
+_MIN_RESIDUAL = 1e-9
+"""Residual of the least-squares problem below which no angles satisfy all bounds."""
 
 
 def tendon_posture(
@@ -23,28 +23,29 @@ def tendon_posture(
     rest: NDArray[np.float64],
     limits: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Give the joint angles of least spring energy that the tendons allow.
+    """Compute the joint angles of least spring energy that the tendons allow.
 
-    A tendon keeps its joints at least as far closed as it is pulled in; others may close them
-    farther and leave it slack. What is pulled in farther than the joints go stays at their limits.
+    A tendon closes its joints at least as far as its excursion. Other tendons may close them
+    farther, and then it is slack. Excursions beyond the joints' range leave the joints at their
+    limits.
 
     Parameters
     ----------
     moments
-        By how much each joint shortens each tendon, (D, J), m/rad.
+        Shortening of each tendon per joint angle, (D, J), m/rad.
     excursions
-        How far each is pulled in from the posture without tension, (D,), m.
+        Excursion of each tendon from the posture without tension, (D,), m.
     stiffness
-        Of the joints' springs, (J,), Nm/rad.
+        Stiffness of the joints' springs, (J,), Nm/rad.
     rest
-        Angles at which these are relaxed, (J,), rad.
+        Joint angles at which the springs are relaxed, (J,), rad.
     limits
-        Lowest and highest angles, (J, 2), rad.
+        Smallest and largest joint angles, (J, 2), rad.
 
     Returns
     -------
     NDArray
-        (J,), rad, within the limits.
+        Joint angles (J,), rad, within the limits.
 
     Notes
     -----
@@ -56,12 +57,12 @@ def tendon_posture(
     reach = np.maximum(moments * low, moments * high).sum(axis=1)
     pulled = np.minimum(np.maximum(excursions, 0.0) + moments @ open_posture, reach)
     eye = np.eye(len(rest))
-    rates, bounds = np.vstack([moments, eye, -eye]), np.concatenate([pulled, low, -high])
+    gradients, bounds = np.vstack([moments, eye, -eye]), np.concatenate([pulled, low, -high])
     # In y = sqrt(k) (q - rest) the energy is |y|²/2, and the bounds are G y >= h.
-    scale = 1.0 / np.sqrt(np.maximum(stiffness, _LEAST_STIFFNESS))
-    problem = np.vstack([(rates * scale).T, bounds - rates @ rest])
+    scale = 1.0 / np.sqrt(np.maximum(stiffness, _MIN_STIFFNESS))
+    problem = np.vstack([(gradients * scale).T, bounds - gradients @ rest])
     target = np.append(np.zeros(len(rest)), 1.0)
     residual = problem @ nnls(problem, target)[0] - target
-    if abs(residual[-1]) < _FEASIBLE:
+    if abs(residual[-1]) < _MIN_RESIDUAL:
         return open_posture
     return np.clip(rest - scale * residual[:-1] / residual[-1], low, high)

@@ -67,7 +67,7 @@ class PressureTables(NamedTuple):
 
 
 class ContactState(NamedTuple):
-    """What one call leaves for the next, for K solids; kernels overwrite it."""
+    """State of K solids that one call passes to the next; kernels overwrite it."""
 
     poses: NDArray
     """(K, POSE_FIELDS) float64, poses in the pad's frame (see :mod:`contact_motion`)."""

@@ -1,7 +1,7 @@
-"""The rectangle of the pad that the sunken part of a simple solid can lie on: compiled.
+"""Compiled bounding rectangle, in the pad's plane, of the part of a solid below the surface.
 
-Samples are spent inside it alone, and it turns with the solid, so that the straight edge of a box
-falls on its border and a thin strip of contact is covered as finely as a wide one.
+Only this rectangle, the window, is sampled. It turns with the solid. So the straight edge of a box
+lies on its border, and a thin strip of contact is sampled as finely as a wide one.
 """
 
 from __future__ import annotations
@@ -14,51 +14,52 @@ from numba import njit
 from .column_entry import BOX, CAPSULE, CYLINDER, SPHERE
 
 AXIS_X, AXIS_Y, LOW_U, HIGH_U, LOW_V, HIGH_V = 0, 1, 2, 3, 4, 5
-"""Fields of a window: the unit vector of its u-axis in the pad's plane, and its extents along u
-and along v, which is u turned by 90 degrees, m. The origin is the pad's."""
+"""Fields of a window: the unit vector of its u-axis in the pad's plane, and the bounds along u and
+v, m. The v-axis is the u-axis turned by 90 degrees. The origin is that of the pad."""
 WINDOW_FIELDS = 6
-"""How many there are."""
+"""Number of fields of a window."""
 
 _RIM_POINTS = 16
 """Corners of the polygon around a cylinder's end: the window is at most 2 % too wide."""
-_EDGE_CORNERS = 8
-_LEVEL = 1e-9
+_BOX_CORNERS = 8
+_EPSILON = 1e-9
+"""Lengths, m, and components of unit vectors below this count as 0."""
 
 
 @njit(cache=True)
-def sunken_window(kind, size, rotation, place, half_x, half_y, window):
+def sunken_window(kind, size, rotation, position, half_x, half_y, window):
     """Bound the part of a solid below the pad's surface and within its borders.
 
     Parameters
     ----------
     kind
-        Kind of geom (see :mod:`pad_columns`).
+        Kind of geom (see :mod:`column_entry`).
     size
-        (3,) float64, m.
+        Size of the geom as in MuJoCo, (3,) float64, m.
     rotation
-        (3, 3) float64, turns the solid's axes to the pad's.
-    place
-        (3,) float64, the solid's centre in the pad's frame, m.
+        R_pad_solid, (3, 3) float64.
+    position
+        Centre of the solid in the pad's frame, (3,) float64, m.
     half_x, half_y
-        Half the extents of the pad, m.
+        Half extents of the pad, m.
     window
-        (WINDOW_FIELDS,) float64, filled here.
+        Output, (WINDOW_FIELDS,) float64.
 
     Returns
     -------
     bool
-        False if nothing of the solid is there; the window is then not to be used.
+        Whether a part of the solid lies below the pad's surface; if not, the window is not valid.
     """
     _choose_axis(kind, size, rotation, window)
     window[LOW_U], window[HIGH_U], window[LOW_V], window[HIGH_V] = 1.0, -1.0, 1.0, -1.0
     if kind == BOX:
-        _box(size, rotation, place, window)
+        _box(size, rotation, position, window)
     elif kind == CYLINDER:
-        _cylinder(size, rotation, place, window)
+        _cylinder(size, rotation, position, window)
     elif kind == CAPSULE:
-        _capsule(size, rotation, place, window)
+        _capsule(size, rotation, position, window)
     else:
-        _ellipsoid(kind, size, rotation, place, window)
+        _ellipsoid(kind, size, rotation, position, window)
     if window[LOW_U] > window[HIGH_U]:
         return False
     ux, uy = abs(window[AXIS_X]), abs(window[AXIS_Y])
@@ -70,18 +71,18 @@ def sunken_window(kind, size, rotation, place, half_x, half_y, window):
 
 @njit(cache=True)
 def _choose_axis(kind, size, rotation, window):
-    """Take the direction that the solid is longest in, seen along the pad's normal."""
+    """Set the u-axis to the solid's longest axis, projected to the pad's plane."""
     best = 2
     if kind not in (CAPSULE, CYLINDER):
         length = -1.0
         for axis in range(3):
             weight = 1.0 if kind == BOX else size[axis]
-            seen = weight * hypot(rotation[0, axis], rotation[1, axis])
-            if seen > length + _LEVEL:
-                best, length = axis, seen
+            projected = weight * hypot(rotation[0, axis], rotation[1, axis])
+            if projected > length + _EPSILON:
+                best, length = axis, projected
     x, y = rotation[0, best], rotation[1, best]
     norm = hypot(x, y)
-    if kind == SPHERE or norm < _LEVEL:
+    if kind == SPHERE or norm < _EPSILON:
         window[AXIS_X], window[AXIS_Y] = 1.0, 0.0
     else:
         window[AXIS_X], window[AXIS_Y] = x / norm, y / norm
@@ -89,6 +90,7 @@ def _choose_axis(kind, size, rotation, window):
 
 @njit(cache=True)
 def _include(window, x, y):
+    """Extend the window to a point of the pad's plane."""
     u = window[AXIS_X] * x + window[AXIS_Y] * y
     v = window[AXIS_X] * y - window[AXIS_Y] * x
     if window[LOW_U] > window[HIGH_U]:
@@ -100,7 +102,7 @@ def _include(window, x, y):
 
 @njit(cache=True)
 def _include_edge(window, x0, y0, z0, x1, y1, z1):
-    """Take in what of an edge is below the surface."""
+    """Extend the window to the part of an edge below the surface."""
     if z0 < 0.0:
         _include(window, x0, y0)
     if z1 < 0.0:
@@ -111,17 +113,17 @@ def _include_edge(window, x0, y0, z0, x1, y1, z1):
 
 
 @njit(cache=True)
-def _box(size, rotation, place, window):
-    corners = np.empty((_EDGE_CORNERS, 3))
-    for corner in range(_EDGE_CORNERS):
+def _box(size, rotation, position, window):
+    corners = np.empty((_BOX_CORNERS, 3))
+    for corner in range(_BOX_CORNERS):
         a = size[0] if corner & 1 else -size[0]
         b = size[1] if corner & 2 else -size[1]
         c = size[2] if corner & 4 else -size[2]
         for i in range(3):
             corners[corner, i] = (
-                place[i] + rotation[i, 0] * a + rotation[i, 1] * b + rotation[i, 2] * c
+                position[i] + rotation[i, 0] * a + rotation[i, 1] * b + rotation[i, 2] * c
             )
-    for corner in range(_EDGE_CORNERS):
+    for corner in range(_BOX_CORNERS):
         p = corners[corner]
         for bit in (1, 2, 4):
             if not corner & bit:
@@ -130,14 +132,14 @@ def _box(size, rotation, place, window):
 
 
 @njit(cache=True)
-def _cylinder(size, rotation, place, window):
+def _cylinder(size, rotation, position, window):
     radius = size[0] / cos(pi / _RIM_POINTS)
     rims = np.empty((2, _RIM_POINTS, 3))
     for k in range(_RIM_POINTS):
         a = radius * cos(2 * pi * k / _RIM_POINTS)
         b = radius * sin(2 * pi * k / _RIM_POINTS)
         for i in range(3):
-            wall = place[i] + rotation[i, 0] * a + rotation[i, 1] * b
+            wall = position[i] + rotation[i, 0] * a + rotation[i, 1] * b
             rims[0, k, i] = wall - rotation[i, 2] * size[1]
             rims[1, k, i] = wall + rotation[i, 2] * size[1]
     for k in range(_RIM_POINTS):
@@ -149,40 +151,40 @@ def _cylinder(size, rotation, place, window):
 
 
 @njit(cache=True)
-def _capsule(size, rotation, place, window):
-    """Take the disc that each sphere on the axis leaves in the surface, or its whole width."""
+def _capsule(size, rotation, position, window):
+    """Bound a capsule by spheres on its axis: the full sphere, or its disc if z = 0 cuts it."""
     radius, half = size[0], size[1]
     slope = rotation[2, 2]
     run = window[AXIS_X] * rotation[0, 2] + window[AXIS_Y] * rotation[1, 2]
     candidates = (-half, half, 0.0, 0.0, 0.0, 0.0, 0.0)
     count = 2
-    if abs(slope) > _LEVEL:
-        # Where the axis meets the surface, where its spheres leave it, and where the slanted
-        # tube reaches farthest to either side: nothing lies beyond these.
+    if abs(slope) > _EPSILON:
+        # Nothing lies beyond these points of the axis: where it meets the surface, where its
+        # spheres leave the surface, and where the inclined tube reaches farthest to either side.
         turn = radius * run / hypot(run, slope)
         candidates = (
             -half,
             half,
-            -place[2] / slope,
-            (radius - place[2]) / slope,
-            (-radius - place[2]) / slope,
-            (turn - place[2]) / slope,
-            (-turn - place[2]) / slope,
+            -position[2] / slope,
+            (radius - position[2]) / slope,
+            (-radius - position[2]) / slope,
+            (turn - position[2]) / slope,
+            (-turn - position[2]) / slope,
         )
         count = 7
     for k in range(count):
         t = min(max(candidates[k], -half), half)
-        z = place[2] + t * slope
+        z = position[2] + t * slope
         if z < radius:
             reach = radius if z <= 0.0 else sqrt(radius * radius - z * z)
-            x, y = place[0] + t * rotation[0, 2], place[1] + t * rotation[1, 2]
+            x, y = position[0] + t * rotation[0, 2], position[1] + t * rotation[1, 2]
             ux, uy = reach * window[AXIS_X], reach * window[AXIS_Y]
             _include(window, x - ux + uy, y - uy - ux)
             _include(window, x + ux - uy, y + uy + ux)
 
 
 @njit(cache=True)
-def _ellipsoid(kind, size, rotation, place, window):
+def _ellipsoid(kind, size, rotation, position, window):
     ux, uy = window[AXIS_X], window[AXIS_Y]
     uu, vv, zz, uz, vz = 0.0, 0.0, 0.0, 0.0, 0.0
     for axis in range(3):
@@ -191,17 +193,20 @@ def _ellipsoid(kind, size, rotation, place, window):
         v = r * (ux * rotation[1, axis] - uy * rotation[0, axis])
         z = r * rotation[2, axis]
         uu, vv, zz, uz, vz = uu + u * u, vv + v * v, zz + z * z, uz + u * z, vz + v * z
-    if place[2] >= sqrt(zz):
+    if position[2] >= sqrt(zz):
         return
-    u0, v0 = ux * place[0] + uy * place[1], ux * place[1] - uy * place[0]
-    low_u, high_u = _clipped_extent(u0, place[2], uu, zz, uz)
-    low_v, high_v = _clipped_extent(v0, place[2], vv, zz, vz)
+    u0, v0 = ux * position[0] + uy * position[1], ux * position[1] - uy * position[0]
+    low_u, high_u = _clipped_extent(u0, position[2], uu, zz, uz)
+    low_v, high_v = _clipped_extent(v0, position[2], vv, zz, vz)
     window[LOW_U], window[HIGH_U], window[LOW_V], window[HIGH_V] = low_u, high_u, low_v, high_v
 
 
 @njit(cache=True)
 def _clipped_extent(centre, height, aa, zz, az):
-    """Extent along a of the part with z <= 0 of an ellipsoid with shape matrix [aa az; az zz]."""
+    """Return the bounds along a of the part of an ellipsoid with z <= 0.
+
+    The shape matrix in a and z is [aa az; az zz].
+    """
     reach = sqrt(aa)
     low, high = centre - reach, centre + reach
     # The slice at z = 0 bounds the side whose farthest point is above the surface.

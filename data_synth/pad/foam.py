@@ -31,9 +31,9 @@ class Foam:
     Cellular Solids, 1997, chapter 5; their plateau belongs to stiffer foams whose walls buckle).
 
     The defaults are a soft conductive foam. Half its thickness needs 9.2 kPa, so the sensor's range
-    (0.1-10 kPa) takes 2 of its 4 mm, and the linear range (0.1-1 kPa) 0.03-0.33 mm. A rigid face at
-    1 mm causes 3.3 kPa. With a stiffer foam the travel would be too short to control an arm in; a
-    softer one would bottom out within the sensor's range.
+    (0.1-10 kPa) needs 2 of its 4 mm, and the linear range (0.1-1 kPa) 0.03-0.33 mm. A rigid face at
+    1 mm causes 3.3 kPa. With a stiffer foam, the travel would be too short to control an arm. A
+    softer foam would bottom out within the sensor's range.
 
     Raises
     ------
@@ -46,8 +46,7 @@ class Foam:
     modulus: float = 12e3
     """Slope of pressure over strain when unloaded, Pa."""
     densification: float = 0.85
-    """Strain at which the cells are closed, in (0, 1]: 1 less the foam's relative density,
-    roughly."""
+    """Strain at which the cells are closed, in (0, 1]: about 1 minus the relative density."""
 
     def __post_init__(self) -> None:
         if not (0 < self.thickness < np.inf and 0 < self.modulus < np.inf):
@@ -56,7 +55,7 @@ class Foam:
                 f"{self.modulus} Pa"
             )
         if not 0 < self.densification <= 1:
-            raise InputError(f"densification must be in (0, 1], got {self.densification}")
+            raise InputError(f"densification must lie in (0, 1], got {self.densification}")
 
     @property
     def hard_depth(self) -> float:

@@ -17,14 +17,14 @@ if TYPE_CHECKING:
 
 AXIAL_BASE_M = 0.0012
 AXIAL_GROWTH_PER_M = 0.0019
-AXIAL_NEAREST_M = 0.4
-"""Nguyen, Izadi and Lovell 2012, eq (2): σ_z = base + growth (z - nearest)², fitted to Kinect."""
+AXIAL_START_M = 0.4
+"""Nguyen, Izadi and Lovell 2012, eq (2), fitted to Kinect: σ_z = base + growth (z - start)²."""
 
-LEAST_EDGE = 0.02
+MIN_EDGE_STEP = 0.02
 """Neighbours lie on two surfaces if their depths differ by more than this share of the smaller."""
 
-_LEAST_STEP = 0.05
-"""The same share within two pixels on either side; steep surfaces stay below it."""
+_MIN_NEAR_STEP = 0.05
+"""The same share within two pixels on either side. Steep surfaces have smaller steps."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,7 @@ class DepthNoise:
     3D Reconstruction and Tracking", 3DIMPVT 2012; lateral jitter and disparity steps by Barron
     and Malik, "Intrinsic Scene Properties from a Single RGB-D Image", CVPR 2013, as adopted by
     Handa, Whelan, McDonald and Davison, "A Benchmark for RGB-D Visual Odometry, 3D Reconstruction
-    and SLAM", ICRA 2014. Dropouts and flying pixels at edges are chosen by
-    eye, not fitted.
+    and SLAM", ICRA 2014. Dropouts and flying pixels at edges were chosen by eye, not fitted.
 
     Raises
     ------
@@ -123,7 +122,7 @@ class DepthNoise:
 
 def axial_sigma(z: NDArray[np.floating]) -> NDArray[np.floating]:
     """Compute Nguyen's standard deviation of depths z (…,), both in m."""
-    return AXIAL_BASE_M + AXIAL_GROWTH_PER_M * (z - AXIAL_NEAREST_M) ** 2
+    return AXIAL_BASE_M + AXIAL_GROWTH_PER_M * (z - AXIAL_START_M) ** 2
 
 
 def add_depth_noise(
@@ -166,7 +165,7 @@ def add_depth_noise(
     if noise.lateral > 0:
         z = _jittered(z, noise, rng)
     if noise.flying > 0 or noise.edge_dropout > 0:
-        z = _torn_edges(z, noise, rng)
+        z = _disturbed_edges(z, noise, rng)
     if noise.axial > 0:
         field = _blurred(rng.standard_normal(z.shape, dtype=np.float32), noise.correlation)
         shifted = np.maximum(z + noise.axial * axial_sigma(z) * field, 0)
@@ -195,7 +194,10 @@ def _blurred(field: NDArray[np.float32], correlation: float) -> NDArray[np.float
 def _jittered(
     z: NDArray[np.float32], noise: DepthNoise, rng: np.random.Generator
 ) -> NDArray[np.float32]:
-    """Depth at a place beside each pixel: interpolated on a surface, one or the other at a step."""
+    """Read each pixel at a random position beside it.
+
+    Depths are interpolated on a surface. At a step between two surfaces, the depth is that of one.
+    """
     height, width = z.shape
     # A normal step in the plane has a random direction and a Rayleigh length (Box and Muller
     # 1958), which is cheaper than two normal draws.
@@ -211,27 +213,27 @@ def _jittered(
     # Interpolation next to a step would give depths that are on neither side.
     around = np.ones((5, 5), np.uint8)
     far = np.asarray(cv2.dilate(z, around), np.float32)
-    stepped = far - np.asarray(cv2.erode(z, around)) > _LEAST_STEP * far
-    stepped |= np.abs(between - nearest) > LEAST_EDGE * nearest
+    stepped = far - np.asarray(cv2.erode(z, around)) > _MIN_NEAR_STEP * far
+    stepped |= np.abs(between - nearest) > MIN_EDGE_STEP * nearest
     return np.where(stepped, nearest, between)
 
 
-def _torn_edges(
+def _disturbed_edges(
     z: NDArray[np.float32], noise: DepthNoise, rng: np.random.Generator
 ) -> NDArray[np.float32]:
     """Remove pixels, or mix them with a neighbour on another surface."""
     kernel = np.ones((3, 3), np.uint8)
     far = np.asarray(cv2.dilate(z, kernel))
     near = np.asarray(cv2.erode(np.where(z > 0, z, np.float32(np.inf)), kernel))
-    edge = (z > 0) & (far - near > LEAST_EDGE * near)
+    edge = (z > 0) & (far - near > MIN_EDGE_STEP * near)
     rows, columns = np.nonzero(edge)
     chance = rng.random(len(rows), np.float32)
     share = rng.random(len(rows), np.float32)
     low, high = near[rows, columns], far[rows, columns]
-    torn = np.where(chance < noise.flying, low + share * (high - low), z[rows, columns])
+    disturbed = np.where(chance < noise.flying, low + share * (high - low), z[rows, columns])
     # The upper end of the same draw, so that the two chances add up.
-    torn[chance > 1 - noise.edge_dropout] = 0
-    z[rows, columns] = torn
+    disturbed[chance > 1 - noise.edge_dropout] = 0
+    z[rows, columns] = disturbed
     return z
 
 
@@ -265,7 +267,7 @@ def _grazing_chance(
 def _slope(z: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
     """Compute the depth change per pixel along an axis: the smaller one-sided difference, m/px.
 
-    The smaller of the two does not see a step beside the pixel.
+    The smaller difference is not affected by a step on one side of the pixel.
     """
     if axis == 0:
         return _slope(z.T, 1).T
@@ -288,5 +290,5 @@ def _holes(
     coarse = (int(height / noise.hole_size) + 2, int(width / noise.hole_size) + 2)
     grid = rng.standard_normal(coarse, dtype=np.float32)
     field = np.asarray(cv2.resize(grid, (width, height), interpolation=cv2.INTER_CUBIC))
-    # Every third row and column tells the level well enough, in a ninth of the time.
+    # A third of the rows and columns gives the quantile accurately enough, in a ninth of the time.
     return field > np.quantile(field[::3, ::3], 1 - noise.hole_share)

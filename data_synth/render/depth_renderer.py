@@ -66,9 +66,9 @@ def open_renderer(backend: Backend = "auto") -> DepthRenderer:
             _log.info("depth images are drawn with OpenGL")
             return renderer
     _log.warning(
-        "depth images are drawn by casting rays, which is slower, for want of OpenGL (%s)%s",
+        "depth images are drawn by slower ray casting, because OpenGL is not available (%s)%s",
         fault,
-        "" if gl_module() is None else f"; {_GL_ADVICE}",
+        "" if gl_module() is None or "pip install" in fault else f"; {_GL_ADVICE}",
     )
     return open_renderer("rays")
 

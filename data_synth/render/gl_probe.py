@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import importlib.util
 import os
 import subprocess
 import sys
@@ -30,9 +31,9 @@ context.free()
 
 
 def gl_module() -> str | None:
-    """Return the name of MuJoCo's module that opens contexts; None if `MUJOCO_GL` forbids it.
+    """Return the name of MuJoCo's module that opens contexts; None if `MUJOCO_GL` disables it.
 
-    Linux takes EGL, which needs no display, unless the variable names another.
+    The default on Linux is EGL, which needs no display. The variable can name another.
     """
     chosen = os.environ.get("MUJOCO_GL", "").lower().strip()
     if chosen in _DISABLED:
@@ -44,12 +45,14 @@ def gl_module() -> str | None:
 def gl_fault() -> str:
     """Return why OpenGL cannot be used; empty if it can.
 
-    A driver without hardware may crash rather than fail, so that the first context is opened
-    in a child process (about a second). The answer holds for the life of this process.
+    A driver without hardware may crash instead of raising an error. So the first context is opened
+    in a child process, which takes about a second. The result is kept for this process.
     """
     module = gl_module()
     if module is None:
         return f"MUJOCO_GL is {os.environ.get('MUJOCO_GL')!r}"
+    if importlib.util.find_spec("OpenGL") is None:
+        return "the Python package OpenGL is not installed; pip install 'eyehand[sim]'"
     try:
         probe = subprocess.run(
             [sys.executable, "-c", _PROBE, module],
@@ -62,7 +65,7 @@ def gl_fault() -> str:
     except subprocess.TimeoutExpired:
         return f"opening a context took more than {_TIMEOUT_S:g} s"
     except OSError as error:
-        return f"it could not be probed ({error.strerror or error})"
+        return f"the check could not be started ({error.strerror or error})"
     if probe.returncode == 0:
         return ""
     if probe.returncode < 0:

@@ -30,27 +30,27 @@ _MAX_GEOMS = 4000
 class GlRenderer:
     """Renderer with one OpenGL context, kept for the life of the object.
 
-    Depth and labels come from one pass, so that they agree in every pixel. The context is made
-    here, not by `mujoco.Renderer`, which can only use what `MUJOCO_GL` said when mujoco was
-    first imported.
+    One pass renders depth and labels, so they agree in every pixel. `mujoco.Renderer` is not used,
+    because it depends on the value of `MUJOCO_GL` when mujoco was first imported.
 
     Raises
     ------
     DeviceError
-        If no context can be opened here.
+        If no context can be opened on this machine.
     """
 
     def __init__(self) -> None:
         fault = gl_fault()
         module = gl_module()
         if fault or module is None:
-            raise DeviceError(f"no OpenGL here: {fault}")
+            raise DeviceError(f"OpenGL is not available: {fault}")
         self._mujoco = import_mujoco()
         try:
             self._context: Any = importlib.import_module(module).GLContext(64, 64)
         except Exception as error:
-            # What a graphics stack raises has no common base.
-            raise DeviceError(f"no OpenGL here: {' '.join(str(error).split())}") from error
+            # The exceptions of graphics libraries have no common base class.
+            reason = " ".join(str(error).split())
+            raise DeviceError(f"OpenGL is not available: {reason}") from error
         self._drawing: Any = None
         self._model: Any = None
         self._scene: Any = None
@@ -66,7 +66,7 @@ class GlRenderer:
         """Free the context; the renderer cannot be used afterwards."""
         atexit.unregister(self.close)
         if self._context is not None:
-            self._forget_model()
+            self._release_model()
             self._context.free()
             self._context = None
 
@@ -93,15 +93,15 @@ class GlRenderer:
         mujoco = self._mujoco
         try:
             with self._context.as_current():
-                self._take_model(model, intrinsics)
+                self._load_model(model, intrinsics)
                 option, camera = mujoco.MjvOption(), mujoco.MjvCamera()
                 every = mujoco.mjtCatBit.mjCAT_ALL
                 mujoco.mjv_updateScene(model, data, option, None, camera, every, self._scene)
-                _aim(self._scene, intrinsics, T_world_camera, max_range)
+                _set_frustum(self._scene, intrinsics, T_world_camera, max_range)
                 depth, labels = self._depth_and_labels(intrinsics, geom_labels, max_range)
                 picture = None
                 if colour:
-                    _aim(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
+                    _set_frustum(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
                     picture = self._picture(intrinsics)
         except mujoco.FatalError as error:
             raise DeviceError(f"OpenGL failed to draw: {' '.join(str(error).split())}") from error
@@ -122,20 +122,20 @@ class GlRenderer:
         mujoco = self._mujoco
         try:
             with self._context.as_current():
-                self._take_model(model, intrinsics)
+                self._load_model(model, intrinsics)
                 option, camera = mujoco.MjvOption(), mujoco.MjvCamera()
                 every = mujoco.mjtCatBit.mjCAT_ALL
                 mujoco.mjv_updateScene(model, data, option, None, camera, every, self._scene)
-                _aim(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
+                _set_frustum(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
                 return self._picture(intrinsics)
         except mujoco.FatalError as error:
             raise DeviceError(f"OpenGL failed to draw: {' '.join(str(error).split())}") from error
 
-    def _take_model(self, model: Any, intrinsics: CameraIntrinsics) -> None:
+    def _load_model(self, model: Any, intrinsics: CameraIntrinsics) -> None:
         """Upload meshes and textures, unless the model is the same as last time."""
         mujoco = self._mujoco
         if self._model is not model:
-            self._forget_model()
+            self._release_model()
             self._scene = mujoco.MjvScene(model, _MAX_GEOMS)
             self._drawing = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
             self._drawing.readDepthMap = mujoco.mjtDepthMap.mjDEPTH_ZEROFAR
@@ -145,7 +145,7 @@ class GlRenderer:
             mujoco.mjr_resizeOffscreen(wide, high, self._drawing)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._drawing)
 
-    def _forget_model(self) -> None:
+    def _release_model(self) -> None:
         if self._drawing is not None:
             with self._context.as_current():
                 self._drawing.free()
@@ -197,7 +197,7 @@ class GlRenderer:
                 image[:] = image[::-1].copy()
 
 
-def _aim(
+def _set_frustum(
     scene: Any, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform, far: float
 ) -> None:
     """Set the camera's frustum so that its pixel centres match the intrinsics.

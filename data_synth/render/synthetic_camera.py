@@ -77,7 +77,7 @@ class SyntheticCamera:
         noise: DepthNoise | None = None,
         *,
         options: TabletopOptions | None = None,
-        looks: int = 1,
+        captures: int = 1,
         seed: int = 0,
         renderer: DepthRenderer | None = None,
         colour: bool = True,
@@ -92,8 +92,8 @@ class SyntheticCamera:
             The camera's noise; none if not given.
         options
             Options of the drawn scenes.
-        looks
-            Frames of each scene, which differ in their noise.
+        captures
+            Number of frames of each scene, which differ in their noise.
         seed
             Source of the noise, >= 0.
         renderer
@@ -104,16 +104,16 @@ class SyntheticCamera:
         Raises
         ------
         InputError
-            If there is no scene, or `looks` or `seed` is out of range.
+            If there is no scene, or `captures` or `seed` is out of range.
         """
         if len(scenes) == 0:
             raise InputError("a synthetic camera needs one scene or seed at least, got none")
-        if looks < 1 or seed < 0:
-            raise InputError(f"looks must be >= 1 and seed >= 0, got {looks} and {seed}")
+        if captures < 1 or seed < 0:
+            raise InputError(f"captures must be >= 1 and seed >= 0, got {captures} and {seed}")
         self._scenes = tuple(scenes)
         self._noise = noise
         self._options = options
-        self._looks = looks
+        self._captures = captures
         self._seed = seed
         self._renderer = renderer
         self._colour = colour
@@ -133,8 +133,8 @@ class SyntheticCamera:
             if not isinstance(scene, TabletopScene):
                 scene = make_scene(scene, self._options)
             view = render_scene(scene, renderer=self._renderer, colour=self._colour)
-            for look in range(self._looks):
-                rng = np.random.default_rng([self._seed, index, look])
+            for number in range(self._captures):
+                rng = np.random.default_rng([self._seed, index, number])
                 yield _frame(scene, view, self._noise, rng)
 
 

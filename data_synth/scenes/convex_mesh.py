@@ -1,4 +1,4 @@
-"""A superquadric as a convex triangle mesh whose faces keep close to the surface."""
+"""Convex triangle meshes of superquadrics, with a bound on their error."""
 
 from __future__ import annotations
 
@@ -15,28 +15,28 @@ if TYPE_CHECKING:
     from eyehand.perception.superquadric import Superquadric
 
 CHORD_TOLERANCE_M = 8e-5
-"""How far a face may lie inside the surface: a tenth of what a depth camera resolves at 0.5 m."""
+"""Largest distance of a face from the surface: a tenth of what a depth camera resolves at 0.5 m."""
 
 _DENSE = 4097
-"""Points on the fine polyline from which an arc is resampled."""
+"""Points of the fine polyline from which a quarter of a superellipse is resampled."""
 
 
 def convex_mesh(
     solid: Superquadric, tolerance: float = CHORD_TOLERANCE_M
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Convex hull of points on the surface, in shape coordinates.
+    """Create the convex hull of points on a superquadric, in shape coordinates.
 
-    Both generating superellipses are sampled with a density that goes with the square root of
-    their curvature, which gives every chord of a curve the same distance to it (s²κ/8), so that
-    sharp ends get points and flat sides do not.
+    Both generating superellipses are sampled with a density proportional to the square root of
+    their curvature κ. A chord of length s is s²κ/8 away from its curve, so all chords have the same
+    error: sharp ends get many points, flat sides few.
 
     Parameters
     ----------
     solid
         The superquadric; its pose is not used.
     tolerance
-        Chord error of the two curves together, m. Faces cross the grid at an angle and can lie
-        up to twice as far inside.
+        Chord error of both curves together, m. Faces are diagonal to the grid and can have up to
+        twice this error.
 
     Returns
     -------
@@ -47,7 +47,7 @@ def convex_mesh(
     e1, e2 = solid.exponents
     step = np.sqrt(8.0 * tolerance / 2.0)
     ring = _quarter(e2, a1, a2, a1, a2, step)
-    # The profile runs through the scaled ring's every angle: space it for the longer half-width.
+    # The profile is used at every angle of the ring: choose its spacing for the longer semi-axis.
     profile = _quarter(e1, 1.0, a3, max(a1, a2), a3, step)
     ring = np.vstack([ring[:-1], (ring * [-1, 1])[::-1][:-1]])
     ring = np.vstack([ring, -ring])
@@ -64,7 +64,7 @@ def convex_mesh(
 def hull_mesh(
     points: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Convex hull of points (N, 3): its corners (V, 3), and faces (T, 3) seen from outside."""
+    """Return the convex hull of points (N, 3): vertices (V, 3) and outward faces (T, 3)."""
     hull = ConvexHull(points)
     used, compact = np.unique(hull.simplices, return_inverse=True)
     vertices = points[used]
@@ -79,9 +79,9 @@ def hull_mesh(
 def _quarter(
     exponent: float, width: float, height: float, span: float, rise: float, step: float
 ) -> NDArray[np.float64]:
-    """Points of a superellipse's quarter from (width, 0) to (0, height).
+    """Sample a quarter of a superellipse from (width, 0) to (0, height).
 
-    They are spaced for a curve of half-axes (span, rise), `step` being √(8 × chord error).
+    The spacing is that of a curve with semi-axes (span, rise); `step` is √(8 × chord error).
     """
     angle = np.linspace(0.0, np.pi / 2, _DENSE)
     x, y = np.cos(angle), np.sin(angle)

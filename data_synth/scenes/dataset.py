@@ -1,4 +1,4 @@
-"""A synthetic view and its ground truth as files in one folder."""
+"""Write and read a synthetic view and its ground truth as files in one folder."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from eyehand.perception import DepthFrame
 
 SCHEMA = "eyehand.ground_truth/1"
-"""Name and version of the form of `ground_truth.json`."""
+"""Name and version of the format of `ground_truth.json`."""
 
 DEPTH_FILE = "depth.png"
 LABELS_FILE = "true_labels.png"
@@ -44,28 +44,29 @@ _UNITS = {"length": "m", "mass": "kg", "angle": "rad", "depth_png": "mm", "camer
 def write_scene(
     folder: Path | str, scene: TabletopScene, frame: DepthFrame, labels: NDArray[np.integer]
 ) -> list[Path]:
-    """Write `depth.png` with its camera file and colour, `true_labels.png`, `ground_truth.json`.
+    """Write a scene's files: `depth.png`, its camera and colour, labels and ground truth.
 
     Parameters
     ----------
     folder : Path or str
-        Made if it does not exist; files of these names in it are replaced.
+        Folder; created if it does not exist. Existing files of these names are replaced.
     scene : TabletopScene
-        What was seen.
+        The scene.
     frame : DepthFrame
-        The view.
+        Depth image of the scene.
     labels : NDArray
-        (H, W) integers: 0 table and floor, k object k-1 of the scene; written as 16-bit.
+        (H, W) integers, written as 16 bit: 0 table and floor, k object k-1 of the scene.
 
     Returns
     -------
     list of Path
-        The files written.
+        Paths of the files written.
 
     Raises
     ------
     InputError
-        If the labels are not of the frame's size or name no object, or the folder cannot be made.
+        If the labels do not have the frame's size or contain a number without an object, or the
+        folder cannot be created.
     DeviceError
         If the system fails to write.
     """
@@ -95,12 +96,12 @@ def write_scene(
 
 
 def read_ground_truth(path: Path | str) -> TabletopScene:
-    """Scene from `ground_truth.json`, or from the folder that holds it.
+    """Read a scene from `ground_truth.json`, or from the folder that contains it.
 
     Raises
     ------
     InputError
-        If the file is missing or does not hold a scene in this form.
+        If the file is missing or does not contain a scene in this format.
     """
     path = Path(path)
     if path.is_dir():
@@ -118,12 +119,12 @@ def read_ground_truth(path: Path | str) -> TabletopScene:
 
 
 def read_labels(path: Path | str) -> NDArray[np.int32]:
-    """Label image (H, W) int32 from `true_labels.png`, or from the folder that holds it.
+    """Read the label image (H, W) int32 from `true_labels.png`, or from its folder.
 
     Raises
     ------
     InputError
-        If the file is missing or no 16-bit greyscale PNG.
+        If the file is missing or is not a 16-bit greyscale PNG.
     """
     path = Path(path)
     if path.is_dir():
@@ -141,7 +142,7 @@ def _scene_to_json(scene: TabletopScene) -> dict[str, Any]:
         "family": scene.family,
         "units": _UNITS,
         "table": {
-            "size_m": [float(extent) for extent in table.size],
+            "size_m": [float(length) for length in table.size],
             "height_m": float(table.height),
             "floor_drop_m": float(table.floor_drop),
         },
@@ -181,13 +182,13 @@ def _scene_from_json(content: dict[str, Any]) -> TabletopScene:
     family = _entry(content, "family", str)
     if family not in get_args(Family):
         raise InputError(f"family must be one of {', '.join(get_args(Family))}, got {family!r}")
-    extent = numbers_from_json(table.get("size_m"), 2, "table.size_m")
+    size_xy = numbers_from_json(table.get("size_m"), 2, "table.size_m")
     return TabletopScene(
         seed=_entry(content, "seed", int),
         family=family,
         objects=tuple(_object_from_json(entry) for entry in _entry(content, "objects", list)),
         table=Table(
-            (float(extent[0]), float(extent[1])),
+            (float(size_xy[0]), float(size_xy[1])),
             number_from_json(table.get("height_m"), "table.height_m"),
             number_from_json(table.get("floor_drop_m"), "table.floor_drop_m"),
         ),

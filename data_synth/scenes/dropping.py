@@ -27,6 +27,7 @@ _BOWL_FADES_S = 0.3
 _BOWL_FADE_STEPS = 10
 """The bowl becomes flat slowly enough for friction to hold the pile."""
 _TOUCH_M = 0.001
+"""Gap at which a lowered object touches what lies below it."""
 _LOWERING_STEPS = 60
 
 
@@ -64,7 +65,7 @@ def drop(
     if starts is None:
         return False
     for index, start in enumerate(starts):
-        _let_go(index, start, shapes, physics, options)
+        _drop_one(index, start, shapes, physics, options)
     return True
 
 
@@ -84,13 +85,13 @@ def _heap(
         angle = rng.uniform(0, 2 * np.pi)
         spot = [away * np.cos(angle), away * np.sin(angle), options.table_height]
         start = RigidTransform.from_translation(spot) * tumbled(shape, FALL_HEIGHT_M, rng)
-        _let_go(index, start, shapes, physics, options)
+        _drop_one(index, start, shapes, physics, options)
     for share in np.linspace(1.0, 0.0, _BOWL_FADE_STEPS + 1)[1:]:
         physics.bowl(radius, share * _BOWL_PULL_M_S2)
         physics.run(_BOWL_FADES_S / _BOWL_FADE_STEPS)
 
 
-def _let_go(
+def _drop_one(
     index: int,
     start: RigidTransform,
     shapes: Sequence[Superquadric],

@@ -21,6 +21,7 @@ ROUND_SLENDERNESS = 1.2
 BASE_SHARE = 0.6
 """Smallest width of a solid that carries another, as a share of the largest width."""
 BASE_SLENDERNESS = 0.9
+"""Largest height over width of a solid that carries another."""
 
 
 def draw_shape(kind: Kind, options: TabletopOptions, rng: np.random.Generator) -> Superquadric:
@@ -74,7 +75,7 @@ def rest_rotation(
         Keep the shape's z-axis up.
     """
     axis = 2 if upright else int(rng.choice(_stable_axes(shape)))
-    # A turn about (1, 1, 1) by a third or two of a circle takes axis x or y to z.
+    # A rotation about (1, 1, 1) by one or two thirds of a circle maps the x- or y-axis to z.
     turn = Rotation.from_rotvec(np.ones(3) / np.sqrt(3) * 2 * np.pi / 3 * ((2 - axis) % 3))
     return Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, 2 * np.pi)]) * turn
 
@@ -84,7 +85,7 @@ def _stable_axes(shape: Superquadric) -> list[int]:
         return [2]
     if shape.kind == "cylinder":
         slender = shape.semi_axes[2] / shape.semi_axes[0]
-        # A cylinder shorter than wide stands on its rim only until something breathes on it.
+        # A cylinder shorter than wide would topple from its side.
         return ([2] if slender <= SLENDERNESS else []) + ([0] if slender >= 1 else [])
     if shape.kind == "ellipsoid":
         return [int(np.argmin(shape.semi_axes))]

@@ -1,4 +1,4 @@
-"""Objects of any shape in the simulated world: a mesh at a place, its hull what is felt."""
+"""Rigid objects in the simulated world whose shape is a triangle mesh."""
 
 from __future__ import annotations
 
@@ -15,22 +15,23 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 HULL_VERTICES = 64
-"""Most corners of the hull that collides: more is truer to round things, and slower."""
+"""Largest number of vertices of the hull used for contacts. More is more exact for round objects,
+and slower."""
 
 
-# Arrays have no truth value: equality is identity.
+# Comparing arrays gives arrays, so two objects are equal only if they are identical.
 @dataclass(frozen=True, eq=False)
 class MeshObject:
-    """One rigid object; the camera sees its surface, and touch meets its convex hull."""
+    """A rigid object. The camera sees its mesh; contacts use its convex hull."""
 
     name: str
-    """Its own in the scene."""
+    """Name, unique in the scene."""
     vertices: NDArray[np.float64]
-    """Corners of the surface in the object's frame, (V, 3), m."""
+    """Vertices in the object's frame, (V, 3), m."""
     faces: NDArray[np.int64]
     """Triangles, (T, 3)."""
     mass: float
-    """kg."""
+    """Mass, kg."""
     colour: tuple[float, float, float]
     """Red, green, blue, each in [0, 1]."""
     pose: RigidTransform
@@ -38,24 +39,24 @@ class MeshObject:
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """Origin of its frame, (3,), world, m."""
+        """Origin of the object's frame, (3,), world, m."""
         return self.pose.translation
 
     @property
     def radius(self) -> float:
-        """Largest distance of a corner from that origin, m."""
+        """Largest distance of a vertex from that origin, m."""
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
 
 def add_mesh_object(spec: Any, item: MeshObject) -> None:
-    """Add a mesh as a free body of its name to a scene's `MjSpec`."""
+    """Add an object as a free body with its name to a scene's `MjSpec`."""
     mujoco = import_mujoco()
     mesh = spec.add_mesh(
         name=item.name,
         uservert=np.asarray(item.vertices, dtype=np.float64).ravel(),
         userface=np.asarray(item.faces, dtype=np.int32).ravel(),
     )
-    # Scanned surfaces have holes: the hull always has a volume.
+    # Scanned meshes have holes; their hull always has a volume.
     mesh.inertia = mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX
     mesh.maxhullvert = HULL_VERTICES
     body = spec.worldbody.add_body(name=item.name, pos=item.centre)

@@ -1,4 +1,4 @@
-"""Objects for the simulated world from a folder of meshes or URDFs, checked before use."""
+"""Read objects for the simulated world from a folder of mesh or URDF files, and check them."""
 
 from __future__ import annotations
 
@@ -20,68 +20,67 @@ MESH_SUFFIXES = (".obj", ".stl")
 URDF_SUFFIX = ".urdf"
 
 DENSITY = 400.0
-"""Mass over volume where a file tells no mass, kg/m³: between cartons with air in them and
-fruit."""
-SMALLEST, LARGEST = 0.01, 0.6
-"""Longest side of the bounds that an object on a table may have, m."""
-FLATTEST = 1e-3
-"""Shortest side, m: thinner is a drawing, no solid."""
+"""Default mass over volume if a file has no mass, kg/m³: between half-empty cartons and fruit."""
+MIN_LENGTH_M, MAX_LENGTH_M = 0.01, 0.6
+"""Limits of the longest side of an object's bounding box."""
+MIN_THICKNESS_M = 1e-3
+"""Smallest extent of an object: a thinner mesh is a surface, not a solid."""
 MM = 1e-3
-"""A mesh that is far too large is most often in mm."""
-LIGHTEST, HEAVIEST = 1e-3, 20.0
-"""kg."""
+"""Scale from mm to m. A mesh that is far too large is usually in mm."""
+MIN_MASS_KG, MAX_MASS_KG = 1e-3, 20.0
+"""Limits of an object's mass."""
 
 
 @dataclass(frozen=True)
 class FolderObject:
-    """One rigid object.
+    """One rigid object from a file.
 
-    Its frame has the file's axes, and its origin at the centre of the convex hull: the physics
-    collides with that hull, the camera sees the surface itself.
+    Its frame has the axes of the file. Its origin is the centre of mass of the convex hull, because
+    the physics uses that hull. The camera sees the mesh itself.
     """
 
     name: str
-    """Its file's path in the folder without suffix, as one word."""
+    """Path of the file in the folder, without suffix, joined by underscores."""
     vertices: NDArray[np.float64]
-    """Corners of the surface, (V, 3), m."""
+    """Vertices of the mesh, (V, 3), m."""
     faces: NDArray[np.int64]
-    """Triangles, (T, 3), as the file turns them."""
+    """Triangles, (T, 3), with the winding of the file."""
     mass: float
-    """kg."""
+    """Mass, kg."""
     file: Path
-    """Where it came from."""
+    """Source file."""
 
 
 def read_objects(folder: Path | str, density: float = DENSITY) -> tuple[FolderObject, ...]:
-    """Read all objects of a folder and the folders in it, in the order of their paths.
+    """Read all objects of a folder and its subfolders, in the order of their paths.
 
-    Where there are URDFs, each is an object, of its one rigid link, and meshes are what they refer
-    to; otherwise each mesh is one. The mass is the URDF's, or density times volume: that of the
-    mesh where it is closed, else that of its convex hull.
+    If there are URDF files, each is an object with one rigid link, and mesh files are read only
+    through them. Otherwise each mesh file is an object. The mass is that of the URDF, or density
+    times volume. The volume is that of the mesh if it is closed, otherwise that of its convex hull.
 
     Parameters
     ----------
     folder
-        With .urdf, .obj or .stl files, lengths in m.
+        Folder with .urdf, .obj or .stl files, lengths in m.
     density
-        kg/m³, > 0.
+        Mass over volume of objects without a mass, kg/m³, > 0.
 
     Raises
     ------
     InputError
-        If the folder is missing or holds none, or a file cannot be read, is no solid, or has an
-        unlikely size or mass; the message names the file.
+        If the folder is missing or contains no object, or a file cannot be read, is not a solid,
+        or has a size or mass outside the limits. The message names the file.
     """
     folder = Path(folder)
     if not 0 < density < np.inf:
         raise InputError(f"density must be > 0 kg/m³, got {density}")
     if not folder.is_dir():
-        raise InputError(f"{folder}: there is no such folder of meshes or URDFs")
+        raise InputError(f"there is no folder {folder}; give a folder of mesh or URDF files")
     files = sorted(path for path in folder.rglob("*") if path.is_file())
     urdfs = [path for path in files if path.suffix.lower() == URDF_SUFFIX]
     meshes = [path for path in files if path.suffix.lower() in MESH_SUFFIXES]
     if not (urdfs or meshes):
-        raise InputError(f"{folder} holds no objects: expected .urdf, .obj or .stl files")
+        raise InputError(f"{folder} contains no objects, expected .urdf, .obj or .stl files")
     found = []
     for path in urdfs or meshes:
         surface, mass = _read_urdf(path) if urdfs else (_read_mesh(path), None)
@@ -90,42 +89,42 @@ def read_objects(folder: Path | str, density: float = DENSITY) -> tuple[FolderOb
     names = [item.name for item in found]
     for item in found:
         if names.count(item.name) > 1:
-            raise InputError(f"{item.file}: another file gives an object of the name {item.name}")
+            raise InputError(f"{item.file}: another file has the same object name, {item.name}")
     return tuple(found)
 
 
 def _checked(
     name: str, file: Path, surface: Any, mass: float | None, density: float
 ) -> FolderObject:
-    """Check a trimesh surface and place it."""
+    """Check a trimesh surface and move its origin to the hull's centre of mass."""
     vertices = np.asarray(surface.vertices, dtype=np.float64)
     faces = np.asarray(surface.faces, dtype=np.int64)
     if len(faces) == 0:
         raise InputError(f"{file} has no triangles")
     if not np.isfinite(vertices).all():
-        raise InputError(f"{file} has corners that are not finite")
+        raise InputError(f"{file} has vertices that are not finite")
     extents = np.ptp(vertices[np.unique(faces)], axis=0)
     longest = float(extents.max())
-    if longest > LARGEST:
-        likely = SMALLEST <= longest * MM <= LARGEST
+    if longest > MAX_LENGTH_M:
+        likely = MIN_LENGTH_M <= longest * MM <= MAX_LENGTH_M
         hint = ": it seems to be in mm, scale it by 0.001" if likely else ""
-        raise InputError(f"{file} is {longest:g} m long, expected at most {LARGEST:g} m{hint}")
-    if longest < SMALLEST:
-        raise InputError(f"{file} is {longest:g} m long, expected at least {SMALLEST:g} m")
-    if extents.min() < FLATTEST:
+        raise InputError(f"{file} is {longest:g} m long, expected at most {MAX_LENGTH_M:g} m{hint}")
+    if longest < MIN_LENGTH_M:
+        raise InputError(f"{file} is {longest:g} m long, expected at least {MIN_LENGTH_M:g} m")
+    if extents.min() < MIN_THICKNESS_M:
         raise InputError(
-            f"{file} is {extents.min():g} m thin, expected a solid of {FLATTEST:g} m at least"
+            f"{file} is {extents.min():g} m thick, expected at least {MIN_THICKNESS_M:g} m"
         )
     try:
         hull = surface.convex_hull
-    except Exception as error:  # Qhull has errors of its own for flat things that lie askew.
+    except Exception as error:  # Qhull raises its own errors for flat, tilted meshes.
         raise InputError(f"{file} has no volume, expected a solid") from error
     volume = float(surface.volume) if surface.is_volume else float(hull.volume)
     if mass is None:
         mass = density * volume
-    if not LIGHTEST <= mass <= HEAVIEST:
+    if not MIN_MASS_KG <= mass <= MAX_MASS_KG:
         raise InputError(
-            f"{file} has a mass of {mass:g} kg, expected {LIGHTEST:g} to {HEAVIEST:g} kg"
+            f"{file} has a mass of {mass:g} kg, expected {MIN_MASS_KG:g} to {MAX_MASS_KG:g} kg"
         )
     return FolderObject(name, vertices - hull.center_mass, faces, float(mass), file)
 
@@ -139,7 +138,7 @@ def _read_mesh(path: Path) -> Any:
 
 
 def _read_urdf(path: Path) -> tuple[Any, float | None]:
-    """Surface in the frame of the one link, and its mass if it is told."""
+    """Read the surface in the frame of the only link, and its mass; None if the file has none."""
     import trimesh
 
     try:
@@ -151,15 +150,16 @@ def _read_urdf(path: Path) -> tuple[Any, float | None]:
         raise InputError(f"{path} has {len(links)} links, expected a URDF of one rigid link")
     parts = links[0].findall("collision") or links[0].findall("visual")
     if not parts:
-        raise InputError(f"{path}: its link has neither collision nor visual geometry")
+        raise InputError(f"{path}: the link has neither collision nor visual geometry")
     surface = trimesh.util.concatenate([_urdf_part(path, part) for part in parts])
     mass = links[0].find("inertial/mass")
-    told = None if mass is None else _numbers(path, mass, "value", 1)[0]
-    # Many URDFs leave the mass at a placeholder.
-    return surface, told or None
+    value = None if mass is None else _numbers(path, mass, "value", 1)[0]
+    # Many URDF files contain a mass of 0 as a placeholder.
+    return surface, value or None
 
 
 def _urdf_part(path: Path, part: ElementTree.Element) -> Any:
+    """Read one geometry of a link as a trimesh surface in the link's frame."""
     import trimesh
 
     shape = next(iter(part.find("geometry") or ()), None)
@@ -177,33 +177,37 @@ def _urdf_part(path: Path, part: ElementTree.Element) -> Any:
         surface.apply_scale(_numbers(path, shape, "scale", 3, "1 1 1"))
     else:
         raise InputError(
-            f"{path}: a geometry is a {shape.tag}, expected box, sphere, cylinder, mesh"
+            f"{path}: a geometry is {shape.tag!r}, expected box, sphere, cylinder or mesh"
         )
     origin = part.find("origin")
     if origin is not None:
-        place = np.eye(4)
-        turn = Rotation.from_euler("xyz", _numbers(path, origin, "rpy", 3, "0 0 0"))
-        place[:3, :3] = turn.as_matrix()
-        place[:3, 3] = _numbers(path, origin, "xyz", 3, "0 0 0")
-        surface.apply_transform(place)
+        T_link_part = np.eye(4)
+        rotation = Rotation.from_euler("xyz", _numbers(path, origin, "rpy", 3, "0 0 0"))
+        T_link_part[:3, :3] = rotation.as_matrix()
+        T_link_part[:3, 3] = _numbers(path, origin, "xyz", 3, "0 0 0")
+        surface.apply_transform(T_link_part)
     return surface
 
 
 def _mesh_file(urdf: Path, name: str) -> Path:
-    """Find a mesh beside its URDF, or where a package's path leads from there or above."""
+    """Find a mesh file by its path relative to the URDF's folder or two folders above.
+
+    Paths such as ``package://name/mesh.obj`` are tried with and without the package's name.
+    """
     relative = name.partition("://")[2] if "://" in name else name
-    tails = [Path(relative), Path(*Path(relative).parts[1:])]
+    endings = [Path(relative), Path(*Path(relative).parts[1:])]
     for folder in (urdf.parent, *urdf.resolve().parents[1:3]):
-        for tail in tails:
-            if tail.name and (folder / tail).is_file():
-                return folder / tail
-    raise InputError(f"{urdf} refers to a mesh {name!r} that is not there")
+        for ending in endings:
+            if ending.name and (folder / ending).is_file():
+                return folder / ending
+    raise InputError(f"{urdf} refers to a mesh {name!r} that does not exist")
 
 
 def _numbers(
-    path: Path, element: ElementTree.Element, name: str, count: int, usual: str = ""
+    path: Path, element: ElementTree.Element, name: str, count: int, default: str = ""
 ) -> list[float]:
-    text = element.get(name, usual)
+    """Read an attribute with `count` finite numbers."""
+    text = element.get(name, default)
     try:
         values = [float(word) for word in text.split()]
     except ValueError:

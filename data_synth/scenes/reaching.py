@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_BOXES = 12
-"""With more boxes there is hardly a posture without contact."""
+"""Largest number of boxes. With more, few postures are free of contact."""
 
 HALF_EXTENT_M = (0.05, 0.20)
 """Range of a box's half extents."""
@@ -49,6 +49,7 @@ test."""
 _TRIES = 600
 """Boxes drawn for one start and goal before both are drawn again."""
 _ROUTES = 50
+"""Starts and goals drawn before the function gives up."""
 
 
 @dataclass(frozen=True)
@@ -105,7 +106,9 @@ def make_reaching_scene(seed: int, *, boxes: int = 5) -> ReachingScene:
         obstacles = _clutter(rng, boxes, start, witness)
         if obstacles is not None:
             return ReachingScene(seed, start, goal, obstacles, witness)
-    raise InputError(f"found no free place for {boxes} boxes; use fewer")
+    raise InputError(
+        f"found no positions without contact for {boxes} boxes in {_ROUTES} draws; use fewer boxes"
+    )
 
 
 def straight_path_is_blocked(scene: ReachingScene) -> bool:
@@ -121,13 +124,13 @@ def _clutter(
     witness: NDArray[np.float64],
 ) -> tuple[ReachingObstacle, ...] | None:
     alone = ArmClearance()
-    way = np.array([alone.tool(start), alone.tool(witness)])
+    path = np.array([alone.tool(start), alone.tool(witness)])
     placed: list[ReachingObstacle] = []
     for _ in range(_TRIES):
         if len(placed) == boxes:
             return tuple(placed)
-        box = _box(rng, f"box_{len(placed) + 1}", way)
-        if _meets_column(box):
+        box = _box(rng, f"box_{len(placed) + 1}", path)
+        if _overlaps_column(box):
             continue
         clearance = ArmClearance([box])
         if min(clearance.at(start), clearance.at(witness)) >= MIN_CLEARANCE_M:
@@ -135,7 +138,7 @@ def _clutter(
     return None
 
 
-def _box(rng: np.random.Generator, name: str, way: NDArray[np.float64]) -> ReachingObstacle:
+def _box(rng: np.random.Generator, name: str, path: NDArray[np.float64]) -> ReachingObstacle:
     low, high, tall = rng.uniform(*HALF_EXTENT_M, size=3)
     azimuth, lean_azimuth, yaw = rng.uniform(-np.pi, np.pi, size=3)
     lean = rng.uniform(0.0, MAX_TILT)
@@ -144,14 +147,14 @@ def _box(rng: np.random.Generator, name: str, way: NDArray[np.float64]) -> Reach
     radius, height = rng.uniform(*SHELL_RADIUS_M), rng.uniform(*SHELL_HEIGHT_M)
     if rng.random() < SHARE_NEAR_PATH:
         share = rng.uniform(*PATH_RANGE)
-        centre = way[0] + share * (way[1] - way[0]) + rng.normal(0.0, SPREAD_M, size=3)
+        centre = path[0] + share * (path[1] - path[0]) + rng.normal(0.0, SPREAD_M, size=3)
     else:
         centre = np.array([radius * np.cos(azimuth), radius * np.sin(azimuth), height])
     pose = RigidTransform.from_components(centre, turn)
     return ReachingObstacle(name, "box", (float(low), float(high), float(tall)), pose)
 
 
-def _meets_column(box: ReachingObstacle) -> bool:
+def _overlaps_column(box: ReachingObstacle) -> bool:
     radius, height = COLUMN_M
     axis = np.zeros((24, 3))
     axis[:, 2] = np.linspace(0.0, height, len(axis))

@@ -1,4 +1,4 @@
-"""Triangle meshes of solids that are turned, bent or tapered, each closed and seen from outside."""
+"""Closed triangle meshes of solids of revolution, bent tubes and tapered boxes."""
 
 from __future__ import annotations
 
@@ -12,23 +12,23 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 TURN_SEGMENTS = 180
-"""Facets around a turned solid: one of 80 mm radius is true to 0.012 mm, a thirtieth of what the
-best depth camera resolves there."""
+"""Facets around a solid of revolution: a radius of 80 mm is exact to 0.012 mm, a thirtieth of what
+the best depth camera resolves there."""
 TUBE_SEGMENTS = 48
-"""Facets around a bent tube: one of 6 mm radius is true to 0.013 mm."""
+"""Facets around a bent tube: a radius of 6 mm is exact to 0.013 mm."""
 
 
 def turned_mesh(
     profile: Sequence[tuple[float, float]],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Turn a profile about the z-axis.
+    """Create the mesh of a profile turned about the z-axis.
 
     Parameters
     ----------
     profile
-        Points (radius, z) in m, at least two, from the axis along the outside and back to the
-        axis: counter-clockwise where z points up and the radius to the right. Where an end is off
-        the axis, a flat cap closes it.
+        Two or more points (radius, z), m, from the axis along the outside and back to the axis:
+        counter-clockwise if z points up and the radius to the right. A flat cap closes an end that
+        is not on the axis.
 
     Returns
     -------
@@ -50,7 +50,7 @@ def turned_mesh(
 def tapered_mesh(
     bottom: tuple[float, float], top: tuple[float, float], height: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Frustum with rectangular ends, upright on z = 0 around the z-axis.
+    """Create the mesh of a frustum with rectangular ends, upright on z = 0 around the z-axis.
 
     Parameters
     ----------
@@ -71,19 +71,19 @@ def tapered_mesh(
 
 
 def tube_mesh(path: ArrayLike, radius: float) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Bend a round tube along a path in the xz-plane.
+    """Create the mesh of a round tube along a path in the xz-plane, with flat ends.
 
     Parameters
     ----------
     path
-        (P, 2) x and z of the tube's middle, m.
+        Points (x, z) of the tube's centre line, (P, 2), m.
     radius
         Radius of the tube, m.
 
     Returns
     -------
     vertices, faces
-        (V, 3) float64 in m, (T, 3) int64, counter-clockwise seen from outside; flat ends.
+        (V, 3) float64 in m, (T, 3) int64, counter-clockwise seen from outside.
     """
     path = np.asarray(path, dtype=np.float64)
     along = np.gradient(path, axis=0)
@@ -99,7 +99,10 @@ def tube_mesh(path: ArrayLike, radius: float) -> tuple[NDArray[np.float64], NDAr
 def _capped(
     grid: NDArray[np.float64], first: ArrayLike, last: ArrayLike
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Join rings (R, N, 3), counter-clockwise about the way they follow, to two end points."""
+    """Join rings (R, N, 3) to a closed mesh with two end points.
+
+    The rings are counter-clockwise about the direction from the first to the last.
+    """
     rings, around = grid.shape[:2]
     number = np.arange(rings * around).reshape(rings, around)
     after = np.roll(number, -1, axis=1)

@@ -1,4 +1,4 @@
-"""Solids to stage by hand: full ones and hollow ones, each with its foot at the origin, z up."""
+"""Solids for staged scenes, full and hollow. Each stands on z = 0 at the origin, z up."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ if TYPE_CHECKING:
     Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
 
 ARC_POINTS = 24
-"""Points on a quarter circle of a profile: 70 mm of radius are true to 0.04 mm."""
+"""Points on a quarter circle of a profile: a radius of 70 mm is exact to 0.04 mm."""
 FOOT_SHARE = 0.4
-"""Radius of the flat that a bowl stands on, as a share of the rim's."""
+"""Radius of the flat foot of a bowl over the radius of its rim."""
 HANDLE_SPAN = 0.64
-"""Height of a mug's handle, as a share of the mug's."""
+"""Height of a mug's handle over the height of the mug."""
 HANDLE_REACH = 0.7
-"""How far the handle stands out, as a share of its own height."""
+"""Distance by which the handle stands out, over the height of the handle."""
 
 
 @dataclass(frozen=True)
 class Turned:
-    """A profile turned about the z-axis."""
+    """A solid of revolution about the z-axis."""
 
     profile: tuple[tuple[float, float], ...]
     """Radius and z, m, counter-clockwise (see :func:`turned_mesh`)."""
@@ -45,12 +45,12 @@ class Turned:
 
 @dataclass(frozen=True)
 class Tapered:
-    """A box whose top has other extents than its bottom."""
+    """A box with different extents at top and bottom."""
 
     bottom: tuple[float, float]
     """Extents along x and y at z = 0, m."""
     top: tuple[float, float]
-    """The same at the top, m."""
+    """Extents along x and y at the top, m."""
     height: float
     """Extent along z, m."""
 
@@ -61,12 +61,12 @@ class Tapered:
 
 @dataclass(frozen=True)
 class Tube:
-    """A round bar along a path in the xz-plane."""
+    """A round bar whose centre line lies in the xz-plane."""
 
     path: tuple[tuple[float, float], ...]
-    """x and z of its middle, m."""
+    """Points (x, z) of the centre line, m."""
     radius: float
-    """Half its thickness, m."""
+    """Radius of the bar, m."""
 
     def mesh(self) -> Mesh:
         """Vertices (V, 3), m, and faces (T, 3)."""
@@ -75,7 +75,7 @@ class Tube:
 
 @dataclass(frozen=True)
 class Rounded:
-    """A convex superquadric on its lowest point."""
+    """A convex superquadric whose lowest point is the origin."""
 
     size: tuple[float, float, float]
     """Extents, m."""
@@ -92,10 +92,10 @@ class Rounded:
 
 @dataclass(frozen=True)
 class Ball:
-    """A sphere on its lowest point: the one part that is rendered without a mesh."""
+    """A sphere whose lowest point is the origin: the only part that is rendered without a mesh."""
 
     radius: float
-    """m."""
+    """Radius, m."""
 
 
 Part = Turned | Tapered | Tube | Rounded | Ball
@@ -103,68 +103,68 @@ Part = Turned | Tapered | Tube | Rounded | Ball
 
 @dataclass(frozen=True)
 class StagedSolid:
-    """Parts that move as one. They may overlap where that cannot be seen."""
+    """A rigid solid of one or more parts, which may overlap inside."""
 
     parts: tuple[Part, ...]
-    """The parts, in the solid's frame: the middle of its foot at the origin, z up."""
+    """Parts in the solid's frame: the centre of its foot at the origin, z up."""
     height: float
-    """How far it reaches up, m."""
+    """Height of its highest point, m."""
 
 
 def box(x: float, y: float, z: float) -> StagedSolid:
-    """Box of these extents, m."""
+    """Return a box with extents x, y, z, m."""
     return tapered_box((x, y), (x, y), z)
 
 
 def tapered_box(
     bottom: tuple[float, float], top: tuple[float, float], height: float
 ) -> StagedSolid:
-    """Box whose top has other extents (x, y) than its bottom, m."""
+    """Return a box with extents (x, y) at its bottom and at its top, m."""
     _check_lengths("extents of a box", (*bottom, *top, height))
     return StagedSolid((Tapered(bottom, top, height),), height)
 
 
 def cylinder(radius: float, height: float) -> StagedSolid:
-    """Upright cylinder, m."""
+    """Return an upright cylinder; lengths in m."""
     return cone(radius, radius, height)
 
 
 def cone(bottom_radius: float, top_radius: float, height: float) -> StagedSolid:
-    """Upright frustum of a cone, m."""
+    """Return an upright frustum of a cone; lengths in m."""
     _check_lengths("radii and height of a cone", (bottom_radius, top_radius, height))
     return StagedSolid((Turned(((bottom_radius, 0.0), (top_radius, height))),), height)
 
 
 def ball(radius: float) -> StagedSolid:
-    """Sphere, m."""
+    """Return a sphere; radius in m."""
     _check_lengths("radius of a ball", (radius,))
     return StagedSolid((Ball(radius),), 2 * radius)
 
 
 def superquadric(size: tuple[float, float, float], exponents: tuple[float, float]) -> StagedSolid:
-    """Convex superquadric of these extents, m, and exponents (ε1, ε2)."""
+    """Return a convex superquadric with extents (x, y, z), m, and exponents (ε1, ε2)."""
     _check_lengths("extents of a superquadric", size)
     return StagedSolid((Rounded(size, exponents),), size[2])
 
 
 def rod(radius: float, length: float) -> StagedSolid:
-    """Cylinder that lies along x, m."""
+    """Return a cylinder that lies along x; lengths in m."""
     _check_lengths("radius and length of a rod", (radius, length))
     path = ((-length / 2, radius), (length / 2, radius))
     return StagedSolid((Tube(path, radius),), 2 * radius)
 
 
 def bowl(radius: float, depth: float, wall: float = 0.004) -> StagedSolid:
-    """Half an ellipsoid, hollow, open at the top, on a small flat foot.
+    """Return a hollow half ellipsoid, open at the top, on a small flat foot.
 
     Parameters
     ----------
     radius
-        Of the outer rim, m.
+        Outer radius of the rim, m.
     depth
-        From the rim down to the lowest point of the outside, m.
+        Distance from the rim down to the lowest point of the outside, m.
     wall
-        Thickness, m.
+        Thickness of the wall, m.
     """
     _check_hollow("bowl", (radius, depth), wall)
     angle = np.linspace(0.0, np.pi / 2, ARC_POINTS)
@@ -177,14 +177,14 @@ def bowl(radius: float, depth: float, wall: float = 0.004) -> StagedSolid:
 
 
 def cup(bottom_radius: float, top_radius: float, height: float, wall: float = 0.004) -> StagedSolid:
-    """Hollow frustum of a cone, closed below and open at the top: a beaker, a pot.
+    """Return a hollow frustum of a cone, closed below and open at the top, such as a beaker.
 
     Parameters
     ----------
     bottom_radius, top_radius
         Outer radii, m.
     height
-        From the foot to the rim, m.
+        Distance from the foot to the rim, m.
     wall
         Thickness of wall and floor, m.
     """
@@ -201,18 +201,18 @@ def cup(bottom_radius: float, top_radius: float, height: float, wall: float = 0.
 def mug(
     radius: float, height: float, wall: float = 0.004, handle_radius: float = 0.006
 ) -> StagedSolid:
-    """Cup with a handle on its +x side.
+    """Return a cup with a handle on its +x side.
 
     Parameters
     ----------
     radius, height, wall
-        Of the cup, m.
+        Outer radius, height and wall thickness of the cup, m.
     handle_radius
-        Half the thickness of the handle's round bar, m.
+        Radius of the handle's round bar, m.
     """
     _check_lengths("thickness of a mug's handle", (handle_radius,))
     vessel = cup(radius, radius, height, wall)
-    # Half an ellipse that begins and ends in the middle of the wall.
+    # Half an ellipse whose ends lie in the middle of the wall.
     half = HANDLE_SPAN * height / 2
     turn = np.linspace(-np.pi / 2, np.pi / 2, 2 * ARC_POINTS)
     reach = 2 * HANDLE_REACH * half
@@ -234,4 +234,4 @@ def _check_lengths(what: str, lengths: Sequence[float]) -> None:
 def _check_hollow(what: str, extents: tuple[float, ...], wall: float) -> None:
     _check_lengths(f"extents and wall of a {what}", (*extents, wall))
     if wall >= min(extents):
-        raise InputError(f"wall of a {what} must be thinner than {min(extents)} m, got {wall}")
+        raise InputError(f"wall of a {what} must be thinner than {min(extents)} m, got {wall} m")

@@ -114,18 +114,18 @@ def _draw(seed: int, attempt: int, options: TabletopOptions) -> TabletopScene | 
         return TabletopScene(seed, options.family, (), table, intrinsics, T_world_camera)
     falls = options.family in ("dropped", "piled")
     physics = TabletopPhysics(objects, table, no_creep=falls)
-    rested = (_fall if falls else _stand)(objects, physics, options, rng)
-    if isinstance(rested, str):
-        return rested
-    shapes = [item.shape for item in rested]
+    settled = (_drop_fallen if falls else _place_standing)(objects, physics, options, rng)
+    if isinstance(settled, str):
+        return settled
+    shapes = [item.shape for item in settled]
     steps = FINE_STEPS if falls else COARSE_STEPS
     T_world_camera = draw_viewpoint(shapes, options.view, rng, physics.visible_pixels, steps)
     if T_world_camera is None:
         return "no view of every object"
-    return TabletopScene(seed, options.family, rested, table, intrinsics, T_world_camera)
+    return TabletopScene(seed, options.family, settled, table, intrinsics, T_world_camera)
 
 
-def _stand(
+def _place_standing(
     objects: list[TabletopObject],
     physics: TabletopPhysics,
     options: TabletopOptions,
@@ -139,12 +139,12 @@ def _stand(
         physics.put(index, pose)
     if not physics.settle(MAX_SETTLE_S):
         return "never at rest"
-    rested = _settled_objects(objects, physics)
-    fault = standing_fault(physics, start, [item.shape.pose for item in rested], options)
-    return fault or rested
+    settled = _settled_objects(objects, physics)
+    fault = standing_fault(physics, start, [item.shape.pose for item in settled], options)
+    return fault or settled
 
 
-def _fall(
+def _drop_fallen(
     objects: list[TabletopObject],
     physics: TabletopPhysics,
     options: TabletopOptions,
@@ -155,17 +155,17 @@ def _fall(
         return "too full"
     if not physics.settle(MAX_SETTLE_S):
         return "unstable physics" if physics.unstable else "never at rest"
-    rested = _settled_objects(objects, physics)
-    fault = fallen_fault(physics, rested, options)
+    settled = _settled_objects(objects, physics)
+    fault = fallen_fault(physics, settled, options)
     if fault:
         return fault
     physics.run(_STABILITY_TIME_S)
     now = _settled_objects(objects, physics)
     moved = [
         float(np.linalg.norm(one.shape.centre - other.shape.centre))
-        for one, other in zip(rested, now, strict=True)
+        for one, other in zip(settled, now, strict=True)
     ]
-    return rested if max(moved) <= _STABILITY_DRIFT_M else "balanced for a moment only"
+    return settled if max(moved) <= _STABILITY_DRIFT_M else "balanced for a moment only"
 
 
 def _settled_objects(

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 MAX_OBJECTS = 15
-"""More objects do not fit on a table with room for a hand between them."""
+"""Largest number of objects: more leave no room for a hand between them."""
 MIN_OBJECTS: dict[Family, int] = {
     "separate": 0,
     "touching": 2,
@@ -30,7 +30,7 @@ MAX_IMAGE_SIZE = (4096, 4096)
 
 
 STRAIGHT_KINDS: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
-"""Solids of random scenes. Tapered solids exist only in staged scenes (:mod:`staged_solids`)."""
+"""Solids of random scenes. Tapered solids exist only in staged scenes."""
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,8 @@ class ViewOptions:
     """Smallest and largest distance to the objects' middle, m: noise grows with its square."""
 
     def __post_init__(self) -> None:
-        for size, least, most in zip(self.image_size, MIN_IMAGE_SIZE, MAX_IMAGE_SIZE, strict=True):
-            if not least <= size <= most:
+        for size, low, high in zip(self.image_size, MIN_IMAGE_SIZE, MAX_IMAGE_SIZE, strict=True):
+            if not low <= size <= high:
                 raise InputError(
                     f"image_size must lie in {MIN_IMAGE_SIZE} .. {MAX_IMAGE_SIZE} px, "
                     f"got {self.image_size}"

@@ -135,13 +135,13 @@ class TabletopPhysics:
         return quiet >= QUIET_TIME_S
 
     def run(self, duration: float) -> None:
-        """Let time run for `duration` s, in which a bowl's pull stays as it is at the start."""
+        """Simulate for `duration` s, with the pull of a bowl computed once at the start."""
         self._step(max(round(duration / self._model.opt.timestep), 1))
         self._mujoco.mj_forward(self._model, self._data)
 
     @property
     def unstable(self) -> bool:
-        """Whether MuJoCo met a NaN or a huge acceleration, and began anew from nothing."""
+        """Whether MuJoCo met a NaN or a huge acceleration, and reset the simulation."""
         kinds = self._mujoco.mjtWarning
         bad = (kinds.mjWARN_BADQPOS, kinds.mjWARN_BADQVEL, kinds.mjWARN_BADQACC)
         return any(self._data.warning[int(kind)].number > 0 for kind in bad)

@@ -76,7 +76,7 @@ def draw_viewpoint(
     shapes: Sequence[Superquadric],
     options: ViewOptions,
     rng: np.random.Generator,
-    seen: Callable[[CameraIntrinsics, RigidTransform], NDArray[np.intp]],
+    count_pixels: Callable[[CameraIntrinsics, RigidTransform], NDArray[np.intp]],
     steps: tuple[int, ...] = COARSE_STEPS,
 ) -> RigidTransform | None:
     """Draw a camera pose that shows all solids completely in the image, none hidden.
@@ -89,7 +89,7 @@ def draw_viewpoint(
         Ranges of elevation and distance, and the image.
     rng
         Source of randomness.
-    seen
+    count_pixels
         Function of intrinsics and T_world_camera that counts the visible pixels of each solid.
     steps
         Strides in columns and rows; each count must show enough of every solid.
@@ -100,7 +100,7 @@ def draw_viewpoint(
         T_world_camera, or None if no draw showed all of them.
     """
     camera = camera_intrinsics(options)
-    cameras = [_coarser(camera, step) for step in steps]
+    cameras = [_reduced(camera, step) for step in steps]
     centres = np.array([shape.centre for shape in shapes])
     target = (centres.min(axis=0) + centres.max(axis=0)) / 2
     vertices = np.vstack([mesh(shape, _OUTLINE_RESOLUTION)[0] for shape in shapes])
@@ -110,7 +110,7 @@ def draw_viewpoint(
         pixels = camera.project(T_world_camera.inv().apply(vertices))
         # NaN behind the camera fails both comparisons.
         if np.all((pixels >= _MARGIN_PX) & (pixels <= last - _MARGIN_PX)):
-            shares = (seen(k, T_world_camera).min() / (k.width * k.height) for k in cameras)
+            shares = (count_pixels(k, T_world_camera).min() / (k.width * k.height) for k in cameras)
             if all(share >= MIN_VISIBLE_SHARE for share in shares):
                 return T_world_camera
     return None
@@ -146,7 +146,7 @@ def _random_viewpoint(
     return look_at(target + distance * np.array(towards), target)
 
 
-def _coarser(camera: CameraIntrinsics, step: int) -> CameraIntrinsics:
+def _reduced(camera: CameraIntrinsics, step: int) -> CameraIntrinsics:
     """Return the same field of view with columns and rows divided by `step`."""
     k = camera
     width, height = max(k.width // step, 1), max(k.height // step, 1)

@@ -1,4 +1,4 @@
-"""The colour of a wooden table top at any point of it."""
+"""Colour of a wooden table top as a function of position."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 PLANK_WIDTH_M = 0.16
 LIGHT_WOOD = (0.82, 0.70, 0.55)
 DARK_WOOD = (0.66, 0.51, 0.36)
-"""Red, green, blue between which the grain goes."""
+"""Colours between which the grain varies: red, green, blue."""
 
 _RINGS_PER_M = 24.0
 _FIBRES_PER_M = 420.0
@@ -21,7 +21,7 @@ _JOINT_SHADE = 0.6
 
 
 def wood_colour(x: ArrayLike, y: ArrayLike) -> NDArray[np.float32]:
-    """Colour of planks along x at table coordinates in m.
+    """Return the colour of planks along x at table coordinates.
 
     Parameters
     ----------
@@ -36,13 +36,13 @@ def wood_colour(x: ArrayLike, y: ArrayLike) -> NDArray[np.float32]:
     x = np.asarray(x, dtype=np.float32)
     y = np.asarray(y, dtype=np.float32)
     plank = np.floor(y / PLANK_WIDTH_M)
-    # Fixed irrational multiples stand in for randomness: the wood is the same in every scene.
+    # Irrational multiples in place of random numbers: the wood is the same in every scene.
     offset = (plank * 0.7548777 % 1) * 9.0
     along = x + offset
     across = y - (plank + 0.5) * PLANK_WIDTH_M
     wander = 0.035 * np.sin(1.9 * along + offset) + 0.010 * np.sin(5.3 * along + 40 * across)
     rings = _RINGS_PER_M * (across + wander) * (1 + 0.4 * np.sin(17 * across + offset))
-    # The cube makes late wood, the dark line of a year, narrower than early wood.
+    # The cube makes the dark part of a year ring narrower than the light part.
     grain = (0.5 + 0.5 * np.sin(2 * np.pi * rings)) ** 3
     fibre = np.sin(2 * np.pi * _FIBRES_PER_M * across + 5 * np.sin(9 * along + 60 * across))
     fibre *= np.sin(23 * along + 190 * across)

@@ -48,15 +48,18 @@ def test_thumb_is_sorted_last(tmp_path):
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        ([], "no object 'fingers'"),
+        ([], "object 'fingers' is missing"),
         ({"fingers": {"thumb": THUMB}}, "last a 'thumb'"),
         ({"fingers": {"middle": FINGER}}, "last a 'thumb'"),
         ({"fingers": {"middle": {"pads": ["p"]}, "thumb": THUMB}}, "middle has no object 'joints'"),
-        ({"fingers": {"middle": {"joints": {"f": [0, 1]}}, "thumb": THUMB}}, "one pad at least"),
-        ({"fingers": {"middle": FINGER | {"joints": {"f": 1}}, "thumb": THUMB}}, "two places"),
+        (
+            {"fingers": {"middle": {"joints": {"f": [0, 1]}}, "thumb": THUMB}},
+            "one pad",
+        ),
+        ({"fingers": {"middle": FINGER | {"joints": {"f": 1}}, "thumb": THUMB}}, "two positions"),
         ({"fingers": {"middle": FINGER | {"joints": {"f": [1, 1]}}, "thumb": THUMB}}, "no joint"),
-        ({"fingers": {"middle": FINGER, "thumb": FINGER}}, "f twice"),
-        ({"fingers": {"middle": FINGER, "thumb": THUMB}, "wrist": {}}, "unknown wrist"),
+        ({"fingers": {"middle": FINGER, "thumb": FINGER}}, "used twice: f"),
+        ({"fingers": {"middle": FINGER, "thumb": THUMB}, "wrist": {}}, "unknown keys wrist"),
         ({"fingers": {"middle": FINGER, "thumb": THUMB}, "prefix": 3}, "'prefix' must be"),
         ({"fingers": {"middle": FINGER, "thumb": THUMB}, "still": {"w": "x"}}, "still w"),
         ({"fingers": {"middle": FINGER, "thumb": THUMB}, "palm": "face"}, "palm must be a list"),

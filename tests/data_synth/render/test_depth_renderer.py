@@ -158,7 +158,7 @@ def test_labelled_points_lie_on_ground_truth_solid(
 
 def test_back_ends_agree():
     if gl_fault():
-        with pytest.raises(DeviceError, match="no OpenGL here"):
+        with pytest.raises(DeviceError, match="OpenGL is not available"):
             open_renderer("gl")
         return
     scene = make_scene(4, TabletopOptions(family="stacked", count_range=(9, 9)))

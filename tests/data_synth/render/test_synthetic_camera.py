@@ -57,7 +57,7 @@ def test_frames_of_one_scene_differ_by_noise_only():
         [3, make_scene(4, OPTIONS)],
         DepthNoise.realistic(),
         options=OPTIONS,
-        looks=2,
+        captures=2,
         colour=False,
     )
     frames = list(camera.frames())
@@ -75,7 +75,7 @@ def test_frames_of_one_scene_differ_by_noise_only():
 def test_synthetic_camera_rejects_invalid_arguments():
     with pytest.raises(InputError, match="one scene or seed"):
         SyntheticCamera([])
-    with pytest.raises(InputError, match="looks must be >= 1"):
-        SyntheticCamera([0], looks=0)
+    with pytest.raises(InputError, match="captures must be >= 1"):
+        SyntheticCamera([0], captures=0)
     with pytest.raises(InputError, match="seed must be a whole number >= 0, got -1"):
         render_frame(make_scene(0, OPTIONS), seed=-1)

@@ -97,7 +97,7 @@ def test_urdf_gives_mass_scale_and_pose(tmp_path):
         ((50, 60, 100), r"box\.obj is 100 m long.*in mm, scale it by 0\.001"),
         ((2, 0.1, 0.1), r"box\.obj is 2 m long, expected at most 0\.6 m$"),
         ((0.004, 0.004, 0.004), r"box\.obj is 0\.004 m long, expected at least"),
-        ((0.1, 0.1, 0.0), r"box\.obj is 0 m thin"),
+        ((0.1, 0.1, 0.0), r"box\.obj is 0 m thick"),
         ((0.1, float("nan"), 0.1), r"box\.obj"),
         ((0.011, 0.0011, 0.0011), r"box\.obj has a mass of 5\.\d+e-06 kg"),
     ],
@@ -114,8 +114,12 @@ def test_unlikely_sizes_raise_with_file_name(tmp_path, size, message):
         ("", 1, "neither collision nor visual"),
         ("<visual><geometry/></visual>", 1, "geometry is empty"),
         ("<visual><geometry><box size='1 2'/></geometry></visual>", 1, "expected 3 finite numbers"),
-        ("<visual><geometry><cone/></geometry></visual>", 1, "is a cone, expected box"),
-        ("<visual><geometry><mesh filename='no.stl'/></geometry></visual>", 1, "'no.stl' that is"),
+        ("<visual><geometry><cone/></geometry></visual>", 1, "is 'cone', expected box"),
+        (
+            "<visual><geometry><mesh filename='no.stl'/></geometry></visual>",
+            1,
+            "'no.stl' that does not",
+        ),
         ("", 2, "has 2 links, expected a URDF of one rigid link"),
     ],
 )
@@ -135,12 +139,12 @@ def test_file_of_another_format_raises_with_name(tmp_path, name):
 def test_missing_or_empty_folder_raises(tmp_path):
     with pytest.raises(InputError, match="no such folder"):
         read_objects(tmp_path / "none")
-    with pytest.raises(InputError, match="holds no objects"):
+    with pytest.raises(InputError, match="contains no objects"):
         read_objects(tmp_path)
 
 
 def test_duplicate_object_names_raise(tmp_path):
     for name in ("box.obj", "box.stl"):
         write_box(tmp_path / name, (0.05, 0.05, 0.05))
-    with pytest.raises(InputError, match="another file gives an object of the name box"):
+    with pytest.raises(InputError, match="another file has the same object name, box"):
         read_objects(tmp_path)
