@@ -137,7 +137,7 @@ def test_file_of_another_format_raises_with_name(tmp_path, name):
 
 
 def test_missing_or_empty_folder_raises(tmp_path):
-    with pytest.raises(InputError, match="no such folder"):
+    with pytest.raises(InputError, match="there is no folder"):
         read_objects(tmp_path / "none")
     with pytest.raises(InputError, match="contains no objects"):
         read_objects(tmp_path)
