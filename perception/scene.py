@@ -72,7 +72,7 @@ class SceneObject:
 
 @dataclass(frozen=True)
 class Scene:
-    """What one depth frame shows: the support plane and the objects."""
+    """The support plane and the objects in one depth frame."""
 
     frame: Literal["world", "camera"]
     """Frame of all geometry: the world if the camera's pose is known, else the camera."""

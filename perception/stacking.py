@@ -1,4 +1,4 @@
-"""What an object rests on: the support plane or another object."""
+"""Find the surface under each object: the support plane or another object."""
 
 from __future__ import annotations
 

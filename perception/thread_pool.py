@@ -22,8 +22,8 @@ def map_in_threads(
     Parameters
     ----------
     function
-        The function. Its result depends on its item only. It runs in parallel only while it
-        releases the interpreter's lock (numba: ``nogil``). It must not call `map_in_threads`.
+        The function. Its result must depend on its item only. It runs in parallel only while it
+        releases the GIL (numba: ``nogil``). It must not call `map_in_threads`.
     items
         The items. The total time is shortest when the slowest items come first.
     threads
@@ -37,11 +37,11 @@ def map_in_threads(
     results: dict[int, Result] = {}
 
     def work(_: int) -> None:
-        # The interpreter's lock makes `next` of a list's iterator atomic: no item is taken twice.
+        # The GIL makes `next` of a list's iterator atomic, so no item is processed twice.
         for number, item in remaining:
             results[number] = function(item)
 
-    # The caller's thread works as well. An exception of any thread is raised here.
+    # The caller's thread works as well. `result` raises the exception of another thread.
     others = [_pool(os.getpid()).submit(work, k) for k in range(1, workers)]
     try:
         work(0)

@@ -61,12 +61,12 @@ class McapContents:
 def check_mcap(path: Path | str) -> McapContents:
     """Verify that an MCAP file is complete and return its contents.
 
-    Damage is detected as far as the file carries checksums.
+    Damage is detected only in sections that have a checksum.
 
     Raises
     ------
     InputError
-        If the file is missing, not MCAP, cut short, without a summary, or fails a checksum.
+        If the file is missing, not MCAP, truncated, without a summary, or fails a checksum.
     """
     path = Path(path)
     try:
@@ -130,7 +130,7 @@ def _read_footer(path: Path, file: BinaryIO) -> tuple[int, int]:
     tail = file.read()
     if size < smallest or not tail.endswith(MAGIC):
         raise InputError(
-            f"{path}: cut short, its {size} bytes lack the end mark; was the recording interrupted?"
+            f"{path}: truncated, its {size} bytes lack the end mark; was the recording interrupted?"
         )
     opcode, length = RECORD_HEAD.unpack_from(tail)
     start, _, crc = FOOTER_BODY.unpack_from(tail, RECORD_HEAD.size)

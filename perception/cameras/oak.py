@@ -235,7 +235,7 @@ def live_frames(
     queue : depthai.MessageQueue
         Pairs as `paired` makes them.
     timeout_s : float
-        How long the next frame may take, s.
+        Maximum waiting time for the next frame, s.
     recorder : OakRecorder, optional
         Records every frame. It is finished even when the stream ends with an error.
     T_world_camera : RigidTransform, optional

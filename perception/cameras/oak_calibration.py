@@ -18,9 +18,9 @@ def intrinsics_from_calibration(
 ) -> CameraIntrinsics:
     """Read the pinhole camera of one sensor, scaled and centre-cropped to an image size.
 
-    depthai scales the principal point with the image (half the size, half the value), as if pixel
-    centres lay at halves; a camera calibrated at twice the size is off by 0.25 px for that.
-    Lens distortion is ignored: the result holds for undistorted images.
+    depthai scales the principal point with the image (half the size, half the value). This assumes
+    that pixel centres lie at half-integers. For a camera that was calibrated at twice the size, the
+    error is 0.25 px. Lens distortion is ignored: the result is valid for undistorted images.
 
     Parameters
     ----------

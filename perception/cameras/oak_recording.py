@@ -53,7 +53,7 @@ class OakRecording:
     Raises
     ------
     InputError
-        If the file is missing, not MCAP, cut short, damaged, or holds something else than depthai
+        If the file is missing, not MCAP, truncated, damaged, or holds something else than depthai
         images; if the colour file is so, or has another number of frames.
     """
 

@@ -38,7 +38,7 @@ def paired(
     pipeline : depthai.Pipeline
         The pipeline to add the pairing to; not started yet.
     depth, colour : depthai.Node.Output
-        What is paired. Without colour the groups hold depth alone.
+        The outputs to pair. Without colour the groups hold depth alone.
     tolerance_s : float
         Largest difference of the two time stamps, s.
     lossless : bool

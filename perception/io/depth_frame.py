@@ -21,7 +21,7 @@ from .intrinsics import (
     find_camera_file,
     read_camera_file,
 )
-from .organised_cloud import check_organised, frame_from_grid, grid_from_frame
+from .organised_cloud import check_organised, cloud_from_frame, frame_from_cloud
 from .pcd import pcd_bytes, read_pcd
 from .ply import ply_bytes, read_ply
 from .png import decode_colour, decode_depth, write_png
@@ -38,28 +38,29 @@ PNG_DEPTH_SCALE_MM = 1.0
 
 
 def read_frame(path: Path | str, camera: Path | str | None = None) -> DepthFrame:
-    """Read a depth frame. The suffix chooses the format.
+    """Read a depth frame. The suffix defines the format.
 
-    ``.png``: 16-bit greyscale, in mm unless the camera file says otherwise, with a camera file
-    (see `read_intrinsics`) and, if there is one of the same size, a colour image beside it:
-    `<stem>_colour.png`, `<stem>_color.png`, `colour.png` or `color.png`.
+    ``.png``: 16-bit greyscale, in mm unless the camera file defines another unit. A camera file is
+    required (see `read_intrinsics`). A colour image of the same size in the same folder is
+    optional: `<stem>_colour.png`, `<stem>_color.png`, `colour.png` or `color.png`.
     ``.npz``: `depth` in float metres, or integer with `depth_scale_m`; `intrinsics` (fx, fy, cx,
     cy) or `K`; optional `colour` or `rgb`, and `T_world_camera` (4, 4).
     ``.pcd``, ``.ply``: one point per pixel in the camera's optical frame, NaN = no reading; the
-    intrinsics are recovered from the points unless `<stem>.json` or `camera` gives them.
+    intrinsics are computed from the points unless `<stem>.json` or `camera` defines them.
 
     Parameters
     ----------
     path : Path or str
         The file.
     camera : Path or str, optional
-        Camera file; goes before what the frame's file or its folder say. Without it `<stem>.json`,
-        `camera.json`, `intrinsics.json` and `scene_camera.json` beside the file are tried.
+        Camera file. It has priority over a camera in the frame's file or folder. If None,
+        `<stem>.json`, `camera.json`, `intrinsics.json` and `scene_camera.json` in the file's folder
+        are tried.
 
     Raises
     ------
     InputError
-        If the file cannot be used: the message says why, and what would be right.
+        If the file cannot be used. The message contains the reason and the expected value.
     """
     path = Path(path)
     camera = None if camera is None else Path(camera)
@@ -83,7 +84,7 @@ def write_frame(path: Path | str, frame: DepthFrame) -> list[Path]:
     path : Path or str
         The file, replaced if it exists.
     frame : DepthFrame
-        What to write.
+        The frame to write.
 
     Returns
     -------
@@ -119,7 +120,7 @@ def write_frame(path: Path | str, frame: DepthFrame) -> list[Path]:
             )
         else:
             encode = pcd_bytes if suffix == ".pcd" else ply_bytes
-            target.write_bytes(encode(grid_from_frame(frame)))
+            target.write_bytes(encode(cloud_from_frame(frame)))
         camera_path = path.with_suffix(".json")
         beside = stack.enter_context(atomic_write(camera_path))
         beside.write_text(camera_json(camera), encoding="utf-8")
@@ -162,7 +163,7 @@ def _read_cloud_frame(path: Path, camera: Path | None) -> DepthFrame:
     if camera is not None:
         contents = read_camera_file(camera, table.width, table.height, path.stem)
     with naming(path):
-        return frame_from_grid(table, contents)
+        return frame_from_cloud(table, contents)
 
 
 def _camera_beside(path: Path) -> Path:

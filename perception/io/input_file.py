@@ -36,7 +36,7 @@ def read_bytes(path: Path | str) -> bytes:
 
 @contextmanager
 def naming(path: Path | str) -> Iterator[None]:
-    """Prefix the file's name to every `InputError` of the block that does not contain it."""
+    """Add the file's name to an `InputError` of the block if the message lacks the name."""
     try:
         yield
     except InputError as error:

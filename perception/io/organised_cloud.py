@@ -19,23 +19,23 @@ if TYPE_CHECKING:
 MAX_PIXEL_ERROR = 1.0
 """Maximum distance, px, between a point's projection and its pixel in a pinhole image."""
 
-JUDGED_SHARE_PCT = 95.0
-"""Minimum share of points within `MAX_PIXEL_ERROR`. The others may be outliers of stereo."""
+INLIER_PERCENT = 95.0
+"""Minimum percentage of points within `MAX_PIXEL_ERROR`. The others may be outliers of stereo."""
 
 OUTLIER_DEVIATIONS = 3.0
-"""Points that miss their pixel by more robust standard deviations are outliers of the fit."""
+"""Pixel error, in robust standard deviations, above which a point is excluded from the fit."""
 
 MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
-MIN_SLOPE_PER_PIXEL = 1e-6
+MIN_SLOPE = 1e-6
 """Minimum increase of x/z per column. It corresponds to a focal length of a million pixels."""
 
-FIT_ROUNDS = 20
-"""Maximum rounds of fitting and outlier removal. Real clouds need 2 to 6."""
+MAX_FITS = 20
+"""Maximum number of line fits, with outliers removed between them. Real clouds need 2 to 6."""
 
 
-def frame_from_grid(table: PointTable, camera: CameraFile | None = None) -> DepthFrame:
+def frame_from_cloud(table: PointTable, camera: CameraFile | None = None) -> DepthFrame:
     """Convert an organised cloud in the camera's optical frame to a depth frame.
 
     Parameters
@@ -43,14 +43,14 @@ def frame_from_grid(table: PointTable, camera: CameraFile | None = None) -> Dept
     table : PointTable
         One point per pixel, row by row; a NaN coordinate or z = 0 means no reading.
     camera : CameraFile, optional
-        The camera, when it is known; it must project the points onto their pixels. Without it
-        the intrinsics are recovered from the points.
+        The camera, if it is known. It must project the points onto their pixels. If None, the
+        intrinsics are computed from the points.
 
     Raises
     ------
     InputError
-        If the cloud is not organised, lies behind the camera, or is no pinhole image; see also
-        `DepthFrame`.
+        If the cloud is not organised, lies behind the camera, or is not a pinhole image.
+        `DepthFrame` makes further checks.
     """
     check_organised(table)
     points = table.points.reshape(table.height, table.width, 3)
@@ -76,8 +76,8 @@ def frame_from_grid(table: PointTable, camera: CameraFile | None = None) -> Dept
     return DepthFrame(depth, intrinsics, pose, colour)
 
 
-def grid_from_frame(frame: DepthFrame) -> PointTable:
-    """Convert a frame to an organised cloud, camera frame, float32, NaN = no reading."""
+def cloud_from_frame(frame: DepthFrame) -> PointTable:
+    """Convert a frame to an organised float32 cloud in the camera frame; NaN means no reading."""
     depth = np.where(frame.valid, frame.depth, np.nan)
     points = frame.intrinsics.rays() * depth[..., None]
     colours = None if frame.colour is None else frame.colour.reshape(-1, 3)
@@ -88,9 +88,10 @@ def grid_from_frame(frame: DepthFrame) -> PointTable:
 def recover_intrinsics(points: NDArray[np.floating]) -> CameraIntrinsics:
     """Compute the pinhole camera that projects each point of an organised cloud to its pixel.
 
-    The model ``u = fx x/z + cx``, ``v = fy y/z + cy`` is fitted by linear least squares with the
-    pixel as the independent variable (it is exact, x/z is measured), outliers being left out
-    by their median absolute deviation until the set no longer changes, from a resistant line on.
+    The model ``u = fx x/z + cx``, ``v = fy y/z + cy`` is fitted by linear least squares. The pixel
+    is the independent variable, because it is exact and x/z is measured. The first line is a robust
+    fit through medians. Then outliers are excluded by the median absolute deviation, and the line
+    is fitted again, until the set of inliers does not change.
 
     Parameters
     ----------
@@ -100,8 +101,8 @@ def recover_intrinsics(points: NDArray[np.floating]) -> CameraIntrinsics:
     Raises
     ------
     InputError
-        If the readings lie in fewer than two columns or rows, or 5 % of them miss their pixel by
-        more than `MAX_PIXEL_ERROR`.
+        If the readings lie in fewer than two columns or rows, or if more than 5 % of them miss
+        their pixel by more than `MAX_PIXEL_ERROR`.
     """
     height, width = points.shape[:2]
     u, v, x_z, y_z = _pixels_and_slopes(points)
@@ -118,7 +119,7 @@ def check_organised(table: PointTable) -> None:
     Raises
     ------
     InputError
-        If there is a single row, or the grid's size is not the number of points.
+        If there is a single row or column, or the size of the grid is not the number of points.
     """
     count = len(table.points)
     if table.width <= 1 or table.height <= 1:
@@ -129,7 +130,7 @@ def check_organised(table: PointTable) -> None:
         )
     if table.width * table.height != count:
         raise InputError(
-            f"the cloud says {table.width}x{table.height} px but holds {count} points, "
+            f"the cloud declares {table.width}x{table.height} px but holds {count} points, "
             f"expected {table.width * table.height}"
         )
 
@@ -148,14 +149,14 @@ def _fit_axis(
     """Fit focal length and principal point, px, of ``pixel = focal * slope + centre``."""
     if np.unique(pixel).size < 2:
         raise InputError(
-            f"the readings lie in a single {line}, from which no camera can be found: "
-            "give camera intrinsics"
+            f"the readings lie in a single {line}, so the camera cannot be computed: "
+            "pass camera intrinsics"
         )
-    per_pixel, offset = _resistant_line(pixel, slope)
+    per_pixel, offset = _median_line(pixel, slope)
     kept = np.zeros(len(pixel), dtype=bool)
-    for _ in range(FIT_ROUNDS):
+    for _ in range(MAX_FITS):
         # The negated comparison also rejects NaN.
-        if not per_pixel > MIN_SLOPE_PER_PIXEL:
+        if not per_pixel > MIN_SLOPE:
             raise InputError(
                 f"the cloud is not a pinhole image in the camera frame: {axis}/z does not grow "
                 f"with the {line}; expected x right, y down, z forward"
@@ -163,29 +164,30 @@ def _fit_axis(
         with np.errstate(over="ignore", invalid="ignore"):
             error = np.abs((slope - offset) / per_pixel - pixel)
         deviation = MAD_TO_SIGMA * float(np.median(error))
-        settled = kept
-        # Within the error allowed nothing is an outlier: leaving out the far, noisier points of a
-        # good cloud would bias the camera.
+        previous = kept
+        # A point within MAX_PIXEL_ERROR is never an outlier. Without the far, noisier points of a
+        # good cloud, the camera would be biased.
         kept = error <= max(OUTLIER_DEVIATIONS * deviation, MAX_PIXEL_ERROR)
-        if np.array_equal(kept, settled) or np.unique(pixel[kept]).size < 2:
+        if np.array_equal(kept, previous) or np.unique(pixel[kept]).size < 2:
             break
         per_pixel, offset = np.polynomial.polynomial.polyfit(pixel[kept], slope[kept], 1)[::-1]
     return float(1.0 / per_pixel), float(-offset / per_pixel)
 
 
-def _resistant_line(at: NDArray[np.float64], value: NDArray[np.float64]) -> tuple[float, float]:
+def _median_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
     """Fit a line through the medians of the outer thirds (Tukey, 1977); return slope and offset.
 
-    If more than a third of the points share one abscissa, halves replace the thirds.
+    If more than a third of the points have the same x, the points below and above the mean are used
+    instead of the thirds.
     """
-    low, high = np.quantile(at, (1 / 3, 2 / 3))
-    left, right = at <= low, at >= high
+    low, high = np.quantile(x, (1 / 3, 2 / 3))
+    left, right = x <= low, x >= high
     if low == high:
-        left, right = at < at.mean(), at > at.mean()
-    step = float(np.median(at[right]) - np.median(at[left]))
+        left, right = x < x.mean(), x > x.mean()
+    step = float(np.median(x[right]) - np.median(x[left]))
     with np.errstate(over="ignore", invalid="ignore"):
-        gradient = float(np.median(value[right]) - np.median(value[left])) / step
-        return gradient, float(np.median(value - gradient * at))
+        slope = float(np.median(y[right]) - np.median(y[left])) / step
+        return slope, float(np.median(y - slope * x))
 
 
 def _check_projection(points: NDArray[np.floating], intrinsics: CameraIntrinsics) -> None:
@@ -194,10 +196,10 @@ def _check_projection(points: NDArray[np.floating], intrinsics: CameraIntrinsics
         error = np.hypot(
             intrinsics.fx * x_z + intrinsics.cx - u, intrinsics.fy * y_z + intrinsics.cy - v
         )
-        judged = float(np.percentile(error, JUDGED_SHARE_PCT))
-    if not judged <= MAX_PIXEL_ERROR:
+        max_error = float(np.percentile(error, INLIER_PERCENT))
+    if not max_error <= MAX_PIXEL_ERROR:
         raise InputError(
             f"the cloud is not a pinhole image in the camera frame: the points miss their pixels "
-            f"by up to {judged:.3g} px at fx={intrinsics.fx:.5g}, fy={intrinsics.fy:.5g}, "
+            f"by up to {max_error:.3g} px at fx={intrinsics.fx:.5g}, fy={intrinsics.fy:.5g}, "
             f"cx={intrinsics.cx:.5g}, cy={intrinsics.cy:.5g}, expected <= {MAX_PIXEL_ERROR:g} px"
         )

@@ -1,7 +1,7 @@
 """PCD, the file format of the Point Cloud Library, version 0.7 and older.
 
 open3d's readers do not replace this one. They drop WIDTH and HEIGHT, so that an organised cloud
-loses its pixel grid. They return zeros for 64-bit coordinates and accept files that are cut short.
+loses its pixel grid. They return zeros for 64-bit coordinates and accept files that are truncated.
 The tensor reader corrupts memory on padding fields. On a 640 x 480 cloud they take 4 to 5 times as
 long (open3d 0.20: 65 ms and 87 ms, against 16 ms here).
 """
@@ -80,7 +80,7 @@ def read_pcd(path: Path | str) -> PointTable:
     Raises
     ------
     InputError
-        If the file is missing, is not PCD, is cut short, or holds a layout that cannot be read.
+        If the file is missing, is not PCD, is truncated, or holds a layout that cannot be read.
     """
     data = read_bytes(path)
     with naming(path):
@@ -149,12 +149,12 @@ def _parse_header(data: bytes) -> _Header:
     width, height, declared = (_integer(entries, key) for key in ("WIDTH", "HEIGHT", "POINTS"))
     if width * height != declared or declared < 1:
         raise InputError(
-            f"the PCD header says {width} x {height} and {declared} points, "
+            f"the PCD header has {width} x {height} and {declared} points, "
             "expected WIDTH x HEIGHT = POINTS >= 1"
         )
     form = " ".join(entries["DATA"])
     if form not in READERS:
-        raise InputError(f"the PCD header says DATA {form}, expected one of {tuple(READERS)}")
+        raise InputError(f"the PCD header has DATA {form}, expected one of {tuple(READERS)}")
     return _Header(names, record, columns, width, height, form, body_at)
 
 
@@ -211,7 +211,7 @@ def _integers(entries: dict[str, list[str]], key: str) -> list[int]:
     words = entries.get(key, [])
     numbers = [number for word in words if (number := whole_number(word)) is not None]
     if len(numbers) < len(words):
-        raise InputError(f"the PCD header says {key} {' '.join(words)}, expected whole numbers")
+        raise InputError(f"the PCD header has {key} {' '.join(words)}, expected whole numbers")
     return numbers
 
 
@@ -265,7 +265,7 @@ def _read_compressed(data: bytes, header: _Header) -> dict[str, NDArray]:
 def _check_length(length: int, expected: int) -> None:
     if length < expected:
         raise InputError(
-            f"the PCD file is cut short: {max(length, 0)} bytes of data, expected {expected}"
+            f"the PCD file is truncated: {max(length, 0)} bytes of data, expected {expected}"
         )
 
 

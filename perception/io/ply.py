@@ -1,6 +1,6 @@
 """PLY, the polygon file format: points, colours, pixel grids and faces.
 
-open3d's readers do not replace this one. They drop the pixel grid, and for a file that is cut short
+open3d's readers do not replace this one. They drop the pixel grid, and for a file that is truncated
 they return as many points as its header declares. On a 640 x 480 cloud they take 15 times as long
 (open3d 0.20: 47 ms and 49 ms, against 3 ms here).
 """
@@ -38,7 +38,7 @@ def read_ply(path: Path | str) -> PointTable:
     Raises
     ------
     InputError
-        If the file is missing, is not PLY, is cut short, or holds a layout that cannot be read.
+        If the file is missing, is not PLY, is truncated, or holds a layout that cannot be read.
     """
     data = read_bytes(path)
     with naming(path):
@@ -141,7 +141,7 @@ def _read_binary(
     end = start + vertex.count * record.itemsize
     if len(data) < end:
         raise InputError(
-            f"the PLY file is cut short: {len(data)} bytes, expected {end} for "
+            f"the PLY file is truncated: {len(data)} bytes, expected {end} for "
             f"{vertex.count} vertices"
         )
     records = np.frombuffer(data, record, vertex.count, start)

@@ -124,11 +124,11 @@ def _parse_line(header: PlyHeader, words: list[str]) -> None:
         case ["obj_info" | "comment", *_]:
             pass
         case _:
-            raise InputError(f"the PLY header says {' '.join(words)[:60]!r}, which is not PLY")
+            raise InputError(f"the PLY header has {' '.join(words)[:60]!r}, which is not PLY")
 
 
 def _count(word: str, name: str) -> int:
     number = whole_number(word)
     if number is None:
-        raise InputError(f"the PLY header says element {name} {word[:40]}, expected a whole number")
+        raise InputError(f"the PLY header has element {name} {word[:40]}, expected a whole number")
     return number

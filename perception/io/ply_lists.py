@@ -1,6 +1,6 @@
-"""Vertex lists in PLY files: the corners of a face or the point of a pixel.
+"""Read the lists of vertex indices in PLY files, for faces and for pixel grids.
 
-open3d 0.20 does not replace this reader: it uses corner indices before it checks them.
+open3d 0.20 cannot replace this reader, because open3d uses vertex indices before it checks them.
 """
 
 from __future__ import annotations
@@ -22,45 +22,45 @@ STRUCT_CODES = {
 
 
 def read_vertex_lists(
-    data: bytes, header: PlyHeader, element: PlyElement, at: int
+    data: bytes, header: PlyHeader, element: PlyElement, start: int
 ) -> list[list[int]]:
-    """Read the one vertex list of each row of a table. Other columns are skipped.
+    """Read the vertex list of each row of a table, and skip the other columns.
 
     Parameters
     ----------
     data : bytes
         The whole file.
     header : PlyHeader
-        Its header.
+        The header of the file.
     element : PlyElement
         The table, which must follow the vertices.
-    at : int
-        Where the vertices end: a byte, or a line of an ASCII body.
+    start : int
+        Start of the table: a byte offset in the file, or a line number in an ASCII body.
 
     Raises
     ------
     InputError
-        If the table lies elsewhere, has no such list, is cut short, or names a vertex that does
-        not exist.
+        If the table does not follow the vertices, does not have exactly one list of integers, is
+        truncated, or refers to a vertex that does not exist.
     """
     names = [e.name for e in header.elements]
     vertex = header.elements[names.index("vertex")]
     lists = [p for p in element.properties if p.count_kind and p.kind[0] != "f"]
     if names.index(element.name) != names.index("vertex") + 1 or len(lists) != 1:
         raise InputError(
-            f"the PLY {element.name} table must follow the vertices and hold one list of vertices"
+            f"the PLY {element.name} table must follow the vertices and have one list of vertices"
         )
     if header.form == "ascii":
         lines = [x for x in data[header.body_at :].decode("latin-1").splitlines() if x.strip()]
         rows = [
             _text_row(line.split(), element.properties, lists[0])
-            for line in lines[at : at + element.count]
+            for line in lines[start : start + element.count]
         ]
     else:
-        rows = _binary_rows(data, header.byte_order, element, lists[0], at)
+        rows = _binary_rows(data, header.byte_order, element, lists[0], start)
     if len(rows) < element.count:
         raise InputError(
-            f"the PLY file is cut short: {len(rows)} of {element.count} rows of {element.name}"
+            f"the PLY file is truncated: {len(rows)} of {element.count} rows of {element.name}"
         )
     _check_vertices(rows, vertex.count, element.name)
     return rows
@@ -71,11 +71,14 @@ def _check_vertices(rows: list[list[int]], count: int, name: str) -> None:
     highest = max((max(row) for row in rows if row), default=0)
     if lowest < 0 or highest >= count:
         raise InputError(
-            f"the PLY {name} table names vertices {lowest} to {highest}, expected 0 to {count - 1}"
+            f"the PLY {name} table refers to vertices {lowest} to {highest}, "
+            f"expected 0 to {count - 1}"
         )
 
 
-def _text_row(words: list[str], properties: list[PlyProperty], wanted: PlyProperty) -> list[int]:
+def _text_row(
+    words: list[str], properties: list[PlyProperty], list_column: PlyProperty
+) -> list[int]:
     at = 0
     for column in properties:
         length = 1
@@ -84,7 +87,7 @@ def _text_row(words: list[str], properties: list[PlyProperty], wanted: PlyProper
             at += 1
         if length is None or at + length > len(words):
             break
-        if column is wanted:
+        if column is list_column:
             vertices = [whole_number(word) for word in words[at : at + length]]
             if None not in vertices:
                 return [v for v in vertices if v is not None]
@@ -94,8 +97,9 @@ def _text_row(words: list[str], properties: list[PlyProperty], wanted: PlyProper
 
 
 def _binary_rows(
-    data: bytes, order: str, element: PlyElement, wanted: PlyProperty, at: int
+    data: bytes, order: str, element: PlyElement, list_column: PlyProperty, start: int
 ) -> list[list[int]]:
+    at = start
     rows: list[list[int]] = []
     sizes = {kind: np.dtype(kind).itemsize for kind in STRUCT_CODES}
     counts = {
@@ -113,7 +117,7 @@ def _binary_rows(
             end = at + length * sizes[column.kind]
             if length < 0 or end > len(data):
                 return rows
-            if column is wanted:
+            if column is list_column:
                 row = list(
                     struct.unpack_from(f"{order}{length}{STRUCT_CODES[column.kind]}", data, at)
                 )

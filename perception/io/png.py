@@ -66,7 +66,7 @@ def check_png(data: bytes) -> PngHeader:
         end = at + 12 + length
         if len(data) < max(end, at + 12):
             raise InputError(
-                f"the PNG file is cut short: it ends after {len(data)} bytes, before its IEND chunk"
+                f"the PNG file is truncated: it ends after {len(data)} bytes, before its IEND chunk"
             )
         kind = data[at + 4 : at + 8]
         stored = int.from_bytes(data[end - 4 : end], "big")

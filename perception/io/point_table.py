@@ -48,7 +48,7 @@ def parse_rows(
     """
     lines = [line for line in text.splitlines() if line.strip()][skip : skip + count]
     if len(lines) < count:
-        raise InputError(f"cut short: holds {len(lines)} of the {count} points that it declares")
+        raise InputError(f"truncated: holds {len(lines)} of the {count} points that it declares")
     numbers = load_numbers("\n".join(lines), columns)
     if len(numbers) != count:
         raise InputError(f"holds {len(numbers)} rows of numbers, expected {count}")
@@ -100,7 +100,7 @@ def as_float32(points: NDArray[np.floating]) -> NDArray[np.float32]:
     Raises
     ------
     InputError
-        If a finite coordinate is beyond float32.
+        If a finite coordinate exceeds the range of float32.
     """
     with np.errstate(over="ignore"):
         single = points.astype(np.float32)

@@ -1,4 +1,4 @@
-"""Rigid poses in files, as matrices or labelled quaternions."""
+"""Convert rigid poses from matrices, and from and to JSON."""
 
 from __future__ import annotations
 
@@ -19,13 +19,21 @@ ROTATION_TOLERANCE = 1e-3
 def pose_from_matrix(matrix: NDArray, name: str) -> RigidTransform:
     """Convert a homogeneous matrix (4, 4), m, to a pose.
 
-    SciPy would silently replace a scaled or mirrored matrix by the nearest rotation.
+    The matrix is checked here, because SciPy silently replaces a scaled or mirrored matrix by the
+    nearest rotation.
+
+    Parameters
+    ----------
+    matrix : (4, 4) array
+        The homogeneous matrix.
+    name : str
+        Name of the matrix in error messages.
 
     Raises
     ------
     InputError
-        If it is not a finite (4, 4) matrix, its last row is not 0, 0, 0, 1, or its rotation is
-        scaled, sheared or mirrored. `name` is what the message calls it.
+        If the matrix is not a finite (4, 4) matrix, its last row is not 0, 0, 0, 1, or its rotation
+        is scaled, sheared or mirrored.
     """
     if matrix.shape != (4, 4) or matrix.dtype.kind not in "fiu":
         raise InputError(
@@ -52,7 +60,7 @@ def pose_from_json(value: Any, name: str) -> RigidTransform:
     Raises
     ------
     InputError
-        If it has another form, a value is not a finite number, or the quaternion is not of unit
+        If the form is different, a value is not a finite number, or the quaternion is not of unit
         length.
     """
     if not isinstance(value, dict) or not {"quat_wxyz", "translation_m"} <= value.keys():
@@ -84,7 +92,7 @@ def numbers_from_json(value: Any, count: int, name: str) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        If it is anything else.
+        If the value is not a list of `count` finite numbers.
     """
     if isinstance(value, list) and len(value) == count and all(map(_is_number, value)):
         try:
@@ -102,7 +110,7 @@ def number_from_json(value: Any, name: str) -> float:
     Raises
     ------
     InputError
-        If it is anything else (text, true, NaN).
+        If the value is not a finite number, for example text, true or NaN.
     """
     if not _is_number(value):
         raise InputError(f"{name} must be a number, got {_shortened(value)}")

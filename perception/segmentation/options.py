@@ -47,7 +47,7 @@ class SegmentationOptions:
     join_occluded: bool = True
     """Join the parts of an object that an occluder separates."""
     colour_edges: bool = True
-    """Where the frame has colour, split objects along strong straight colour edges."""
+    """Split objects along strong straight colour edges if the frame has colour."""
     split_solids: bool = False
     """Fit one solid and two solids to each ambiguous object, and split it where two fit clearly
     better. It takes tens of ms for each ambiguous object."""

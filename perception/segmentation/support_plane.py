@@ -190,7 +190,7 @@ def _is_plausible(
     image: WorkingImage,
     table_height: float | None,
 ) -> NDArray[np.bool_]:
-    """Mark the planes that are horizontal and at the known height, as far as the pose is known."""
+    """Mark the horizontal planes at the known height; all planes if the pose is unknown."""
     if image.T_world_camera is None:
         return np.ones(len(points), bool)
     up = image.T_world_camera.rotation.inv().apply([0.0, 0.0, 1.0])

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def upsample_labels(
     labels: NDArray[np.int32], disparity: NDArray[np.float32], stride: int
 ) -> NDArray[np.int32]:
-    """Give each reading the label of one of its four coarse neighbours, the nearest in disparity.
+    """Assign to each reading the label of the coarse neighbour nearest in disparity, out of four.
 
     This is joint bilateral upsampling (Kopf et al. 2007): outlines follow the frame's depth steps.
 

@@ -55,7 +55,7 @@ def _undo_taper(shape, tapered, m, lanes):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
 def _sum_section_terms(shape, work, lanes):
-    """Take scaled logarithms, and compute LOG_A, SHARE_X, SHARE_Y and SECTION_TERM.
+    """Compute the scaled logarithms, LOG_A, SHARE_X, SHARE_Y and SECTION_TERM.
 
     RATIO keeps the smaller term of the next sum over the larger one.
     """

@@ -15,7 +15,7 @@ _TOLERANCE = 1e-7
 _MIN_SLOPE = 1e-5
 """A flatter G has converged, per bounding radius: the depth is then right to its square."""
 _BOUNDING_RADIUS = 1.8
-"""A ball of sqrt(3) times the largest semi-axis contains every straight superquadric."""
+"""A sphere of radius sqrt(3) times the largest semi-axis contains every straight superquadric."""
 _DX_ROW, _DY_ROW, _DZ_ROW, _LOW, _G_LOW, _S_LOW, _HIGH, _G_HIGH, _S_HIGH = range(
     at.FIRST_FREE_ROW, at.FIRST_FREE_ROW + 9
 )
@@ -67,7 +67,7 @@ def compute_ray_rows(rays, view_origin, first, n, shape, tapered, outside, work)
         miss = (o1 + middle * d1) ** 2 + (o2 + middle * d2) ** 2 + (o3 + middle * d3) ** 2
         grid[_DX_ROW, i], grid[_DY_ROW, i], grid[_DZ_ROW, i] = d1, d2, d3
         grid[_LOW, i], grid[_HIGH, i] = middle - reach, middle + reach
-        # A ray that misses the bounding ball misses the solid.
+        # A ray that misses the bounding sphere misses the solid.
         far = miss > reach * reach and not outside
         grid[_STATE, i] = _MISSED if far or i >= n else _SEARCHING
     for side in range(2):
@@ -109,7 +109,7 @@ def _evaluate_on_rays(origin, shape, tapered, work, lanes):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
 def _choose_times(iteration, outside, tapered, grid, lanes):
-    """Choose the next time of each ray; return whether any ray is still searched."""
+    """Select the next time of each ray; return whether any ray is still searched."""
     searching = False
     for i in range(lanes):
         if grid[_STATE, i] != _SEARCHING:

@@ -87,7 +87,7 @@ class NloptOptimiser:
         bounds: NDArray[np.float64],
         evaluations: int,
     ) -> Refinement:
-        """Refine; see :class:`Optimiser`."""
+        """Refine a solid; see :class:`Optimiser`."""
         columns = basis(kind)
         tapered = bool(columns[N_STRAIGHT:].any())
         cost, gradient, hessian = normal_equations(problem.terms, start, tapered)

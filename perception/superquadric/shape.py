@@ -1,4 +1,4 @@
-"""The superquadric: one formula for solids from balls to cylinders and boxes."""
+"""The superquadric: one formula for solids from spheres to cylinders and boxes."""
 
 from __future__ import annotations
 

@@ -96,10 +96,10 @@ def test_damaged_summary_is_rejected(tmp_path: Path) -> None:
     [
         (b"", "begins with nothing"),
         (b"hello", "begins with b'hello'"),
-        (MAGIC, "cut short, its 8 bytes"),
-        (MAGIC + bytes(1000), "cut short, its 1008 bytes"),
+        (MAGIC, "truncated, its 8 bytes"),
+        (MAGIC + bytes(1000), "truncated, its 1008 bytes"),
         (MAGIC + bytes(1000) + MAGIC, "there is no footer"),
-        (mcap(b"")[:-1], "cut short"),
+        (mcap(b"")[:-1], "truncated"),
         (mcap(schema("a"), summed=False), "does not say how many messages"),
         (mcap(statistics(1)[:-30], summed=False), "does not say how many|cannot be read"),
         (mcap(statistics(1)[:12], summed=False), "cannot be read"),

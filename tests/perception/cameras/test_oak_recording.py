@@ -162,7 +162,7 @@ def test_truncated_recording_is_rejected(tmp_path: Path, frames: Frames) -> None
 
     for length in (8, 50, len(whole) // 2, len(whole) - 1):
         path.write_bytes(whole[:length])
-        with pytest.raises(InputError, match="cut short"):
+        with pytest.raises(InputError, match="truncated"):
             OakRecording(path)
 
 

@@ -206,7 +206,7 @@ def test_invalid_frame_files_are_rejected(tmp_path: Path) -> None:
     cases: list[tuple[str, bytes, Path | None, str]] = [
         ("a.tiff", whole, None, r"a\.tiff: suffix '\.tiff' is no frame format, expected one of"),
         ("a", whole, None, r"suffix '' is no frame format, expected one of \.png, \.npz, \.pcd"),
-        ("a.png", whole[:-20], None, r"a\.png: the PNG file is cut short"),
+        ("a.png", whole[:-20], None, r"a\.png: the PNG file is truncated"),
         ("a.png", b"", None, r"a\.png: the file is empty"),
         ("a.png", _encoded(RAMP.astype(np.uint8)), None, "is 8-bit greyscale, expected 16-bit"),
         ("a.png", _encoded(np.ones((12, 16, 3), np.uint8)), None, "is 8-bit RGB, expected 16-bit"),

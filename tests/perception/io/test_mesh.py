@@ -124,10 +124,14 @@ def test_ply_faces_are_sampled(tmp_path: Path) -> None:
         ),
         ("a.stl", b"solid a\nfacet\n", r"not a whole STL file with triangles \(14 bytes\)"),
         ("a.stl", bytes(range(256)) * 4, "not a whole STL file"),
-        ("a.ply", PLY_SQUARE.replace(b"2 3\n", b"2 9\n"), "face table names vertices 0 to 9, exp"),
+        (
+            "a.ply",
+            PLY_SQUARE.replace(b"2 3\n", b"2 9\n"),
+            "table refers to vertices 0 to 9, exp",
+        ),
         ("a.ply", PLY_SQUARE.replace(b"4 0", b"2 0"), "a face has 2 corners, expected at least 3"),
         ("a.ply", PLY_SQUARE[:-5], "a PLY row is '4 0 1', expected a list"),
-        ("a.ply", PLY_SQUARE[:-10], "cut short: 0 of 1 rows of face"),
+        ("a.ply", PLY_SQUARE[:-10], "truncated: 0 of 1 rows of face"),
         ("a.ply", PLY_SQUARE.replace(b"2 1 0", b"2 1 nan"), "1 vertices are NaN or infinite"),
     ],
 )

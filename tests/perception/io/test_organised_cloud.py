@@ -12,8 +12,8 @@ from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.io.intrinsics import CameraFile
 from eyehand.perception.io.organised_cloud import (
-    frame_from_grid,
-    grid_from_frame,
+    cloud_from_frame,
+    frame_from_cloud,
     recover_intrinsics,
 )
 from eyehand.perception.io.point_table import PointTable
@@ -47,7 +47,7 @@ def test_exact_intrinsics_are_recovered(
     width: int, height: int, fx: float, fy: float, cx: float, cy: float, seed: int
 ) -> None:
     frame = _frame(seed, CameraIntrinsics(fx, fy, cx, cy, width, height))
-    back = frame_from_grid(grid_from_frame(frame))
+    back = frame_from_cloud(cloud_from_frame(frame))
     np.testing.assert_array_equal(back.depth, frame.depth)
     np.testing.assert_array_equal(back.colour, frame.colour)
     expected = _parameters(frame.intrinsics)
@@ -56,7 +56,7 @@ def test_exact_intrinsics_are_recovered(
 
 def test_grid_has_pixel_order_and_nan_for_missing() -> None:
     frame = _frame()
-    table = grid_from_frame(frame)
+    table = cloud_from_frame(frame)
     assert (table.width, table.height) == (80, 60)
     assert table.points.dtype == np.float32
     points = table.points.reshape(60, 80, 3)
@@ -66,7 +66,7 @@ def test_grid_has_pixel_order_and_nan_for_missing() -> None:
 
 def test_stereo_outliers_do_not_change_intrinsics() -> None:
     rng = np.random.default_rng(5)
-    points = grid_from_frame(_frame()).points.reshape(60, 80, 3).astype(np.float64)
+    points = cloud_from_frame(_frame()).points.reshape(60, 80, 3).astype(np.float64)
     outliers = rng.random((60, 80)) < 0.04
     points[outliers, :2] = rng.normal(scale=30.0, size=(int(outliers.sum()), 2))
     recovered = recover_intrinsics(points)
@@ -74,7 +74,7 @@ def test_stereo_outliers_do_not_change_intrinsics() -> None:
 
 
 def test_few_readings_suffice() -> None:
-    points = grid_from_frame(_frame()).points.reshape(60, 80, 3).copy()
+    points = cloud_from_frame(_frame()).points.reshape(60, 80, 3).copy()
     keep = np.zeros((60, 80), dtype=bool)
     keep[::20, ::16] = True
     points[~keep] = np.nan
@@ -82,40 +82,40 @@ def test_few_readings_suffice() -> None:
 
 
 def test_readings_mostly_in_one_column_suffice() -> None:
-    points = grid_from_frame(DepthFrame(np.full((60, 80), 0.7, np.float32), K)).points
+    points = cloud_from_frame(DepthFrame(np.full((60, 80), 0.7, np.float32), K)).points
     points = points.reshape(60, 80, 3).copy()
     points[5:, :40] = points[5:, 41:] = np.nan
     np.testing.assert_allclose(_parameters(recover_intrinsics(points)), _parameters(K), atol=1e-3)
 
 
 def test_millimetre_rounding_is_tolerated() -> None:
-    points = grid_from_frame(_frame()).points.reshape(60, 80, 3).astype(np.float64).round(3)
+    points = cloud_from_frame(_frame()).points.reshape(60, 80, 3).astype(np.float64).round(3)
     np.testing.assert_allclose(_parameters(recover_intrinsics(points)), _parameters(K), atol=0.1)
 
 
 def test_zero_points_are_missing_readings() -> None:
-    table = grid_from_frame(_frame())
+    table = cloud_from_frame(_frame())
     filled = PointTable(np.nan_to_num(table.points), table.colours, 80, 60)
-    np.testing.assert_array_equal(frame_from_grid(filled).depth, _frame().depth)
+    np.testing.assert_array_equal(frame_from_cloud(filled).depth, _frame().depth)
 
 
 def test_known_camera_is_used_unchanged() -> None:
-    recovered = frame_from_grid(grid_from_frame(_frame()), CameraFile(K))
+    recovered = frame_from_cloud(cloud_from_frame(_frame()), CameraFile(K))
     assert recovered.intrinsics == K
 
 
 def test_wrong_camera_is_rejected() -> None:
     wrong = CameraIntrinsics(110.0, 112.0, 36.5, 29.0, 80, 60)
     with pytest.raises(InputError, match=r"points miss their pixels by up to 3 px at fx=110"):
-        frame_from_grid(grid_from_frame(_frame()), CameraFile(wrong))
+        frame_from_cloud(cloud_from_frame(_frame()), CameraFile(wrong))
 
 
 @pytest.mark.parametrize("angle", [0.3, 0.8])
 def test_cloud_in_world_frame_is_rejected(angle: float) -> None:
-    rotated = Rotation.from_rotvec([angle, 0.2, 0.1]).apply(grid_from_frame(_frame()).points)
+    rotated = Rotation.from_rotvec([angle, 0.2, 0.1]).apply(cloud_from_frame(_frame()).points)
     table = PointTable(rotated + np.array([0.3, -0.2, 2.5]), None, 80, 60)
     with pytest.raises(InputError, match=r"not a pinhole image in the camera frame: .*expected"):
-        frame_from_grid(table)
+        frame_from_cloud(table)
 
 
 @pytest.mark.parametrize(
@@ -127,40 +127,40 @@ def test_cloud_in_world_frame_is_rejected(angle: float) -> None:
     ],
 )
 def test_flipped_axes_are_rejected(signs: list[int], message: str) -> None:
-    table = PointTable(grid_from_frame(_frame()).points * np.array(signs), None, 80, 60)
+    table = PointTable(cloud_from_frame(_frame()).points * np.array(signs), None, 80, 60)
     with pytest.raises(InputError, match=message):
-        frame_from_grid(table)
+        frame_from_cloud(table)
 
 
 def test_single_column_is_rejected() -> None:
-    points = grid_from_frame(_frame()).points.reshape(60, 80, 3).copy()
+    points = cloud_from_frame(_frame()).points.reshape(60, 80, 3).copy()
     points[:, 1:] = np.nan
-    with pytest.raises(InputError, match=r"lie in a single column, .*: give camera intrinsics"):
+    with pytest.raises(InputError, match=r"lie in a single column, .*: pass camera intrinsics"):
         recover_intrinsics(points)
 
 
 def test_cloud_without_readings_is_rejected() -> None:
     table = PointTable(np.full((4, 3), np.nan), None, 2, 2)
     with pytest.raises(InputError, match="no point has a reading"):
-        frame_from_grid(table)
+        frame_from_cloud(table)
 
 
 def test_millimetres_are_detected() -> None:
-    table = PointTable(grid_from_frame(_frame()).points * np.float32(1000), None, 80, 60)
+    table = PointTable(cloud_from_frame(_frame()).points * np.float32(1000), None, 80, 60)
     with pytest.raises(InputError, match="looks like millimetres given as metres"):
-        frame_from_grid(table)
+        frame_from_cloud(table)
 
 
 def test_unorganised_cloud_is_rejected() -> None:
     table = PointTable(np.ones((6, 3)), None, 6, 1)
     with pytest.raises(InputError, match=r"not organised \(6 points, width 6, height 1\).*eyehand"):
-        frame_from_grid(table)
+        frame_from_cloud(table)
 
 
 def test_grid_of_wrong_size_is_rejected() -> None:
     table = PointTable(np.ones((6, 3)), None, 2, 2)
-    with pytest.raises(InputError, match="says 2x2 px but holds 6 points, expected 4"):
-        frame_from_grid(table)
+    with pytest.raises(InputError, match="declares 2x2 px but holds 6 points, expected 4"):
+        frame_from_cloud(table)
 
 
 def test_extreme_coordinates_raise() -> None:

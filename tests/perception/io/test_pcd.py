@@ -142,19 +142,19 @@ BINARY = _header() + struct.pack("<6f", *range(6))
     [
         (b"junk\nmore\n", r"a\.pcd: not a PCD file: a header line begins with 'junk'"),
         (b"VERSION 0.7\n", "not a whole PCD file: its header has no DATA line"),
-        (BINARY[:-1], r"cut short: 23 bytes of data, expected 24"),
-        (ASCII[:-6], r"cut short: holds 1 of the 2 points"),
+        (BINARY[:-1], r"truncated: 23 bytes of data, expected 24"),
+        (ASCII[:-6], r"truncated: holds 1 of the 2 points"),
         (ASCII.replace(b"5", b"five"), "not a table of numbers .*five"),
         (BINARY.replace(b"x y z", b"a y z"), "PCD fields are a y z, expected x, y, z among them"),
         (BINARY.replace(b"x y z", b"x y"), "gives 2 FIELDS, 3 SIZE, 3 TYPE and 3 COUNT"),
         (BINARY.replace(b"x y z", b"x y z z"), "gives 4 FIELDS, 3 SIZE"),
         (BINARY.replace(b"F F F", b"F F Q"), "field z has TYPE Q, SIZE 4, COUNT 1"),
         (BINARY.replace(b"T 1 1 1", b"T 1 1 2"), "field z comes more than once"),
-        (BINARY.replace(b"WIDTH 2", b"WIDTH 3"), "says 3 x 1 and 2 points"),
-        (BINARY.replace(b"WIDTH 2", b"WIDTH two"), "says WIDTH two, expected whole numbers"),
+        (BINARY.replace(b"WIDTH 2", b"WIDTH 3"), "has 3 x 1 and 2 points"),
+        (BINARY.replace(b"WIDTH 2", b"WIDTH two"), "has WIDTH two, expected whole numbers"),
         (BINARY.replace(b"WIDTH 2\n", b""), "gives 0 values of WIDTH, expected 1"),
-        (BINARY.replace(b"DATA binary", b"DATA gzip"), "says DATA gzip, expected one of"),
-        (BINARY.replace(b" 2\n", b" 0\n"), "says 0 x 1 and 0 points"),
+        (BINARY.replace(b"DATA binary", b"DATA gzip"), "has DATA gzip, expected one of"),
+        (BINARY.replace(b" 2\n", b" 0\n"), "has 0 x 1 and 0 points"),
         (BINARY.replace(b"T 1 1 1", b"T 1 1 1" + b"0" * 5000), "expected whole numbers"),
     ],
 )
@@ -168,8 +168,8 @@ def test_broken_compressed_files_are_rejected(tmp_path: Path) -> None:
     body = _compress(struct.pack("<6f", *range(6)))
     np.testing.assert_array_equal(_read(tmp_path, header + body).points, [[0, 2, 4], [1, 3, 5]])
     for data, message in (
-        (header, "cut short: 0 bytes of data, expected 8"),
-        (header + body[:-1], "cut short: 24 bytes of data, expected 25"),
+        (header, "truncated: 0 bytes of data, expected 8"),
+        (header + body[:-1], "truncated: 24 bytes of data, expected 25"),
         (header + body.replace(b"\x18", b"\x17", 1), "unpack to 23 bytes, expected 24 bytes"),
         (header + body[:8] + b"\xff" * 25, "damaged: they do not unpack"),
         # U+0085 ends a line for str.splitlines, but not for other readers.

@@ -127,7 +127,7 @@ def test_range_grid_assigns_points_to_pixels(tmp_path: Path) -> None:
         assert table.colours is not None
         np.testing.assert_array_equal(table.colours[[0, 3]], [[7, 8, 9], [10, 20, 30]])
         assert (table.width, table.height) == (2, 2)
-    with pytest.raises(InputError, match="cut short: 3 of 4 rows of range_grid"):
+    with pytest.raises(InputError, match="truncated: 3 of 4 rows of range_grid"):
         _read(tmp_path, binary[:-1])
 
 
@@ -140,14 +140,14 @@ BINARY = _header("binary_little_endian") + struct.pack("<6f", *range(6))
     [
         (b"plywood\n", r"a\.ply: not a PLY file: it begins with b'plywood"),
         (ASCII[:60], "not a whole PLY file: its header has no end_header line"),
-        (BINARY[:-1], r"cut short: \d+ bytes, expected \d+ for 2 vertices"),
-        (ASCII[:-6], "cut short: holds 1 of the 2 points"),
+        (BINARY[:-1], r"truncated: \d+ bytes, expected \d+ for 2 vertices"),
+        (ASCII[:-6], "truncated: holds 1 of the 2 points"),
         (ASCII.replace(b"5", b"five"), "not a table of numbers .*five"),
         (ASCII.replace(b"ascii", b"utf8"), r"format is 'utf8', expected one of \['ascii'"),
         (ASCII.replace(b"float x", b"float a"), "vertices have a y z, expected x, y, z, once each"),
         (ASCII.replace(b"float y", b"float x"), "vertices have x x z, expected x, y, z, once"),
-        (ASCII.replace(b"float z", b"half z"), "says 'property half z', which is not PLY"),
-        (ASCII.replace(b"vertex 2", b"vertex two"), "says element vertex two, expected a whole"),
+        (ASCII.replace(b"float z", b"half z"), "has 'property half z', which is not PLY"),
+        (ASCII.replace(b"vertex 2", b"vertex two"), "has element vertex two, expected a whole"),
         (ASCII.replace(b"vertex 2", b"vertex 0"), "holds 0 PLY vertices, expected at least 1"),
         (ASCII.replace(b"vertex 2", b"corner 2"), "holds no PLY vertices"),
         (_header(after="property list uchar int i\n") + b"1 2 3 0\n" * 2, "lists before or in its"),
@@ -159,10 +159,10 @@ BINARY = _header("binary_little_endian") + struct.pack("<6f", *range(6))
         (ASCII_GRID.replace(b"num_cols 2", b"num_cols 3"), "has 4 cells, expected .* = 3 x 2"),
         (
             ASCII_GRID.replace(b"\n1 1\n", b"\n1 2\n"),
-            "range_grid table names vertices 0 to 2, expected 0 to 1",
+            "range_grid table refers to vertices 0 to 2, expected 0 to 1",
         ),
         (ASCII_GRID.replace(b"\n1 1\n", b"\n2 1 0\n"), "cell has 2 vertices, expected 0 or 1"),
-        (ASCII_GRID[:-4], "cut short: 3 of 4 rows of range_grid"),
+        (ASCII_GRID[:-4], "truncated: 3 of 4 rows of range_grid"),
     ],
 )
 def test_broken_files_are_rejected(tmp_path: Path, data: bytes, message: str) -> None:

@@ -47,10 +47,10 @@ def test_elements_properties_and_grid_are_parsed(line_end: bytes) -> None:
         (b"ply\n", b"plx\n", r"not a PLY file: it begins with b'plx"),
         (b"end_header", b"end", "no end_header line"),
         (b"binary_big_endian", b"utf8", "format is 'utf8', expected one of"),
-        (b"vertex 12", b"vertex 1e3", "says element vertex 1e3, expected a whole number"),
-        (b"property float x", b"property half x", "says 'property half x', which is not PLY"),
-        (b"list uchar", b"list float", "says 'property list float int vertex_indices', which"),
-        (b"element vertex 12\n", b"", "says 'property float x', which is not PLY"),
+        (b"vertex 12", b"vertex 1e3", "has element vertex 1e3, expected a whole number"),
+        (b"property float x", b"property half x", "has 'property half x', which is not PLY"),
+        (b"list uchar", b"list float", "has 'property list float int vertex_indices', which"),
+        (b"element vertex 12\n", b"", "has 'property float x', which is not PLY"),
     ],
 )
 def test_broken_headers_are_rejected(old: bytes, new: bytes, message: str) -> None:

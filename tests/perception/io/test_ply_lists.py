@@ -41,28 +41,28 @@ def test_truncated_data_is_rejected() -> None:
     header, face = _header("binary_little_endian", 2, [LIST, FLAGS])
     data = struct.pack("<B3ihB3ih", 3, 0, 1, 2, 7, 3, 0, 1, 2, 7)
     for keep in range(len(data)):
-        with pytest.raises(InputError, match=r"cut short: [01] of 2 rows of face"):
+        with pytest.raises(InputError, match=r"truncated: [01] of 2 rows of face"):
             read_vertex_lists(data[:keep], header, face, 0)
 
 
 @pytest.mark.parametrize("row", ["3 0 1", "-1 0", "2 0 x", "", "1 -1"])
 def test_rows_without_list_are_rejected(row: str) -> None:
     header, face = _header("ascii", 1, [LIST])
-    with pytest.raises(InputError, match=r"a PLY row is|cut short: 0 of 1 rows"):
+    with pytest.raises(InputError, match=r"a PLY row is|truncated: 0 of 1 rows"):
         read_vertex_lists(f"{row}\n".encode(), header, face, 0)
 
 
 @pytest.mark.parametrize("vertex", [-1, 9, 2**31 - 1])
 def test_nonexistent_vertices_are_rejected(vertex: int) -> None:
     header, face = _header("binary_little_endian", 1, [LIST])
-    with pytest.raises(InputError, match=r"face table names vertices .* expected 0 to 8"):
+    with pytest.raises(InputError, match=r"face table refers to vertices .* expected 0 to 8"):
         read_vertex_lists(struct.pack("<B3i", 3, 0, 1, vertex), header, face, 0)
 
 
 @pytest.mark.parametrize("columns", [[FLAGS], [TEXTURE], [LIST, LIST]])
 def test_table_without_single_vertex_list_is_rejected(columns: list[PlyProperty]) -> None:
     header, face = _header("ascii", 1, columns)
-    with pytest.raises(InputError, match="the PLY face table must follow the vertices and hold"):
+    with pytest.raises(InputError, match="the PLY face table must follow the vertices and have"):
         read_vertex_lists(b"3 0 1 2\n", header, face, 0)
 
 

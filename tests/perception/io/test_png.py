@@ -62,7 +62,7 @@ def test_wrong_depth_type_is_reported(image: np.ndarray, kind: str) -> None:
 def test_truncated_image_is_rejected(data: st.DataObject) -> None:
     whole = _encode(RAMP)
     keep = data.draw(st.integers(8, len(whole) - 1))
-    with pytest.raises(InputError, match=f"cut short: it ends after {keep} bytes"):
+    with pytest.raises(InputError, match=f"truncated: it ends after {keep} bytes"):
         decode_depth(whole[:keep])
 
 
@@ -72,7 +72,7 @@ def test_flipped_bit_is_rejected(data: st.DataObject) -> None:
     damaged = bytearray(_encode(RAMP))
     at = data.draw(st.integers(0, len(damaged) - 1))
     damaged[at] ^= 1 << data.draw(st.integers(0, 7))
-    with pytest.raises(InputError, match=r"not a PNG file|damaged|cut short"):
+    with pytest.raises(InputError, match=r"not a PNG file|damaged|truncated"):
         decode_depth(bytes(damaged))
 
 

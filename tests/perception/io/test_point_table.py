@@ -35,7 +35,7 @@ def test_rows_are_skipped_and_columns_selected() -> None:
 
 
 def test_missing_rows_are_counted() -> None:
-    with pytest.raises(InputError, match="cut short: holds 1 of the 2 points"):
+    with pytest.raises(InputError, match="truncated: holds 1 of the 2 points"):
         parse_rows("1 2 3\n", 2, [0])
 
 
