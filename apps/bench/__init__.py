@@ -17,7 +17,7 @@ from .chart_labels import PointLabel, label_points
 from .chart_style import Provenance, add_footer, new_chart, write_chart
 from .comparison import Method, MethodResult, compare_methods
 from .csv_table import write_csv
-from .dial_chart import ChartWords, DialChart, FrontPlace, Measured
+from .dial_chart import ChartWords, DialChart, FrontPlace, Measured, check_chart_arguments
 from .dials import DialBoard, DialSetting
 from .experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
 from .machine import core_count, machine_line
@@ -64,6 +64,7 @@ __all__ = [
     "Trial",
     "TrialPlan",
     "add_footer",
+    "check_chart_arguments",
     "compare_methods",
     "core_count",
     "format_value",

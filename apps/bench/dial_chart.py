@@ -1,4 +1,4 @@
-"""What every `eyehand chart` command makes of measurements: chart, table, rows, stored front."""
+"""Chart, table, rows and stored front of the `eyehand chart` commands."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ import numpy as np
 from rich import box
 from rich.table import Table
 
-from eyehand.apps.console import say, show
+from eyehand.apps.console import print_json, say, show
+from eyehand.errors import InputError
 from eyehand.perception import StoredFront
 from eyehand.perception.io import atomic_write
 
@@ -31,57 +32,71 @@ if TYPE_CHECKING:
     from .dials import DialSetting
 
 SAME_TIME = 1.05
-"""Factor by which the same setting's times differ between runs on a busy machine."""
+"""Ratio of two run times of the same setting on a busy machine. Smaller ratios are noise."""
+
+
+def check_chart_arguments(
+    count_option: str, count: int | None, seed: int, *, store: bool, quick: bool
+) -> None:
+    """Raise InputError for arguments of a chart command that are out of range."""
+    if count is not None and count < 1:
+        raise InputError(f"{count_option} must be >= 1, got {count}")
+    if seed < 0:
+        raise InputError(f"--seed must be >= 0, got {seed}")
+    if store and quick:
+        raise InputError("--store needs all settings: leave --quick out")
 
 
 @dataclass(frozen=True)
 class Measured:
-    """Time and figures of one method over all cases."""
+    """The time and the figures of one method over all cases."""
 
     method: Method[Any, Any]
     median_ms: float
     """Median over cases of the fastest round's wall time, ms."""
     median_cpu_ms: float
-    """The same of processor time, of all threads: less shaken by what else runs, ms."""
+    """Median processor time of all threads, ms. It depends less on other load."""
     figures: Mapping[str, float]
     """Accuracy figures by name, with the unit as suffix."""
 
     @classmethod
     def of(cls, result: MethodResult[Any, Any, Any], figures: Mapping[str, float]) -> Measured:
-        """Take the median times of a comparison's result, and add figures."""
+        """Return the median times of a comparison result with the given figures."""
         wall, cpu = (round(float(np.median(ms)), 3) for ms in (result.wall_ms, result.cpu_ms))
         return cls(result.method, wall, cpu, figures)
 
 
 @dataclass(frozen=True)
 class ChartWords:
-    """What a stage's chart is about."""
+    """The words and limits of a stage's chart."""
 
     title: str
     gain: str
-    """Name of the figure that is charted against time, per cent."""
+    """Name of the figure that is charted against time, in per cent."""
     accuracy: str
-    """The same for the axis."""
+    """Axis label of that figure."""
     same_gain_pct: float
-    """Difference of it that says nothing: its standard error over the usual cases."""
+    """Differences up to this are noise: its standard error over the usual cases."""
     columns: Mapping[str, str]
-    """Figures of the table by their name, with their headings."""
+    """Figure name → heading of its table column."""
     caption: str
-    """What the headings mean."""
+    """Explanation of the headings."""
     min_shown_pct: float
-    """Worse points are in the table only."""
+    """Points below this are in the table only."""
 
 
 @dataclass(frozen=True)
 class FrontPlace:
-    """Where a stage keeps its front for time budgets."""
+    """The file in which a stage stores its front for time budgets."""
 
+    stage: str
+    """Name of the stage, for the files of the chart and the JSON schema."""
     form: FrontFormat[Any]
-    """How it is kept."""
+    """Format of the file."""
     path: Path
-    """In which file."""
+    """The file."""
     options: str
-    """Name of the class that reads it."""
+    """Name of the option class that reads it."""
 
 
 @dataclass(frozen=True)
@@ -90,23 +105,23 @@ class DialChart:
 
     words: ChartWords
     settings: Sequence[DialSetting[Any]]
-    """Own settings, simplest first: the first is the default."""
+    """Our settings, simplest first. The first is the default."""
     own: Sequence[Measured]
-    """What each of them reached."""
+    """Measurements of our settings, in the same order."""
     others: Sequence[Measured]
-    """What baselines reached."""
+    """Measurements of the baselines."""
     made: Provenance
-    """Where the figures come from."""
+    """Origin of the figures."""
 
     @property
     def front(self) -> list[int]:
-        """Own settings that are the best for their time beyond chance, by rising time."""
+        """Indices of our settings on the Pareto front beyond measurement noise, by rising time."""
         times = [result.median_ms for result in self.own]
         gains = [result.figures[self.words.gain] for result in self.own]
         return simplest_front(times, gains, SAME_TIME, self.words.same_gain_pct)
 
     def rows(self) -> list[dict[str, Any]]:
-        """Give all figures, the own settings first, a row each."""
+        """Return a row of figures per setting, ours first."""
         front = self.front
         own = [
             _row(result, not setting.dials, index in front) | setting.all_dials()
@@ -116,9 +131,9 @@ class DialChart:
 
     def figure(self) -> Figure:
         """Draw the chart."""
-        subtitle = "blue: every dial, alone and crossed; line: the best for its time, beyond chance"
+        subtitle = "blue: every dial, alone and crossed; line: Pareto front beyond noise"
         if self.others:
-            subtitle += "; grey: other ways"
+            subtitle += "; grey: other methods"
         chart = ParetoChart(
             self.words.title,
             subtitle,
@@ -157,36 +172,49 @@ class DialChart:
             table.add_row(*self._cells(max(curve, key=lambda r: r.figures[self.words.gain])))
         return table
 
-    def publish(self, picture: Path, place: FrontPlace, *, store: bool, json: bool) -> float | None:
-        """Write the picture and its figures, print the table, and keep the front where asked to.
+    def publish(
+        self, out: Path, place: FrontPlace, *, store: bool, json: bool, **members: Any
+    ) -> float | None:
+        """Write the chart and its figures, print the table, and store the front on request.
 
         Parameters
         ----------
-        picture
-            The chart, .png; its figures go into the .csv beside it.
+        out
+            Folder of the chart and of the CSV file with its figures.
         place
-            Where the front is kept.
+            File of the stored front.
         store
-            Whether to keep this one.
+            Whether to replace the stored front.
         json
-            Whether stdout belongs to JSON.
+            Whether to print one JSON object on stdout.
+        members
+            Further members of the JSON object.
 
         Returns
         -------
         float or None
-            How many times longer the default takes here than for the stored front; None where
-            there is none.
+            Run time of the default here, divided by that in the stored front. None without a
+            stored front.
 
         Raises
         ------
         InputError
             If a file or the installed package cannot be written to.
         """
+        picture = out / f"{place.stage}.png"
         write_chart(self.figure(), picture, self.rows())
         show(self.table(), json_wanted=json)
         say(f"chart: {picture}, figures: {picture.with_suffix('.csv')}")
         if store:
             self.store(place)
+        slower = self._slower(place)
+        if json:
+            members |= {"machine": machine_line(), "slower": slower, "out": str(out)}
+            print_json(f"chart_{place.stage}", self.made.seed, self.rows(), **members)
+        return slower
+
+    def _slower(self, place: FrontPlace) -> float | None:
+        """Compare the run time of the default with that in the stored front."""
         if not place.path.is_file():
             return None
         slower = round(self.own[0].median_ms / place.form.read(place.path).default_ms, 3)
@@ -197,7 +225,7 @@ class DialChart:
         return slower
 
     def store(self, place: FrontPlace) -> None:
-        """Write the front for time budgets: its points get name, dials, median_ms, all figures."""
+        """Store the front: name, dials, median_ms and all figures of each point."""
         points = tuple(
             place.form.point(
                 name=self.settings[index].name,

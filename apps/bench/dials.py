@@ -82,6 +82,6 @@ class DialSetting(Generic[Options]):
         return replace(self.board.default, **self.dials)  # pyright: ignore[reportArgumentType]
 
     def all_dials(self) -> dict[str, Any]:
-        """Every dial with its value, so that other defaults one day change nothing."""
+        """Return every dial with its value, so that later changes of defaults have no effect."""
         options = self.options
         return {key: getattr(options, key) for key in self.board.dials}

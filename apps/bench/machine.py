@@ -1,4 +1,4 @@
-"""The machine that a figure was measured on, in one line: a time means nothing without it."""
+"""Describe the machine of a measurement in one line."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from importlib import metadata
 from pathlib import Path
 
 CPU_INFO = Path("/proc/cpuinfo")
-"""Where Linux names the processor; elsewhere the platform's own word for it has to do."""
+"""File in which Linux names the processor. Other systems use `platform.processor`."""
 
 
 def machine_line() -> str:
-    """Processor, cores that this process may use, Python, NumPy and numba, in one line."""
+    """Return processor, usable cores, and versions of Python, NumPy and numba in one line."""
     return (
         f"{processor_name()}, {core_count()} cores, "
         f"Python {platform.python_version()}, NumPy {metadata.version('numpy')}, "
@@ -21,7 +21,7 @@ def machine_line() -> str:
 
 
 def processor_name() -> str:
-    """Name of the processor, without trade marks."""
+    """Return the name of the processor without trade marks."""
     name = platform.processor() or platform.machine()
     if CPU_INFO.is_file():
         for line in CPU_INFO.read_text(errors="replace").splitlines():
@@ -34,7 +34,7 @@ def processor_name() -> str:
 
 
 def core_count() -> int:
-    """Cores that this process may use."""
+    """Return the number of cores that this process may use."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1

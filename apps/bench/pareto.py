@@ -1,4 +1,4 @@
-"""Which settings are worth their price: the Pareto front of a cost against a gain."""
+"""Compute the Pareto front of a cost against a gain."""
 
 from __future__ import annotations
 
@@ -13,21 +13,20 @@ if TYPE_CHECKING:
 
 
 def pareto_front(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
-    """Find the points that no other point beats.
+    """Return the points that no other point dominates.
 
-    A point is beaten when another one costs no more and gains no less, and is better in one of
-    the two; of equal points the first counts.
+    A point is dominated when another one costs no more, gains no less, and is better in one of the
+    two. Of equal points the first is kept.
 
     Parameters
     ----------
     costs, gains
-        One of each per point, finite, any unit.
+        Cost and gain of each point, finite, any unit.
 
     Returns
     -------
     list of int
-        Indices of the front, by rising cost and with it strictly rising gain. Empty only when
-        there are no points.
+        Indices of the front by rising cost; the gain rises strictly. Empty only without points.
 
     Raises
     ------
@@ -36,12 +35,14 @@ def pareto_front(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
     """
     cost, gain = np.asarray(costs, dtype=np.float64), np.asarray(gains, dtype=np.float64)
     if cost.shape != gain.shape or cost.ndim != 1:
-        raise InputError(f"costs and gains must pair up, got {len(costs)} and {len(gains)}")
+        raise InputError(
+            f"costs and gains must have the same length, got {len(costs)} and {len(gains)}"
+        )
     if not (np.isfinite(cost).all() and np.isfinite(gain).all()):
         raise InputError("costs and gains must be finite")
     front: list[int] = []
     best = -np.inf
-    # Stable: of equal points the first one comes first. Of equal costs the best gain does.
+    # The sort is stable, so the first of equal points stays first. The best gain of a cost leads.
     for index in np.lexsort((-gain, cost)):
         if gain[index] > best:
             best = gain[index]
@@ -52,26 +53,26 @@ def pareto_front(costs: Sequence[float], gains: Sequence[float]) -> list[int]:
 def simplest_front(
     costs: Sequence[float], gains: Sequence[float], same_cost: float, same_gain: float = 0.0
 ) -> list[int]:
-    """Find the front when costs and gains are only roughly known, and points come simplest first.
+    """Return the front of noisy measurements, with a preference for simple points.
 
-    A point is passed over when a simpler one gains at most `same_gain` less and costs at most
-    `same_cost` times as much; of the front of the others, steps that gain less than `same_gain`
-    are left out. What only chance made better gives way.
+    A point is dropped when a simpler one gains at most `same_gain` less and costs at most
+    `same_cost` times as much. From the front of the remaining points, steps that gain less than
+    `same_gain` are dropped. Such differences may be noise.
 
     Parameters
     ----------
     costs, gains
-        One of each per point, the simplest point first; costs > 0.
+        Cost and gain of each point, the simplest point first; costs > 0.
     same_cost
-        Factor by which equal costs differ when measured twice, >= 1.
+        Largest ratio of two measurements of the same cost, >= 1.
     same_gain
-        Difference of gains that says nothing, >= 0, unit of the gains. With 1 and 0 the front is
-        the exact one.
+        Largest difference of gains that is noise, >= 0, unit of the gains. With same_cost=1 and
+        same_gain=0 the front is exact.
 
     Returns
     -------
     list of int
-        Indices by rising cost, and with it strictly rising gain.
+        Indices by rising cost; the gain rises strictly.
 
     Raises
     ------
@@ -80,7 +81,9 @@ def simplest_front(
         1 or the difference below 0.
     """
     if len(costs) != len(gains):
-        raise InputError(f"costs and gains must pair up, got {len(costs)} and {len(gains)}")
+        raise InputError(
+            f"costs and gains must have the same length, got {len(costs)} and {len(gains)}"
+        )
     if not 1 <= same_cost < np.inf:
         raise InputError(f"same_cost must be a finite factor >= 1, got {same_cost}")
     if not 0 <= same_gain < np.inf:
@@ -97,23 +100,23 @@ def simplest_front(
     return thin_front(gains, [kept[index] for index in front], same_gain)
 
 
-def thin_front(gains: Sequence[float], front: Sequence[int], least: float) -> list[int]:
-    """Thin a front to the points that gain at least `least` over the cheaper point kept before.
+def thin_front(gains: Sequence[float], front: Sequence[int], min_step: float) -> list[int]:
+    """Keep the points of a front that gain at least `min_step` over the point kept before.
 
-    Differences below what a repetition would give (the noise of a measurement) are no reason to
-    pay more, and no reason for a name in a chart. The cheapest point stays.
+    The cheapest point stays. A smaller step may be measurement noise and does not justify a higher
+    cost.
 
     Parameters
     ----------
     gains
         Gain of every point.
     front
-        Indices as :func:`pareto_front` gives them.
-    least
-        Smallest gain worth a step, >= 0, unit of the gains.
+        Indices from :func:`pareto_front`.
+    min_step
+        Smallest gain that justifies a higher cost, >= 0, unit of the gains.
     """
     kept: list[int] = []
     for index in front:
-        if not kept or gains[index] - gains[kept[-1]] >= least:
+        if not kept or gains[index] - gains[kept[-1]] >= min_step:
             kept.append(index)
     return kept

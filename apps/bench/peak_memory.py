@@ -1,4 +1,4 @@
-"""The most memory that a piece of work holds at one time, over what was held before."""
+"""Measure the peak memory of a function call."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ MB = 1e6
 """Bytes in a megabyte."""
 _RESET = Path("/proc/self/clear_refs")
 _RESET_PEAK = "5"
-"""Written there, it sets the process' peak back to what it holds now (proc(5))."""
+"""Writing this resets the peak resident set of the process, see proc(5)."""
 _STATUS = Path("/proc/self/status")
 
 
 def peak_megabytes(work: Callable[[], object]) -> float:
-    """Run `work` and give the peak of the process' memory meanwhile, over that before, MB.
+    """Run `work` and return by how much its peak memory exceeds the memory before, MB.
 
-    On Linux this is the peak of the resident set, which holds what compiled kernels and OpenCV
-    take as well; pages that are free inside the process are given back first, so that they count.
-    Elsewhere it is the peak of what Python and NumPy take, which misses kernels' own arrays.
+    On Linux this is the peak of the resident set. It includes memory of compiled kernels and
+    OpenCV. Free pages are returned to the system first, so that their reuse counts. On other
+    systems it is the peak that Python and NumPy allocate, without the arrays of kernels.
     """
     gc.collect()
     _give_back_free_pages()
@@ -34,13 +34,13 @@ def peak_megabytes(work: Callable[[], object]) -> float:
         return _traced(work)
     result = work()
     peak = _status("VmHWM")
-    # Held until here, as a caller would hold it.
+    # The result counts: a caller would hold it too.
     del result
     return max(peak - before, 0) / MB
 
 
 def _resident_now() -> int | None:
-    """Set the peak back and give the resident set, bytes; None where the system cannot."""
+    """Reset the peak and return the resident set, bytes; None on systems without it."""
     try:
         _RESET.write_text(_RESET_PEAK)
         return _status("VmRSS")
@@ -59,7 +59,7 @@ def _give_back_free_pages() -> None:
     try:
         trim = ctypes.CDLL(None).malloc_trim
     except (AttributeError, OSError, TypeError):
-        # Only glibc has it; without it the figure may come out too low.
+        # Only glibc has malloc_trim. Without it the figure may be too low.
         return
     trim(0)
 

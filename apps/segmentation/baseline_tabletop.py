@@ -1,7 +1,7 @@
-"""First and last step of all baselines: find the table, and clean the labels.
+"""Detect the table and clean the labels: the first and last step of all baselines.
 
-Open3D's RANSAC finds the table on every fourth row and column. The full cloud takes ten times as
-long and gave no better plane on the frames that were compared.
+Open3D's RANSAC detects the table on every fourth row and column. The full cloud takes ten times as
+long and gave no better plane on the compared frames.
 """
 
 from __future__ import annotations
@@ -22,43 +22,44 @@ if TYPE_CHECKING:
 
 PLANE_STRIDE = 4
 PLANE_BAND_M = 0.01
-"""Points this near the plane are the plane's."""
-PLANE_TRIES = 300
+"""Inlier distance of the plane."""
+PLANE_ITERATIONS = 300
 CLEARANCE_M = 0.004
-"""Best of 4, 8 and 12 mm for most baselines. More cuts off low objects, less keeps table noise."""
+"""Height above the plane at which objects start. The best of 4, 8 and 12 mm for most baselines:
+more cuts off low objects, less keeps table noise."""
 OUTSIDE_M = 0.01
-"""How far outside the table's hull an object's points may lie."""
+"""Maximum distance of object points outside the hull of the table."""
 MIN_OBJECT_PX = 400
 """Smaller segments are noise: the best of 100, 200, 400 and 800 for most baselines."""
 STEP_SHARE = 0.008
 """A step in depth by more than this share of it is an edge."""
 NORMAL_WINDOW = 7
-"""Largest that OpenCV's least squares take."""
+"""Window of the normals, px: the largest of OpenCV's least squares."""
 RIM_PX = 6
-"""Left-over pixels join the nearest segment within this distance."""
+"""Unlabelled pixels join the nearest segment within this distance."""
 
 
 @dataclass(frozen=True)
 class Tabletop:
-    """What stands on the support plane of a frame."""
+    """The support plane of a frame and the pixels above it."""
 
     points: NDArray[np.float32]
     """Organised cloud in the camera frame, (H, W, 3), m."""
     above: NDArray[np.bool_]
-    """Pixels of what stands on the table, (H, W)."""
+    """Mask of the pixels above the table, (H, W)."""
     up: NDArray[np.float64]
     """Normal of the table towards the camera, (3,)."""
 
 
 def find_tabletop(frame: DepthFrame, clearance: float = CLEARANCE_M) -> Tabletop:
-    """Find the support plane and what stands on it; nothing does where no plane is found.
+    """Detect the support plane and the pixels above it; none without a plane.
 
     Parameters
     ----------
     frame
-        What the camera saw.
+        Depth frame.
     clearance
-        How far above the plane an object's points are at 1 m, growing with depth squared, m.
+        Minimum height of object points above the plane at 1 m, m. It grows with depth squared.
     """
     points = frame.points()
     coarse = points[::PLANE_STRIDE, ::PLANE_STRIDE]
@@ -70,8 +71,8 @@ def find_tabletop(frame: DepthFrame, clearance: float = CLEARANCE_M) -> Tabletop
     o3d = import_open3d()
     o3d.utility.random.seed(0)
     pcd = o3d.geometry.PointCloud(o3d.utility.Vector3dVector(cloud))
-    plane, inliers = pcd.segment_plane(PLANE_BAND_M, 3, PLANE_TRIES)
-    # The camera, at the origin, sees the table from above.
+    plane, inliers = pcd.segment_plane(PLANE_BAND_M, 3, PLANE_ITERATIONS)
+    # The camera at the origin is above the table.
     plane = np.asarray(plane) * (1.0 if plane[3] > 0 else -1.0)
     up, offset = plane[:3], plane[3]
     height = points @ up.astype(np.float32) + np.float32(offset)
@@ -92,7 +93,7 @@ def normals_of(frame: DepthFrame) -> NDArray[np.float32]:
 
 @lru_cache(maxsize=4)
 def _normal_estimator(camera: CameraIntrinsics) -> cv2.RgbdNormals:
-    """Keep one per camera: its tables take ten times longer than its normals."""
+    """Return the estimator of a camera, cached: its tables take ten times as long as a frame."""
     return cv2.RgbdNormals.create(
         camera.height,
         camera.width,
@@ -105,14 +106,14 @@ def _normal_estimator(camera: CameraIntrinsics) -> cv2.RgbdNormals:
 
 
 def finish(labels: NDArray[np.integer], above: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Drop small segments, give their pixels and left-over ones to the nearest large one near by.
+    """Drop small segments and give unlabelled pixels to the nearest large segment.
 
     Parameters
     ----------
     labels
         (H, W); 0 and below = none.
     above
-        Pixels that may become an object's, (H, W).
+        Pixels that may belong to objects, (H, W).
 
     Returns
     -------
@@ -132,16 +133,16 @@ def finish(labels: NDArray[np.integer], above: NDArray[np.bool_]) -> NDArray[np.
 
 
 def spread(labels: NDArray[np.int32], above: NDArray[np.bool_], reach: float) -> NDArray[np.int32]:
-    """Let segments grow over pixels of `above` that have none, each to the nearest within reach px.
+    """Label the unlabelled pixels of `above` like their nearest segment within `reach` px.
 
     Parameters
     ----------
     labels
         (H, W) int32; 0 = none.
     above
-        Pixels that may become an object's, (H, W).
+        Pixels that may belong to objects, (H, W).
     reach
-        Farthest pixel, px.
+        Maximum distance, px.
 
     Returns
     -------
@@ -155,7 +156,7 @@ def spread(labels: NDArray[np.int32], above: NDArray[np.bool_], reach: float) ->
         (~seeds).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
     )
     distance, nearest = np.asarray(distance), np.asarray(nearest, np.int32)
-    # OpenCV numbers the pixels at distance 0 one by one; here each gets its segment's number back.
+    # OpenCV numbers every seed pixel separately. This maps the numbers back to segments.
     source = np.zeros(int(nearest.max()) + 1, np.int32)
     source[nearest[seeds]] = labels[seeds]
     rim = above & ~seeds & (distance <= reach)
@@ -171,7 +172,7 @@ def _over_table(
     on_plane: NDArray[np.uint8],
     up: NDArray[np.float64],
 ) -> NDArray[np.bool_]:
-    """Whether the pixels above the plane lie over the hull of its largest part in view."""
+    """Return the pixels above the hull of the largest visible part of the plane, (H, W)."""
     over = np.zeros(above.shape, bool)
     _, parts, stats, _ = cv2.connectedComponentsWithStats(on_plane, connectivity=8)
     if len(stats) < 2:
@@ -184,7 +185,7 @@ def _over_table(
     edges = np.roll(hull, -1, axis=0) - hull
     outward = np.column_stack([edges[:, 1], -edges[:, 0]])
     outward /= np.maximum(np.linalg.norm(outward, axis=1, keepdims=True), 1e-12)
-    # The orientation of OpenCV's hulls varies; the centre decides which side is inside.
+    # The orientation of OpenCV's hulls varies. The centre is inside.
     if np.sum(outward * (hull.mean(axis=0) - hull)) > 0:
         outward = -outward
     feet = points[above] @ axes.T

@@ -1,11 +1,11 @@
-"""Training-free segmentations that others would reach for, as baselines in the chart.
+"""Common segmentation methods without training, as baselines in the chart.
 
-Each is the shortest honest form of its method, made of library calls, over the same table
-(`baseline_tabletop.py`). Each has one dial that is swept in the chart, so that its best setting for
-the charted frames shows. Its other constants were chosen by mean overlap F over every second frame
-of the mOSD learn half and twelve synthetic frames with realistic noise (seeds 9000 to 9011,
-separate, touching and stacked): a chart of the learn half flatters the baselines a little, one of
-synthetic seeds from 0 shows them frames that nothing was chosen on.
+Each is a short implementation with library calls on the same table detection
+(`baseline_tabletop.py`). The chart sweeps one dial of each, so that its best setting is shown. The
+other constants were chosen by mean overlap F on development data: every second frame of the mOSD
+learn half and twelve synthetic frames with realistic noise (seeds 9000 to 9011: separate, touching
+and stacked). Therefore a chart of the learn half favours the baselines a little. Synthetic seeds
+from 0 are frames on which nothing was chosen.
 """
 
 from __future__ import annotations
@@ -36,28 +36,28 @@ class Segmenter(Protocol):
 
 @dataclass(frozen=True)
 class Baseline:
-    """A segmentation that others would reach for."""
+    """A common segmentation method."""
 
     name: str
     """For the chart."""
     why: str
-    """Why it is there, one line."""
+    """Reason to compare with it, one line."""
     dial: str
-    """What is swept, with its unit."""
+    """The swept parameter with its unit."""
     settings: tuple[float, ...]
     """Values of the dial."""
     run: Segmenter
 
 
 def depth_steps(frame: DepthFrame, step: float) -> NDArray[np.int32]:
-    """Connected components where depth steps by less than `step`, as a share of depth."""
+    """Return connected components with depth steps below `step`, a share of depth."""
     table = find_tabletop(frame)
     z = np.asarray(cv2.medianBlur(frame.depth, 5), np.float32)
     return finish(_components(_flat_pixels(z, table.above, step)), table.above)
 
 
 def open3d_dbscan(frame: DepthFrame, voxel: float) -> NDArray[np.int32]:
-    """Open3D's DBSCAN on the cloud above the table, in voxels of `voxel` m."""
+    """Cluster the points above the table with Open3D's DBSCAN, in voxels of `voxel` m."""
     table = find_tabletop(frame)
     labels = np.zeros(frame.depth.shape, np.int32)
     points = table.points[table.above].astype(np.float64)
@@ -77,7 +77,7 @@ def open3d_dbscan(frame: DepthFrame, voxel: float) -> NDArray[np.int32]:
 
 
 def normal_edges(frame: DepthFrame, angle: float) -> NDArray[np.int32]:
-    """Smooth patches between normal edges of more than `angle` rad; convex neighbours join."""
+    """Join convex neighbours among patches separated by normal edges of over `angle` rad."""
     table = find_tabletop(frame)
     normals = normals_of(frame)
     cosine = np.cos(angle)
@@ -91,7 +91,7 @@ def normal_edges(frame: DepthFrame, angle: float) -> NDArray[np.int32]:
 
 
 def slic_lccp(frame: DepthFrame, patch_pixels: float) -> NDArray[np.int32]:
-    """scikit-image's SLIC patches on points and normals, joined where locally convex."""
+    """Join locally convex patches of scikit-image's SLIC on points and normals."""
     from skimage.segmentation import slic
 
     table = find_tabletop(frame, LCCP_CLEARANCE_M)
@@ -114,14 +114,14 @@ def slic_lccp(frame: DepthFrame, patch_pixels: float) -> NDArray[np.int32]:
 
 
 def felzenszwalb_normals(frame: DepthFrame, scale: float) -> NDArray[np.int32]:
-    """scikit-image's graph cut of Felzenszwalb and Huttenlocher on points and normals."""
+    """Segment depth and normals with scikit-image's graph cut (Felzenszwalb, Huttenlocher)."""
     from skimage.segmentation import felzenszwalb
 
     table = find_tabletop(frame)
     if not table.above.any():
         return table.above.astype(np.int32)
     features = np.dstack([frame.depth / FELZENSZWALB_SIZE_M, normals_of(frame)[..., :2]])
-    # What is not above the table is one flat region far from everything.
+    # All pixels not above the table become one flat region far from the others.
     features[~table.above] = -FAR
     box = _box(table.above)
     patches = np.zeros(frame.depth.shape, np.int32)
@@ -132,7 +132,7 @@ def felzenszwalb_normals(frame: DepthFrame, scale: float) -> NDArray[np.int32]:
 
 
 def watershed_edges(frame: DepthFrame, depth: float) -> NDArray[np.int32]:
-    """scikit-image's watershed of the edge strength, from minima at least `depth` deep."""
+    """Segment the edge strength with scikit-image's watershed, from minima `depth` deep."""
     from skimage.morphology import h_minima
     from skimage.segmentation import watershed
 
@@ -165,9 +165,9 @@ DBSCAN_POINTS = 10
 NORMAL_REACH = 3
 """Pixels between the normals that are compared."""
 SURFACE_BORDER = 4
-"""Pixel pairs by which surfaces touch, corners counted."""
+"""Minimum number of touching pixel pairs of two surfaces, diagonal pairs included."""
 LCCP_CLEARANCE_M = 0.008
-"""The patches at an object's foot must not take part of the table."""
+"""Larger than for the others: patches at the foot of an object must not contain table."""
 SLIC_SIZE_M = 0.03
 SLIC_COMPACTNESS = 0.01
 FELZENSZWALB_SIZE_M = 0.02
@@ -178,7 +178,7 @@ EDGE_BLUR = 3.0
 BASELINES: tuple[Baseline, ...] = (
     Baseline(
         "depth steps",
-        "the least that can be done: cut where depth jumps",
+        "the simplest method: cut where depth jumps",
         "step (share of depth)",
         (0.008, 0.012, 0.02),
         depth_steps,

@@ -1,4 +1,4 @@
-"""`eyehand chart segmentation`: its dials, time against accuracy, beside other methods."""
+"""`eyehand chart segmentation`: time against accuracy over its dials, beside other methods."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.apps.console import print_json, say, tracked
+from eyehand.apps.console import say, tracked
 from eyehand.apps.output_files import make_folder
 from eyehand.apps.perceived_frame import load_kernels
 from eyehand.errors import InputError
 from eyehand.perception import segment
 from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
-from ..bench import ChartWords, DialChart, FrontPlace, Method, Provenance, machine_line
+from ..bench import ChartWords, DialChart, FrontPlace, Method, Provenance, check_chart_arguments
 from .baselines import BASELINES, Baseline
 from .comparison import compare_segmentations
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
@@ -33,13 +33,13 @@ if TYPE_CHECKING:
     from ..bench import DialSetting
 
 OWN = "eyehand"
-"""Whose settings are charted."""
+"""Name of our method in the chart."""
 SYNTHETIC_FRAMES = 20
-"""Synthetic frames when no number is asked for."""
+"""Default number of synthetic frames."""
 SYNTHETIC_NOISE = "realistic"
 QUICK_FRAMES = 2
 ROUNDS, QUICK_ROUNDS = 3, 1
-"""How often each frame is segmented at each setting; the fastest time counts."""
+"""Runs of each frame at each setting. The fastest time counts."""
 WORDS = ChartWords(
     title="Segmentation: time against accuracy",
     gain="overlap_f_pct",
@@ -50,10 +50,9 @@ WORDS = ChartWords(
     caption="F, bF: mean overlap and boundary F; %75: objects with F > 75 %; all in %",
     min_shown_pct=40.0,
 )
-PLACE = FrontPlace(FRONT_FORMAT, STORED_FRONT, "SegmentationOptions")
-CHART_FILE = "segmentation.png"
+PLACE = FrontPlace("segmentation", FRONT_FORMAT, STORED_FRONT, "SegmentationOptions")
 STORED_SIZE = (480, 640)
-"""Rows and columns of the frames for which the front is stored, px."""
+"""Size (rows, columns) of the frames for which the front is stored, px."""
 
 
 def chart_segmentation(
@@ -72,37 +71,34 @@ def chart_segmentation(
 ) -> int:
     """Chart time against accuracy of the segmentation over its dials, beside other methods.
 
-    Prints a table; writes segmentation.png and the figures behind it, segmentation.csv.
+    Prints a table. Writes the chart segmentation.png and its figures segmentation.csv.
 
     Parameters
     ----------
     dataset
         Folder of labelled frames as for eyehand evaluate segmentation, or the word synthetic.
     labels
-        Coding of the labels in .npz files: plain numbers, or osd.
+        Coding of the labels in .npz files: plain (object numbers) or osd.
     camera
-        Camera file of the frames; default: what the files, or a camera file beside them, say.
+        Camera file of the frames. Default: the camera in the files, or a camera file beside them.
     depth_scale_mm
-        Millimetres per unit of whole-number depth in .npz files; default: what the files say.
+        Millimetres per unit of integer depth in .npz files. Default: the unit in the files.
     seed
         First seed of synthetic scenes.
     frames
-        Frames, spread evenly over the data set; default: all of a folder, 20 synthetic ones.
+        Number of frames, spread evenly over the data set. Default: all of a folder, 20 synthetic.
     quick
-        Few settings, one of each baseline, 2 frames: seconds in place of minutes, for a first look.
+        Use few settings, one setting per baseline and 2 frames. Takes seconds, not minutes.
     baselines
         Chart other methods too.
     store
-        Keep the front for SegmentationOptions.for_budget.
+        Store the front for SegmentationOptions.for_budget.
     out
         Output folder.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if frames is not None and frames < 1:
-        raise InputError(f"--frames must be >= 1, got {frames}")
-    if store and quick:
-        raise InputError("--store needs all settings: leave --quick out")
+    check_chart_arguments("--frames", frames, seed, store=store, quick=quick)
     synthetic = dataset == SYNTHETIC
     sources = (
         _synthetic(frames, seed, quick=quick)
@@ -123,10 +119,9 @@ def chart_segmentation(
     make_folder(out)
     load_kernels()
     settings = BOARD.settings(quick=quick)
-    rivals = BASELINES if baselines else ()
-    methods = [_own(setting) for setting in settings] + [
-        method for baseline in rivals for method in _baseline_methods(baseline, quick=quick)
-    ]
+    methods = [_own(setting) for setting in settings]
+    for baseline in BASELINES if baselines else ():
+        methods += _baseline_methods(baseline, quick=quick)
     results = compare_segmentations(
         methods,
         tracked(sources, "segmenting", len(sources)),
@@ -135,18 +130,7 @@ def chart_segmentation(
     data = _data_name(dataset, sources, synthetic=synthetic)
     made = Provenance(data, seed if synthetic else None, len(sources))
     chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
-    slower = chart.publish(out / CHART_FILE, PLACE, store=store, json=json)
-    if json:
-        print_json(
-            "chart_segmentation",
-            made.seed,
-            chart.rows(),
-            dataset=dataset,
-            frames=made.frames,
-            machine=machine_line(),
-            slower=slower,
-            out=str(out),
-        )
+    chart.publish(out, PLACE, store=store, json=json, dataset=dataset, frames=made.frames)
     return 0
 
 

@@ -1,4 +1,4 @@
-"""Folders of labelled depth frames: `.npz` archives, and what `eyehand synth` writes."""
+"""Read folders of labelled depth frames: `.npz` archives and output of `eyehand synth`."""
 
 from __future__ import annotations
 
@@ -31,18 +31,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 Coding = Literal["plain", "osd"]
-"""What the numbers of a label image stand for."""
+"""Coding of a label image, see :class:`DatasetOptions`."""
 
 KINECT = CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)
-"""The first Kinect as OpenNI hands it out: the camera of most published 640x480 frames."""
+"""Intrinsics of the first Kinect in OpenNI: the camera of most published 640x480 frames."""
 PLAUSIBLE_M = (0.2, 5.0)
-"""Where the median reading of a frame of things on a table lies, m: else its unit is wrong."""
-LIKELY_UNITS_MM = (1.0, 0.25, 0.2, 0.1)
-"""Units of whole-number depth that cameras and data sets use, mm."""
+"""Range of the median depth of a tabletop frame, m. Outside it the depth unit is wrong."""
+COMMON_UNITS_MM = (1.0, 0.25, 0.2, 0.1)
+"""Units of integer depth in cameras and data sets, mm."""
 
 OSD_OBJECT = 10
-"""The Object Segmentation Database numbers object k and its parts 10 k .. 10 k + 9, from k = 2;
-what is below 20 is the table and the rest of the room."""
+"""In the Object Segmentation Database object k and its parts have labels 10 k to 10 k + 9, from
+k = 2. Labels below 20 are the table and the background."""
 OSD_FIRST_OBJECT = 20
 OSD_GROUPS = {
     "learn": {"boxes": 17, "stacked boxes": 8, "occluded objects": 8, "cylindric objects": 12},
@@ -55,7 +55,7 @@ OSD_GROUPS = {
         "complex scenes": 11,
     },
 }
-"""How the frames of that database follow one another, by its authors (Richtsfeld, Mörwald, Prankl,
+"""Groups of that database and their number of frames, in file order (Richtsfeld, Mörwald, Prankl,
 Zillich and Vincze, "Segmentation of Unknown Objects in Indoor Environments", IROS 2012)."""
 
 _ARRAYS = ("depth", "label", "rgb", "colour", "intrinsics", "K", "depth_scale_m")
@@ -63,7 +63,7 @@ _ARRAYS = ("depth", "label", "rgb", "colour", "intrinsics", "K", "depth_scale_m"
 
 @dataclass(frozen=True)
 class DatasetOptions:
-    """How the files of a data set are to be read.
+    """Options for reading the files of a data set.
 
     Raises
     ------
@@ -72,14 +72,14 @@ class DatasetOptions:
     """
 
     camera: Path | None = None
-    """Camera file of all .npz frames; default: what the archive or a camera file beside it says,
-    else the first Kinect at 640x480."""
+    """Camera file of all .npz frames. Default: the camera in the archive or in a camera file beside
+    it, else the first Kinect at 640x480."""
     depth_scale_mm: float | None = None
-    """Millimetres per unit of whole-number depth in .npz files; default: what the archive or the
-    camera file says."""
+    """Millimetres per unit of integer depth in .npz files. Default: the unit in the archive or in
+    the camera file."""
     labels: Coding = "plain"
-    """``plain``: 0 is no object, every other number one object. ``osd``: 0-19 no object, else
-    object number // 10, whose last digit counts its parts."""
+    """``plain``: 0 is no object, every other label is one object. ``osd``: labels 0 to 19 are no
+    object, else the object is label // 10 and the last digit is its part."""
 
     def __post_init__(self) -> None:
         scale = self.depth_scale_mm
@@ -92,38 +92,37 @@ class LabelledFrame:
     """A depth frame with its true objects."""
 
     frame: DepthFrame
-    """What the camera saw."""
+    """The depth frame."""
     truth: NDArray[np.int32]
     """(H, W) int32: 0 = no object."""
     assumed: tuple[str, ...] = ()
-    """What had to be taken for granted to read it, in words."""
+    """Assumptions made when reading the frame, in words."""
 
 
 @dataclass(frozen=True)
 class FrameSource:
-    """A labelled frame that can be had any time."""
+    """A labelled frame that is loaded on demand."""
 
     name: str
-    """Which frame it is, unique in the data set."""
+    """Name, unique in the data set."""
     group: str
-    """Frames of a kind; parts of a name are divided by ``/``."""
+    """Group of the frame; ``/`` separates the parts of its name."""
     load: Callable[[], LabelledFrame]
-    """Read or make the frame; gives the same one every time."""
+    """Read or render the frame. Every call returns the same frame."""
 
 
 def open_dataset(folder: Path, options: DatasetOptions | None = None) -> list[FrameSource]:
-    """List the labelled frames of a folder and the folders in it, by name.
+    """List the labelled frames of a folder and its subfolders, sorted by name.
 
-    Frames are `.npz` archives with `depth` (whole numbers, or float metres), `label`, and maybe
-    `rgb` or `colour`, `intrinsics` or `K`, `depth_scale_m`; and folders as `eyehand synth` writes
-    them. Their groups are the folders that they are in; the groups of the Object Segmentation
-    Database are known by its file names, where `labels` is ``osd``.
+    A frame is an `.npz` archive or a folder from `eyehand synth`. An archive holds `depth`
+    (integers, or floats in metres) and `label`. Optional arrays are `rgb` or `colour`, `intrinsics`
+    or `K`, and `depth_scale_m`. The group of a frame is its folder. With `labels` ``osd``, file
+    names give the groups of the Object Segmentation Database.
 
     Raises
     ------
     InputError
-        If there is no such folder, or no frame in it. What is wrong with a frame is said when it
-        is loaded.
+        If the folder does not exist or holds no frame. An invalid frame raises when it is loaded.
     """
     options = options or DatasetOptions()
     if not folder.is_dir():
@@ -139,7 +138,7 @@ def open_dataset(folder: Path, options: DatasetOptions | None = None) -> list[Fr
         )
     if rendered and options.depth_scale_mm is not None:
         raise InputError(
-            f"--depth-scale-mm is for .npz files, but {rendered[0]} says its unit itself"
+            f"--depth-scale-mm is for .npz files, but {rendered[0]} states its own unit"
         )
     sources = []
     for path in archives:
@@ -162,8 +161,8 @@ def read_labelled_npz(path: Path, options: DatasetOptions) -> LabelledFrame:
     Raises
     ------
     InputError
-        If the file is damaged or lacks an array, the camera or the depth unit is not known, or
-        the depth is not that of things on a table in that unit.
+        If the file is damaged or lacks an array, the camera or the depth unit is unknown, or the
+        median depth is implausible for a tabletop scene.
     """
     arrays = read_arrays(path, _ARRAYS)
     with naming(path):
@@ -180,22 +179,22 @@ def read_labelled_npz(path: Path, options: DatasetOptions) -> LabelledFrame:
         _check_plausible(frame, arrays["depth"])
         truth = decode_labels(label, depth.shape, options.labels)
     if options.labels == "plain" and _looks_like_osd(label):
-        assumed += ("labels read as plain numbers, though they look like osd's: --labels osd",)
+        assumed += ("labels are read as plain numbers but look like osd labels: try --labels osd",)
     return LabelledFrame(frame, truth, assumed)
 
 
 def decode_labels(
     label: NDArray[np.integer], shape: tuple[int, ...], coding: Coding
 ) -> NDArray[np.int32]:
-    """True objects (H, W) int32, 0 = none, from a label image of `shape` in the given coding.
+    """Decode a label image of `shape` into objects, (H, W) int32, 0 = none.
 
     Raises
     ------
     InputError
-        If the labels have another shape, or are no whole numbers >= 0.
+        If the labels have another shape, or are not integers >= 0.
     """
     if label.shape != shape or label.dtype.kind not in "iub":
-        raise InputError(f"label is {label.shape} {label.dtype}, expected {shape} whole numbers")
+        raise InputError(f"label is {label.shape} {label.dtype}, expected {shape} integers")
     numbers = label.astype(np.int64)
     if numbers.min() < 0 or numbers.max() > np.iinfo(np.int32).max:
         raise InputError(f"labels lie in {numbers.min()}..{numbers.max()}, expected 0 .. 2^31 - 1")
@@ -213,7 +212,7 @@ def _read_rendered(folder: Path, options: DatasetOptions) -> LabelledFrame:
 def _camera(
     arrays: dict[str, NDArray], path: Path, options: DatasetOptions
 ) -> tuple[CameraFile, tuple[str, ...]]:
-    """Give the camera of an archive, and what was assumed for it."""
+    """Return the camera of an archive and the assumptions about it."""
     height, width = arrays["depth"].shape
     file = options.camera
     if file is None and not arrays.keys() & {"intrinsics", "K"}:
@@ -246,9 +245,9 @@ def _metres(
     if depth.dtype.kind == "f":
         if options.depth_scale_mm is not None:
             raise InputError(
-                f"depth is {depth.dtype} and so in metres: --depth-scale-mm is for whole numbers"
+                f"depth is {depth.dtype} and so in metres: --depth-scale-mm is for integer depth"
             )
-        # Too large a number becomes infinite, which the frame refuses in words.
+        # A number out of the float32 range becomes infinite, and DepthFrame rejects it.
         with np.errstate(over="ignore"):
             return depth.astype(np.float32)
     own = arrays.get("depth_scale_m")
@@ -262,8 +261,8 @@ def _metres(
     unit = next((scale for scale in stated if scale is not None), None)
     if unit is None:
         raise InputError(
-            f"depth is {depth.dtype} and its unit is not known: pass --depth-scale-mm, "
-            f"{_fitting_units(depth)}"
+            f"depth is {depth.dtype} and its unit is unknown: pass --depth-scale-mm, "
+            f"{_plausible_units(depth)}"
         )
     if not 0 < unit < np.inf:
         raise InputError(f"the depth unit is {unit:g} mm, expected more than 0")
@@ -272,43 +271,43 @@ def _metres(
 
 def _check_plausible(frame: DepthFrame, raw: NDArray) -> None:
     median = float(np.median(frame.depth[frame.valid]))
-    least, most = PLAUSIBLE_M
-    if least <= median <= most:
+    low, high = PLAUSIBLE_M
+    if low <= median <= high:
         return
     whole = raw.dtype.kind in "iu"
-    right = f"pass --depth-scale-mm, {_fitting_units(raw)}" if whole else "write it in metres"
+    right = f"pass --depth-scale-mm, {_plausible_units(raw)}" if whole else "write it in metres"
     raise InputError(
-        f"the median reading would be {median:.3g} m, expected {least:g} to {most:g} m of things "
-        f"on a table; the depth unit is wrong: {right}"
+        f"the median reading would be {median:.3g} m, expected {low:g} to {high:g} m for a "
+        f"tabletop scene; the depth unit is wrong: {right}"
     )
 
 
-def _fitting_units(raw: NDArray) -> str:
-    """Say which depth units would make sense of whole numbers."""
+def _plausible_units(raw: NDArray) -> str:
+    """List the common depth units that make integer readings plausible."""
     readings = raw[raw > 0]
     if readings.size == 0:
         return "in mm per unit"
     median = float(np.median(readings)) / MM_PER_M
-    least, most = PLAUSIBLE_M
-    fitting = [
+    low, high = PLAUSIBLE_M
+    plausible = [
         f"{unit:g} (median reading {median * unit:.2f} m)"
-        for unit in LIKELY_UNITS_MM
-        if least <= median * unit <= most
+        for unit in COMMON_UNITS_MM
+        if low <= median * unit <= high
     ]
-    if not fitting:
+    if not plausible:
         return f"in mm per unit (the median reading is {median * MM_PER_M:g} units)"
-    return "say " + " or ".join(fitting)
+    return "for example " + " or ".join(plausible)
 
 
 def _looks_like_osd(label: NDArray[np.integer]) -> bool:
-    """Whether objects are numbered in tens, beside a background that is numbered too."""
+    """Return whether objects are numbered in tens and the background has labels too."""
     numbers = np.unique(label)
     tens = numbers[numbers >= OSD_FIRST_OBJECT]
     return len(tens) > 0 and 1 in numbers and bool(np.all(tens % OSD_OBJECT == 0))
 
 
 def _osd_group(stem: str) -> str | None:
-    """Group of a frame of the Object Segmentation Database by its file name, ``learn17``."""
+    """Return the group of a frame of the Object Segmentation Database, e.g. of ``learn17``."""
     found = re.fullmatch(r"(learn|test)(\d+)", stem)
     if found is None:
         return None
@@ -325,7 +324,7 @@ def _folder_name(path: Path, root: Path) -> str:
 
 
 def _by_number(path: Path) -> list[int | str]:
-    """Sort key that puts frame 9 before frame 10."""
-    # Splitting by a group alternates text and digits: like is compared with like.
+    """Return a sort key that puts frame 9 before frame 10."""
+    # The split alternates text and digits, so that equal types are compared.
     parts = re.split(r"(\d+)", path.as_posix())
     return [int(part) if part.isdigit() else part for part in parts]

@@ -28,13 +28,13 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 SYNTHETIC = "synthetic"
-"""Word in place of a folder for frames made from seeds."""
+"""Value of --dataset for synthetic frames."""
 SYNTHETIC_FRAMES = 10
-"""Scenes of each family when no number is asked for."""
-FLAWED = 0.9
-"""Frames with an overlap F below this get a line of their own."""
-MOST_LINES = 30
-"""Of those lines, at most so many are printed; all are in the file of frames."""
+"""Default number of scenes per family."""
+FLAWED_F = 0.9
+"""Frames with an overlap F below this are reported one by one."""
+MAX_LINES = 30
+"""Maximum number of frames reported on the terminal. The CSV file holds all."""
 FRAMES_FILE, WORST_FILE, WORST_FOLDER = "frames.csv", "worst.png", "worst"
 COLUMNS = {
     "name": "group",
@@ -55,7 +55,7 @@ COLUMNS = {
     "p90_ms": "p90",
     "peak_mb": "MB",
 }
-"""Keys of a row and what the table calls them."""
+"""Key of a row → heading of its table column."""
 
 
 def evaluate_segmentation(
@@ -78,35 +78,35 @@ def evaluate_segmentation(
 ) -> int:
     """Score the segmentation against known truth: overlap, boundaries, mistakes, time, memory.
 
-    Prints a table by group; writes frames.csv, a picture of each of the worst frames and
+    Prints a table by group. Writes frames.csv, a picture of each of the worst frames, and
     worst.png with all of them.
 
     Parameters
     ----------
     dataset
-        Folder of .npz files with `depth` and `label`, or of folders that eyehand synth wrote; or
-        the word synthetic.
+        Folder of .npz files with `depth` and `label`, or of folders from eyehand synth; or the
+        word synthetic.
     labels
-        Coding of the labels in .npz files: plain numbers, or osd (the Object Segmentation
-        Database's, an object is its number in tens).
+        Coding of the labels in .npz files: plain (object numbers) or osd (Object Segmentation
+        Database: object number times ten).
     camera
-        Camera file of the frames; default: what the files, or a camera file beside them, say.
+        Camera file of the frames. Default: the camera in the files, or a camera file beside them.
     depth_scale_mm
-        Millimetres per unit of whole-number depth in .npz files; default: what the files, or a
-        camera file beside them, say.
+        Millimetres per unit of integer depth in .npz files. Default: the unit in the files, or in
+        a camera file beside them.
     frames
-        Frames of each group, spread evenly over it; default: all of a folder, 10 synthetic ones.
+        Number of frames per group, spread evenly. Default: all of a folder, 10 synthetic ones.
     seed
         First seed of synthetic scenes.
     groups
-        Groups to keep, by their names in the table or the part before the /.
+        Groups to keep: their names in the table, or the part before the slash.
     noise
         Depth noises of synthetic frames: none, realistic, realistic*2 (twice as strong), 1.5mm
         (standard deviation at 1 m). Default: none realistic 1mm 2mm 3mm.
     ignore_invalid
         Leave pixels without a depth reading out of truth and prediction.
     worst
-        Pictures of so many frames with the lowest overlap F.
+        Number of frames with the lowest overlap F to draw.
     out
         Output folder.
     json
@@ -122,7 +122,7 @@ def evaluate_segmentation(
         sources = _synthetic(groups, noise, frames, seed)
     else:
         reading = DatasetOptions(camera, depth_scale_mm, labels)
-        sources = _spread(_kept(open_dataset(Path(dataset), reading), groups), frames)
+        sources = _spread(_select_groups(open_dataset(Path(dataset), reading), groups), frames)
     make_folder(out)
     load_kernels()
     results = _run(sources, options, ignore_invalid)
@@ -153,16 +153,16 @@ def _synthetic(
 ) -> list[FrameSource]:
     families = None if groups is None else list(dict.fromkeys(g.split("/")[0] for g in groups))
     count = SYNTHETIC_FRAMES if frames is None else frames
-    return _kept(synthetic_sources(families, noise, frames=count, seed=seed), groups)
+    return _select_groups(synthetic_sources(families, noise, frames=count, seed=seed), groups)
 
 
-def _kept(sources: list[FrameSource], groups: list[str] | None) -> list[FrameSource]:
+def _select_groups(sources: list[FrameSource], groups: list[str] | None) -> list[FrameSource]:
     if groups is None:
         return sources
     names = dict.fromkeys(source.group for source in sources)
     for wanted in groups:
         if not any(_belongs(name, wanted) for name in names):
-            raise InputError(f"--groups {wanted}: there is none, expected {', '.join(names)}")
+            raise InputError(f"--groups {wanted}: no such group, expected {', '.join(names)}")
     return [s for s in sources if any(_belongs(s.group, wanted) for wanted in groups)]
 
 
@@ -171,7 +171,7 @@ def _belongs(group: str, wanted: str) -> bool:
 
 
 def _spread(sources: list[FrameSource], frames: int | None) -> list[FrameSource]:
-    """Pick `frames` of each group, evenly over it."""
+    """Select `frames` of each group, evenly spread."""
     if frames is None:
         return sources
     if frames < 1:
@@ -188,12 +188,12 @@ def _run(
     sources: list[FrameSource], options: SegmentationOptions, ignore_invalid: bool
 ) -> list[FrameResult]:
     results: list[FrameResult] = []
-    told: set[str] = set()
+    reported: set[str] = set()
     trials = run_trials(sources, options, ignore_invalid=ignore_invalid)
     for result in tracked(trials, "segmenting", len(sources)):
         for note in result.assumed:
-            if note not in told:
-                told.add(note)
+            if note not in reported:
+                reported.add(note)
                 say(note)
         results.append(result)
     return results
@@ -204,24 +204,24 @@ def _badness(result: FrameResult) -> tuple[float, float]:
 
 
 def _say_flawed(results: Sequence[FrameResult]) -> None:
-    flawed = sorted((r for r in results if r.score.f < FLAWED), key=_badness)
-    for result in flawed[:MOST_LINES]:
+    flawed = sorted((r for r in results if r.score.f < FLAWED_F), key=_badness)
+    for result in flawed[:MAX_LINES]:
         say(f"{result.source.name}: {verdict(result.score)}")
-    if len(flawed) > MOST_LINES:
-        say(f"... and {len(flawed) - MOST_LINES} more below F {100 * FLAWED:g} %")
+    if len(flawed) > MAX_LINES:
+        say(f"... and {len(flawed) - MAX_LINES} more below F {100 * FLAWED_F:g} %")
 
 
 def _write_worst(
     out: Path, results: Sequence[FrameResult], options: SegmentationOptions, ignore_invalid: bool
 ) -> None:
-    """Write the sheet and a picture of each frame, in place of those of an earlier run."""
+    """Write the sheet and a picture per frame. Pictures of an earlier run are removed."""
     folder = out / WORST_FOLDER
     make_folder(folder)
     for old in folder.glob("*.png"):
         old.unlink()
     shown = []
     for rank, result in enumerate(results, start=1):
-        # Frames are not kept meanwhile: they come and segment the same again.
+        # To save memory, frames are not kept. Loading and segmenting again gives the same result.
         labelled = result.source.load()
         labels = segment(labelled.frame, options).labels
         counted = labelled.frame.valid if ignore_invalid else True

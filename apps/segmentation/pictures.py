@@ -1,4 +1,4 @@
-"""Pictures of segmented frames beside their truth: one each, and a sheet of all."""
+"""Draw segmented frames beside their truth: a picture per frame, and one sheet of all."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ if TYPE_CHECKING:
 
 DPI = 100
 PANEL_WIDTH = 8.0
-"""Width of truth or prediction in a picture of its own, inches."""
+"""Width of truth or prediction in the picture of one frame, inches."""
 SHEET_WIDTH = 4.0
-"""The same on the sheet."""
+"""Width of truth or prediction on the sheet, inches."""
 SHEET_COLUMNS = 2
 """Frames side by side on the sheet."""
 GAP, HEADER = 0.08, 0.36
@@ -38,27 +38,27 @@ TITLE, TAG = 13.0, 10.0
 """Font sizes, points."""
 SHEET_TITLE = 9.0
 ZOOM_WIDTH = 1280
-"""Outlines are drawn on at least so many pixels across, so that they are smooth."""
+"""Minimum width of the image on which outlines are drawn, px, for smooth lines."""
 TINT = 0.38
-"""Share of an object's colour in its pixels."""
+"""Opacity of the object colour."""
 BACKGROUND = 0.7
-"""Brightness of what is behind the outlines."""
+"""Brightness of the background image."""
 WRONG = np.array([235, 20, 60], np.uint8)
-"""Colour of what has no partner: no object has a red like it."""
-LEAST_VIEW = 0.45
-"""Pictures show what lies around the objects, but at least this share of the image's width."""
+"""Colour of unmatched objects and segments. No matched object has this red."""
+MIN_VIEW = 0.45
+"""Minimum width of the shown crop, share of the image width."""
 VIEW_MARGIN = 0.06
-"""Space around the objects, share of the image's width."""
-ROOM_FOR_TAG = 0.022
-"""A tag covers less than an object that is this wide to either side, share of what is shown."""
+"""Margin around the objects in the crop, share of the image width."""
+TAG_HALF_WIDTH = 0.022
+"""Half width of an object that a tag fits into, share of the crop width."""
 
 
 @dataclass(frozen=True)
 class ScoredFrame:
-    """What a picture shows."""
+    """A frame with truth, prediction and score."""
 
     name: str
-    """Title's first words."""
+    """Title."""
     frame: DepthFrame
     """The background."""
     truth: NDArray[np.int32]
@@ -66,11 +66,11 @@ class ScoredFrame:
     predicted: NDArray[np.int32]
     """(H, W): 0 = no object."""
     score: SegmentationScore
-    """Score of the second against the first."""
+    """Score of the prediction."""
 
 
 def verdict(score: SegmentationScore) -> str:
-    """Give a frame's score in one line for people."""
+    """Return the score of a frame as one line of text."""
     mistakes = [
         f"{count} {name}"
         for name, count in (
@@ -93,9 +93,9 @@ def verdict(score: SegmentationScore) -> str:
 def write_frame_picture(path: Path, shown: ScoredFrame) -> None:
     """Write truth and prediction side by side (PNG), matched objects in the same colour.
 
-    Every predicted object shows its F in %. An object without a partner is red, with a word: one
-    ``missed`` or ``merged`` into another's segment, a segment that is a ``part`` of an object
-    that has another, or ``false``.
+    Every matched segment shows its F in %. Unmatched ones are red, with a word. An object is
+    ``missed``, or ``merged`` into the segment of another object. A segment is ``false``, or a
+    ``part`` of an object that has another segment.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def write_sheet(path: Path, shown: Sequence[ScoredFrame]) -> None:
 def outlined(
     background: NDArray[np.uint8], labels: NDArray[np.int32], colours: dict[int, NDArray[np.uint8]]
 ) -> NDArray[np.uint8]:
-    """Objects tinted and outlined over a darkened picture, (H', W', 3) uint8 RGB, enlarged.
+    """Tint and outline objects on a darkened, enlarged image, (H', W', 3) uint8 RGB.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def _draw_pair(
     *,
     tags: bool,
 ) -> None:
-    """Draw truth and prediction with a title over them; `corner` is the lower left one, inches."""
+    """Draw truth and prediction under a title; `corner` is the lower left corner, inches."""
     total_width, total_height = figure.get_size_inches()
     left, bottom = corner
     height = width * _aspect(shown)
@@ -200,7 +200,7 @@ def _draw_pair(
         picture = outlined(background, labels, colours)
         pixels = (round(width * DPI), round(height * DPI))
         shrunk = cv2.resize(picture, pixels, interpolation=cv2.INTER_AREA)
-        # Put down pixel by pixel: matplotlib's own scaling takes a second.
+        # figimage does not rescale. Scaling by matplotlib takes a second.
         figure.figimage(np.asarray(shrunk), round(x * DPI), round(bottom * DPI), zorder=-1)
         axes.set_xlim(0, labels.shape[1])
         axes.set_ylim(labels.shape[0], 0)
@@ -219,7 +219,7 @@ def _draw_pair(
 def _colours(
     shown: ScoredFrame,
 ) -> tuple[dict[int, NDArray[np.uint8]], dict[int, NDArray[np.uint8]]]:
-    """Colours of objects and of segments: a pair shares one, the others are red."""
+    """Return the colours of objects and segments. Matched pairs share one, others are red."""
     true_colours = dict.fromkeys(_labels(shown.truth), WRONG)
     found_colours = dict.fromkeys(_labels(shown.predicted), WRONG)
     for rank, match in enumerate(shown.score.matches, start=1):
@@ -228,13 +228,13 @@ def _colours(
 
 
 def _view(shown: ScoredFrame) -> tuple[slice, slice]:
-    """Rows and columns around all objects and segments, in the image's own proportions."""
+    """Return the crop around all objects and segments, with the aspect ratio of the image."""
     height, width = shown.truth.shape
     rows, columns = np.nonzero((shown.truth > 0) | (shown.predicted > 0))
     if rows.size == 0:
         return slice(0, height), slice(0, width)
     margin = VIEW_MARGIN * width
-    wide = max(np.ptp(columns) + 2 * margin, LEAST_VIEW * width)
+    wide = max(np.ptp(columns) + 2 * margin, MIN_VIEW * width)
     wide = min(max(wide, (np.ptp(rows) + 2 * margin) * width / height), width)
     size = (max(round(wide * height / width), 1), max(round(wide), 1))
     sides = []
@@ -246,7 +246,7 @@ def _view(shown: ScoredFrame) -> tuple[slice, slice]:
 
 
 def _truth_tags(shown: ScoredFrame) -> dict[int, tuple[str, bool]]:
-    """Word for each true object without a segment, and whether it names a mistake."""
+    """Return the word for each true object without a segment, and whether it is a mistake."""
     matched = {match.truth for match in shown.score.matches}
     tags = {}
     for label in _labels(shown.truth):
@@ -257,7 +257,7 @@ def _truth_tags(shown: ScoredFrame) -> dict[int, tuple[str, bool]]:
 
 
 def _predicted_tags(shown: ScoredFrame) -> dict[int, tuple[str, bool]]:
-    """Word for each segment, and whether it names a mistake."""
+    """Return the word for each segment, and whether it is a mistake."""
     f = {match.predicted: match.f for match in shown.score.matches}
     tags = {}
     for label in _labels(shown.predicted):
@@ -270,10 +270,10 @@ def _predicted_tags(shown: ScoredFrame) -> dict[int, tuple[str, bool]]:
 
 
 def _write_tag(axes: Axes, mask: NDArray[np.bool_], word: str, *, wrong: bool) -> None:
-    # The innermost pixel lies on the object however it is bent.
+    # The pixel farthest from the border lies on the object, also on a bent one.
     depth = cv2.distanceTransform(np.pad(mask, 1).astype(np.uint8), cv2.DIST_L2, 3)[1:-1, 1:-1]
     row, column = np.unravel_index(int(np.argmax(depth)), mask.shape)
-    inside = depth.max() > ROOM_FOR_TAG * mask.shape[1]
+    inside = depth.max() > TAG_HALF_WIDTH * mask.shape[1]
     top = int(np.flatnonzero(mask.any(axis=1))[0])
     axes.annotate(
         word,

@@ -1,4 +1,4 @@
-"""Score a segmentation against the truth by overlap, by boundary, and by kind of mistake.
+"""Score a segmentation against the truth by overlap, boundary and kind of mistake.
 
 The protocol of the object segmentation literature: Dave, Tokmakov and Ramanan, "Towards
 Segmenting Anything That Moves", ICCV workshops 2019; Xie, Xiang, Mousavian and Fox, "The Best of
@@ -21,21 +21,21 @@ from eyehand.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-GOOD = 0.75
+FOUND_F = 0.75
 """F of an object above which it counts as found (%75 in the literature)."""
 BOUNDARY_TOLERANCE = 0.003
-"""Boundaries this share of the image's diagonal apart, rounded up to whole px, still agree: the
-value of Xie et al., taken from the DAVIS video benchmark."""
+"""Distance at which boundaries still agree, as a share of the image diagonal, rounded up to whole
+px: the value of Xie et al. from the DAVIS video benchmark."""
 _TIE = 1e-6
-"""Weight of the boundaries where two matchings have the same F, so that the order of labels
-cannot decide."""
+"""Weight of the boundary F in the matching. It breaks ties, so that the order of labels has no
+effect."""
 _LOOKUP_LABELS = 1 << 20
-"""Labels below this are numbered through a table, which is ten times faster than sorting."""
+"""Labels below this are renumbered with a lookup table: ten times faster than sorting."""
 
 
 @dataclass(frozen=True)
 class Match:
-    """A true object and the predicted segment that stands for it."""
+    """A true object and its matched predicted segment."""
 
     truth: int
     """Label of the true object."""
@@ -47,7 +47,7 @@ class Match:
 
 @dataclass(frozen=True)
 class SegmentationScore:
-    """Figures of one frame; shares are in [0, 1]."""
+    """The scores of one frame; shares are in [0, 1]."""
 
     precision: float
     """Share of predicted pixels that lie on the matched object."""
@@ -64,22 +64,22 @@ class SegmentationScore:
     found: float
     """Share of true objects whose own F exceeds 0.75."""
     truth_count: int
-    """True objects."""
+    """Number of true objects."""
     predicted_count: int
-    """Predicted objects."""
+    """Number of predicted objects."""
     over: int
-    """Over-segmentation: segments too many on the same object. Over all true objects, the number
-    of segments with more than half of their pixels on that object, less one."""
+    """Over-segmentation: extra segments on the same object. Summed over true objects: the number of
+    segments with more than half of their pixels on that object, minus one."""
     under: int
-    """Under-segmentation: objects too many under the same segment. Over all segments, the number
-    of true objects with more than half of their pixels in that segment, less one."""
+    """Under-segmentation: extra objects in the same segment. Summed over segments: the number of
+    true objects with more than half of their pixels in that segment, minus one."""
     missed: int
-    """True objects of which no more than half is covered, by all segments together."""
+    """Number of true objects of which all segments together cover at most half."""
     false: int
-    """Segments of which no more than half lies on objects, on all of them together."""
+    """Number of segments of which at most half lies on any objects."""
     matches: tuple[Match, ...] = field(default=(), compare=False)
-    """The objects that overlap their segment, by rising label of the object; not compared, as
-    labels are but names."""
+    """Matched pairs with common pixels, by rising label of the object. Not part of equality,
+    because label numbers are arbitrary."""
 
 
 def score_segmentation(
@@ -89,20 +89,20 @@ def score_segmentation(
 ) -> SegmentationScore:
     """Match predicted to true objects by the sum of their F, and score overlap and boundaries.
 
-    F of every pair, Hungarian assignment, then pixels summed over the matched pairs and divided by
-    all predicted (precision) or all true pixels (recall). The same for boundaries: the pixels of
-    the outer contours (those of holes are left out) of every object, of which those count that
-    lie within ceil(0.003 diagonal) px of the partner's. Pairs without a common pixel are no match.
-    A frame without true objects scores 1 without predictions, else 0.
+    The Hungarian assignment maximises the sum of F over pairs. The common pixels of matched pairs,
+    divided by all predicted pixels, are the precision; divided by all true pixels, the recall. The
+    boundary scores are the same for pixels of outer contours (no holes). A contour pixel counts
+    when it lies within ceil(0.003 diagonal) px of the partner's contour. Pairs without a common
+    pixel are not matched. A frame without true objects scores 1 without predictions, else 0.
 
     Parameters
     ----------
     predicted
         Labels, (H, W), integers >= 0; 0 is no object.
     truth
-        The same, true.
+        True labels, likewise.
     ignore
-        (H, W) bool: pixels that count for neither, such as those without a depth reading.
+        (H, W) bool: pixels left out of both, such as those without a depth reading.
 
     Returns
     -------
@@ -126,7 +126,6 @@ def score_segmentation(
     true_edges, guess_edges = _Contours.trace(true), _Contours.trace(guess)
     guess_hits = true_edges.near(guess_edges, reach)
     true_hits = guess_edges.near(true_edges, reach).T
-    # All sums over a matching; a frame without any pair has sums of zero.
     pairs = 2.0 * table / np.maximum(true.sizes[:, None] + guess.sizes, 1)
     edge_pairs = (guess_hits + true_hits) / np.maximum(
         true_edges.sizes[:, None] + guess_edges.sizes, 1
@@ -144,7 +143,7 @@ def score_segmentation(
         true_edges.sizes,
         empty,
     )
-    good = np.count_nonzero(pairs[rows, columns] > GOOD)
+    found = np.count_nonzero(pairs[rows, columns] > FOUND_F)
     return SegmentationScore(
         precision=precision,
         recall=recall,
@@ -152,11 +151,11 @@ def score_segmentation(
         boundary_precision=edge_precision,
         boundary_recall=edge_recall,
         boundary_f=edge_f,
-        found=good / len(true.sizes) if len(true.sizes) else empty,
+        found=found / len(true.sizes) if len(true.sizes) else empty,
         truth_count=len(true.sizes),
         predicted_count=len(guess.sizes),
-        over=_sharing_a_home(table.T, guess.sizes),
-        under=_sharing_a_home(table, true.sizes),
+        over=_shared_majority(table.T, guess.sizes),
+        under=_shared_majority(table, true.sizes),
         missed=int(np.count_nonzero(2 * table.sum(axis=1) <= true.sizes)),
         false=int(np.count_nonzero(2 * table.sum(axis=0) <= guess.sizes)),
         matches=tuple(
@@ -173,9 +172,9 @@ class _Objects:
     ranks: NDArray[np.int32]
     """(H, W): 0 = no object."""
     labels: NDArray[np.integer]
-    """(n,): the label that each object had, rising."""
+    """(n,): original label of each object, rising."""
     sizes: NDArray[np.intp]
-    """(n,): pixels of each."""
+    """(n,): number of pixels of each object."""
 
     @classmethod
     def read(
@@ -183,9 +182,7 @@ class _Objects:
     ) -> _Objects:
         image = np.asarray(image)
         if image.ndim != 2 or image.dtype.kind not in "iub":
-            raise InputError(
-                f"{name} are {image.shape} {image.dtype}, expected (H, W) whole numbers"
-            )
+            raise InputError(f"{name} are {image.shape} {image.dtype}, expected (H, W) integers")
         if ignore is not None:
             if ignore.shape != image.shape:
                 raise InputError(
@@ -209,14 +206,14 @@ class _Objects:
 
 @dataclass(frozen=True)
 class _Contours:
-    """The outer contours of all objects of an image; every pixel belongs to its own object."""
+    """The outer contours of all objects of an image. A contour pixel belongs to its object."""
 
     ranks: NDArray[np.int32]
     """(H, W): object 1..n whose contour runs through the pixel, 0 = none."""
     sizes: NDArray[np.intp]
-    """(n,): pixels of each object's contour."""
+    """(n,): number of contour pixels of each object."""
     boxes: list[tuple[slice, slice]]
-    """Rows and columns that hold each object."""
+    """Bounding box (rows, columns) of each object."""
 
     @classmethod
     def trace(cls, objects: _Objects) -> _Contours:
@@ -231,7 +228,7 @@ class _Contours:
         return cls(edges, sizes, boxes)
 
     def near(self, others: _Contours, reach: int) -> NDArray[np.intp]:
-        """Pixels of each other contour within `reach` px of each of these, (n, others)."""
+        """Count the pixels of each other contour within `reach` px of each contour, (n, others)."""
         offsets = np.arange(-reach, reach + 1)
         disk = (offsets[:, None] ** 2 + offsets**2 <= reach**2).astype(np.uint8)
         counts = np.zeros((len(self.boxes), len(others.boxes)), np.intp)
@@ -244,7 +241,7 @@ class _Contours:
 
 
 def _common_pixels(true: _Objects, guess: _Objects) -> NDArray[np.intp]:
-    """Pixels that each true object shares with each segment, (objects, segments)."""
+    """Count the common pixels of each true object and segment, (objects, segments)."""
     rows, columns = len(true.sizes) + 1, len(guess.sizes) + 1
     both = true.ranks * np.intp(columns) + guess.ranks
     return np.bincount(both.ravel(), minlength=rows * columns).reshape(rows, columns)[1:, 1:]
@@ -257,7 +254,7 @@ def _rates(
     true_sizes: NDArray[np.intp],
     empty: float,
 ) -> tuple[float, float, float]:
-    """Precision, recall and their harmonic mean; all `empty` where a side has no pixel."""
+    """Return precision, recall and their harmonic mean; all `empty` if a side has no pixel."""
     if not len(guess_sizes) or not len(true_sizes):
         return empty, empty, empty
     precision = guess_hits / int(guess_sizes.sum())
@@ -266,7 +263,7 @@ def _rates(
     return precision, recall, f
 
 
-def _sharing_a_home(common: NDArray[np.intp], sizes: NDArray[np.intp]) -> int:
-    """How many rows have more than half of their pixels in a column that an earlier row has too."""
-    rows, homes = np.nonzero(2 * common > sizes[:, None])
-    return len(rows) - len(np.unique(homes))
+def _shared_majority(common: NDArray[np.intp], sizes: NDArray[np.intp]) -> int:
+    """Count the rows whose majority column is also that of an earlier row."""
+    rows, columns = np.nonzero(2 * common > sizes[:, None])
+    return len(rows) - len(np.unique(columns))

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     from .stress_trial import SegmentCallable
 
 MIN_SHOWN_PX = 64
-"""Smaller images are not shown: their sweeps are about error messages."""
+"""Minimum image size for a picture. Sweeps of smaller images test error messages."""
 MAX_SHOWN_OBJECTS = 50
-"""With more objects a picture shows nothing but outlines."""
+"""Maximum number of objects in a picture. With more, only outlines are visible."""
 SHEET_FILE = "breaking.png"
 
 

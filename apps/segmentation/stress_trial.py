@@ -1,4 +1,4 @@
-"""One try at segmenting a frame whose truth is known, and what counts as right."""
+"""One trial of a segmentation on a frame with known truth."""
 
 from __future__ import annotations
 
@@ -22,26 +22,26 @@ if TYPE_CHECKING:
     from eyehand.perception import DepthFrame, Segmentation
 
 BASE_NOISE = noise_at_one_metre(0.001)
-"""Where noise is not what is made harder: 1 mm at 1 m, as a good structured-light camera has."""
-LONGEST_S = 5.0
-"""A frame that takes longer hangs a robot, whatever comes out."""
+"""Noise of sweeps that do not vary it: 1 mm at 1 m, as of a good structured-light camera."""
+MAX_SECONDS = 5.0
+"""A longer run is an invalid answer: the robot would wait."""
 
 SegmentCallable = Callable[["DepthFrame"], "Segmentation"]
-"""What is put under stress: one depth frame in, one label per object out."""
+"""A segmentation under test: depth frame → labels."""
 
 
 @dataclass(frozen=True)
 class TrialPicture:
-    """What a trial looked at and what was made of it."""
+    """Input, truth and answer of a trial, for a picture."""
 
     frame: DepthFrame
     """The frame."""
     labels: NDArray[np.int32]
-    """What was found, (H, W)."""
+    """Predicted labels, (H, W)."""
     truth: NDArray[np.int32]
-    """What is there, (H, W)."""
+    """True labels, (H, W)."""
     scene: StagedScene | None = None
-    """Where the frame is from; None when it was not staged."""
+    """Scene of the frame; None when it was not staged."""
 
 
 def try_scene(
@@ -54,29 +54,29 @@ def try_scene(
     ambiguous: bool = False,
     dropout: float = 0.0,
 ) -> Trial:
-    """Segment a staged scene; right is every object found (F > 0.75) and none more.
+    """Segment a staged scene. Right: every object is found (F > 0.75), and no other.
 
     Parameters
     ----------
     method
-        What segments.
+        Segmentation under test.
     scene
         The scene.
     seed
-        Source of the noise.
+        Seed of the noise.
     noise
         The camera's errors.
     colour
         Whether the frame has colour.
     ambiguous
-        Also right: fewer objects than there are, one of them marked as ambiguous.
+        Whether too few objects are also right if one of them is marked as ambiguous.
     dropout
-        Share of pixels, each for itself, that lose their reading.
+        Probability that a pixel loses its reading.
     """
     frame, truth = staged_frame(scene, noise, seed, colour=colour)
     if dropout > 0:
         frame = _thinned(frame, dropout, np.random.default_rng([seed, 1]))
-    # For a bad camera its own picture is more informative than the scene's colours.
+    # For a bad camera the depth picture shows more than the colours of the scene.
     shown = scene if noise is BASE_NOISE and not dropout else None
     return try_frame(method, frame, truth, scene=shown, ambiguous=ambiguous)
 
@@ -89,7 +89,7 @@ def try_frame(
     scene: StagedScene | None = None,
     ambiguous: bool = False,
 ) -> Trial:
-    """Segment a frame; right is as in :func:`try_scene`."""
+    """Segment a frame. Right: as in :func:`try_scene`."""
     found, seconds, fault = timed_segment(method, frame)
     picture = TrialPicture(frame, found.labels, truth, scene)
     if fault:
@@ -106,19 +106,19 @@ def try_frame(
             "missed": score.missed,
             "false": score.false,
         }
-        told = [f"{count} {kind}" for kind, count in kinds.items() if count]
+        mistakes = [f"{count} {kind}" for kind, count in kinds.items() if count]
         rough = round(score.truth_count * (1 - score.found))
         note = f"{score.predicted_count} for {score.truth_count} objects: " + (
-            ", ".join(told) or f"{rough} with F of 0.75 or less"
+            ", ".join(mistakes) or f"{rough} with F of 0.75 or less"
         )
     return Trial(whole or admitted, note, score=score.f, seconds=seconds, picture=picture)
 
 
 def timed_segment(method: SegmentCallable, frame: DepthFrame) -> tuple[Segmentation, float, str]:
-    """Segment a frame: the result, its time in s, and what is not clean about it."""
+    """Segment a frame; return the result, the time in s, and the fault (empty if valid)."""
     found, seconds = _timed(method, frame)
-    if seconds > LONGEST_S:
-        # A first look may have compiled a kernel: what hangs does so twice.
+    if seconds > MAX_SECONDS:
+        # The first run may have compiled a kernel.
         found, seconds = _timed(method, frame)
     return found, seconds, _fault(found, frame, seconds)
 
@@ -131,7 +131,7 @@ def _timed(method: SegmentCallable, frame: DepthFrame) -> tuple[Segmentation, fl
 
 def _fault(found: Segmentation, frame: DepthFrame, seconds: float) -> str:
     labels = found.labels
-    if seconds > LONGEST_S:
+    if seconds > MAX_SECONDS:
         return f"took {seconds:.1f} s"
     if labels.shape != frame.depth.shape or labels.dtype != np.int32:
         return f"labels are {labels.shape} {labels.dtype}"

@@ -1,4 +1,4 @@
-"""Labelled frames made from seeds: families of tabletop scenes under several depth noises."""
+"""Render labelled frames from seeds: families of tabletop scenes with several depth noises."""
 
 from __future__ import annotations
 
@@ -29,15 +29,15 @@ if TYPE_CHECKING:
     from eyehand.data_synth import RenderedView, TabletopScene
 
 EMPTY = "empty"
-"""Name of the family that has a table and no object."""
+"""Name of the family of tables without objects."""
 FAMILIES: tuple[str, ...] = (*get_args(Family), EMPTY)
 """Families of scenes."""
 NOISES = ("none", "realistic", "1mm", "2mm", "3mm")
-"""Depth noises that are tried when none are asked for."""
-REDRAWS = 5
-"""Seeds tried for a frame whose family is hard to draw."""
+"""Default depth noises."""
+MAX_DRAWS = 5
+"""Number of seeds tried for a frame of a family that is hard to draw."""
 _REDRAW_STEP = 1_000_003
-"""Added to a seed that gave no scene: far from all seeds that count up from another."""
+"""Added to a seed that gave no scene. It is larger than any range of seeds in use."""
 
 
 def synthetic_sources(
@@ -47,23 +47,23 @@ def synthetic_sources(
     frames: int = 10,
     seed: int = 0,
 ) -> list[FrameSource]:
-    """List frames of every family under every noise; the same scenes under each.
+    """List the frames of every family with every noise. All noises share the same scenes.
 
     Parameters
     ----------
     families
-        Of `FAMILIES`; all when not given.
+        Names from `FAMILIES`; default: all.
     noises
-        See :func:`depth_noise`; `NOISES` when not given.
+        Names, see :func:`depth_noise`; default: `NOISES`.
     frames
-        Scenes of each family.
+        Number of scenes per family.
     seed
-        First scene's seed; the others follow by one.
+        Seed of the first scene. The next scenes have the next seeds.
 
     Returns
     -------
     list of FrameSource
-        Groups are called ``family/noise``.
+        Their groups are named ``family/noise``.
 
     Raises
     ------
@@ -77,7 +77,7 @@ def synthetic_sources(
     if frames < 1 or seed < 0:
         raise InputError(f"--frames must be >= 1 and --seed >= 0, got {frames} and {seed}")
     strengths = {noise: depth_noise(noise) for noise in noises}
-    # Noises innermost, so that a scene is drawn once for all of them.
+    # The noises are the inner loop, so that a scene is drawn once for all of them.
     return [
         FrameSource(
             f"{family} {noise} seed {number}",
@@ -91,11 +91,11 @@ def synthetic_sources(
 
 
 def depth_noise(name: str) -> DepthNoise:
-    """Depth noise by name.
+    """Return the depth noise with a name.
 
-    ``none``; ``realistic``, all errors of the first Kinect; ``realistic*2``, the same, twice as
-    strong; ``1.5mm``, independent normal errors along the optical axis alone, of that standard
-    deviation at 1 m, growing with distance as Nguyen's (see `DepthNoise.axial`).
+    ``none``: no noise. ``realistic``: all errors of the first Kinect. ``realistic*2``: the same
+    errors, twice as strong. ``1.5mm``: independent normal errors along the optical axis, with this
+    standard deviation at 1 m, growing with distance as in Nguyen's model (`DepthNoise.axial`).
 
     Raises
     ------
@@ -132,14 +132,14 @@ def _view(family: str, seed: int) -> tuple[TabletopScene, RenderedView]:
 
 def _scene(family: str, seed: int) -> TabletopScene:
     if family == EMPTY:
-        # A view that one object would have been well seen from, without it.
+        # The camera is placed for one object, then the object is removed.
         lone = make_scene(seed, TabletopOptions(count_range=(1, 1)))
         return replace(lone, objects=())
     names = {name: name for name in get_args(Family)}
     options = TabletopOptions(family=names[family])
-    for redraw in range(REDRAWS - 1):
+    for redraw in range(MAX_DRAWS - 1):
         try:
             return make_scene(seed + redraw * _REDRAW_STEP, options)
         except InputError:
             continue
-    return make_scene(seed + (REDRAWS - 1) * _REDRAW_STEP, options)
+    return make_scene(seed + (MAX_DRAWS - 1) * _REDRAW_STEP, options)

@@ -1,4 +1,4 @@
-"""`eyehand chart fit`: its dials, time against accuracy, beside other fitters."""
+"""`eyehand chart fit`: time against accuracy of the fit over its dials, beside other fitters."""
 
 from __future__ import annotations
 
@@ -9,10 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.apps.console import print_json, tracked
+from eyehand.apps.console import tracked
 from eyehand.apps.output_files import make_folder
 from eyehand.apps.perceived_frame import load_kernels
-from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import FRONT_FORMAT, STORED_FRONT
 
@@ -23,8 +22,8 @@ from ...bench import (
     Measured,
     Method,
     Provenance,
+    check_chart_arguments,
     compare_methods,
-    machine_line,
 )
 from .baselines import BASELINES, find_baseline
 from .clouds import Group, fit_case
@@ -38,15 +37,15 @@ if TYPE_CHECKING:
     from .comparison import FitAnswer
 
 GROUPS: tuple[Group, ...] = ("view-1mm", "view-2mm", "table")
-"""Clouds of the chart, as many of each, pooled: what a robot meets, one view with noise."""
+"""Groups of clouds in the chart, pooled: single views with noise, as a robot gets them."""
 CASES, QUICK_CASES = 30, 2
-"""Clouds of each group when no number is asked for."""
+"""Default number of clouds per group."""
 ROUNDS, QUICK_ROUNDS = 2, 1
-"""How often each cloud is fitted at each setting; the fastest time counts."""
+"""Fits of each cloud at each setting. The fastest time counts."""
 LADDERLESS_POINTS = (300, 500, 1000, 2000, 4000)
-"""Points of our own fits that only look for a general superquadric."""
+"""Points of our fits without model selection: they only fit a general superquadric."""
 BASELINE_POINTS, QUICK_BASELINE_POINTS = (250, 1000), (1000,)
-"""Points of the cloud that baselines are given: the dial that all of them have."""
+"""Points given to the baselines: the dial that all of them have."""
 WORDS = ChartWords(
     title="Superquadric fit: time against accuracy",
     gain="iou_p10_pct",
@@ -57,8 +56,7 @@ WORDS = ChartWords(
     "below 50 %; all in %",
     min_shown_pct=0.0,
 )
-PLACE = FrontPlace(FRONT_FORMAT, STORED_FRONT, "FitOptions")
-CHART_FILE = "fit.png"
+PLACE = FrontPlace("fit", FRONT_FORMAT, STORED_FRONT, "FitOptions")
 
 
 def chart_fit(
@@ -74,10 +72,9 @@ def chart_fit(
 ) -> int:
     """Chart time against accuracy of the superquadric fit over its dials, beside other fitters.
 
-    Accuracy is the IoU with the true solid that nine fits of ten exceed, over single views with
-    1 mm and 2 mm noise and objects on a table before a realistic camera, as many of each (the
-    clouds view-1mm, view-2mm and table of eyehand evaluate fit, of up to 4000 points). Prints a
-    table; writes fit.png and the figures behind it, fit.csv.
+    Accuracy is the 10th percentile of the IoU with the true solid. The clouds are the groups
+    view-1mm, view-2mm and table of eyehand evaluate fit, equally many of each, with up to 4000
+    points. Prints a table. Writes the chart fit.png and its figures fit.csv.
 
     Parameters
     ----------
@@ -86,24 +83,19 @@ def chart_fit(
     cases
         Clouds of each of the three groups; default: 30.
     quick
-        Few settings, 2 clouds a group: seconds in place of minutes, for a first look.
+        Use few settings and 2 clouds per group. Takes seconds instead of minutes.
     baselines
-        Chart the known other fitters too.
+        Chart the known baseline fitters too.
     baseline
-        A further one, as for eyehand evaluate fit. Can be given several times.
+        A further baseline, as for eyehand evaluate fit. Can be given several times.
     store
-        Keep the front for FitOptions.for_budget.
+        Store the front for FitOptions.for_budget.
     out
         Output folder.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if cases is not None and cases < 1:
-        raise InputError(f"--cases must be >= 1, got {cases}")
-    if seed < 0:
-        raise InputError(f"--seed must be >= 0, got {seed}")
-    if store and quick:
-        raise InputError("--store needs all settings: leave --quick out")
+    check_chart_arguments("--cases", cases, seed, store=store, quick=quick)
     each = cases or (QUICK_CASES if quick else CASES)
     settings = BOARD.settings(quick=quick)
     names = [*(BASELINES if baselines else ()), *(baseline or [])]
@@ -132,23 +124,12 @@ def chart_fit(
     data = f"single objects ({', '.join(GROUPS)}), up to {max(POINTS)} points"
     made = Provenance(data, seed, len(wanted), "cloud")
     chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
-    slower = chart.publish(out / CHART_FILE, PLACE, store=store, json=json)
-    if json:
-        print_json(
-            "chart_fit",
-            seed,
-            chart.rows(),
-            cases=len(wanted),
-            groups=GROUPS,
-            machine=machine_line(),
-            slower=slower,
-            out=str(out),
-        )
+    chart.publish(out, PLACE, store=store, json=json, cases=len(wanted), groups=GROUPS)
     return 0
 
 
 def _without_ladder(*, quick: bool) -> list[Method[FitCase, FitAnswer]]:
-    """Return our fit without a choice of kind: a curve of its own, because it answers less."""
+    """Return our fit without model selection. It is a separate curve: it returns no kind."""
     fitters = [
         own_fitter(f"{count} points", FitOptions(kinds=NO_LADDER, points=count))
         for count in (QUICK_BASELINE_POINTS if quick else LADDERLESS_POINTS)
@@ -165,7 +146,7 @@ def _baseline_methods(name: str, *, quick: bool) -> list[Method[FitCase, FitAnsw
 
 
 def _run_on(baseline: Method[FitCase, FitAnswer], count: int, case: FitCase) -> FitAnswer:
-    # Points come in random order: the first ones are a fair choice.
+    # The points are in random order, so the first ones are a fair sample.
     return baseline.run(replace(case, points=case.points[:count]))
 
 

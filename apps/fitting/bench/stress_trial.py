@@ -30,7 +30,7 @@ RIGHT = 0.75
 FAILED = 0.5
 """IoU below which a fit has failed, as the literature counts; to fail without saying so is the
 worst that a fit can do."""
-LONGEST_S = 2.0
+MAX_SECONDS = 2.0
 """A fit that takes longer hangs a robot, whatever comes out."""
 FOLLOWS = 1e-5
 """How far a solid may lie from where it must follow to, as a share of its size."""
@@ -157,7 +157,7 @@ def timed_fit(method: FitCallable, look: Look) -> tuple[Answer, float, str]:
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         answer, seconds = _timed(method, look)
-        if seconds > LONGEST_S:
+        if seconds > MAX_SECONDS:
             # A first look may have compiled a kernel: what hangs does so twice.
             answer, seconds = _timed(method, look)
     fault = _fault(answer, seconds)
@@ -222,7 +222,7 @@ def _timed(method: FitCallable, look: Look) -> tuple[Answer, float]:
 
 
 def _fault(answer: Answer, seconds: float) -> str:
-    if seconds > LONGEST_S:
+    if seconds > MAX_SECONDS:
         return f"took {seconds:.1f} s"
     if not answer.solids and not answer.reason:
         return "neither a solid nor a reason"

@@ -114,12 +114,12 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
     ]
     made = chart_segmentation.Provenance("two frames", 5, 2)
     chart = DialChart(chart_segmentation.WORDS, settings, own, [], made)
-    place = FrontPlace(FRONT_FORMAT, path, "SegmentationOptions")
-    assert chart.publish(tmp_path / "a.png", place, store=False, json=False) is None
+    place = FrontPlace("segmentation", FRONT_FORMAT, path, "SegmentationOptions")
+    assert chart.publish(tmp_path, place, store=False, json=False) is None
     chart.store(place)
     front = FRONT_FORMAT.read(path)
     assert [point.name for point in front.points] == ["stride 2", "default"]
     assert front.default_ms == 40.0
     assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)
     assert replace(SegmentationOptions(), **front.points[0].dials) == settings[1].options
-    assert chart.publish(tmp_path / "a.png", place, store=False, json=False) == 1.0
+    assert chart.publish(tmp_path, place, store=False, json=False) == 1.0

@@ -89,7 +89,7 @@ def test_labels_that_look_like_the_other_coding_are_pointed_out(tmp_path):
         ({"label": None}, "`label`"),
         ({"depth": None}, "`depth`"),
         ({"label": np.zeros((480, 641), np.uint8)}, "480, 641"),
-        ({"label": np.zeros(SIZE)}, "whole numbers"),
+        ({"label": np.zeros(SIZE)}, "integers"),
         ({"label": np.full(SIZE, -3)}, "-3"),
         ({"depth": np.zeros(SIZE, np.uint16)}, "no reading"),
         ({"depth": np.full(SIZE, 800.0)}, "millimetres"),

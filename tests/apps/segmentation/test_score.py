@@ -134,7 +134,7 @@ def test_what_is_no_pair_of_label_images_is_refused():
         score_segmentation(np.zeros((2, 2), int), np.zeros((2, 2), int), np.zeros((3, 2), bool))
     with pytest.raises(InputError, match="-1"):
         score_segmentation(np.full((2, 2), -1), np.zeros((2, 2), int))
-    with pytest.raises(InputError, match="whole numbers"):
+    with pytest.raises(InputError, match="integers"):
         score_segmentation(np.zeros((2, 2), int), np.zeros((2, 2)))  # pyright: ignore
 
 

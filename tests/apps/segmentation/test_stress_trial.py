@@ -140,7 +140,7 @@ def test_garbage_is_no_clean_answer(found, fault):
 
 
 def test_a_frame_that_takes_too_long_is_no_clean_answer(monkeypatch):
-    monkeypatch.setattr(stress_trial, "LONGEST_S", -1.0)
+    monkeypatch.setattr(stress_trial, "MAX_SECONDS", -1.0)
     frame, _ = staged_frame(SCENE)
     _, seconds, fault = timed_segment(lambda frame: answer(TRUTH), frame)
     assert seconds >= 0

@@ -118,7 +118,7 @@ def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
         )
     ]
     chart = DialChart(WORDS, settings, own, [], Provenance("three clouds", 7, 3, "cloud"))
-    chart.store(FrontPlace(FRONT_FORMAT, path, "FitOptions"))
+    chart.store(FrontPlace("fit", FRONT_FORMAT, path, "FitOptions"))
     front = FRONT_FORMAT.read(path)
     assert [point.median_ms for point in front.points] == [3.0, 20.0]
     assert FitOptions(**front.points[0].fields) == settings[1].options

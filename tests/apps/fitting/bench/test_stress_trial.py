@@ -158,5 +158,5 @@ def test_garbage_is_no_clean_answer(monkeypatch):
     assert (trial.passed, trial.clean, trial.note) == (False, False, "warned: overflow encountered")
     empty = try_refusal(always(), LOOK, "few")
     assert (empty.clean, empty.note) == (False, "neither a solid nor a reason")
-    monkeypatch.setattr(stress_fit_trial, "LONGEST_S", -1.0)
+    monkeypatch.setattr(stress_fit_trial, "MAX_SECONDS", -1.0)
     assert try_fit(always(BALL), LOOK, 0).note.startswith("took")
