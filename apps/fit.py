@@ -16,7 +16,7 @@ from eyehand.perception.superquadric import OptimiserName
 from .console import print_json, say, show, tracked
 from .fitting.fit_choice import FitChoice, KindChoice
 from .fitting.fit_inputs import read_inputs
-from .fitting.robot_files import WATER
+from .fitting.robot_files import WATER_DENSITY
 from .mesh_file import MeshFormat
 from .output_files import make_folder
 from .perceived_frame import load_kernels
@@ -44,7 +44,7 @@ def fit_command(
     optimiser: OptimiserName | None = None,
     out: Path | None = None,
     mesh: MeshFormat = "ply",
-    density: float = WATER,
+    density: float = WATER_DENSITY,
     view: bool = False,
     port: int = DEFAULT_PORT,
     page: Path | None = None,

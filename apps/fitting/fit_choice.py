@@ -1,4 +1,4 @@
-"""From what a person chose on the command line to the options of the fit."""
+"""Convert the choices on the command line to fit options."""
 
 from __future__ import annotations
 
@@ -13,18 +13,18 @@ if TYPE_CHECKING:
     from typing import Any
 
 KindChoice = Literal["auto"] | Kind
-"""A kind of solid, or the simplest that explains the points."""
+"""A kind of solid; ``auto`` selects the simplest that explains the points."""
 MAX_NOISE_MM = 100.0
 
 
 @dataclass(frozen=True)
 class FitChoice:
-    """Options by name; None where the person left the choice to the program.
+    """The fit choices of the command line; None selects the default.
 
     Raises
     ------
     InputError
-        If a value is out of its range; the message names the option and the range.
+        If a value is out of range. The message names the option and the range.
     """
 
     kind: KindChoice = "auto"
@@ -32,13 +32,13 @@ class FitChoice:
     noise_mm: float = 1.5
     """Expected noise of the points, one standard deviation, mm."""
     budget_ms: float | None = None
-    """Time a fit may take, ms."""
+    """Time limit of a fit, ms."""
     max_parts: int = 1
-    """Most solids that one object may be split into."""
+    """Maximum number of solids per object."""
     points: int | None = None
-    """Points used."""
+    """Number of points used."""
     optimiser: OptimiserName | None = None
-    """Final refinement."""
+    """Optimiser of the final refinement."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.noise_mm <= MAX_NOISE_MM:
@@ -54,12 +54,12 @@ class FitChoice:
                 raise InputError(f"--budget-ms chooses --{name} itself: give one of the two")
 
     def options(self) -> FitOptions:
-        """Give the options of the fit.
+        """Return the options of the fit.
 
         Raises
         ------
         InputError
-            If no setting is as fast as the budget, or a value is out of its range.
+            If no stored setting meets the budget, or a value is out of range.
         """
         chosen = FitOptions() if self.budget_ms is None else FitOptions.for_budget(self.budget_ms)
         changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3, "max_parts": self.max_parts}

@@ -1,4 +1,4 @@
-"""Inputs of the fit command: files of points or surfaces, and objects of depth frames."""
+"""Inputs of `eyehand fit`: files of points or surfaces, and objects of depth frames."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ if TYPE_CHECKING:
     from eyehand.perception import DepthFrame, FitOptions, SuperquadricFit
 
 WHOLE = 0
-"""Label that takes all readings of a frame as one cloud."""
-ANY_DISTANCE = float("inf")
-"""An object selected by its label is fitted at any distance."""
-NAMED_LABELS = 12
-"""Maximum number of objects that the message about a missing label lists."""
+"""Label for all readings of a frame as one cloud."""
+NO_DISTANCE_LIMIT = float("inf")
+"""Distance limit of the fit, m: an object that the user names is fitted at any distance."""
+MAX_LISTED_LABELS = 12
+"""Maximum number of objects listed in the message about a missing label."""
 
 
 @dataclass(frozen=True)
 class Cloud:
-    """The points of one object, with camera position and support plane where known."""
+    """The points of one object, with the camera position and support plane if known."""
 
     name: str
-    """Name for messages: the file, and the label of the object if there is one."""
+    """Name for messages: its file, and its label if it has one."""
     stem: str
-    """Start of the names of the output files."""
+    """Prefix of the names of its output files."""
     points: NDArray[np.float64]
     """(N, 3), m."""
     view_origin: NDArray[np.float64] | None = None
-    """Position of the camera in the frame of the points, (3,), m."""
+    """Camera position in the frame of the points, (3,), m."""
     support_plane: NDArray[np.float64] | None = None
     """Unit normal and offset of the support plane, (4,)."""
 
@@ -54,9 +54,9 @@ class FittedCloud:
     """A cloud and its fit."""
 
     cloud: Cloud
-    """The input."""
+    """The fitted cloud."""
     fit: SuperquadricFit
-    """The result. It is false if it cannot be used."""
+    """The fit. Its truth value is False when it must not be used; `reason` says why."""
 
 
 @dataclass(frozen=True)
@@ -64,15 +64,15 @@ class CloudInput:
     """A file that holds one object."""
 
     cloud: Cloud
-    """Its points."""
+    """The cloud of the object."""
 
     @property
     def stems(self) -> tuple[str, ...]:
-        """Starts of the names of the output files."""
+        """Prefixes of the names of its output files."""
         return (self.cloud.stem,)
 
     def fitted(self, options: FitOptions) -> list[FittedCloud]:
-        """Fit it."""
+        """Fit the cloud."""
         fit = fit_superquadric(
             self.cloud.points,
             view_origin=self.cloud.view_origin,
@@ -84,27 +84,27 @@ class CloudInput:
 
 @dataclass(frozen=True)
 class FrameInput:
-    """A depth frame and the labels of the objects to fit."""
+    """A depth frame and the selected objects in it."""
 
     path: Path
-    """The frame's file."""
+    """File of the frame."""
     frame: DepthFrame
-    """The frame."""
+    """The depth frame."""
     labels: tuple[int, ...]
-    """Labels of the objects to fit, 1..n as in the segmentation of the frame."""
+    """Labels of the selected objects, 1..n as in the segmentation."""
 
     @property
     def stems(self) -> tuple[str, ...]:
-        """Starts of the names of the output files."""
+        """Prefixes of the names of its output files."""
         return tuple(f"{self.path.stem}_{label}" for label in self.labels)
 
     def fitted(self, options: FitOptions) -> list[FittedCloud]:
-        """Fit the selected objects as `eyehand perceive` does, with hidden rays and support."""
+        """Fit the selected objects like `eyehand perceive`, with occlusion and support plane."""
         scene = perceive(
             self.frame,
             PerceiveOptions(
                 fit=options,
-                max_distance=ANY_DISTANCE,
+                max_distance=NO_DISTANCE_LIMIT,
                 max_objects=max(self.labels),
                 cloud_points=max(PerceiveOptions().cloud_points, options.points),
             ),
@@ -136,46 +136,47 @@ def read_inputs(
     view_origin: Sequence[float] | None = None,
     support_plane: NDArray[np.float64] | None = None,
 ) -> list[CloudInput | FrameInput]:
-    """Read every file before the first fit, so that a bad one costs nothing.
+    """Read all files before the first fit, so that an invalid file fails early.
 
     Parameters
     ----------
     paths
         Clouds and surfaces (see :func:`eyehand.perception.read_cloud`) and depth frames.
-        Frames are PNG, NPZ with `depth` and no `points`, and organised PCD and PLY files.
+        Frames are PNG files, NPZ files with `depth` and without `points`, and PCD or PLY files
+        whose points form an image.
     labels
-        Objects of the frames, 1..n; 0 takes a frame's readings as one cloud.
+        Objects of the frames, 1..n. 0 takes all readings of a frame as one cloud.
     camera
         Camera file of the frames.
     view_origin, support_plane
-        Of the clouds, (3,) and (4,) with a unit normal; frames bring their own.
+        Camera position (3,) and support plane (4,) of the clouds. Frames have their own.
 
     Raises
     ------
     InputError
-        If a file cannot be read, a frame comes without a label or has no such object, or an
-        option does not go with a file.
+        If a file cannot be read, a frame has no label or no such object, or an option does not
+        apply to a file.
     """
     origin = None if view_origin is None else np.asarray(view_origin, dtype=np.float64)
     return [
         _frame_input(path, labels, camera, origin, support_plane)
-        if _is_frame(path, wanted=bool(labels))
+        if _is_frame(path, labelled=bool(labels))
         else _cloud_input(path, labels, camera, origin, support_plane)
         for path in paths
     ]
 
 
-def _is_frame(path: Path, *, wanted: bool) -> bool:
-    """Decide between depth image and cloud; `wanted` decides for archives that hold both."""
+def _is_frame(path: Path, *, labelled: bool) -> bool:
+    """Return whether a file is a depth frame; `labelled` decides for archives with both."""
     suffix = path.suffix.lower()
     if suffix not in FRAME_SUFFIXES and suffix not in CLOUD_SUFFIXES:
         known = ", ".join(dict.fromkeys((*CLOUD_SUFFIXES, *FRAME_SUFFIXES)))
-        raise InputError(f"{path}: suffix {path.suffix!r} is no known format, expected {known}")
+        raise InputError(f"{path}: suffix {path.suffix!r} is not supported, expected {known}")
     if suffix == ".png":
         return True
     if suffix == ".npz":
-        held = read_arrays(path, ("points", "depth"))
-        return "depth" in held and (wanted or "points" not in held)
+        arrays = read_arrays(path, ("points", "depth"))
+        return "depth" in arrays and (labelled or "points" not in arrays)
     return is_organised_cloud(path)
 
 
@@ -187,9 +188,9 @@ def _cloud_input(
     plane: NDArray[np.float64] | None,
 ) -> CloudInput:
     if labels:
-        raise InputError(f"--label goes with depth frames, but {path} is one cloud")
+        raise InputError(f"--label is for depth frames, but {path} is one cloud")
     if camera is not None:
-        raise InputError(f"--camera goes with depth frames, but {path} is one cloud")
+        raise InputError(f"--camera is for depth frames, but {path} is one cloud")
     return CloudInput(Cloud(str(path), path.stem, read_cloud(path), origin, plane))
 
 
@@ -212,7 +213,7 @@ def _frame_input(
         return CloudInput(Cloud(str(path), path.stem, points, origin, plane))
     for option, value in (("--view-origin", origin), ("--plane", plane)):
         if value is not None:
-            raise InputError(f"{option} goes with clouds: the depth frame {path} brings its own")
+            raise InputError(f"{option} is for clouds: the depth frame {path} has its own")
     segmentation = segment(frame)
     sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)[1:]
     if not len(sizes):
@@ -232,7 +233,9 @@ def _frame_input(
 
 
 def _listed(sizes: NDArray[np.intp]) -> str:
-    shown = [f"{label} ({size} px)" for label, size in enumerate(sizes[:NAMED_LABELS], start=1)]
-    if len(sizes) > NAMED_LABELS:
-        shown.append(f"... {len(sizes)} ({sizes[-1]} px)")
-    return ", ".join(shown)
+    listed = [
+        f"{label} ({size} px)" for label, size in enumerate(sizes[:MAX_LISTED_LABELS], start=1)
+    ]
+    if len(sizes) > MAX_LISTED_LABELS:
+        listed.append(f"... {len(sizes)} ({sizes[-1]} px)")
+    return ", ".join(listed)

@@ -1,6 +1,6 @@
 """The panels of a fit's picture, drawn by matplotlib.
 
-Hidden edges and points are faint. OpenGL showed nothing more, and needs a graphics driver.
+Hidden edges and points are faint. OpenGL needs a graphics driver and showed no more detail.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 POINTS_PER_INCH = 72.0
 DARKEST = 0.7
-"""Brightness where the surface turns away from the viewer, of that where it faces him."""
+"""Brightness of a surface seen edge-on, relative to one that faces the viewer."""
 
 
 def flat_panel(axes: Axes, scene: PictureScene, view: View, *, solid: bool, panel: float) -> None:

@@ -1,4 +1,4 @@
-"""One fitted cloud in a browser's 3D scene: points, solids with their lines, support, camera."""
+"""Draw a fitted cloud in a viser scene: points, solids with edges, support, camera."""
 
 from __future__ import annotations
 
@@ -28,42 +28,42 @@ if TYPE_CHECKING:
 
     from .fit_inputs import Cloud
 
-SHOWN_POINTS = 4000
-"""More points make sliders lag and show nothing more."""
+MAX_POINTS = 4000
+"""Maximum number of points. More make the sliders slow and show no more detail."""
 RESOLUTION = 64
 POINT_SIZE = 0.009
 """Side of a point, in half diagonals of the cloud."""
 CURVE_PIXELS = 2.5
 SUPPORT_REACH = 1.25
-"""Half side of the piece of support shown, in half diagonals of the cloud."""
-NEARBY = 12.0
-"""A camera farther than this, in half diagonals, is shown at this distance, on its ray."""
+"""Half side of the drawn support plane, in half diagonals of the cloud."""
+MAX_CAMERA_DISTANCE = 12.0
+"""A camera farther away is drawn at this distance on its ray, in half diagonals."""
 VIEW_FROM = (-1.0, 0.8, 1.7)
-"""Where a person starts to look from: along right, up and front, in half diagonals."""
+"""Initial viewpoint along right, up and front, in half diagonals."""
 
 
 class PageScene:
-    """Draws one cloud with solids under a node of a viser scene, and redraws the solids.
+    """One cloud with solids under a node of a viser scene; the solids can be redrawn.
 
-    Coordinates are scaled so that the cloud's half diagonal is 1, about its middle: browsers keep
-    single precision and clip what is very near.
+    Coordinates are scaled about the middle of the cloud so that its half diagonal is 1, because
+    browsers use single precision and clip near geometry.
     """
 
     def __init__(self, scene: Any, node: str, cloud: Cloud, place: ArrayLike = (0, 0, 0)) -> None:
-        """Draw what does not change: the support and the camera.
+        """Draw the fixed parts: points, support and camera.
 
         Parameters
         ----------
         scene
-            `viser.SceneApi`; typed as Any because viser is loaded only where a page is made.
+            `viser.SceneApi`. Its type is Any because viser is imported only to make a page.
         node
-            Name under which everything is drawn.
+            Name of the node that holds everything.
         cloud
-            What is shown.
+            Cloud to show.
         place
-            (3,) where its middle goes, in half diagonals.
+            Position (3,) of the middle of the cloud, in half diagonals.
         """
-        self.points = thinned(cloud.points, SHOWN_POINTS)
+        self.points = thinned(cloud.points, MAX_POINTS)
         low, high = np.percentile(self.points, [0.5, 99.5], axis=0)
         self._middle = 0.5 * (low + high)
         self.reach = max(float(np.linalg.norm(high - low)) / 2, 1e-6)
@@ -72,7 +72,7 @@ class PageScene:
         self._solids: list[tuple[Any, Any]] = []
         self._cloud = scene.add_point_cloud(
             f"{node}/cloud",
-            self._shown(self.points),
+            self._scaled(self.points),
             np.zeros((len(self.points), 3), np.uint8),
             point_size=POINT_SIZE,
             point_shape="circle",
@@ -83,7 +83,7 @@ class PageScene:
         self._draw_camera(cloud)
 
     def draw(self, parts: Sequence[Superquadric], limit_mm: float | None = None) -> NDArray:
-        """Redraw the solids, colour the points by their distance, and return it, (N,), m."""
+        """Redraw the solids, colour the points by distance; return the distances, (N,), m."""
         _, residuals = residual_to(self.points, parts)
         limit = limit_mm if limit_mm is not None else self.limit_mm(parts)
         self._cloud.colors = np.round(255 * residual_colours(residuals, limit)).astype(np.uint8)
@@ -92,8 +92,8 @@ class PageScene:
                 handle.remove()
         for number, part in enumerate(parts):
             vertices, faces = mesh(part, RESOLUTION)
-            vertices = self._shown(vertices).astype(np.float32)
-            curves = [self._shown(curve) for curve in feature_curves(part)]
+            vertices = self._scaled(vertices).astype(np.float32)
+            curves = [self._scaled(curve) for curve in feature_curves(part)]
             lines = np.concatenate(
                 [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
             ).astype(np.float32)
@@ -121,7 +121,7 @@ class PageScene:
         return residuals
 
     def limit_mm(self, parts: Sequence[Superquadric]) -> float:
-        """End of the colour scale that suits the distance to these solids; 0 without any."""
+        """Return a suitable end of the colour scale for these solids, mm; 0 without solids."""
         return colour_limit_mm(residual_to(self.points, parts)[1]) if parts else 0.0
 
     def show(self, *, cloud: bool, solid: bool) -> None:
@@ -131,10 +131,10 @@ class PageScene:
             surface.visible = edges.visible = solid
 
     def remove(self) -> None:
-        """Take everything out of the scene."""
+        """Remove everything from the scene."""
         self._scene.remove_by_name(self._node)
 
-    def _shown(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _scaled(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
         return (points - self._middle) / self.reach
 
     def _draw_support(self, cloud: Cloud) -> None:
@@ -151,7 +151,7 @@ class PageScene:
         ]
         self._scene.add_mesh_simple(
             f"{self._node}/support",
-            self._shown(np.array(square)).astype(np.float32),
+            self._scaled(np.array(square)).astype(np.float32),
             np.array([[0, 2, 1], [0, 3, 2]], np.uint32),
             color=_rgb(GREY),
             opacity=0.18,
@@ -163,10 +163,10 @@ class PageScene:
     def _draw_camera(self, cloud: Cloud) -> None:
         if cloud.view_origin is None:
             return
-        eye = self._shown(cloud.view_origin)
+        eye = self._scaled(cloud.view_origin)
         away = float(np.linalg.norm(eye))
-        if away > NEARBY:
-            eye = eye * NEARBY / away
+        if away > MAX_CAMERA_DISTANCE:
+            eye = eye * MAX_CAMERA_DISTANCE / away
         self._scene.add_icosphere(
             f"{self._node}/camera", radius=0.04, color=_rgb(INK), position=eye
         )
@@ -174,7 +174,7 @@ class PageScene:
 
 
 def starting_camera(cloud: Cloud) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Place (3,) to look at the origin from, in half diagonals, and the direction up, (3,)."""
+    """Return the initial camera position (3,), in half diagonals, and the up direction (3,)."""
     front, _, _ = picture_views(cloud)
     axes = np.array([front.right, front.up, front.towards])
     return np.array(VIEW_FROM) @ axes, up_direction(cloud)

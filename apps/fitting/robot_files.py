@@ -1,4 +1,4 @@
-"""A fitted solid as a body that simulators and planners load: MJCF and URDF."""
+"""Export a fitted solid as a body for simulators and planners: MJCF and URDF."""
 
 from __future__ import annotations
 
@@ -19,43 +19,43 @@ if TYPE_CHECKING:
 
     from eyehand.perception import Superquadric
 
-WATER = 1000.0
-"""Density of a solid that nobody weighed, kg/m³; MuJoCo's own default."""
+WATER_DENSITY = 1000.0
+"""Default density, kg/m³, as in MuJoCo."""
 ROUND = 1.0
-"""Exponent of an ellipse."""
+"""Exponent of an elliptic section."""
 EXACT = 1e-6
-"""Differences of exponents, and of semi-axes relative to their length, that are rounding."""
+"""Tolerance for rounding, of exponents and, relative to their length, of semi-axes."""
 MESH_RESOLUTION = 64
-"""Points around a mesh: on a ball of 100 mm its facets lie within 0.13 mm of the surface."""
+"""Points around a mesh. The facets of a 100 mm ball lie within 0.13 mm of its surface."""
 CLOUD_LINK = "cloud"
-"""URDF link that stands for the cloud's frame."""
+"""URDF link of the cloud's frame."""
 
 
 @dataclass(frozen=True)
 class Primitive:
-    """A shape that simulators have of their own, and that is the solid."""
+    """A built-in shape of simulators."""
 
     shape: str
-    """sphere, ellipsoid, cylinder or box, MuJoCo's names."""
+    """Name in MuJoCo: sphere, ellipsoid, cylinder or box."""
     size: tuple[float, ...]
-    """Radius; semi-axes; radius and half length; half edges, m."""
+    """Radius; semi-axes; radius and half length; or half edges, m."""
 
 
 @dataclass(frozen=True)
 class RobotFiles:
-    """Texts of the two files; both name the meshes by file name, beside them."""
+    """The texts of the two files. They refer to mesh files in the same folder."""
 
     mjcf: str
-    """MuJoCo's own format."""
+    """MuJoCo model."""
     urdf: str
-    """What ROS and most simulators read."""
+    """Model for ROS and most simulators."""
 
 
 def primitive(solid: Superquadric) -> Primitive | None:
-    """Give the primitive that equals the solid, or None where only a mesh does.
+    """Return the primitive equal to the solid, or None if only a mesh has its shape.
 
-    Round exponents must be 1; sharp edges are exponents down at the value which stands for one
-    in a fitted box or cylinder (`EDGE_EXPONENT`).
+    A round section has exponent 1. A sharp edge has at most the exponent of fitted boxes and
+    cylinders (`EDGE_EXPONENT`).
     """
     e1, e2 = solid.exponents
     a = [float(value) for value in solid.semi_axes]
@@ -81,35 +81,34 @@ def robot_files(
     mesh_names: Mapping[int, str],
     meshes: Mapping[str, bytes],
     *,
-    density: float = WATER,
+    density: float = WATER_DENSITY,
     note: str = "",
 ) -> RobotFiles:
-    """Describe solids as one free body, MJCF and URDF, both loaded by MuJoCo before they return.
+    """Describe solids as one free body in MJCF and URDF, and check that MuJoCo loads both.
 
-    The body's frame is the first solid's own; it stands where the cloud showed it. Mass, centre
-    and inertia in the URDF are those that MuJoCo infers from the geometry at `density`; where
-    parts overlap the overlap counts twice.
+    The body frame is that of the first solid, at its pose in the cloud. MuJoCo computes mass,
+    centre and inertia for the URDF from the geometry and `density`. Overlaps count twice.
 
     Parameters
     ----------
     name
-        Of the body; other characters than letters, digits and _ become _.
+        Name of the body. Characters other than letters, digits and _ become _.
     parts
         Solids in the cloud's frame, at least one.
     mesh_names
-        By the number of the part, STL or OBJ file of the solid in its own axes, m. Parts without
-        one must have a primitive; an ellipsoid needs one too, as URDF has none of its own.
+        Number of a part → STL or OBJ file of the solid in its own axes, m. A part without a mesh
+        must be a primitive. An ellipsoid needs a mesh, because URDF has no ellipsoid.
     meshes
         Contents of those files by name.
     density
         kg/m³.
     note
-        A line for the reader of the files.
+        A comment line for the files.
 
     Raises
     ------
     DeviceError
-        If MuJoCo cannot be loaded or refuses what was made.
+        If MuJoCo cannot be loaded or rejects a file.
     """
     name = re.sub(r"\W", "_", name) or "solid"
     T_body_cloud = parts[0].pose.inv()
@@ -122,7 +121,7 @@ def robot_files(
 
 
 def needs_mesh(solid: Superquadric) -> bool:
-    """Whether one of the two formats has no primitive for the solid."""
+    """Return whether MJCF or URDF has no primitive for the solid."""
     found = primitive(solid)
     return found is None or found.shape == "ellipsoid"
 
@@ -216,7 +215,7 @@ class _Body:
     mass: float
     centre: np.ndarray
     inertia: np.ndarray
-    """About the centre, along the body's axes, (3, 3)."""
+    """About the centre, along the body axes, (3, 3), kg m²."""
 
 
 def _compiled(text: str, meshes: Mapping[str, bytes]) -> _Body:
@@ -238,7 +237,7 @@ def _place(pose: RigidTransform) -> dict[str, str]:
 
 
 def _origin(pose: RigidTransform) -> dict[str, str]:
-    # At the poles of roll, pitch, yaw one angle is free and SciPy says so; any choice is right.
+    # In gimbal lock one Euler angle is free, and SciPy warns. Any choice is valid.
     import warnings
 
     with warnings.catch_warnings():

@@ -1,4 +1,4 @@
-"""A solid as thirteen numbers that a person turns: mm, degrees, and plain shape numbers."""
+"""Convert a solid to thirteen numbers for sliders, and back: mm, degrees, shape numbers."""
 
 from __future__ import annotations
 
@@ -21,42 +21,45 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-SMALLEST_MM = 2.0
-WIDEST = 2.5
-"""Largest extent that can be set, in largest extents of the solid or its cloud."""
-FARTHEST = 1.0
-"""Largest move, in largest extents."""
+MIN_SIZE_MM = 2.0
+MAX_SIZE_RATIO = 2.5
+"""Maximum extent on a slider, in largest extents of the solid or its cloud."""
+MAX_MOVE_RATIO = 1.0
+"""Maximum displacement on a slider, in largest extents."""
 HALF_TURN_DEG = 180.0
 SIZE_DIGITS, SHAPE_DIGITS = 2, 3
-"""Digits after the point of sizes in mm, and of exponents and taper."""
-SAME = 1e-9
-"""Differences of exponents, and of semi-axes in m, that are rounding."""
+"""Decimals of sizes in mm, and of exponents and taper."""
+TOLERANCE = 1e-9
+"""Tolerance for rounding, of exponents and of semi-axes in m."""
 
 
 @dataclass(frozen=True)
 class SolidNumber:
-    """One number of a solid as a person sees it."""
+    """One number of a solid with its slider range."""
 
     name: str
-    """As in a covariance: a1 … k2."""
+    """Name as in the covariance: a1 … k2."""
     label: str
-    """What it is, with its unit."""
+    """Label with unit."""
     group: str
-    """Size, shape, turn or place."""
+    """Slider group: size, shape, turn or move."""
     low: float
-    """Least value."""
+    """Minimum value."""
     high: float
-    """Largest value."""
+    """Maximum value."""
     step: float
-    """Least difference worth making."""
+    """Step of the slider."""
 
 
 def solid_numbers(largest_mm: float) -> tuple[SolidNumber, ...]:
-    """Give all thirteen numbers, with ranges for a solid of about that largest extent, mm."""
-    widest, far = (float(np.ceil(times * largest_mm / 10.0) * 10.0) for times in (WIDEST, FARTHEST))
+    """Return all thirteen numbers, with ranges for a solid of about this largest extent, mm."""
+    widest, far = (
+        float(np.ceil(times * largest_mm / 10.0) * 10.0)
+        for times in (MAX_SIZE_RATIO, MAX_MOVE_RATIO)
+    )
     return (
         *(
-            SolidNumber(f"a{k}", f"{axis}, mm", "size", SMALLEST_MM, widest, 0.1)
+            SolidNumber(f"a{k}", f"{axis}, mm", "size", MIN_SIZE_MM, widest, 0.1)
             for k, axis in enumerate("xyz", start=1)
         ),
         SolidNumber("eps1", "ε1 along z", "shape", MIN_EXPONENT, MAX_EXPONENT, 0.01),
@@ -74,7 +77,7 @@ def solid_numbers(largest_mm: float) -> tuple[SolidNumber, ...]:
 
 
 def numbers_of(solid: Superquadric) -> dict[str, float]:
-    """Numbers of a solid that is neither turned nor moved from where it is, rounded to read."""
+    """Return the rounded numbers of a solid at its own pose, with zero rotation and move."""
     return {
         **{f"a{k + 1}": round(2e3 * float(solid.semi_axes[k]), SIZE_DIGITS) for k in range(3)},
         "eps1": round(solid.exponents[0], SHAPE_DIGITS),
@@ -86,7 +89,7 @@ def numbers_of(solid: Superquadric) -> dict[str, float]:
 
 
 def solid_of(numbers: Mapping[str, float], start: Superquadric) -> Superquadric:
-    """Solid with these numbers; turns (a rotation vector) and moves are along `start`'s axes."""
+    """Return the solid with these numbers. Rotation vector and move are in the axes of `start`."""
     turn = Rotation.from_rotvec([numbers[f"r{axis}"] for axis in "xyz"], degrees=True)
     move = np.array([numbers[f"c{axis}"] for axis in "xyz"]) * 1e-3
     own = RigidTransform.from_components(move, turn)
@@ -109,10 +112,12 @@ def _kind(
     """Return the simplest name that describes the whole shape."""
     if any(taper):
         return "tapered"
-    if start.kind == "tapered" or not np.allclose(exponents, start.exponents, rtol=0, atol=SAME):
+    if start.kind == "tapered" or not np.allclose(
+        exponents, start.exponents, rtol=0, atol=TOLERANCE
+    ):
         return "superquadric"
-    if start.kind == "sphere" and np.ptp(semi_axes) > SAME:
+    if start.kind == "sphere" and np.ptp(semi_axes) > TOLERANCE:
         return "ellipsoid"
-    if start.kind == "cylinder" and abs(semi_axes[0] - semi_axes[1]) > SAME:
+    if start.kind == "cylinder" and abs(semi_axes[0] - semi_axes[1]) > TOLERANCE:
         return "superquadric"
     return start.kind

@@ -1,4 +1,4 @@
-"""One HTML file that shows fits by itself: no server, no network, one look from all sides."""
+"""Write fits as one self-contained HTML file with a 3D view; no server or network is needed."""
 
 from __future__ import annotations
 
@@ -18,13 +18,14 @@ if TYPE_CHECKING:
     from .fit_inputs import FittedCloud
 
 APART = 2.6
-"""Distance of clouds beside one another, in half diagonals."""
+"""Distance between neighbouring clouds, in half diagonals."""
 ABOVE, LINE, LETTERS = 1.35, 0.16, 0.13
-"""Height of a caption over the cloud's middle, of its lines and letters, in half diagonals."""
+"""Height of a caption above the middle of the cloud, line spacing and letter height, in half
+diagonals."""
 
 
 def write_page(path: Path, fits: Sequence[FittedCloud]) -> None:
-    """Write clouds and solids side by side as one HTML file, at once or not at all.
+    """Write clouds and solids side by side as one HTML file, atomically.
 
     Raises
     ------
@@ -35,8 +36,8 @@ def write_page(path: Path, fits: Sequence[FittedCloud]) -> None:
 
 
 def page_html(fits: Sequence[FittedCloud]) -> str:
-    """Make the file's text, about 1.5 MB: viser's viewer and the scene."""
-    # viser's serialiser needs a server, which is not announced.
+    """Return the text of the file, about 1.5 MB: the viewer of viser and the scene."""
+    # The serialiser of viser needs a running server. Its address is not printed.
     server = open_server()
     try:
         _draw(server, fits)
@@ -66,7 +67,7 @@ def _draw(server: Any, fits: Sequence[FittedCloud]) -> None:
                 font_scene_height=LETTERS,
                 anchor="bottom-center",
             )
-    # One cloud is looked at as on the live page, several from their front, all in view.
+    # One cloud has the viewpoint of the live page. Several are seen from the front.
     if len(fits) > 1:
         position = 0.3 * wide * up + (1.5 + 0.55 * wide) * front.towards
     server.initial_camera.position = tuple(position)

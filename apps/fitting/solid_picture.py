@@ -1,4 +1,4 @@
-"""One PNG that shows a fit: the cloud above, the solid in it below, from three sides."""
+"""Draw a fit as a PNG: the cloud above, the cloud with its solid below, in three views."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ if TYPE_CHECKING:
     from .picture_scene import PictureScene
 
 NAMES, GAP, HEAD, FOOT = 0.34, 0.1, 0.78, 0.62
-"""Room for a row's name, between panels, for the title, and for the colour bar, inches."""
+"""Space for row names, between panels, for the title and for the colour bar, inches."""
 BAR = (2.3, 0.11)
-"""Colour bar, inches."""
+"""Width and height of the colour bar, inches."""
 STEPS = 256
 SCALE_SHARE = 0.3
-"""The scale bar is the longest round length up to this share of a panel."""
+"""Maximum length of the scale bar, share of a panel. It has the longest round length."""
 ROUND_LENGTHS_MM = tuple(step * 10**power for power in range(5) for step in (1, 2, 5))
 
 

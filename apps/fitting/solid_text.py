@@ -1,4 +1,4 @@
-"""A solid in a few words and numbers for people: mm and two digits of an exponent."""
+"""Describe a solid in a few words and numbers, in mm."""
 
 from __future__ import annotations
 
@@ -9,14 +9,14 @@ from ..scene_json import fit_parts
 if TYPE_CHECKING:
     from eyehand.perception import Superquadric, SuperquadricFit
 
-NAMED_PARTS = 3
-"""More parts than these are counted, not named."""
+MAX_NAMED_PARTS = 3
+"""Maximum number of parts named. Further parts are counted."""
 
 
 def headline(fit: SuperquadricFit) -> tuple[str, str]:
-    """Two lines on a fit: what it is and how large; its shape and how well the points agree.
+    """Return two lines on a fit: kind and size; shape and spread of the points.
 
-    Where there is no solid, or one that cannot be used, the second line says why.
+    Without a usable solid the second line gives the reason.
     """
     parts = fit_parts(fit)
     if not parts:
@@ -33,7 +33,7 @@ def headline(fit: SuperquadricFit) -> tuple[str, str]:
 
 
 def size_text(solid: Superquadric) -> str:
-    """Full extents along its axes: ``80 x 80 x 98.5 mm``; of a sphere the diameter."""
+    """Return the full extents along its axes: ``80 × 80 × 98.5 mm``; the diameter of a sphere."""
     extents = [f"{2e3 * a:.1f}" for a in solid.semi_axes]
     if solid.kind == "sphere":
         return f"Ø {extents[0]} mm"
@@ -41,7 +41,7 @@ def size_text(solid: Superquadric) -> str:
 
 
 def shape_text(solid: Superquadric) -> str:
-    """Exponents, and the taper where there is one."""
+    """Return exponents, and the taper if there is one."""
     text = f"ε {solid.exponents[0]:.2f} {solid.exponents[1]:.2f}"
     if any(solid.taper):
         text += f", taper {solid.taper[0]:.2f} {solid.taper[1]:.2f}"
@@ -49,12 +49,12 @@ def shape_text(solid: Superquadric) -> str:
 
 
 def spread_text(fit: SuperquadricFit) -> str:
-    """Spread of the points used about the surface."""
+    """Return the spread of the used points about the surface."""
     if not fit.residuals.size:
         return "no spread"
     return f"spread {fit.spread * 1e3:.2f} mm"
 
 
 def _listed(words: list[str]) -> str:
-    more = len(words) - NAMED_PARTS
-    return " + ".join(words[:NAMED_PARTS]) + (f" + {more} more" if more > 0 else "")
+    more = len(words) - MAX_NAMED_PARTS
+    return " + ".join(words[:MAX_NAMED_PARTS]) + (f" + {more} more" if more > 0 else "")

@@ -171,7 +171,7 @@ def test_the_page_is_one_file(ball, tmp_path, capsys):
         (["{ball}", "--label", "1"], "--label"),
         (["{frame}"], "--label from 1"),
         (["{frame}", "--label", "77"], "no object 77"),
-        (["{frame}", "--label", "1", "--plane", "0", "0", "1", "0"], "brings its own"),
+        (["{frame}", "--label", "1", "--plane", "0", "0", "1", "0"], "has its own"),
         (["{frame}", "--label", "1", "--label", "1", "--plane", "0", "0", "0", "1"], "--plane"),
         (["{ball}", "--plane", "nan", "0", "1", "0"], "--plane"),
         (["{ball}", "--view-origin", "nan", "0", "1"], "--view-origin"),
