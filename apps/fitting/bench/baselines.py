@@ -1,4 +1,4 @@
-"""Fitters of others by name, and how to bring one's own."""
+"""Baseline fitters by name, and the protocol of custom ones."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ BASELINES: dict[str, str] = {
 
 
 class Fitter(Protocol):
-    """What fits one object's cloud, ours or another's."""
+    """A function that fits the cloud of one object."""
 
     def __call__(
         self,
@@ -40,21 +40,21 @@ class Fitter(Protocol):
         points
             (N, 3), m.
         view_origin
-            (3,) place of the camera, m, where there is one.
+            (3,) camera position, m; None if unknown.
         support_plane
-            (4,) unit normal n and offset d of the plane that the object rests on, ``n·x + d = 0``
-            with n towards the object, where it is known.
+            (4,) unit normal n and offset d of the support plane, ``n·x + d = 0`` with n towards the
+            object; None if unknown.
 
         Returns
         -------
         Superquadric, SuperquadricFit or None
-            The solid in the points' frame; None where there is none.
+            The solid in the frame of the points; None without one.
         """
         ...
 
 
 def find_baseline(name: str) -> Fitter:
-    """Import a baseline by its name in the table, or as ``module:function``, also from this folder.
+    """Import a baseline by its name, or as ``module:function`` also from the current folder.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Two classic superquadric fitters, written from their papers, to measure the fit against.
+"""Two classic superquadric fitters, implemented from their papers, as baselines.
 
-What is from the papers stands with each function. The reading that is ours: both run on scipy's
-bounded trust-region least squares with numeric derivatives, in a frame scaled to the cloud, and
-each principal axis is the solid's z once, the least residual wins. From one start, as published,
-half of all solids end with a wrong axis as z, even on whole surfaces without noise.
+Each function states what is from its paper. Common differences: both use scipy's bounded
+trust-region least squares with numeric derivatives, in a frame scaled to the cloud. Each principal
+axis is tried as z, and the lowest residual is kept. With one start, as published, half of all
+solids end with a wrong z axis, even on whole surfaces without noise.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 EXPONENTS = (0.1, 1.9)
-"""Bounds of the exponents: Solina and Bajcsy keep them within 0.1 and 1; the wider half lets the
-baselines reach pinched shapes too."""
+"""Bounds of the exponents. Solina and Bajcsy use 0.1 to 1; the wider range includes pinched
+shapes."""
 SMALLEST = 0.01
 """Smallest semi-axis, in root mean squares of the cloud's radius."""
 LARGEST = 10.0
 """Largest semi-axis, and farthest centre, in the same."""
 EVALUATIONS = 200
-"""Most evaluations of a fit, derivatives not counted."""
+"""Maximum number of residual evaluations of a fit, without those for derivatives."""
 SOFT = 0.03
 """Radial distance from which soft_l1 grows linearly, in root mean squares of the radius: twice
 1 mm of noise on a solid of 65 mm."""
-LEAST_POINTS = 11
-"""As many as there are parameters."""
+MIN_POINTS = 11
+"""Minimum number of points: the number of parameters."""
 _TINY = 1e-12
 
 
@@ -43,7 +43,7 @@ Residuals = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "NDArray[np
 
 
 class Cloud(NamedTuple):
-    """A cloud in the frame in which baselines work."""
+    """A cloud, centred and scaled for the baselines."""
 
     points: NDArray[np.float64]
     """(N, 3), about their mean, in units of their root mean square radius."""
@@ -100,9 +100,9 @@ def radial_fit(
 
 
 def normalised(points: NDArray[np.float64]) -> Cloud | None:
-    """Centre and scale a cloud; None when it holds too little to fit anything."""
+    """Centre and scale a cloud; None if it has too few points or no extent."""
     points = np.asarray(points, dtype=np.float64)
-    if len(points) < LEAST_POINTS or not np.all(np.isfinite(points)):
+    if len(points) < MIN_POINTS or not np.all(np.isfinite(points)):
         return None
     centre = points.mean(axis=0)
     unit = float(np.sqrt(np.mean(np.sum((points - centre) ** 2, axis=1))))
@@ -112,7 +112,7 @@ def normalised(points: NDArray[np.float64]) -> Cloud | None:
 
 
 def principal_axes(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Right-handed principal axes (3, 3) as columns, variance falling."""
+    """Return right-handed principal axes as columns (3, 3), by falling variance."""
     _, axes = np.linalg.eigh(points.T @ points)
     axes = axes[:, ::-1]
     return axes * [1.0, 1.0, np.sign(np.linalg.det(axes))]
@@ -121,10 +121,10 @@ def principal_axes(points: NDArray[np.float64]) -> NDArray[np.float64]:
 def gauge_at(
     points: NDArray[np.float64], x: NDArray[np.float64], frame: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """G = F^(ε1/2) at points (N, 3) by parameters (11,), (N,).
+    """Compute G = F^(ε1/2) at points (N, 3) for parameters (11,), (N,).
 
     Parameters are ε1, ε2, a1, a2, a3, a rotation vector within the axes of `frame` (3, 3), and
-    the centre. In logarithms, so that small exponents do not overflow.
+    the centre. The computation uses logarithms, so that small exponents do not overflow.
     """
     local = (points - x[8:]) @ frame @ Rotation.from_rotvec(x[5:8]).as_matrix()
     log_x, log_y, log_z = np.log(np.maximum(np.abs(local), _TINY) / x[2:5]).T
@@ -136,7 +136,7 @@ def gauge_at(
 def radial_distances(
     points: NDArray[np.float64], x: NDArray[np.float64], frame: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Signed distance of points (N, 3) from the surface along the ray from the centre, (N,)."""
+    """Compute the signed distance of points (N, 3) from the surface along central rays, (N,)."""
     radius = np.linalg.norm(points - x[8:], axis=1)
     return radius * (1.0 - 1.0 / np.maximum(gauge_at(points, x, frame), _TINY))
 

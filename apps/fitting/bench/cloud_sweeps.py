@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.perception.superquadric import sample_surface
 
 from ...bench import Sweep, Trial
-from .clouds import DISTANCE, POINTS, USUAL_NOISE
+from .clouds import DEFAULT_NOISE, DISTANCE, POINTS
 from .stress_trial import RIGHT, FitCallable, try_fit, try_following, try_refusal
 from .stress_views import Look, moved, one_view, usual_solid
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MM = 1e-3
-LEAST_POINTS = 50
+MIN_POINTS = 50
 """Clouds of fewer points must be refused by name."""
 OUTLIER_REACH = 2.0
 """Outliers lie anywhere in the solid's bounds times this."""
@@ -38,7 +38,7 @@ def cloud_sweeps() -> tuple[Sweep[FitCallable], ...]:
             values=(1000, 500, 300, 200, 150, 100, 70, 50, 40, 30, 20, 10),
             holds_to=100,
             attempt=_points,
-            right=f"{FINE}; below {LEAST_POINTS} points refused by name",
+            right=f"{FINE}; below {MIN_POINTS} points refused by name",
         ),
         Sweep(
             name="noise",
@@ -90,7 +90,7 @@ def cloud_sweeps() -> tuple[Sweep[FitCallable], ...]:
 
 def _points(count: float, seed: int, method: FitCallable) -> Trial:
     look = one_view(*usual_solid(seed), _random(seed, 1), count=int(count))
-    if count < LEAST_POINTS:
+    if count < MIN_POINTS:
         return try_refusal(method, look, f"{count:.0f} points are too few")
     return try_fit(method, look, seed)
 
@@ -118,7 +118,7 @@ def _seen(share: float, seed: int, method: FitCallable) -> Trial:
     solid, origin = usual_solid(seed)
     points = sample_surface(solid, round(POINTS * 100 / share), rng)
     order = np.argsort(points @ (solid.centre - origin))
-    points = points[order[:POINTS]] + USUAL_NOISE * rng.normal(size=(POINTS, 3))
+    points = points[order[:POINTS]] + DEFAULT_NOISE * rng.normal(size=(POINTS, 3))
     return try_fit(method, Look(points, solid), seed)
 
 

@@ -1,4 +1,4 @@
-"""Clouds with known solids: whole surfaces, single views, outliers, tables, odd shapes."""
+"""Generate clouds of known solids: whole surfaces, single views, outliers, tables, other shapes."""
 
 from __future__ import annotations
 
@@ -37,38 +37,38 @@ Group = Literal[
     "mismatched",
     "compound",
 ]
-"""See :func:`fit_case`."""
+"""A group of clouds, see :func:`fit_case`."""
 
 EXPONENTS = (0.1, 0.3, 0.5, 1.0, 1.5)
-"""Exponents that solids are drawn from, along z and around it."""
+"""Exponents of the drawn solids, along z and around z."""
 SEMI_AXES = (0.015, 0.080)
-"""Smallest and largest half extent, m: what a hand grasps."""
+"""Range of half extents, m: objects that a hand can grasp."""
 DISTANCE = 0.7
-"""From the camera to the middle of what it sees in a single view, m."""
+"""Distance from the camera to the centre of the solid in a single view, m."""
 POINTS = 1000
-"""Points of a cloud when nothing else is asked for."""
+"""Default number of points of a cloud."""
 NOISE = {"full-outliers": 0.0, "view-2mm": 0.002}
-"""Standard deviation of each coordinate by group, m; 1 mm in all others."""
-USUAL_NOISE = 0.001
+"""Standard deviation of each coordinate by group, m; DEFAULT_NOISE in all others."""
+DEFAULT_NOISE = 0.001
 OUTLIER_SHARE = 0.2
-"""Share of points that lie anywhere in the doubled bounds of the solid."""
+"""Share of points that are uniform in the doubled bounds of the solid."""
 
 
 @dataclass(frozen=True)
 class FitCase:
-    """One cloud, and the solid it was taken from."""
+    """One cloud and its true solid."""
 
     group: Group
     seed: int
     name: str
-    """What the solid is, in a word."""
+    """Kind of solid in a word."""
     truth: TrueSolid
     points: NDArray[np.float64]
     """(N, 3), m."""
     view_origin: NDArray[np.float64] | None
-    """(3,) place of the camera, m; None for a whole surface."""
+    """(3,) camera position, m; None for a whole surface."""
     support_plane: NDArray[np.float64] | None
-    """(4,) unit normal and offset of what the solid rests on, where it rests on something."""
+    """(4,) unit normal and offset of the support plane; None if there is none."""
 
     @property
     def true_kind(self) -> Kind | None:
@@ -77,30 +77,31 @@ class FitCase:
 
 
 def fit_case(group: Group, seed: int, points: int = POINTS) -> FitCase:
-    """Make the cloud of a group and seed; the solid and the view do not depend on `points`.
+    """Generate the cloud of a group and seed. Solid and view do not depend on `points`.
 
     ``full``
-        Points all over a superquadric with any exponents of EXPONENTS, any semi-axes within
-        SEMI_AXES, anyhow turned; 1 mm noise in every coordinate, as in all that follow.
+        Points on the whole surface of a superquadric, with random exponents of EXPONENTS, random
+        semi-axes within SEMI_AXES and a random rotation. 1 mm noise in every coordinate, as in all
+        groups below unless stated.
     ``full-outliers``, ``full-outliers-1mm``
-        The same with a fifth of the points anywhere in the doubled bounds, the others exact or
-        with noise.
+        The same with a fifth of the points uniform in the doubled bounds. The other points are
+        exact, or have 1 mm noise.
     ``view-1mm``, ``view-2mm``, ``view-outliers``
-        What a camera at 0.7 m sees of such a superquadric: the side of its surface that faces
-        it; the last with outliers and 1 mm.
+        The part of such a surface that faces a camera at 0.7 m. The last has outliers and 1 mm
+        noise.
     ``table``
         One object settled by physics and rendered with the realistic noise of a structured-light
-        camera (correlated, quantised, with flying pixels and grazing dropout), in the world
-        frame, its pixels known; at most `points` of them.
+        camera (correlated, quantised, with flying pixels and grazing dropout), in the world frame.
+        Its pixels are known. At most `points` of them are used.
     ``kinds-view``
-        A sphere, cylinder, ellipsoid or box anyhow turned in the air, 0.7 m before the same
-        camera; the four take turns with the seed.
+        A sphere, cylinder, ellipsoid or box with a random rotation in the air, 0.7 m from the same
+        camera. The seed selects one of the four in turn.
     ``mismatched``
-        What a camera at 0.7 m sees of a shape that no superquadric is (see `odd_solids`), standing
-        on a table with a known plane when the draw is even, anyhow turned in the air otherwise; the
-        shapes take turns with the seed.
+        The visible part of a shape that no superquadric equals (see `odd_solids`), from 0.7 m. Half
+        of them stand on a table with a known plane, the others have a random rotation in the air.
+        The seed selects the shapes in turn.
     ``compound``
-        The same of solids that are not convex (see `compound_solids`).
+        The same with solids that are not convex (see `compound_solids`).
 
     Raises
     ------
@@ -130,12 +131,12 @@ def seen_points(
     count: int,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Draw points (count, 3) of a surface in any order, only those that face a view's origin."""
+    """Draw points (count, 3) of a surface in random order; with an origin, only facing points."""
     kept = np.zeros((0, 3))
     while len(kept) < count:
         points = sample_surface(solid, 4 * count, rng)
         if origin is not None:
-            # The solids are convex: what faces the camera is seen.
+            # The solids are convex, so every point that faces the camera is visible.
             facing = np.einsum("ij,ij->i", solid.normals(points), origin - points) > 0
             points = points[facing]
         kept = np.vstack([kept, points])
@@ -145,13 +146,13 @@ def seen_points(
 def _drawn(group: Group, seed: int, count: int) -> FitCase:
     rng = np.random.default_rng([seed, 17])
     solid = _random_solid(rng)
-    # Drawn for whole surfaces too, so that all groups see the same solids.
+    # Drawn for whole surfaces too, so that all groups have the same solids.
     direction = rng.normal(size=3)
     origin = None
     if group.startswith("view"):
         origin = solid.centre + DISTANCE * direction / np.linalg.norm(direction)
     points = seen_points(solid, origin, count, rng)
-    points = points + rng.normal(size=points.shape) * NOISE.get(group, USUAL_NOISE)
+    points = points + rng.normal(size=points.shape) * NOISE.get(group, DEFAULT_NOISE)
     if "outliers" in group:
         wrong = round(OUTLIER_SHARE * count)
         low, high = -solid.support(-np.eye(3)), solid.support(np.eye(3))
@@ -164,7 +165,7 @@ def _drawn(group: Group, seed: int, count: int) -> FitCase:
 def _random_solid(rng: np.random.Generator) -> Superquadric:
     semi_axes = rng.uniform(*SEMI_AXES, 3)
     exponents = (float(rng.choice(EXPONENTS)), float(rng.choice(EXPONENTS)))
-    pose = RigidTransform.from_components(rng.uniform(-0.2, 0.2, 3), _any_rotation(rng))
+    pose = RigidTransform.from_components(rng.uniform(-0.2, 0.2, 3), _random_rotation(rng))
     return Superquadric(semi_axes, exponents, pose)
 
 
@@ -188,7 +189,7 @@ def _mismatched(seed: int, count: int) -> FitCase:
     place = rng.uniform(-0.2, 0.2, 3)
     if on_table:
         place[2] = -shape.corners()[:, 2].min()
-    turn, towards = _turned_and_seen(on_table, rng)
+    turn, towards = _random_view(on_table, rng)
     solid = PosedSolid(shape, RigidTransform.from_components(place, turn))
     origin = solid.centre + DISTANCE * towards
     vertices, faces = solid.mesh()
@@ -196,7 +197,7 @@ def _mismatched(seed: int, count: int) -> FitCase:
     outward = np.cross(second - first, third - first)
     facing = np.einsum("ij,ij->i", outward, origin - first) > 0
     points = sample_triangles(vertices, faces[facing], count, rng)
-    points = points + USUAL_NOISE * rng.normal(size=points.shape)
+    points = points + DEFAULT_NOISE * rng.normal(size=points.shape)
     plane = np.array([0.0, 0.0, 1.0, 0.0]) if on_table else None
     return FitCase("mismatched", seed, name, solid, points, origin, plane)
 
@@ -208,29 +209,27 @@ def _compound(seed: int, count: int) -> FitCase:
     parts = COMPOUNDS[name](rng)
     on_table = bool(rng.random() < 0.5)
     place = rng.uniform(-0.2, 0.2, 3)
-    turn, towards = _turned_and_seen(on_table, rng)
+    turn, towards = _random_view(on_table, rng)
     if on_table:
         down = np.array([0.0, 0.0, -1.0])
         place[2] = max(float(part.support(down)) for part in parts)
     solid = posed_compound(parts, RigidTransform.from_components(place, turn))
     origin = solid.centre + DISTANCE * towards
     points = solid.surface_points(origin, count, rng)
-    points = points + USUAL_NOISE * rng.normal(size=points.shape)
+    points = points + DEFAULT_NOISE * rng.normal(size=points.shape)
     plane = np.array([0.0, 0.0, 1.0, 0.0]) if on_table else None
     return FitCase("compound", seed, name, solid, points, origin, plane)
 
 
-def _turned_and_seen(
-    on_table: bool, rng: np.random.Generator
-) -> tuple[Rotation, NDArray[np.float64]]:
-    """Draw how a solid is turned and the direction (3,) to the camera."""
+def _random_view(on_table: bool, rng: np.random.Generator) -> tuple[Rotation, NDArray[np.float64]]:
+    """Draw the rotation of a solid and the direction (3,) to the camera."""
     if on_table:
         turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
         return turn, draw_from_above(rng)
-    turn = _any_rotation(rng)
+    turn = _random_rotation(rng)
     towards = rng.normal(size=3)
     return turn, towards / np.linalg.norm(towards)
 
 
-def _any_rotation(rng: np.random.Generator) -> Rotation:
+def _random_rotation(rng: np.random.Generator) -> Rotation:
     return Rotation.from_quat(rng.normal(size=4))

@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 EDGE = 0.1
 """Exponent of sharp edges."""
 RESOLUTION = 96
-"""Facets around a part that hides others."""
+"""Facets around a part, for visibility."""
 GRAZE = 0.0005
-"""A surface this much behind the first that a ray meets is the same one, m."""
+"""Tolerance of a point behind the first ray hit, m. Such a point is still visible."""
 ARM, THICKNESS, DEPTH = (0.04, 0.07), (0.012, 0.022), (0.015, 0.04)
-"""Ranges of half extents: of the arms of an L or T along, across, and of both in depth; m."""
+"""Ranges of half extents of an L or T: length and thickness of the arms, and depth; m."""
 HANDLE_RADIUS, HANDLE_LENGTH = (0.010, 0.016), (0.07, 0.12)
 HEAD_LENGTH, HEAD_WIDTH = (0.04, 0.06), (0.014, 0.022)
 BALL_RADIUS, BAR_LENGTH, BAR_SHARE = (0.022, 0.04), (0.035, 0.07), (0.35, 0.6)
@@ -44,9 +44,9 @@ class CompoundSolid:
     """A union of superquadrics: a `TrueSolid`."""
 
     parts: tuple[Superquadric, ...]
-    """In the cloud's frame."""
+    """The parts in the frame of the cloud."""
     pose: RigidTransform
-    """Maps the shape's own axes to the cloud's frame."""
+    """Maps shape coordinates to the frame of the cloud."""
 
     @property
     def rotation(self) -> NDArray[np.float64]:
@@ -70,9 +70,9 @@ class CompoundSolid:
     def surface_points(
         self, origin: NDArray[np.float64] | None, count: int, rng: np.random.Generator
     ) -> NDArray[np.float64]:
-        """Draw points (count, 3) of the union's outer surface, in any order.
+        """Draw points (count, 3) of the outer surface of the union, in random order.
 
-        With an origin (3,) only those that are seen from there: no part stands before them.
+        With an origin (3,) only points visible from there are drawn.
         """
         meshes = [mesh(part, RESOLUTION) for part in self.parts]
         areas = np.array([_area(*one) for one in meshes])
@@ -80,24 +80,24 @@ class CompoundSolid:
         while len(kept) < count:
             shares = rng.multinomial(4 * count, areas / areas.sum())
             points = np.vstack([self._outer(index, n, rng) for index, n in enumerate(shares)])
-            kept = np.vstack([kept, points[self._seen(points, origin)]])
+            kept = np.vstack([kept, points[self._visible(points, origin)]])
         return kept[rng.permutation(len(kept))[:count]]
 
     def _outer(self, index: int, count: int, rng: np.random.Generator) -> NDArray[np.float64]:
-        """Draw points of a part's surface, those in other parts left out."""
+        """Draw points of the surface of a part, without those inside other parts."""
         points = sample_surface(self.parts[index], count, rng)
         others = self.parts[:index] + self.parts[index + 1 :]
         return points[~np.any([other.contains(points) for other in others], axis=0)]
 
     @cached_property
     def _mesh(self) -> Mesh:
-        """Vertices and faces of all parts, those within others included."""
+        """Vertices and faces of all parts, including hidden ones."""
         meshes = [mesh(part, RESOLUTION) for part in self.parts]
         starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
         faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=False)]
         return np.vstack([vertices for vertices, _ in meshes]), np.vstack(faces)
 
-    def _seen(
+    def _visible(
         self, points: NDArray[np.float64], origin: NDArray[np.float64] | None
     ) -> NDArray[np.bool_]:
         if origin is None:
@@ -111,12 +111,12 @@ class CompoundSolid:
         )
         rays = np.hstack([np.zeros_like(points), points - origin]).astype(np.float32)
         first = scene.cast_rays(open3d.core.Tensor(rays), nthreads=1)["t_hit"].numpy()
-        # Rays are as long as the way to their points.
+        # A ray has the length of the distance to its point, so a hit at 1 is the point.
         return (1.0 - first) * np.linalg.norm(points - origin, axis=1) < GRAZE
 
 
 def draw_l_shape(rng: np.random.Generator) -> list[Superquadric]:
-    """Draw an L that stands on its foot."""
+    """Draw a standing L."""
     (long, short), thick, deep = rng.uniform(*ARM, 2), rng.uniform(*THICKNESS), rng.uniform(*DEPTH)
     return [
         _box([thick, deep, long], [thick, 0.0, long]),
@@ -125,7 +125,7 @@ def draw_l_shape(rng: np.random.Generator) -> list[Superquadric]:
 
 
 def draw_t_shape(rng: np.random.Generator) -> list[Superquadric]:
-    """Draw a T that stands on its stem."""
+    """Draw a standing T."""
     (long, wide), thick, deep = rng.uniform(*ARM, 2), rng.uniform(*THICKNESS), rng.uniform(*DEPTH)
     return [
         _box([thick, deep, long], [0.0, 0.0, long]),
@@ -134,14 +134,14 @@ def draw_t_shape(rng: np.random.Generator) -> list[Superquadric]:
 
 
 def draw_hammer(rng: np.random.Generator) -> list[Superquadric]:
-    """Draw a hammer that lies: a round handle, a square head across its end."""
+    """Draw a lying hammer: a round handle with a square head across its end."""
     radius, length = rng.uniform(*HANDLE_RADIUS), rng.uniform(*HANDLE_LENGTH)
     head, wide = rng.uniform(*HEAD_LENGTH), max(rng.uniform(*HEAD_WIDTH), radius)
     return [_bar(radius, length, "x", [0.0] * 3), _box([wide, head, wide], [length, 0.0, 0.0])]
 
 
 def draw_dumbbell(rng: np.random.Generator) -> list[Superquadric]:
-    """Draw two balls on a bar that lies."""
+    """Draw a lying dumbbell: two balls on a bar."""
     radius, length = rng.uniform(*BALL_RADIUS), rng.uniform(*BAR_LENGTH)
     ends = [length + 0.5 * radius, -length - 0.5 * radius]
     balls = [_solid([radius] * 3, (1.0, 1.0), [end, 0.0, 0.0]) for end in ends]
@@ -149,7 +149,7 @@ def draw_dumbbell(rng: np.random.Generator) -> list[Superquadric]:
 
 
 def draw_mug(rng: np.random.Generator) -> list[Superquadric]:
-    """Draw an upright mug, full, with a handle of three bars."""
+    """Draw an upright solid mug with a handle of three bars."""
     radius, height = rng.uniform(*MUG_RADIUS), rng.uniform(*MUG_HEIGHT)
     thick, reach, span = rng.uniform(*LOOP_THICKNESS), 0.35 * radius, 0.55 * height
     out = radius + 2 * reach
@@ -161,7 +161,7 @@ def draw_mug(rng: np.random.Generator) -> list[Superquadric]:
 
 
 def draw_drill(rng: np.random.Generator) -> list[Superquadric]:
-    """Draw a body that lies over a grip with a foot."""
+    """Draw a drill: a lying body above a grip with a foot."""
     radius, length = rng.uniform(*BODY_RADIUS), rng.uniform(*BODY_LENGTH)
     grip, tilt = rng.uniform(*GRIP_LENGTH), rng.uniform(*GRIP_TILT)
     turn = Rotation.from_euler("y", tilt)
@@ -183,11 +183,11 @@ COMPOUNDS = {
     "mug": draw_mug,
     "drill": draw_drill,
 }
-"""What draws each shape's parts, the way it stands."""
+"""Name → function that draws the parts of the shape as it stands on a table."""
 
 
 def posed_compound(parts: list[Superquadric], pose: RigidTransform) -> CompoundSolid:
-    """Move parts as one."""
+    """Return the compound of these parts at a pose."""
     return CompoundSolid(
         tuple(Superquadric(p.semi_axes, p.exponents, pose * p.pose, p.kind) for p in parts), pose
     )

@@ -3,18 +3,18 @@
 Liu, Wu, Ruan and Chirikjian, "Robust and Accurate Superquadric Recovery: a Probabilistic
 Approach", CVPR 2022.
 
-From the paper: points are Gaussian about the surface or uniform in the cloud's volume; the E-step
-gives each its posterior of being no outlier from its radial distance; the M-step is a few steps of
-bounded trust-region least squares on the weighted radial distances, then σ² from their cost; when
-the cost stalls, the S-step tries the solids that are nearly the same surface (other axes as z, and
-duals turned by 45°), in the order of their cost, and keeps the first whose own M-step is better.
-The start is an ellipsoid along the principal axes with the median coordinates as semi-axes.
-Prior of an outlier, iterations, tolerances and the range of ratios that admits a dual are the
-authors' published defaults.
+From the paper: a point is an inlier, Gaussian about the surface, or an outlier, uniform in the
+volume of the cloud. The E-step computes the posterior of being an inlier from the radial distance.
+The M-step runs a few steps of bounded trust-region least squares on the weighted radial distances,
+then computes σ² from the cost. When the cost stalls, the S-step tries solids with nearly the same
+surface: other axes as z, and duals rotated by 45°. It tries them in the order of their cost and
+keeps the first whose M-step improves the cost. The start is an ellipsoid along the principal axes
+with the median coordinates as semi-axes. Outlier prior, iterations, tolerances and the ratios that
+admit a dual are the published defaults of the authors.
 
-Our reading: rotations are vectors about the current ones instead of Euler angles; exponents keep
-a little off 0 and 2; the term of the surface's area, which the authors too leave out while σ² is
-more than rounding, is left out for good.
+Differences: rotation vectors relative to the current rotation replace Euler angles. Exponents stay
+a little away from 0 and 2. The surface area term is left out; the authors leave it out too unless
+σ² is near zero.
 """
 
 from __future__ import annotations
@@ -37,29 +37,29 @@ if TYPE_CHECKING:
     from eyehand.perception import Superquadric
 
 OUTLIER_PRIOR = 0.1
-"""Share of outliers believed in before a look at the points."""
-ROUNDS, FEWEST_ROUNDS = 20, 5
-"""Most rounds of expectation and maximisation, and those before it may end."""
-EVALUATIONS = 3
-"""Evaluations of the residuals in a maximisation, derivatives not counted."""
-SWITCHES = 2
-"""Times that another solid of nearly the same surface is tried."""
+"""Prior probability of an outlier."""
+MAX_ROUNDS, MIN_ROUNDS = 20, 5
+"""Maximum and minimum number of rounds of E-step and M-step."""
+MAX_EVALUATIONS = 3
+"""Residual evaluations per M-step, without those for derivatives."""
+MAX_SWITCHES = 2
+"""Maximum number of S-steps."""
 COST_TOLERANCE = 1e-3
-"""Cost below which a fit is done, in the authors' units (largest coordinate 10)."""
-STALLED = 0.1
-"""Relative gain of a round below which it has stalled."""
-AUTHORS_REACH = 10.0
+"""Cost below which a fit ends, in the units of the authors (largest coordinate 10)."""
+MIN_GAIN = 0.1
+"""Relative gain of a round below which the cost has stalled."""
+MAX_COORDINATE = 10.0
 """Largest coordinate of a cloud in the authors' units."""
 DUAL_RATIOS = (0.6, 1.4)
-"""Ratio of two semi-axes within which a section may be taken for its dual."""
-LARGEST = 4.0
+"""Range of the ratio of two semi-axes in which a section may switch to its dual."""
+MAX_SEMI_AXIS = 4.0
 """Largest semi-axis, in largest coordinates."""
-SMALLEST = 1e-3
+MIN_SEMI_AXIS = 1e-3
 """Smallest semi-axis, in the authors' units."""
 
 
 class State(NamedTuple):
-    """Parameters as :func:`fit_peers.gauge_at` takes them, and the axes that they turn."""
+    """Parameters of :func:`classic_fitters.gauge_at`, and the frame of their rotation vector."""
 
     x: NDArray[np.float64]
     frame: NDArray[np.float64]
@@ -70,19 +70,19 @@ def ems_fit(
     view_origin: NDArray[np.float64] | None = None,
     support_plane: NDArray[np.float64] | None = None,
 ) -> Superquadric | None:
-    """Fit a superquadric by EMS; None when the cloud holds too little.
+    """Fit a superquadric by EMS; None if the cloud has too few points or no extent.
 
     Parameters
     ----------
     points
         (N, 3), m.
     view_origin, support_plane
-        Not used: the method knows of neither.
+        Not used by the method.
     """
     cloud = normalised(points)
     if cloud is None:
         return None
-    largest = float(cloud.points.max()) / AUTHORS_REACH
+    largest = float(cloud.points.max()) / MAX_COORDINATE
     cloud = Cloud(cloud.points / largest, cloud.centre, cloud.unit * largest)
     state = _ems(cloud.points)
     return None if state is None else solid_of(cloud, *state)
@@ -90,26 +90,26 @@ def ems_fit(
 
 def _ems(points: NDArray[np.float64]) -> State | None:
     frame = principal_axes(points)
-    # The authors take the middle axis as y's neighbour: largest, smallest, middle.
+    # The authors order the axes by variance: largest, smallest, middle.
     frame = np.column_stack([frame[:, 0], frame[:, 2], np.cross(frame[:, 0], frame[:, 2])])
     local = points @ frame
     volume = float(np.prod(np.ptp(local, axis=0)))
     if volume <= 0:
         return None
     variance = volume ** (1 / 3) / 10
-    half = np.maximum(np.median(np.abs(local), axis=0), 2 * SMALLEST)
+    half = np.maximum(np.median(np.abs(local), axis=0), 2 * MIN_SEMI_AXIS)
     state = State(np.concatenate([[1.0, 1.0], half, np.zeros(6)]), frame)
     cost, switched = 0.0, 0
-    for round_number in range(1, ROUNDS + 1):
+    for round_number in range(1, MAX_ROUNDS + 1):
         weights = _inliers(radial_distances(points, *state), variance, volume)
-        following, new_cost = _maximised(points, weights, state)
+        following, new_cost = _m_step(points, weights, state)
         gain = (cost - new_cost) / max(new_cost, np.finfo(float).tiny)
-        done = switched >= SWITCHES and round_number > FEWEST_ROUNDS and gain < STALLED
+        done = switched >= MAX_SWITCHES and round_number > MIN_ROUNDS and gain < MIN_GAIN
         if done or (new_cost < COST_TOLERANCE and round_number > 1):
             return following
-        if gain < STALLED and round_number > 1:
+        if gain < MIN_GAIN and round_number > 1:
             limit = min(cost, new_cost)
-            following, new_cost = _switched(points, weights, following, new_cost, limit)
+            following, new_cost = _s_step(points, weights, following, new_cost, limit)
             switched += 1
         state, cost = following, new_cost
         variance = cost / (3 * max(float(weights.sum()), np.finfo(float).tiny))
@@ -117,22 +117,22 @@ def _ems(points: NDArray[np.float64]) -> State | None:
 
 
 def _inliers(distances: NDArray[np.float64], variance: float, volume: float) -> NDArray[np.float64]:
-    """Posterior of each point (N,) to be Gaussian about the surface, not uniform in the volume."""
+    """Compute the posterior (N,) of each point to be an inlier."""
     variance = max(variance, np.finfo(float).tiny)
     uniform = OUTLIER_PRIOR / (1 - OUTLIER_PRIOR) / volume * (2 * np.pi * variance) ** 1.5
     gaussian = np.exp(-0.5 * distances**2 / variance)
     return gaussian / (uniform + gaussian)
 
 
-def _maximised(
+def _m_step(
     points: NDArray[np.float64], weights: NDArray[np.float64], state: State
 ) -> tuple[State, float]:
-    """A few steps of weighted least squares: the state after them, and its sum of squares."""
+    """Run the M-step; return the new state and its weighted sum of squares."""
     root = np.sqrt(weights)
-    largest = LARGEST * float(np.abs(points).max())
-    low = [MIN_EXPONENT] * 2 + [SMALLEST] * 3 + [-2 * np.pi] * 3 + [-largest] * 3
+    largest = MAX_SEMI_AXIS * float(np.abs(points).max())
+    low = [MIN_EXPONENT] * 2 + [MIN_SEMI_AXIS] * 3 + [-2 * np.pi] * 3 + [-largest] * 3
     high = [MAX_EXPONENT] * 2 + [largest] * 3 + [2 * np.pi] * 3 + [largest] * 3
-    # The rotation goes into the frame, so that its vector starts at none.
+    # The rotation is moved into the frame, so that the rotation vector starts at zero.
     turned = state.frame @ Rotation.from_rotvec(state.x[5:8]).as_matrix()
     start = np.clip(state.x, low, high)
     start[5:8] = 0.0
@@ -140,33 +140,35 @@ def _maximised(
         lambda x: root * radial_distances(points, x, turned),
         start,
         bounds=(low, high),
-        max_nfev=EVALUATIONS,
+        max_nfev=MAX_EVALUATIONS,
     )
     return State(found.x, turned), 2.0 * float(found.cost)
 
 
-def _switched(
+def _s_step(
     points: NDArray[np.float64],
     weights: NDArray[np.float64],
     state: State,
     cost: float,
     limit: float,
 ) -> tuple[State, float]:
-    """The first solid of nearly the same surface that becomes better than `limit`, or this one."""
+    """Run the S-step: return the first similar solid with a cost below `limit`, or the state."""
 
-    def price(other: State) -> float:
+    def cost_of(other: State) -> float:
         return float(weights @ radial_distances(points, *other) ** 2)
 
-    priced = [(price(other), other) for other in _similar(state)]
-    for _, other in sorted((pair for pair in priced if np.isfinite(pair[0])), key=lambda p: p[0]):
-        better, better_cost = _maximised(points, weights, other)
+    candidates = [(cost_of(other), other) for other in _similar(state)]
+    for _, other in sorted(
+        (pair for pair in candidates if np.isfinite(pair[0])), key=lambda p: p[0]
+    ):
+        better, better_cost = _m_step(points, weights, other)
         if better_cost < limit:
             return better, better_cost
     return state, cost
 
 
 def _similar(state: State) -> Iterator[State]:
-    """Solids whose surface is nearly the same: other axes as z, and duals of round sections."""
+    """Yield solids with nearly the same surface: other axes as z, and duals of sections."""
     e1, e2, a1, a2, a3 = state.x[:5]
     centre = state.x[8:]
     own = state.frame @ Rotation.from_rotvec(state.x[5:8]).as_matrix()
@@ -191,10 +193,10 @@ def _similar(state: State) -> Iterator[State]:
 
 
 def _dual_size(exponent: float) -> float:
-    """Semi-axis of the dual of a unit section, turned by 45°: linear between the three that fit.
+    """Return the semi-axis of the dual of a unit section, rotated by 45°.
 
-    A square (0) becomes a diamond √2 as large, a circle (1) itself, a diamond (2) a square of
-    √½.
+    It is linear between three exact cases: a square (exponent 0) becomes a diamond of √2, a circle
+    (1) stays 1, a diamond (2) becomes a square of √½.
     """
     root = np.sqrt(2.0)
     if exponent <= 1:

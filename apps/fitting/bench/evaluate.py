@@ -1,4 +1,4 @@
-"""`eyehand evaluate fit`: fitted solids against the solids that clouds were taken from."""
+"""`eyehand evaluate fit`: compare fitted solids with the true solids of clouds."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 QUICK_CASES = 2
 PARTS = 3
-"""Most solids that compounds become where nothing else is asked for: few of them have more."""
+"""Default maximum number of parts for compounds. Few of them have more."""
 IN_PARTS = f"{OWN}, {PARTS} parts"
-"""What that is called."""
+"""Name of our fit with parts."""
 
 
 def evaluate_fit(
@@ -48,10 +48,9 @@ def evaluate_fit(
     out: Path = Path("out/evaluate_fit"),
     json: bool = False,
 ) -> int:
-    """Fit clouds with known solids and print how much of them is met.
+    """Fit clouds of known solids and print the accuracy.
 
-    Writes cases.csv, a row for every cloud and fitter. Cloud k of every group follows from
-    seed + k alone.
+    Writes cases.csv with a row per cloud and fitter. Cloud k of a group depends on seed + k only.
 
     Parameters
     ----------
@@ -62,19 +61,19 @@ def evaluate_fit(
     groups
         Kinds of clouds; default: all.
     baseline
-        Another fitter on the same clouds: a known name, or module:function, a Python function
-        f(points, view_origin, support_plane) that gives a Superquadric, a SuperquadricFit or None.
-        Can be given several times.
+        Another fitter for the same clouds: a known name, or module:function for a Python function
+        f(points, view_origin, support_plane) that returns a Superquadric, a SuperquadricFit or
+        None. Can be given several times.
     optimiser
-        What refines the solid in the end; default: that of the options, as for all that follow.
+        Optimiser of the final refinement. Default: that of the fit options.
     points
-        Points of a cloud that the fit uses.
+        Number of points of a cloud that the fit uses. Default: that of the fit options.
     max_parts
-        Most solids that one object may become; default: 1, and for compounds 1 against 3.
+        Maximum number of parts of an object. Default: 1; for compounds both 1 and 3.
     budget_ms
-        Take the stored settings for this time per fit, ms; other options given here come on top.
+        Use the stored settings for this time per fit, ms. Other given options override them.
     quick
-        Two clouds a group: a first look.
+        Use two clouds per group.
     out
         Output folder.
     json
@@ -96,7 +95,6 @@ def evaluate_fit(
     for group in dict.fromkeys(groups or get_args(Group)):
         fitters = [own_fitter(OWN, own)]
         if group == "compound" and max_parts is None:
-            # What parts are worth shows beside one solid.
             split = own_fitter(IN_PARTS, replace(own, max_parts=PARTS))
             fitters.append(replace(split, name=IN_PARTS))
         rows += _fitted([*fitters, *baselines], group, range(seed, seed + cases))
@@ -112,7 +110,7 @@ def evaluate_fit(
 def _fitted(
     methods: Sequence[Method[FitCase, FitAnswer]], group: Group, seeds: range
 ) -> list[dict[str, Any]]:
-    """Rows of all contestants over the clouds of a group."""
+    """Return the rows of all methods over the clouds of a group."""
     clouds = [fit_case(group, seed) for seed in tracked(seeds, f"drawing {group}", len(seeds))]
     turns = tracked(clouds, f"fitting {group}", len(clouds))
     results = compare_methods(methods, turns, grade, rounds=1)

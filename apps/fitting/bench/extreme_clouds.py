@@ -1,4 +1,4 @@
-"""The extreme clouds of `eyehand stress fit`: what must be refused, followed, or may degrade."""
+"""The extreme clouds of `eyehand stress fit`, by expectation: refuse, follow or degrade."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ if TYPE_CHECKING:
     Points = NDArray[np.float64]
 
 COPIES = 100
-"""How often points are repeated."""
+"""Number of copies of repeated points."""
 FAR = 1e4
 """Distance of far clouds from the origin, m."""
 REACH = 0.05
-"""Half the extent of points that are of no solid, m."""
+"""Half extent of points that belong to no solid, m."""
 TURN = Rotation.from_rotvec([0.5, -0.9, 1.3])
-"""Some turn that no axis lies still under."""
+"""A rotation that moves every coordinate axis."""
 FLATTEN = TURN.as_matrix() @ np.diag([1.0, 1.0, 0.0]) @ TURN.as_matrix().T
 STRETCH = TURN.as_matrix() @ np.diag([1.0, 0.0, 0.0]) @ TURN.as_matrix().T
 """Projections onto a slanting plane and a slanting line."""
 
 
 def extremes() -> tuple[Extreme, ...]:
-    """All of them: what must be refused first, then what must follow, then what may degrade."""
+    """Return all extreme clouds, in the order refuse, follow, degrade."""
     return (*_refused(), *_following(), *_degrading())
 
 
@@ -172,7 +172,7 @@ def _usual(seed: int) -> Look:
 
 
 def _standing(seed: int) -> Look:
-    """The usual look, with a plane that touches its solid from below."""
+    """Return the usual view with a support plane that touches the solid from below."""
     look = _usual(seed)
     assert look.truth is not None
     lowest = -float(look.truth.support(np.array([0.0, 0.0, -1.0])))
@@ -184,7 +184,7 @@ def _on_points(change: Callable[[Points], Points]) -> Callable[[Look], Look]:
 
 
 def _over(look: Look, height: float) -> Look:
-    """Give the look a level support plane at a height above the solid's middle."""
+    """Add a horizontal support plane at a height above the centre of the solid."""
     plane = np.array([0.0, 0.0, 1.0, -_middle(look)[2] - height])
     return replace(look, support_plane=plane)
 
@@ -214,7 +214,7 @@ def _shuffled(points: Points) -> Points:
 
 
 def _stray(points: Points, away: float) -> Points:
-    """One more point, far from the others."""
+    """Add a point far from the others."""
     return np.vstack([points, points[:1] + np.array([away, 0.0, 0.0])])
 
 

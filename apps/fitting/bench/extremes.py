@@ -1,4 +1,4 @@
-"""Extreme clouds, each with what a fit must make of it, and whether it did."""
+"""An extreme cloud, its expected result, and the check of a fit against it."""
 
 from __future__ import annotations
 
@@ -17,40 +17,40 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Expectation = Literal["refuse", "follow", "degrade"]
-"""``refuse``: no usable solid, and a reason that names the trouble. ``follow``: the very solid of
-the usual cloud, in the other frame, to 1e-5 of its size. ``degrade``: no wrong solid without a
-word: an IoU of 50 % or more, or a refusal; of points of no solid, nothing larger than they."""
+"""``refuse``: no usable solid, and a reason that names the fault. ``follow``: the same solid as for
+the usual cloud, moved with the cloud, to 1e-5 of its size. ``degrade``: no silent failure: an IoU
+of 50 % or more, or a refusal; for points of no solid, a solid that does not exceed the points."""
 
 
 @dataclass(frozen=True)
 class Extreme:
-    """One extreme cloud and what is expected of a fit."""
+    """One extreme cloud and the expected result of a fit."""
 
     name: str
-    """What the cloud is, in words."""
+    """Description of the cloud."""
     expected: Expectation
     attempt: Callable[[int, FitCallable], Trial]
-    """Try a method once, with the seed of the solid and its points."""
+    """Run a method once, with the seed of the solid and its points."""
     says: str = ""
-    """Words that a refusal must hold."""
+    """Words that a refusal must contain."""
 
 
 @dataclass(frozen=True)
 class ExtremeResult:
-    """What came of one extreme cloud."""
+    """The result of one extreme cloud."""
 
     extreme: Extreme
     trials: tuple[Trial, ...]
-    """One a seed."""
+    """One trial per seed."""
 
     @property
     def kept(self) -> bool:
-        """Whether every trial did what is expected, and cleanly."""
+        """Whether every trial is valid and as expected."""
         return all(trial.passed and trial.clean for trial in self.trials)
 
     @property
     def happened(self) -> str:
-        """What the fit did at its worst, in a few words."""
+        """Worst result of the fit, in a few words."""
         worst = min(self.trials, key=lambda trial: (trial.clean, trial.passed))
         if not (worst.passed and worst.clean):
             return worst.note
@@ -61,7 +61,7 @@ class ExtremeResult:
 
     @property
     def fault(self) -> str:
-        """How the expectation was broken, one line; empty when it was kept."""
+        """Violation of the expectation in one line; empty if it was met."""
         if self.kept:
             return ""
         passed = sum(trial.passed for trial in self.trials)
@@ -70,14 +70,14 @@ class ExtremeResult:
 
 
 def run_extreme(extreme: Extreme, seeds: Sequence[int], method: FitCallable) -> ExtremeResult:
-    """Try an extreme with every seed; an exception is an unclean trial."""
+    """Run an extreme cloud with every seed. An exception is an invalid trial."""
     return ExtremeResult(
         extreme, tuple(run_guarded(extreme.attempt, seed, method) for seed in seeds)
     )
 
 
 def extreme_rows(results: Sequence[ExtremeResult]) -> list[dict[str, Any]]:
-    """One row an extreme: what was expected, what happened."""
+    """Return a row per extreme cloud: expectation and result."""
     return [
         {
             "name": result.extreme.name,
@@ -92,7 +92,7 @@ def extreme_rows(results: Sequence[ExtremeResult]) -> list[dict[str, Any]]:
 
 
 def extreme_table(results: Sequence[ExtremeResult]) -> Table:
-    """The same for people; what was broken stands out."""
+    """Tabulate the results; violations are red."""
     table = Table(title="extreme clouds", title_justify="left", box=box.SIMPLE_HEAD)
     for column in ("cloud", "must", "kept", "what it did"):
         table.add_column(column)

@@ -1,4 +1,4 @@
-"""Convex solids that no superquadric is: cup, capsule, hexagonal prism, half ball, wedge."""
+"""Convex solids that no superquadric equals: cup, capsule, hexagonal prism, half ball, wedge."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 AROUND = 180
-"""Corners around a round solid: 80 mm of radius are true to 0.012 mm."""
+"""Mesh points around a round solid. At 80 mm radius the error is 0.012 mm."""
 ARC = 46
-"""Corners from the equator of a ball to its pole."""
+"""Mesh points from the equator of a ball to its pole."""
 CUP_RADII, CUP_FLARE, CUP_HALF_HEIGHTS = (0.02, 0.04), (1.1, 1.5), (0.03, 0.06)
-"""Ranges of a cup's foot, of its rim over its foot, and of half its height; m."""
+"""Ranges of the foot radius of a cup, m, the ratio of rim to foot, and half its height, m."""
 CAPSULE_RADII, CAPSULE_HALF_LENGTHS = (0.015, 0.035), (0.015, 0.05)
 HEXAGON_RADII, HEXAGON_HALF_HEIGHTS = (0.02, 0.05), (0.015, 0.08)
 HALF_BALL_RADII = (0.03, 0.08)
@@ -31,20 +31,20 @@ WEDGE_HALF_LENGTHS, WEDGE_HALF_WIDTHS, WEDGE_HALF_HEIGHTS = (
 
 
 class OddShape(Protocol):
-    """A convex shape about the origin, the middle of its bounds."""
+    """A convex shape with the middle of its bounds at the origin."""
 
     def inside(self, local: NDArray[np.float64], /) -> NDArray[np.bool_]:
-        """Whether points (…, 3), m, lie in it or on its surface, (…,); exact."""
+        """Return whether points (…, 3), m, lie inside or on the surface, (…,), exactly."""
         ...
 
     def corners(self) -> NDArray[np.float64]:
-        """Points (V, 3), m, whose convex hull is the shape, or touches it from within."""
+        """Return points (V, 3), m, whose convex hull is the shape or inscribed in it."""
         ...
 
 
 @dataclass(frozen=True)
 class Frustum:
-    """A cone without its tip, upright: a cup without its hollow, as a hand closes around it."""
+    """An upright truncated cone: a solid cup."""
 
     bottom: float
     """Radius at the foot, m."""
@@ -62,17 +62,17 @@ class Frustum:
 
     def corners(self) -> NDArray[np.float64]:
         """See OddShape."""
-        return _turned([(self.bottom, -self.half_height), (self.top, self.half_height)])
+        return _revolved([(self.bottom, -self.half_height), (self.top, self.half_height)])
 
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder along x with half a ball at either end."""
+    """A cylinder along x with half a ball at each end."""
 
     radius: float
     """m."""
     half_length: float
-    """Of the straight part, m."""
+    """Half length of the straight part, m."""
 
     def inside(self, local: NDArray[np.float64]) -> NDArray[np.bool_]:
         """See OddShape."""
@@ -85,20 +85,20 @@ class Capsule:
         turn = np.linspace(0.0, np.pi / 2, ARC)
         arc = self.radius * np.column_stack([np.cos(turn), np.sin(turn)])
         upper = np.add(arc, [0.0, self.half_length])
-        # The axis of the turn is z: rolling the coordinates lays it along x.
-        return np.roll(_turned([*upper, *(upper * [1, -1])]), 1, axis=1)
+        # The axis of revolution is z. Rolling the coordinates moves it to x.
+        return np.roll(_revolved([*upper, *(upper * [1, -1])]), 1, axis=1)
 
 
 @dataclass(frozen=True)
 class Prism:
-    """A convex polygon raised along one axis."""
+    """A convex polygon extruded along one axis."""
 
     outline: tuple[tuple[float, float], ...]
     """Corners (p, q), counter-clockwise, m."""
     half_height: float
     """m."""
     upright: bool
-    """Whether (p, q) are x and y, and it is raised along z; else x and z, along y."""
+    """Whether (p, q) are (x, y), extruded along z; else (x, z), extruded along y."""
 
     def inside(self, local: NDArray[np.float64]) -> NDArray[np.bool_]:
         """See OddShape."""
@@ -138,15 +138,15 @@ class HalfBall:
         """See OddShape."""
         turn = np.linspace(0.0, np.pi / 2, ARC)
         arc = self.radius * np.column_stack([np.cos(turn), np.sin(turn) - 0.5])
-        return _turned([*arc])
+        return _revolved([*arc])
 
 
 @dataclass(frozen=True)
 class PosedSolid:
-    """A shape at its place: a `TrueSolid`."""
+    """A shape at its pose: a `TrueSolid`."""
 
     shape: OddShape
-    """What it is."""
+    """The shape."""
     pose: RigidTransform
     """Maps shape coordinates to the cloud's frame."""
 
@@ -166,11 +166,11 @@ class PosedSolid:
         return self.shape.inside(local)
 
     def support(self, directions: ArrayLike) -> NDArray[np.float64]:
-        """See TrueSolid; to the mesh's corners."""
+        """See TrueSolid; computed from the mesh."""
         return (np.asarray(directions, dtype=np.float64) @ self._mesh[0].T).max(axis=-1)
 
     def mesh(self) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-        """Vertices (V, 3), m, and faces (T, 3), counter-clockwise seen from outside."""
+        """Return vertices (V, 3), m, and faces (T, 3), counter-clockwise from outside."""
         return self._mesh
 
     @cached_property
@@ -186,7 +186,7 @@ def draw_cup(rng: np.random.Generator) -> OddShape:
 
 
 def draw_capsule(rng: np.random.Generator) -> OddShape:
-    """Draw a capsule that lies."""
+    """Draw a lying capsule."""
     return Capsule(rng.uniform(*CAPSULE_RADII), rng.uniform(*CAPSULE_HALF_LENGTHS))
 
 
@@ -216,11 +216,11 @@ DRAWERS = {
     "half ball": draw_half_ball,
     "wedge": draw_wedge,
 }
-"""What draws each shape, the way it stands, its foot at the lower end of its bounds."""
+"""Name → function that draws the shape as it stands on a table."""
 
 
-def _turned(profile: list) -> NDArray[np.float64]:
-    """Rings (len(profile) * AROUND, 3) of the points (radius, z) of a profile."""
+def _revolved(profile: list) -> NDArray[np.float64]:
+    """Revolve the points (radius, z) of a profile about z, (len(profile) * AROUND, 3)."""
     radius, z = np.array(profile, dtype=np.float64).T
     angle = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
     ring = np.stack(

@@ -26,36 +26,36 @@ if TYPE_CHECKING:
     from .baselines import Fitter
 
 RIGHT = 0.75
-"""IoU from which a fit is right: a hand closes on such a solid without touching it first."""
+"""IoU from which a fit is right: a hand can close around such a solid without early contact."""
 FAILED = 0.5
-"""IoU below which a fit has failed, as the literature counts; to fail without saying so is the
-worst that a fit can do."""
+"""IoU below which a fit has failed, as in the literature. A failure without a refusal is the worst
+result."""
 MAX_SECONDS = 2.0
-"""A fit that takes longer hangs a robot, whatever comes out."""
-FOLLOWS = 1e-5
-"""How far a solid may lie from where it must follow to, as a share of its size."""
+"""A longer fit is an invalid answer: the robot would wait."""
+FOLLOW_TOLERANCE = 1e-5
+"""Tolerance of a solid that must move with its cloud, as a share of its size."""
 SLACK, SLACK_SHARE = 0.01, 0.25
-"""How far a solid may reach beyond points that are of none, m, and as a share of their extent."""
+"""Tolerance of a solid beyond points that belong to no solid, m, and share of their extent."""
 LENGTHS = ("noise", "silhouette_margin", "plane_scale")
-"""Options that are lengths, m; so is the range of semi-axes."""
+"""Options that are lengths, m. The range of semi-axes is one too."""
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a method made of a look."""
+    """The answer of a method to a view."""
 
     solids: tuple[Superquadric, ...]
-    """The solid's parts, mostly one; none when there is none."""
+    """Parts of the solid, usually one; empty without a solid."""
     reason: str
-    """Why there is none, or why it must not be used; empty when it may."""
+    """Why there is no solid or it must not be used; empty if it is usable."""
 
 
 FitCallable = Callable[[Look], Answer]
-"""What is put under stress: one look in, one solid or a reason out."""
+"""A fit under test: view → solid or reason."""
 
 
 def fit_method(look: Look) -> Answer:
-    """Fit with this package's own fit, at its default options."""
+    """Fit with our own fit at its default options."""
     options = FitOptions()
     low, high = options.axis_range
     lengths = {name: getattr(options, name) / look.unit for name in LENGTHS}
@@ -71,12 +71,12 @@ def fit_method(look: Look) -> Answer:
 
 
 def baseline_method(baseline: Fitter) -> FitCallable:
-    """Put another's fit under the same stress."""
+    """Return a baseline as a fit under test."""
     return lambda look: _answer(baseline(look.points, look.view_origin, look.support_plane))
 
 
 def try_fit(method: FitCallable, look: Look, seed: int) -> Trial:
-    """Fit a look; right is a solid that meets the truth by an IoU of RIGHT or more."""
+    """Fit a view. Right: a solid with an IoU of RIGHT or more."""
     answer, seconds, fault = timed_fit(method, look)
     if fault:
         return Trial(False, fault, clean=False, seconds=seconds)
@@ -90,29 +90,29 @@ def try_fit(method: FitCallable, look: Look, seed: int) -> Trial:
 
 
 def try_refusal(method: FitCallable, look: Look, says: str) -> Trial:
-    """Fit what must be refused; right is a reason that says so by name."""
+    """Fit a view that must be refused. Right: a reason that contains `says`."""
     answer, seconds, fault = timed_fit(method, look)
     if fault:
         return Trial(False, fault, clean=False, seconds=seconds)
     if answer.reason:
-        told = says in answer.reason
-        note = "" if told else f"refused, but: {answer.reason}"
-        return Trial(told, note, seconds=seconds, refused=True)
+        named = says in answer.reason
+        note = "" if named else f"refused, but: {answer.reason}"
+        return Trial(named, note, seconds=seconds, refused=True)
     return Trial(False, f"not refused: {outline(answer.solids)}", seconds=seconds)
 
 
 def try_no_silent_failure(method: FitCallable, look: Look, seed: int) -> Trial:
-    """Fit what may not be met; right is a refusal, or a solid that has not failed."""
+    """Fit a difficult view. Right: a refusal, or a solid that has not failed."""
     trial = try_fit(method, look, seed)
     right = trial.refused or (trial.score or 0.0) >= FAILED
     return replace(trial, passed=True, note="") if trial.clean and right else trial
 
 
 def try_nothing_made_up(method: FitCallable, look: Look) -> Trial:
-    """Fit points that are of no solid; right is a refusal or a solid that keeps to the points.
+    """Fit points of no solid. Right: a refusal, or a solid within the points.
 
-    A solid keeps to the points when it nowhere reaches beyond them by more than SLACK and
-    SLACK_SHARE of their largest extent.
+    A solid is within the points when it exceeds them nowhere by more than SLACK plus SLACK_SHARE of
+    their largest extent.
     """
     answer, seconds, fault = timed_fit(method, look)
     if fault:
@@ -129,10 +129,10 @@ def try_nothing_made_up(method: FitCallable, look: Look) -> Trial:
 def try_following(
     method: FitCallable, here: Look, there: Look, T: RigidTransform, seed: int
 ) -> Trial:
-    """Fit the same look in two frames; right is the same solid in both, to FOLLOWS of its size.
+    """Fit a view in two frames. Right: the same solid in both, to FOLLOW_TOLERANCE.
 
-    `T` maps from here to there, after the change of units. Where the look is of a solid, the score
-    is its IoU with the one fitted here.
+    `T` maps from here to there, after the change of units. If the view is of a solid, the score is
+    its IoU with the solid fitted here.
     """
     home, _, fault = timed_fit(method, here)
     answer, seconds, moved_fault = timed_fit(method, there)
@@ -146,19 +146,19 @@ def try_following(
     if len(home.solids) != len(answer.solids):
         return Trial(False, f"{len(home.solids)} parts became {len(answer.solids)}", score=met)
     larger = here.unit / there.unit
-    expected = [_followed(solid, larger, T) for solid in home.solids]
+    expected = [_moved_solid(solid, larger, T) for solid in home.solids]
     off = max(map(apart, expected, answer.solids))
-    note = "" if off <= FOLLOWS else f"{off:.1e} of its size off"
+    note = "" if off <= FOLLOW_TOLERANCE else f"{off:.1e} of its size off"
     return Trial(not note, note, score=met, seconds=seconds)
 
 
 def timed_fit(method: FitCallable, look: Look) -> tuple[Answer, float, str]:
-    """Fit a look: the answer, its time in s, and what is not clean about it."""
+    """Fit a view; return the answer, the time in s, and the fault (empty if valid)."""
     with warnings.catch_warnings(record=True) as warned:
         warnings.simplefilter("always")
         answer, seconds = _timed(method, look)
         if seconds > MAX_SECONDS:
-            # A first look may have compiled a kernel: what hangs does so twice.
+            # The first run may have compiled a kernel.
             answer, seconds = _timed(method, look)
     fault = _fault(answer, seconds)
     if not fault and warned:
@@ -167,17 +167,17 @@ def timed_fit(method: FitCallable, look: Look) -> tuple[Answer, float, str]:
 
 
 def overshoot(solid: Superquadric, points: NDArray[np.float64]) -> float:
-    """How far a solid reaches beyond the points' convex hull, m, by its support."""
+    """Return how far a solid exceeds the convex hull of points, m."""
     return float(np.max(solid.support(_DIRECTIONS) - (points @ _DIRECTIONS.T).max(axis=0)))
 
 
 def apart(first: Superquadric, second: Superquadric) -> float:
-    """Distance of two solids' surfaces, as a share of the first's largest semi-axis.
+    """Return the distance of two surfaces, as a share of the largest semi-axis of the first.
 
-    The largest difference of their supports (of convex solids the Hausdorff distance), and of
-    points of the first from the second: what is hollow shows there.
+    It is the larger of two distances: of their supports (the Hausdorff distance of convex solids),
+    and of points of the first from the second, which includes concave parts.
     """
-    # About the first's centre: far from the origin no digits get lost.
+    # Relative to the centre of the first: no precision is lost far from the origin.
     between = _DIRECTIONS @ (second.centre - first.centre)
     supports = [
         solid.support(_DIRECTIONS) - _DIRECTIONS @ solid.centre for solid in (first, second)
@@ -189,7 +189,7 @@ def apart(first: Superquadric, second: Superquadric) -> float:
 
 
 def outline(solids: tuple[Superquadric, ...]) -> str:
-    """Solids in a few words: kinds with full extents."""
+    """Describe solids: kinds with full extents."""
     return " + ".join(
         f"{solid.kind} of {' x '.join(f'{2e3 * a:.0f}' for a in solid.semi_axes)} mm"
         for solid in solids
@@ -209,8 +209,8 @@ def _answer(found: Superquadric | SuperquadricFit | None) -> Answer:
     return Answer(found.parts if found.superquadric is not None else (), found.reason)
 
 
-def _followed(solid: Superquadric, larger: float, T: RigidTransform) -> Superquadric:
-    """A solid in other units and another frame."""
+def _moved_solid(solid: Superquadric, larger: float, T: RigidTransform) -> Superquadric:
+    """Return a solid in other units and another frame."""
     pose = RigidTransform.from_components(larger * solid.centre, solid.pose.rotation)
     return replace(solid, semi_axes=larger * solid.semi_axes, pose=T * pose)
 

@@ -1,4 +1,4 @@
-"""What a fit is put before: a cloud, where it was seen from, what it stands on, and the truth."""
+"""The views of a fit stress test: cloud, camera, support plane and truth."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from eyehand.perception import Superquadric
 
-from .clouds import POINTS, USUAL_NOISE, fit_case, seen_points
+from .clouds import DEFAULT_NOISE, POINTS, fit_case, seen_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Look:
-    """What is known of one object: its cloud, the camera, what it stands on."""
+    """One view of an object: its cloud, camera and support plane."""
 
     points: NDArray[np.float64]
     """(N, 3), m."""
     truth: TrueSolid | None = None
-    """What the points were taken from; None where they are of no solid."""
+    """The true solid; None if the points belong to no solid."""
     view_origin: NDArray[np.float64] | None = None
-    """(3,) place of the camera, m."""
+    """(3,) camera position, m."""
     support_plane: NDArray[np.float64] | None = None
     """(4,) unit normal and offset."""
     hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
     """Returns a mask (K,) of the view directions (K, 3) that a nearer object hides."""
     unit: float = 1.0
-    """Length in m by which the numbers above are to be read: options are scaled by it."""
+    """Unit of the numbers above, m. Options are scaled by it."""
 
 
 def one_view(
@@ -42,15 +42,15 @@ def one_view(
     origin: NDArray[np.float64],
     rng: np.random.Generator,
     count: int = POINTS,
-    noise: float = USUAL_NOISE,
+    noise: float = DEFAULT_NOISE,
 ) -> Look:
-    """What a camera at `origin` (3,) sees of a solid: `count` points evenly over what faces it."""
+    """Return the view from `origin` (3,): `count` points, uniform on the visible surface."""
     points = seen_points(solid, origin, count, rng)
     return Look(points + noise * rng.normal(size=points.shape), solid, origin)
 
 
 def usual_solid(seed: int) -> tuple[Superquadric, NDArray[np.float64]]:
-    """A solid of the usual sizes and exponents, and a camera (3,) at 0.7 m, both anyhow turned."""
+    """Return a random solid of the usual sizes and exponents, and a camera (3,) at 0.7 m."""
     case = fit_case("view-1mm", seed, points=1)
     assert isinstance(case.truth, Superquadric)
     assert case.view_origin is not None
@@ -58,7 +58,7 @@ def usual_solid(seed: int) -> tuple[Superquadric, NDArray[np.float64]]:
 
 
 def moved(look: Look, T: RigidTransform) -> Look:
-    """The same look in another frame; its truth stays behind, and nothing may be hidden."""
+    """Return the view in another frame, without truth and occlusion."""
     origin, plane = look.view_origin, look.support_plane
     if plane is not None:
         normal = T.rotation.apply(plane[:3])
@@ -74,7 +74,7 @@ def moved(look: Look, T: RigidTransform) -> Look:
 
 
 def scaled(look: Look, times: float) -> Look:
-    """The same look with all its numbers multiplied; its truth stays behind."""
+    """Return the view with all its numbers multiplied, without truth."""
     origin, plane = look.view_origin, look.support_plane
     return replace(
         look,

@@ -1,4 +1,4 @@
-"""What clouds are taken from: any solid that knows its inside and how far it reaches."""
+"""The true solids of clouds: a protocol with inside test and support function."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ MESH_RESOLUTION = 128
 
 
 class TrueSolid(Protocol):
-    """A solid in the cloud's frame. Superquadrics are some."""
+    """A solid in the frame of the cloud. Superquadrics satisfy it."""
 
     @property
     def centre(self) -> NDArray[np.float64]:
-        """Middle of its bounds along its own axes, (3,), m."""
+        """Middle of the bounds along its own axes, (3,), m."""
         ...
 
     @property
@@ -39,22 +39,21 @@ class TrueSolid(Protocol):
         ...
 
     def contains(self, points: ArrayLike, /) -> NDArray[np.bool_]:
-        """Whether points (…, 3) lie in it or on its surface, (…,)."""
+        """Return whether points (…, 3) lie inside or on the surface, (…,)."""
         ...
 
     def support(self, directions: ArrayLike, /) -> NDArray[np.float64]:
-        """Largest ``d·x`` over it for directions d (…, 3), (…,), m: its bounds in any frame."""
+        """Return the maximum of ``d·x`` over the solid for directions d (…, 3), (…,), m."""
         ...
 
 
 def true_kind(solid: TrueSolid) -> Kind | None:
-    """Name the simplest kind that is this very shape; None for what is no superquadric.
+    """Return the simplest kind with exactly this shape; None if it is no superquadric.
 
-    A superquadric drawn with both exponents up to SHARP *is* a box, one with (1, 1) an ellipsoid,
-    or a sphere where its semi-axes are equal, and one with (up to SHARP, 1) a cylinder where a1
-    and a2 are equal: to call it so is right, and to call it a superquadric is not, for it spends
-    numbers on nothing. A cylinder over an ellipse stays a superquadric: no simpler kind has its
-    shape.
+    A superquadric with both exponents up to SHARP is a box. Exponents (1, 1) make an ellipsoid, or
+    a sphere if the semi-axes are equal. Exponents (up to SHARP, 1) make a cylinder if a1 and a2 are
+    equal. For these only the simpler kind is right. A cylinder over an ellipse stays a
+    superquadric, because no simpler kind has its shape.
     """
     if not isinstance(solid, Superquadric):
         return None
@@ -71,12 +70,12 @@ def true_kind(solid: TrueSolid) -> Kind | None:
 
 
 def convex_parts(solid: TrueSolid) -> Sequence[TrueSolid]:
-    """Convex solids whose union a solid is: itself, unless it is a compound."""
+    """Return the convex parts of a solid: the solid itself unless it is a compound."""
     return solid.parts if isinstance(solid, CompoundSolid) else [solid]
 
 
 def surface_mesh(solid: TrueSolid) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Closed mesh of a convex solid, (V, 3) m and (T, 3), counter-clockwise from outside."""
+    """Return a closed mesh of a convex solid, (V, 3) m, (T, 3), counter-clockwise from outside."""
     if isinstance(solid, PosedSolid):
         return solid.mesh()
     if isinstance(solid, Superquadric):
