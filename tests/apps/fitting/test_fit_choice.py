@@ -10,7 +10,7 @@ from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import Kind, OptimiserName
 
 
-def test_nothing_chosen_is_the_default():
+def test_no_choice_gives_default_options():
     assert FitChoice().options() == FitOptions()
 
 
@@ -53,7 +53,7 @@ def test_wrong_choices_are_refused_by_name(wrong, says):
         FitChoice(**wrong)
 
 
-def test_what_no_fit_can_do_is_refused():
+def test_impossible_choices_are_rejected():
     with pytest.raises(InputError, match="points"):
         FitChoice(points=3).options()
     with pytest.raises(InputError):

@@ -18,7 +18,7 @@ def cloud(tmp_path) -> Path:
     return write_cloud(tmp_path / "c.ply", np.random.default_rng(0).normal(size=(60, 3)))
 
 
-def test_a_cloud_keeps_what_is_known_of_the_look(cloud):
+def test_cloud_keeps_camera_position_and_plane(cloud):
     plane = np.array([0.0, 0.0, 1.0, 0.1])
     (item,) = read_inputs([cloud], view_origin=(0.0, 0.0, 1.0), support_plane=plane)
     assert isinstance(item, CloudInput)
@@ -73,7 +73,7 @@ def test_an_archive_with_both_is_a_cloud_unless_a_label_is_wanted(tmp_path):
     assert isinstance(read_inputs([tmp_path / "both.npz"], labels=[1])[0], FrameInput)
 
 
-def test_what_does_not_go_together_is_refused(cloud, tmp_path):
+def test_options_for_the_other_input_kind_are_rejected(cloud, tmp_path):
     with pytest.raises(InputError, match="--label is for depth frames"):
         read_inputs([cloud], labels=[1])
     with pytest.raises(InputError, match="--camera is for depth frames"):

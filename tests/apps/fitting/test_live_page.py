@@ -22,7 +22,7 @@ def off(page) -> float:
     return float(np.mean(np.abs(page.residuals)))
 
 
-def test_the_page_answers_and_says_nothing_on_stdout(page, capfd):
+def test_page_responds_and_stdout_is_empty(page, capfd):
     with urllib.request.urlopen(page.address, timeout=5) as answer:
         assert answer.status == 200
         assert b"viser" in answer.read().lower()
@@ -42,7 +42,7 @@ def test_each_of_the_thirteen_sliders_moves_the_surface_off_the_points(page):
         assert off(page) == pytest.approx(fitted, rel=0.05)
 
 
-def test_buttons_bring_the_solids_of_the_ladder(page, can):
+def test_buttons_load_the_candidate_solids(page, can):
     page.sliders["a3"].value = 30.0
     assert len(page.kind_buttons) == len(can.fit.candidates) > 1
     first, second = list(page.kind_buttons.values())[:2]
@@ -63,7 +63,7 @@ def test_another_cloud_can_be_chosen_also_one_without_a_solid(page, lens):
     assert len(page.solids) == 1
 
 
-def test_the_numbers_of_each_part_can_be_turned(hammer):
+def test_sliders_edit_the_selected_part(hammer):
     page = LivePage([hammer], ANY_PORT)
     try:
         block, stick = page.solids
@@ -80,7 +80,7 @@ def test_the_numbers_of_each_part_can_be_turned(hammer):
         page.close()
 
 
-def test_a_taken_port_is_left_alone(can):
+def test_port_in_use_is_skipped(can):
     taken = open_server()
     try:
         page = LivePage([can], taken.get_port())

@@ -100,7 +100,7 @@ def test_a_cylinder_lies_where_its_superquadric_lies():
     assert end == pytest.approx(top, abs=1e-6)
 
 
-def test_almost_round_is_not_round():
+def test_nearly_round_solid_is_no_primitive():
     near = Superquadric(np.full(3, 0.03), (1.01, 1.0), POSE)
     oval = Superquadric(np.array([0.031, 0.03, 0.05]), (0.1, 1.0), POSE)
     soft = Superquadric(np.full(3, 0.03), (0.2, 0.2), POSE)
@@ -138,7 +138,7 @@ def test_urdf_has_visual_and_collision(can):
     assert urdf.count("<cylinder") == 2
 
 
-def test_what_mujoco_refuses_is_one_line():
+def test_mujoco_error_is_one_line():
     with pytest.raises(DeviceError, match="MuJoCo refuses") as caught:
         robot_files("a", [SOLIDS["superquadric"]], {0: "a.stl"}, {"a.stl": b"no mesh"})
     assert "\n" not in str(caught.value)

@@ -21,7 +21,7 @@ def test_parts_are_listed_and_many_are_counted(hammer):
     assert headline(many)[0] == "box + cylinder + box + 3 more"
 
 
-def test_what_cannot_be_used_says_why(can, unfit):
+def test_unusable_fit_states_its_reason(can, unfit):
     assert headline(unfit.fit) == ("no solid", "it is mist")
     refused = replace(can.fit, converged=False, reason="an extent ran away")
     assert headline(refused)[1] == "cannot be used: an extent ran away"

@@ -30,7 +30,7 @@ def test_an_empty_table_has_no_objects(baseline: Baseline):
     assert not baseline.run(frame, baseline.settings[0]).any()
 
 
-def test_every_baseline_says_why_it_is_there():
+def test_every_baseline_states_its_reason():
     for baseline in BASELINES:
         assert baseline.why
         assert "\n" not in baseline.why

@@ -90,7 +90,7 @@ def run_synth(folder, capsys) -> tuple[int, str, str]:
         (["--dataset", "nowhere"], "no such folder"),
     ],
 )
-def test_what_cannot_be_charted_is_refused_in_one_line(arguments, message, tmp_path, capsys):
+def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
     code, out, err = run(*arguments, "--out", tmp_path / "out", capsys=capsys)
     assert code == 2
     assert message in err
@@ -104,7 +104,7 @@ def nothing(frame: DepthFrame) -> np.ndarray:
     return np.zeros(frame.depth.shape, np.int32)
 
 
-def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
+def test_budget_selects_from_stored_front(tmp_path):
     path = tmp_path / "front.json"
     settings = [BOARD.setting(), BOARD.setting({"stride": 2}), BOARD.setting({"stride": 4})]
     figures = [(40.0, 97.0), (12.0, 93.0), (15.0, 80.0)]

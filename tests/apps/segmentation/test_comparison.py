@@ -23,7 +23,7 @@ def source(number: int) -> FrameSource:
     return FrameSource(f"frame {number}", "all", lambda: LabelledFrame(frame, TRUTH))
 
 
-def test_everyone_gets_every_frame_before_the_next_comes():
+def test_all_methods_run_on_a_frame_before_the_next_frame():
     calls = []
 
     def method(name: str, labels: np.ndarray) -> Method:

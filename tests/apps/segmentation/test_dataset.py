@@ -50,7 +50,7 @@ def test_the_camera_file_beside_the_frames_gives_camera_and_unit(tmp_path):
     assert read.assumed == ()
 
 
-def test_without_a_camera_a_kinect_is_assumed_and_said_but_never_a_unit(tmp_path):
+def test_missing_camera_is_assumed_a_kinect_but_no_unit_is_assumed(tmp_path):
     archive(tmp_path / "a.npz")
     read = only_frame(tmp_path, labels="osd", depth_scale_mm=0.1)
     assert read.frame.intrinsics.fx == 525.0
@@ -61,7 +61,7 @@ def test_without_a_camera_a_kinect_is_assumed_and_said_but_never_a_unit(tmp_path
         only_frame(tmp_path, labels="osd", depth_scale_mm=1.0)
 
 
-def test_an_archive_may_hold_camera_and_unit_itself(tmp_path):
+def test_archive_with_camera_and_unit(tmp_path):
     archive(
         tmp_path / "a.npz",
         depth=np.full((48, 64), 1600, np.uint16),

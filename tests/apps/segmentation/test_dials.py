@@ -6,7 +6,7 @@ from eyehand.apps.segmentation.dials import BOARD, STAGES
 from eyehand.perception import SegmentationOptions
 
 
-def test_the_default_comes_first_and_nothing_twice():
+def test_default_is_first_and_settings_are_unique():
     settings = BOARD.settings()
     assert settings[0].name == "default"
     assert settings[0].options == SegmentationOptions()
@@ -21,7 +21,7 @@ def test_every_dial_is_turned_alone_to_each_of_its_values():
             assert replace(SegmentationOptions(), **{key: value}) in options
 
 
-def test_names_say_what_differs():
+def test_setting_names_state_the_difference():
     assert BOARD.setting({"stride": 2, "window": 7}).name == "stride 2, window 7"
     assert BOARD.setting({"threads": 2, "shift_windows": False}).name == "2 threads, no shift"
     assert BOARD.setting({"stride": 4, **STAGES}).name == "stride 4, bare"
@@ -38,7 +38,7 @@ def test_all_dials_rebuild_the_options():
         assert replace(SegmentationOptions(), **setting.all_dials()) == setting.options
 
 
-def test_a_quick_look_is_a_part_of_the_whole():
+def test_quick_settings_are_a_subset():
     quick, whole = BOARD.settings(quick=True), BOARD.settings()
     assert 3 <= len(quick) < len(whole) / 4
     assert {setting.options for setting in quick} <= {setting.options for setting in whole}

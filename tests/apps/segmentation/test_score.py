@@ -55,7 +55,7 @@ def test_a_split_object_counts_its_larger_part():
     assert (score.missed, score.false) == (0, 0)
 
 
-def test_the_sum_of_f_is_what_the_matching_makes_large():
+def test_matching_maximises_sum_of_f():
     # Object 1 shares most with segment 5, but object 2 has nothing else to go to.
     truth = np.array([[1] * 6 + [2] * 4])
     score = score_segmentation(np.array([[6] * 2 + [5] * 8]), truth)
@@ -64,7 +64,7 @@ def test_the_sum_of_f_is_what_the_matching_makes_large():
     assert (score.over, score.under) == (0, 1)
 
 
-def test_a_merged_pair_and_a_lone_fragment_are_told_apart():
+def test_merged_pair_and_fragment_are_distinguished():
     truth = np.zeros((40, 60), int)
     truth[5:15, 5:15], truth[5:15, 15:25], truth[25:35, 5:15] = 1, 2, 3
     guess = np.zeros_like(truth)
@@ -105,7 +105,7 @@ def test_contours_of_holes_do_not_count():
     assert (score.precision, score.recall) == (1.0, 1 - 0.16)
 
 
-def test_ignored_pixels_count_for_neither():
+def test_ignored_pixels_count_neither_as_truth_nor_prediction():
     truth, guess = np.zeros((30, 40), int), np.zeros((30, 40), int)
     truth[5:15, 5:15] = 1
     guess[5:15, 5:25] = 1
@@ -117,7 +117,7 @@ def test_ignored_pixels_count_for_neither():
     assert (score.f, score.boundary_f, score.predicted_count, score.false) == (1.0, 1.0, 1, 0)
 
 
-def test_nothing_found_and_nothing_there():
+def test_empty_prediction_and_empty_truth():
     nothing, something = np.zeros((2, 2), int), np.array([[0, 1], [1, 1]])
     right = score_segmentation(nothing, nothing)
     assert (right.f, right.boundary_f, right.found, right.false) == (1.0, 1.0, 1.0, 0)
@@ -127,7 +127,7 @@ def test_nothing_found_and_nothing_there():
     assert (ghost.f, ghost.boundary_f, ghost.found, ghost.false) == (0.0, 0.0, 0.0, 1)
 
 
-def test_what_is_no_pair_of_label_images_is_refused():
+def test_invalid_label_images_are_rejected():
     with pytest.raises(InputError, match="size"):
         score_segmentation(np.zeros((2, 2), int), np.zeros((2, 3), int))
     with pytest.raises(InputError, match="ignore"):

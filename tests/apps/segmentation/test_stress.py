@@ -17,7 +17,7 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
     return int(leaving.value.code or 0), printed.out, printed.err
 
 
-def test_the_command_tells_where_it_breaks_and_leaves_its_files(tmp_path, capsys):
+def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     code, out, err = run(
         *(
             "--only",

@@ -1,4 +1,4 @@
-"""The segmentation holds every bound of its stress test, and answers cleanly past breaking."""
+"""Test that the segmentation holds every stress bound and gives valid answers past it."""
 
 import pytest
 
@@ -7,11 +7,11 @@ from eyehand.apps.segmentation.stress_sweeps import segmentation_sweeps
 from eyehand.perception import segment
 
 SEEDS = {"repeat": (0,)}
-"""Scenes of sweeps that look at each many times."""
+"""Seeds of sweeps that run each scene many times."""
 
 
 @pytest.mark.parametrize("sweep", segmentation_sweeps(), ids=lambda sweep: sweep.name)
-def test_the_bound_holds_and_what_comes_after_it_is_a_clean_answer(sweep: Sweep):
-    # Easiest, bound and hardest value stand for what lies between.
+def test_bound_holds_and_answers_past_it_are_valid(sweep: Sweep):
+    # Only the easiest value, the bound and the hardest value are run.
     result = run_sweep(sweep.shortened(), SEEDS.get(sweep.name, (0, 1)), segment)
     assert result.faults == ()

@@ -46,7 +46,7 @@ def scene_of(name: str, value: float, seed: int = 0) -> StagedScene:
     return scene
 
 
-def test_every_sweep_has_its_own_name_and_says_what_is_right():
+def test_sweeps_have_unique_names_and_state_what_is_right():
     sweeps = segmentation_sweeps()
     assert len({sweep.name for sweep in sweeps}) == len(sweeps) >= 25
     assert all(sweep.axis and sweep.right for sweep in sweeps)
@@ -70,7 +70,7 @@ def test_all_objects_are_in_view_wherever_the_bound_asks_for_them(sweep: Sweep):
 
 
 @pytest.mark.parametrize("sweep", STAGED[:3], ids=lambda sweep: sweep.name)
-def test_a_trial_follows_from_its_value_and_seed(sweep: Sweep):
+def test_trial_depends_on_value_and_seed_only(sweep: Sweep):
     first, again = (look(sweep, sweep.values[1], 3) for _ in range(2))
     assert np.array_equal(first.frame.depth, again.frame.depth)
     assert not np.array_equal(first.frame.depth, look(sweep, sweep.values[1], 4).frame.depth)

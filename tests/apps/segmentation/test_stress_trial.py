@@ -59,14 +59,14 @@ def test_the_truth_is_right():
         (np.where(TRUTH == 2, 0, TRUTH), "1 for 2 objects: 1 missed"),
     ],
 )
-def test_what_is_wrong_is_told(labels, note):
+def test_note_names_the_mistake(labels, note):
     trial = try_scene(lambda frame: answer(labels), SCENE, 0)
     assert not trial.passed
     assert trial.clean
     assert trial.note == note
 
 
-def test_a_cut_object_is_told():
+def test_note_names_a_cut_object():
     half = TRUTH.copy()
     rows = np.nonzero(TRUTH == 1)[0]
     half[(TRUTH == 1) & (np.arange(240)[:, None] > np.median(rows) + 5)] = 3
@@ -108,7 +108,7 @@ def test_one_for_two_is_right_only_where_allowed_and_marked_as_ambiguous():
     assert not try_scene(lambda frame: made_up, SCENE, 0, ambiguous=True).passed
 
 
-def test_dropout_takes_the_share_asked_for():
+def test_dropout_removes_requested_share():
     seen: list[DepthFrame] = []
 
     def look(frame: DepthFrame) -> Segmentation:
@@ -132,14 +132,14 @@ def test_dropout_takes_the_share_asked_for():
         (answer(TRUTH, support=SupportPlane(np.full(3, np.nan), 0.0)), "NaN"),
     ],
 )
-def test_garbage_is_no_clean_answer(found, fault):
+def test_invalid_labels_are_an_unclean_answer(found, fault):
     trial = try_scene(lambda frame: found, SCENE, 0)
     assert not trial.passed
     assert not trial.clean
     assert re.search(fault, trial.note)
 
 
-def test_a_frame_that_takes_too_long_is_no_clean_answer(monkeypatch):
+def test_slow_answer_is_unclean(monkeypatch):
     monkeypatch.setattr(stress_trial, "MAX_SECONDS", -1.0)
     frame, _ = staged_frame(SCENE)
     _, seconds, fault = timed_segment(lambda frame: answer(TRUTH), frame)

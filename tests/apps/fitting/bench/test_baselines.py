@@ -22,7 +22,7 @@ FITTERS = (moments_fit, radial_fit, ems_fit)
 
 
 @pytest.mark.parametrize("fit", FITTERS)
-def test_whole_surfaces_without_noise_are_met(fit):
+def test_exact_whole_surfaces_are_recovered(fit):
     met = []
     for seed in range(6):
         solid, _ = usual_solid(seed)
@@ -34,7 +34,7 @@ def test_whole_surfaces_without_noise_are_met(fit):
     assert min(met) > 0.9
 
 
-def test_ems_alone_leaves_outliers_aside():
+def test_only_ems_rejects_outliers():
     case = fit_case("full-outliers", 3)
     squares, mixture = moments_fit(case.points), ems_fit(case.points)
     assert squares is not None
@@ -44,7 +44,7 @@ def test_ems_alone_leaves_outliers_aside():
 
 
 @pytest.mark.parametrize("fit", FITTERS)
-def test_a_moved_and_scaled_cloud_is_met_as_well(fit):
+def test_moved_and_scaled_cloud_is_recovered(fit):
     solid, _ = usual_solid(3)
     points = sample_surface(solid, 300, np.random.default_rng(0))
     T = RigidTransform.from_components([20.0, -5.0, 8.0], Rotation.from_rotvec([1.0, 0.4, -2.0]))
@@ -67,7 +67,7 @@ def test_a_moved_and_scaled_cloud_is_met_as_well(fit):
         np.ones((50, 3)),
     ],
 )
-def test_clouds_that_hold_too_little_give_none(fit, points):
+def test_too_few_points_give_none(fit, points):
     assert fit(points, None, None) is None
 
 

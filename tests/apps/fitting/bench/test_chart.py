@@ -69,7 +69,7 @@ def test_a_quick_chart_beside_a_baseline(tmp_path, capsys):
         (["--baseline", "nobody"], "a baseline must be module:function"),
     ],
 )
-def test_what_cannot_be_charted_is_refused_in_one_line(arguments, message, tmp_path, capsys):
+def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
     code, out, err = run(*arguments, "--out", tmp_path / "out", capsys=capsys)
     assert code == 2
     assert message in err
@@ -93,13 +93,13 @@ def test_every_dial_is_turned_alone_and_none_twice():
     assert set(POINTS) <= charted
 
 
-def test_names_say_what_differs():
+def test_setting_names_state_the_difference():
     assert BOARD.setting({"points": 100, "kinds": NO_LADDER}).name == "100 points, no ladder"
     words = BOARD.setting({"silhouette_rays": 0, "plane_weight": 0.0, "optimiser": "lm"}).name
     assert words == "lm, no rays, no plane"
 
 
-def test_a_stored_front_is_what_a_budget_buys_from(tmp_path):
+def test_budget_selects_from_stored_front(tmp_path):
     path = tmp_path / "front.json"
     settings = [
         BOARD.setting(),

@@ -172,7 +172,7 @@ def test_the_true_kind_is_the_simplest_that_has_the_shape(axes, exponents, kind)
     assert true_kind(solid) == kind
 
 
-def test_drawn_solids_are_what_a_hand_grasps():
+def test_drawn_solids_have_graspable_sizes():
     for seed in range(20):
         truth = fit_case("full", seed, 50).truth
         assert isinstance(truth, Superquadric)
@@ -192,6 +192,6 @@ def test_two_views_of_one_seed_see_the_same_solid():
         ("full", 0, 0, "1 point"),
     ],
 )
-def test_what_cannot_be_drawn_is_refused(group, seed, points, message):
+def test_invalid_groups_seeds_and_counts_are_rejected(group, seed, points, message):
     with pytest.raises(InputError, match=message):
         fit_case(group, seed, points)

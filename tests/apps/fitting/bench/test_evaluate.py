@@ -66,7 +66,7 @@ def test_a_quick_run_prints_a_row_per_group(tmp_path, capsys):
     assert one["iou_median_pct"] < parts["iou_median_pct"]
 
 
-def test_baselines_meet_the_same_clouds(tmp_path, capsys):
+def test_baselines_get_the_same_clouds(tmp_path, capsys):
     baselines = [
         f"--baseline={HERE}{baseline.__name__}" for baseline in (ball_of_points, ours_again, breaks)
     ]
@@ -86,7 +86,7 @@ def test_baselines_meet_the_same_clouds(tmp_path, capsys):
     assert "ZeroDivisionError: no points after filtering" in reasons
 
 
-def test_dials_reach_the_fit(tmp_path, capsys, monkeypatch):
+def test_options_are_passed_to_the_fit(tmp_path, capsys, monkeypatch):
     seen = []
 
     def spy(points, **keywords):
@@ -115,7 +115,7 @@ def test_dials_reach_the_fit(tmp_path, capsys, monkeypatch):
         (["--budget-ms", "0.0001"], "no fit is as fast as 0.0001 ms"),
     ],
 )
-def test_what_cannot_be_evaluated_is_refused_in_one_line(arguments, message, tmp_path, capsys):
+def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
     code, out, err = run(*arguments, "--out", tmp_path / "out", capsys=capsys)
     assert code == 2
     assert message in err

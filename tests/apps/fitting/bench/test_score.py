@@ -73,7 +73,7 @@ def test_overlap_of_a_union_counts_what_parts_share_once():
     assert overlap(cube(), halves[:1]) == pytest.approx(0.5, abs=2e-3)
 
 
-def test_without_a_solid_everything_is_as_bad_as_can_be():
+def test_missing_solid_gets_worst_scores():
     score = score_fit(cube(), [])
     assert score.iou == 0.0
     assert np.isinf([score.mean_distance, score.max_distance, score.extent_error]).all()
@@ -103,7 +103,7 @@ def test_distances_to_a_union_leave_its_seams_out():
     assert largest < 3e-3
 
 
-def test_a_solid_that_pokes_out_is_as_far_as_it_pokes():
+def test_protruding_part_sets_maximum_distance():
     pose = RigidTransform.from_translation([0.045, 0.0, 0.0])
     ball = Superquadric(np.full(3, 0.02), (1.0, 1.0), pose, "sphere")
     mean, largest = surface_distances(cube(), [cube(), ball])

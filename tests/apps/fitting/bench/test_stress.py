@@ -20,7 +20,7 @@ def run(*arguments, capsys) -> tuple[int, str, str]:
     return int(leaving.value.code or 0), printed.out, printed.err
 
 
-def test_the_command_tells_where_it_breaks_and_leaves_its_files(tmp_path, capsys):
+def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     code, out, err = run(
         *("--only", "points", "from-above", "--quick", "--seeds", 1, "--json"),
         *("--out", tmp_path / "new"),
@@ -55,7 +55,7 @@ def test_extreme_clouds_alone_make_a_table_and_no_chart(tmp_path, capsys, monkey
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_baseline_is_held_to_no_bound(tmp_path, capsys):
+def test_baseline_has_no_bounds(tmp_path, capsys):
     code, out, err = run(
         *(
             "--only",
@@ -97,7 +97,7 @@ def test_wrong_input_is_refused_in_one_line(arguments, says, tmp_path, capsys):
     assert not (tmp_path / "none").exists()
 
 
-def test_figures_tell_silent_failures_from_refusals():
+def test_figures_separate_silent_failures_and_refusals():
     trials = (
         Trial(True, score=0.9, seconds=0.01),
         Trial(False, "wrong", score=0.4, seconds=0.03),

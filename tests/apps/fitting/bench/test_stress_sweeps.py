@@ -37,13 +37,13 @@ def truth(look: Look) -> Superquadric:
     return look.truth
 
 
-def test_every_sweep_has_its_own_name_and_says_what_is_right():
+def test_sweeps_have_unique_names_and_state_what_is_right():
     assert len(SWEEPS) == len(fit_sweeps()) >= 18
     assert all(sweep.axis and sweep.right for sweep in SWEEPS.values())
 
 
 @pytest.mark.parametrize("sweep", SWEEPS.values(), ids=lambda sweep: sweep.name)
-def test_a_trial_follows_from_its_value_and_seed(sweep: Sweep):
+def test_trial_depends_on_value_and_seed_only(sweep: Sweep):
     for value in (sweep.values[0], sweep.values[-1]):
         first, again, other = (looks_of(sweep, value, seed)[0] for seed in (3, 3, 4))
         assert np.array_equal(first.points, again.points)
@@ -93,7 +93,7 @@ def test_less_is_seen_of_the_surface():
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_what_hides_a_view_hides_none_of_the_points_left_and_the_rest_of_the_solid(seed):
+def test_occluder_hides_exactly_the_removed_part(seed):
     whole = one_view(*usual_solid(seed), np.random.default_rng(0), count=5000)
     for share in (80, 50, 10):
         look = look_of("occluded", share, seed)
@@ -129,7 +129,7 @@ def test_exponents_and_aspects_are_those_asked_for():
     assert truth(look_of("plate", 20)).semi_axes == pytest.approx([0.1, 0.1, 0.005])
 
 
-def test_sheets_and_wires_have_no_more_extents_than_they_say():
+def test_sheets_and_wires_have_stated_extents():
     for name, rank in (("sheet", 2), ("wire", 1)):
         exact, noisy = (look_of(name, value).points for value in (0, 5))
         extents = [np.linalg.svd(p - p.mean(axis=0), compute_uv=False) for p in (exact, noisy)]
@@ -159,7 +159,7 @@ def test_every_extreme_has_its_own_name():
     assert len(EXTREMES) == len(extremes()) >= 50
 
 
-def test_a_method_that_refuses_all_without_a_word_keeps_only_what_may_degrade():
+def test_refusing_everything_meets_only_degrade_expectations():
     def refuse(look: Look) -> Answer:
         return Answer((), "no")
 
@@ -168,7 +168,7 @@ def test_a_method_that_refuses_all_without_a_word_keeps_only_what_may_degrade():
     assert all(verdicts(refuse, "degrade").values())
 
 
-def test_a_method_that_always_finds_the_same_solid_keeps_next_to_nothing():
+def test_constant_answer_meets_almost_no_expectation():
     pose = RigidTransform.from_translation([0.1, 0.2, 0.3])
     solid = Superquadric(np.array([0.3, 0.4, 0.5]), (0.1, 0.1), pose)
 
@@ -181,7 +181,7 @@ def test_a_method_that_always_finds_the_same_solid_keeps_next_to_nothing():
     assert not any(verdicts(stubborn, "degrade").values())
 
 
-def test_a_crash_is_told_and_breaks_every_expectation():
+def test_exception_violates_every_expectation():
     def crash(look: Look) -> Answer:
         raise FloatingPointError("no\nway")
 

@@ -67,7 +67,7 @@ def test_parts_count_together():
     assert (try_fit(always(*halves), both, 0).score or 1) < 0.6
 
 
-def test_a_refusal_is_no_wrong_answer_but_must_name_the_trouble():
+def test_refusal_must_name_the_fault():
     refusing = always(reason="49 points are too few")
     trial = try_fit(refusing, LOOK, 0)
     assert (trial.passed, trial.refused, trial.score) == (False, True, None)
@@ -149,7 +149,7 @@ def test_another_fitter_is_a_method():
     assert seen[0][2] is None
 
 
-def test_garbage_is_no_clean_answer(monkeypatch):
+def test_invalid_labels_are_an_unclean_answer(monkeypatch):
     def warns(look: Look) -> Answer:
         warnings.warn("overflow\nencountered", RuntimeWarning, stacklevel=1)
         return Answer((BALL,), "")
