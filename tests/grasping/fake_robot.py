@@ -1,4 +1,4 @@
-"""A robot without physics: joints follow at once, and the hand feels what the test says."""
+"""A fake robot without physics. Joints follow at once, and the test sets the contact forces."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ PERIOD = 0.004
 ROBOT = GraspRobot()
 assert ROBOT.hand is not None
 HAND = tendon_hand_model(ROBOT.hand)
-FELT = 3.0
-"""N on each pad that touches."""
+CONTACT_FORCE_N = 3.0
+"""Force on each pad in contact."""
 
 
 @dataclass
 class FakeRobot:
-    """Follows every command perfectly."""
+    """A robot that follows every command without error."""
 
-    holds: float | None = 0.04
-    """Width at which the closing hand meets an object on both sides, m; None is nothing there."""
-    drops_at: float = np.inf
-    """Time after which the object is gone, s."""
-    bumps: int = 0
-    """How often the thumb meets something while the hand comes down with open fingers."""
-    bump_height: float = 0.15
-    """Height of the palm below which it does, m."""
-    breaks_at: float = np.inf
+    object_width: float | None = 0.04
+    """Width of the object between the fingers, m; None for no object."""
+    lost_at: float = np.inf
+    """Time after which the object is lost, s."""
+    thumb_contacts: int = 0
+    """Number of thumb contacts while the open hand moves down."""
+    thumb_contact_height: float = 0.15
+    """Height of the palm below which the thumb has contact, m."""
+    fault_at: float = np.inf
     """Time at which the robot has a fault, s."""
     T_world_base: RigidTransform = field(
         default_factory=lambda: RigidTransform.from_translation([-0.5, 0.0, 0.12])
@@ -45,21 +45,21 @@ class FakeRobot:
         self.excursions = HAND.excursions[-1].copy()
         self.pulling = False
         self.palm_height = lambda q: np.inf
-        self.bumped = False
+        self.in_thumb_contact = False
         self.commands: list[HandCommand] = []
 
     def description(self, excursions):
-        """Describe the arm and the hand that come with eyehand."""
+        """Describe the included arm and hand."""
         return ROBOT.description(ROBOT.home, excursions, self.T_world_base)
 
     def capture(self):
-        """Give an image that nobody reads."""
+        """Return an image that no test reads."""
         camera = CameraIntrinsics(100.0, 100.0, 15.5, 11.5, 32, 24)
         depth = np.ones((24, 32), np.float32)
         return DepthFrame(depth, camera, RigidTransform.from_translation([0.0, 0.5, 0.9]))
 
     def read(self):
-        """Give the state now."""
+        """Return the current state."""
         reading = HandReading(
             excursions=self.excursions.copy(),
             tensions=np.zeros(len(HAND.drives)),
@@ -67,36 +67,40 @@ class FakeRobot:
             forces=np.zeros(len(HAND.pads)),
             tips=(),
         )
-        fault = "the arm has lost its power" if self.time >= self.breaks_at else ""
+        fault = "the arm has lost its power" if self.time >= self.fault_at else ""
         return RobotReading(
-            self.time, self.q.copy(), self.speed, replace(reading, forces=self.felt(reading)), fault
+            self.time,
+            self.q.copy(),
+            self.speed,
+            replace(reading, forces=self.pad_forces(reading)),
+            fault,
         )
 
-    def felt(self, reading):
-        """Give the force on every pad."""
+    def pad_forces(self, reading):
+        """Return the force on every pad, (P,), N."""
         touch = np.zeros(len(HAND.pads))
         thumb = np.array([pad.startswith("thumb") for pad in HAND.pads])
-        low = self.palm_height(self.q) < self.bump_height
-        if low and self.bumps > 0:
-            touch[thumb] = FELT
-            self.bumped = True
-        elif self.bumped and not low:
-            self.bumps, self.bumped = self.bumps - 1, False
-        if self.holds is None or self.time >= self.drops_at:
+        low = self.palm_height(self.q) < self.thumb_contact_height
+        if low and self.thumb_contacts > 0:
+            touch[thumb] = CONTACT_FORCE_N
+            self.in_thumb_contact = True
+        elif self.in_thumb_contact and not low:
+            self.thumb_contacts, self.in_thumb_contact = self.thumb_contacts - 1, False
+        if self.object_width is None or self.time >= self.lost_at:
             return touch
-        if self.opening() <= self.holds:
+        if self.opening() <= self.object_width:
             tips = np.array([pad.endswith("distal") for pad in HAND.pads])
-            touch[tips] = FELT
+            touch[tips] = CONTACT_FORCE_N
         return touch
 
     def opening(self):
-        """Give the free width that the middle finger's tendon leaves, m."""
+        """Return the opening at the excursion of the middle finger's tendon, m."""
         drive = HAND.drives.index("middle")
-        pulled = HAND.excursions[::-1, drive]
-        return float(np.interp(self.excursions[drive], pulled, HAND.openings[::-1]))
+        excursions = HAND.excursions[::-1, drive]
+        return float(np.interp(self.excursions[drive], excursions, HAND.openings[::-1]))
 
     def step(self, velocity, command=None):
-        """Follow at once."""
+        """Move by one period without lag."""
         assert np.isfinite(velocity).all()
         self.speed = np.asarray(velocity)
         self.q = self.q + PERIOD * self.speed

@@ -1,4 +1,4 @@
-"""What clearing a table does between picks: looks, ways home, faults, layers of the tray."""
+"""Clearing a table between picks: observations, return to rest, faults, layers in the tray."""
 
 from __future__ import annotations
 
@@ -35,81 +35,81 @@ def box(x=0.05):
 
 
 def trial_cell(robot, *scenes):
-    """Show these objects, look by look; the last look again and again."""
+    """Return a cell that shows these objects, one list per observation; the last list repeats."""
     shown = [list(objects) for objects in scenes or ([],)]
 
-    def see(_frame):
+    def perceive(_frame):
         return ground_truth_scene(shown.pop(0) if len(shown) > 1 else shown[0], VIEW)
 
-    cell = Cell(robot, see, TRAY)
+    cell = Cell(robot, perceive, TRAY)
     robot.palm_height = lambda q: cell.palm_pose().translation[2]
     return cell
 
 
 def cleared(robot, boxes, on_cycle=None, tray=TRAY):
-    """Clear a table from which every box is gone once it was picked."""
-    there = list(boxes)
+    """Clear a table from which every box disappears once it is picked."""
+    remaining = list(boxes)
 
     def on_pick(choice, report):
         if report is None:
             place = choice.target.points.mean(axis=0)
-            there.sort(key=lambda one: -np.linalg.norm(one.shape.centre - place))
-            there.pop()
+            remaining.sort(key=lambda one: -np.linalg.norm(one.shape.centre - place))
+            remaining.pop()
 
     cell = trial_cell(robot)
     cell.tray = tray
-    cell.perceive = lambda _frame: ground_truth_scene(there, VIEW)
+    cell.perceive = lambda _frame: ground_truth_scene(remaining, VIEW)
     cell.on_cycle = on_cycle
     return clear_table(cell, on_pick=on_pick), cell
 
 
 @dataclass
-class LookingRobot(FakeRobot):
-    """Notes how fast the arm was told to move when an image was taken."""
+class SpeedRecordingRobot(FakeRobot):
+    """Records the commanded joint speed at every capture."""
 
     def __post_init__(self):
         super().__post_init__()
         self.speeds = []
 
     def capture(self):
-        """Give an image that nobody reads."""
+        """Return an image that no test reads."""
         self.speeds.append(float(np.abs(self.speed).max()))
         return super().capture()
 
 
 @dataclass
-class BumpingRobot(FakeRobot):
-    """Meets something hard with the thumb, once, while the open hand is far from the object."""
+class ThumbContactRobot(FakeRobot):
+    """Has one hard thumb contact while the open hand is far from the object."""
 
-    met: bool = False
+    contact_made: bool = False
 
-    def felt(self, reading):
-        """Give the force on every pad."""
-        touch = super().felt(reading)
-        if not self.met and self.time > 0.3:
-            self.met = True
+    def pad_forces(self, reading):
+        """Return the force on every pad, (P,), N."""
+        touch = super().pad_forces(reading)
+        if not self.contact_made and self.time > 0.3:
+            self.contact_made = True
             touch[np.array([pad.startswith("thumb") for pad in HAND.pads])] = 40.0
         return touch
 
 
 @dataclass
-class StickingRobot(FakeRobot):
-    """Does not follow where it is told to move slowly: friction holds the joints."""
+class FrictionRobot(FakeRobot):
+    """Does not follow slow commands, because friction holds the joints."""
 
-    sticks_below: float = 0.045
+    min_speed: float = 0.045
 
     def step(self, velocity, command=None):
-        """Follow at once, or not at all."""
-        slow = np.linalg.norm(velocity) < self.sticks_below and self.time > 0.3
+        """Move by one period, or not at all."""
+        slow = np.linalg.norm(velocity) < self.min_speed and self.time > 0.3
         return super().step(np.zeros_like(velocity) if slow else velocity, command)
 
 
-def test_the_hand_leaves_the_tray_level():
-    moments = []
-    report, cell = cleared(FakeRobot(), [box(), box(-0.1)], moments.append)
+def test_hand_leaves_tray_without_going_down():
+    cycles = []
+    report, cell = cleared(FakeRobot(), [box(), box(-0.1)], cycles.append)
     assert report.placed == 2
     heights = []
-    for cycle in moments:
+    for cycle in cycles:
         cell.reading = cycle.reading
         palm = cell.palm_pose().translation
         if cycle.phase == "pre-grasp" and TRAY.contains(palm):
@@ -118,23 +118,23 @@ def test_the_hand_leaves_the_tray_level():
     assert min(heights) > heights[0] - 0.01
 
 
-def test_an_arm_that_sticks_near_enough_begins_the_grasp():
-    report = clear_table(trial_cell(StickingRobot(), [box()], []))
+def test_arm_stuck_near_pre_grasp_starts_approach():
+    report = clear_table(trial_cell(FrictionRobot(), [box()], []))
     pick = report.picks[0]
     before = {record.phase: record for record in pick.phases}["pre-grasp"]
     assert before.outcome == "done"
     assert before.end - before.start < 2.1
 
 
-def test_the_arm_stands_still_at_every_look():
-    robot = LookingRobot()
+def test_arm_stands_still_at_every_capture():
+    robot = SpeedRecordingRobot()
     report, _ = cleared(robot, [box(), box(-0.1)])
     assert report.placed == 2
     assert len(robot.speeds) == report.observations >= 3
     assert max(robot.speeds) == 0.0
 
 
-def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
+def test_table_is_clear_only_after_observation_from_rest_posture():
     robot = FakeRobot()
     cell = trial_cell(robot, [box()], [])
     report = clear_table(cell)
@@ -143,35 +143,35 @@ def test_a_table_is_called_clear_after_a_look_from_the_rest_posture():
     assert np.allclose(robot.q, cell.home, atol=0.03)
 
 
-def test_a_fault_on_the_way_home_is_told_in_place_of_a_clear_table():
+def test_fault_during_return_is_reported_instead_of_clear_table():
     unbroken = FakeRobot()
     picked = clear_table(trial_cell(unbroken, [box()], [])).picks[0]
-    robot = FakeRobot(breaks_at=picked.phases[-1].end + 0.1)
+    robot = FakeRobot(fault_at=picked.phases[-1].end + 0.1)
     report = clear_table(trial_cell(robot, [box()], []))
     assert report.picks[0].outcome == "placed"
     assert report.stop_reason == "the arm has lost its power"
 
 
-def test_a_robot_with_a_fault_picks_nothing_and_says_so():
+def test_pick_with_faulty_robot_reports_fault():
     robot = FakeRobot()
     cell = trial_cell(robot, [box()])
     choice = select_grasp(cell, cell.perceive(robot.capture()), FailedGrasps()).grasp
     assert choice is not None
-    robot.breaks_at = 0.0
+    robot.fault_at = 0.0
     cell.reading = robot.read()
     report = pick(cell, choice)
     assert report.outcome == "fault"
     assert report.forces.shape == (0, len(HAND.fingers) + 1)
 
 
-def test_a_hard_bump_far_from_the_object_ends_the_way():
-    report = clear_table(trial_cell(BumpingRobot(), [box()]), options=ClearOptions(failures=1))
+def test_hard_contact_far_from_object_stops_motion():
+    report = clear_table(trial_cell(ThumbContactRobot(), [box()]), options=ClearOptions(failures=1))
     assert report.picks[0].outcome == "stuck"
     assert "thumb" in report.picks[0].reason
     assert "touched something that was not perceived" in report.picks[0].reason
 
 
-def test_what_no_longer_fits_side_by_side_goes_on_top():
+def test_full_tray_is_filled_in_next_layer():
     robot = FakeRobot()
     lowest = [np.inf]
 
@@ -189,19 +189,19 @@ def test_what_no_longer_fits_side_by_side_goes_on_top():
     assert lowest[1] - lowest[0] == pytest.approx(HEIGHT, abs=0.02)
 
 
-def test_time_spent_in_vain_counts_as_planning():
+def test_spent_time_counts_as_planning_time():
     cell = trial_cell(FakeRobot(), [box()])
     scene = cell.perceive(cell.robot.capture())
     assert select_grasp(cell, scene, FailedGrasps(), spent_ms=500.0).plan_ms > 500.0
     memory = FailedGrasps()
-    for way in ("one", "another"):
-        memory.add(scene.objects[0].points.mean(axis=0), way)
-    nothing = select_grasp(cell, scene, memory, spent_ms=500.0)
-    assert nothing.grasp is None
-    assert nothing.plan_ms > 500.0
+    for grasp_key in ("one", "another"):
+        memory.add(scene.objects[0].points.mean(axis=0), grasp_key)
+    selection = select_grasp(cell, scene, memory, spent_ms=500.0)
+    assert selection.grasp is None
+    assert selection.plan_ms > 500.0
 
 
-def test_the_distance_left_is_of_lengths_alone():
+def test_remaining_distance_ignores_angles():
     tasks = (Position(np.zeros(3)), Orientation(np.eye(3)))
     assert remaining_distance(tasks, (0.003, 0.2)) == 0.003
     assert remaining_distance(tasks[1:], (0.2,)) == 0.0
@@ -210,7 +210,7 @@ def test_the_distance_left_is_of_lengths_alone():
 @pytest.mark.parametrize(
     "wrong", [{"speed": -1}, {"carry_speed": 0.0}, {"speed": 0.0}, {"max_attempts": 0}]
 )
-def test_options_that_would_reverse_or_stop_motion_are_refused(wrong):
+def test_options_that_reverse_or_stop_motion_are_rejected(wrong):
     (name,) = wrong
     with pytest.raises(InputError, match=name):
         PickOptions(**wrong)

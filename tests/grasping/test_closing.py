@@ -1,4 +1,4 @@
-"""Closing waits where it touches, grips when both sides do, and says when nothing is there."""
+"""Closing the hand: waiting at first contact, raising the force, detecting an empty hand."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def reading(hand, excursions, forces, angles=None):
     )
 
 
-def test_the_side_that_touches_first_waits(hand):
+def test_side_with_first_contact_holds(hand):
     closing = Closing(hand, "precision", 0.08)
     start = hand.excursions_at(0.08)
     command = closing.step(reading(hand, start, [0, 0, 0, 2, 0]), DT)
@@ -61,14 +61,14 @@ def test_the_side_that_touches_first_waits(hand):
     assert not closing.touched
 
 
-def test_both_sides_touched_the_force_rises_to_the_prototypes(hand):
+def test_contact_on_both_sides_raises_tension_to_prototype_value(hand):
     closing = Closing(hand, "precision", 0.08)
-    felt = reading(hand, hand.excursions_at(0.06), [1, 1, 1, 3, 0])
-    command = closing.step(felt, DT)
+    contact = reading(hand, hand.excursions_at(0.06), [1, 1, 1, 3, 0])
+    command = closing.step(contact, DT)
     assert closing.touched
     levels = []
     for _ in range(250):
-        command = closing.step(felt, DT)
+        command = closing.step(contact, DT)
         levels.append(command.values[1])
 
     assert closing.state == "holding"
@@ -78,7 +78,7 @@ def test_both_sides_touched_the_force_rises_to_the_prototypes(hand):
     assert command.values[2] >= 3 * 70.0
 
 
-def test_nothing_between_ends_empty(hand):
+def test_closing_without_object_ends_empty(hand):
     closing = Closing(hand, "pincer", 0.04)
     closed = hand.excursions[0] * 1.02
     closing.step(reading(hand, closed, [0, 3, 0, 3, 0]), DT)
@@ -86,18 +86,18 @@ def test_nothing_between_ends_empty(hand):
     assert closing.state == "empty"
 
 
-def test_what_slips_out_is_noticed(hand):
+def test_slipping_object_ends_empty(hand):
     closing = Closing(hand, "precision", 0.08)
-    felt = reading(hand, hand.excursions_at(0.06), [1, 1, 1, 3, 0])
+    contact = reading(hand, hand.excursions_at(0.06), [1, 1, 1, 3, 0])
     for _ in range(250):
-        closing.step(felt, DT)
+        closing.step(contact, DT)
     for _ in range(60):
         closing.step(reading(hand, hand.excursions_at(0.0), [0, 0, 0, 0, 0]), DT)
 
     assert closing.state == "empty"
 
 
-def test_a_pincer_leaves_the_outer_fingers_open(hand):
+def test_pincer_keeps_outer_fingers_open(hand):
     command = preshape_command(hand, 0.04, "pincer")
     aside = command.values[0]
     assert aside < hand.excursions_at(0.08)[0]
@@ -109,16 +109,16 @@ def test_a_pincer_leaves_the_outer_fingers_open(hand):
     assert command.values[1] > hand.excursions_at(0.04)[1]
 
 
-def test_width_and_curl_read_the_hand(hand):
-    felt = reading(hand, hand.excursions_at(0.05), [1, 1, 1, 3, 0], np.tile([0.2, 0.4], 4))
+def test_grip_width_and_finger_curl_from_reading(hand):
+    contact = reading(hand, hand.excursions_at(0.05), [1, 1, 1, 3, 0], np.tile([0.2, 0.4], 4))
 
-    assert grip_width(felt, hand) == pytest.approx(0.05, abs=1e-6)
-    assert finger_curl(felt, hand) == pytest.approx(0.4)
-    assert is_holding(felt, hand)
+    assert grip_width(contact, hand) == pytest.approx(0.05, abs=1e-6)
+    assert finger_curl(contact, hand) == pytest.approx(0.4)
+    assert is_holding(contact, hand)
 
 
-def test_a_finger_that_went_past_the_thumb_holds_nothing(hand):
-    # The pad of the palm stands for every phalanx that is no tip.
+def test_finger_past_thumb_is_not_holding(hand):
+    # The palm pad stands for all phalanges that are not fingertips.
     between = reading(hand, hand.excursions_at(0.02), [0, 3, 0, 0, 3])
     crossed = reading(hand, hand.excursions[0] * 1.2, [0, 3, 0, 0, 3])
     bent = np.tile([0.2, 1.4], 4)
@@ -130,8 +130,8 @@ def test_a_finger_that_went_past_the_thumb_holds_nothing(hand):
     assert is_holding(wrapped, hand)
 
 
-def test_a_fist_whose_tips_press_on_the_own_palm_holds_nothing(hand):
-    # Index and ring on the palm, the middle finger's tip on the thumb's.
+def test_fist_pressing_on_own_palm_is_not_holding(hand):
+    # Index and ring finger press on the palm, the middle fingertip on the thumb's.
     fist = [7, 9, 7, 9, 15]
     excursions = hand.excursions_at(0.02)
     empty = reading(hand, excursions, fist, np.array([0.5, 2.2, -0.6, 2.2, 0.5, 2.2, 0.0, 1.3]))
@@ -143,7 +143,7 @@ def test_a_fist_whose_tips_press_on_the_own_palm_holds_nothing(hand):
     assert is_holding(beside, hand)
 
 
-def test_the_shock_of_touching_pulls_no_more_than_the_grip(hand):
+def test_impact_tension_is_limited_to_grip_tension(hand):
     closing = Closing(hand, "pincer", 0.04, GripOptions(load=0.01))
     shocked = replace(
         reading(hand, hand.excursions_at(0.03), [0, 2, 0, 2, 0]), tensions=np.full(5, 55.0)
@@ -155,7 +155,7 @@ def test_the_shock_of_touching_pulls_no_more_than_the_grip(hand):
     assert thumb > middle
 
 
-def test_light_loads_get_less_force_and_none_more_than_the_prototypes():
+def test_tension_decreases_with_load_within_limits():
     full = GripOptions().finger_tension("precision", 3)
     light = GripOptions(load=0.05).finger_tension("precision", 3)
 
@@ -164,7 +164,7 @@ def test_light_loads_get_less_force_and_none_more_than_the_prototypes():
     assert light >= GripOptions().min_tension_share * full
 
 
-def test_bad_options_are_refused():
+def test_invalid_options_are_rejected():
     with pytest.raises(InputError, match="closing_speed"):
         GripOptions(closing_speed=0.0)
     with pytest.raises(InputError, match="prototype"):

@@ -1,4 +1,4 @@
-"""What the room offers can be had from it by name, at once or when it is asked for."""
+"""Public names of eyehand.grasping, imported at once or on first use."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from eyehand.grasping import Cell, ClearOptions, PickOptions, Robot, Tray, clear
 
 
 @pytest.mark.parametrize("name", eyehand.grasping.__all__)
-def test_each_name_is_there_and_is_no_module(name):
-    offered = getattr(eyehand.grasping, name)
-    assert not isinstance(offered, types.ModuleType)
+def test_public_name_exists_and_is_not_module(name):
+    exported = getattr(eyehand.grasping, name)
+    assert not isinstance(exported, types.ModuleType)
     assert name in dir(eyehand.grasping)
 
 
-def test_those_that_come_later_are_those_of_their_modules():
+def test_lazy_names_come_from_their_modules():
     assert Cell.__module__ == "eyehand.grasping.cell"
     assert ClearOptions.__module__ == clear_table.__module__ == "eyehand.grasping.clearing"
     assert PickOptions.__module__ == "eyehand.grasping.pick_options"
@@ -25,6 +25,6 @@ def test_those_that_come_later_are_those_of_their_modules():
     assert Tray.__module__ == "eyehand.grasping.tray"
 
 
-def test_a_name_that_is_not_offered_is_an_attribute_error():
+def test_unknown_name_raises_attribute_error():
     with pytest.raises(AttributeError, match="no attribute 'Arm'"):
         eyehand.grasping.Arm  # noqa: B018 - reading the attribute is what is tested

@@ -12,7 +12,7 @@ from eyehand.perception import Superquadric
 UP = np.array([0.0, 0.0, 1.0])
 
 
-def test_an_ellipsoid_shows_its_axes():
+def test_extents_of_ellipsoid_are_its_axes():
     solid = Superquadric(np.array([0.05, 0.03, 0.02]), (1.0, 1.0), RigidTransform.identity())
     found = measure_extents(solid, UP)
     assert found.height == pytest.approx(0.04)
@@ -22,7 +22,7 @@ def test_an_ellipsoid_shows_its_axes():
     assert not found.round
 
 
-def test_a_cylinder_is_round_seen_along_its_axis_only():
+def test_cylinder_is_round_only_along_its_axis():
     can = Superquadric(np.array([0.03, 0.03, 0.06]), (0.1, 1.0), RigidTransform.identity())
     lying = RigidTransform.from_rotation(Rotation.from_euler("x", 90, degrees=True))
     assert measure_extents(can, UP).round
@@ -30,7 +30,7 @@ def test_a_cylinder_is_round_seen_along_its_axis_only():
 
 
 @given(seed=st.integers(0, 10_000))
-def test_extents_do_not_depend_on_where_the_world_is(seed):
+def test_extents_do_not_depend_on_world_frame(seed):
     rng = np.random.default_rng(seed)
     pose = RigidTransform.from_components(rng.normal(size=3), Rotation.random(rng=rng))
     solid = Superquadric(rng.uniform(0.02, 0.1, 3), (0.4, 1.1), pose)

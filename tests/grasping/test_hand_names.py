@@ -1,4 +1,4 @@
-"""A hand whose names closing cannot read is refused, by the rule that it breaks."""
+"""Naming rules of hand models, and error messages for names that break them."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def hand(drives=("jaw", "thumb"), fingers=("jaw", "thumb"), pads=None, joints=()
         ({"joints": ("a", "a")}, r"joints .* unique, non-empty names"),
     ],
 )
-def test_a_broken_rule_is_reported_with_a_valid_name(names, message):
+def test_invalid_name_is_reported_with_valid_ones(names, message):
     with pytest.raises(InputError, match=message) as error:
         hand(**names)
     assert "\n" not in str(error.value)
@@ -74,7 +74,7 @@ NAMES = st.sampled_from(["middle", "index", "jaw", "jaw2", "wrapper"])
 
 @st.composite
 def hands(draw) -> HandModel:
-    """Hands by the rules: each finger has a drive of its own, or shares one."""
+    """Draw valid hands: each finger has its own drive, or shares one."""
     fingers = draw(st.lists(NAMES, min_size=1, max_size=3, unique=True))
     assume(not {"jaw", "jaw2"} <= set(fingers))
     own = [name for name in fingers if draw(st.booleans())]
@@ -88,27 +88,27 @@ def hands(draw) -> HandModel:
 
 
 @given(hands(), st.sampled_from(["pincer", "precision", "power"]))
-def test_a_hand_by_the_rules_closes_feels_and_opens(made, prototype):
-    closing = Closing(made, prototype, 0.06)
-    pulled = made.excursions_at(0.06)
+def test_valid_hand_closes_holds_and_opens(model, prototype):
+    closing = Closing(model, prototype, 0.06)
+    pulled = model.excursions_at(0.06)
     for touch in (0.0, 0.0, 1.0, 1.0, 1.0):
-        felt = np.full(len(made.pads), touch)
-        reading = HandReading(pulled, np.zeros(len(made.drives)), np.zeros(0), felt, ())
+        forces = np.full(len(model.pads), touch)
+        reading = HandReading(pulled, np.zeros(len(model.drives)), np.zeros(0), forces, ())
         command = closing.step(reading, 0.004)
         assert np.isfinite(command.values).all()
     assert closing.touched
-    assert is_holding(reading, made)
-    assert len(open_command(made).modes) == len(preshape_command(made, 0.05, prototype).modes)
+    assert is_holding(reading, model)
+    assert len(open_command(model).modes) == len(preshape_command(model, 0.05, prototype).modes)
 
 
-def test_without_a_finger_of_its_own_to_pinch_with_all_pinch_and_the_thumb_bears_them_all():
-    made = hand(("left", "right", "thumb"), ("left", "right", "thumb"))
+def test_hand_without_middle_finger_pinches_with_all_fingers():
+    model = hand(("left", "right", "thumb"), ("left", "right", "thumb"))
     np.testing.assert_allclose(
-        preshape_command(made, 0.03, "pincer").values, made.excursions_at(0.03)
+        preshape_command(model, 0.03, "pincer").values, model.excursions_at(0.03)
     )
-    closing = Closing(made, "pincer", 0.03)
-    command = preshape_command(made, 0.03, "pincer")
-    pulled = made.excursions_at(0.02)
+    closing = Closing(model, "pincer", 0.03)
+    command = preshape_command(model, 0.03, "pincer")
+    pulled = model.excursions_at(0.02)
     for _ in range(200):
         reading = HandReading(pulled, np.zeros(3), np.zeros(0), np.full(3, 2.0), ())
         command = closing.step(reading, 0.004)
@@ -117,5 +117,5 @@ def test_without_a_finger_of_its_own_to_pinch_with_all_pinch_and_the_thumb_bears
     assert command.values[2] > command.values[:2].sum()
 
 
-def test_the_nominal_hand_keeps_the_rules():
+def test_nominal_hand_is_valid():
     assert nominal_hand().fingers[-1] == "thumb"

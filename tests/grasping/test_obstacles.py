@@ -1,4 +1,4 @@
-"""Obstacles enclose what they stand for, and leave the object that is to be grasped."""
+"""Obstacles of a scene enclose its objects and leave the target free."""
 
 import time
 
@@ -49,8 +49,8 @@ def scene(*objects: SceneObject) -> Scene:
     return Scene("world", support, objects, EYE, segmentation, {})
 
 
-def inside(obstacle, points) -> np.ndarray:
-    """How far points are inside an obstacle's surface, m (or a share of its size), (N,)."""
+def depth_inside(obstacle, points) -> np.ndarray:
+    """Return the depth of points in an obstacle, (N,), m (a share of the size for ellipsoids)."""
     local = obstacle.pose.inv().apply(points)
     match obstacle.shape:
         case Sphere(radius=r):
@@ -68,50 +68,50 @@ def inside(obstacle, points) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_an_obstacle_encloses_its_solid(kind):
+def test_obstacle_encloses_its_solid(kind):
     rng = np.random.default_rng(3)
     one = item(1, kind, [0.0, 0.1, 0.1], rng)
     found = {obstacle.name: obstacle for obstacle in scene_obstacles(scene(one))}
     assert set(found) == {"table", "object 1", "behind 1"}
-    # A mesh has corners on the surface, and its faces are chords of it.
-    assert inside(found["object 1"], one.points).min() > (
+    # A mesh has its vertices on the surface, so its faces lie depth_inside.
+    assert depth_inside(found["object 1"], one.points).min() > (
         -2e-3 if kind == "superquadric" else -1e-9
     )
-    assert inside(found["behind 1"], one.points).min() > -2.5e-3
+    assert depth_inside(found["behind 1"], one.points).min() > -2.5e-3
 
 
 @settings(max_examples=25, deadline=None)
 @given(seed=st.integers(0, 10_000), kind=st.sampled_from(sorted(KINDS)))
-def test_unseen_space_is_behind_the_object_above_the_table_and_off_the_target(seed, kind):
+def test_unseen_space_is_behind_object_above_table_and_outside_target(seed, kind):
     rng = np.random.default_rng(seed)
-    place = np.append(rng.uniform(-0.05, 0.05, 2), 0.06)
+    position = np.append(rng.uniform(-0.05, 0.05, 2), 0.06)
     aside = rng.normal(size=2)
     apart = np.append(0.13 * aside / np.linalg.norm(aside), 0.0)
-    one, target = item(1, kind, place, rng), item(2, "box", place + apart, rng)
+    one, target = item(1, kind, position, rng), item(2, "box", position + apart, rng)
     found = scene_obstacles(scene(one, target), target)
     assert {obstacle.name for obstacle in found} == {"table", "object 1", "behind 1"}
     (behind,) = (obstacle for obstacle in found if obstacle.name == "behind 1")
     assert isinstance(behind.shape, ConvexMesh)
     vertices = behind.pose.apply(behind.shape.vertices)
     assert vertices[:, 2].min() > -1e-9
-    assert np.linalg.norm(vertices - place, axis=1).max() < 0.12 + 0.08
+    assert np.linalg.norm(vertices - position, axis=1).max() < 0.12 + 0.08
     for obstacle in found:
-        assert inside(obstacle, target.points).max() < 1e-9
+        assert depth_inside(obstacle, target.points).max() < 1e-9
 
 
-def test_a_point_behind_is_occupied_and_one_before_is_not():
+def test_space_behind_object_is_occupied_and_in_front_free():
     rng = np.random.default_rng(0)
     one = item(1, "sphere", [0.0, 0.0, 0.08], rng)
     (behind,) = (found for found in scene_obstacles(scene(one)) if found.name == "behind 1")
     centre = np.array([0.0, 0.0, 0.08])
     ray = (centre - EYE) / np.linalg.norm(centre - EYE)
-    assert inside(behind, (centre + 0.06 * ray)[None])[0] > 0.0
-    assert inside(behind, (centre - 0.06 * ray)[None])[0] < 0.0
+    assert depth_inside(behind, (centre + 0.06 * ray)[None])[0] > 0.0
+    assert depth_inside(behind, (centre - 0.06 * ray)[None])[0] < 0.0
     none = scene_obstacles(scene(one), may_push=True)
     assert {found.name for found in none} == {"table", "object 1"}
 
 
-def test_what_may_be_pushed_shrinks_to_its_core_and_the_unseen_is_free():
+def test_may_push_shrinks_objects_and_frees_unseen_space():
     rng = np.random.default_rng(0)
     near, thin = item(1, "sphere", [0.0, 0.0, 0.08], rng), item(2, "box", [0.2, 0, 0.08], rng, 0.01)
     target = item(3, "sphere", [0.1, 0.0, 0.08], rng)
@@ -130,16 +130,16 @@ def test_what_may_be_pushed_shrinks_to_its_core_and_the_unseen_is_free():
     assert half.min() == pytest.approx(0.4 * solids[1].semi_axes.min())
 
 
-def test_the_table_is_below_its_plane_and_wider_than_the_objects():
+def test_table_is_below_its_plane_and_wider_than_objects():
     rng = np.random.default_rng(0)
     one = item(1, "box", [0.2, -0.1, 0.08], rng)
     table = scene_obstacles(scene(one))[0]
     above, below = np.array([[0.2, -0.1, 0.001]]), np.array([[0.55, -0.1, -0.05]])
-    assert inside(table, above)[0] < 0.0
-    assert inside(table, below)[0] > 0.0
+    assert depth_inside(table, above)[0] < 0.0
+    assert depth_inside(table, below)[0] > 0.0
 
 
-def test_what_has_no_solid_is_the_hull_of_its_points():
+def test_object_without_solid_is_hull_of_its_points():
     rng = np.random.default_rng(0)
     none = SuperquadricFit.rejected("too few")
     cloud = rng.uniform([-0.03, -0.03, 0.03], [0.03, 0.03, 0.09], (60, 3))
@@ -147,23 +147,23 @@ def test_what_has_no_solid_is_the_hull_of_its_points():
     flat = SceneObject(2, cloud * [1.0, 1.0, 0.0] + [0.2, 0.0, 0.01], 60, none, 0.0, 0)
     nothing = SceneObject(3, np.zeros((0, 3)), 0, none, 0.0, None)
     found = {one.name: one for one in scene_obstacles(scene(lump, flat, nothing))}
-    assert inside(found["object 1"], cloud).min() > -1e-9
+    assert depth_inside(found["object 1"], cloud).min() > -1e-9
     assert isinstance(found["object 2"].shape, Box)
     assert "object 3" not in found
 
 
-def test_of_many_points_the_outermost_make_the_hull():
+def test_hull_of_many_points_uses_extreme_points():
     rng = np.random.default_rng(1)
     cloud = rng.normal(size=(2000, 3))
     cloud *= 0.04 / np.linalg.norm(cloud, axis=1)[:, None]
     cloud[:, 2] += 0.08
     lump = SceneObject(1, cloud, 2000, SuperquadricFit.rejected("too few"), 0.0, 0)
     (hull,) = (one for one in scene_obstacles(scene(lump)) if one.name == "object 1")
-    # 150 ends of a ball are some 12 degrees apart.
-    assert inside(hull, lump.points).min() > -0.04 * (1.0 - np.cos(np.radians(15.0)))
+    # 150 extreme points of a sphere are about 12 degrees apart.
+    assert depth_inside(hull, lump.points).min() > -0.04 * (1.0 - np.cos(np.radians(15.0)))
 
 
-def test_five_objects_take_little_time():
+def test_obstacles_of_five_objects_take_less_than_20_ms():
     rng = np.random.default_rng(0)
     five = [item(k, "box", [0.12 * k, 0.0, 0.05], rng) for k in range(1, 6)]
     scene_obstacles(scene(*five), five[0])

@@ -1,4 +1,4 @@
-"""What the phases of a pick share: the hand's true shape."""
+"""Shared state of the phases of a pick: the hand posture of the collision model."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def cell():
     return Cell(FakeRobot(), lambda _: ground_truth_scene([], VIEW), TRAY)
 
 
-def job(prototype, size=(0.012, 0.02, 0.03)) -> PickState:
-    """Plan a grasp of a box by a prototype."""
+def pick_state(prototype, size=(0.012, 0.02, 0.03)) -> PickState:
+    """Plan a grasp of a box with a prototype."""
     pose = RigidTransform.from_translation([0.05, 0.0, size[2]])
     shape = Superquadric(np.array(sorted(size)), (0.1, 0.1), pose, "box")
     scene = ground_truth_scene([TabletopObject("box", shape, 0.1, (0.8, 0.2, 0.2))], VIEW)
@@ -38,9 +38,14 @@ def job(prototype, size=(0.012, 0.02, 0.03)) -> PickState:
 
 
 @pytest.mark.parametrize("prototype", ["pincer", "precision"])
-def test_the_arm_keeps_off_with_the_hand_as_its_fingers_will_stand(cell, prototype):
-    one = job(prototype)
-    asked = preshape_command(HAND, one.plan.opening, prototype)
-    stands, evenly = cell.model(asked.values), cell.model(HAND.excursions_at(one.plan.opening))
-    assert one.model(cell) is stands
-    assert (stands is evenly) == (prototype != "pincer"), "a pincer's idle fingers stand wider"
+def test_collision_model_uses_preshaped_hand(cell, prototype):
+    state = pick_state(prototype)
+    command = preshape_command(HAND, state.plan.opening, prototype)
+    preshaped, evenly_open = (
+        cell.model(command.values),
+        cell.model(HAND.excursions_at(state.plan.opening)),
+    )
+    assert state.model(cell) is preshaped
+    assert (preshaped is evenly_open) == (prototype != "pincer"), (
+        "a pincer's idle fingers stand wider"
+    )

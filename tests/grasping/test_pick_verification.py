@@ -1,4 +1,4 @@
-"""The next look revises what a pick tells of itself."""
+"""The next scene corrects the reported outcome of a pick."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .fake_robot import FakeRobot
 from .test_pick import TRAY, VIEW, box, run
 
 
-def at_the_tray():
+def box_beside_tray():
     one = box()
     pose = RigidTransform.from_translation([0.0, -0.27, 0.03])
     return replace(one, shape=replace(one.shape, pose=pose))
@@ -32,7 +32,7 @@ def plan() -> GraspPlan:
     return report.picks[0].plan
 
 
-def revised(plan, outcome: PickOutcome, before, after) -> PickReport:
+def verified(plan, outcome: PickOutcome, before, after) -> PickReport:
     scene = ground_truth_scene(before, VIEW)
     report = PickReport(
         label=1, kind="box", plan=plan, outcome=outcome, reason="why", phases=(), perceive_ms=0.0,
@@ -44,42 +44,42 @@ def revised(plan, outcome: PickOutcome, before, after) -> PickReport:
 
 
 @pytest.mark.parametrize(
-    ("outcome", "after", "says"),
+    ("outcome", "after", "expected"),
     [
         ("placed", [], "placed"),
         ("placed", [box(x=0.06)], "empty_close"),
-        ("placed", [at_the_tray()], "place_failed"),
+        ("placed", [box_beside_tray()], "place_failed"),
         ("placed", [box(x=0.2)], "lost"),
-        # Another size: it came to light behind what was picked.
+        # Another size: an object that was hidden behind the picked one.
         ("placed", [box(x=0.2, size=(0.03, 0.03, 0.03))], "placed"),
         ("empty_close", [box(x=0.06)], "empty_close"),
         ("empty_close", [box(x=0.2)], "moved_away"),
         ("slipped", [box(x=0.2)], "slipped"),
     ],
 )
-def test_what_is_seen_after_counts(plan, outcome, after, says):
-    assert revised(plan, outcome, [box()], after).outcome == says
+def test_next_scene_determines_outcome(plan, outcome, after, expected):
+    assert verified(plan, outcome, [box()], after).outcome == expected
 
 
-def test_the_others_are_not_taken_for_what_was_picked(plan):
+def test_equal_objects_are_not_mistaken_for_picked_one(plan):
     twins = [box(), box(x=0.2, name="box_2"), box(x=-0.2, name="box_3")]
-    assert revised(plan, "placed", twins, twins[1:]).outcome == "placed"
-    assert revised(plan, "placed", twins, twins).outcome == "empty_close"
-    # Fewer than before: one was pushed aside, and the other went.
-    assert revised(plan, "placed", twins, [box(x=0.25), twins[2]]).outcome == "placed"
+    assert verified(plan, "placed", twins, twins[1:]).outcome == "placed"
+    assert verified(plan, "placed", twins, twins).outcome == "empty_close"
+    # One object fewer than before: one was pushed aside, and the picked one is gone.
+    assert verified(plan, "placed", twins, [box(x=0.25), twins[2]]).outcome == "placed"
 
 
-def test_what_was_called_placed_and_still_stands_there_is_tried_again_and_told_once():
-    shown, told = [[box()], [box()], []], []
+def test_wrongly_placed_report_is_corrected_and_object_picked_again():
+    shown, outcomes = [[box()], [box()], []], []
     cell = Cell(
         FakeRobot(), lambda _: ground_truth_scene(shown.pop(0) if shown else [], VIEW), TRAY
     )
 
     def on_pick(_choice, pick):
-        told.append(None if pick is None else pick.outcome)
+        outcomes.append(None if pick is None else pick.outcome)
 
     report = clear_table(cell, on_pick=on_pick)
     assert [pick.outcome for pick in report.picks] == ["empty_close", "placed"]
-    assert told == [None, "empty_close", None, "placed"]
+    assert outcomes == [None, "empty_close", None, "placed"]
     assert "still at its place" in report.picks[0].reason
     assert report.placed == 1

@@ -1,4 +1,4 @@
-"""Every prototype is chosen where it should be, and refusals say why."""
+"""Selection of the grasp prototype, effects of neighbours, and reasons for rejection."""
 
 from dataclasses import replace
 
@@ -16,8 +16,8 @@ from eyehand.perception.superquadric import Uncertainty
 TABLE = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
 
 
-def thing(kind, axes, e, *, at=(0.0, 0.0), visible=1.0, label=1, turn=0.0) -> SceneObject:
-    """An object that stands on the table."""
+def standing_object(kind, axes, e, *, at=(0.0, 0.0), visible=1.0, label=1, turn=0.0) -> SceneObject:
+    """Return an object that stands on the table."""
     pose = RigidTransform.from_components([*at, axes[2]], Rotation.from_rotvec([0.0, 0.0, turn]))
     solid = Superquadric(np.array(axes), e, pose, kind)
     fit = SuperquadricFit(solid, True, "", np.zeros(10), (), 0.0)
@@ -25,15 +25,15 @@ def thing(kind, axes, e, *, at=(0.0, 0.0), visible=1.0, label=1, turn=0.0) -> Sc
 
 
 def can(radius, height, **more):
-    return thing("cylinder", [radius, radius, height / 2], (0.1, 1.0), **more)
+    return standing_object("cylinder", [radius, radius, height / 2], (0.1, 1.0), **more)
 
 
 def brick(width, length, height, **more):
-    return thing("box", [length / 2, width / 2, height / 2], (0.1, 0.1), **more)
+    return standing_object("box", [length / 2, width / 2, height / 2], (0.1, 0.1), **more)
 
 
 def ball(radius, **more):
-    return thing("sphere", [radius] * 3, (1.0, 1.0), **more)
+    return standing_object("sphere", [radius] * 3, (1.0, 1.0), **more)
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def ball(radius, **more):
         (can(0.05, 0.03), "precision", "top", 5),
     ],
 )
-def test_size_chooses_the_prototype_and_symmetry_the_rows(item, prototype, approach, rows):
+def test_size_selects_prototype_and_symmetry_sets_task_rows(item, prototype, approach, rows):
     plan = select_prototype(item, TABLE)
     assert plan
     assert (plan.prototype, plan.approach, plan.rows) == (prototype, approach, rows)
@@ -59,7 +59,7 @@ def test_size_chooses_the_prototype_and_symmetry_the_rows(item, prototype, appro
     assert all(plan.rejected.values())
 
 
-def test_the_hand_closes_across_the_narrow_side_and_opens_wider_than_it():
+def test_hand_closes_across_narrow_side_and_opens_wider():
     plan = select_prototype(brick(0.045, 0.10, 0.03, turn=0.3), TABLE)
     narrow = np.array([-np.sin(0.3), np.cos(0.3), 0.0])
     assert abs(plan.closing @ narrow) > 0.995
@@ -67,29 +67,29 @@ def test_the_hand_closes_across_the_narrow_side_and_opens_wider_than_it():
 
 
 @pytest.mark.parametrize(
-    ("item", "says"),
+    ("item", "message"),
     [
         (brick(0.14, 0.20, 0.05), "width"),
         (brick(0.08, 0.2, 0.004), "height"),
         (brick(0.10, 0.4, 0.3), "mass"),
     ],
 )
-def test_what_the_hand_cannot_hold_is_refused_with_a_reason_each(item, says):
+def test_object_too_large_or_heavy_is_rejected_with_reason_per_grasp(item, message):
     plan = select_prototype(item, TABLE)
     assert not plan
     assert plan.rows == 0
     assert len(plan.rejected) == 5
-    assert any(says in reason for reason in plan.rejected.values())
-    assert says in plan.reason
+    assert any(message in reason for reason in plan.rejected.values())
+    assert message in plan.reason
 
 
-def test_an_object_that_is_mostly_hidden_is_refused():
+def test_mostly_hidden_object_is_rejected():
     plan = select_prototype(ball(0.04, visible=0.1), TABLE)
     assert not plan
     assert "10%" in plan.reason
 
 
-def test_a_failed_fit_is_refused_with_the_fits_reason():
+def test_object_with_failed_fit_is_rejected_with_reason_of_fit():
     fit = SuperquadricFit.rejected("12 points are too few")
     plan = select_prototype(SceneObject(1, np.zeros((0, 3)), 12, fit, 0.0, None), TABLE)
     assert not plan
@@ -97,13 +97,13 @@ def test_a_failed_fit_is_refused_with_the_fits_reason():
 
 
 def ring(radius: float, count: int) -> list[SceneObject]:
-    """Cans all around the origin."""
+    """Return cans all around the origin."""
     angles = np.arange(count) * 2 * np.pi / count
     places = radius * np.column_stack([np.cos(angles), np.sin(angles)])
     return [can(0.02, 0.16, at=tuple(p), label=2 + k) for k, p in enumerate(places)]
 
 
-def test_neighbours_all_around_rule_out_the_side():
+def test_neighbours_all_around_rule_out_side_grasp():
     alone = can(0.03, 0.16)
     assert select_prototype(alone, TABLE, neighbours=[alone]).approach == "side"
     crowded = select_prototype(alone, TABLE, neighbours=[alone, *ring(0.11, 9)])
@@ -111,19 +111,19 @@ def test_neighbours_all_around_rule_out_the_side():
     assert "is in the way of the hand" in crowded.rejected["side power"]
 
 
-def test_one_neighbour_leaves_the_sides_away_from_it():
+def test_single_neighbour_limits_side_grasp_to_free_directions():
     beside = can(0.03, 0.16, at=(0.095, 0.0), label=2)
     plans = plan_grasps(can(0.03, 0.16), TABLE, neighbours=[beside])
     plan = next(plan for plan in plans if plan.name == "side power")
     assert plan.geometry is not None
     assert plan.geometry.cone < np.pi / 2
-    # The palm does not come through the neighbour.
+    # The palm does not approach through the neighbour.
     assert plan.palm @ [1.0, 0.0, 0.0] > -0.5
     assert any("degrees of the palm's direction" in task.description for task in plan.tasks)
 
 
-def test_fingers_from_above_close_where_no_neighbour_stands():
-    wall = thing("box", [0.01, 0.1, 0.05], (0.1, 0.1), at=(0.060, 0.0), label=2)
+def test_fingers_from_above_close_away_from_neighbour():
+    wall = standing_object("box", [0.01, 0.1, 0.05], (0.1, 0.1), at=(0.060, 0.0), label=2)
     plan = select_prototype(can(0.0375, 0.08), TABLE, neighbours=[wall])
     assert plan.name == "top power"
     assert abs(plan.closing @ [0.0, 1.0, 0.0]) > 0.8
@@ -131,14 +131,14 @@ def test_fingers_from_above_close_where_no_neighbour_stands():
     assert plan.score.terms["room"] < 1.0
 
 
-def test_neighbours_near_leave_a_smaller_opening_or_a_pinch():
+def test_close_neighbours_leave_only_pincer_with_smaller_opening():
     item = brick(0.045, 0.045, 0.04)
     alone = select_prototype(item, TABLE)
-    wall = thing("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(0.036, 0.0), label=2)
-    other = thing("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(-0.036, 0.0), label=3)
+    wall = standing_object("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(0.036, 0.0), label=2)
+    other = standing_object("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(-0.036, 0.0), label=3)
     near = [wall, other]
     plans = plan_grasps(item, TABLE, neighbours=near)
-    # No room for three fingers in a row along the gap: two close along the walls.
+    # The gap is too narrow for three fingers in a row: two close along the walls.
     assert alone.name == "top precision"
     assert {plan.name for plan in plans} == {"top pincer"}
     assert plans[0].opening < alone.opening
@@ -147,7 +147,7 @@ def test_neighbours_near_leave_a_smaller_opening_or_a_pinch():
 
 
 @pytest.mark.parametrize("family", [can(0.03, 0.16), brick(0.05, 0.07, 0.1), ball(0.0375)])
-def test_scores_fall_and_every_plan_says_why_the_others_lost(family):
+def test_plans_are_sorted_by_score_and_explain_rejected_grasps(family):
     plans = plan_grasps(family, TABLE)
     totals = [plan.score.total for plan in plans]
     assert totals == sorted(totals, reverse=True)
@@ -159,24 +159,24 @@ def test_scores_fall_and_every_plan_says_why_the_others_lost(family):
             assert task.description
 
 
-def test_the_thumb_may_be_on_either_side_of_what_has_faces():
+def test_thumb_can_be_on_either_side_of_box():
     plans = [p for p in plan_grasps(brick(0.05, 0.07, 0.1), TABLE) if p.name == "top precision"]
     closings = np.array([plan.closing for plan in plans])
     assert len(plans) == 4
     assert np.allclose(closings.sum(axis=0), 0.0)
 
 
-def test_a_side_that_nobody_saw_opens_the_hand_wider_and_scores_lower():
+def test_unseen_side_increases_opening_and_lowers_score():
     item = brick(0.045, 0.10, 0.03)
-    sure = select_prototype(item, TABLE)
+    known = select_prototype(item, TABLE)
     unseen = Uncertainty(np.diag([0.0, 4e-6, *np.zeros(11)]), ("+y",))
     fit = replace(item.fit, uncertainty=unseen)
-    doubtful = select_prototype(replace(item, fit=fit), TABLE)
-    assert doubtful.opening == pytest.approx(sure.opening + 2 * 0.004, abs=1e-6)
-    assert doubtful.score.total < sure.score.total
+    uncertain = select_prototype(replace(item, fit=fit), TABLE)
+    assert uncertain.opening == pytest.approx(known.opening + 2 * 0.004, abs=1e-6)
+    assert uncertain.score.total < known.score.total
 
 
-def test_a_plate_is_taken_by_the_tips_just_above_the_table():
+def test_plate_is_grasped_by_fingertips_just_above_table():
     plan = select_prototype(brick(0.05, 0.09, 0.012), TABLE)
     assert plan.name == "top precision"
     assert plan.geometry is not None
@@ -186,19 +186,19 @@ def test_a_plate_is_taken_by_the_tips_just_above_the_table():
     assert lowest == pytest.approx(0.004, abs=1e-3)
 
 
-def test_a_neighbour_without_a_solid_counts_by_its_points_and_one_below_does_not():
+def test_neighbour_without_solid_blocks_by_its_points_and_object_below_does_not():
     alone = can(0.03, 0.16)
     angles = np.arange(24) * 2 * np.pi / 24
     points = np.column_stack([0.05 * np.cos(angles), 0.05 * np.sin(angles), np.full(24, 0.08)])
     points = np.vstack([points + np.array([0.0, 0.0, 0.01 * step]) for step in range(9)])
     unfitted = SceneObject(2, points, len(points), SuperquadricFit.rejected("too few"), 0.0, 0)
     assert not select_prototype(alone, TABLE, neighbours=[unfitted])
-    below = thing("box", [0.1, 0.1, 0.01], (0.1, 0.1), label=3)
+    below = standing_object("box", [0.1, 0.1, 0.01], (0.1, 0.1), label=3)
     assert select_prototype(alone, TABLE, neighbours=[below]).approach == "side"
 
 
-def pen(x: float, y: float, height: float) -> list[SceneObject]:
-    """Thin walls on four sides of the origin, at x and y."""
+def walls_around(x: float, y: float, height: float) -> list[SceneObject]:
+    """Return thin walls on four sides of the origin, at x and y."""
     sides = [
         (x, 0.0, y, 0.5 * np.pi),
         (-x, 0.0, y, 0.5 * np.pi),
@@ -206,14 +206,16 @@ def pen(x: float, y: float, height: float) -> list[SceneObject]:
         (0.0, -y, x, 0.0),
     ]
     return [
-        thing("box", [long, 0.003, 0.5 * height], (0.1, 0.1), at=(a, b), label=2 + n, turn=turn)
+        standing_object(
+            "box", [long, 0.003, 0.5 * height], (0.1, 0.1), at=(a, b), label=2 + n, turn=turn
+        )
         for n, (a, b, long, turn) in enumerate(sides)
     ]
 
 
-def test_where_neighbours_are_lower_the_tips_stay_above_them():
+def test_fingertips_stay_above_lower_neighbours():
     item = brick(0.045, 0.10, 0.06)
-    walls = pen(0.063, 0.036, 0.040)
+    walls = walls_around(0.063, 0.036, 0.040)
     alone = select_prototype(item, TABLE)
     plan = select_prototype(item, TABLE, neighbours=walls)
     assert plan, plan.reason
@@ -226,19 +228,19 @@ def test_where_neighbours_are_lower_the_tips_stay_above_them():
     assert 0.040 < tips < 0.060
 
 
-def test_with_leave_to_push_there_are_ways_off_the_middle_that_stay_on_the_object():
+def test_push_option_adds_off_centre_grasps_on_object():
     item = brick(0.045, 0.10, 0.06)
     usual = plan_grasps(item, TABLE)
     more = plan_grasps(item, TABLE, options=GraspOptions(push=True))
     assert len(more) > len(usual)
     assert more[0].name == usual[0].name
-    ways = [plan.geometry for plan in more if plan.geometry is not None]
-    off = [abs(float((grip.centre - ways[0].centre) @ grip.axis)) for grip in ways]
-    assert 0.015 < max(off) < 0.04
+    grips = [plan.geometry for plan in more if plan.geometry is not None]
+    offsets = [abs(float((grip.centre - grips[0].centre) @ grip.axis)) for grip in grips]
+    assert 0.015 < max(offsets) < 0.04
 
 
-def test_only_when_asked_to_the_fingers_push_a_neighbour_and_the_plan_says_which():
-    item, near = can(0.025, 0.06), pen(0.040, 0.040, 0.06)
+def test_push_option_allows_pushing_and_plan_names_pushed_neighbour():
+    item, near = can(0.025, 0.06), walls_around(0.040, 0.040, 0.06)
     assert not select_prototype(item, TABLE, neighbours=near)
     plan = select_prototype(item, TABLE, neighbours=near, options=GraspOptions(push=True))
     assert plan, plan.reason
@@ -249,7 +251,7 @@ def test_only_when_asked_to_the_fingers_push_a_neighbour_and_the_plan_says_which
     assert plan.score.total < free.score.total
 
 
-def test_an_up_without_a_direction_is_refused():
+def test_zero_up_vector_is_rejected():
     with pytest.raises(InputError, match="up"):
         select_prototype(ball(0.04), up=np.zeros(3))
 
@@ -266,7 +268,7 @@ def test_unknown_purpose_is_rejected_with_valid_ones():
         select_prototype(ball(0.04), TABLE, options=GraspOptions(purpose="juggle"))  # type: ignore[arg-type]  # the wrong word is the test
 
 
-def test_the_plan_turns_with_the_scene():
+def test_plan_rotates_with_scene():
     item = brick(0.045, 0.10, 0.03)
     turn = Rotation.from_rotvec([0.4, -0.8, 0.3])
     solid = item.fit.superquadric
@@ -274,10 +276,10 @@ def test_the_plan_turns_with_the_scene():
     moved = Superquadric(
         solid.semi_axes, solid.exponents, RigidTransform.from_rotation(turn) * solid.pose, "box"
     )
-    there = SceneObject(
+    moved_item = SceneObject(
         1, np.zeros((0, 3)), 1, SuperquadricFit(moved, True, "", np.zeros(1), (), 0.0), 1.0, 0
     )
-    here_plan = select_prototype(item, TABLE)
-    there_plan = select_prototype(there, SupportPlane(turn.apply([0.0, 0.0, 1.0]), 0.0))
-    assert there_plan.prototype == here_plan.prototype
-    assert abs(there_plan.closing @ turn.apply(here_plan.closing)) > 0.999
+    plan = select_prototype(item, TABLE)
+    moved_plan = select_prototype(moved_item, SupportPlane(turn.apply([0.0, 0.0, 1.0]), 0.0))
+    assert moved_plan.prototype == plan.prototype
+    assert abs(moved_plan.closing @ turn.apply(plan.closing)) > 0.999

@@ -1,4 +1,4 @@
-"""A look that tells too little ends the clearing in words, and never as a clear table."""
+"""An invalid image or scene stops clearing with a reason, and never as a clear table."""
 
 from dataclasses import replace
 
@@ -47,42 +47,43 @@ def tilted(angle_deg: float, height: float = 0.0) -> SupportPlane:
         (1.0, tilted(0.0, 0.72), "0.71 m above the tray"),
     ],
 )
-def test_doubts_name_what_is_wrong(share, support, message):
+def test_validation_reports_what_is_wrong(share, support, message):
     scene = replace(ground_truth_scene([], VIEW), support=support)
     reason = validate_scene(frame(share), scene, TRAY)
     assert message in reason
     assert bool(reason) == bool(message)
 
 
-def refuse(_frame):
+def raise_invalid_depth(_frame):
     raise InputError("depth is 0 everywhere")
 
 
-def show_no_table(_frame):
+def scene_without_table(_frame):
     return replace(ground_truth_scene([], VIEW), support=None)
 
 
 @pytest.mark.parametrize(
-    ("see", "message"), [(refuse, "0 everywhere"), (show_no_table, "no table")]
+    ("perceive", "message"),
+    [(raise_invalid_depth, "0 everywhere"), (scene_without_table, "no table")],
 )
-def test_a_blind_look_ends_the_clearing_and_moves_nothing(see, message):
+def test_invalid_scene_stops_clearing_without_motion(perceive, message):
     robot = FakeRobot()
     start = robot.read().q
-    report = clear_table(Cell(robot, see, TRAY))
+    report = clear_table(Cell(robot, perceive, TRAY))
     assert report.stop_reason.startswith("no ")
     assert message in report.stop_reason
     assert (report.picks, report.observations) == ((), 1)
     np.testing.assert_array_equal(robot.read().q, start)
 
 
-def test_a_camera_that_gives_nothing_ends_the_clearing_in_words(monkeypatch):
+def test_invalid_depth_image_stops_clearing_with_reason(monkeypatch):
     robot = FakeRobot()
-    monkeypatch.setattr(robot, "capture", lambda: refuse(None))
+    monkeypatch.setattr(robot, "capture", lambda: raise_invalid_depth(None))
     report = clear_table(Cell(robot, lambda _: ground_truth_scene([], VIEW), TRAY))
     assert report.stop_reason == "no valid depth image: depth is 0 everywhere"
 
 
-def test_a_table_seen_empty_is_clear():
+def test_empty_table_is_clear():
     report = clear_table(Cell(FakeRobot(), lambda _: ground_truth_scene([], VIEW), TRAY))
     assert report.stop_reason == "clear"
 
@@ -91,8 +92,8 @@ FROM_ABOVE = RigidTransform.from_components([0.0, 0.0, 1.0], Rotation.from_euler
 NEAR_LENS = CameraIntrinsics(200.0, 200.0, 39.5, 39.5, 80, 80)
 
 
-def looked_down_on(high: float, side: int):
-    """Show a table 1 m below the camera, and on it a block of so many pixels across."""
+def block_from_above(high: float, side: int):
+    """Return frame and scene of a table 1 m below the camera with a block `side` pixels wide."""
     depth = np.ones((80, 80), np.float32)
     depth[30 : 30 + side, 30 : 30 + side] -= high
     labels = np.zeros(depth.shape, np.int32)
@@ -101,37 +102,37 @@ def looked_down_on(high: float, side: int):
     return DepthFrame(depth, NEAR_LENS, FROM_ABOVE), scene
 
 
-def test_what_stands_on_the_table_and_is_no_object_leaves_a_doubt():
-    frame, scene = looked_down_on(high=0.1, side=3)
+def test_unsegmented_block_on_table_is_reported():
+    frame, scene = block_from_above(high=0.1, side=3)
     # 9 pixels of 4.5 x 4.5 mm.
     assert unexplained_area(frame, scene) == pytest.approx(9 * (0.9 / 200.0) ** 2, rel=1e-5)
     assert "2 cm² above it belong to no segmented object" in validate_scene(frame, scene, TRAY)
 
 
 @pytest.mark.parametrize(("high", "side"), [(0.0, 0), (0.003, 8), (0.1, 2), (0.7, 8)])
-def test_noise_flying_pixels_and_what_hangs_above_leave_none(high, side):
-    frame, scene = looked_down_on(high, side)
+def test_noise_flying_pixels_and_high_surfaces_are_accepted(high, side):
+    frame, scene = block_from_above(high, side)
     assert unexplained_area(frame, scene) <= MIN_UNEXPLAINED_AREA
     assert validate_scene(frame, scene, TRAY) == ""
 
 
-def test_what_belongs_to_an_object_leaves_none():
-    frame, scene = looked_down_on(0.1, 8)
+def test_segmented_block_is_accepted():
+    frame, scene = block_from_above(0.1, 8)
     labels = (frame.depth < 0.95).astype(np.int32)
     scene = replace(scene, segmentation=replace(scene.segmentation, labels=labels))
     assert unexplained_area(frame, scene) == 0.0
 
 
-def test_a_look_that_leaves_a_doubt_is_made_of_more_images(monkeypatch):
-    robot, taken = FakeRobot(), []
+def test_invalid_scene_is_captured_again_with_more_frames(monkeypatch):
+    robot, captured = FakeRobot(), []
     whole = robot.capture()
 
-    def half() -> DepthFrame:
-        taken.append(len(taken))
-        depth = np.where(np.arange(32) % 3 == len(taken) % 3, whole.depth, 0.0)
+    def capture_partly() -> DepthFrame:
+        captured.append(len(captured))
+        depth = np.where(np.arange(32) % 3 == len(captured) % 3, whole.depth, 0.0)
         return replace(whole, depth=depth.astype(np.float32))
 
-    monkeypatch.setattr(robot, "capture", half)
+    monkeypatch.setattr(robot, "capture", capture_partly)
     report = clear_table(Cell(robot, lambda _: ground_truth_scene([], VIEW), TRAY))
     assert (report.stop_reason, report.observations) == ("clear", 1)
-    assert len(taken) == MAX_FRAMES
+    assert len(captured) == MAX_FRAMES

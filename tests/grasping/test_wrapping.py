@@ -1,4 +1,4 @@
-"""A power grasp draws first, tightens then, and stays bent only where the palm is not reached."""
+"""Stages of a power grasp: draw the object to the palm, tighten, wrapped."""
 
 from __future__ import annotations
 
@@ -26,18 +26,18 @@ def hand():
     )
 
 
-def felt(palm):
+def reading(palm):
     return SimpleNamespace(forces=np.array([3.0, 3.0, palm]))
 
 
 def run(wrapping, palm, seconds, level=0.0, *, steady=True):
     for _ in range(int(seconds / DT)):
         level = min(level + 200.0 * DT, max(wrapping.limit, level))
-        wrapping.step(felt(palm), level, steady, DT)
+        wrapping.step(reading(palm), level, steady, DT)
     return level
 
 
-def test_what_the_palm_feels_is_not_drawn(hand):
+def test_object_on_palm_is_tightened_without_drawing(hand):
     wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
     run(wrapping, 1.0, 0.02)
 
@@ -47,7 +47,7 @@ def test_what_the_palm_feels_is_not_drawn(hand):
     assert wrapping.stage == "wrapped"
 
 
-def test_what_it_does_not_feel_is_drawn_until_it_does_and_then_let_lie(hand):
+def test_object_is_drawn_until_palm_contact_then_unbent(hand):
     wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
     level = run(wrapping, 0.0, 0.3)
     assert wrapping.stage == "draw"
@@ -61,7 +61,7 @@ def test_what_it_does_not_feel_is_drawn_until_it_does_and_then_let_lie(hand):
     assert wrapping.bend(3) == 0.0
 
 
-def test_what_the_palm_never_reaches_stays_hooked(hand):
+def test_object_that_never_reaches_palm_stays_hooked(hand):
     wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
     level = run(wrapping, 0.0, 0.6, steady=False)
     assert wrapping.stage == "tighten"
@@ -72,7 +72,7 @@ def test_what_the_palm_never_reaches_stays_hooked(hand):
     assert wrapping.bend(3) == DRAW_TENSION
 
 
-def test_the_thumb_pulls_as_the_fingers_do_together_and_then_stays(hand):
+def test_thumb_tension_follows_sum_of_fingers_then_holds(hand):
     wrapping = Wrapping(hand, GripOptions(), GOAL, SLACK)
     run(wrapping, 1.0, 0.02)
 
