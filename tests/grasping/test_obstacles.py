@@ -73,7 +73,7 @@ def test_obstacle_encloses_its_solid(kind):
     one = item(1, kind, [0.0, 0.1, 0.1], rng)
     found = {obstacle.name: obstacle for obstacle in scene_obstacles(scene(one))}
     assert set(found) == {"table", "object 1", "behind 1"}
-    # A mesh has its vertices on the surface, so its faces lie depth_inside.
+    # A mesh has its vertices on the surface, so its faces lie inside.
     assert depth_inside(found["object 1"], one.points).min() > (
         -2e-3 if kind == "superquadric" else -1e-9
     )
