@@ -1,4 +1,7 @@
-"""The control basis: tasks by priority, mapped to joint velocities among obstacles."""
+"""The control basis: tasks by priority, mapped to joint velocities among obstacles.
+
+Equation numbers refer to Haschke's chapter (see the README).
+"""
 
 from .approach import ApproachController, ControlStep
 from .collision_options import CollisionOptions, CoverOptions

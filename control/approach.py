@@ -71,7 +71,7 @@ class ControlStep:
     beta: tuple[float, ...]
     """By task: weight of avoidance (eq. 8)."""
     blocking: tuple[str, ...]
-    """What the safety level holds the motion back for, strongest first."""
+    """Active constraints of the safety level, strongest first."""
 
     def __bool__(self) -> bool:
         return self.status in ("moving", "reached")

@@ -1,8 +1,8 @@
 """Signed distance of a capsule whose axis runs into a box, where MuJoCo's own is wrong.
 
 MuJoCo measures from one point of the axis to the nearest face. Once the axis crosses the box, that
-is not the depth, and on thin boxes not even its sign: a capsule run through a plate is told to be
-far from it. With the axis outside the box it is exact (random pairs, sizes from 5 mm to 1 m).
+is not the depth. On thin boxes even the sign is wrong: a capsule through a plate gets a large
+positive distance. With the axis outside the box it is exact (random pairs, sizes from 5 mm to 1 m).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ PARALLEL = 1e-9
 
 @njit(cache=True)
 def axis_in_box(centre, half_axis, half_extents):
-    """How deep a segment runs into a box: the least way out over all separating directions.
+    """Compute the penetration of a segment into a box: the minimum over separating directions.
 
     The Minkowski sum of box and segment is a polytope whose faces are normal to the box's axes or
     to an edge and the segment, so six directions decide (separating axis theorem).

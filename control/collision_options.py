@@ -9,7 +9,7 @@ from eyehand.errors import InputError
 
 @dataclass(frozen=True)
 class CoverOptions:
-    """The balls that cover parts of the robot for the soft minimum.
+    """The spheres that cover parts of the robot for the soft minimum.
 
     Raises
     ------
@@ -18,19 +18,20 @@ class CoverOptions:
     """
 
     overhang: float = 0.004
-    """How far balls may stand out of a part, m: smaller costs more balls (with the cube of it)."""
-    max_balls: int = 64
-    """Maximum number of balls for one part: fewer are faster, and may stand out farther than
+    """Maximum distance by which spheres extend beyond a part, m. The number of spheres grows with
+    the inverse cube of it."""
+    max_spheres: int = 64
+    """Maximum number of spheres for one part: fewer are faster, and may stand out farther than
     ``overhang``."""
     sharpness: float = 2000.0
     """k of the soft minimum, 1/m: larger is nearer to the true minimum (below it by at most
-    log(balls)/k), and turns the gradient faster."""
+    log(spheres)/k), and turns the gradient faster."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.overhang < float("inf"):
             raise InputError(f"overhang must be finite and > 0, got {self.overhang}")
-        if self.max_balls < 1:
-            raise InputError(f"max_balls must be >= 1, got {self.max_balls}")
+        if self.max_spheres < 1:
+            raise InputError(f"max_spheres must be >= 1, got {self.max_spheres}")
         if not 0.0 < self.sharpness < float("inf"):
             raise InputError(f"sharpness must be finite and > 0, got {self.sharpness}")
 
@@ -52,7 +53,7 @@ class CollisionOptions:
     """Two parts of the robot nearer than this at home count as joined, m, and are never measured:
     larger accepts coarser shapes, and misses more self-collisions."""
     cover: CoverOptions | None = None
-    """Balls that cover parts of the robot with flat or long sides, for a distance by soft minimum.
+    """Spheres that cover parts with flat or long sides, for a distance by soft minimum.
     The gradient then turns smoothly where the nearest point would jump. In return distances
     are some millimetres too small outside, depths may be too small inside (the sign is kept), and a
     cycle takes longer. None measures the shapes as they are."""

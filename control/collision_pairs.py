@@ -65,7 +65,7 @@ def parts_of(robot: RobotModel) -> Parts:
 
 
 def candidate_pairs(robot: RobotModel, parts: Parts) -> list[tuple[int, int]]:
-    """Pairs (robot's geom, other geom) of the file that joints can bring together.
+    """Return the pairs (robot's geom, other geom) of the file that joints can bring together.
 
     Left out: parts that move together, parent and child, and what ``<exclude>`` names.
     """
@@ -83,7 +83,7 @@ def candidate_pairs(robot: RobotModel, parts: Parts) -> list[tuple[int, int]]:
 
 
 def related(model: Model, one: int, other: int) -> bool:
-    """Whether two bodies are parent and child, or fixed to one another.
+    """Return whether two bodies are parent and child, or fixed to one another.
 
     The world is no parent: a table is an obstacle also to the first link that stands on it. What is
     fixed to a child is not its parent's child: a hand can hit the link before the wrist.

@@ -152,7 +152,7 @@ class CollisionWorld:
         self._list_pairs()
 
     def attach(self, name: str, shape: Shape, pose: RigidTransform) -> None:
-        """Let the robot hold an object: from now it is a part of it, measured against all others.
+        """Attach an object to the robot. It is then a part of the robot in all distances.
 
         Parts of the robot that carry the frame or hang on it are not measured against it: they
         may touch what they hold.
@@ -177,7 +177,7 @@ class CollisionWorld:
         self._place_new(name, shape)
 
     def detach(self, name: str) -> None:
-        """Let go of an object; where it then lies is to be added as an obstacle.
+        """Detach an object. Add an obstacle at its new place if it is needed.
 
         Raises
         ------
@@ -243,7 +243,7 @@ class CollisionWorld:
         self._geoms.update(zip(plain, world.slots, strict=False))
         self._shapes = np.array([shape_row(model, geom) for geom in range(model.ngeom)])
         self._motion = np.zeros((model.ngeom, 9))
-        self._balls, self._covers = cover_parts(model, self._parts.robot, self.options.cover)
+        self._spheres, self._covers = cover_parts(model, self._parts.robot, self.options.cover)
         for name in shapes:
             self._put(name, shapes[name])
 
@@ -280,7 +280,7 @@ class CollisionWorld:
         return measured, tuple(ignored)
 
     def _list_pairs(self) -> None:
-        """List pairs and names after something came or went."""
+        """List pairs and names after a shape was added or removed."""
         parts, robot, model = self._parts, self.robot, self._world.model
         names = {**parts.names, **{geom: name for name, geom in self._geoms.items()}}
         moves = np.zeros((model.ngeom, robot.n), dtype=bool)
@@ -312,7 +312,7 @@ class CollisionWorld:
             held=np.array(
                 [held_row(robot, model, self._geoms[one.name], one.pose) for one in self.held]
             ).reshape(-1, 14),
-            balls=self._balls,
+            spheres=self._spheres,
             covers=self._covers,
             probe=self._world.probe,
             sharpness=cover.sharpness if cover else 1.0,

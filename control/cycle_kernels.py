@@ -75,7 +75,7 @@ def control_cycle(
     motion,
     pairs,
     held,
-    balls,
+    spheres,
     covers,
     probe,
     sharpness,
@@ -118,7 +118,7 @@ def control_cycle(
     world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     carry_held(held, body_positions, body_axes, positions, matrices)
-    count = measure_near(near, world, pairs, covers, balls)
+    count = measure_near(near, world, pairs, covers, spheres)
     near = near[:count]
     rows, least = np.empty((count, n)), np.empty(count)
     for row in range(count):

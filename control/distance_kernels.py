@@ -124,7 +124,7 @@ def _turn_back(axes, x, y, z):
 
 @njit(cache=True)
 def gap(a, b, positions, matrices, shapes):
-    """Return a lower bound on the distance by bounding balls and boxes, valid above zero."""
+    """Return a lower bound on the distance by bounding spheres and boxes, valid above zero."""
     if shapes[b, KIND] == PLANE:
         height = 0.0
         for axis in range(3):
@@ -137,13 +137,13 @@ def gap(a, b, positions, matrices, shapes):
 
 
 @njit(cache=True)
-def _outside(ball, box, positions, matrices, shapes):
+def _outside(sphere, box, positions, matrices, shapes):
     total = 0.0
     for axis in range(3):
         along = -shapes[box, MIDDLE + axis]
         for row in range(3):
-            along += matrices[box, 3 * row + axis] * (positions[ball, row] - positions[box, row])
+            along += matrices[box, 3 * row + axis] * (positions[sphere, row] - positions[box, row])
         beyond = abs(along) - shapes[box, HALF + axis]
         if beyond > 0.0:
             total += beyond * beyond
-    return np.sqrt(total) - shapes[ball, BOUND]
+    return np.sqrt(total) - shapes[sphere, BOUND]

@@ -46,7 +46,7 @@ class HeldObject:
 def held_row(
     robot: RobotModel, model: Model, geom: int, pose: RigidTransform
 ) -> NDArray[np.float64]:
-    """Row of :attr:`ProximityTables.held`: where the geom is in the body that holds it."""
+    """Return a row of :attr:`ProximityTables.held`: the pose of the geom in its holding body."""
     T_body_frame = _pose(*robot.frame_in_body)
     # MuJoCo turns a mesh into its principal axes: where its geom is in the object's frame.
     T_object_geom = _pose(model.geom_pos[geom], model.geom_quat[geom])
@@ -56,7 +56,7 @@ def held_row(
 
 
 def beside_frame(robot: RobotModel, parts: Parts) -> set[int]:
-    """Geoms that a held object may touch: on the frame's body, its parent, and what hangs on it."""
+    """Return the geoms that may touch a held object: on the frame's body, parent and children."""
     model, frame = robot.model, robot.frame_body
     hanging = {frame}
     for body in range(1, model.nbody):

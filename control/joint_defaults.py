@@ -32,7 +32,7 @@ SCALAR_JOINTS = (_HINGE, _SLIDE)
 def home_posture(
     model: Model, joints: NDArray[np.int64], home: ArrayLike | None
 ) -> NDArray[np.float64]:
-    """All joint positions (nq,) at home; ``home`` (n,) goes before what the file says.
+    """Return all joint positions (nq,) at home; ``home`` (n,) has priority over the file.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def joint_speed(
     speed: ArrayLike | None,
     urdf_speed: dict[str, float],
 ) -> NDArray[np.float64]:
-    """Speed limits (n,) of the controlled joints, rad/s or m/s.
+    """Return the speed limits (n,) of the controlled joints, rad/s or m/s.
 
     Raises
     ------

@@ -42,7 +42,7 @@ class CycleResult(NamedTuple):
     clearance: float
     """Smallest distance of all pairs nearer than the cut-off, m; inf when none is."""
     blocking: tuple[str, ...]
-    """What the safety level holds the motion back for, strongest first."""
+    """Active constraints of the safety level, strongest first."""
     feasible: bool
     """False when not all bounds can be kept."""
 

@@ -45,9 +45,9 @@ class ControlOptions:
     tolerance: float = 5e-4
     """Maximum error of a task that counts as reached, m or rad."""
     patience: float = 0.9
-    """How long the errors may stay without progress before the motion counts as stuck, s."""
+    """Time without progress of the errors after which the motion counts as stuck, s."""
     retreats: int = 2
-    """How often a stuck motion goes back to a retreat configuration and tries again from there.
+    """Maximum number of retreats, in which a stuck motion restarts from a retreat configuration.
     The home posture and its mirror image take turns. With 0 the motion stays stuck."""
 
     def __post_init__(self) -> None:

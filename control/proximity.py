@@ -1,4 +1,4 @@
-"""What the robot is near to: distances, the directions away, and how joint motion changes them."""
+"""The distances of the robot to near parts, with normals and derivatives."""
 
 from __future__ import annotations
 

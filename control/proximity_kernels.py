@@ -1,9 +1,9 @@
 """Distances, closest points and distance rows of all near pairs, in one compiled call.
 
-Only near pairs are measured: a pair whose bounding balls and boxes are farther apart than the
-cut-off is skipped. A change of distance is the work of a unit force along the normal on the robot's
-part. So each pair reduces to one wrench, force and moment about the world's origin, and the entries
-of a row are its products with the joint axes.
+Only near pairs are measured: a pair whose bounding spheres and boxes are farther apart than the
+cut-off is skipped. By virtual work, the rate of a distance equals the power of a unit force that
+acts along the normal on the robot's part. So each pair reduces to one wrench: force and moment
+about the world's origin. The entries of a row are the products of the wrench with the joint axes.
 """
 
 from __future__ import annotations
@@ -24,7 +24,8 @@ if TYPE_CHECKING:
 NEAR_COLUMNS = 14
 """Columns of the array that `measure_near` fills."""
 MAX_DECAY = 40.0
-"""Extra distance of a ball, times the sharpness, from which its weight is below rounding."""
+"""Maximum exponent of a weight. A sphere with a larger one is ignored, because its weight is below
+rounding."""
 
 
 @njit(cache=True)
@@ -46,7 +47,7 @@ def near_pairs(
     motion,
     pairs,
     held,
-    balls,
+    spheres,
     covers,
     probe,
     sharpness,
@@ -68,7 +69,7 @@ def near_pairs(
     carry_held(held, body_positions, body_axes, positions, matrices)
     world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
-    count = measure_near(near, world, pairs, covers, balls)
+    count = measure_near(near, world, pairs, covers, spheres)
     return _results(near[:count], pairs, anchors, axes, joints, moves, motion)
 
 
@@ -83,7 +84,7 @@ def pair_distance(tables: ProximityTables, a: int, b: int, cut_off: float) -> fl
 
 
 @njit(cache=True)
-def measure_near(near, world, pairs, covers, balls):
+def measure_near(near, world, pairs, covers, spheres):
     """Fill rows of ``near`` (pairs, NEAR_COLUMNS) for the poses in the data; return their count.
 
     A row holds the pair, its distance, the wrench on the robot's part (force, moment about the
@@ -114,7 +115,7 @@ def measure_near(near, world, pairs, covers, balls):
             for column in range(6):
                 near[count, 8 + column] = one[3 + column]
         else:
-            cover = balls[covers[a, 0] : covers[a, 0] + covers[a, 1]]
+            cover = spheres[covers[a, 0] : covers[a, 0] + covers[a, 1]]
             distance = _soft_distance(world, a, b, cover, one, near[count])
         if distance < cut_off:
             near[count, 0] = pair
@@ -124,15 +125,15 @@ def measure_near(near, world, pairs, covers, balls):
 
 @njit(cache=True)
 def distance_row(one, pair, anchors, axes, joints, moves, motion, row):
-    """Fill the change of a distance by joint motion (n,) from its row of `measure_near`.
+    """Fill the derivative (n,) of a distance by the joints from its row of `measure_near`.
 
-    Return its change by the obstacle's own motion, m/s.
+    Return the rate of the distance due to the motion of the obstacle, m/s.
     """
     fx, fy, fz = one[2], one[3], one[4]
     mx, my, mz = one[5], one[6], one[7]
     a, b = pair[0], pair[1]
     for column in range(len(joints)):
-        # A joint that moves both parts leaves their distance alone.
+        # A joint that moves both parts does not change their distance.
         if moves[a, column] == moves[b, column]:
             row[column] = 0.0
             continue
@@ -156,7 +157,7 @@ def distance_row(one, pair, anchors, axes, joints, moves, motion, row):
 
 @njit(cache=True)
 def _soft_distance(world, a, b, cover, one, row):
-    """Return the soft minimum d = -log(sum exp(-k d_i)) / k over the balls of a's cover.
+    """Return the soft minimum d = -log(sum exp(-k d_i)) / k over the spheres of a's cover.
 
     It is never above the minimum. Normal, moment and points of ``row`` are means by the weights
     exp(-k d_i) / sum, which makes the row the gradient of d.
@@ -165,20 +166,20 @@ def _soft_distance(world, a, b, cover, one, row):
     probe, sharpness, cut_off = world.probe, world.sharpness, world.cut_off
     row[1:14] = 0.0
     least, total = np.inf, 0.0
-    for ball in range(len(cover)):
+    for sphere in range(len(cover)):
         for axis in range(3):
             positions[probe, axis] = positions[a, axis]
             for column in range(3):
                 into = matrices[a, 3 * axis + column]
-                positions[probe, axis] += into * cover[ball, column]
-        shapes[probe, BOUND] = cover[ball, 3]
-        shapes[probe, HALF : HALF + 3] = cover[ball, 3]
+                positions[probe, axis] += into * cover[sphere, column]
+        shapes[probe, BOUND] = cover[sphere, 3]
+        shapes[probe, HALF : HALF + 3] = cover[sphere, 3]
         reach = min(cut_off, least + MAX_DECAY / sharpness)
-        # Inside, the bound only shows that the distance is below zero.
+        # A bound <= 0 only shows that the bounding shapes overlap, so such a sphere is measured.
         apart = gap(probe, b, positions, matrices, shapes)
         if apart >= max(reach, 0.0):
             continue
-        world.sizes[probe, 0] = cover[ball, 3]
+        world.sizes[probe, 0] = cover[sphere, 3]
         if apart > TOUCHING_M:
             distance = measure_apart(world.model, world.data, probe, b, cut_off, one)
         else:
@@ -186,7 +187,7 @@ def _soft_distance(world, a, b, cover, one, row):
         if distance >= reach:
             continue
         if distance < least:
-            # Weights are kept relative to the nearest ball: no power overflows.
+            # Weights are relative to the nearest sphere, so that exp() does not overflow.
             fade = 0.0 if least == np.inf else np.exp(-sharpness * (least - distance))
             total *= fade
             for column in range(2, 14):
@@ -243,7 +244,7 @@ def _results(near, pairs, anchors, axes, joints, moves, motion):
             normal[place, 0], normal[place, 1] = fx / length, fy / length
             normal[place, 2] = fz / length
         else:
-            # A soft minimum between opposite sides may have no direction: any will do.
+            # A soft minimum between opposite sides may have no direction. Any unit vector is valid.
             normal[place, 0], normal[place, 1], normal[place, 2] = 0.0, 0.0, 1.0
         for axis in range(3):
             on_robot[place, axis] = near[place, 8 + axis]

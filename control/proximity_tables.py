@@ -1,4 +1,4 @@
-"""What the distance kernels read: views of MuJoCo's buffers, and tables by geom, pair and ball."""
+"""The inputs of the distance kernels: views of MuJoCo's buffers and tables by geom and pair."""
 
 from __future__ import annotations
 
@@ -43,12 +43,12 @@ class ProximityTables:
     """Names of the pairs."""
     held: NDArray[np.float64]
     """(held objects, 14): geom, body that holds it, origin and axes of the geom in that body."""
-    balls: NDArray[np.float64]
-    """(balls, 4): centre in the geom's frame and radius, all covers one after another."""
+    spheres: NDArray[np.float64]
+    """(spheres, 4): centre in the geom's frame and radius, all covers one after another."""
     covers: NDArray[np.int64]
-    """(geoms, 2): first ball and number of balls of a geom's cover, 0 for none."""
+    """(geoms, 2): first sphere and number of spheres of a geom's cover, 0 for none."""
     probe: int
-    """Geom of the ball that measures from points."""
+    """Geom of the sphere that measures from points."""
     sharpness: float
     """k of the soft minimum over a cover, 1/m."""
     cut_off: float
@@ -56,7 +56,7 @@ class ProximityTables:
 
 
 class World(NamedTuple):
-    """What the distance of two geoms depends on, for kernels."""
+    """The inputs for the distance of two geoms, for kernels."""
 
     model: int
     """Address of the ``MjModel``."""
@@ -79,17 +79,17 @@ class World(NamedTuple):
 
 
 def shape_row(model: Model, geom: int) -> NDArray[np.float64]:
-    """Row of :attr:`ProximityTables.shapes` for a geom as it is in the model now."""
+    """Return a row of :attr:`ProximityTables.shapes` for a geom as it is in the model now."""
     kind, bound = model.geom_type[geom], model.geom_rbound[geom]
     return np.array([kind, bound, *model.geom_aabb[geom], *model.geom_size[geom]], dtype=np.float64)
 
 
 def kernel_arguments(tables: ProximityTables) -> tuple:
-    """Addresses, views and tables in the order in which the kernel takes them, after ``q``."""
+    """Return addresses, views and tables in the order of the kernel's arguments after ``q``."""
     model, data = tables.model, tables.data
     views = (data.qpos, data.xanchor, data.xaxis, data.xpos, data.xmat)
     geoms = (data.geom_xpos, data.geom_xmat, model.geom_size)
     pairs = (tables.joints, tables.moves, tables.shapes, tables.motion, tables.pairs)
-    extras = (tables.held, tables.balls, tables.covers, tables.probe)
+    extras = (tables.held, tables.spheres, tables.covers, tables.probe)
     limits = (tables.sharpness, tables.cut_off)
     return (address(model), address(data), *views, *geoms, *pairs, *extras, *limits)

@@ -1,4 +1,4 @@
-"""Relaxed motion: how far avoidance may bend a task's straight line (eq. 8-10)."""
+"""Add obstacle avoidance to the rate of a task, with a weight β (eq. 8-10)."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ if TYPE_CHECKING:
     from .tasks.task import TaskRows
 
 MAX_BETA = 1.0
-"""Upper limit of a dynamic β: avoidance at full strength, even far from the goal."""
+"""Upper limit of a dynamic β. At this limit avoidance acts at full strength."""
 EPSILON = 0.05
-"""Speed towards the goal that a dynamic β always leaves (eq. 10), m/s or rad/s."""
+"""Minimum speed towards the goal with a dynamic β (eq. 10), m/s or rad/s."""
 
 
 def relaxed_rate(
     task: TaskRows, gradient: NDArray[np.float64], options: ControlOptions
 ) -> tuple[NDArray[np.float64], float]:
-    """Return the rate (m,) of a task bent by avoidance, and the weight β.
+    """Return the rate (m,) of a task with avoidance, and the weight β.
 
-    The rate is rate - β J ∇H (eq. 8-9): against the cost's gradient (n,), so it leads away from
-    obstacles.
+    The result is rate - β J ∇H (eq. 8-9). Motion against the gradient ∇H (n,) of the cost leads
+    away from obstacles.
     """
     rate = np.array(task.rate)
     beta = relax(rate, np.ascontiguousarray(task.jacobian), gradient, pack_options(options))
@@ -37,7 +37,7 @@ def relaxed_rate(
 
 @njit(cache=True)
 def relax(rate, rows, gradient, options):
-    """Bend a task's rate (m,) by avoidance in place, and return the weight β (eq. 8-10)."""
+    """Add avoidance to a task's rate (m,) in place, and return the weight β (eq. 8-10)."""
     avoidance = np.empty(len(rate))
     push = size = 0.0
     for row in range(len(rate)):
@@ -57,9 +57,10 @@ def relax(rate, rows, gradient, options):
 
 @njit(cache=True)
 def dynamic_beta(rate, avoidance):
-    """Return the largest β up to 1 with rate - ε >= β avoidance, both norms (eq. 10).
+    """Return the largest β <= 1 with rate - ε >= β avoidance (eq. 10).
 
-    Near the goal, where the rate falls below ε, β is 0 and nothing holds the task off.
+    `rate` and `avoidance` are norms. Near the goal the rate is below ε. There β is 0, so avoidance
+    does not prevent that the task reaches its goal.
     """
     room = max(rate - EPSILON, 0.0)
     if room == 0.0:

@@ -80,7 +80,7 @@ class RobotModel:
         Raises
         ------
         InputError
-            If the file cannot be read, a name is unknown, a controlled joint is a free or ball
+            If the file cannot be read, a name is unknown, a controlled joint is a free or sphere
             joint, or home or speed do not fit.
         """
         spec, urdf_speed = read_robot(source)
@@ -127,7 +127,7 @@ class RobotModel:
         self.at(self.home)
 
     def at(self, q: ArrayLike) -> RobotState:
-        """Pose and Jacobian of the controlled frame at joint positions ``q`` (n,); a copy.
+        """Compute pose and Jacobian of the controlled frame at joint positions ``q`` (n,).
 
         Raises
         ------
@@ -152,7 +152,7 @@ class RobotModel:
         return state
 
     def point_jacobian(self, q: ArrayLike, body: str, point: ArrayLike) -> NDArray[np.float64]:
-        """Linear Jacobian (3, n) of a point of a body, world axes.
+        """Compute the linear Jacobian (3, n) of a point of a body, world axes.
 
         Parameters
         ----------
@@ -181,7 +181,7 @@ class RobotModel:
         return self._at(q, frame, offset)[2][:3].copy()
 
     def checked(self, q: ArrayLike) -> NDArray[np.float64]:
-        """Joint positions as an own array (n,), or an :class:`InputError` if they are not that."""
+        """Return a copy (n,) of joint positions; raise an :class:`InputError` if invalid."""
         try:
             numbers = np.array(q, dtype=np.float64)
         except (TypeError, ValueError):
@@ -227,7 +227,7 @@ def _joint_ids(model: Model, names: Sequence[str] | None) -> NDArray[np.int64]:
 def _frame(
     model: Model, data: Data, name: str
 ) -> tuple[int, NDArray[np.float64], NDArray[np.float64]]:
-    """Body that carries the frame, and views of its origin (3,) and axes (9,)."""
+    """Return the body that carries the frame, and views of its origin (3,) and axes (9,)."""
     sites = {model.site(site).name: site for site in range(model.nsite)}
     bodies = {model.body(body).name: body for body in range(1, model.nbody)}
     if name and name in sites:
@@ -244,7 +244,7 @@ def _frame(
 
 
 def _frame_in_body(model: Model, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Origin (3,) and quaternion (w, x, y, z) of a known frame in its body."""
+    """Return origin (3,) and quaternion (w, x, y, z) of a known frame in its body."""
     for site in range(model.nsite):
         if model.site(site).name == name:
             return model.site_pos[site].copy(), model.site_quat[site].copy()
@@ -252,7 +252,7 @@ def _frame_in_body(model: Model, name: str) -> tuple[NDArray[np.float64], NDArra
 
 
 def _moves(model: Model, joints: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Which controlled joint moves which body, (bodies, n)."""
+    """Return the mask (bodies, n) of the controlled joints that move each body."""
     moves = np.zeros((model.nbody, len(joints)), dtype=bool)
     for body in range(1, model.nbody):
         moves[body] = moves[model.body_parentid[body]] | (model.jnt_bodyid[joints] == body)

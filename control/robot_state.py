@@ -1,4 +1,4 @@
-"""What the tasks see of the robot in one posture: its joints and its controlled frame."""
+"""The state of the robot in one posture: its joints and its controlled frame."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ class RobotState:
                 raise InputError(f"robot state: {name} must be finite, got {array.tolist()}")
 
     def point(self, offset: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """A point that moves with the controlled frame.
+        """Return the position and the Jacobian of a point fixed to the controlled frame.
 
         Parameters
         ----------
@@ -80,6 +80,6 @@ class RobotState:
 
 
 def skew(vector: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Matrix (3, 3) of the cross product: skew(a) @ b = a × b."""
+    """Return the matrix (3, 3) of the cross product: skew(a) @ b = a × b."""
     x, y, z = vector.tolist()
     return np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from .robot_state import RobotState
 
 UNBOUNDED = 1e30
-"""What the solver takes for infinity."""
+"""Value that represents infinity in the solver."""
 GIVING_WAY = 1e6
 """Cost of a squared violation, (m/s)^-2, beside 1 of a squared joint speed: the nominal motion
 weighs nothing against it."""
@@ -40,7 +40,7 @@ class SafeMotion:
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
     blocking: tuple[str, ...]
-    """What holds the nominal motion back, strongest first: pairs of parts, joints at a limit."""
+    """Active constraints, strongest first: pairs of parts, joints at a limit."""
     feasible: bool
     """False when what must be kept cannot all be kept, an obstacle moving in, say; the velocity is
     then the least violation."""
@@ -99,12 +99,12 @@ def safe_motion(
 
 
 def near_pair(names: tuple[str, str]) -> str:
-    """What blocks, by name: two parts that are near each other."""
+    """Return the name of a constraint between two near parts."""
     return f"{names[0]} near {names[1]}"
 
 
 def held_joint(name: str, q: float, lower: float, upper: float) -> str:
-    """What blocks, by name: a joint."""
+    """Return the name of a joint constraint."""
     near = min(q - lower, upper - q) < NEAR_LIMIT
     return f"joint {name} at its {'limit' if near else 'full speed'}"
 

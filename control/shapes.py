@@ -38,7 +38,7 @@ class Box:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A ball about its centre.
+    """A sphere about its centre.
 
     Raises
     ------
@@ -92,7 +92,7 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder along z with a half ball on either end.
+    """A cylinder along z with a hemisphere on either end.
 
     Raises
     ------
@@ -193,7 +193,7 @@ def check_pose(pose: RigidTransform, name: str) -> None:
 
 
 def checked_obstacles(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
-    """Obstacles as a tuple, or an :class:`InputError` if one is something else."""
+    """Return obstacles as a tuple; raise an :class:`InputError` if one is not an obstacle."""
     given = tuple(obstacles) if isinstance(obstacles, Iterable) else (obstacles,)
     for one in given:
         if not isinstance(one, Obstacle) or not isinstance(obstacles, Iterable):

@@ -60,7 +60,7 @@ class WorldModel:
     meshes: tuple[int, ...]
     """Geoms of the meshes, in the order given."""
     probe: int
-    """A ball that is moved about to measure from points."""
+    """A sphere that is moved about to measure from points."""
 
 
 def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldModel:

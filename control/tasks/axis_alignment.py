@@ -1,4 +1,4 @@
-"""An axis of the hand along a direction: two rows."""
+"""The task that aligns an axis of the hand with a direction: two rows."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @njit(cache=True)
 def axis_alignment_rows(task, frame, out):
-    """Fill the rows of `AxisAlignment`; parameters: across (2, 3), goal (3,), axis (3,)."""
+    """Fill the rows of `AxisAlignment`; parameters: tangents (2, 3), goal (3,), axis (3,)."""
     fields, axes, jacobian, motion = task[FIELDS:], frame.axes, frame.jacobian, frame.work[3:]
     x = axes[0] * fields[9] + axes[1] * fields[10] + axes[2] * fields[11]
     y = axes[3] * fields[9] + axes[4] * fields[10] + axes[5] * fields[11]
@@ -38,9 +38,10 @@ def axis_alignment_rows(task, frame, out):
 class AxisAlignment(KernelTask):
     """Turn an axis of the hand onto a direction, and leave the rotation about it free: 2 rows.
 
-    The value (2,), rad, is the angle between the two, laid off from the goal towards the axis in
-    two fixed directions across the goal; its norm is the angle. Opposite axes have no shortest
-    rotation. The task then takes that of the two directions across which the joints turn best.
+    The value (2,), rad, has the angle between axis and goal as its norm. Its direction points from
+    the goal to the axis, in the basis of two fixed unit vectors perpendicular to the goal. If the
+    axis is opposite to the goal, the direction of rotation is not unique. The task then rotates in
+    the plane of the goal and the basis vector along which the joints move the axis best.
 
     Raises
     ------
@@ -67,5 +68,5 @@ class AxisAlignment(KernelTask):
         store(self, axis=unit(self.name, "axis", self.axis), goal=goal)
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
+        """Return the parameters of the kernel."""
         return [*across(self.goal).ravel(), *self.goal, *self.axis]

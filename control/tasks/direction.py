@@ -45,13 +45,16 @@ def direction_rows(direction, motion, pole, basis, value, rows):
 
 @njit(cache=True)
 def polar_row(direction, motion, pole, basis, rows):
-    """Unit vector from the pole in the basis, angle, sine; rows[0] becomes the angle's row."""
+    """Return the unit vector from the pole in the basis, the angle and its sine; fill rows[0].
+
+    rows[0] becomes the derivative of the angle.
+    """
     first = basis[0] * direction[0] + basis[1] * direction[1] + basis[2] * direction[2]
     second = basis[3] * direction[0] + basis[4] * direction[1] + basis[5] * direction[2]
     cosine = pole[0] * direction[0] + pole[1] * direction[1] + pole[2] * direction[2]
     sine = math.sqrt(first * first + second * second)
     if sine < MIN_ANGLE:
-        # Neither way is shorter: take the one that moves better.
+        # Both rotations are equally long: use the direction in which the joints move better.
         one = other = 0.0
         for column in range(motion.shape[1]):
             a, b = _coordinates(motion, basis, column)

@@ -14,9 +14,9 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
 NO_LENGTH = 1e-12
-"""Directions shorter than this are no direction: their rounding is."""
+"""Minimum length of a direction. The direction of a shorter vector is rounding error."""
 ROUNDED = 1e-6
-"""How far a matrix may be from a rotation: what six printed digits leave."""
+"""Maximum deviation of a matrix from a rotation. It accepts matrices printed with six digits."""
 
 
 def origin() -> NDArray[np.float64]:
@@ -31,7 +31,7 @@ def store(task: object, **fields: object) -> None:
 
 
 def vector(task: str, field: str, value: ArrayLike, size: int | None = 3) -> NDArray[np.float64]:
-    """A read-only copy of finite numbers (size,); any length when size is None.
+    """Return a read-only copy of finite numbers (size,); None allows any length.
 
     Raises
     ------
@@ -42,7 +42,7 @@ def vector(task: str, field: str, value: ArrayLike, size: int | None = 3) -> NDA
 
 
 def unit(task: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
-    """A direction (3,) of any length as a unit vector.
+    """Normalise a direction (3,) of any length.
 
     Raises
     ------
@@ -61,7 +61,7 @@ def unit(task: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
 
 
 def rotation(task: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.float64]:
-    """A rotation, or its matrix, as a matrix (3, 3).
+    """Convert a rotation, or its matrix, to a matrix (3, 3).
 
     Raises
     ------
@@ -82,7 +82,7 @@ def rotation(task: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.f
 
 
 def transform(task: str, field: str, value: RigidTransform | ArrayLike) -> NDArray[np.float64]:
-    """A transform, or its matrix, as a matrix (4, 4) whose parts are still to be checked.
+    """Convert a transform, or its matrix, to a matrix (4, 4) without a check of its parts.
 
     Raises
     ------
@@ -104,7 +104,7 @@ def transform(task: str, field: str, value: RigidTransform | ArrayLike) -> NDArr
 def number(
     task: str, field: str, value: float, *, low: float = -math.inf, high: float = math.inf
 ) -> float:
-    """A finite number in [low, high].
+    """Return a finite number in [low, high].
 
     Raises
     ------
@@ -132,7 +132,7 @@ def rates(task: str, gain: float, speed: float) -> None:
 
 
 def across(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Two rows (2, 3): unit vectors perpendicular to a unit direction and to each other."""
+    """Return unit vectors (2, 3) perpendicular to a unit direction and to each other."""
     first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
     first /= np.linalg.norm(first)
     rows: NDArray[np.float64] = np.array([first, np.cross(direction, first)], dtype=np.float64)

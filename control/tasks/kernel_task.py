@@ -47,7 +47,7 @@ class Frame(NamedTuple):
 
 
 class Output(NamedTuple):
-    """What a kernel fills; only the first m entries count, m at most max(6, n)."""
+    """The output of a kernel; only the first m entries are used, m at most max(6, n)."""
 
     value: NDArray[np.float64]
     """(M,)."""

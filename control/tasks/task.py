@@ -40,7 +40,7 @@ class TaskRows:
     value: NDArray[np.float64]
     """Current value x(q), (m,)."""
     error: NDArray[np.float64]
-    """What is left to do, goal minus value, (m,)."""
+    """Error, goal minus value, (m,)."""
     jacobian: NDArray[np.float64]
     """Rows J with dx/dt = J dq/dt, (m, n) (eq. 1)."""
     gain: float = 1.0

@@ -62,7 +62,7 @@ def proximity_reference(tables: ProximityTables, q: NDArray[np.float64]) -> tupl
         a, b = tables.pairs[pair].tolist()
         first, number = tables.covers[a]
         if number:
-            measured = _measure_soft(tables, a, b, tables.balls[first : first + number])
+            measured = _measure_soft(tables, a, b, tables.spheres[first : first + number])
         else:
             distance, force, on_robot, on_other = measure_exact(tables, a, b, tables.cut_off)
             # The moments of these pairs are computed together below.
@@ -174,10 +174,10 @@ def _measure_soft(tables: ProximityTables, a: int, b: int, cover: Array) -> tupl
     positions, probe = tables.data.geom_xpos, tables.probe
     frame = tables.data.geom_xmat[a].reshape(3, 3)
     results: list[Measured] = []
-    for ball in cover:
-        positions[probe] = positions[a] + frame @ ball[:3]
-        tables.shapes[probe, BOUND] = tables.shapes[probe, HALF : HALF + 3] = ball[3]
-        tables.model.geom_size[probe, 0] = ball[3]
+    for sphere in cover:
+        positions[probe] = positions[a] + frame @ sphere[:3]
+        tables.shapes[probe, BOUND] = tables.shapes[probe, HALF : HALF + 3] = sphere[3]
+        tables.model.geom_size[probe, 0] = sphere[3]
         measured = measure_exact(tables, probe, b, tables.cut_off)
         if measured[0] < tables.cut_off:
             results.append(measured)

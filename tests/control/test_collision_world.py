@@ -211,9 +211,9 @@ def test_returned_proximity_is_not_overwritten(robot: RobotModel) -> None:
 
 
 def test_only_pairs_within_cut_off_are_reported(robot: RobotModel) -> None:
-    ball = _ball("ball", 0.25, 0.0, 0.2)
-    assert ("shell1", "ball") in CollisionWorld(robot, [ball]).proximity(np.zeros(3)).names
-    strict = CollisionWorld(robot, [ball], options=CollisionOptions(cut_off=0.0999))
+    sphere = _ball("ball", 0.25, 0.0, 0.2)
+    assert ("shell1", "ball") in CollisionWorld(robot, [sphere]).proximity(np.zeros(3)).names
+    strict = CollisionWorld(robot, [sphere], options=CollisionOptions(cut_off=0.0999))
     assert ("shell1", "ball") not in strict.proximity(np.zeros(3)).names
     far = CollisionWorld(robot, options=CollisionOptions(cut_off=1e-3)).proximity(np.zeros(3))
     assert far.names == ()
@@ -292,7 +292,7 @@ def test_held_object_moves_with_frame(robot: RobotModel) -> None:
         (lambda w: CollisionOptions(cut_off=0.0), "cut_off must be finite and > 0"),
         (lambda w: CollisionOptions(self_margin=-1.0), "self_margin must be"),
         (lambda w: CoverOptions(overhang=0.0), "overhang must be"),
-        (lambda w: CoverOptions(max_balls=0), "max_balls must be"),
+        (lambda w: CoverOptions(max_spheres=0), "max_spheres must be"),
         (lambda w: CoverOptions(sharpness=float("inf")), "sharpness must be"),
     ],
 )
@@ -351,8 +351,8 @@ def test_world_rejects_objects_that_are_no_obstacles(robot: RobotModel, invalid:
 
 
 def test_world_rejects_single_obstacle_and_invalid_robot(robot: RobotModel) -> None:
-    ball: Any = Obstacle("ball", Sphere(0.1), RigidTransform.identity())
+    sphere: Any = Obstacle("ball", Sphere(0.1), RigidTransform.identity())
     with pytest.raises(InputError, match="list of Obstacle"):
-        CollisionWorld(robot, ball)
+        CollisionWorld(robot, sphere)
     with pytest.raises(InputError, match=r"RobotModel\.load"):
-        CollisionWorld(ball)
+        CollisionWorld(sphere)

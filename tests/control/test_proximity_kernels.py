@@ -147,7 +147,7 @@ def test_rows_and_distance_to_plane() -> None:
     assert sum(_check_rows(world, postures)) >= 8
 
 
-@pytest.mark.parametrize("cover", [None, CoverOptions(max_balls=20)])
+@pytest.mark.parametrize("cover", [None, CoverOptions(max_spheres=20)])
 @pytest.mark.parametrize("kind", GEOMS)
 def test_kernel_equals_numpy_reference(kind: str, cover: CoverOptions | None) -> None:
     rng = np.random.default_rng(SEED)

@@ -116,10 +116,10 @@ sizes = st.floats(1e-3, 0.3)
 
 @settings(max_examples=60, deadline=None)
 @given(st.tuples(sizes, sizes, sizes), st.integers(1, 100), st.floats(1e-3, 0.05))
-def test_spheres_contain_box(half: tuple, max_balls: int, overhang: float) -> None:
+def test_spheres_contain_box(half: tuple, max_spheres: int, overhang: float) -> None:
     extents = np.array(half)
-    spheres = cover_box(extents, CoverOptions(overhang=overhang, max_balls=max_balls))
-    assert 1 <= len(spheres) <= max_balls
+    spheres = cover_box(extents, CoverOptions(overhang=overhang, max_spheres=max_spheres))
+    assert 1 <= len(spheres) <= max_spheres
     points = np.random.default_rng(SEED).uniform(-1, 1, (300, 3))
     points[:100] = np.sign(points[:100])
     points[100:200, 0] = np.sign(points[100:200, 0])
@@ -129,12 +129,12 @@ def test_spheres_contain_box(half: tuple, max_balls: int, overhang: float) -> No
 @settings(max_examples=60, deadline=None)
 @given(sizes, sizes, st.integers(1, 60), st.floats(1e-3, 0.05))
 def test_spheres_contain_capsule(
-    radius: float, half_length: float, max_balls: int, overhang: float
+    radius: float, half_length: float, max_spheres: int, overhang: float
 ) -> None:
     spheres = cover_capsule(
-        radius, half_length, CoverOptions(overhang=overhang, max_balls=max_balls)
+        radius, half_length, CoverOptions(overhang=overhang, max_spheres=max_spheres)
     )
-    assert 1 <= len(spheres) <= max_balls
+    assert 1 <= len(spheres) <= max_spheres
     rng = np.random.default_rng(SEED)
     directions = rng.normal(size=(300, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -142,7 +142,7 @@ def test_spheres_contain_capsule(
     points[:, 2] += half_length * rng.uniform(-1, 1, 300)
     points[:150, 2] = radius * directions[:150, 2] + np.sign(directions[:150, 2]) * half_length
     _check_inside(points, spheres)
-    if len(spheres) < max_balls:
+    if len(spheres) < max_spheres:
         assert spheres[0, 3] <= radius + overhang + 1e-9
 
 
