@@ -1,4 +1,4 @@
-"""How much of a probe's place is left after the read-out, by the way the pad was calibrated."""
+"""Compare the position error of a probe for two calibration methods of the pad."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 def calibration_rows(array: TactileArray, count: int, seed: int) -> list[dict[str, Any]]:
-    """Press `count` probes into one pad, calibrated on its bench in both ways.
+    """Press `count` probes into one pad that was calibrated with both methods.
 
     Returns
     -------
     list of dict
-        Rows `calibration full curve` and `calibration linear range`, the paper's: error of the
-        centre of pressure, of single images.
+        Rows `calibration full curve` and `calibration linear range` (the paper's method): error of
+        the centre of pressure in single images.
     """
     readout = TactileReadout.draw(len(array.positions), seed=seed)
     run = run_bench(readout, seed=seed)
@@ -37,8 +37,8 @@ def calibration_rows(array: TactileArray, count: int, seed: int) -> list[dict[st
         raw = readout.raw(probe.image.pressures, rng)
         for name, reader in readers.items():
             reader.reset()
-            gap = reader.read(raw).centre[:2] - probe.centre
-            errors[name].append(1e3 * float(np.linalg.norm(gap)))
+            error = reader.read(raw).centre[:2] - probe.centre
+            errors[name].append(1e3 * float(np.linalg.norm(error)))
     return [
         {
             "name": f"calibration {name}",

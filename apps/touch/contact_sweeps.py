@@ -1,4 +1,4 @@
-"""Contacts that are lost, round, turned off, cut by the border, doubled, or light."""
+"""Stress sweeps over difficult contacts: lost, round, misaligned, on the border, moving, light."""
 
 from __future__ import annotations
 
@@ -20,73 +20,82 @@ if TYPE_CHECKING:
     from eyehand.tactile import SelectionMatrix
 
 TILT = np.radians(6.0)
-"""First tilt of the pad where it is to roll flat, rad, as in the chapter."""
+"""Initial tilt of the pad before it rolls flat, rad, as in the chapter."""
 FACE_SIDE = 0.06
-"""Of the face that it rolls onto, m."""
+"""Side length of the face that the pad rolls onto, m."""
 FLAT = np.radians(1.0)
-"""Tilt that counts as flat, rad."""
+"""Maximum tilt of a pad that counts as flat, rad."""
 ROUND_TURN = np.radians(2.0)
-"""Turn over a round contact that noise alone may cause, rad."""
+"""Maximum rotation over a round contact, rad. Noise alone may cause this much."""
 IN_LINE = np.radians(3.0)
-"""Error of a rod's direction that counts as in line, rad."""
+"""Maximum direction error of a pad that counts as aligned with a rod, rad."""
 NOISES = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0)
-"""Of a reading, counts of 4095; the usual electronics have 2."""
+"""Standard deviations of a reading, counts of 4095. The default electronics have 2."""
 GONE_SECONDS, GONE_AT = 0.2, (0.4, 2.4)
-"""How long an object drops away, and when, s: while the pad rolls, and when it lies flat."""
+"""Duration and start times of the object's drops, s. The pad first rolls and then lies flat."""
 APART = 0.04
-"""Between two blobs, m."""
+"""Distance between two blobs, m."""
 SWAP_HERTZ = 4.0
-"""How often two blobs swap which presses more, 1/s."""
+"""Rate at which the two blobs exchange their heights, 1/s."""
 COMING_FROM = 1.0
-"""When an object begins to come, s: the pad has settled on it."""
+"""Start time of the object's motion, s. The pad has settled on the object by then."""
 ROD_RADIUS, ROD_HALF, BALL_RADIUS = 0.003, 0.05, 0.02
-"""Of a rod and of a round contact, m."""
+"""Radius and half length of a rod, and radius of a ball, m."""
 PLATE_HALF = (0.02, 0.02, 0.005)
-"""Half edges of a light flat object, m."""
+"""Half side lengths of a light flat object, m."""
 
 
 def contact_sweeps() -> tuple[Sweep[None], ...]:
-    """Sweeps over what lies under the pad and what it does."""
+    """Return the sweeps over the object under the pad and its motion."""
+    return (*_fixed_object_sweeps(), *_moving_object_sweeps())
+
+
+def _fixed_object_sweeps() -> tuple[Sweep[None], ...]:
     return (
         Sweep(
             name="lost-rolling",
-            axis="object drops away while the pad rolls, for 0.2 s: by",
+            axis="distance that the object drops for 0.2 s while the pad rolls",
             unit="mm",
             values=(0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0),
             holds_to=0.2,
             attempt=_lost,
-            right="found again, pressure reached, and flat within 1°",
+            right="contact found again, pressure reached, flat within 1°",
         ),
         Sweep(
             name="round",
-            axis="yaw on, over a ball: noise",
+            axis="noise, with yaw control over a ball",
             unit="counts",
             values=NOISES,
             holds_to=10.0,
             attempt=_round,
-            right="turned by less than 2°",
+            right="rotated by less than 2°",
         ),
         Sweep(
             name="right-angle",
-            axis="rod exactly 90° off: noise",
+            axis="noise, with a rod exactly 90° misaligned",
             unit="counts",
             values=NOISES,
             holds_to=10.0,
             attempt=_right_angle,
-            right="in line within 3°",
+            right="aligned within 3°",
         ),
         Sweep(
             name="border",
-            axis="contact this far from the pad's middle (its border is at 40)",
+            axis="distance of the contact from the pad's centre (border at 40)",
             unit="mm",
             values=(0.0, 20.0, 30.0, 33.0, 36.0, 38.0, 40.0, 42.0, 45.0),
             holds_to=30.0,
             attempt=_border,
             right="pressure reached and calm",
         ),
+    )
+
+
+def _moving_object_sweeps() -> tuple[Sweep[None], ...]:
+    return (
         Sweep(
             name="blobs",
-            axis="two blobs that swap which is higher, 4 times a second: by",
+            axis="height difference of two blobs that alternate 4 times per second",
             unit="mm",
             values=(0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0),
             holds_to=None,
@@ -95,9 +104,9 @@ def contact_sweeps() -> tuple[Sweep[None], ...]:
         ),
         Sweep(
             name="coming",
-            axis="box that comes at the pad and does not stop: speed",
+            axis="speed of a box that moves towards the pad without stopping",
             unit="mm/s",
-            # The pad retreats at no more than 50 mm/s: what is faster, no servo flees.
+            # The pad retreats at no more than 50 mm/s. No servo can avoid a faster object.
             values=(2.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 40.0),
             holds_to=8.0,
             attempt=_coming,
@@ -105,7 +114,7 @@ def contact_sweeps() -> tuple[Sweep[None], ...]:
         ),
         Sweep(
             name="light",
-            axis="free flat object on a table: mass",
+            axis="mass of a free flat object on a table",
             unit="g",
             values=(200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0),
             holds_to=20.0,
@@ -121,7 +130,7 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
         return (-1e-3 * drop if gone else 0.0,)
 
     servo = TactileServo(selection=PRESETS["roll"])
-    # Leaning, the pad's lower rim comes first.
+    # The pad is tilted, so its lower rim touches first.
     height = 0.5 * FACE_SIDE * np.sin(TILT) + 0.001
     pad = CarriedPad(
         (tilted_face(0.0, side=FACE_SIDE),),
@@ -152,12 +161,12 @@ def _right_angle(noise: float, seed: int, method: None) -> Trial:
     return judged(run, servo.goal.pressure, _unless(error < IN_LINE, "out of line by", error))
 
 
-def _border(way: float, seed: int, method: None) -> Trial:
+def _border(distance_mm: float, seed: int, method: None) -> Trial:
     servo = TactileServo(selection=PRESETS["press"])
     angle = 0.25 * np.pi * (seed % 8)
-    # Along the diagonals as along the axes: what counts is the nearest border.
-    place = 1e-3 * way * np.array([np.cos(angle), np.sin(angle)])
-    place *= way * 1e-3 / max(np.abs(place).max(), 1e-9)
+    # The distance is the larger coordinate, also along diagonals: the nearest border matters.
+    place = 1e-3 * distance_mm * np.array([np.cos(angle), np.sin(angle)])
+    place *= distance_mm * 1e-3 / max(np.abs(place).max(), 1e-9)
     ball = TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (*place, -BALL_RADIUS)),))
     pad = CarriedPad((ball,), Electronics(seed))
     return judged(lead(pad, TouchPhases(servo), 12.0), servo.goal.pressure)
@@ -178,9 +187,9 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
 
 def _coming(speed: float, seed: int, method: None) -> Trial:
     def lifts(time: float) -> tuple[float]:
-        # From rest within a second, as an arm or a belt would.
-        since = max(time - COMING_FROM, 0.0)
-        return (1e-3 * speed * (0.5 * since * since if since < 1.0 else since - 0.5),)
+        # The object accelerates for one second, as an arm or a belt does.
+        elapsed = max(time - COMING_FROM, 0.0)
+        return (1e-3 * speed * (0.5 * elapsed * elapsed if elapsed < 1.0 else elapsed - 0.5),)
 
     pad = CarriedPad((toy_box(),), Electronics(seed))
     servo = TactileServo(selection=PRESETS["press"])

@@ -1,4 +1,4 @@
-"""How long a servo cycle and an image take."""
+"""Measure the computing time of a servo cycle and of a simulated image."""
 
 from __future__ import annotations
 
@@ -18,23 +18,23 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 CYCLES = 2000
-"""Timed one by one; the median counts."""
+"""Number of calls that are timed one by one. The result is their median."""
 SETTLE = 0.5
-"""Of serving before, s, so that all is compiled and there is a contact."""
+"""Servo time before the measurement, s. Kernels are compiled and a contact exists after it."""
 
 
 def cycle_times(seed: int) -> dict[str, float]:
-    """Time what is done in a cycle, on a toy box.
+    """Measure the computing time of one cycle on a toy box.
 
     Returns
     -------
     dict
-        `servo_cycle_us`: calibration, features and servo; `image_us`: the simulated image and its
-        electronics. Medians, as called from Python.
+        `servo_cycle_us`: time of calibration, features and servo. `image_us`: time of the
+        simulated image and its electronics. Both are medians in µs, called from Python.
     """
     place = home_pose().apply([0.002, 0.001, 0.001])
-    thing = PlacedObject(toy_box(), RigidTransform.from_translation(place))
-    rig = ArmRig(pad_scene((thing,)), seed=seed)
+    placed = PlacedObject(toy_box(), RigidTransform.from_translation(place))
+    rig = ArmRig(pad_scene((placed,)), seed=seed)
     servo = TactileServo(ServoGoal(pressure=1000.0))
     run_servo(rig, TouchPhases(servo), SETTLE)
     pad, reader, twist = rig.simulation.pads[0], rig.hand.reader, rig.hand.twist

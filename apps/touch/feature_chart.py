@@ -1,4 +1,4 @@
-"""The chart of the features: direction by time, and place by threshold, against accuracy."""
+"""Chart of feature accuracy: direction error against time, position error against threshold."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 HEIGHT = 5.4
-"""Of the figure, inches."""
+"""Height of the figure, inches."""
 TIMES_US = (0.1, 0.3, 1, 3, 10, 30, 100, 300, 1000)
 ANGLES_DEG = (0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 45)
 GAPS_MM = (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5)
-"""Where the axes have labels."""
-ROOM = 1.7
-"""Factor of free space around the points on logarithmic axes."""
+"""Tick positions of the axes."""
+MARGIN_FACTOR = 1.7
+"""Factor between the outermost points and the limits of a logarithmic axis."""
 
 
 def feature_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
-    """Draw the direction's error against time, and the centre's against the threshold."""
+    """Plot the direction error against time, and the position error against the threshold."""
     figure, (left, right) = new_chart(
-        "Direction by moments, place by weights: better and faster",
-        "dots: median error over the imprints; upright lines reach to the 95th percentile; "
+        "Moments and pressure weights are more accurate and faster",
+        "dots: median error over the imprints; vertical lines: up to the 95th percentile; "
         "Hough: 36 to 720 angles",
         columns=2,
         height=HEIGHT,
@@ -52,10 +52,10 @@ def feature_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
 def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     times = [row["time_p50_us"] for row in rows]
     errors = [row["error_p50_deg"] for row in rows] + [row["error_p95_deg"] for row in rows]
-    _log_x(axes, min(times) / ROOM, max(times) * ROOM, TIMES_US)
-    _log_y(axes, min(errors) / ROOM, max(errors) * ROOM, ANGLES_DEG)
+    _log_x(axes, min(times) / MARGIN_FACTOR, max(times) * MARGIN_FACTOR, TIMES_US)
+    _log_y(axes, min(errors) / MARGIN_FACTOR, max(errors) * MARGIN_FACTOR, ANGLES_DEG)
     label_axes(
-        axes, "time from the region on [µs]", "error of a line's direction [°]", panel="Line"
+        axes, "time without region search [µs]", "error of a line's direction [°]", panel="Line"
     )
     hough = list(dict.fromkeys(row["method"] for row in rows if row["angles"]))
     names, lines = [], []
@@ -95,17 +95,17 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
 def _centres(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     errors = [row["error_p50_mm"] for row in rows] + [row["error_p95_mm"] for row in rows]
     axes.set_xlim(-2, max(row["threshold_pct"] for row in rows) + 2)
-    _log_y(axes, min(errors) / ROOM, max(errors) * ROOM, GAPS_MM)
+    _log_y(axes, min(errors) / MARGIN_FACTOR, max(errors) * MARGIN_FACTOR, GAPS_MM)
     label_axes(
         axes,
-        "threshold [% of the peak; 0: the noise]",
-        "error of a probe's place [mm]",
+        "threshold [% of the peak; 0: noise level]",
+        "error of a probe's position [mm]",
         panel="Probe",
     )
     for number, (method, colour) in enumerate((("weighted", VERMILION), ("binarised", INK))):
         own = [row for row in rows if row["method"] == method]
         x = [row["threshold_pct"] + (0.4 if number else -0.4) for row in own]
-        words = {"weighted": "weighted by pressure (default)", "binarised": "every tactel alike"}
+        words = {"weighted": "weighted by pressure (default)", "binarised": "equal weights"}
         axes.plot(
             x,
             [row["error_p50_mm"] for row in own],

@@ -1,4 +1,4 @@
-"""Ways to the direction and the place of a contact, measured on imprints whose truth is known."""
+"""Compare methods for a contact's direction and position on imprints with known ground truth."""
 
 from __future__ import annotations
 
@@ -32,66 +32,68 @@ if TYPE_CHECKING:
     from .imprints import Imprint
 
 HOUGH_ANGLES, HOUGH_SHARES = (36, 90, 180, 360, 720), (0.0, 0.25, 0.5)
-"""Directions voted for, and shares of the peak above which tactels vote: 0 is the paper's, all of
-the region."""
+"""Numbers of Hough directions, and thresholds of voting tactels as fractions of the peak. The paper
+uses 0: all tactels of the region vote."""
 SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
-"""Thresholds of the centre of pressure, shares of the peak; 0 is just above the noise."""
+"""Thresholds of the centre of pressure as fractions of the peak. 0 is just above the noise."""
 BURST, TAKES = 5, 3
-"""Calls in a row that are timed as one, and times that this is done; the fastest counts."""
+"""Number of calls that are timed together, and number of repetitions. The fastest one counts."""
 COUNTS_PER_PA = 0.39
-"""Of the straight characteristic that the whole reading is timed with: 10 kPa on 12 bits."""
+"""Slope of the linear characteristic in the timing of a complete reading: 10 kPa on 12 bits."""
 REST = 100.0
-"""Its reading at rest, counts."""
+"""Reading of this characteristic at rest, counts."""
 
 _Step = Callable[[], float]
 
 
 @dataclass(frozen=True)
-class _Way:
+class _Method:
     name: str
     method: str
     angles: int | None
     share: float
     step: Callable[[Imprint], _Step]
-    """Prepares what is not timed, and gives what is: from a known region to its direction."""
+    """Prepares the data and returns the timed function from a known region to its direction."""
 
 
 def orientation_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str, Any]]:
-    """Measure every way to a line's direction: error, and time from a known region on.
+    """Measure the error and the time of each method for a line's direction.
+
+    The time starts after the contact region is known.
 
     Returns
     -------
     list of dict
-        A row for each way, the default first: median, 95th percentile and rms of the error, and
+        One row per method, the default first: median, 95th percentile and rms of the error, and
         the median time over the imprints.
     """
-    ways = _ways(array, {id(line): contact_region(line.image, THRESHOLD) for line in lines})
-    for way in ways:
-        way.step(lines[0])()
-    errors: dict[str, list[float]] = {way.name: [] for way in ways}
-    times: dict[str, list[float]] = {way.name: [] for way in ways}
+    methods = _methods(array, {id(line): contact_region(line.image, THRESHOLD) for line in lines})
+    for method in methods:
+        method.step(lines[0])()
+    errors: dict[str, list[float]] = {method.name: [] for method in methods}
+    times: dict[str, list[float]] = {method.name: [] for method in methods}
     for line in lines:
-        for way in ways:
-            step = way.step(line)
-            gap = (step() - line.angle + np.pi / 2) % np.pi - np.pi / 2
-            errors[way.name].append(abs(float(np.degrees(gap))))
-            times[way.name].append(_fastest_us(step))
+        for method in methods:
+            step = method.step(line)
+            error = (step() - line.angle + np.pi / 2) % np.pi - np.pi / 2
+            errors[method.name].append(abs(float(np.degrees(error))))
+            times[method.name].append(_fastest_us(step))
     return [
         {
-            "name": way.name,
+            "name": method.name,
             "feature": "orientation",
-            "method": way.method,
-            "angles": way.angles,
-            "threshold_pct": 100 * way.share,
-            "time_p50_us": round(float(np.median(times[way.name])), 2),
-            **error_spread("deg", errors[way.name]),
+            "method": method.method,
+            "angles": method.angles,
+            "threshold_pct": 100 * method.share,
+            "time_p50_us": round(float(np.median(times[method.name])), 2),
+            **error_spread("deg", errors[method.name]),
         }
-        for way in ways
+        for method in methods
     ]
 
 
 def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
-    """Measure the centre of pressure against the centre of the region's tactels, by threshold."""
+    """Compare the centre of pressure with the unweighted centre of the region, per threshold."""
     rows = []
     for share in SHARES:
         for method in ("weighted", "binarised"):
@@ -101,8 +103,8 @@ def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
                 threshold = max(THRESHOLD, share * float(pressures.max()))
                 image = probe.image
                 if method == "binarised":
-                    felt = np.where(pressures > threshold, 2 * threshold, 0.0)
-                    image = TactileImage(felt, image.array)
+                    binary = np.where(pressures > threshold, 2 * threshold, 0.0)
+                    image = TactileImage(binary, image.array)
                 centre = contact_features(image, threshold).centre[:2]
                 errors.append(1e3 * float(np.linalg.norm(centre - probe.centre)))
             rows.append(
@@ -118,7 +120,7 @@ def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
 
 
 def reading_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str, Any]]:
-    """Time a whole reading, from raw counts to features, with both ways to the direction."""
+    """Measure the time from raw counts to features, with both methods for the direction."""
     calibration = _straight(len(array.positions))
     counts = [REST + COUNTS_PER_PA * np.maximum(line.image.pressures, 0.0) for line in lines]
     raws = [np.clip(np.rint(count), 0, 4095).astype(np.uint16) for count in counts]
@@ -142,14 +144,14 @@ def reading_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str
 def lines_and_probes(
     array: TactileArray, count: int, seed: int
 ) -> tuple[list[Imprint], list[Imprint]]:
-    """Make `count` lines, half of them crossing the pad, and as many probes."""
+    """Generate `count` lines, half of them across the whole pad, and `count` probes."""
     short = imprints(array, "short line", count - count // 2, seed)
     crossing = imprints(array, "crossing line", count // 2, seed)
     return [*short, *crossing], list(imprints(array, "probe", count, seed))
 
 
 def error_spread(unit: str, errors: Sequence[float]) -> dict[str, float]:
-    """Give median, 95th percentile and root mean square of errors, named with their unit."""
+    """Return the median, 95th percentile and root mean square of errors, keyed with the unit."""
     return {
         f"error_p50_{unit}": round(float(np.median(errors)), 4),
         f"error_p95_{unit}": round(float(np.percentile(errors, 95)), 4),
@@ -157,7 +159,7 @@ def error_spread(unit: str, errors: Sequence[float]) -> dict[str, float]:
     }
 
 
-def _ways(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list[_Way]:
+def _methods(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list[_Method]:
     def moments(weighted: bool) -> Callable[[Imprint], _Step]:
         def prepare(line: Imprint) -> _Step:
             region = regions[id(line)]
@@ -171,10 +173,10 @@ def _ways(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list[_W
         return lambda line: lambda: hough_axis(line.image, regions[id(line)], options)
 
     return [
-        _Way("moments", "moments", None, 0.0, moments(True)),
-        _Way("moments binarised", "moments binarised", None, 0.0, moments(False)),
+        _Method("moments", "moments", None, 0.0, moments(True)),
+        _Method("moments binarised", "moments binarised", None, 0.0, moments(False)),
         *(
-            _Way(
+            _Method(
                 f"hough {angles} angles, above {100 * share:g} %",
                 f"hough above {100 * share:g} %",
                 angles,

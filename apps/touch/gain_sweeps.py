@@ -1,4 +1,4 @@
-"""Gains raised to twice the limit, and landings that get faster."""
+"""Stress sweeps over the press gain and the landing speed."""
 
 from __future__ import annotations
 
@@ -19,57 +19,57 @@ if TYPE_CHECKING:
     from ..bench import Trial
 
 UNCAPPED = 1e3
-"""Gain that caps nothing, 1/s, so that the share of the limit alone counts."""
+"""Press gain without effect, 1/s. Only the fraction of the stability limit acts then."""
 START_HEIGHT = 0.012
-"""Room in which a fast approach comes up to speed, m."""
+"""Initial height of the pad, m. A fast approach reaches its speed within it."""
 
 
 def gain_sweeps() -> tuple[Sweep[None], ...]:
-    """Sweeps over gains and speeds of landing, object by object."""
-    things = {"pen": pen, "box": toy_box, "ball": soft_ball}
+    """Return the sweeps over gains and landing speeds, for each object."""
+    objects = {"pen": pen, "box": toy_box, "ball": soft_ball}
     gains = [
         Sweep(
             name=f"gain-{name}",
-            axis="press gain, as a share of the limit",
+            axis="press gain as a fraction of the stability limit",
             unit="",
             values=(0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 4.0),
             holds_to=0.5,
-            attempt=_gain(thing),
+            attempt=_gain(make_object),
             right="pressure reached and calm",
         )
-        for name, thing in things.items()
+        for name, make_object in objects.items()
     ]
     landings = [
         Sweep(
             name=f"landing-{name}{'' if guarded else '-windup'}",
-            axis=f"speed of landing, {'with' if guarded else 'without'} anti-windup",
+            axis=f"landing speed {'with' if guarded else 'without'} anti-windup",
             unit="mm/s",
             values=(10.0, 20.0, 50.0, 100.0, 200.0),
             holds_to=50.0,
-            attempt=_landing(thing, guarded),
+            attempt=_landing(make_object, guarded),
             right="pressure reached and calm",
         )
-        for name, thing in things.items()
+        for name, make_object in objects.items()
         for guarded in (True, False)
     ]
     return (*gains, *landings)
 
 
-def _gain(thing: Callable[[], TouchObject]) -> Callable[[float, int, None], Trial]:
+def _gain(make_object: Callable[[], TouchObject]) -> Callable[[float, int, None], Trial]:
     def attempt(share: float, seed: int, method: None) -> Trial:
         options = ServoOptions(stability_share=share, press_gain=UNCAPPED)
         servo = TactileServo(selection=PRESETS["track"], options=options)
-        pad = CarriedPad((thing(),), Electronics(seed))
+        pad = CarriedPad((make_object(),), Electronics(seed))
         return judged(lead(pad, TouchPhases(servo)), servo.goal.pressure)
 
     return attempt
 
 
-def _landing(thing: Callable[[], TouchObject], guarded: bool) -> Callable[..., Trial]:
+def _landing(make_object: Callable[[], TouchObject], guarded: bool) -> Callable[..., Trial]:
     def attempt(speed: float, seed: int, method: None) -> Trial:
         servo = TactileServo(selection=PRESETS["track"], options=ServoOptions(anti_windup=guarded))
         phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))
-        pad = CarriedPad((thing(),), Electronics(seed), place=(0.0, 0.0, START_HEIGHT))
+        pad = CarriedPad((make_object(),), Electronics(seed), place=(0.0, 0.0, START_HEIGHT))
         return judged(lead(pad, phases, 4.0), servo.goal.pressure)
 
     return attempt

@@ -1,4 +1,4 @@
-"""Made-up imprints on a pad with known place and direction, to measure features on."""
+"""Synthetic imprints on a pad with known position and direction, to evaluate features."""
 
 from __future__ import annotations
 
@@ -19,56 +19,58 @@ if TYPE_CHECKING:
     from eyehand.tactile import TactileArray
 
 SPREAD = 0.0025
-"""Standard deviation of what the foam spreads a point's force by, m."""
+"""Standard deviation of the Gaussian by which the foam spreads a point force, m."""
 NOISE = 5.0
 """Standard deviation of each tactel's pressure, Pa: 1 % of the weakest imprint's peak."""
 THRESHOLD = 4 * NOISE
-"""Above which a tactel is touched, Pa."""
+"""Minimum pressure of a touched tactel, Pa."""
 PEAKS = (500.0, 5000.0)
-"""Highest pressures of imprints, Pa: half of the linear range to half of the whole."""
+"""Range of the peak pressure, Pa: from half of the linear range to half of the full range."""
 POINT_PITCH = 0.0005
-"""Between points that an imprint is made of, m: a fifth of the spread."""
+"""Distance between the points of an imprint, m: a fifth of the spread."""
 WIDTH = 0.001
-"""Of a line, m: a sharp edge."""
+"""Width of a line, m: a sharp edge."""
 SHORT, LONG = (0.015, 0.04), 0.2
-"""Lengths of lines that end on the pad, and length of those that cross it, m."""
+"""Length range of lines that end on the pad, and length of lines that cross it, m."""
 LINE_OFFSET = 0.01
-"""Lines pass the pad's centre within this, m."""
+"""Maximum distance of a line from the pad's centre, m."""
 PROBE_DIAMETER = 0.002
-"""Of the paper's probe, m."""
+"""Diameter of the paper's probe, m."""
 PROBE_REACH = 0.025
-"""Probes stay within this of the pad's centre along x and y, m: off the border."""
+"""Maximum offset of a probe from the pad's centre along x and y, m. It avoids the border."""
 
 Kind = Literal["short line", "crossing line", "probe"]
 
 
 @dataclass(frozen=True)
 class Imprint:
-    """An image and what made it."""
+    """A tactile image and its ground truth."""
 
     image: TactileImage
     centre: NDArray[np.float64]
-    """Of the imprint, (2,), m; of a crossing line the middle of the part on the pad."""
+    """Centre (2,) of the imprint, m. For a crossing line, the centre of its part on the pad."""
     angle: float
-    """Of a line, rad; 0 for a probe, which has none."""
+    """Direction of a line, rad. 0 for a probe."""
 
 
 def imprints(
     array: TactileArray, kind: Kind, count: int, seed: int, noise: float = NOISE
 ) -> Iterator[Imprint]:
-    """Make imprints with random place, direction and strength; number k follows from seed + k.
+    """Generate imprints with random position, direction and strength.
+
+    Imprint k depends on `seed + k` only.
 
     Parameters
     ----------
     array
-        A flat pad.
+        Flat pad with a regular grid.
     noise
-        Standard deviation of each tactel's pressure, Pa; 0 where a read-out brings its own.
+        Standard deviation of each tactel's pressure, Pa. Use 0 if a read-out adds its own noise.
 
     Raises
     ------
     InputError
-        If the array is no flat grid.
+        If the array is not a flat grid.
     """
     if array.grid is None or np.ptp(array.positions[:, 2]) > 0:
         raise InputError("imprints are made on flat pads only")
@@ -108,7 +110,7 @@ def _even(length: float) -> NDArray[np.float64]:
 
 
 def _spread(array: TactileArray, points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Share each point's force among tactels by a Gaussian's integral over each of them."""
+    """Distribute each point's force to the tactels by the integral of a Gaussian over each."""
     half = 0.5 * np.sqrt(array.area)
     rows, columns = array.grid or (0, 0)
     x = array.positions[:columns, 0]

@@ -1,4 +1,4 @@
-"""A thin probe led from one tactel to the next: where it is felt against where it is."""
+"""Compare the measured and the true position of a thin probe between two tactels."""
 
 from __future__ import annotations
 
@@ -15,66 +15,66 @@ from .arm_rig import ArmRig, RigOptions, home_pose
 from .servo_run import run_servo
 
 WAY = 0.005
-"""From one tactel's middle to the next, m."""
+"""Length of the path, m. It joins the centres of two adjacent tactels."""
 SPEED = 0.0025
-"""Of the pad along the probe, m/s: in a cycle's images it then moves by 10 µm."""
+"""Speed of the pad relative to the probe, m/s: 10 µm during the images of one cycle."""
 SETTLE = 0.8
-"""From the landing until the way begins, s."""
+"""Time from the landing to the start of the path, s."""
 PRESSURE = 1000.0
-"""That the servo keeps meanwhile, Pa."""
+"""Contact pressure that the servo keeps, Pa."""
 GAP = 0.0015
-"""Between pad and probe at the start, m."""
+"""Initial distance between pad and probe, m."""
 
 
 @dataclass(frozen=True)
 class ProbePath:
-    """M readings along the way."""
+    """M readings along the path."""
 
     real: np.ndarray
-    """(M, 2), by the arm's joints, m, in the pad's frame."""
+    """True position of the probe (M, 2) in the pad frame, m, from the arm's joints."""
     estimated: np.ndarray
-    """(M, 2), centre of pressure, m."""
+    """Centre of pressure (M, 2) in the pad frame, m."""
     force: np.ndarray
-    """(M,), true normal force, N."""
+    """True normal force (M,), N."""
 
     @property
     def error(self) -> np.ndarray:
-        """(M,), distance of estimate and truth, m."""
+        """Distance (M,) between estimated and true position, m."""
         return np.linalg.norm(self.estimated - self.real, axis=1)
 
 
 def follow_probe(seed: int) -> ProbePath:
-    """Lead the pad over a fixed upright probe, 2 mm in diameter, with an arm.
+    """Slide the pad over a fixed upright probe, 2 mm in diameter, with an arm.
 
-    The servo keeps the pressure and nothing else; an outer motion slides the pad along x, so that
-    the probe goes from a tactel's middle to the next one's. Across the way it is anywhere within
-    a tactel.
+    The servo controls the pressure only. An external motion slides the pad along x, so that the
+    probe moves from the centre of one tactel to the centre of the next. The position across the
+    path is random within one tactel.
 
     Parameters
     ----------
     seed
-        Of the pad's electronics and noise and of the place across, >= 0.
+        Random seed of the pad's electronics, its noise and the position across the path, >= 0.
 
     Raises
     ------
     DeviceError
-        If the contact was lost, which it should not be.
+        If the contact was lost.
     """
     home = home_pose()
     across = np.random.default_rng(seed).uniform(-0.5, 0.5) * WAY
     start = home.apply(np.array([-0.5 * WAY, across, GAP]))
-    thing = PlacedObject(probe(), RigidTransform.from_translation(start))
-    rig = ArmRig(pad_scene((thing,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
+    placed = PlacedObject(probe(), RigidTransform.from_translation(start))
+    rig = ArmRig(pad_scene((placed,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
     servo = TactileServo(ServoGoal(pressure=PRESSURE), SelectionMatrix(press=True))
     run = run_servo(
         rig,
         TouchPhases(servo),
         SETTLE + WAY / SPEED,
-        lambda since: np.array([-SPEED if since >= SETTLE else 0.0, 0, 0, 0, 0, 0]),
+        lambda elapsed: np.array([-SPEED if elapsed >= SETTLE else 0.0, 0, 0, 0, 0, 0]),
     )
     if run.outcome is not None or not len(run.time):
-        raise DeviceError(f"the probe was lost on the way (seed {seed}): {run.outcome}")
+        raise DeviceError(f"the contact with the probe was lost (seed {seed}): {run.outcome}")
     moving = run.time > SETTLE
-    # The pad does not turn: the home pose's axes are the pad's all along.
+    # The pad does not rotate, so the axes of the home pose remain the pad's axes.
     real = home.rotation.inv().apply(start - run.position[moving])[:, :2]
     return ProbePath(real, run.centre[moving], run.force[moving])

@@ -1,4 +1,4 @@
-"""Roll a pad flat onto a leaning face with an arm, and after the face when it turns."""
+"""Roll a pad flat onto a tilted face with an arm, before and after the face rotates."""
 
 from __future__ import annotations
 
@@ -21,43 +21,43 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TILT = np.radians(6.0)
-"""Between pad and face at the landing, rad."""
+"""Angle between pad and face at the landing, rad."""
 FLAT = np.radians(1.0)
-"""Below this the pad counts as flat, rad."""
+"""Maximum tilt of a pad that counts as flat, rad."""
 DISPLACED, DISPLACING = 1.2, 0.4
-"""When the face begins to turn, and how long that takes, s since the landing."""
+"""Start time of the face's rotation after the landing, and its duration, s."""
 SECONDS = 2.6
-"""Of a trial, s since the landing."""
+"""Duration of a trial after the landing, s."""
 GAP = 0.004
-"""Between the pad and the face's middle at the start, m: its high edge is nearer by 3 mm."""
+"""Initial distance from the pad to the face's centre, m. The upper edge is 3 mm closer."""
 PRESSURE = 1000.0
-"""That the servo keeps, Pa."""
+"""Contact pressure that the servo keeps, Pa."""
 
 
 @dataclass(frozen=True)
 class RollTrial:
-    """One landing, rolling, and rolling back."""
+    """One trial: landing, rolling flat, and rolling flat again after the face rotates."""
 
     run: ServoRun
-    """From the landing on."""
+    """Record from the landing onwards."""
     tilt: NDArray[np.float64]
-    """(M,), true angle between the pad and the face, rad, signed along the first lean."""
+    """True angle (M,) between pad and face, rad, positive in the initial tilt direction."""
     across: NDArray[np.float64]
-    """(M,), centre of pressure along the face's lean, m."""
+    """Centre of pressure (M,) along the face's tilt direction, m."""
 
 
 def roll_once(seed: int) -> RollTrial:
-    """Land on a face that leans by 6° and roll flat; then it turns to lean 6° the other way.
+    """Land on a face tilted by 6° and roll flat, then follow the face to the opposite tilt.
 
     Parameters
     ----------
     seed
-        Of electronics, noise, and the way that the face leans, >= 0.
+        Random seed of the electronics, the noise and the tilt direction of the face, >= 0.
 
     Raises
     ------
     DeviceError
-        If the servo ended before its time, which it should not.
+        If the servo ended early.
     """
     direction = float(np.random.default_rng(seed).uniform(-np.pi, np.pi))
     lean = np.array([np.cos(direction), np.sin(direction), 0.0])
@@ -78,24 +78,24 @@ def roll_once(seed: int) -> RollTrial:
     servo = TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["roll"])
     run = run_servo(rig, TouchPhases(servo), SECONDS, move=move)
     if run.outcome is not None or not len(run.time):
-        raise DeviceError(f"rolling ended before its time (seed {seed}): {run.outcome}")
-    # The pad's z points against the face's normal when it lies flat.
+        raise DeviceError(f"the rolling trial ended early (seed {seed}): {run.outcome}")
+    # The pad's z-axis is opposite to the face's normal when the pad lies flat.
     leaning = TILT + np.array([turned(float(time)) for time in run.time])
     normal = np.cos(leaning)[:, None] * [0.0, 0.0, 1.0] + np.sin(leaning)[:, None] * lean
     size = np.arctan2(
         np.linalg.norm(np.cross(normal, -run.normal), axis=1), -(normal * run.normal).sum(axis=1)
     )
     sign = np.sign(np.cross(-run.normal, normal) @ axis)
-    # The pad looks down: its x is the world's -x at home.
+    # The pad faces down, so its x-axis is the world's -x at home.
     across = run.centre @ (home_pose().rotation.inv().apply(lean))[:2]
     return RollTrial(run, size * sign, across)
 
 
 def roll_row(trials: Sequence[RollTrial]) -> dict[str, Any]:
-    """Sum up: times until the tilt stays below 1°, what is left of it, and contacts lost."""
+    """Summarise the trials: times until the tilt stays below 1°, residual tilt, lost contacts."""
     first = [_flat_after(trial, 0.0, DISPLACED) for trial in trials]
     again = [_flat_after(trial, DISPLACED + DISPLACING, SECONDS) for trial in trials]
-    left = [np.abs(trial.tilt[trial.run.time > SECONDS - 0.2]).max() for trial in trials]
+    residual = [np.abs(trial.tilt[trial.run.time > SECONDS - 0.2]).max() for trial in trials]
     rest = [trial.run.time < DISPLACED for trial in trials]
     settled = [
         np.abs(trial.tilt[early & (trial.run.time > DISPLACED - 0.2)]).max()
@@ -108,7 +108,7 @@ def roll_row(trials: Sequence[RollTrial]) -> dict[str, Any]:
         "time_to_flat_again_s": float(np.mean(again)),
         "slowest_to_flat_again_s": float(max(again)),
         "settled_tilt_deg": float(np.degrees(max(settled))),
-        "settled_tilt_again_deg": float(np.degrees(max(left))),
+        "settled_tilt_again_deg": float(np.degrees(max(residual))),
         "least_force_n": float(min(trial.run.force.min() for trial in trials)),
         "contact_losses": sum(_loses_contact(trial.run) for trial in trials),
         "paper_time_to_flat_s": 4.0,
@@ -117,17 +117,17 @@ def roll_row(trials: Sequence[RollTrial]) -> dict[str, Any]:
 
 
 def _loses_contact(run: ServoRun) -> bool:
-    """Whether pad and face came apart after the landing, or the servo ever felt nothing."""
+    """Return whether pad and face separated after the landing, or the servo lost the contact."""
     apart = run.force <= 0.0
-    # A first touch of some mN is in the noise, and waited out until the servo begins.
-    unfelt = np.logical_or.accumulate(run.serving) & (run.area <= 0.0)
-    return bool((apart | unfelt).any())
+    # A first touch of a few mN is below the noise. The servo starts after it.
+    undetected = np.logical_or.accumulate(run.serving) & (run.area <= 0.0)
+    return bool((apart | undetected).any())
 
 
 def _flat_after(trial: RollTrial, start: float, end: float) -> float:
-    """Time from a start until the tilt stays below 1° up to an end, s; inf if it does not."""
-    chosen = (trial.run.time >= start) & (trial.run.time < end)
-    time, tilt = trial.run.time[chosen], np.abs(trial.tilt[chosen])
+    """Return the time after `start` from which the tilt stays below 1° until `end`, s, or inf."""
+    selected = (trial.run.time >= start) & (trial.run.time < end)
+    time, tilt = trial.run.time[selected], np.abs(trial.tilt[selected])
     steep = np.flatnonzero(tilt >= FLAT)
     if not len(steep):
         return 0.0

@@ -1,4 +1,4 @@
-"""Pads that feel badly: a threshold in the noise, dead tactels, tactels that stay at full scale."""
+"""Stress sweeps over sensor faults: threshold in the noise, dead tactels, saturated tactels."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 FAULTS = (0.0, 2.0, 5.0, 10.0, 15.0, 20.0, 24.0, 26.0, 30.0, 50.0, 75.0, 95.0, 100.0)
-"""Shares of faulty tactels, %; the phase machine distrusts a pad from 25 on, and without a single
-tactel that works it cannot be calibrated."""
+"""Percentages of faulty tactels. The phase machine rejects a pad from 25 % on. A pad without any
+working tactel cannot be calibrated."""
 
 
 def sensor_sweeps() -> tuple[Sweep[None], ...]:
-    """Sweeps over what is wrong with the pad."""
+    """Return the sweeps over sensor faults."""
     return (
         Sweep(
             name="threshold",
-            axis="threshold over the reading at rest, in standard deviations of the noise",
+            axis="contact threshold above the rest reading, in standard deviations of the noise",
             unit="",
             values=(6.0, 4.0, 3.0, 2.5, 2.0, 1.5, 1.0, 0.5),
             holds_to=4.0,
@@ -65,7 +65,7 @@ def _faulty(fault: str) -> Callable[[float, int, None], Trial]:
         try:
             pad = CarriedPad((soft_ball(),), Electronics(seed, **{fault: 0.01 * percent}))
         except InputError as error:
-            # Refused before anything moves: `0 of 256 tactels work`.
+            # The pad is rejected before any motion: `0 of 256 tactels work`.
             return Trial(passed=False, refused=True, note=str(error).split(":")[0])
         return judged(lead(pad, TouchPhases(servo), SECONDS), servo.goal.pressure)
 

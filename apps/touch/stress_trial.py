@@ -1,4 +1,4 @@
-"""One contact under stress: led by the phase machine, recorded, and judged."""
+"""Run, record and evaluate one contact of a stress sweep."""
 
 from __future__ import annotations
 
@@ -18,55 +18,54 @@ if TYPE_CHECKING:
     from .stress_world import CarriedPad
 
 SECONDS = 3.0
-"""Longest trial from the start, s, where a sweep says nothing else."""
+"""Default time limit of a trial, s."""
 LAST_SECONDS = 0.5
-"""At the end of a trial, whose figures tell where it came to, s."""
+"""Time at the end of a trial over which the final figures are computed, s."""
 NEAR = 0.1
-"""Error of the mean pressure that counts as reached, as a share of the goal."""
+"""Maximum error of the mean pressure that counts as reached, as a fraction of the goal."""
 CALM = 0.08
-"""Standard deviation of the pressure that counts as calm, likewise."""
+"""Maximum standard deviation of the pressure that counts as calm, as a fraction of the goal."""
 MAX_FORCE = 60.0
-"""Force that must never be met, N: twice what ends a task, for the way the carrier still goes."""
+"""Force limit of all trials, N: twice the force that ends a task, as the carrier stops late."""
 AWAY_SECONDS = 2.0
-"""Time to back off in after the trial's, s, where an end was named late in it: the longest way away
-takes 1 s."""
+"""Extra time to back off if a trial ends late, s. The longest retreat takes 1 s."""
 STOP_SECONDS = 0.06
-"""Time in which the carrier can turn back after an end was named, s: four times its lag."""
+"""Time the carrier needs to reverse after the outcome was reported, s: four times its lag."""
 GROWTH = 1.0
-"""Largest force after that time, over that of the worst cycle before."""
+"""Maximum ratio of the peak force after that time to the peak force before."""
 FEELABLE = 0.05
-"""Force that a backed-off pad may still feel, N."""
+"""Maximum force on a pad that has backed off, N."""
 
 
 @dataclass(frozen=True)
 class ContactFigures:
-    """What came of one contact."""
+    """The measured figures of one contact."""
 
     outcome: str | None
-    """Name of its end; None where it lasted."""
+    """Reason for the end of the contact, or None if the contact lasted."""
     ended: bool
-    """Whether the pad has backed off and rests."""
+    """Whether the pad has backed off and stands still."""
     peak_force: float
-    """Largest true force, N."""
+    """Maximum true force, N."""
     growth: float
-    """Largest force once the carrier could turn back after an end was named, over the largest
-    before; 0 where none was named."""
+    """Ratio of the peak force after the carrier could reverse to the peak force before. 0 without
+    an outcome."""
     last_force: float
-    """Largest true force at the end of the trial, N."""
+    """Maximum true force at the end of the trial, N."""
     peak_pressure: float
-    """Largest felt pressure, Pa."""
+    """Maximum measured pressure, Pa."""
     pressure: float
-    """Mean felt pressure at the end, Pa; 0 without contact."""
+    """Mean measured pressure at the end, Pa. 0 without contact."""
     swing: float
-    """Its standard deviation there, Pa."""
+    """Standard deviation of the measured pressure at the end, Pa."""
     tilt: float
-    """Of the pad at the end, rad."""
+    """Tilt of the pad at the end, rad."""
     turned: float
-    """Way that the heading has gone from the start, rad, largest."""
+    """Maximum rotation of the heading from the start, rad."""
     heading: float
-    """Of the pad at the end, rad."""
+    """Heading of the pad at the end, rad."""
     losses: int
-    """How often a contact was lost."""
+    """Number of lost contacts."""
 
 
 def lead(
@@ -75,38 +74,38 @@ def lead(
     seconds: float = SECONDS,
     lifts: Callable[[float], Sequence[float]] | None = None,
 ) -> ContactFigures:
-    """Lead a pad to its contact and on, or until it has backed off.
+    """Run a pad through approach and contact until the time limit or the end of its retreat.
 
     Parameters
     ----------
     pad
-        Over objects.
+        Pad above the objects.
     phases
-        With the servo.
+        Phase machine with its servo.
     seconds
-        Longest time until an end is named; backing off may take it over this.
+        Time limit of the contact, s. A retreat may take longer.
     lifts
-        See :meth:`CarriedPad.step`.
+        Motion of the objects, as in :meth:`CarriedPad.step`.
     """
-    forces, pressures, named = [], [], None
+    forces, pressures, end_cycle = [], [], None
     turned, losses = 0.0, 0
     for cycle in range(round((seconds + AWAY_SECONDS) / CYCLE)):
-        if named is None and cycle >= round(seconds / CYCLE):
+        if end_cycle is None and cycle >= round(seconds / CYCLE):
             break
         step = phases.step(pad.features, CYCLE, trusted=pad.trusted)
-        if step.outcome and named is None:
-            named = cycle
+        if step.outcome and end_cycle is None:
+            end_cycle = cycle
         touching = bool(pad.features)
         pad.step(step.twist, lifts)
-        losses += touching and not pad.features and named is None
+        losses += touching and not pad.features and end_cycle is None
         forces.append(pad.force)
         pressures.append(pad.features.pressure if pad.features else 0.0)
         turned = max(turned, abs(pad.heading))
         if step.phase == "ended":
             break
     last = round(LAST_SECONDS / CYCLE)
-    turn = len(forces) if named is None else named + round(STOP_SECONDS / CYCLE)
-    before, after = max(forces[:turn]), max(forces[turn:], default=0.0)
+    reversal = len(forces) if end_cycle is None else end_cycle + round(STOP_SECONDS / CYCLE)
+    before, after = max(forces[:reversal]), max(forces[reversal:], default=0.0)
     ended = phases.phase == "ended"
     return ContactFigures(
         outcome=phases.outcome,
@@ -125,22 +124,22 @@ def lead(
 
 
 def judged(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
-    """Tell whether a contact was held as it should, and whether it stayed harmless.
+    """Evaluate whether a contact was kept and stayed safe.
 
     Parameters
     ----------
     figures
-        Of the contact.
+        Figures of the contact.
     goal
-        Pressure, Pa.
+        Goal pressure, Pa.
     wrong
-        What else the sweep found wrong; empty where nothing.
+        Error that the sweep itself detected, or an empty string.
 
     Returns
     -------
     Trial
-        Passed where the contact lasted at its pressure and nothing else was wrong; refused where
-        it ended with a name. Unclean where force grew, or a named end left the pad in contact.
+        Passed if the contact lasted at its pressure and no error was detected. Refused if the
+        contact ended with an outcome. Unclean if the force grew or the pad did not back off.
     """
     harm = _harm(figures)
     note = ""

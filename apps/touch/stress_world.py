@@ -1,4 +1,4 @@
-"""A pad on a carrier that follows late, over objects that can be moved away: touch under stress."""
+"""Simulation for stress sweeps: a pad on a carrier with lag, above movable objects."""
 
 from __future__ import annotations
 
@@ -32,50 +32,51 @@ if TYPE_CHECKING:
     from eyehand.tactile import Calibration, ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE
-"""Of control, s."""
+"""Duration of a control cycle, s."""
 LAG = 0.015
-"""Time constant with which the carrier follows a velocity, s, as the arm's joints."""
+"""Time constant of the carrier's velocity, s. It equals that of the arm's joints."""
 TACTELS = 256
-"""Of the usual pad."""
+"""Number of tactels of the default pad."""
 START_HEIGHT = 0.002
-"""Of the pad's middle over the objects' tops at the start, m."""
+"""Initial height of the pad's centre above the top of the objects, m."""
 TABLE_HALF = 0.02
 """Half the thickness of the table that free objects lie on, m."""
 
 
 @dataclass(frozen=True)
 class Electronics:
-    """What a pad's read-out is like."""
+    """The properties of a pad's read-out."""
 
     seed: int
-    """Of its characteristics and faults."""
+    """Random seed of the characteristics and faults."""
     noise: float = 2.0
     """Standard deviation of a reading, counts."""
     dead: float = 0.0
-    """Share of tactels that read nothing."""
+    """Fraction of tactels that read nothing."""
     saturated: float = 0.0
-    """Share of tactels that read full scale."""
+    """Fraction of tactels that read full scale."""
 
 
 class CarriedPad:
-    """A pad that is moved by twists in its own frame, looking down.
+    """A pad that faces down and moves by twists in its own frame.
 
-    The carrier follows with a lag and one cycle late, as an arm does; nothing stops it.
+    The carrier follows with a lag and a delay of one cycle, as an arm does. Contact forces do not
+    act on the carrier.
 
     Parameters
     ----------
     objects
-        What lies under it, tops at the world's origin; each can be moved.
+        Movable objects under the pad, with their tops at the world's origin.
     electronics
-        Of the pad.
+        Read-out of the pad.
     place
-        Where the pad starts, (3,), m, in the world; z is up.
+        Initial position (3,) of the pad in the world, m. z points up.
     lean
-        Rotation vector of its first attitude from looking straight down, (3,), rad, in its frame.
+        Rotation vector (3,) of the initial tilt from straight down, rad, in the pad frame.
     mass
-        kg, of objects that lie free on a table; they are held in place when not given.
+        Mass of objects that lie free on a table, kg. Without it the objects are held in place.
     features
-        How contacts are found.
+        Options of the contact features.
     """
 
     def __init__(
@@ -101,46 +102,46 @@ class CarriedPad:
         )
         self._reader = FeatureReader(calibration, pad.array, features)
         self.trusted = calibration.working / TACTELS
-        """Share of tactels that the calibration found to work."""
+        """Fraction of tactels that work according to the calibration."""
         self._velocity = np.zeros(6)
         self._waiting = np.zeros(6)
         self.force = 0.0
         """True normal force, N."""
         self.features: ContactFeatures
-        """What the last image says."""
+        """Contact features of the last image."""
         self.step(np.zeros(6))
 
     @property
     def tilt(self) -> float:
-        """Angle between where the pad looks and straight down, rad."""
+        """Angle between the pad's outward normal and straight down, rad."""
         return float(np.arccos(np.clip(-self._rotation.as_matrix()[2, 2], -1.0, 1.0)))
 
     @property
     def heading(self) -> float:
-        """Angle that the pad has turned by about its normal, rad."""
+        """Rotation of the pad about its normal, rad."""
         x, y = self._rotation.as_matrix()[:2, 0]
         return float(np.arctan2(y, x))
 
     def step(
         self, twist: NDArray[np.float64], lifts: Callable[[float], Sequence[float]] | None = None
     ) -> None:
-        """Go through one cycle.
+        """Simulate one control cycle.
 
         Parameters
         ----------
         twist
-            Wished twist [v; ω] in the pad's frame, (6,), m/s and rad/s.
+            Commanded twist [v; ω] (6,) in the pad frame, m/s and rad/s.
         lifts
-            Of the time, s: by how much each held object is moved up, m.
+            Function from the time, s, to the upward displacement of each held object, m.
         """
-        wish, self._waiting = self._waiting, np.asarray(twist, float)
-        self._velocity = self._velocity + (1.0 - exp(-CYCLE / LAG)) * (wish - self._velocity)
+        command, self._waiting = self._waiting, np.asarray(twist, float)
+        self._velocity = self._velocity + (1.0 - exp(-CYCLE / LAG)) * (command - self._velocity)
         origin, attitude, begin = self._place, self._rotation, self._simulation.time
 
         def move(time: float) -> None:
-            passed = time - begin
-            self._place = origin + attitude.apply(self._velocity[:3]) * passed
-            self._rotation = attitude * Rotation.from_rotvec(self._velocity[3:] * passed)
+            elapsed = time - begin
+            self._place = origin + attitude.apply(self._velocity[:3]) * elapsed
+            self._rotation = attitude * Rotation.from_rotvec(self._velocity[3:] * elapsed)
             self._put()
             if lifts:
                 for number, lift in enumerate(lifts(time)):

@@ -1,4 +1,4 @@
-"""The picture of tracking, after the chapter's Fig. 8: place above, pressure below."""
+"""Figure of the tracking trials, after the chapter's Fig. 8: position above, pressure below."""
 
 from __future__ import annotations
 
@@ -18,32 +18,32 @@ if TYPE_CHECKING:
     from .track_trial import TrackTrial
 
 SHOWN = 1.2
-"""s from the landing on; what follows is a straight line."""
+"""Plotted time after the landing, s. The curves are constant after it."""
 HEIGHT = 6.6
-"""Inches."""
+"""Height of the figure, inches."""
 POINTS = 4
-"""Cycles between two rows of the table."""
+"""Number of cycles between two rows of the table."""
 COLOURS = {"Rigid pen": VERMILION, "Toy box": BLUE, "Soft ball": GREEN}
 
 
 def track_picture(
     trials: Sequence[TrackTrial], rows: Sequence[dict[str, Any]], made: Provenance
 ) -> Figure:
-    """Draw the first trial of each object over time.
+    """Plot the first trial of each object over time.
 
     Parameters
     ----------
     trials
-        Of all objects.
+        Trials of all objects.
     rows
-        Of Table 1, for the response times.
+        Rows of Table 1, for the response times.
     made
-        Where it comes from.
+        Source of the figure for the footer.
     """
     figure, (above, below) = new_chart(
-        "Place and pressure found in a third of a second, on hard and soft",
-        "one servo setting; arm and pad simulated; grey: within 5 % of the goal; dots: response "
-        "time, mean",
+        "Position and pressure converge in a third of a second on hard and soft objects",
+        "one servo setting; simulated arm and pad; grey: within 5 % of the goal; dots: mean "
+        "response time",
         rows=2,
         height=HEIGHT,
     )
@@ -71,7 +71,7 @@ def track_picture(
     below.axhline(1.0, color=GREY, linewidth=1.0, zorder=1)
     for axes in (above, below):
         axes.set_xlim(0.0, SHOWN)
-    label_axes(above, "time since the landing [s]", "offset [pixel]", panel="Place of the contact")
+    label_axes(above, "time since the landing [s]", "offset [pixel]", panel="Contact position")
     label_axes(below, "time since the landing [s]", "pressure [kPa]", panel="Pressure")
     above.legend(
         loc="lower right", ncols=3, fontsize=9, labelcolor=INK, framealpha=0.9, edgecolor="none"
@@ -82,12 +82,12 @@ def track_picture(
 
 
 def first_trials(trials: Sequence[TrackTrial]) -> list[TrackTrial]:
-    """Give the first trial of each object."""
+    """Return the first trial of each object."""
     return [next(t for t in trials if t.name == name) for name in OBJECTS]
 
 
 def track_points(trials: Sequence[TrackTrial]) -> list[dict[str, Any]]:
-    """Give what the picture shows, as a table."""
+    """Return the plotted data as table rows."""
     points = []
     for trial in first_trials(trials):
         run = trial.run

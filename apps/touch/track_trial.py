@@ -1,4 +1,4 @@
-"""Track a contact's place and pressure on an arm, and sum up how well, as the chapter's Table 1."""
+"""Track the position and pressure of a contact with an arm, and compute the chapter's Table 1."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 OBJECTS = {"Rigid pen": pen, "Toy box": toy_box, "Soft ball": soft_ball}
-"""By the names that the chapter's Table 1 has."""
+"""Functions that build the objects, by their names in the chapter's Table 1."""
 PAPER = {
     "Rigid pen": (0.0032, 0.039, 2.5),
     "Toy box": (0.0026, 0.039, 2.0),
@@ -31,78 +31,77 @@ PAPER = {
 }
 """Table 1: steady-state error, standard deviation, response time (s); X and Y in pixels."""
 TARGETS = {"force": (0.0003, 0.02, 0.5), "position": (0.001, 0.003, 0.4)}
-"""What is to be reached, in the same order."""
+"""Target values in the same order."""
 PRESSURE = 1000.0
 """The goal p = 1, Pa."""
 PIXEL = 0.005
-"""Between tactels, m."""
+"""Distance between tactels, m."""
 OFFSET = 0.008
-"""Largest offset of the object along x and y at the start, m."""
+"""Maximum initial offset of the object along x and y, m."""
 GAPS = (0.001, 0.003)
-"""Least and most free way at the start, m."""
+"""Minimum and maximum initial distance between pad and object, m."""
 PRESSURE_BAND, POSITION_BAND = 0.05, 0.01
-"""Errors within which a feature has converged: a share of the goal, and pixels. The chapter does
-not tell its own; its standard deviations are nearly as wide as the first, and ten times as wide
-as the second."""
+"""Maximum errors of a converged feature: a fraction of the goal, and pixels. The chapter does not
+state its own bounds. Its standard deviations are close to the first, and ten times the second."""
 HOLD = 0.25
-"""How long it must stay within, s."""
+"""Time for which the error must stay within the bound, s."""
 
 
 @dataclass(frozen=True)
 class TrackTrial:
-    """One landing on one object, and what follows."""
+    """One trial: the landing on an object and the tracking after it."""
 
     name: str
-    """Of the object."""
+    """Name of the object."""
     run: ServoRun
-    """From the landing on."""
+    """Record from the landing onwards."""
 
 
 def track_once(name: str, seed: int, seconds: float) -> TrackTrial:
-    """Land beside the pad's middle, and bring place and pressure to their goals.
+    """Land with an offset from the pad's centre and control position and pressure to their goals.
 
     Parameters
     ----------
     name
         One of :data:`OBJECTS`.
     seed
-        Of electronics, noise and the object's place, >= 0.
+        Random seed of the electronics, the noise and the object's position, >= 0.
     seconds
-        From the landing on, s.
+        Duration after the landing, s.
 
     Raises
     ------
     DeviceError
-        If the servo ended before its time, which it should not.
+        If the servo ended early.
     """
     rng = np.random.default_rng(seed)
     offset = rng.uniform(0.5 * OFFSET, OFFSET, 2) * rng.choice([-1, 1], 2)
     place = home_pose().apply([*offset, rng.uniform(*GAPS)])
-    thing = PlacedObject(OBJECTS[name](), RigidTransform.from_translation(place))
-    rig = ArmRig(pad_scene((thing,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
+    placed = PlacedObject(OBJECTS[name](), RigidTransform.from_translation(place))
+    rig = ArmRig(pad_scene((placed,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
     phases = TouchPhases(TactileServo(ServoGoal(pressure=PRESSURE)))
     run = run_servo(rig, phases, seconds)
     if run.outcome is not None or not len(run.time):
-        raise DeviceError(f"tracking ended before its time on {name}, seed {seed}: {run.outcome}")
+        raise DeviceError(f"tracking ended early on {name} (seed {seed}): {run.outcome}")
     return TrackTrial(name, run)
 
 
 def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, Any]]:
-    """Make the rows of Table 1: objects, then X and Y over all objects.
+    """Compute the rows of Table 1: one per object, then X and Y over all objects.
 
     Parameters
     ----------
     trials
-        Of all objects.
+        Trials of all objects.
     seconds
-        Of the time series that is judged, from each trial's convergence on, s.
+        Length of the evaluated time series after each trial's convergence, s.
 
     Returns
     -------
     list of dict
-        Steady-state error is the mean over trials of the size of a trial's mean error, so that
-        trials cannot cancel. Deviations are those of the averaged pressure, as the chapter
-        averages it, and of single readings beside it.
+        The steady-state error is the mean over trials of the absolute mean error of a trial, so
+        that trials do not cancel. The standard deviation is that of the averaged pressure, as in
+        the chapter. The deviation of single readings is a separate column.
     """
     rows = []
     for name in OBJECTS:
@@ -135,7 +134,7 @@ def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, A
 
 
 def converged(time: NDArray[np.float64], error: NDArray[np.float64], band: float) -> float:
-    """Give the time from which an error stays within a band for :data:`HOLD`; nan if never."""
+    """Return the time from which an error stays within a band for :data:`HOLD`, or nan."""
     outside = np.flatnonzero(np.abs(error) > band)
     starts = np.concatenate([[0], outside + 1])
     ends = np.concatenate([outside, [len(error)]])
