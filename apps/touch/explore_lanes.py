@@ -1,4 +1,4 @@
-"""Where two pads shall go over an unknown object: lanes along both directions, half for each."""
+"""Plan lanes in both directions over an unknown object, one half for each of two pads."""
 
 from __future__ import annotations
 
@@ -6,19 +6,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 HALF_WIDTH, HALF_DEPTH, SHARE = 0.1, 0.07, 0.93
-"""Half axes of what the pads may assume of the object's plan, m, and how far out their middles go:
-a guess of its size, as a camera gives it."""
+"""Half axes of the ellipse assumed for the object's plan, m, and the fraction of it that the pad
+centres cover. A camera can provide such an estimate of the size."""
 OUTERMOST, LANES = 0.085, 5
-"""Each pad has its half of the object: lanes from the middle out to here along x, m, and number
-of lanes in each of the two directions."""
+"""Outermost lane of a pad's half along x, m, and number of lanes in each of the two directions."""
 QUICK_LANES = 2
-"""Lanes of a first look."""
+"""Number of lanes per direction of a quick scan."""
 START = 0.3
-"""Where a pad lands, as a share of the way out."""
+"""Landing position of a pad, as a fraction of the outermost lane."""
 
 
 def lanes(quick: bool) -> NDArray[np.float64]:
-    """Corners of a pad's way over its half, (K, 2), m, outwards positive: along y, then along x."""
+    """Return the corners (K, 2) of a pad's path over its half, m, first along y, then along x.
+
+    Positive x points outwards from the object's centre.
+    """
     count = QUICK_LANES if quick else LANES
     corners = [(START * OUTERMOST, 0.0)]
     for number, x in enumerate(np.linspace(0.0, OUTERMOST, count)):
@@ -28,30 +30,30 @@ def lanes(quick: bool) -> NDArray[np.float64]:
     for number, y in enumerate(np.linspace(-reach, reach, count + 2)[1:-1]):
         ends = (0.0, OUTERMOST) if number % 2 else (OUTERMOST, 0.0)
         corners += [(ends[0], y), (ends[1], y)]
-    # Within the plan's ellipse already here, or the pad would wait where its lane is cut short.
+    # The corners are limited to the ellipse here. Otherwise the pad would wait on shortened lanes.
     return np.array([_inside(np.array(corner)) for corner in corners])
 
 
 def place_on_way(
     corners: NDArray[np.float64], way: NDArray[np.float64], gone: float, number: int
 ) -> NDArray[np.float64]:
-    """Give where the left (0) or right (1) pad shall be, (2,), m: one mirrors the other.
+    """Compute the goal position (2,) of the left (0) or right (1) pad, m. The paths are mirrored.
 
     Parameters
     ----------
     corners, way
-        Of the way (see :func:`lanes`), and their distances along it (see :func:`distances`).
+        Corners of the path (see :func:`lanes`) and their distances along it (:func:`distances`).
     gone
-        Of its length, m.
+        Travelled distance along the path, m.
     number
-        Which pad.
+        Index of the pad.
     """
     x, y = (np.interp(gone, way, corners[:, axis]) for axis in (0, 1))
     return _inside(np.array([x if number else -x, y]))
 
 
 def distances(corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give how far along the way each corner (K, 2) is, (K,), m."""
+    """Compute the distance (K,) of each corner (K, 2) along the path, m."""
     return np.concatenate([[0.0], np.cumsum(np.linalg.norm(np.diff(corners, axis=0), axis=1))])
 
 

@@ -1,4 +1,4 @@
-"""The picture of an explored object: what was felt over what is there."""
+"""Figure of an explored object: measured points over the true surface."""
 
 from __future__ import annotations
 
@@ -19,33 +19,33 @@ if TYPE_CHECKING:
     from .explore_run import ExploreRun
 
 HEIGHT = 5.0
-"""Of the figure, inches."""
+"""Height of the figure, inches."""
 MAX_ERROR_MM = 0.6
-"""Errors at the ends of the colour scale, mm."""
+"""Error at both ends of the colour scale, mm."""
 KEY = 0.55
-"""Room for the key of points and colours, inches."""
+"""Height of the legend and the colour scale, inches."""
 MAX_POINTS = 6000
-"""Points that are drawn of each cloud: more hide what is under them."""
+"""Maximum number of plotted points. More points would hide the surface."""
 
 
 def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
-    """Draw the two pads' ways over the object, and the cloud coloured by its error.
+    """Plot the paths of both pads over the object, and the point cloud coloured by its error.
 
     Parameters
     ----------
     run
-        What was felt.
+        Record of the exploration.
     rms_mm
-        Of the whole cloud's distance to the surface.
+        Root mean square distance of the whole cloud to the surface, mm.
     seed
-        That it was made with.
+        Random seed of the run, for the footer.
     """
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
     figure, (left, right) = new_chart(
         "An unknown object, explored by touch",
-        "the true surface seen from above, shaded, with what two pads on two arms felt of it",
+        "shaded: the true surface from above; points: measured by two pads on two arms",
         columns=2,
         height=HEIGHT,
         below=KEY,
@@ -62,8 +62,8 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
             x, y = 1e3 * run.paths[pad][:, 0], 1e3 * run.paths[pad][:, 1]
             left.plot(x, y, color=INK, linewidth=0.9, zorder=4)
         left.plot([], [], "o", color=colour, markersize=6, label=name)
-    left.plot([], [], color=INK, linewidth=0.9, label="way of a pad")
-    label_axes(left, "x [mm]", "y [mm]", panel="Scanned both ways")
+    left.plot([], [], color=INK, linewidth=0.9, label="path of a pad")
+    label_axes(left, "x [mm]", "y [mm]", panel="Scan in both directions")
     left.legend(
         loc="upper center",
         bbox_to_anchor=(0.5, -0.24),
@@ -81,7 +81,7 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
     place = right.get_position()
     strip = figure.add_axes((place.x0, 0.95 / HEIGHT, place.width, 0.1 / HEIGHT))
     bar = figure.colorbar(ScalarMappable(scale, "RdBu"), cax=strip, orientation="horizontal")
-    bar.set_label("off the surface, inside it negative [mm]", size=TEXT - 1, color=INK)
+    bar.set_label("signed distance, negative inside [mm]", size=TEXT - 1, color=INK)
     bar.ax.tick_params(labelsize=TEXT - 1, length=0)
     bar.outline.set_visible(False)
     label_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms_mm:.2f} mm rms")

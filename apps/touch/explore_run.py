@@ -1,4 +1,4 @@
-"""Two pads on two arms run over an unknown object, and what they felt (section 4.5)."""
+"""Explore an unknown object with two pads on two arms (section 4.5 of the chapter)."""
 
 from __future__ import annotations
 
@@ -32,68 +32,69 @@ from .felt_points import felt_points
 from .start_posture import facing_down, start_posture
 
 APART = 1.2
-"""From one arm's base to the other's, which faces it, m: their pads at home are 0.2 m apart."""
+"""Distance between the bases of the facing arms, m. Their pads at home are 0.2 m apart."""
 DROP = 0.03
-"""The object's top is this far below the pads at home, m."""
+"""Distance of the object's top below the pads at home, m."""
 GAP = 0.008
-"""From the object's top to the pads at the start, m: the ridge and the block stand out of it."""
+"""Initial distance from the object's top to the pads, m. The ridge and the block rise above it."""
 FORCE, MIN_FORCE = 3.0, 0.6
-"""With which each pad presses, N, and how little it presses on a corner."""
+"""Default force of each pad, and minimum force on a corner, N."""
 MEAN_PRESSURE, PEAK_PRESSURE = 1800.0, 6000.0
-"""Over the imprint, and of one tactel, Pa: on a ridge or a corner a pad presses less than on a
-face, as the foam would be solid there, and tactels at their end, long before its whole force."""
+"""Maximum mean pressure of the imprint, and maximum pressure of one tactel, Pa. A pad presses less
+on a ridge or a corner than on a face. The full force would compress the foam completely there and
+saturate the tactels."""
 EASE = 0.1
-"""Share of the way to another force that is gone in a cycle: it follows an imprint in 40 ms."""
+"""Filter coefficient of the goal force per cycle. The force follows an imprint within 40 ms."""
 MAX_SATURATED_SHARE, MAX_MEAN_PRESSURE = 0.5, 8000.0
-"""Share of tactels that may be at their end, and mean pressure, Pa, before a pad gives up: an
-imprint on an edge is so small that a force of 3 N exceeds the usual bounds."""
+"""Fraction of saturated tactels and mean pressure, Pa, above which a pad stops. The imprint of an
+edge is so small that a force of 3 N exceeds the default limits."""
 SPEED, QUICK_SPEED = 0.025, 0.06
-"""Of the pads along their lanes, m/s."""
+"""Speeds of the pads along their lanes, m/s."""
 GUIDE_GAIN, GUIDE_SPEED = 4.0, 0.1
-"""Pull back to the lane, 1/s, and the fastest guidance, m/s."""
+"""Position gain towards the lane, 1/s, and maximum guidance speed, m/s."""
 MAX_TILT_DEG, TILT_GAIN = 40.0, 8.0
-"""Tilt from which rolling on is held against, degrees, and how strongly, 1/s: at an edge, rolling
-would go on over it and take the pad to the side."""
+"""Tilt above which rolling is counteracted, degrees, and its gain, 1/s. At an edge, the pad would
+otherwise roll over it and move sideways."""
 HEADING_GAIN = 3.0
-"""Pull of the pad's heading back to what it was at the start, 1/s: rolling turns it slowly."""
+"""Gain towards the initial heading of the pad, 1/s. Rolling changes the heading slowly."""
 NOISE = 40.0
-"""Pressure above which a tactel counts as touched, Pa."""
+"""Minimum pressure of a touched tactel, Pa."""
 JUMP = 0.12
-"""Way that the centre of pressure may jump, m: over the whole pad."""
+"""Maximum jump of the centre of pressure, m: the whole pad."""
 LANDING_SECONDS = 2.0
-"""Before the scan begins, s."""
+"""Time before the scan starts, s."""
 EVERY = 10
-"""Cycles from one image that gives points to the next."""
+"""Number of cycles between two images that contribute points."""
 
 
 @dataclass(frozen=True)
 class ExploreRun:
-    """What was felt."""
+    """The result of an exploration."""
 
     thing: TouchObject
     """The true object."""
     points: NDArray[np.float64]
-    """(M, 3), felt points in the object's frame, m."""
+    """Measured points (M, 3) in the object frame, m."""
     pad: NDArray[np.int64]
-    """(M,), which pad felt each."""
+    """Index (M,) of the pad that measured each point."""
     blurred: NDArray[np.float64]
-    """(L, 3), points from the same images with the foam's spread left in them, m."""
+    """Points (L, 3) from the same images without deconvolution, m."""
     paths: tuple[NDArray[np.float64], ...]
-    """Of each pad's middle, (K, 3), in the object's frame, m."""
+    """Path (K, 3) of each pad's centre in the object frame, m."""
     forces: NDArray[np.float64]
-    """(K,), true forces during the scans, N."""
+    """True forces (K,) during the scans, N."""
     outcomes: tuple[str, ...]
-    """Of each pad: "done", or the name of what went wrong."""
+    """Outcome of each pad: "done" or the name of the failure."""
     seconds: float
-    """Time of both scans."""
+    """Total time of both scans, s."""
     tilt_deg: float
-    """Farthest that a pad leaned over, degrees."""
+    """Maximum tilt of a pad, degrees."""
     rim_mm: float
-    """Lowest that a pad's rim came, below the top of the object's largest part, mm."""
+    """Maximum depth of a pad's rim below the top of the object's largest part, mm."""
 
 
 def run_explore(seed: int, quick: bool = False) -> ExploreRun:
-    """Scan an unknown object with two pads, in lanes along both directions."""
+    """Scan an unknown object with two pads along lanes in both directions."""
     thing = unknown_object(seed)
     left = Arm(prefix="left_")
     far = RigidTransform.from_components([APART, 0.0, 0.0], Rotation.from_euler("z", np.pi))
@@ -142,17 +143,17 @@ def _scan(
     speed: float,
     seed: int,
 ) -> _Turn:
-    """Scan one half with one arm, while the other waits at home: the pads would meet."""
+    """Scan one half with one arm. The other arm waits at home because the pads would collide."""
     way = distances(corners)
     joints = np.split(home.simulation.joints, len(arms))
-    # As at home, for joint 7 to stay far from its limits.
+    # The heading is that of the home pose. Joint 7 thus stays far from its limits.
     heading = -0.5 * np.pi if number else 0.5 * np.pi
     place = origin + np.array([*place_on_way(corners, way, 0.0, number), GAP])
     joints[number] = start_posture(home.hands[number].robot, facing_down(place, heading))
     rig = ArmRig(scene, arms, seed=seed, joints=np.concatenate(joints))
     hand = rig.hands[number]
     seconds = float(way[-1]) / speed
-    # Between ridge, block and dome the contact jumps: that is what an unknown object is like.
+    # The contact jumps between ridge, block and dome, so the bounds of the phases are wide.
     servo = TactileServo(ServoGoal(force=FORCE), PRESETS["roll"])
     options = PhaseOptions(
         jump=JUMP, saturated_share=MAX_SATURATED_SHARE, pressure_limit=MAX_MEAN_PRESSURE
@@ -196,21 +197,27 @@ def _scan(
 
 
 def _guide(pose: RigidTransform, goal: NDArray[np.float64], heading: float) -> NDArray[np.float64]:
-    """Give the outer motion (6,) towards a place of the plan, tangential to the pad."""
+    """Compute the external twist (6,) in the pad frame towards a goal position (2,).
+
+    The linear part is tangential to the pad, m/s. The angular part limits the tilt, rad/s.
+    """
     pull = GUIDE_GAIN * (goal - pose.translation[:2])
     pull *= min(1.0, GUIDE_SPEED / max(float(np.linalg.norm(pull)), GUIDE_SPEED))
     rotation = pose.rotation.as_matrix()
     twist = np.zeros(6)
     twist[:2] = (rotation.T @ [*pull, 0.0])[:2]
     twist[3:5] = _back_up(rotation)
-    # Seen from above, the y-axis is to stay where it was: how far it has turned from there.
+    # The y-axis shall keep its initial direction in the horizontal plane.
     y = rotation[0, 1] + 1j * rotation[1, 1]
     twist[5] = HEADING_GAIN * float(np.angle(y * np.exp(-1j * heading)))
     return twist
 
 
 def _whole(hand: Hand) -> ContactFeatures:
-    """Give features of all that touches: a pad that rolls by one of two contacts never rests."""
+    """Compute the features over all touched tactels.
+
+    A pad that rolls by only one of two contacts never comes to rest.
+    """
     image = hand.reader.image
     if not hand.features:
         return hand.features
@@ -224,25 +231,25 @@ def _whole(hand: Hand) -> ContactFeatures:
 
 
 def _fitting_force(hand: Hand, felt: ContactFeatures) -> float:
-    """Give the force for a contact, N: less where the imprint is small or sharp."""
+    """Compute the goal force for a contact, N. It is lower for a small or sharp imprint."""
     peak = max(float(hand.reader.image.pressures.max()), NOISE)
-    wish = min(FORCE, MEAN_PRESSURE * felt.area, felt.force * PEAK_PRESSURE / peak)
-    return max(wish, MIN_FORCE)
+    limited = min(FORCE, MEAN_PRESSURE * felt.area, felt.force * PEAK_PRESSURE / peak)
+    return max(limited, MIN_FORCE)
 
 
 def _back_up(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give the turning (2,) about the pad's x and y that takes back what is tilted too far."""
+    """Compute the angular velocity (2,) about the pad's x and y that reduces too large a tilt."""
     down = rotation.T @ [0.0, 0.0, -1.0]
     beyond = max(_tilt(rotation) - np.radians(MAX_TILT_DEG), 0.0)
-    # About z x down: that turns z towards where down is.
+    # A rotation about z x down moves the z-axis towards down.
     axis = np.array([-down[1], down[0]]) / max(float(np.hypot(down[0], down[1])), 1e-9)
     return TILT_GAIN * beyond * axis
 
 
 def _tilt(rotation: NDArray[np.float64]) -> float:
-    """Give how far a pad looks away from straight down, rad."""
+    """Return the angle between the pad's normal and straight down, rad."""
     return float(np.arccos(np.clip(-rotation[2, 2], -1.0, 1.0)))
 
 
 _RIM = 0.042 * np.array([[x, y, 0.0] for x in (-1.0, 1.0) for y in (-1.0, 1.0)])
-"""Corners of a pad's plate, m: it stands out 2 mm all around the foam."""
+"""Corners of a pad's plate in the pad frame, m. The plate extends 2 mm beyond the foam."""

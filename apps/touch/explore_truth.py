@@ -1,4 +1,4 @@
-"""A felt cloud held to the true surface: how far off, and how much of what could be reached."""
+"""Compare a measured point cloud with the true surface: distance and coverage."""
 
 from __future__ import annotations
 
@@ -20,23 +20,23 @@ if TYPE_CHECKING:
     from .explore_run import ExploreRun
 
 GRID = 0.002
-"""Between points of the true surface seen from above, m."""
+"""Grid spacing of the true surface from above, m."""
 HALF_PLAN = (0.104, 0.074)
-"""Half the plan that is looked at, m: a little more than the object."""
+"""Half side lengths of the evaluated plan, m: slightly more than the object."""
 HOLLOW = 0.0003
-"""Below the convex hull a large flat pad reaches no deeper than this, m: its foam's give."""
+"""Maximum depth below the convex hull that a large flat pad reaches, m. Its foam yields so far."""
 SHADOW = 0.05
-"""How far below the top what closes its hull lies, m."""
+"""Depth of the copy of the top that closes its hull, m."""
 BLUR, NARROW = 0.0025, 0.0001
-"""Where a blur of the surface by this much would sink it by as much as this, m, it is a ridge, an
-edge or a corner."""
+"""Standard deviation of a blur of the surface, and the lowering by it, m. A point that is lowered
+by more lies on a ridge, an edge or a corner."""
 NEAR = 0.005
-"""A surface point with a felt point as near as this is covered, m: the pad's pitch."""
+"""Maximum distance between a covered surface point and a measured point, m: the pad's pitch."""
 
 
 @cache
 def height_map(thing: TouchObject) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
-    """Give x (C,), y (R,) and the height (R, C) of an object's top, m; NaN beside it."""
+    """Return x (C,), y (R,) and the height (R, C) of an object's top, m. NaN beside the object."""
     x = np.arange(-HALF_PLAN[0], HALF_PLAN[0] + GRID / 2, GRID)
     y = np.arange(-HALF_PLAN[1], HALF_PLAN[1] + GRID / 2, GRID)
     across, up = np.meshgrid(x, y)
@@ -44,12 +44,12 @@ def height_map(thing: TouchObject) -> tuple[NDArray[np.float64], NDArray[np.floa
 
 
 def reachable_surface(thing: TouchObject) -> NDArray[np.float64]:
-    """Give points (M, 3) of the top that a flat pad tilted no further than allowed can touch."""
+    """Return the points (M, 3) of the top that a flat pad can touch within its tilt limit, m."""
     x, y, heights = height_map(thing)
     across, up = np.meshgrid(x, y)
     top = np.column_stack([across.ravel(), up.ravel(), heights.ravel()])
     top = top[np.isfinite(top[:, 2])]
-    # With its shadow below it, a flat top has a hull, too.
+    # A copy of the points below the top gives a flat top a hull with volume.
     planes = ConvexHull(np.concatenate([top, top - [0.0, 0.0, SHADOW]])).equations
     planes = planes[planes[:, 2] > 1e-6]
     over = -(planes[:, :2] @ top[:, :2].T + planes[:, 3:]) / planes[:, 2:3]
@@ -60,13 +60,13 @@ def reachable_surface(thing: TouchObject) -> NDArray[np.float64]:
 
 
 def on_ridges(thing: TouchObject, points: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Tell which points (M, 3) are nearest to a ridge, an edge or a corner of the true top."""
+    """Return a mask (M,) of the points (M, 3) whose nearest true point is on a ridge or edge."""
     from scipy.ndimage import gaussian_filter
 
     x, y, heights = height_map(thing)
     known = np.isfinite(heights)
     sigma = BLUR / GRID
-    # Weighted by what is there: beside the object there is no height to blur with.
+    # The blur is normalised by the known heights because there is no height beside the object.
     share = np.maximum(gaussian_filter(known.astype(float), sigma), 1e-9)
     smooth = gaussian_filter(np.where(known, heights, 0.0), sigma) / share
     narrow = known & (heights - smooth > NARROW)
@@ -76,7 +76,7 @@ def on_ridges(thing: TouchObject, points: NDArray[np.float64]) -> NDArray[np.boo
 
 
 def explore_rows(run: ExploreRun) -> list[dict[str, Any]]:
-    """Give the figures of each pad's cloud, of both, and of both as the blurred images give it."""
+    """Compute the figures for each pad, both pads, and both pads without deconvolution."""
     surface = reachable_surface(run.thing)
     felt, blurred = _judged(run.thing, run.points), _judged(run.thing, run.blurred)
     left, right = run.pad == 0, run.pad == 1
@@ -92,7 +92,7 @@ def explore_rows(run: ExploreRun) -> list[dict[str, Any]]:
 def _judged(
     thing: TouchObject, points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
-    """Give points with the distance of each to the surface, mm, and whether it is on a ridge."""
+    """Return the points, their signed distances to the surface, mm, and the mask of ridges."""
     return points, 1e3 * surface_distance(thing, points), on_ridges(thing, points)
 
 

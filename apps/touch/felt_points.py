@@ -1,4 +1,4 @@
-"""Points of a touched surface from one tactile image, freed of what the foam blurs."""
+"""Compute points of a touched surface from one tactile image, with deconvolution of the foam."""
 
 from __future__ import annotations
 
@@ -17,51 +17,51 @@ if TYPE_CHECKING:
     from eyehand.tactile import TactileImage
 
 MIN_PRESSURE = 200.0
-"""A little over where the sensor's range begins, Pa; less may be what the foam spreads from
-beside, and its noise drawn as a spike."""
+"""Minimum pressure of a point, Pa, slightly above the sensor's lower limit. A lower pressure may
+come from the foam's spread, and its noise would appear as a spike."""
 MIN_SHARE = 0.75
-"""Of the highest pressure among the neighbours that a cell must bear: beside a narrow imprint
-cells feel what the foam spreads, not the surface."""
+"""Minimum pressure of a cell as a fraction of the maximum in its neighbourhood. Cells beside a
+narrow imprint measure the foam's spread and not the surface."""
 ROUNDS = 10
-"""Of undoing the spread: after 5 a ridge is still read lower, 30 gain nothing, and from 100 on
-noise is drawn as spikes."""
+"""Number of deconvolution rounds. After 5 a ridge is still too low, 30 do not improve the result,
+and from 100 on noise appears as spikes."""
 FLOOR = 5.0
-"""Added to what is felt and to what is foretold before the two are compared, Pa: near to no
-pressure their ratio would be that of the noise."""
+"""Offset added to measured and predicted pressure before their division, Pa. Without it, the ratio
+of small pressures would be noise."""
 
 
 def felt_points(
     image: TactileImage, foam: Foam, spread: float | None = None
 ) -> NDArray[np.float64]:
-    """Give points of the touched surface.
+    """Compute points of the touched surface.
 
-    Each cell that bears about as much as its neighbours gives one: as deep in the foam as its
-    pressure says, and across at the centre of pressure of its 3 x 3 neighbourhood, which for a
-    face is the cell's own place and for an edge or a point is between cells.
+    Each cell with about the pressure of its neighbours yields one point. The pressure determines
+    its depth in the foam. Its lateral position is the centre of pressure of the 3 x 3
+    neighbourhood: the cell's centre on a face, and between cells on an edge or a point.
 
-    Cells are the tactels, or, where the foam's spread is told, quarters of them, in which the
-    pressure before the spread is sought: a tactel bears its neighbours' share of what is felt
-    beside it, so that a narrow ridge looks lower than it is.
+    Without `spread`, the cells are the tactels. With `spread`, each tactel is divided into smaller
+    cells, and the pressure before the foam's spread is estimated in them. The spread makes a
+    narrow ridge appear too low.
 
     Parameters
     ----------
     image
-        Pressures, of a flat pad with an even grid.
+        Pressures of a flat pad with a regular grid.
     foam
-        What covers the pad, undeformed 0 at the frame's z.
+        Foam on the pad. Its undeformed surface is at z = 0 of the pad frame.
     spread
-        Standard deviation of the Gaussian that a point force is felt as, m; left in the image
-        when not given.
+        Standard deviation of the Gaussian by which the foam spreads a point force, m. Without it,
+        the image is not deconvolved.
 
     Returns
     -------
     NDArray
-        (M, 3), in the pad's frame, m.
+        Points (M, 3) in the pad frame, m.
 
     Raises
     ------
     InputError
-        If the array is no grid, or the spread narrower than a quarter of the pitch.
+        If the array is not a grid, or the spread is less than a quarter of the pitch.
     """
     array = image.array
     if array.grid is None:
@@ -76,7 +76,7 @@ def felt_points(
         x, y, border = _finer(x), _finer(y), CELLS_PER_TACTEL
     windows = _windows(pressures)
     felt = (pressures > MIN_PRESSURE) & (pressures >= MIN_SHARE * windows.max(axis=0))
-    # At the border the windows are cut, and what lies beyond is not felt.
+    # The windows are incomplete at the border because nothing is measured beyond it.
     felt[:border] = felt[-border:] = felt[:, :border] = felt[:, -border:] = False
     total = np.maximum(windows.sum(axis=0), MIN_PRESSURE)
     across, down = ((windows * _windows(axis)).sum(axis=0) / total for axis in np.meshgrid(x, y))
@@ -86,22 +86,22 @@ def felt_points(
 def unspread(
     pressures: NDArray[np.float64], pitch: float, spread: float, rounds: int = ROUNDS
 ) -> NDArray[np.float64]:
-    """Give the pressure that the foam's surface bore before it spread to the tactels.
+    """Estimate the pressure on the foam's surface before the foam spreads it to the tactels.
 
-    By rounds of Richardson's and Lucy's rule (Richardson, J. Opt. Soc. Am. 62, 1972; Lucy, Astron.
-    J. 79, 1974): each multiplies what is sought by how far what it foretells falls short of what
-    is felt, spread back. Nothing becomes negative, and stopping early keeps noise small.
+    Use Richardson-Lucy deconvolution (Richardson, J. Opt. Soc. Am. 62, 1972; Lucy, Astron. J. 79,
+    1974). Each round multiplies the estimate by the back-projected ratio of measured to predicted
+    pressure. The estimate stays non-negative, and few rounds keep the noise small.
 
     Parameters
     ----------
     pressures
-        (rows, columns), Pa, >= 0.
+        Measured pressures (rows, columns), Pa, >= 0.
     pitch
-        Between tactels, m.
+        Distance between tactels, m.
     spread
-        Standard deviation of the Gaussian that a point force is felt as, m.
+        Standard deviation of the Gaussian by which the foam spreads a point force, m.
     rounds
-        More are sharper and noisier.
+        Number of rounds. More rounds give a sharper and noisier result.
 
     Returns
     -------
@@ -111,18 +111,18 @@ def unspread(
     Raises
     ------
     InputError
-        If the spread is narrower than a quarter of the pitch.
+        If the spread is less than a quarter of the pitch.
     """
     rows, columns = pressures.shape
-    # Means, not sums: a tactel's pressure is the mean of its cells' where nothing spreads.
+    # The weights form means, not sums: without spread, a tactel measures the mean of its cells.
     down = _weights(rows, pitch, spread)
     right = _weights(columns, pitch, spread).T
     weight = down.sum(axis=0)[:, None] * right.sum(axis=1)
-    sought = np.kron(pressures + FLOOR, np.ones((CELLS_PER_TACTEL, CELLS_PER_TACTEL)))
+    estimate = np.kron(pressures + FLOOR, np.ones((CELLS_PER_TACTEL, CELLS_PER_TACTEL)))
     for _ in range(rounds):
-        ratio = (pressures + FLOOR) / (down @ sought @ right)
-        sought = sought * (down.T @ ratio @ right.T) / weight
-    return np.maximum(sought - FLOOR, 0.0)
+        ratio = (pressures + FLOOR) / (down @ estimate @ right)
+        estimate = estimate * (down.T @ ratio @ right.T) / weight
+    return np.maximum(estimate - FLOOR, 0.0)
 
 
 @cache
@@ -138,7 +138,7 @@ def _finer(places: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _windows(values: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Give each cell's 3 x 3 neighbours, (9, rows, columns), zeros beyond the border."""
+    """Return the 3 x 3 neighbourhood of each cell (9, rows, columns), zero beyond the border."""
     padded = np.pad(values, 1)
     rows, columns = values.shape
     return np.array([padded[r : r + rows, c : c + columns] for r in range(3) for c in range(3)])
