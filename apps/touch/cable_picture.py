@@ -1,4 +1,4 @@
-"""The picture of a followed cable: the true one with the path on it, and the error along it."""
+"""Figure of a followed cable: the true cable with the pad's path, and the error along it."""
 
 from __future__ import annotations
 
@@ -22,28 +22,28 @@ if TYPE_CHECKING:
     from .cable_run import CableRun
 
 HEIGHT = 6.2
-"""Of the figure, inches."""
+"""Height of the figure, inches."""
 SHEATH, SHINE = "#3A3F47", "#6B727D"
-"""Colours of the cable and of the light on its back."""
+"""Colours of the cable and of its highlight."""
 TABLE = "#F4EFE6"
 """Colour of the table."""
 SPEED_COLOURS = (BLUE, VERMILION)
-"""The slow run is the chapter's blue line."""
+"""Colours of the slow and the fast run. The slow run is the chapter's blue line."""
 
 
 def cable_picture(runs: Sequence[CableRun], seed: int, cables: int) -> Figure:
-    """Draw the runs over one cable, one per speed.
+    """Plot the runs over one cable, one per speed.
 
     Parameters
     ----------
     runs
-        All over the same cable.
+        Runs over the same cable.
     seed, cables
-        For the footer: of the whole experiment.
+        Random seed and number of cables of the whole experiment, for the footer.
     """
     figure, (above, below) = new_chart(
-        "A cable of unknown shape, followed by touch",
-        "the true cable, the pad's path by the arm's forward kinematics, and path against cable",
+        "Following a cable of unknown shape by touch",
+        "the true cable, the pad's path from the arm's forward kinematics, and the path error",
         rows=2,
         height=HEIGHT,
     )
@@ -61,7 +61,7 @@ def cable_picture(runs: Sequence[CableRun], seed: int, cables: int) -> Figure:
     reach = max(0.5, 1.5e3 * max(float(np.abs(run.errors).max()) for run in runs))
     below.set_ylim(-reach, reach)
     below.set_xlim(left=0.0)
-    label_axes(below, "way along the cable [mm]", "error across [mm]", panel="Error")
+    label_axes(below, "distance along the cable [mm]", "lateral error [mm]", panel="Error")
     add_legend(below, where="lower right")
     add_footer(
         figure,
@@ -76,9 +76,9 @@ def _map(axes: Axes, runs: Sequence[CableRun]) -> None:
     axes.grid(False)
     for radius, colour in ((CABLE_RADIUS, SHEATH), (0.25 * CABLE_RADIUS, SHINE)):
         outline = _outline(shape.line, radius)
-        axes.fill(*_seen(outline), color=colour, linewidth=0, zorder=2)
+        axes.fill(*_plot_coordinates(outline), color=colour, linewidth=0, zorder=2)
     for number, run in enumerate(runs):
-        x, y = _seen(run.path)
+        x, y = _plot_coordinates(run.path)
         colour = SPEED_COLOURS[number % 2]
         slow = number == 0
         axes.plot(
@@ -105,13 +105,15 @@ def _map(axes: Axes, runs: Sequence[CableRun]) -> None:
                 zorder=6,
             )
     axes.set_aspect("equal", adjustable="datalim")
-    low, high = _seen(shape.line)[0].min(), _seen(shape.line)[0].max()
+    low, high = _plot_coordinates(shape.line)[0].min(), _plot_coordinates(shape.line)[0].max()
     axes.set_xlim(low - 15.0, high + 15.0)
     label_axes(axes, "along the table [mm]", "across [mm]", panel="Path")
 
 
-def _seen(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Millimetres to the right and up, with the cable lying from left to right."""
+def _plot_coordinates(
+    points: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return plot coordinates (right, up), mm. The cable runs from left to right."""
     return 1e3 * points[:, 1], -1e3 * points[:, 0]
 
 

@@ -1,4 +1,4 @@
-"""The picture of what was sought by touch: objects from above, ways, spots, and a few imprints."""
+"""Figure of the search by touch: objects from above, paths, detected points, some imprints."""
 
 from __future__ import annotations
 
@@ -19,21 +19,21 @@ if TYPE_CHECKING:
     from .seek_run import SeekRun
 
 BETWEEN, NAME = 0.12, 0.34
-"""Room between panels, and for a panel's name, inches."""
+"""Distance between panels, and height of a panel's name, inches."""
 TOP, FOOT = 0.78, 0.94
-"""Height of the title, and of footer and key, inches."""
+"""Height of the title, and of the footer with the legend, inches."""
 FACE, RIM = "#E9E2D5", "#8C8271"
 """Colours of an object and of its rim."""
 HALF_VIEW = 100.0
-"""Of each object's panel, mm: the same scale for all."""
+"""Half side length of each object's panel, mm. All panels have the same scale."""
 SHOWN_KINDS = ("edge", "corner", "inner_corner", "end")
-"""Whose imprints are shown."""
+"""Kinds of points with a plotted imprint."""
 HALF_PAD = 40.0
-"""mm."""
+"""Half side length of the pad, mm."""
 PATH_WIDTH = 1.4
-"""Points."""
+"""Line width of the path, points."""
 SPOT_SIZE, TRUE_SIZE = 5.5, 10.5
-"""Of the marks, points: the found one lies within the ring of the true one."""
+"""Marker sizes, points. A detected point is drawn inside the ring of the true one."""
 KIND_NAMES = {
     "ridge": "ridge",
     "edge": "edge",
@@ -44,14 +44,14 @@ KIND_NAMES = {
 
 
 def seek_picture(runs: Sequence[SeekRun], seed: int) -> Figure:
-    """Draw each object from above as it lay, the pad's way over it, and what was found.
+    """Plot each object from above with the pad's path and the detected points.
 
     Parameters
     ----------
     runs
-        One panel each.
+        Runs, one panel each.
     seed
-        For the footer.
+        Random seed for the footer.
     """
     cells = len(runs) + 1
     columns = 2 if cells in (2, 4) else 3
@@ -59,8 +59,8 @@ def seek_picture(runs: Sequence[SeekRun], seed: int) -> Figure:
     side = (WIDTH - 2 * MARGIN - (columns - 1) * BETWEEN) / columns
     height = TOP + rows * (side + NAME) + FOOT
     figure, panels = new_chart(
-        "Ridges, edges and corners, found by touch alone",
-        "objects from above as they lay; nothing is known of them but what the pad feels",
+        "Ridges, edges and corners detected by touch alone",
+        "objects from above; the method uses the tactile images of the pad only",
         rows=rows,
         columns=columns,
         height=height,
@@ -87,20 +87,20 @@ def _map(axes: Axes, run: SeekRun) -> None:
     around = whole @ turn.T
     middle = 0.5 * (around.min(axis=0) + around.max(axis=0))
 
-    def seen(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    def to_plot(points: NDArray[np.float64]) -> NDArray[np.float64]:
         return 1e3 * (np.atleast_2d(points) @ turn.T - middle).T
 
     if len(whole) > 2:
-        axes.fill(*seen(whole), facecolor=FACE, edgecolor=RIM, linewidth=1.2, zorder=1)
+        axes.fill(*to_plot(whole), facecolor=FACE, edgecolor=RIM, linewidth=1.2, zorder=1)
     else:
-        axes.plot(*seen(whole), color=FACE, linewidth=9.0, solid_capstyle="butt", zorder=1)
-        axes.plot(*seen(whole), color=RIM, linewidth=1.2, zorder=1)
+        axes.plot(*to_plot(whole), color=FACE, linewidth=9.0, solid_capstyle="butt", zorder=1)
+        axes.plot(*to_plot(whole), color=RIM, linewidth=1.2, zorder=1)
     if len(run.path):
-        axes.plot(*seen(run.path), color=BLUE, linewidth=PATH_WIDTH, zorder=3)
-        axes.plot(*seen(run.path[0]), "o", color=BLUE, markersize=5, zorder=4)
+        axes.plot(*to_plot(run.path), color=BLUE, linewidth=PATH_WIDTH, zorder=3)
+        axes.plot(*to_plot(run.path[0]), "o", color=BLUE, markersize=5, zorder=4)
     if len(run.shape.corners):
         axes.plot(
-            *seen(run.shape.corners),
+            *to_plot(run.shape.corners),
             "o",
             markersize=TRUE_SIZE,
             markerfacecolor="none",
@@ -111,7 +111,7 @@ def _map(axes: Axes, run: SeekRun) -> None:
     for spot in run.spots:
         sharp = spot.kind not in ("ridge", "edge")
         axes.plot(
-            *seen(spot.place),
+            *to_plot(spot.place),
             "o" if sharp else "D",
             color=VERMILION if sharp else GREEN,
             markersize=SPOT_SIZE,
@@ -127,7 +127,7 @@ def _map(axes: Axes, run: SeekRun) -> None:
     axes.set_title(
         run.shape.name.capitalize(), size=LABEL, color=INK, weight="bold", loc="left", pad=6
     )
-    axes.set_title(_said(run), size=TEXT - 0.5, color=FAINT, loc="right", pad=6)
+    axes.set_title(_summary(run), size=TEXT - 0.5, color=FAINT, loc="right", pad=6)
     axes.plot([HALF_VIEW - 50.0, HALF_VIEW], [-HALF_VIEW] * 2, color=GREY, linewidth=2.0)
     axes.annotate(
         "50 mm",
@@ -140,18 +140,18 @@ def _map(axes: Axes, run: SeekRun) -> None:
     )
 
 
-def _said(run: SeekRun) -> str:
+def _summary(run: SeekRun) -> str:
     errors = [1e3 * s.error for s in run.spots if s.kind not in ("ridge", "edge")]
     ended = "" if run.outcome in ("closed", "done") else f"{run.outcome.replace('_', ' ')}, "
-    return f"{ended}off by up to {max(errors):.1f} mm" if errors else ended.strip(", ")
+    return f"{ended}maximum error {max(errors):.1f} mm" if errors else ended.strip(", ")
 
 
 def _imprints(figure: Figure, panel: Axes, runs: Sequence[SeekRun]) -> None:
-    """Draw what was felt at the first spot of each kind, turned as the maps are."""
+    """Plot the tactile image of the first point of each kind, in the orientation of the maps."""
     from matplotlib.colors import LinearSegmentedColormap
 
     shades = LinearSegmentedColormap.from_list("touch", ["#FFFFFF", BLUE])
-    panel.set_title("Felt there", size=LABEL, color=INK, weight="bold", loc="left", pad=6)
+    panel.set_title("Tactile images", size=LABEL, color=INK, weight="bold", loc="left", pad=6)
     place = panel.get_position()
     wide, high = 0.43 * place.width, 0.43 * place.height
     shown = [
@@ -192,7 +192,7 @@ def _key(figure: Figure) -> None:
             linestyle="none",
         ),
     ]
-    names = ["way of the pad's middle", "line noticed", "corner or end found", "true one"]
+    names = ["path of the pad's centre", "line detected", "corner or end detected", "true one"]
     figure.legend(
         handles,
         names,

@@ -1,4 +1,4 @@
-"""A pad on an arm seeks the ridges, edges and corners of an object that nobody described."""
+"""Search the ridges, edges and corners of an unknown object with a pad on an arm."""
 
 from __future__ import annotations
 
@@ -28,80 +28,80 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 PRESSURE = 1000.0
-"""Mean over the imprint that is kept, Pa."""
+"""Goal of the mean pressure over the imprint, Pa."""
 GAP = 0.004
-"""From the pad at home to the object's top, m."""
+"""Distance from the pad at home to the object's top, m."""
 OFFSET = 0.01
-"""The object stands up to this far from under the pad, along x and along y, m."""
+"""Maximum offset of the object from the pad along x and along y, m."""
 SPEED, QUICK_SPEED = 0.03, 0.06
-"""Over the surface, m/s."""
+"""Speeds over the surface, m/s."""
 JUMP = 0.12
-"""Way that the centre of pressure may jump, m: at edges the imprint halves."""
+"""Maximum jump of the centre of pressure, m. At edges the imprint loses half of its area."""
 HOLD_GAIN = 4.0
-"""Pull of the pad back to how it was turned when it landed, 1/s: on the way a long reach tilts it
-by some 0.2°, which shifts the felt edges."""
+"""Gain towards the pad's orientation at the landing, 1/s. Without it, a stretched arm tilts the pad
+by about 0.2°, and the measured edges shift."""
 SECONDS = 90.0
-"""Longest time for one object, s."""
+"""Time limit for one object, s."""
 BACK_OFF_SECONDS = 3.0
-"""Longest time to come off it again, s."""
+"""Time limit of the retreat, s."""
 NEAR = 0.005
-"""A corner or end with a found one as near as this is found, m: the pad's pitch."""
+"""Maximum distance between a true corner or end and its detection, m: the pad's pitch."""
 SHARP = ("corner", "inner_corner", "end")
-"""Kinds of spot that are a place; the others are anywhere along a line."""
+"""Kinds of points with a unique position. The other kinds lie anywhere along a line."""
 
 
 @dataclass(frozen=True)
 class FoundPoint:
-    """Something that the guide noticed, in the object's frame."""
+    """A point that the contour follower detected, in the object frame."""
 
     kind: str
-    """As :class:`eyehand.tactile.ContourPoint` names it."""
+    """Kind of the point, as in :class:`eyehand.tactile.ContourPoint`."""
     place: NDArray[np.float64]
-    """(2,), where it was felt to be, m."""
+    """Measured position (2,), m."""
     truth: NDArray[np.float64]
-    """(2,), the nearest true corner or end, or point of the line, m."""
+    """Closest true corner, end or point of the line (2,), m."""
     image: NDArray[np.float64]
-    """(rows, columns), what was felt, Pa."""
+    """Pressures (rows, columns) of the tactile image, Pa."""
 
     @property
     def error(self) -> float:
-        """Distance of both, m."""
+        """Distance between measured and true position, m."""
         return float(np.linalg.norm(self.place - self.truth))
 
 
 @dataclass(frozen=True)
 class SeekRun:
-    """One object; M cycles."""
+    """The record of one object over M cycles."""
 
     shape: SeekShape
     """The true object."""
     turn: float
-    """Angle by which the object lay turned in the cell, rad."""
+    """Rotation of the object about the world's z-axis, rad."""
     pad_axes: NDArray[np.float64]
-    """(2, 2), directions of the pad's x and y in the cell, seen from above, as columns."""
+    """Horizontal directions of the pad's x and y in the world (2, 2), as columns."""
     path: NDArray[np.float64]
-    """(M, 2), the pad's middle in the object's frame, by the arm's joints, m."""
+    """Path (M, 2) of the pad's centre in the object frame, m, from the arm's joints."""
     forces: NDArray[np.float64]
-    """(M,), true force, N."""
+    """True forces (M,), N."""
     spots: tuple[FoundPoint, ...]
-    """In the order in which they were found."""
+    """Detected points in the order of their detection."""
     outcome: str
-    """"closed" or "done", or the name of what went wrong."""
+    """"closed", "done" or the name of the failure."""
     seconds: float
     """Simulated time, s."""
 
 
 def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
-    """Land on an object, and let the guide find what it can.
+    """Land on an object and detect its ridges, edges and corners with the contour follower.
 
     Parameters
     ----------
     name
-        Of :data:`SHAPES`.
+        Key of :data:`SHAPES`.
     seed
-        Of the object's place and direction, the first heading, the pad and its noise.
+        Random seed of the object's pose, the initial heading, the pad and its noise.
     quick
-        Twice as fast over the surface, and less exact.
+        Whether to move twice as fast. The result is less accurate.
     """
     shape = SHAPES[name]()
     rng = np.random.default_rng((seed, list(SHAPES).index(name)))
@@ -157,17 +157,20 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
 
 
 def seek_row(run: SeekRun) -> dict[str, Any]:
-    """Give a run's figures; places are corners and ends, lines the edge or ridge first noticed."""
+    """Compute the figures of a run.
+
+    The "place" figures cover corners and ends. The "line" figure covers detected edges and ridges.
+    """
     places = [spot for spot in run.spots if spot.kind in SHARP]
     true = run.shape.corners
-    met = [any(np.linalg.norm(spot.place - corner) < NEAR for spot in places) for corner in true]
+    found = [any(np.linalg.norm(spot.place - corner) < NEAR for spot in places) for corner in true]
     wrong = len(places) if not len(true) else sum(spot.error >= NEAR for spot in places)
     errors = 1e3 * np.array([spot.error for spot in places])
     lines = [1e3 * spot.error for spot in run.spots if spot.kind not in SHARP]
     steps = np.linalg.norm(np.diff(run.path, axis=0), axis=1)
     return {
         "name": run.shape.name,
-        "spots_found": int(sum(met)),
+        "spots_found": int(sum(found)),
         "spots_true": len(true),
         "spots_wrong": int(wrong),
         "place_median_mm": float(np.median(errors)) if len(errors) else None,
@@ -182,7 +185,7 @@ def seek_row(run: SeekRun) -> dict[str, Any]:
 
 
 def spot_rows(runs: Sequence[SeekRun]) -> list[dict[str, Any]]:
-    """Give one row per spot that was found, in the object's frame."""
+    """Return one row per detected point, in the object frame."""
     return [
         {
             "object": run.shape.name,

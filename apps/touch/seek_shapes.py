@@ -1,4 +1,4 @@
-"""Objects whose ridges, edges and corners are to be found by touch, and where these truly are."""
+"""Objects for the search of ridges, edges and corners by touch, with their ground truth."""
 
 from __future__ import annotations
 
@@ -17,38 +17,38 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 THICK = 0.02
-"""Half the height of things with a flat top, m."""
+"""Half the height of objects with a flat top, m."""
 BOX = (0.075, 0.055)
-"""Half sides of the box, m: larger than the pad, which lands where it feels no edge."""
+"""Half side lengths of the box, m. The box is larger than the pad, which lands away from edges."""
 RIDGE = 0.14
 """Length of the ridge, m."""
 PRISM_RADIUS, PRISM_SIDES = 0.075, 5
-"""From a prism's axis to its upright edges, m, and how many it has: they turn by 72°."""
+"""Distance from the prism's axis to its vertical edges, m, and number of these edges."""
 BEND_LONG, BEND_WIDE = 0.13, 0.075
-"""Length and width of the bend's two arms, m."""
+"""Length and width of the two arms of the bend, m."""
 BEND_LANDING = 0.015
-"""From the middle of where the arms meet to where the pad lands, along both, m: so that the arm
-reaches all of it."""
+"""Offset of the landing point from the centre of the joint along both arms of the bend, m. With it,
+the robot arm reaches the whole object."""
 DISC_RADIUS = 0.065
-"""m."""
+"""Radius of the disc, m."""
 
 
 @dataclass(frozen=True)
 class SeekShape:
-    """An object with a flat top, or a ridge, at z = 0 of its own frame."""
+    """An object with its flat top or ridge at z = 0 of the object frame."""
 
     thing: TouchObject
-    """What stands in the cell."""
+    """Object in the simulation."""
     outline: NDArray[np.float64]
-    """(N, 2), m: the top's rim from above, closed; a ridge's two ends."""
+    """Closed rim (N, 2) of the top from above, or the two ends of a ridge, m."""
     corners: NDArray[np.float64]
-    """(C, 2), m: all places worth finding; none where the rim has no corner."""
+    """True corners or ends (C, 2), m. Empty for a rim without corners."""
     middle: tuple[float, float] = (0.0, 0.0)
-    """Where on it the pad lands, m."""
+    """Landing point of the pad on the object, m."""
 
     @property
     def name(self) -> str:
-        """What it is called."""
+        """Name of the object."""
         return self.thing.name
 
     @cached_property
@@ -58,36 +58,36 @@ class SeekShape:
         return self.outline[: len(ends)], ends
 
     def nearest(self, place: NDArray[np.float64], *, corner: bool) -> NDArray[np.float64]:
-        """Give the true corner, or point of the rim, that is nearest to a place, (2,), m."""
+        """Return the true corner, or the point of the rim, closest to a position (2,), m."""
         if corner and len(self.corners):
             return self.corners[np.argmin(np.linalg.norm(self.corners - place, axis=1))]
         begin, end = self._segments
-        way = end - begin
-        share = ((place - begin) * way).sum(axis=1) / (way**2).sum(axis=1)
-        points = begin + np.clip(share, 0.0, 1.0)[:, None] * way
+        side = end - begin
+        fraction = ((place - begin) * side).sum(axis=1) / (side**2).sum(axis=1)
+        points = begin + np.clip(fraction, 0.0, 1.0)[:, None] * side
         return points[np.argmin(np.linalg.norm(points - place, axis=1))]
 
 
 def box() -> SeekShape:
-    """Give a box, 150 x 110 mm."""
+    """Return a box of 150 x 110 mm."""
     x, y = BOX
     corners = np.array([[x, y], [-x, y], [-x, -y], [x, -y]])
     return SeekShape(TouchObject("box", (_block(x, y),)), corners, corners)
 
 
 def ridge() -> SeekShape:
-    """Give a sharp ridge, 140 mm long."""
+    """Return a sharp ridge with a length of 140 mm."""
     ends = 0.5 * RIDGE * np.array([[1.0, 0.0], [-1.0, 0.0]])
     return SeekShape(TouchObject("ridge", box_edge(RIDGE).parts), ends, ends)
 
 
 def prism() -> SeekShape:
-    """Give a prism with five corners."""
+    """Return a prism with five corners."""
     turn = 2.0 * np.pi * np.arange(PRISM_SIDES) / PRISM_SIDES
     corners = PRISM_RADIUS * np.column_stack([np.cos(turn), np.sin(turn)])
     side = float(np.linalg.norm(corners[1] - corners[0]))
     apothem = PRISM_RADIUS * np.cos(np.pi / PRISM_SIDES)
-    # Its angles are over 90°: a block inwards of each side stays within, and all fill it.
+    # All angles exceed 90°. A block inwards of each side stays inside, and together they fill it.
     parts = tuple(
         _block(0.5 * apothem, 0.5 * side, 0.5 * apothem, 0.0, angle + np.pi / PRISM_SIDES)
         for angle in turn
@@ -96,7 +96,7 @@ def prism() -> SeekShape:
 
 
 def bend() -> SeekShape:
-    """Give a right-angled bend, which has a corner that turns outwards."""
+    """Return a right-angled bend with one inner corner."""
     a, b = BEND_LONG, BEND_WIDE
     corners = np.array([[0, 0], [a, 0], [a, b], [b, b], [b, a], [0, a]]) - 0.5 * b
     parts = (
@@ -107,7 +107,7 @@ def bend() -> SeekShape:
 
 
 def disc() -> SeekShape:
-    """Give a disc: a rim without a corner."""
+    """Return a disc, with a rim without corners."""
     part = Part("cylinder", (DISC_RADIUS, THICK), (0.0, 0.0, -THICK))
     turn = np.linspace(0.0, 2.0 * np.pi, 181)[:-1]
     outline = DISC_RADIUS * np.column_stack([np.cos(turn), np.sin(turn)])
@@ -121,13 +121,13 @@ SHAPES: dict[str, Callable[[], SeekShape]] = {
     "bend": bend,
     "disc": disc,
 }
-"""All of them by name."""
+"""Functions that build the shapes, by name."""
 
 
 def _block(
     half_x: float, half_y: float, along: float = 0.0, across: float = 0.0, turn: float = 0.0
 ) -> Part:
-    """Give a block of a flat top, its middle at (along, across), all turned about z."""
+    """Return a block with its centre at (along, across), rotated about z by `turn`."""
     about = Rotation.from_euler("z", turn)
     x, y, z = about.apply([along, across, -THICK]).tolist()
     qw, qx, qy, qz = about.as_quat(scalar_first=True).tolist()
