@@ -31,13 +31,13 @@ IN_LINE = np.radians(3.0)
 """Maximum direction error of a pad that counts as aligned with a rod, rad."""
 NOISES = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0)
 """Standard deviations of a reading, counts of 4095. The default electronics have 2."""
-GONE_SECONDS, GONE_AT = 0.2, (0.4, 2.4)
+DROP_SECONDS, DROP_TIMES = 0.2, (0.4, 2.4)
 """Duration and start times of the object's drops, s. The pad first rolls and then lies flat."""
 APART = 0.04
 """Distance between two blobs, m."""
 SWAP_HERTZ = 4.0
 """Rate at which the two blobs exchange their heights, 1/s."""
-COMING_FROM = 1.0
+MOTION_START = 1.0
 """Start time of the object's motion, s. The pad has settled on the object by then."""
 ROD_RADIUS, ROD_HALF, BALL_RADIUS = 0.003, 0.05, 0.02
 """Radius and half length of a rod, and radius of a ball, m."""
@@ -126,8 +126,8 @@ def _moving_object_sweeps() -> tuple[Sweep[None], ...]:
 
 def _lost(drop: float, seed: int, method: None) -> Trial:
     def lifts(time: float) -> tuple[float]:
-        gone = any(begin < time < begin + GONE_SECONDS for begin in GONE_AT)
-        return (-1e-3 * drop if gone else 0.0,)
+        dropped = any(begin < time < begin + DROP_SECONDS for begin in DROP_TIMES)
+        return (-1e-3 * drop if dropped else 0.0,)
 
     servo = TactileServo(selection=PRESETS["roll"])
     # The pad is tilted, so its lower rim touches first.
@@ -188,7 +188,7 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
 def _coming(speed: float, seed: int, method: None) -> Trial:
     def lifts(time: float) -> tuple[float]:
         # The object accelerates for one second, as an arm or a belt does.
-        elapsed = max(time - COMING_FROM, 0.0)
+        elapsed = max(time - MOTION_START, 0.0)
         return (1e-3 * speed * (0.5 * elapsed * elapsed if elapsed < 1.0 else elapsed - 0.5),)
 
     pad = CarriedPad((toy_box(),), Electronics(seed))

@@ -34,21 +34,21 @@ def lanes(quick: bool) -> NDArray[np.float64]:
     return np.array([_inside(np.array(corner)) for corner in corners])
 
 
-def place_on_way(
-    corners: NDArray[np.float64], way: NDArray[np.float64], gone: float, number: int
+def position_on_path(
+    corners: NDArray[np.float64], path_distances: NDArray[np.float64], travelled: float, number: int
 ) -> NDArray[np.float64]:
     """Compute the goal position (2,) of the left (0) or right (1) pad, m. The paths are mirrored.
 
     Parameters
     ----------
-    corners, way
+    corners, path_distances
         Corners of the path (see :func:`lanes`) and their distances along it (:func:`distances`).
-    gone
+    travelled
         Travelled distance along the path, m.
     number
         Index of the pad.
     """
-    x, y = (np.interp(gone, way, corners[:, axis]) for axis in (0, 1))
+    x, y = (np.interp(travelled, path_distances, corners[:, axis]) for axis in (0, 1))
     return _inside(np.array([x if number else -x, y]))
 
 

@@ -27,7 +27,7 @@ from eyehand.tactile import (
 )
 
 from .arm_rig import CYCLE, ArmRig, Hand, home_pose
-from .explore_lanes import distances, lanes, place_on_way
+from .explore_lanes import distances, lanes, position_on_path
 from .felt_points import felt_points
 from .start_posture import facing_down, start_posture
 
@@ -104,25 +104,25 @@ def run_explore(seed: int, quick: bool = False) -> ExploreRun:
     scene = pad_scene((PlacedObject(thing, RigidTransform.from_translation(origin)),), arms)
     home = ArmRig(scene, arms, seed=seed)
     speed = QUICK_SPEED if quick else SPEED
-    turns = [
+    scans = [
         _scan(scene, arms, home, number, origin, lanes(quick), speed, seed) for number in (0, 1)
     ]
     return ExploreRun(
         thing,
-        np.concatenate([turn.points for turn in turns]),
-        np.repeat([0, 1], [len(turn.points) for turn in turns]),
-        np.concatenate([turn.blurred for turn in turns]),
-        tuple(turn.path for turn in turns),
-        np.concatenate([turn.forces for turn in turns]),
-        tuple(turn.outcome for turn in turns),
-        sum(turn.seconds for turn in turns),
-        max(turn.tilt_deg for turn in turns),
-        -1e3 * min(turn.lowest for turn in turns),
+        np.concatenate([scan.points for scan in scans]),
+        np.repeat([0, 1], [len(scan.points) for scan in scans]),
+        np.concatenate([scan.blurred for scan in scans]),
+        tuple(scan.path for scan in scans),
+        np.concatenate([scan.forces for scan in scans]),
+        tuple(scan.outcome for scan in scans),
+        sum(scan.seconds for scan in scans),
+        max(scan.tilt_deg for scan in scans),
+        -1e3 * min(scan.lowest for scan in scans),
     )
 
 
 @dataclass(frozen=True)
-class _Turn:
+class _PadScan:
     points: NDArray[np.float64]
     blurred: NDArray[np.float64]
     path: NDArray[np.float64]
@@ -142,17 +142,17 @@ def _scan(
     corners: NDArray[np.float64],
     speed: float,
     seed: int,
-) -> _Turn:
+) -> _PadScan:
     """Scan one half with one arm. The other arm waits at home because the pads would collide."""
-    way = distances(corners)
+    path_distances = distances(corners)
     joints = np.split(home.simulation.joints, len(arms))
     # The heading is that of the home pose. Joint 7 thus stays far from its limits.
     heading = -0.5 * np.pi if number else 0.5 * np.pi
-    place = origin + np.array([*place_on_way(corners, way, 0.0, number), GAP])
+    place = origin + np.array([*position_on_path(corners, path_distances, 0.0, number), GAP])
     joints[number] = start_posture(home.hands[number].robot, facing_down(place, heading))
     rig = ArmRig(scene, arms, seed=seed, joints=np.concatenate(joints))
     hand = rig.hands[number]
-    seconds = float(way[-1]) / speed
+    seconds = float(path_distances[-1]) / speed
     # The contact jumps between ridge, block and dome, so the bounds of the phases are wide.
     servo = TactileServo(ServoGoal(force=FORCE), PRESETS["roll"])
     options = PhaseOptions(
@@ -165,26 +165,30 @@ def _scan(
     path, forces, tilt, lowest = [], [], 0.0, np.inf
     cycle, force = 0, FORCE
     while rig.time < LANDING_SECONDS + seconds and phases.phase != "ended":
-        gone = max(rig.time - LANDING_SECONDS, 0.0) * speed
-        guide = _guide(hand.pose, origin[:2] + place_on_way(corners, way, gone, number), heading)
+        travelled = max(rig.time - LANDING_SECONDS, 0.0) * speed
+        guide = _guide(
+            hand.pose,
+            origin[:2] + position_on_path(corners, path_distances, travelled, number),
+            heading,
+        )
         felt = _whole(hand)
         if felt:
             force += EASE * (_fitting_force(hand, felt) - force)
             servo.goal = ServoGoal(force=force)
         step = phases.step(felt, CYCLE, external=guide, measured=hand.twist)
         twists = [step.twist if k == number else still for k in range(len(arms))]
-        moment = rig.step(*twists)[-1][number]
+        reading = rig.step(*twists)[-1][number]
         cycle += 1
-        if gone > 0.0 and cycle % EVERY == 0 and phases.phase == "task":
+        if travelled > 0.0 and cycle % EVERY == 0 and phases.phase == "task":
             pose = hand.pose
-            forces.append(moment.force)
+            forces.append(reading.force)
             path.append(pose.translation - origin)
             image = hand.reader.image
             points.append(pose.apply(felt_points(image, foam, spread)) - origin)
             blurred.append(pose.apply(felt_points(image, foam)) - origin)
             tilt = max(tilt, _tilt(pose.rotation.as_matrix()))
             lowest = min(lowest, float((pose.apply(_RIM) - origin)[:, 2].min()))
-    return _Turn(
+    return _PadScan(
         np.concatenate(points),
         np.concatenate(blurred),
         np.array(path),

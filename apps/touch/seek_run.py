@@ -136,10 +136,10 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
                 spots.append(FoundPoint(found.point.kind, felt, true, pressures))
         step = phases.step(hand.features, CYCLE, external=outer, measured=hand.twist)
         outcome = step.outcome or outcome
-        moment = rig.step(step.twist)[-1][0]
+        reading = rig.step(step.twist)[-1][0]
         if phases.phase == "task":
             path.append(from_world.apply(hand.pose.translation)[:2])
-            forces.append(moment.force)
+            forces.append(reading.force)
     seconds = rig.time
     phases.finish()
     while phases.phase != "ended" and rig.time < seconds + BACK_OFF_SECONDS:

@@ -147,9 +147,9 @@ class CarriedPad:
                 for number, lift in enumerate(lifts(time)):
                     self._data.mocap_pos[1 + number, 2] = lift
 
-        moment = self._simulation.advance(duration=CYCLE, on_step=move)[-1][0]
-        self.force = moment.force
-        self.features = self._reader.read(moment.raw)
+        reading = self._simulation.advance(duration=CYCLE, on_step=move)[-1][0]
+        self.force = reading.force
+        self.features = self._reader.read(reading.raw)
 
     def _put(self) -> None:
         self._data.mocap_pos[0] = self._place
