@@ -23,6 +23,9 @@ if TYPE_CHECKING:
     from .mujoco_binding import Data, Model, Spec
     from .robot_source import Source
 
+    _Array = NDArray[np.float64]
+    _FrameArrays = tuple[NDArray[np.bool_], _Array, _Array, _Array, _Array]
+
 _ORIGIN = np.zeros(3)
 
 
@@ -195,7 +198,9 @@ class RobotModel:
             raise InputError(f"q must be finite, got {numbers.tolist()}")
         return numbers
 
-    def _at(self, q: NDArray[np.float64], frame: tuple, offset: NDArray[np.float64]) -> tuple:
+    def _at(
+        self, q: NDArray[np.float64], frame: _FrameArrays, offset: NDArray[np.float64]
+    ) -> tuple:
         return frame_state(*self._addresses, q, self.data.qpos, self.joint_table, *frame, offset)
 
 

@@ -233,8 +233,8 @@ def test_an_onlooker_s_time_is_not_the_robot_s(single):
     class Slow:
         spent = 0.0
 
-        def on_cycle(self, moment) -> None:
-            """See nothing."""
+        def on_cycle(self, cycle) -> None:
+            """Do nothing."""
 
         def on_pick(self, choice, report) -> None:
             """Work for a second."""

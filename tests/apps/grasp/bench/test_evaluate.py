@@ -145,7 +145,7 @@ def test_the_chart_names_its_default_and_front(run, tmp_path):
         (["--family", "heap"], "heap"),
         (["--perception", "blurred"], "expected default, fast, fine"),
         (["--control", "wild"], "expected default, slow, fast, planner"),
-        (["--objects", "/no/such"], "no such folder"),
+        (["--objects", "/no/such"], "no folder /no/such"),
         (["--robot", "/no/such.xml", "--hand-frame", "palm"], "no such file"),
         (["--hand-frame", "palm"], "go together"),
         (["--no-known", "--no-camera"], "leaves nothing"),
