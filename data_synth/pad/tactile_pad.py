@@ -194,22 +194,18 @@ class TactilePad:
         if dt == 0.0:
             state.poses[:, -1] = 0.0
         self._last_time = data.time
-        positions, rotations = data.geom_xpos[self._geoms], data.geom_xmat[self._geoms]
-        simple = len(self._solids.kinds)
+        solids = self._solids
+        simple = len(solids.kinds)
+        solids.positions[:] = data.geom_xpos[self._geoms[:simple]]
+        solids.rotations[:] = data.geom_xmat[self._geoms[:simple]]
         touching = press_solids(
-            self._pad,
-            self._solids._replace(positions=positions[:simple], rotations=rotations[:simple]),
-            self._tables,
-            self._bed,
-            dt,
-            _rows(state, slice(simple)),
-            self._grid,
+            self._pad, solids, self._tables, self._bed, dt, self._solid_state, self._grid
         )
         for k, mesh in enumerate(self._meshes, start=simple):
-            law = self._laws[k]
+            law, geom = self._laws[k], self._geoms[k]
             touching += press_mesh(
                 self._pad,
-                mesh._replace(position=positions[k], rotation=rotations[k]),
+                mesh._replace(position=data.geom_xpos[geom], rotation=data.geom_xmat[geom]),
                 self._tables.pressures[law],
                 self._tables.steps[law],
                 self._bed,
@@ -292,6 +288,7 @@ class TactilePad:
         self._state = ContactState(
             np.zeros((total, POSE_FIELDS)), np.zeros((total, 6)), np.zeros(total)
         )
+        self._solid_state = _rows(self._state, slice(count))
 
     def _pressure_laws(
         self, model: Any, softness: Mapping[str, Foam]

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from .cost_kernels import normal_equations
-from .parameters import N_STRAIGHT, ShapeParameters
+from .parameters import N_STRAIGHT, CostTerms, Prior, ShapeParameters
 from .problem import FitProblem
 
 if TYPE_CHECKING:
@@ -55,24 +55,29 @@ def levenberg_marquardt(
     shape, cost, steps
         The end point, its robust cost without the prior, and the number of steps.
     """
+    # Plain tuples: passing named ones from Python costs 4 µs more, 1 % of a fit.
     shape, cost, steps = descend(
-        problem.terms,
-        problem.prior,
-        start._replace(R=np.ascontiguousarray(start.R)),
+        tuple(problem.terms),
+        tuple(problem.prior),
+        tuple(start._replace(R=np.ascontiguousarray(start.R))),
         bool(basis[N_STRAIGHT:].any()),
         np.ascontiguousarray(basis),
         bounds,
         iterations,
         tolerance,
     )
-    return shape, float(cost), int(steps)
+    return ShapeParameters(*shape), float(cost), int(steps)
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def descend(terms, prior, start, tapered, basis, bounds, iterations, tolerance):
-    """Minimise the cost; see :func:`levenberg_marquardt`."""
+    """Minimise the cost; see :func:`levenberg_marquardt`.
+
+    Terms, prior and shapes are plain tuples of the fields of the named ones.
+    """
+    terms, prior = CostTerms(*terms), Prior(*prior)
+    shape = ShapeParameters(*start)
     damping = _START_DAMPING
-    shape = start
     cost, gradient, hessian = normal_equations(terms, shape, tapered)
     total = cost + add_prior(prior, shape, gradient, hessian)
     steps = 0
@@ -100,7 +105,7 @@ def descend(terms, prior, start, tapered, basis, bounds, iterations, tolerance):
             break
         if size < _STEP_TOLERANCE or gain < tolerance * total:
             break
-    return shape, cost, steps
+    return (shape.log_axes, shape.exponents, shape.R, shape.centre, shape.taper), cost, steps
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
