@@ -163,7 +163,7 @@ class Closing:
             if touch and self._modes[k] != "hold":
                 self._modes[k] = "hold"
                 self._values[k] = TOUCH_HOLD_TENSION
-            elif self._modes[k] == "place":
+            elif self._modes[k] == "position":
                 self._slack[k] = reading.tensions[k]
                 self._values[k] = min(self._values[k] + options.closing_speed * dt, self._ends[k])
         width = grip_width(reading, hand)
@@ -181,7 +181,7 @@ class Closing:
             tension = float(np.mean([reading.tensions[k] for k in self._fingers]))
             self._tension = min(tension, self.grip_tension)
             return
-        moving = [k for k in [*self._fingers, self._thumb] if self._modes[k] == "place"]
+        moving = [k for k in [*self._fingers, self._thumb] if self._modes[k] == "position"]
         if all(self._values[k] >= self._ends[k] for k in moving):
             self._elapsed += dt
             if self._elapsed > END_SECONDS:
@@ -245,7 +245,7 @@ class Closing:
     def _cage(self, dt: float) -> None:
         """Open tips that met in front of a slim object at the palm, and bend them around it."""
         for k in [*self._fingers, self._thumb]:
-            self._modes[k], self._values[k] = "place", self._hand.excursions_at(CAGE_WIDTH)[k]
+            self._modes[k], self._values[k] = "position", self._hand.excursions_at(CAGE_WIDTH)[k]
         self._bend = min(self._bend + DRAW_TENSION_RATE * dt, DRAW_TENSION)
         for k in self._wraps:
             self._modes[k], self._values[k] = "pull", self._bend
@@ -294,7 +294,7 @@ def preshape_command(hand: HandModel, opening: float, prototype: Prototype) -> H
         for k, name in enumerate(hand.drives):
             if name not in (PINCER_FINGER, THUMB, *WRAP_DRIVES):
                 values[k] = hand.excursions_at(opening + IDLE_OPENING)[k]
-    return HandCommand(("place",) * len(hand.drives), values)
+    return HandCommand(("position",) * len(hand.drives), values)
 
 
 def open_command(hand: HandModel) -> HandCommand:

@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
     from .hand_model import HandModel
 
-DriveMode = Literal["place", "pull", "hold"]
+DriveMode = Literal["position", "pull", "hold"]
 """Mode of a drive.
 
-- place: servo the tendon to an excursion.
+- position: servo the tendon to an excursion.
 - pull: apply a tension.
 - hold: keep the excursion, up to a maximum tension.
 """
@@ -30,7 +30,7 @@ class HandCommand:
     modes: tuple[DriveMode, ...]
     """Mode of each drive."""
     values: NDArray[np.float64]
-    """Value of each drive, (D,): the excursion from fully open in m (place), the tension in N
+    """Value of each drive, (D,): the excursion from fully open in m (position), the tension in N
     (pull), or the maximum tension in N (hold)."""
 
 

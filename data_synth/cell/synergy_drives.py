@@ -26,7 +26,7 @@ SLIDE_ARM = HINGE_ARM_M / 0.090
 TAPER = 0.45
 """Moment arm at each further joint, as a share of the arm at the joint before: the fingertip is
 nearer to it. With less, a force on the tip bends the finger back; with more, it curls in."""
-PLACE_RATE = 60.0
+POSITION_RATE = 60.0
 """Natural frequency of position control, rad/s. A higher one is stiffer, and oscillates at a
 physics step of 2 ms."""
 HOLD_RATE = 120.0
@@ -34,7 +34,7 @@ HOLD_RATE = 120.0
 PULL_SHARE = 0.15
 """Stiffness that keeps a pulled finger on its closing line, as a share of that of position control.
 Less wraps objects better; more keeps the tip's face parallel."""
-PLACE_SPEED = 0.030
+POSITION_SPEED = 0.030
 """Largest speed of a drive in position control, m/s."""
 THUMB_RESERVE = 1.2
 """The tensions of all fingers add up to at most the thumb's largest tension over this, because the
@@ -46,10 +46,10 @@ class SynergyDrives:
 
     Each finger is one drive. Its closing line is the straight line in joint space from the open to
     the closed posture. A virtual tendon closes the finger; its moment arms decrease towards the
-    tip, and its excursion, m, is 0 in the open posture. Mode *place* controls the joints' position
-    along the line. Mode *pull* applies the joint torques of a tension, and a soft spring keeps the
-    joints near the line. Mode *hold* stiffly keeps each joint where it is, up to the torques of a
-    tension.
+    tip, and its excursion, m, is 0 in the open posture. Mode *position* controls where the joints
+    are along the line. Mode *pull* applies the joint torques of a tension, and a soft spring keeps
+    the joints near the line. Mode *hold* stiffly keeps each joint where it is, up to the torques of
+    a tension.
 
     Joint torques are converted to motor controls with each motor's gain and bias. A position servo
     gets a goal ahead of the joint. Limits of force and control are kept.
@@ -105,11 +105,11 @@ class SynergyDrives:
         self.full = np.sum(self._arms * (self._closed - self._open), axis=1)
         """Excursions of the closed posture, (D,), m."""
         inertia = model.dof_M0[self._rates]
-        self._place = inertia * PLACE_RATE**2, 2.0 * inertia * PLACE_RATE
+        self._position_gains = inertia * POSITION_RATE**2, 2.0 * inertia * POSITION_RATE
         self._hold = inertia * HOLD_RATE**2, 2.0 * inertia * HOLD_RATE
         self._max_tension = self._max_tensions(moments)
         self._pad_of_geom = _pads(model, description, prefix)
-        self._modes: tuple[str, ...] = ("place",) * len(fingers)
+        self._modes: tuple[str, ...] = ("position",) * len(fingers)
         self._values = np.zeros(len(fingers))
         self._goal = self.excursions()
         self._kept = data.qpos[self._addresses].copy()
@@ -148,9 +148,9 @@ class SynergyDrives:
             raise InputError(f"command values must be finite, got {values.tolist()}")
         now = self.excursions()
         for k, (old, new) in enumerate(zip(self._modes, command.modes, strict=True)):
-            if new not in ("place", "pull", "hold"):
-                raise InputError(f"drive mode must be place, pull or hold, got {new!r}")
-            if new == "place" and old != "place":
+            if new not in ("position", "pull", "hold"):
+                raise InputError(f"drive mode must be position, pull or hold, got {new!r}")
+            if new == "position" and old != "position":
                 self._goal[k] = now[k]
             elif new == "hold" and old != "hold":
                 mine = self._owner == k
@@ -160,14 +160,14 @@ class SynergyDrives:
     def apply(self) -> None:
         """Set the motors for the next physics step; call it after the state is computed."""
         model, data = self._model, self._data
-        stride = PLACE_SPEED * float(model.opt.timestep)
+        stride = POSITION_SPEED * float(model.opt.timestep)
         q, speed = data.qpos[self._addresses], data.qvel[self._rates]
         now = self.excursions()
         pulling = [k for k, m in enumerate(self._modes) if m == "pull" and self.drives[k] != THUMB]
         share = self._max_tension[self.drives.index(THUMB)] / (THUMB_RESERVE * max(len(pulling), 1))
         goal, pull = now.copy(), np.zeros(len(self.drives))
         for k, (mode, value) in enumerate(zip(self._modes, self._values, strict=True)):
-            if mode == "place":
+            if mode == "position":
                 self._goal[k] += np.clip(value - self._goal[k], -stride, stride)
                 goal[k] = self._goal[k]
             elif mode == "pull":
@@ -175,7 +175,7 @@ class SynergyDrives:
                     max(value, 0.0), self._max_tension[k], share if k in pulling else np.inf
                 )
         target = self.posture(goal)
-        stiffness, damping = (part.copy() for part in self._place)
+        stiffness, damping = (part.copy() for part in self._position_gains)
         limit = np.full(len(q), np.inf)
         for k, mode in enumerate(self._modes):
             mine = self._owner == k

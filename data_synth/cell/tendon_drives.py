@@ -21,14 +21,14 @@ if TYPE_CHECKING:
 PALM_PAD = "palm_pad"
 """Geom of the palm's face; other pads have the name of their phalanx."""
 
-PLACE_STIFFNESS = 4000.0
+POSITION_STIFFNESS = 4000.0
 """Stiffness of position control, N/m: 1 mm of error adds 4 N."""
-PLACE_DAMPING = 60.0
+POSITION_DAMPING = 60.0
 """Damping of position control, Ns/m. A finger has an effective mass of 2-4 kg at its tendon, so it
 settles in 30 ms."""
-PLACE_INTEGRAL = 60e3
+POSITION_INTEGRAL = 60e3
 """Integral gain of position control, N/(m s): compensates the springs within 0.1 s."""
-PLACE_SPEED = 0.030
+POSITION_SPEED = 0.030
 """Largest tendon speed in position control, m/s: 2.5 rad/s at the knuckle."""
 SLIP_DAMPING = 4000.0
 """Damping of a slipping brake, Ns/m: 40 N above the limit slip at 10 mm/s."""
@@ -128,10 +128,10 @@ class TendonDrives:
             self._model.tendon_limited[tendon] = new == "hold"
             if new == "hold":
                 self._model.tendon_range[tendon] = -1.0, self._data.ten_length[tendon]
-            elif new == "place":
+            elif new == "position":
                 self._goal[k], self._sum[k] = now[k], tension[k]
             elif new != "pull":
-                raise InputError(f"drive mode must be place, pull or hold, got {new!r}")
+                raise InputError(f"drive mode must be position, pull or hold, got {new!r}")
         self._modes, self._values = command.modes, values.copy()
 
     def apply(self) -> None:
@@ -146,13 +146,13 @@ class TendonDrives:
             tension = 0.0
             if mode == "pull":
                 tension = min(max(value, 0.0), max_tension)
-            elif mode == "place":
-                stride = PLACE_SPEED * step
+            elif mode == "position":
+                stride = POSITION_SPEED * step
                 self._goal[k] += np.clip(value - self._goal[k], -stride, stride)
                 error = self._goal[k] - now[k]
-                self._sum[k] += PLACE_INTEGRAL * error * step
+                self._sum[k] += POSITION_INTEGRAL * error * step
                 self._sum[k] = min(max(self._sum[k], 0.0), max_tension)
-                tension = self._sum[k] + PLACE_STIFFNESS * error - PLACE_DAMPING * speed[k]
+                tension = self._sum[k] + POSITION_STIFFNESS * error - POSITION_DAMPING * speed[k]
                 tension = min(max(tension, 0.0), max_tension)
             elif brakes[k] > value:
                 give = (brakes[k] - value) / SLIP_DAMPING * step

@@ -108,7 +108,7 @@ class FakeRobot:
         if command is not None:
             self.commands.append(command)
             for drive, mode in enumerate(command.modes):
-                if mode == "place":
+                if mode == "position":
                     self.excursions[drive] = command.values[drive]
                 elif mode == "pull" and command.values[drive] == 0.0:
                     self.excursions[drive] = HAND.excursions[-1][drive]

@@ -56,7 +56,7 @@ def test_side_with_first_contact_holds(hand):
     command = closing.step(reading(hand, start, [0, 0, 0, 2, 0]), DT)
 
     assert command.modes[2] == "hold"
-    assert command.modes[0] == command.modes[1] == "place"
+    assert command.modes[0] == command.modes[1] == "position"
     assert command.values[1] > start[1]
     assert not closing.touched
 

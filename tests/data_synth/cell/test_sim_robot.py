@@ -84,7 +84,7 @@ def test_hand_reaches_commanded_tendon_excursions(world: GraspWorld):
     robot = SimRobot(world)
     hand = robot.hand
     goal = hand.excursions_at(0.06)
-    command = HandCommand(("place",) * len(hand.drives), goal)
+    command = HandCommand(("position",) * len(hand.drives), goal)
     reading = robot.read()
     for _ in range(250):
         reading = robot.step(np.zeros(7), command)

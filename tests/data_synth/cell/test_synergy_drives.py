@@ -48,7 +48,7 @@ def test_placed_fingers_reach_excursion_against_gravity():
     model, data, drives = build_hand()
     half = drives.full / 2
 
-    reading = run(model, data, drives, ("place",) * 3, half, 1.0)
+    reading = run(model, data, drives, ("position",) * 3, half, 1.0)
 
     np.testing.assert_allclose(reading.excursions, half, atol=2e-4)
     np.testing.assert_allclose(reading.angles, [-0.075, 0.275] * 3, atol=0.03)
@@ -58,7 +58,7 @@ def test_placed_fingers_reach_excursion_against_gravity():
 def test_placing_keeps_motor_speed_limit():
     model, data, drives = build_hand()
 
-    reading = run(model, data, drives, ("place",) * 3, drives.full, 0.1)
+    reading = run(model, data, drives, ("position",) * 3, drives.full, 0.1)
 
     assert (reading.excursions < 0.0035).all()
     assert (reading.excursions > 0.0015).all()
@@ -68,7 +68,7 @@ def test_pull_applies_joint_torques_of_tension():
     model, data, drives = build_hand()
     drives.pose(drives.full / 2)
     import_mujoco().mj_forward(model, data)
-    drives.command(HandCommand(("pull", "place", "place"), np.array([20.0, 0.0, 0.0])))
+    drives.command(HandCommand(("pull", "position", "position"), np.array([20.0, 0.0, 0.0])))
     drives.apply()
     import_mujoco().mj_forward(model, data)
 
@@ -90,7 +90,7 @@ def test_tension_of_fingers_is_limited_by_thumb():
 
 def test_held_finger_yields_only_above_its_tension():
     model, data, drives = build_hand()
-    run(model, data, drives, ("place",) * 3, drives.full / 2, 0.6)
+    run(model, data, drives, ("position",) * 3, drives.full / 2, 0.6)
     held = run(model, data, drives, ("hold",) * 3, [50.0] * 3, 0.1).angles
     tip = model.body("left_end").id
     data.xfrc_applied[tip, 0] = -3.0
@@ -116,7 +116,7 @@ def test_motor_on_coupled_tendon_is_supported():
     drives = SynergyDrives(model, data, HAND)
     mujoco.mj_forward(model, data)
 
-    reading = run(model, data, drives, ("pull", "place", "place"), [10.0, 0.0, 0.0], 0.2)
+    reading = run(model, data, drives, ("pull", "position", "position"), [10.0, 0.0, 0.0], 0.2)
 
     assert reading.excursions[0] > 0.003
 
@@ -147,9 +147,9 @@ def test_finger_without_motor_raises():
 def test_command_rejects_invalid_values():
     _, _, drives = build_hand()
     with pytest.raises(InputError, match="a mode and a value"):
-        drives.command(HandCommand(("place",), np.zeros(1)))
+        drives.command(HandCommand(("position",), np.zeros(1)))
     with pytest.raises(InputError, match="finite"):
-        drives.command(HandCommand(("place",) * 3, np.array([np.nan, 0, 0])))
+        drives.command(HandCommand(("position",) * 3, np.array([np.nan, 0, 0])))
 
 
 def test_hand_model_agrees_with_posed_hand():

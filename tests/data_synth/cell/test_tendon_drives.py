@@ -1,4 +1,4 @@
-"""Drives of the tendon hand: place, pull and hold commands, and pad forces."""
+"""Drives of the tendon hand: position, pull and hold commands, and pad forces."""
 
 from __future__ import annotations
 

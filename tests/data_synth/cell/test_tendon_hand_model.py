@@ -31,7 +31,7 @@ def test_simulated_opening_equals_table(opening):
     hand = tendon_hand_model()
     drives = TendonDrives(model, data)
     model.opt.gravity[:] = 0.0
-    drives.command(HandCommand(("place",) * 5, hand.excursions_at(opening)))
+    drives.command(HandCommand(("position",) * 5, hand.excursions_at(opening)))
     for _ in range(600):
         drives.apply()
         mujoco.mj_step(model, data)
