@@ -9,6 +9,7 @@ import numpy as np
 
 from .area_slope import AreaSlope
 from .contour_options import ContourOptions
+from .contour_progress import ContourProgress
 from .contour_step import ContourPoint, ContourStep
 from .rim import RimEdge, find_line_end, find_rim, fit_edge, fit_longest_edge, intersect_edges
 
@@ -59,12 +60,6 @@ excludes the other side of the face."""
 SAME_EDGE = 0.008
 """Distance from an edge within which a rim point still belongs to it, and distance within which two
 corners are the same, m. On a bend, the rim within `EDGE_REACH` is as far off."""
-MAX_LOST_SECONDS = 3.0
-"""Longest time without contact, s. A search may find the contact again."""
-MAX_BLOCKED_SECONDS = 1.0
-"""Longest time in which the pad moves too slowly, s."""
-MIN_SPEED_SHARE = 0.25
-"""Share of the commanded speed below which the pad moves too slowly."""
 MAX_RIDGE_BEND = math.radians(30.0)
 """Largest change of a ridge's direction within one cycle, rad. A larger one comes from a short
 imprint."""
@@ -97,12 +92,10 @@ class ContourFollower:
         self._along = np.array([-self._out[1], self._out[0]])
         self._edge: RimEdge | None = None
         self._slope = AreaSlope(WEAVE_LENGTH)
-        self._position = np.zeros(2)
+        self._progress = ContourProgress(self.options)
         self._start = self._start_out = self._edge_position = np.zeros(2)
         self._first_corner: NDArray[np.float64] | None = None
         self._commanded = np.zeros(2)
-        self._travel = self._line_travel = self._contour_travel = 0.0
-        self._time = self._lost_for = self._blocked_for = 0.0
         self._confirmed = self._ends = 0
         self._on_ridge = False
 
@@ -132,11 +125,13 @@ class ContourFollower:
         InputError
             If the array is not a flat even grid.
         """
-        self._time += dt
-        self._move(self._commanded if measured is None else measured[:2], dt)
-        self._lost_for = 0.0 if features else self._lost_for + dt
-        if self.outcome is None:
-            self._check_limits()
+        velocity = self._commanded if measured is None else measured[:2]
+        commanded = bool(self._commanded.any())
+        self._progress.update(velocity, dt, commanded=commanded, touching=bool(features))
+        self._slope.move(velocity * dt)
+        exceeded = self._progress.exceeded_limit(self.found)
+        if self.outcome is None and exceeded:
+            self._end(exceeded)
         if self.state == "ended" or not features:
             self._commanded = np.zeros(2)
             return ContourStep(np.zeros(6), self.state, None, self.outcome)
@@ -157,27 +152,6 @@ class ContourFollower:
         self._commanded = twist[:2]
         return ContourStep(twist, self.state, point, self.outcome)
 
-    def _check_limits(self) -> None:
-        if self._lost_for > MAX_LOST_SECONDS:
-            self._end("lost")
-        elif self._blocked_for > MAX_BLOCKED_SECONDS:
-            self._end("blocked")
-        elif self._time > self.options.seconds:
-            self._end("limit_reached")
-        elif self._travel > self.options.travel:
-            self._end("nothing_found" if self.found == 0 else "limit_reached")
-
-    def _move(self, velocity: NDArray[np.float64], dt: float) -> None:
-        """Integrate the motion of the pad."""
-        distance = float(np.hypot(*velocity)) * dt
-        self._position = self._position + velocity * dt
-        self._travel += distance
-        self._line_travel += distance
-        self._contour_travel += distance
-        self._slope.move(velocity * dt)
-        slow = self._commanded.any() and distance < MIN_SPEED_SHARE * self.options.speed * dt
-        self._blocked_for = self._blocked_for + dt if slow else 0.0
-
     # Seeking ---------------------------------------------------------------------------------
 
     def _seek(self, features: ContactFeatures, rim: Rim, dt: float) -> ContourPoint | None:
@@ -195,7 +169,7 @@ class ContourFollower:
         edge = None if narrow else _if_straight(fit_longest_edge(rim))
         if not self._is_confirmed(narrow or edge is not None):
             return None
-        self._on_ridge, self._edge, self._edge_position = narrow, edge, self._position
+        self._on_ridge, self._edge, self._edge_position = narrow, edge, self._progress.position
         if edge is None:
             axis = np.array([math.cos(features.orientation), math.sin(features.orientation)])
             self._out = np.array([-axis[1], axis[0]])
@@ -209,9 +183,9 @@ class ContourFollower:
         self._along = axis if forwards else -axis
         self._start_line()
         # The line may have been detected at its very end.
-        self._line_travel = LEAVE_DISTANCE
+        self._progress.line_travel = LEAVE_DISTANCE
         place = self._line_offset(features) * self._out if edge is None else edge.nearest
-        self._contour_travel = 0.0
+        self._progress.contour_travel = 0.0
         return ContourPoint("ridge" if narrow else "edge", np.append(place, 0.0), self._direction())
 
     # Following -------------------------------------------------------------------------------
@@ -221,13 +195,14 @@ class ContourFollower:
         edge = fit_edge(self._current_edge_points(rim), self._out, EDGE_REACH)
         if edge is not None:
             self._set_edge(edge)
-            foot = self._position + edge.nearest
-            if self._contour_travel <= LEAVE_DISTANCE:
+            foot = self._progress.position + edge.nearest
+            if self._progress.contour_travel <= LEAVE_DISTANCE:
                 self._start, self._start_out = foot, self._out
-            elif self._contour_travel > 4 * LEAVE_DISTANCE and self._is_at_start(foot):
+            elif self._progress.contour_travel > 4 * LEAVE_DISTANCE and self._is_at_start(foot):
                 self._end("closed")
                 return None
-        next_edge = self._find_next_edge(rim) if self._line_travel >= LEAVE_DISTANCE else None
+        left_corner = self._progress.line_travel >= LEAVE_DISTANCE
+        next_edge = self._find_next_edge(rim) if left_corner else None
         turns_in = next_edge is not None and float(next_edge.outward @ self._along) > 0
         reached = next_edge is not None and (
             next_edge.offset <= INSET if turns_in else next_edge.offset >= INSET
@@ -237,7 +212,7 @@ class ContourFollower:
     def _set_edge(self, edge: RimEdge) -> None:
         """Follow this edge, with the face on the same side as before."""
         side = 1.0 if _is_left(self._along, self._out) else -1.0
-        self._edge, self._edge_position, self._out = edge, self._position, edge.outward
+        self._edge, self._edge_position, self._out = edge, self._progress.position, edge.outward
         self._along = side * np.array([self._out[1], -self._out[0]])
 
     def _current_edge_points(self, rim: Rim) -> Rim:
@@ -245,7 +220,7 @@ class ContourFollower:
         if self._edge is None:
             return rim
         out = self._edge.outward
-        offset = self._edge.offset - float((self._position - self._edge_position) @ out)
+        offset = self._edge.offset - float((self._progress.position - self._edge_position) @ out)
         return rim.select(np.abs(rim.points @ out - offset) < SAME_EDGE)
 
     def _is_at_start(self, foot: NDArray[np.float64]) -> bool:
@@ -273,11 +248,11 @@ class ContourFollower:
         if edge is None:
             return None
         place, direction = intersect_edges(edge, next_edge), self._direction()
-        corner = self._position + place
+        corner = self._progress.position + place
         if self._first_corner is None:
             self._first_corner = corner
         elif (
-            self._contour_travel > 4 * LEAVE_DISTANCE
+            self._progress.contour_travel > 4 * LEAVE_DISTANCE
             and math.dist(corner, self._first_corner) < SAME_EDGE
         ):
             self._end("closed")
@@ -295,7 +270,7 @@ class ContourFollower:
             if float(axis @ self._along) > math.cos(MAX_RIDGE_BEND):
                 self._along, self._out = axis, np.array([-axis[1], axis[0]])
         end = find_line_end(image, self._along)
-        if not self._is_confirmed(self._line_travel > LEAVE_DISTANCE and end < INSET):
+        if not self._is_confirmed(self._progress.line_travel > LEAVE_DISTANCE and end < INSET):
             return None
         place = end * self._along + self._line_offset(features) * self._out
         direction = self._direction()
@@ -307,7 +282,7 @@ class ContourFollower:
 
     def _start_line(self) -> None:
         self.state = "follow"
-        self._line_travel = 0.0
+        self._progress.line_travel = 0.0
         self._confirmed = 0
 
     def _line_offset(self, features: ContactFeatures) -> float:
@@ -320,7 +295,7 @@ class ContourFollower:
         """Compute the velocity over the surface, (2,), m/s."""
         speed = self.options.speed
         if self.state == "seek":
-            weave = WEAVE_ANGLE * math.sin(2.0 * math.pi * self._travel / WEAVE_LENGTH)
+            weave = WEAVE_ANGLE * math.sin(2.0 * math.pi * self._progress.travel / WEAVE_LENGTH)
             angle = self._heading + weave
             return speed * np.array([math.cos(angle), math.sin(angle)])
         inset = 0.0 if self._on_ridge else INSET

@@ -24,10 +24,10 @@ from .servo_kernels import (
     SELECTION_START,
     STATE_SIZE,
     STIFFNESS_START,
-    ServoSettings,
     servo_cycle,
 )
 from .servo_options import MAX_WINDOW, ORIENTATION_WINDOW, ServoOptions
+from .servo_tuples import ServoSettings
 from .stiffness import INITIAL_STIFFNESS, STIFFNESS, new_stiffness
 
 if TYPE_CHECKING:

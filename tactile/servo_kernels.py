@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numba.np.unsafe.ndarray import to_fixed_tuple
 
+from .servo_tuples import SETTINGS, Contact, ServoArrays, ServoSettings
 from .stiffness import (
     REF_DEPTH,
     REF_PRESSURE,
@@ -17,9 +18,6 @@ from .stiffness import (
     reset_stiffness,
     update_stiffness,
 )
-
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
 (
     INTEGRAL_X, INTEGRAL_Y, INTEGRAL_P, LAST_X, LAST_Y, LAST_P, HAS_LAST, LAST_ANGLE, HAS_ANGLE,
@@ -65,84 +63,6 @@ OWN_MOTION_SHARE = 0.3
 TILT_MOMENT = 1.0 / 12.0
 """Second moment of a square over its squared area. On a flat contact, a tilt moves the centre of
 pressure by area/12 (dp/dz)/p per radian."""
-
-
-class ServoSettings(NamedTuple):
-    """Constants of one servo, from its options; all are float64, in one array."""
-
-    window: float
-    """Samples of the pressure average."""
-    orientation_window: float
-    """Samples of the orientation average."""
-    press_gain: float
-    """Loop gain of pressing, 1/s; the gain Kp is this over the stiffness."""
-    slide_gain: float
-    """Loop gain of sliding, 1/s."""
-    roll_gain: float
-    """Loop gain of rolling, 1/s."""
-    turn_gain: float
-    """Loop gain of turning, 1/s."""
-    slide_share: float
-    """Share of the sliding gain along an axis where rolling is selected."""
-    roll_x_sign: float
-    """Sign of row 4 of eq. (15)."""
-    integral_time: float
-    """s."""
-    derivative_time: float
-    """s."""
-    press_speed: float
-    """m/s."""
-    slide_speed: float
-    """m/s."""
-    roll_speed: float
-    """rad/s."""
-    turn_speed: float
-    """rad/s."""
-    anti_windup: float
-    """1 if the integrals are bounded, and cleared when contact is lost, else 0."""
-    estimates_stiffness: float
-    """1 if the stiffness is estimated, else 0."""
-    initial_stiffness: float
-    """Pa/m."""
-    arm_lag: float
-    """s."""
-    latency: float
-    """Cycles, a whole number."""
-
-
-SETTINGS = len(ServoSettings._fields)
-
-
-class ServoArrays(NamedTuple):
-    """State and targets of one servo, as views."""
-
-    memory: NDArray[np.float64]
-    """(18,), see `INTEGRAL_X` and the following."""
-    rings: NDArray[np.float64]
-    """(5, MAX_WINDOW), the last samples of `PRESSURES` and the following."""
-    stiffness: NDArray[np.float64]
-    """(8,), state of the stiffness estimate."""
-    selection: NDArray[np.float64]
-    """(6,), diagonal of the projector P."""
-    goal: NDArray[np.float64]
-    """(4,): x, y (m), pressure (Pa), orientation (rad)."""
-
-
-class Contact(NamedTuple):
-    """The features of one cycle."""
-
-    touching: bool
-    """Whether there is a contact."""
-    centre: NDArray[np.float64]
-    """(3,), m."""
-    pressure: float
-    """Pa; with a goal of force, the force over the reference area."""
-    area: float
-    """m²."""
-    orientation: float
-    """rad."""
-    confidence: float
-    """0..1."""
 
 
 class PidLaw(NamedTuple):

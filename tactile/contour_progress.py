@@ -1,0 +1,76 @@
+"""Measure the path of a contour follower, and decide when it must give up."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .contour_options import ContourOptions
+    from .contour_step import ContourOutcome
+
+MAX_LOST_SECONDS = 3.0
+"""Longest time without contact, s. A search may find the contact again."""
+MAX_BLOCKED_SECONDS = 1.0
+"""Longest time in which the pad moves too slowly, s."""
+MIN_SPEED_SHARE = 0.25
+"""Share of the commanded speed below which the pad moves too slowly."""
+
+
+class ContourProgress:
+    """Position, distances and times of a contour follower.
+
+    Parameters
+    ----------
+    options
+        Speed, and limits of distance and time.
+    """
+
+    def __init__(self, options: ContourOptions) -> None:
+        self.position = np.zeros(2)
+        """Position of the pad since the start, (2,), m."""
+        self.travel = self.line_travel = self.contour_travel = 0.0
+        """Distances since the start, on the current line, and on the contour, m."""
+        self._options = options
+        self._time = self._lost_for = self._blocked_for = 0.0
+
+    def update(
+        self, velocity: NDArray[np.float64], dt: float, *, commanded: bool, touching: bool
+    ) -> None:
+        """Add one cycle.
+
+        Parameters
+        ----------
+        velocity
+            Velocity of the pad over the surface, (2,), m/s.
+        dt
+            Duration of the cycle, s.
+        commanded
+            Whether a motion was commanded.
+        touching
+            Whether there is a contact.
+        """
+        distance = float(np.hypot(*velocity)) * dt
+        self.position = self.position + velocity * dt
+        self.travel += distance
+        self.line_travel += distance
+        self.contour_travel += distance
+        slow = commanded and distance < MIN_SPEED_SHARE * self._options.speed * dt
+        self._time += dt
+        self._blocked_for = self._blocked_for + dt if slow else 0.0
+        self._lost_for = 0.0 if touching else self._lost_for + dt
+
+    def exceeded_limit(self, points: int) -> ContourOutcome | None:
+        """Return the outcome if a limit is exceeded after `points` contour points, else None."""
+        if self._lost_for > MAX_LOST_SECONDS:
+            return "lost"
+        if self._blocked_for > MAX_BLOCKED_SECONDS:
+            return "blocked"
+        if self._time > self._options.seconds:
+            return "limit_reached"
+        if self.travel > self._options.travel:
+            return "limit_reached" if points else "nothing_found"
+        return None
