@@ -7,18 +7,24 @@ The names that load the control package with its physics engine are imported on 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .grip_options import GripOptions
-from .hand_model import HandModel
+from .hands import (
+    Closing,
+    DriveMode,
+    GripOptions,
+    HandCommand,
+    HandModel,
+    HandReading,
+    preshape_command,
+)
 from .plan import ApproachTask, GraspPlan
 from .planning import GraspOptions, plan_grasps, select_prototype
 from .prototypes import Approach, GraspPurpose, Prototype
 from .report import ClearReport, Phase, PhaseRecord, PickOutcome, PickReport
-from .robot import DriveMode, HandCommand, HandReading, Robot, RobotReading
+from .robot import Robot, RobotReading
 
 if TYPE_CHECKING:
     from .cell import Cell, CycleInfo
     from .clearing import ClearOptions, clear_table, observe
-    from .closing import Closing, preshape_command
     from .pick_options import PickOptions
     from .pick_state import SelectedGrasp
     from .tray import Tray
@@ -59,14 +65,12 @@ __all__ = [
 _LAZY = {
     "Cell": "cell",
     "ClearOptions": "clearing",
-    "Closing": "closing",
     "CycleInfo": "cell",
     "PickOptions": "pick_options",
     "SelectedGrasp": "pick_state",
     "Tray": "tray",
     "clear_table": "clearing",
     "observe": "clearing",
-    "preshape_command": "closing",
 }
 
 

@@ -20,9 +20,10 @@ if TYPE_CHECKING:
 
     from eyehand.perception import DepthFrame, Scene
 
+    from .hands import HandCommand
     from .plan import GraspPlan
     from .report import Phase
-    from .robot import HandCommand, Robot, RobotReading
+    from .robot import Robot, RobotReading
     from .tray import Tray
 
 

@@ -10,9 +10,9 @@ from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
 from eyehand.errors import InputError
 
-from .closing import open_command
 from .frame_fusion import fuse_frames
 from .grasp_selection import FailedGrasps, GraspSelection, grasp_key, select_grasp
+from .hands import open_command
 from .motion import execute, unexpected_contact
 from .obstacles import scene_obstacles
 from .pick import pick

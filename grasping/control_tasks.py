@@ -25,7 +25,7 @@ from .palm_placement import place_palm
 if TYPE_CHECKING:
     from eyehand.control.tasks import Task
 
-    from .hand_model import HandModel
+    from .hands import HandModel
     from .plan import ApproachTask, GraspPlan
 
 HAND_AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}

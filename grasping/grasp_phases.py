@@ -9,15 +9,16 @@ import numpy as np
 
 from eyehand.control.tasks import Position
 
-from .closing import Closing, preshape_command
 from .control_tasks import control_tasks
-from .fingertips import off_face_contacts
+from .hands import Closing, preshape_command
+from .hands.fingertips import off_face_contacts
 from .motion import RAMP_SECONDS, execute, remaining_distance, unexpected_contact
 from .pick_state import PhaseFailure, PickState
 
 if TYPE_CHECKING:
     from .cell import Cell
-    from .robot import HandCommand, HandReading, RobotReading
+    from .hands import HandCommand, HandReading
+    from .robot import RobotReading
 
 SLIPPED_OUT = "the object left the closing hand"
 """Reason of a failed close that is tried again."""

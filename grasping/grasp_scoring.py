@@ -33,7 +33,7 @@ from .prototypes import (
 if TYPE_CHECKING:
     from .grasp_geometry import GraspGeometry
     from .hand_clearance import NeighbourPoints
-    from .hand_model import HandModel
+    from .hands import HandModel
     from .palm_placement import PalmPlacement
     from .prototypes import GraspPurpose, Prototype
 

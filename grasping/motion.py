@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from eyehand.control.tasks import Task
 
     from .cell import Cell
-    from .robot import HandCommand, RobotReading
+    from .hands import HandCommand
+    from .robot import RobotReading
 
 MotionEnd = Literal["reached", "stuck", "late", "stopped", "fault"]
 """End of a motion.

@@ -8,7 +8,7 @@ import numpy as np
 
 if TYPE_CHECKING:
     from .grasp_geometry import GraspGeometry
-    from .hand_model import HandModel
+    from .hands import HandModel
     from .prototypes import Prototype
 
 PALM_GAP = 0.003

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .fingertips import fingertip_contacts
 from .grasp_phases import approach, close, contact, grip, pre_grasp
-from .hand_state import finger_curl
+from .hands import finger_curl
+from .hands.fingertips import fingertip_contacts
 from .pick_state import PhaseFailure, PickState
 from .report import PickReport
 from .transport_phases import check, lift, place

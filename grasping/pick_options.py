@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from eyehand.control import ControlOptions, PlannerOptions
 from eyehand.errors import InputError
 
-from .grip_options import GripOptions
+from .hands import GripOptions
 
 MAX_VALUE = 1e3
 """Upper bound of every numeric option in SI units."""

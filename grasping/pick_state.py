@@ -12,7 +12,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.control import ApproachController, CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Orientation, Position
 
-from .closing import Closing, open_command, preshape_command
+from .hands import Closing, open_command, preshape_command
 from .motion import TURN_SPEED, execute, with_speed, within_slack
 from .obstacles import scene_obstacles, solid_obstacle
 
@@ -26,10 +26,11 @@ if TYPE_CHECKING:
     from eyehand.perception import Scene, SceneObject
 
     from .cell import Cell
+    from .hands import HandCommand
     from .plan import GraspPlan
     from .prototypes import Prototype
     from .report import PickOutcome
-    from .robot import HandCommand, RobotReading
+    from .robot import RobotReading
 
 TARGET = "target"
 """Name of the target object among the obstacles."""

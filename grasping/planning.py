@@ -15,7 +15,7 @@ from .extents import measure_extents
 from .grasp_geometry import grasp_geometries
 from .grasp_scoring import GraspContext
 from .hand_clearance import neighbour_points
-from .nominal_hand import nominal_hand
+from .hands import nominal_hand
 from .plan import GraspPlan, Score
 from .prototypes import GraspPurpose, mass_range
 
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SceneObject, SupportPlane
 
-    from .hand_model import HandModel
+    from .hands import HandModel
 
 
 @dataclass(frozen=True)

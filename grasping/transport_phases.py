@@ -8,7 +8,7 @@ import numpy as np
 
 from eyehand.control.tasks import AxisAlignment, Orientation, Position
 
-from .hand_state import grip_width, is_holding
+from .hands import grip_width, is_holding
 from .motion import MotionResult, execute
 from .pick_state import LIFT_SECONDS, LIFT_SPEED, PhaseFailure, PickState
 from .shaking import shake, shake_off

@@ -8,7 +8,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 from eyehand.grasping import HandModel
-from eyehand.grasping.hand_names import PINCER_FINGER
+from eyehand.grasping.hands import PINCER_FINGER
 
 from ..mujoco_import import import_mujoco
 from .geom_extent import extent

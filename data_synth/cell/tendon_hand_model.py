@@ -16,7 +16,7 @@ from scipy.optimize import root_scalar
 
 from eyehand.errors import InputError
 from eyehand.grasping import HandModel
-from eyehand.grasping.hand_names import PALM, PINCER_FINGER, THUMB
+from eyehand.grasping.hands import PALM, PINCER_FINGER, THUMB
 
 from ..mujoco_import import import_mujoco
 from .tendon_drives import TendonDrives, tendon_arms

@@ -8,7 +8,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.data_synth.cell import GraspRobot, tendon_hand_model
-from eyehand.grasping.robot import HandCommand, HandReading, RobotReading
+from eyehand.grasping.hands import HandCommand, HandReading
+from eyehand.grasping.robot import RobotReading
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
 PERIOD = 0.004

@@ -12,7 +12,7 @@ from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
 from eyehand.grasping import plan_grasps
 from eyehand.grasping.control_tasks import control_tasks
-from eyehand.grasping.nominal_hand import nominal_hand
+from eyehand.grasping.hands import nominal_hand
 from eyehand.grasping.palm_placement import EDGE_GAP, MAX_SPHERE_TILT, TABLE_GAP, max_closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 

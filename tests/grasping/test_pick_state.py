@@ -10,7 +10,7 @@ from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.grasping import GraspOptions, plan_grasps
 from eyehand.grasping.cell import Cell
-from eyehand.grasping.closing import preshape_command
+from eyehand.grasping.hands import preshape_command
 from eyehand.grasping.pick_state import PickState, SelectedGrasp
 from eyehand.grasping.tray import Tray
 from eyehand.perception import Superquadric

@@ -8,7 +8,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.grasping import GraspOptions, plan_grasps, select_prototype
-from eyehand.grasping.nominal_hand import nominal_hand
+from eyehand.grasping.hands import nominal_hand
 from eyehand.grasping.palm_placement import max_closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
 from eyehand.perception.superquadric import Uncertainty

@@ -19,7 +19,7 @@ from eyehand.data_synth.cell import (
 from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
 from eyehand.errors import InputError
 from eyehand.grasping import Closing, GripOptions, preshape_command
-from eyehand.grasping.hand_state import finger_forces
+from eyehand.grasping.hands import finger_forces
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,9 +12,13 @@ from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.tendon_drives import PALM_PAD, TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
 from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
-from eyehand.grasping.closing import Closing, preshape_command
-from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.hand_state import finger_curl, finger_forces
+from eyehand.grasping.hands import (
+    Closing,
+    GripOptions,
+    finger_curl,
+    finger_forces,
+    preshape_command,
+)
 from eyehand.grasping.prototypes import Approach, Prototype
 
 if TYPE_CHECKING:
@@ -22,8 +26,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.grasping.hand_model import HandModel
-    from eyehand.grasping.robot import HandCommand, HandReading
+    from eyehand.grasping.hands import HandCommand, HandModel, HandReading
 
 STEP_S = 0.002
 CONTROL_STEPS = 2

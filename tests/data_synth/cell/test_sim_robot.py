@@ -10,9 +10,8 @@ from eyehand.control import RobotModel
 from eyehand.data_synth.cell import GraspCell, GraspRobot, GraspWorld, SimRobot
 from eyehand.data_synth.scenes import TabletopObject
 from eyehand.errors import InputError
-from eyehand.grasping.closing import Closing
-from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.robot import HandCommand, Robot
+from eyehand.grasping.hands import Closing, GripOptions, HandCommand
+from eyehand.grasping.robot import Robot
 from eyehand.perception.superquadric import Superquadric
 
 ABOVE_BOX = (-0.274, 1.138, 0.328, -1.277, -0.42, 0.791, -1.399)

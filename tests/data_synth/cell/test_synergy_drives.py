@@ -19,7 +19,7 @@ from eyehand.data_synth.cell import (
 )
 from eyehand.data_synth.cell.synergy_drives import HINGE_ARM_M, TAPER, SynergyDrives
 from eyehand.errors import InputError
-from eyehand.grasping.robot import HandCommand
+from eyehand.grasping.hands import HandCommand
 
 FILE = Path(hand_description.__file__).parent / "assets" / "servo_hand.xml"
 HAND = read_description(FILE.with_suffix(DESCRIPTION_SUFFIX))

@@ -9,7 +9,7 @@ from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.tendon_drives import TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
 from eyehand.errors import InputError
-from eyehand.grasping.robot import HandCommand
+from eyehand.grasping.hands import HandCommand
 
 
 def test_hand_opens_from_zero_to_130_mm():

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 
 from eyehand.data_synth.cell.fingertip_pads import tip_array
-from eyehand.grasping.fingertips import fingertip_contacts, off_face_contacts
-from eyehand.grasping.robot import HandReading
+from eyehand.grasping.hands import HandReading
+from eyehand.grasping.hands.fingertips import fingertip_contacts, off_face_contacts
 from eyehand.tactile import TactileImage
 
-from .fake_robot import HAND
+from ..fake_robot import HAND
 
 
 def reading(finger: str, force: float, on_face: float) -> HandReading:

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.wrapping import DRAW_TENSION, Wrapping
+from eyehand.grasping.hands import GripOptions
+from eyehand.grasping.hands.wrapping import DRAW_TENSION, Wrapping
 
 DT = 0.004
 GOAL = 90.0

@@ -8,18 +8,18 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from ..prototypes import Prototype
 from .grip_options import GripOptions
+from .hand_messages import HandCommand
 from .hand_names import PINCER_FINGER, THUMB, WRAP_DRIVES
 from .hand_state import MIN_ENCLOSED_WIDTH, finger_forces, grip_width, is_holding
-from .prototypes import Prototype
-from .robot import HandCommand
 from .wrapping import DRAW_TENSION, DRAW_TENSION_RATE, THUMB_HOLD_SHARE, Wrapping
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .hand_messages import DriveMode, HandReading
     from .hand_model import HandModel
-    from .robot import DriveMode, HandReading
 
 ClosingState = Literal["preshape", "closing", "gripping", "holding", "empty"]
 """State of the closing hand.

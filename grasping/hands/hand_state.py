@@ -11,8 +11,8 @@ from .hand_names import PALM, PINCER_FINGER, THUMB, TIP, WRAP_DRIVES
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .hand_messages import HandReading
     from .hand_model import HandModel
-    from .robot import HandReading
 
 EMPTY_WIDTH = 0.002
 """Width up to which a hand with forces at its tips only has closed on itself, m."""

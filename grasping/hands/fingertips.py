@@ -11,8 +11,8 @@ from .hand_names import TIP
 if TYPE_CHECKING:
     from eyehand.tactile import ContactFeatures
 
+    from .hand_messages import HandReading
     from .hand_model import HandModel
-    from .robot import HandReading
 
 PRESSURE_THRESHOLD = 200.0
 """Pressure above which a tactel counts as touched, Pa; 5 mN on a tactel of 5 x 5 mm."""

@@ -8,11 +8,16 @@ import numpy as np
 import pytest
 
 from eyehand.errors import InputError
-from eyehand.grasping.closing import Closing, preshape_command
-from eyehand.grasping.grip_options import GripOptions
-from eyehand.grasping.hand_model import HandModel
-from eyehand.grasping.hand_state import finger_curl, grip_width, is_holding
-from eyehand.grasping.robot import HandReading
+from eyehand.grasping.hands import (
+    Closing,
+    GripOptions,
+    HandModel,
+    HandReading,
+    finger_curl,
+    grip_width,
+    is_holding,
+    preshape_command,
+)
 
 DT = 0.004
 FINGERS = ("index", "middle", "ring", "thumb")

@@ -9,7 +9,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .prototypes import Prototype
+from ..prototypes import Prototype
 
 TENSION_PER_TIP_FORCE = 15.0
 """Measured ratio of tendon tension to force at the fingertip. A finger of 90 mm turns on a lever of

@@ -24,8 +24,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .grip_options import GripOptions
+    from .hand_messages import HandReading
     from .hand_model import HandModel
-    from .robot import HandReading
 
 THUMB_HOLD_SHARE = 1.4
 """Maximum tension of the thumb while it holds its place, as a share of the tension of all fingers,

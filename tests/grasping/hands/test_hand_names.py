@@ -9,11 +9,15 @@ from hypothesis import strategies as st
 
 from eyehand.errors import InputError
 from eyehand.grasping import HandModel
-from eyehand.grasping.closing import Closing, open_command, preshape_command
-from eyehand.grasping.hand_names import WRAP_DRIVES
-from eyehand.grasping.hand_state import is_holding
-from eyehand.grasping.nominal_hand import nominal_hand
-from eyehand.grasping.robot import HandReading
+from eyehand.grasping.hands import (
+    Closing,
+    HandReading,
+    is_holding,
+    nominal_hand,
+    open_command,
+    preshape_command,
+)
+from eyehand.grasping.hands.hand_names import WRAP_DRIVES
 
 
 def hand(drives=("jaw", "thumb"), fingers=("jaw", "thumb"), pads=None, joints=()) -> HandModel:

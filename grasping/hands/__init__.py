@@ -1,0 +1,32 @@
+"""Describe a hand: its model, its commands and readings, how it closes, and what it feels.
+
+`fingertips` is not imported here, because it loads the tactile package with its compiler.
+"""
+
+from .closing import IDLE_OPENING, Closing, open_command, preshape_command
+from .grip_options import GripOptions
+from .hand_messages import DriveMode, HandCommand, HandReading
+from .hand_model import HandModel
+from .hand_names import PALM, PINCER_FINGER, THUMB
+from .hand_state import finger_curl, finger_forces, grip_width, is_holding
+from .nominal_hand import nominal_hand
+
+__all__ = [
+    "IDLE_OPENING",
+    "PALM",
+    "PINCER_FINGER",
+    "THUMB",
+    "Closing",
+    "DriveMode",
+    "GripOptions",
+    "HandCommand",
+    "HandModel",
+    "HandReading",
+    "finger_curl",
+    "finger_forces",
+    "grip_width",
+    "is_holding",
+    "nominal_hand",
+    "open_command",
+    "preshape_command",
+]
