@@ -24,6 +24,9 @@ COMMANDS = [
     for line in block.splitlines()
 ]
 
+MEASURING = ("eyehand evaluate", "eyehand chart", "eyehand stress")
+"""Commands that measure a whole stage; each stage's own tests run shorter forms of them."""
+
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
@@ -50,7 +53,13 @@ def test_the_readme_shows_commands():
     assert {"make demo", "make test"} <= set(COMMANDS)
 
 
-@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize(
+    "command",
+    [
+        pytest.param(command, marks=pytest.mark.slow if command.startswith(MEASURING) else ())
+        for command in COMMANDS
+    ],
+)
 def test_each_command_of_the_readme_runs(command, folder, capsys):
     words = shlex.split(command)
     if words[0] == "make":

@@ -10,6 +10,7 @@ SEEDS = {"repeat": (0,)}
 """Seeds of sweeps that run each scene many times."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sweep", segmentation_sweeps(), ids=lambda sweep: sweep.name)
 def test_bound_holds_and_answers_past_it_are_valid(sweep: Sweep):
     # Only the easiest value, the bound and the hardest value are run.

@@ -15,6 +15,7 @@ from eyehand.apps.touch.stress_trial import ContactFigures, judged
 QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.0, 0.0, 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value"),
     [("gain-box", 0.5), ("landing-pen", 50.0), ("round", 10.0), ("right-angle", 2.0),
@@ -26,6 +27,7 @@ def test_contact_is_held_within_bounds(name, value):
     assert trial.passed, trial.note
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "value", "outcome"),
     [("gain-box", 4.0, "oscillation"), ("landing-box", 200.0, "overload"),

@@ -13,6 +13,7 @@ KNOWN_FAILURES = ("one point 1000 times", "10 points 100 times", "camera 1e300 m
 """Extreme clouds whose expectation the fit does not meet yet. The command reports them."""
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sweep", fit_sweeps(), ids=lambda sweep: sweep.name)
 def test_bound_holds_and_answers_past_it_are_valid(sweep: Sweep):
     # Only the easiest value, the bound and the hardest value are run.
