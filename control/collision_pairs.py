@@ -1,4 +1,4 @@
-"""Which parts of a robot are measured against which: its own, and what stands fixed in its file."""
+"""The pairs of geoms in the robot's file that are checked for collision."""
 
 from __future__ import annotations
 
@@ -17,76 +17,80 @@ if TYPE_CHECKING:
     from .mujoco_binding import Model
     from .robot_model import RobotModel
 
-_UNMEASURED = (int(mujoco.mjtGeom.mjGEOM_HFIELD), int(mujoco.mjtGeom.mjGEOM_SDF))
+_NO_DISTANCE = (int(mujoco.mjtGeom.mjGEOM_HFIELD), int(mujoco.mjtGeom.mjGEOM_SDF))
 
 
 @dataclass(frozen=True, eq=False)
-class Parts:
-    """Geoms of a robot's file, by what they are for the collision world."""
+class CollisionGeoms:
+    """The geoms of the robot's file that can collide."""
 
     robot: tuple[int, ...]
-    """Geoms that a controlled joint moves."""
+    """Geoms that a controlled joint moves: the parts of the robot."""
     fixed: tuple[int, ...]
-    """Geoms that none moves: a table, the robot's foot, an arm that is not controlled."""
+    """Geoms that no controlled joint moves: a table, the robot's base, an arm that stands still."""
     names: dict[int, str]
-    """Name of each: its own, else its body's with a number if the body has several."""
+    """Name of each geom. A geom without a name has that of its body, with a number if the body has
+    several."""
     moves: NDArray[np.bool_]
-    """(geoms, n): which joint moves which."""
+    """(geoms, n): whether a joint moves a geom."""
 
 
-def parts_of(robot: RobotModel) -> Parts:
-    """Sort a robot's geoms: those that collide, or all if none does.
+def find_collision_geoms(robot: RobotModel) -> CollisionGeoms:
+    """Find the geoms that collide. If no part of the robot collides, all its geoms count.
 
     Raises
     ------
     InputError
-        If a geom is of a kind that distances cannot be measured to.
+        If MuJoCo cannot compute distances to a geom of this type.
     """
     model = robot.model
-    every = range(model.ngeom)
-    colliding = [g for g in every if model.geom_contype[g] or model.geom_conaffinity[g]]
     moves = robot.moves[model.geom_bodyid]
-    if not any(moves[g].any() for g in colliding):
-        colliding = [g for g in every if moves[g].any() or g in set(colliding)]
+    moved = moves.any(axis=1).tolist()
+    collides = ((model.geom_contype != 0) | (model.geom_conaffinity != 0)).tolist()
+    any_part = any(part and hit for part, hit in zip(moved, collides, strict=True))
+    colliding = [g for g in range(model.ngeom) if collides[g] or (moved[g] and not any_part)]
     names = {geom: _name(model, geom, colliding) for geom in colliding}
     for geom in colliding:
-        if int(model.geom_type[geom]) in _UNMEASURED:
+        if int(model.geom_type[geom]) in _NO_DISTANCE:
             raise InputError(
-                f"robot: geom {names[geom]} is a height field or distance field, to which no "
-                "distance can be measured; use boxes, a mesh, or set its contype and "
+                f"robot: geom {names[geom]} is a height field or signed distance field, to which "
+                "no distance can be computed; use boxes or a mesh, or set its contype and "
                 "conaffinity to 0"
             )
-    return Parts(
-        tuple(g for g in colliding if moves[g].any()),
-        tuple(g for g in colliding if not moves[g].any()),
+    return CollisionGeoms(
+        tuple(geom for geom in colliding if moved[geom]),
+        tuple(geom for geom in colliding if not moved[geom]),
         names,
         moves,
     )
 
 
-def candidate_pairs(robot: RobotModel, parts: Parts) -> list[tuple[int, int]]:
+def candidate_pairs(robot: RobotModel, geoms: CollisionGeoms) -> list[tuple[int, int]]:
     """Return the pairs (robot's geom, other geom) of the file that joints can bring together.
 
-    Left out: parts that move together, parent and child, and what ``<exclude>`` names.
+    Two geoms that move together are left out, and so are parent and child, and the pairs that the
+    file names in ``<exclude>``.
     """
     model = robot.model
     excluded = {int(signature) for signature in model.exclude_signature}
     pairs = []
-    for place, a in enumerate(parts.robot):
-        for b in (*parts.robot[place + 1 :], *parts.fixed):
-            one, other = sorted((int(model.geom_bodyid[a]), int(model.geom_bodyid[b])))
-            together = np.array_equal(parts.moves[a], parts.moves[b])
-            if together or related(model, one, other) or (one << 16) + other in excluded:
+    for index, a in enumerate(geoms.robot):
+        for b in (*geoms.robot[index + 1 :], *geoms.fixed):
+            low, high = sorted((int(model.geom_bodyid[a]), int(model.geom_bodyid[b])))
+            together = np.array_equal(geoms.moves[a], geoms.moves[b])
+            # MuJoCo packs the two body ids of an exclusion into one number.
+            if together or are_connected(model, low, high) or (low << 16) + high in excluded:
                 continue
             pairs.append((a, b))
     return pairs
 
 
-def related(model: Model, one: int, other: int) -> bool:
-    """Return whether two bodies are parent and child, or fixed to one another.
+def are_connected(model: Model, one: int, other: int) -> bool:
+    """Return whether two bodies are parent and child, or fixed to each other.
 
-    The world is no parent: a table is an obstacle also to the first link that stands on it. What is
-    fixed to a child is not its parent's child: a hand can hit the link before the wrist.
+    The world does not count as a parent: a table is an obstacle also to the first link, which
+    stands on it. A body fixed to a child does not count as the child: a hand can hit the link
+    before the wrist.
     """
     welds = model.body_weldid
     if welds[one] == welds[other]:

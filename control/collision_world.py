@@ -1,4 +1,4 @@
-"""The robot among obstacles: what is near in a posture, and what joint motion does about it."""
+"""The robot among obstacles: the distances of near parts, and their derivatives by the joints."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .array_checks import checked_array
 from .collision_options import CollisionOptions
-from .collision_pairs import candidate_pairs, parts_of
-from .held_object import HeldObject, beside_frame, held_row
+from .collision_pairs import candidate_pairs, find_collision_geoms
+from .held_object import HeldObject, held_row, touchable_geoms
 from .proximity import Proximity
 from .proximity_kernels import near_pairs, pair_distance
 from .proximity_tables import ProximityTables, kernel_arguments, shape_row
 from .robot_model import RobotModel
 from .shapes import ConvexMesh, check_pose, checked_obstacles
-from .sphere_cover import cover_parts
+from .sphere_cover import cover_geoms
 from .world_spec import build_world, fill_slot
 
 if TYPE_CHECKING:
@@ -30,27 +31,34 @@ if TYPE_CHECKING:
 
 
 SLOTS = 16
-"""Obstacles that fit before the world is compiled anew, which takes a few ms."""
+"""Number of prepared geoms for obstacles. When they are all in use, the world is compiled again
+with twice as many, which takes a few ms."""
 
 
 class CollisionWorld:
-    """A robot and obstacles, which can be added, moved and removed between cycles.
+    """A robot and obstacles, which can be added, moved and removed between control cycles.
 
-    The robot's parts are the colliding geoms that controlled joints move (all geoms if none
-    collides). Obstacles are those given here and whatever else collides in the robot's file.
-    Primitives go into prepared slots in a fraction of a millisecond; a :class:`ConvexMesh` must be
-    compiled into the model, and so must the slots be when they run out (some ms).
+    The parts of the robot are the colliding geoms that controlled joints move (all its geoms if
+    none collides). Obstacles are those added here and all other colliding geoms of the robot's
+    file. A primitive shape takes a prepared geom (a slot) in a fraction of a millisecond. A
+    :class:`ConvexMesh` has to be compiled into the model, which takes a few ms.
 
-    One world is for one thread: it computes in MuJoCo's buffers, and hands out copies.
+    One world is for one thread, because it computes in MuJoCo's buffers. Its results are copies.
 
     Parameters
     ----------
     robot
-        The robot; its home posture tells which parts belong together.
+        The robot. Parts that are in contact in its home posture are never checked for collision.
     obstacles
-        Obstacles to begin with.
+        Obstacles at the start.
     options
-        Cut-off, slots, soft minimum.
+        Options of the distances.
+
+    Raises
+    ------
+    InputError
+        If the robot or an obstacle is of another type, a name is taken, or MuJoCo cannot compute
+        distances to a geom of the robot's file.
     """
 
     def __init__(
@@ -64,7 +72,7 @@ class CollisionWorld:
             raise InputError(f"the world needs a robot from RobotModel.load, got {robot!r}")
         self.robot = robot
         self.options = options or CollisionOptions()
-        self._parts = parts_of(robot)
+        self._file_geoms = find_collision_geoms(robot)
         self._obstacles: dict[str, Obstacle] = {}
         self._held: dict[str, HeldObject] = {}
         self._velocities: dict[str, NDArray[np.float64]] = {}
@@ -74,42 +82,42 @@ class CollisionWorld:
             self._check_free(obstacle.name)
             self._obstacles[obstacle.name] = obstacle
         self._build()
-        self._own_pairs, self.ignored = self._sort_own_pairs()
-        self._list_pairs()
+        self._file_pairs, self.ignored = self._sort_file_pairs()
+        self._update_tables()
 
     tables: ProximityTables
     """Tables for the distance kernels; replaced when an object is added, attached or removed."""
     ignored: tuple[tuple[str, str], ...]
-    """Names of pairs of the robot's file that are never measured, because at home they overlap, or
-    are two parts of the robot nearer than ``self_margin``."""
+    """Names of pairs in the robot's file that are never checked, because they overlap in the home
+    posture, or are two parts of the robot nearer than ``self_margin`` there."""
 
     @property
     def obstacles(self) -> tuple[Obstacle, ...]:
-        """Obstacles that were added, where they are now."""
+        """The added obstacles with their current poses."""
         return tuple(self._obstacles.values())
 
     @property
     def held(self) -> tuple[HeldObject, ...]:
-        """Objects that were attached."""
+        """The attached objects."""
         return tuple(self._held.values())
 
     @property
     def pair_names(self) -> tuple[tuple[str, str], ...]:
-        """Names of all pairs that are measured when near."""
+        """Names of all pairs whose distance is computed when they are near."""
         return self.tables.names
 
     def add(self, obstacle: Obstacle) -> None:
-        """Add an obstacle; a mesh, or more obstacles than slots, compiles the world anew.
+        """Add an obstacle. A mesh, or a lack of free slots, compiles the world again.
 
         Raises
         ------
         InputError
-            If it is no obstacle, or its name is taken.
+            If it is not an obstacle, or its name is taken.
         """
         checked_obstacles([obstacle])
         self._check_free(obstacle.name)
         self._obstacles[obstacle.name] = obstacle
-        self._place_new(obstacle.name, obstacle.shape)
+        self._insert(obstacle.name, obstacle.shape)
 
     def move(self, name: str, pose: RigidTransform, velocity: ArrayLike | None = None) -> None:
         """Move an obstacle.
@@ -117,13 +125,13 @@ class CollisionWorld:
         Parameters
         ----------
         name
-            Its name.
+            Name of the obstacle.
         pose
-            Its frame in the world (T_world_obstacle).
+            Its new pose in the world (T_world_obstacle).
         velocity
-            Its twist [v; ω] (6,) at its origin, world axes, m/s and rad/s; it holds until the next
-            move, and None is standing still. The obstacle is not moved by it: distances change by
-            the ``drift`` it causes.
+            Its twist [v; ω] (6,) at its origin, world axes, m/s and rad/s; None if it stands still.
+            The twist is valid until the next move. It does not move the obstacle. It is the cause
+            of :attr:`Proximity.drift`.
 
         Raises
         ------
@@ -132,10 +140,10 @@ class CollisionWorld:
         """
         obstacle = self._known(name)
         check_pose(pose, name)
-        twist = np.zeros(6) if velocity is None else _twist(velocity, name)
+        twist = np.zeros(6) if velocity is None else velocity
+        self._velocities[name] = checked_array(f"{name}: velocity [v; ω]", twist, (6,))
         self._obstacles[name] = replace(obstacle, pose=pose)
-        self._velocities[name] = twist
-        self._put(name)
+        self._update_geom(name)
 
     def remove(self, name: str) -> None:
         """Remove an obstacle.
@@ -149,35 +157,35 @@ class CollisionWorld:
         del self._obstacles[name]
         self._velocities.pop(name, None)
         del self._geoms[name]
-        self._list_pairs()
+        self._update_tables()
 
     def attach(self, name: str, shape: Shape, pose: RigidTransform) -> None:
-        """Attach an object to the robot. It is then a part of the robot in all distances.
+        """Attach an object to the robot. It then counts as a part of the robot.
 
-        Parts of the robot that carry the frame or hang on it are not measured against it: they
-        may touch what they hold.
+        The object is not checked for collision with the parts that may touch it. They are on the
+        body of the controlled frame, on its parent, and on all bodies that hang on it.
 
         Parameters
         ----------
         name
-            Name of the object; an obstacle of this name is to be removed first.
+            Name of the object. Remove an obstacle of the same name first.
         shape
             Its shape, in its own frame.
         pose
-            Its frame in the controlled frame (T_frame_object).
+            Its pose in the controlled frame (T_frame_object).
 
         Raises
         ------
         InputError
-            If the name is taken, or the shape or pose is none.
+            If the name is taken, or the shape or pose is invalid.
         """
         held = HeldObject(name, shape, pose)
         self._check_free(name)
         self._held[name] = held
-        self._place_new(name, shape)
+        self._insert(name, shape)
 
     def detach(self, name: str) -> None:
-        """Detach an object. Add an obstacle at its new place if it is needed.
+        """Detach an object from the robot. It is then no longer in the world.
 
         Raises
         ------
@@ -188,10 +196,10 @@ class CollisionWorld:
             raise InputError(f"unknown held object {name!r}; there are: {_listed(self._held)}")
         del self._held[name]
         del self._geoms[name]
-        self._list_pairs()
+        self._update_tables()
 
     def proximity(self, q: ArrayLike) -> Proximity:
-        """Measure all pairs nearer than the cut-off at joint positions ``q`` (n,).
+        """Compute the distances of all pairs nearer than the cut-off at joint positions q (n,).
 
         Raises
         ------
@@ -214,7 +222,8 @@ class CollisionWorld:
         )
         return proximity
 
-    def _place_new(self, name: str, shape: Shape) -> None:
+    def _insert(self, name: str, shape: Shape) -> None:
+        """Put a new object into a free slot, or compile the world again."""
         used = set(self._geoms.values())
         free = [geom for geom in self._world.slots if geom not in used]
         if isinstance(shape, ConvexMesh) or not free:
@@ -226,29 +235,29 @@ class CollisionWorld:
                 raise
         else:
             self._geoms[name] = free[0]
-            self._put(name, shape)
-        self._list_pairs()
+            self._update_geom(name, shape)
+        self._update_tables()
 
     def _build(self) -> None:
-        """Compile robot, slots and meshes, and put every obstacle in its place."""
+        """Compile robot, slots and meshes, and set the pose of every object."""
         shapes = {one.name: one.shape for one in (*self.obstacles, *self.held)}
         meshes = {n: shape for n, shape in shapes.items() if isinstance(shape, ConvexMesh)}
         while len(shapes) - len(meshes) > self._slots:
             self._slots *= 2
         self._world = world = build_world(self.robot.spec, self._slots, list(meshes.values()))
-        model, data = world.model, world.data
-        data.qpos[:] = self.robot.home_qpos
+        model = world.model
+        world.data.qpos[:] = self.robot.home_qpos
+        primitives = [name for name in shapes if name not in meshes]
         self._geoms = dict(zip(meshes, world.meshes, strict=True))
-        plain = [name for name in shapes if name not in meshes]
-        self._geoms.update(zip(plain, world.slots, strict=False))
+        self._geoms.update(zip(primitives, world.slots, strict=False))
         self._shapes = np.array([shape_row(model, geom) for geom in range(model.ngeom)])
         self._motion = np.zeros((model.ngeom, 9))
-        self._spheres, self._covers = cover_parts(model, self._parts.robot, self.options.cover)
-        for name in shapes:
-            self._put(name, shapes[name])
+        self._spheres, self._covers = cover_geoms(model, self._file_geoms.robot, self.options.cover)
+        for name, shape in shapes.items():
+            self._update_geom(name, shape)
 
-    def _put(self, name: str, shape: Shape | None = None) -> None:
-        """Bring an obstacle's pose and velocity, and its shape if new, to the model."""
+    def _update_geom(self, name: str, shape: Shape | None = None) -> None:
+        """Write an object's pose and velocity, and its shape if it is new, into the model."""
         world, geom = self._world, self._geoms[name]
         if shape is not None and not isinstance(shape, ConvexMesh):
             fill_slot(world.model, geom, shape)
@@ -263,41 +272,42 @@ class CollisionWorld:
         self._motion[geom, :3] = pose.translation
         self._motion[geom, 3:] = self._velocities.get(name, 0.0)
 
-    def _sort_own_pairs(self) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
-        """Split the file's pairs into those to measure and those that belong together at home."""
-        candidates = candidate_pairs(self.robot, self._parts)
-        self._own_pairs = []
-        self._list_pairs()
+    def _sort_file_pairs(self) -> tuple[list[tuple[int, int]], tuple[tuple[str, str], ...]]:
+        """Return the pairs of the robot's file to check, and the names of those to ignore."""
+        geoms = self._file_geoms
+        self._file_pairs = []
+        self._update_tables()
+        # This call also computes the poses at home.
         self.proximity(self.robot.home)
-        measured, ignored = [], []
-        for a, b in candidates:
-            margin = self.options.self_margin if b in self._parts.robot else 0.0
+        checked, ignored = [], []
+        for a, b in candidate_pairs(self.robot, geoms):
+            margin = self.options.self_margin if b in geoms.robot else 0.0
             distance = pair_distance(self.tables, a, b, 2.0 * self.options.self_margin + 1.0)
             if distance < margin:
-                ignored.append((self._parts.names[a], self._parts.names[b]))
+                ignored.append((geoms.names[a], geoms.names[b]))
             else:
-                measured.append((a, b))
-        return measured, tuple(ignored)
+                checked.append((a, b))
+        return checked, tuple(ignored)
 
-    def _list_pairs(self) -> None:
-        """List pairs and names after a shape was added or removed."""
-        parts, robot, model = self._parts, self.robot, self._world.model
-        names = {**parts.names, **{geom: name for name, geom in self._geoms.items()}}
+    def _update_tables(self) -> None:
+        """List the pairs and their names again after an object was added or removed."""
+        geoms, robot, model = self._file_geoms, self.robot, self._world.model
+        names = {**geoms.names, **{geom: name for name, geom in self._geoms.items()}}
         moves = np.zeros((model.ngeom, robot.n), dtype=bool)
-        moves[: len(parts.moves)] = parts.moves
+        moves[: len(geoms.moves)] = geoms.moves
         held = [self._geoms[name] for name in self._held]
         moves[held] = robot.moves[robot.frame_body]
         obstacles = [self._geoms[name] for name in self._obstacles]
-        pairs = list(self._own_pairs)
-        pairs += [(a, b) for a in (*parts.robot, *held) for b in obstacles]
-        near = beside_frame(robot, parts) if held else set()
+        pairs = list(self._file_pairs)
+        pairs += [(a, b) for a in (*geoms.robot, *held) for b in obstacles]
+        touchable = touchable_geoms(robot, geoms) if held else set()
         pairs += [
             (a, b)
             for a in held
-            for b in (*parts.robot, *parts.fixed)
-            if b not in near and not np.array_equal(moves[a], moves[b])
+            for b in (*geoms.robot, *geoms.fixed)
+            if b not in touchable and not np.array_equal(moves[a], moves[b])
         ]
-        # A cover is that of the first of two parts.
+        # The kernel covers only the first geom of a pair with spheres.
         pairs = [(b, a) if self._covers[b, 1] > self._covers[a, 1] else (a, b) for a, b in pairs]
         cover = self.options.cover
         self.tables = ProximityTables(
@@ -323,24 +333,14 @@ class CollisionWorld:
     def _check_free(self, name: str) -> None:
         taken = {**self._obstacles, **self._held}
         if name in taken:
-            raise InputError(f"the name {name!r} is taken; in the world are: {_listed(taken)}")
-        if name in self._parts.names.values():
-            raise InputError(f"the name {name!r} is that of a part in the robot's file")
+            raise InputError(f"the name {name!r} is taken; the world contains: {_listed(taken)}")
+        if name in self._file_geoms.names.values():
+            raise InputError(f"the name {name!r} is taken by a part of the robot's file")
 
     def _known(self, name: str) -> Obstacle:
         if name not in self._obstacles:
             raise InputError(f"unknown obstacle {name!r}; there are: {_listed(self._obstacles)}")
         return self._obstacles[name]
-
-
-def _twist(velocity: ArrayLike, name: str) -> NDArray[np.float64]:
-    try:
-        twist = np.array(velocity, dtype=np.float64)
-    except (TypeError, ValueError):
-        twist = np.empty(0)
-    if twist.shape != (6,) or not np.all(np.isfinite(twist)):
-        raise InputError(f"{name}: the velocity must be 6 finite numbers [v; ω], got {velocity!r}")
-    return twist
 
 
 def _listed(names: Iterable[str]) -> str:

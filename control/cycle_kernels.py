@@ -15,12 +15,12 @@ from numba import njit
 
 from .kinematics_kernels import point_jacobian, set_posture
 from .packed_options import CENTRING, SAFETY
-from .proximity_kernels import NEAR_COLUMNS, carry_held, distance_row, measure_near
+from .proximity_kernels import NEAR_COLUMNS, distance_row, measure_near, update_held_geoms
 from .proximity_tables import World
 from .qp_kernels import solve_qp
 from .relaxation import relax
 from .repulsion import limit_gradient, repel
-from .safety_kernels import SafetyRows, allowed, deviation_cost, joint_bounds, min_change
+from .safety_kernels import SafetyRows, allowed, deviation_cost, joint_bounds, min_distance_rate
 from .stack_kernels import Levels, solve_levels
 from .tasks.joint_centring import centring_slope
 from .tasks.kernel_task import TASK_ROWS, Frame, Output
@@ -117,14 +117,14 @@ def control_cycle(
     frame = Frame(q, limits, origin, frame_axes, block[:6], block[6:12])
     world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
-    carry_held(held, body_positions, body_axes, positions, matrices)
+    update_held_geoms(held, body_positions, body_axes, positions, matrices)
     count = measure_near(near, world, pairs, covers, spheres)
     near = near[:count]
-    rows, least = np.empty((count, n)), np.empty(count)
+    rows, min_rates = np.empty((count, n)), np.empty(count)
     for row in range(count):
         pair = pairs[int(near[row, 0])]
         drift = distance_row(near[row], pair, anchors, axes, joints, moves, motion, rows[row])
-        least[row] = min_change(near[row, 1], drift, options, True)
+        min_rates[row] = min_distance_rate(near[row, 1], drift, options, True)
     clearance = np.inf
     for row in range(count):
         clearance = min(clearance, near[row, 1])
@@ -137,14 +137,14 @@ def control_cycle(
         return UNSETTLED
     errors = report[1 : 1 + len(tasks)]
     if not math.isfinite(
-        nominal.sum() + errors.sum() + least.sum() + near[:, 1].sum() + rows.sum()
+        nominal.sum() + errors.sum() + min_rates.sum() + near[:, 1].sum() + rows.sum()
     ):
         return UNSETTLED
     if options[SAFETY] == 0.0:
         for joint in range(n):
             velocity[joint] = min(max(nominal[joint], -limits[joint, 2]), limits[joint, 2])
         return 0
-    bounds = SafetyRows(block[15], block[16], rows, least)
+    bounds = SafetyRows(block[15], block[16], rows, min_rates)
     joint_bounds(q, limits, options, True, bounds.low, bounds.high)
     if allowed(nominal, bounds):
         velocity[:] = nominal

@@ -1,4 +1,4 @@
-"""An object that the robot holds: a part of it while it does."""
+"""An object that the robot holds: it counts as a part of the robot until it is detached."""
 
 from __future__ import annotations
 
@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from .collision_pairs import related
-from .shapes import check_name, check_pose, check_shape
+from .collision_pairs import are_connected
+from .shapes import check_body
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .collision_pairs import Parts
+    from .collision_pairs import CollisionGeoms
     from .mujoco_binding import Model
     from .robot_model import RobotModel
     from .shapes import Shape
@@ -27,49 +27,52 @@ class HeldObject:
     Raises
     ------
     InputError
-        If the name is empty, the shape is none of the known ones, or the pose is not finite.
+        If the name is empty, the shape is of an unknown type, or the pose is not finite.
     """
 
     name: str
-    """Name that :meth:`CollisionWorld.detach` takes."""
+    """Name for :meth:`CollisionWorld.detach`."""
     shape: Shape
-    """Its shape, in its own frame."""
+    """Shape of the object, in its own frame."""
     pose: RigidTransform
-    """Its frame in the controlled frame (T_frame_object)."""
+    """Pose of the object in the controlled frame (T_frame_object)."""
 
     def __post_init__(self) -> None:
-        check_name(self.name, "held object")
-        check_shape(self.shape, self.name)
-        check_pose(self.pose, self.name)
+        check_body("held object", self.name, self.shape, self.pose)
 
 
 def held_row(
     robot: RobotModel, model: Model, geom: int, pose: RigidTransform
 ) -> NDArray[np.float64]:
-    """Return a row of :attr:`ProximityTables.held`: the pose of the geom in its holding body."""
-    T_body_frame = _pose(*robot.frame_in_body)
-    # MuJoCo turns a mesh into its principal axes: where its geom is in the object's frame.
-    T_object_geom = _pose(model.geom_pos[geom], model.geom_quat[geom])
+    """Return a row of :attr:`ProximityTables.held`: the pose of a geom in the body that holds it.
+
+    ``pose`` is T_frame_object.
+    """
+    T_body_frame = _transform(*robot.frame_in_body)
+    # MuJoCo moves the frame of a mesh to its centre and principal axes.
+    T_object_geom = _transform(model.geom_pos[geom], model.geom_quat[geom])
     T_body_geom = T_body_frame * pose * T_object_geom
     axes = T_body_geom.rotation.as_matrix().ravel()
     return np.concatenate([[geom, robot.frame_body], T_body_geom.translation, axes])
 
 
-def beside_frame(robot: RobotModel, parts: Parts) -> set[int]:
-    """Return the geoms that may touch a held object: on the frame's body, parent and children."""
+def touchable_geoms(robot: RobotModel, geoms: CollisionGeoms) -> set[int]:
+    """Return the geoms that may touch a held object.
+
+    They are on the body of the controlled frame, on its parent, and on all bodies that hang on it.
+    """
     model, frame = robot.model, robot.frame_body
     hanging = {frame}
     for body in range(1, model.nbody):
         if int(model.body_parentid[body]) in hanging:
             hanging.add(body)
-    beside = set()
-    for geom in (*parts.robot, *parts.fixed):
-        body = int(model.geom_bodyid[geom])
-        if body in hanging or related(model, body, frame):
-            beside.add(geom)
-    return beside
+    return {
+        geom
+        for geom in (*geoms.robot, *geoms.fixed)
+        if (body := int(model.geom_bodyid[geom])) in hanging or are_connected(model, body, frame)
+    }
 
 
-def _pose(place: NDArray[np.float64], quat_wxyz: NDArray[np.float64]) -> RigidTransform:
+def _transform(position: NDArray[np.float64], quat_wxyz: NDArray[np.float64]) -> RigidTransform:
     rotation = Rotation.from_quat(quat_wxyz, scalar_first=True)
-    return RigidTransform.from_components(np.array(place), rotation)
+    return RigidTransform.from_components(np.array(position), rotation)

@@ -1,4 +1,4 @@
-"""Home posture and joint speed limits of a robot, from an argument, its file, or a default."""
+"""The home posture and joint speed limits of a robot, from an argument, its file, or a default."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from .array_checks import checked_array
 from .mujoco_binding import mujoco
 from .robot_source import SPEED_NUMERIC
 
@@ -17,22 +18,22 @@ if TYPE_CHECKING:
     from .mujoco_binding import Model
 
 DEFAULT_TURN_SPEED = 1.5
-"""Speed limit of a turning joint that has none, rad/s: what light arms reach in every joint."""
+"""Speed limit of a hinge joint without one, rad/s. Light arms reach it in every joint."""
 DEFAULT_SLIDE_SPEED = 0.5
-"""Speed limit of a sliding joint that has none, m/s: a brisk linear axis near people."""
+"""Speed limit of a slide joint without one, m/s: that of a fast linear axis near people."""
 HOME_KEYFRAME = "home"
 """Name of the keyframe that holds the home posture."""
 
 _HINGE = int(mujoco.mjtJoint.mjJNT_HINGE)
 _SLIDE = int(mujoco.mjtJoint.mjJNT_SLIDE)
 SCALAR_JOINTS = (_HINGE, _SLIDE)
-"""Kinds of joint with one position, which can be controlled."""
+"""Types of joint with one position. Only these can be controlled."""
 
 
 def home_posture(
     model: Model, joints: NDArray[np.int64], home: ArrayLike | None
 ) -> NDArray[np.float64]:
-    """Return all joint positions (nq,) at home; ``home`` (n,) has priority over the file.
+    """Return MuJoCo's joint positions (nq,) at home. ``home`` (n,) has priority over the file.
 
     Raises
     ------
@@ -47,7 +48,7 @@ def home_posture(
         if model.key(key).name == HOME_KEYFRAME:
             posture = model.key_qpos[key].copy()
     if home is not None:
-        posture[model.jnt_qposadr[joints]] = _numbers(home, len(joints), "home")
+        posture[model.jnt_qposadr[joints]] = checked_array("home", home, (len(joints),))
     for joint in joints:
         low, high = model.jnt_range[joint]
         value = posture[model.jnt_qposadr[joint]]
@@ -68,26 +69,27 @@ def joint_speed(
     Raises
     ------
     InputError
-        If a limit is not a number above zero, or their number fits no set of joints.
+        If a limit is not a number above zero, or the number of limits does not fit the joints.
     """
     n = len(joints)
     if speed is not None:
-        limits = np.broadcast_to(_numbers(speed, n, "speed"), (n,)).copy()
+        every = np.full(n, speed) if np.ndim(speed) == 0 else speed
+        limits = checked_array("speed", every, (n,), finite=False)
     else:
         limits = _numeric_speed(model, joints)
     if limits is None:
         turns = model.jnt_type[joints] == _HINGE
         limits = np.where(turns, DEFAULT_TURN_SPEED, DEFAULT_SLIDE_SPEED)
         for column, joint in enumerate(joints):
-            told = urdf_speed.get(model.joint(int(joint)).name, 0.0)
-            # Many URDF files write 0 for a limit that nobody looked up.
-            limits[column] = told if told != 0.0 else limits[column]
+            # Many URDF files write 0 for an unknown limit.
+            limits[column] = urdf_speed.get(model.joint(int(joint)).name) or limits[column]
     if not np.all(limits > 0.0):
         raise InputError(f"joint speed limits must be > 0, got {limits.tolist()}")
     return limits
 
 
 def _numeric_speed(model: Model, joints: NDArray[np.int64]) -> NDArray[np.float64] | None:
+    """Return the speed limits (n,) of an MJCF, or None if it has none."""
     names = [model.numeric(k).name for k in range(model.nnumeric)]
     if SPEED_NUMERIC not in names:
         return None
@@ -101,16 +103,3 @@ def _numeric_speed(model: Model, joints: NDArray[np.int64]) -> NDArray[np.float6
         f"numeric {SPEED_NUMERIC} must have 1 number, {len(joints)} (controlled joints) or "
         f"{len(scalar)} (hinge and slide joints), got {len(values)}"
     )
-
-
-def _numbers(values: ArrayLike, n: int, what: str) -> NDArray[np.float64]:
-    try:
-        numbers = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError):
-        raise InputError(f"{what} must be {n} numbers, got {values!r}") from None
-    one = what == "speed" and numbers.shape == ()
-    if not one and numbers.shape != (n,):
-        raise InputError(f"{what} must have shape ({n},), got {numbers.shape}")
-    if np.any(np.isnan(numbers)) or (what == "home" and np.any(np.isinf(numbers))):
-        raise InputError(f"{what} must be finite, got {numbers.tolist()}")
-    return numbers

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
 PATH_TOLERANCE = 0.02
 """A point of the path is reached when no joint is farther off, rad or m."""
-SPEED_SHARE = 0.5
+SPEED_FRACTION = 0.5
 """Share of the joint speed limits that a path uses: the rest is for catching up."""
 HELD_UP_SECONDS = 0.5
 """A path is abandoned when the robot does not reach its next point for this time, s."""
@@ -115,7 +115,7 @@ class PlannedApproach:
         self.paths.append(path)
         if not path:
             return replace(cycle, reason=f"{cycle.reason}; no path found: {path.reason}")
-        self._track = retimed(path.postures, controller.robot, self.options.dt)
+        self._track = resample_path(path.configurations, controller.robot, self.options.dt)
         self._at = min(1, len(self._track) - 1)
         return replace(cycle, status="moving", reason="")
 
@@ -156,7 +156,9 @@ class PlannedApproach:
         self.controller.restart()
 
 
-def retimed(postures: NDArray[np.float64], robot: RobotModel, dt: float) -> NDArray[np.float64]:
+def resample_path(
+    postures: NDArray[np.float64], robot: RobotModel, dt: float
+) -> NDArray[np.float64]:
     """Return a path at constant speed, one posture per cycle, first and last included.
 
     Every roll-out slows down towards its end, and a path has several.
@@ -174,11 +176,11 @@ def retimed(postures: NDArray[np.float64], robot: RobotModel, dt: float) -> NDAr
     -------
     ndarray
         (M, n), linear between the given postures. No step moves the frame faster than the default
-        speed of a task, nor a joint faster than SPEED_SHARE of its limit.
+        speed of a task, nor a joint faster than SPEED_FRACTION of its limit.
     """
     places = np.array([robot.at(q).position for q in postures])
     by_frame = np.linalg.norm(np.diff(places, axis=0), axis=1) / DEFAULT_LINEAR_SPEED
-    by_joint = np.max(np.abs(np.diff(postures, axis=0)) / (SPEED_SHARE * robot.speed), axis=1)
+    by_joint = np.max(np.abs(np.diff(postures, axis=0)) / (SPEED_FRACTION * robot.speed), axis=1)
     times = np.concatenate([[0.0], np.cumsum(np.maximum(by_frame, by_joint))])
     count = int(np.ceil(times[-1] / dt - ROUNDING)) + 1
     wanted = np.minimum(dt * np.arange(count), times[-1])

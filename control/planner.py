@@ -1,8 +1,9 @@
 """Paths around local minima: a search tree of roll-outs of the controller.
 
-The division of work between a local controller and a global search follows Behnisch et al. 2011.
-The tree grows in the three dimensions of the frame's position, after LaValle 1998. Its edges are
-motions of the controller itself, so a path that is found has already been driven in simulation.
+A roll-out simulates the controller from given joint positions until it stops. The division of work
+between a local controller and a global search follows Behnisch et al. 2011. The tree grows in the
+three dimensions of the frame's position, after LaValle 1998. Its edges are roll-outs, so the
+controller has already driven every path that is found, in simulation.
 """
 
 from __future__ import annotations
@@ -30,38 +31,38 @@ if TYPE_CHECKING:
 
 
 MAX_GUESS_STEP = math.pi
-"""Longest step of all joints with which the goal of the tasks is guessed, rad or m: beyond half a
-turn a straight step means nothing."""
+"""Maximum norm of the joint step that estimates where the frame ends, rad or m. Beyond half a turn
+the linear estimate is meaningless."""
 PATIENCE = 0.4
-"""A roll-out ends after this time without progress, s of motion: shorter wastes less time in dead
+"""A roll-out ends after this time without progress, s of motion. A shorter time wastes less in dead
 ends, and gives up where the path bends."""
-GOAL_SHARE = 0.3
-"""Share of roll-outs that head for the goal: more is faster when there are few obstacles."""
+GOAL_PROBABILITY = 0.3
+"""Probability that a roll-out heads for the goal. More is faster when there are few obstacles."""
 MIN_STEP = 0.02
-"""Roll-outs that end nearer to a known place, m, are discarded."""
+"""A roll-out that ends nearer than this to a known node is discarded, m."""
 FAILURE_COST = 0.1
-"""Distance that a place counts farther from the goal for each failed roll-out from it, m."""
-POSTURE_WEIGHT = 0.1
-"""Weight of a rad between postures beside a m between places, where places are compared: elbows
-matter too."""
+"""Penalty on the distance of a node from the goal for each failed roll-out from it, m."""
+JOINT_WEIGHT = 0.1
+"""Weight of the joint distance of two nodes, m/rad, beside the distance of their positions. The
+same position with another elbow is another node."""
 
 
 @dataclass(frozen=True)
 class JointPath:
-    """A path, or (false in a condition) the reason why none was found."""
+    """A path, or the reason why none was found. It is true in a condition if a path was found."""
 
     found: bool
     """Whether the path ends with all tasks reached."""
-    postures: NDArray[np.float64]
-    """Joint positions (N, n) along the path, the start first."""
+    configurations: NDArray[np.float64]
+    """Joint positions (N, n) along the path, the start first, rad or m."""
     dt: float
-    """Time from one posture to the next, s."""
+    """Time from one configuration to the next, s."""
     reason: str
-    """Why no path was found: what blocked the last roll-out to the goal; empty otherwise."""
+    """Why no path was found: what blocked the last roll-out to the goal. Empty otherwise."""
     rollouts: int
     """Number of roll-outs."""
-    places: int
-    """Number of places in the tree at the end."""
+    nodes: int
+    """Number of nodes in the tree at the end."""
     seconds: float
     """Time the search took, s."""
 
@@ -69,23 +70,26 @@ class JointPath:
         return self.found
 
 
-@dataclass(frozen=True)
-class _Place:
+@dataclass
+class _Node:
     position: NDArray[np.float64]
+    """Origin of the controlled frame (3,), m, world."""
     q: NDArray[np.float64]
-    left: float
-    """Sum of the errors of the tasks that count."""
+    error: float
+    """Sum of the errors of the tasks that decide whether the motion is reached."""
     parent: int
-    postures: NDArray[np.float64]
-    """(N, n) from the parent's posture, that one not included."""
+    configurations: NDArray[np.float64]
+    """(N, n) from the parent's configuration to this one; the parent's is not included."""
+    failures: int = 0
+    """Number of failed roll-outs to the goal."""
 
 
 @dataclass(frozen=True)
 class _Rollout:
-    postures: NDArray[np.float64]
-    reached: bool
+    configurations: NDArray[np.float64]
+    """(N, n); the start is not included."""
     reason: str
-    left: float
+    """Why it did not reach its tasks; empty if it did."""
 
 
 def plan(
@@ -95,12 +99,12 @@ def plan(
     options: ControlOptions,
     planner: PlannerOptions | None = None,
 ) -> JointPath:
-    """Search for a path from joint positions q (n,) to a posture that reaches all tasks.
+    """Search for a path from joint positions q (n,) to a configuration that reaches all tasks.
 
-    Each iteration rolls out the controller. It starts either from the known place nearest to a
-    random position and drives there, or from the place nearest to the goal and drives the tasks
-    themselves. Places with failed roll-outs to the goal count as farther. Every new place is
-    followed by a roll-out to the goal.
+    Each iteration rolls out the controller in one of two ways. It drives from the node nearest to a
+    random position to that position, or from the node nearest to the goal to the tasks themselves.
+    Nodes with failed roll-outs to the goal count as farther. Every new node is followed by a
+    roll-out to the goal.
 
     Raises
     ------
@@ -114,18 +118,18 @@ def plan(
     low, high = search.bounds()
     found = search.has_rollouts() and (search.try_goal(0) or search.try_retreats())
     while not found and search.has_rollouts():
-        if rng.random() < GOAL_SHARE:
+        if rng.random() < GOAL_PROBABILITY:
             found = search.try_goal(search.most_promising())
             continue
         new = search.extend(rng.uniform(low, high))
         found = new >= 0 and search.try_goal(new)
     return JointPath(
         found,
-        search.path(len(search.places) - 1 if found else search.nearest_to_goal()),
+        search.path(len(search.nodes) - 1 if found else search.nearest_to_goal()),
         planner.dt,
         "" if found else search.reason,
         search.rollouts,
-        len(search.places),
+        len(search.nodes),
         time.perf_counter() - search.began,
     )
 
@@ -140,7 +144,7 @@ class _Search:
     ) -> None:
         self.world = world
         self.tasks = tasks
-        self.counted = [tasks[place] for place in counted(tasks)]
+        self.counted = [tasks[index] for index in counted(tasks)]
         self.options = replace(
             options,
             dt=planner.dt,
@@ -149,33 +153,32 @@ class _Search:
             eta=min(options.eta, options.eta * options.dt / planner.dt),
         )
         self.planner = planner
-        self.places: list[_Place] = []
-        self.failures: list[int] = []
+        self.nodes: list[_Node] = []
         self.rollouts = 0
-        self.reason = "no roll-outs to search with"
+        self.reason = "the planner may use no roll-outs"
         self.began = time.perf_counter()
 
     def has_rollouts(self) -> bool:
-        """Return whether the budget of roll-outs is not spent."""
+        """Return whether there is budget for another roll-out."""
         return self.rollouts < self.planner.rollouts
 
-    def add(self, parent: int, postures: NDArray[np.float64], q: NDArray[np.float64]) -> int:
+    def add(self, parent: int, configurations: NDArray[np.float64], q: NDArray[np.float64]) -> int:
+        """Add a node at q (n,); return its index."""
         state = self.world.robot.at(q)
-        left = sum(task.at(state).unmet for task in self.counted)
-        self.places.append(_Place(state.position, state.q, left, parent, postures))
-        self.failures.append(0)
-        return len(self.places) - 1
+        error = sum(task.at(state).unmet for task in self.counted)
+        self.nodes.append(_Node(state.position, state.q, error, parent, configurations))
+        return len(self.nodes) - 1
 
     def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Return the corners (3,), (3,) of the box in which positions are drawn."""
-        start = self.places[0]
+        start = self.nodes[0]
         state = self.world.robot.at(start.q)
         ends = [start.position]
         for task in self.tasks:
             rows = task.at(state)
-            # The frame after one straight step that removes the whole error.
+            # The frame after one linear step that removes the whole error.
             step = np.linalg.pinv(rows.jacobian) @ rows.error
-            # Near a singular posture that step would be far too long.
+            # Near a singular configuration that step would be far too long.
             step *= MAX_GUESS_STEP / max(float(np.linalg.norm(step)), MAX_GUESS_STEP)
             ends.append(start.position + state.jacobian[:3] @ step)
         corners = np.array(ends)
@@ -183,80 +186,73 @@ class _Search:
         return corners.min(axis=0) - beyond, corners.max(axis=0) + beyond
 
     def most_promising(self) -> int:
-        cost = FAILURE_COST
-        scores = [
-            place.left + cost * failed
-            for place, failed in zip(self.places, self.failures, strict=True)
-        ]
-        return int(np.argmin(scores))
+        """Return the node nearest to the goal, with the penalty of its failures."""
+        return int(np.argmin([node.error + FAILURE_COST * node.failures for node in self.nodes]))
 
     def nearest_to_goal(self) -> int:
-        return int(np.argmin([place.left for place in self.places]))
+        """Return the node with the smallest error."""
+        return int(np.argmin([node.error for node in self.nodes]))
 
     def try_goal(self, index: int) -> bool:
-        """Drive the tasks from a place; return whether they were reached, in the last place."""
-        place = self.places[index]
-        result = self.roll_out(place.q, self.tasks)
-        if result.reached:
-            self.add(
-                index, result.postures, result.postures[-1] if len(result.postures) else place.q
-            )
+        """Drive the tasks from a node; if they are reached, add the last node and return true."""
+        node = self.nodes[index]
+        result = self.roll_out(node.q, self.tasks)
+        if not result.reason:
+            self.add(index, result.configurations, [node.q, *result.configurations][-1])
             return True
-        self.failures[index] += 1
+        node.failures += 1
         self.reason = result.reason
         end = self._keep(index, result)
         if end >= 0:
-            self.failures[end] += 1
+            self.nodes[end].failures += 1
         return False
 
     def try_retreats(self) -> bool:
-        """Drive to each retreat configuration, and the tasks from there."""
+        """Drive to each retreat configuration, and from there to the tasks."""
         for configuration in retreat_configurations(self.world.robot):
             task = Posture(configuration, speed=RETREAT_SPEED)
-            new = self._keep(0, self.roll_out(self.places[0].q, (task,)))
+            new = self._keep(0, self.roll_out(self.nodes[0].q, (task,)))
             if new >= 0 and self.try_goal(new):
                 return True
         return False
 
     def extend(self, target: NDArray[np.float64]) -> int:
-        """Roll out towards a position from the nearest place; return the new place, or -1."""
-        away = [float(np.linalg.norm(place.position - target)) for place in self.places]
-        index = int(np.argmin(away))
-        result = self.roll_out(self.places[index].q, (Position(target),))
-        return self._keep(index, result)
+        """Roll out from the nearest node towards a position; return the new node, or -1."""
+        distances = [float(np.linalg.norm(node.position - target)) for node in self.nodes]
+        index = int(np.argmin(distances))
+        return self._keep(index, self.roll_out(self.nodes[index].q, (Position(target),)))
 
     def roll_out(self, q: NDArray[np.float64], tasks: tuple[Task, ...]) -> _Rollout:
+        """Simulate the controller from q (n,) until it stops or the time limit passes."""
         self.rollouts += 1
         controller = ApproachController(self.world, tasks, self.options)
-        postures = []
-        left = float("inf")
-        reason = "longest roll-out"
+        configurations = []
+        reason = "a roll-out reached its time limit"
         for _ in range(round(self.planner.longest / self.planner.dt)):
             cycle = controller.step(q)
-            left = sum(cycle.errors)
             if cycle.status != "moving":
                 reason = cycle.reason
                 break
             q = q + self.planner.dt * cycle.velocity
-            postures.append(q)
-        reached = reason == ""
-        return _Rollout(np.array(postures).reshape(-1, len(q)), reached, reason, left)
+            configurations.append(q)
+        return _Rollout(np.array(configurations).reshape(-1, len(q)), reason)
 
     def path(self, index: int) -> NDArray[np.float64]:
+        """Return the configurations (N, n) from the start to a node."""
         pieces = []
         while index > 0:
-            pieces.append(self.places[index].postures)
-            index = self.places[index].parent
-        return np.vstack([self.places[0].q[None], *reversed(pieces)])
+            pieces.append(self.nodes[index].configurations)
+            index = self.nodes[index].parent
+        return np.vstack([self.nodes[0].q[None], *reversed(pieces)])
 
     def _keep(self, parent: int, result: _Rollout) -> int:
-        if not len(result.postures):
+        """Add the end of a roll-out unless a node is near; return the new node, or -1."""
+        if not len(result.configurations):
             return -1
-        q = result.postures[-1]
+        q = result.configurations[-1]
         position = self.world.robot.at(q).position
-        weight = POSTURE_WEIGHT
-        for place in self.places:
-            gap = np.linalg.norm(place.position - position) + weight * np.linalg.norm(place.q - q)
-            if gap < MIN_STEP:
+        for node in self.nodes:
+            joints = np.linalg.norm(node.q - q)
+            if np.linalg.norm(node.position - position) + JOINT_WEIGHT * joints < MIN_STEP:
                 return -1
-        return self.add(parent, result.postures, q)
+        return self.add(parent, result.configurations, q)

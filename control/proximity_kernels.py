@@ -16,7 +16,7 @@ from numba import njit
 from .distance_kernels import TOUCHING_M, gap, measure, measure_apart
 from .kinematics_kernels import set_posture
 from .mujoco_binding import address
-from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_PLACE, World
+from .proximity_tables import BOUND, HALF, HELD_AXES, HELD_BODY, HELD_GEOM, HELD_POSITION, World
 
 if TYPE_CHECKING:
     from .proximity_tables import ProximityTables
@@ -66,7 +66,7 @@ def near_pairs(
     drift (P,): as in :class:`Proximity`; ``index`` is the index of the pair.
     """
     set_posture(model, data, q, qpos, joints[:, 0])
-    carry_held(held, body_positions, body_axes, positions, matrices)
+    update_held_geoms(held, body_positions, body_axes, positions, matrices)
     world = World(model, data, positions, matrices, sizes, shapes, probe, sharpness, cut_off)
     near = np.empty((len(pairs), NEAR_COLUMNS))
     count = measure_near(near, world, pairs, covers, spheres)
@@ -210,7 +210,7 @@ def _soft_distance(world, a, b, cover, one, row):
 
 
 @njit(cache=True)
-def carry_held(held, body_positions, body_axes, positions, matrices):
+def update_held_geoms(held, body_positions, body_axes, positions, matrices):
     """Move the geoms of held objects with the bodies that hold them."""
     for k in range(len(held)):
         geom, body = int(held[k, HELD_GEOM]), int(held[k, HELD_BODY])
@@ -218,7 +218,7 @@ def carry_held(held, body_positions, body_axes, positions, matrices):
             positions[geom, row] = body_positions[body, row]
             for inner in range(3):
                 into = body_axes[body, 3 * row + inner]
-                positions[geom, row] += into * held[k, HELD_PLACE + inner]
+                positions[geom, row] += into * held[k, HELD_POSITION + inner]
             for column in range(3):
                 total = 0.0
                 for inner in range(3):

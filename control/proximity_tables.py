@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 KIND, BOUND, MIDDLE, HALF, SIZE = 0, 1, 2, 5, 8
 """Columns of :attr:`ProximityTables.shapes`."""
-HELD_GEOM, HELD_BODY, HELD_PLACE, HELD_AXES = 0, 1, 2, 5
+HELD_GEOM, HELD_BODY, HELD_POSITION, HELD_AXES = 0, 1, 2, 5
 """Columns of :attr:`ProximityTables.held`."""
 
 

@@ -53,7 +53,7 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
     Number of active bounds, or GIVEN_UP.
     """
     n = len(nominal)
-    rows, least = bounds.rows, bounds.least
+    rows, min_rates = bounds.rows, bounds.min_rates
     _factorise(hessian)
     block = np.zeros((3 * n + 5, n))
     normals, basis, triangle = block[:n], block[n : 2 * n], block[2 * n : 3 * n]
@@ -62,7 +62,7 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
     lengths = np.empty(len(rows))
     for row in range(len(rows)):
         lengths[row] = math.sqrt(_dot(rows[row], rows[row], n))
-        if lengths[row] == 0.0 and least[row] > TOLERANCE:
+        if lengths[row] == 0.0 and min_rates[row] > TOLERANCE:
             return GIVEN_UP
     count = 0
     for _ in range(STEPS_PER_JOINT * n):
@@ -144,7 +144,7 @@ def _place(nominal, factor, away, velocity):
 def _most_violated(velocity, bounds, lengths):
     """Return the bound violated most: joint (below), n + joint (above), 2 n + row; -1: none."""
     n = len(velocity)
-    low, high, rows, least = bounds
+    low, high, rows, min_rates = bounds
     worst, bound = TOLERANCE, -1
     for joint in range(n):
         if low[joint] - velocity[joint] > worst:
@@ -152,7 +152,7 @@ def _most_violated(velocity, bounds, lengths):
         if velocity[joint] - high[joint] > worst:
             worst, bound = velocity[joint] - high[joint], n + joint
     for row in range(len(rows)):
-        passed = least[row] - _dot(rows[row], velocity, n)
+        passed = min_rates[row] - _dot(rows[row], velocity, n)
         if passed > worst * lengths[row]:
             worst, bound = passed / lengths[row], 2 * n + row
     return bound
@@ -162,7 +162,7 @@ def _most_violated(velocity, bounds, lengths):
 def _normal_of(bound, nominal, factor, bounds, normal):
     """Fill a bound's normal L⁻¹ a, and return how far along it the bound is from the nominal."""
     n = len(nominal)
-    low, high, rows, least = bounds
+    low, high, rows, min_rates = bounds
     normal[:] = 0.0
     if bound < n:
         normal[bound] = 1.0
@@ -172,7 +172,7 @@ def _normal_of(bound, nominal, factor, bounds, normal):
         reach = nominal[bound - n] - high[bound - n]
     else:
         normal[:] = rows[bound - 2 * n]
-        reach = least[bound - 2 * n] - _dot(normal, nominal, n)
+        reach = min_rates[bound - 2 * n] - _dot(normal, nominal, n)
     for i in range(n):
         for k in range(i):
             normal[i] -= factor[i, k] * normal[k]

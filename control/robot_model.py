@@ -1,14 +1,15 @@
-"""The robot's kinematics: any MJCF or URDF file, a frame to move and the joints that move it."""
+"""The kinematics of a robot from an MJCF or URDF file: controlled joints and a controlled frame."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.errors import InputError
 
+from .array_checks import checked_array, read_only
 from .joint_defaults import SCALAR_JOINTS, home_posture, joint_speed
 from .kinematics_kernels import frame_state
 from .mujoco_binding import address, mujoco
@@ -30,17 +31,17 @@ _ORIGIN = np.zeros(3)
 
 
 class RobotModel:
-    """A robot with n controlled joints and one controlled frame; make it with :meth:`load`.
+    """A robot with n controlled joints and one controlled frame. Create it with :meth:`load`.
 
-    One model is for one thread: it computes in MuJoCo's buffers, and hands out copies.
+    One model is for one thread, because it computes in MuJoCo's buffers. Its results are copies.
     """
 
     joint_names: tuple[str, ...]
-    """Names of the controlled joints; columns of every Jacobian are in this order."""
+    """Names of the controlled joints, in the order of the columns of every Jacobian."""
     n: int
     """Number of controlled joints."""
     lower: NDArray[np.float64]
-    """Lower joint limits (n,), rad (m, of a sliding joint), -inf where there is none."""
+    """Lower joint limits (n,), rad (m for a slide joint), -inf where there is none."""
     upper: NDArray[np.float64]
     """Upper joint limits (n,), inf where there is none."""
     home: NDArray[np.float64]
@@ -48,7 +49,7 @@ class RobotModel:
     speed: NDArray[np.float64]
     """Joint speed limits (n,), rad/s or m/s."""
     frame: str
-    """Name of the controlled frame, a site or a body."""
+    """Name of the controlled frame: a site or a body."""
 
     @classmethod
     def load(
@@ -65,26 +66,26 @@ class RobotModel:
         Parameters
         ----------
         source
-            Path of an MJCF or URDF file (meshes relative to it), XML text, or an ``MjSpec``,
-            which is copied.
+            Path of an MJCF or URDF file, XML text, or an ``MjSpec``, which is copied. Mesh paths
+            are relative to the file.
         frame
-            Name of the site or body to control; a site goes before a body of the same name.
+            Name of the site or body to control. A site has priority over a body of the same name.
         home
-            Home posture (n,); default: the keyframe ``home``, else the middle of the joint
-            limits (0 where there are none). Joints that are not controlled stay there.
+            Home posture (n,). Default: the keyframe ``home``, else the middle of the joint limits
+            (0 where there are none). Joints that are not controlled stay at home.
         joints
-            Names of the controlled hinge and slide joints, in the order wanted; default: all,
-            in the order of the file.
+            Names of the controlled hinge and slide joints, in the order of ``q``. Default: all, in
+            the order of the file.
         speed
-            Joint speed limits, one number or (n,), rad/s or m/s; default: the numeric
-            ``joint_speed`` of an MJCF, else ``<limit velocity>`` of a URDF, else 1.5 rad/s
-            and 0.5 m/s.
+            Joint speed limits, one number or (n,), rad/s or m/s. Default: the numeric
+            ``joint_speed`` of an MJCF, else the ``<limit velocity>`` of a URDF, else 1.5 rad/s for
+            a hinge joint and 0.5 m/s for a slide joint.
 
         Raises
         ------
         InputError
-            If the file cannot be read, a name is unknown, a controlled joint is a free or sphere
-            joint, or home or speed do not fit.
+            If the file cannot be read, a name is unknown, a controlled joint is a free or ball
+            joint, or home or speed is invalid.
         """
         spec, urdf_speed = read_robot(source)
         return cls(spec, urdf_speed, frame, home, joints, speed)
@@ -105,18 +106,18 @@ class RobotModel:
         self.n = len(self.joints)
         # MuJoCo numbers joints from base to tip.
         in_order = bool(np.all(np.diff(self.joints) > 0))
-        self._from_base = None if in_order else _fixed(np.argsort(self.joints))
+        self._from_base = None if in_order else read_only(np.argsort(self.joints))
         self.joint_names = tuple(model.joint(int(joint)).name for joint in self.joints)
-        self.places = model.jnt_qposadr[self.joints].astype(np.int64)
+        qpos_indices = model.jnt_qposadr[self.joints]
         self.hinge = model.jnt_type[self.joints] == mujoco.mjtJoint.mjJNT_HINGE
         limited = model.jnt_limited[self.joints].astype(bool)
         span = model.jnt_range[self.joints]
-        self.lower = _fixed(np.where(limited, span[:, 0], -np.inf))
-        self.upper = _fixed(np.where(limited, span[:, 1], np.inf))
+        self.lower = read_only(np.where(limited, span[:, 0], -np.inf))
+        self.upper = read_only(np.where(limited, span[:, 1], np.inf))
         posture = home_posture(model, self.joints, home)
-        self.home_qpos = _fixed(posture)
-        self.home = _fixed(posture[self.places])
-        self.speed = _fixed(joint_speed(model, self.joints, speed, urdf_speed))
+        self.home_qpos = read_only(posture)
+        self.home = read_only(posture[qpos_indices])
+        self.speed = read_only(joint_speed(model, self.joints, speed, urdf_speed))
         self.moves = _moves(model, self.joints)
         self.frame = frame
         self.frame_body, position, matrix = _frame(model, data, frame)
@@ -124,8 +125,8 @@ class RobotModel:
         data.qpos[:] = posture
         frame_moves = np.ascontiguousarray(self.moves[self.frame_body])
         self._frame = (frame_moves, data.xanchor, data.xaxis, position, matrix)
-        self.joint_table = np.column_stack([self.places, self.joints, self.hinge]).astype(np.int64)
-        """(n, 3): index in ``qpos``, id, 1 if the joint turns and 0 if it slides."""
+        self.joint_table = np.column_stack([qpos_indices, self.joints, self.hinge]).astype(np.int64)
+        """(n, 3): index in ``qpos``, id, 1 for a hinge and 0 for a slide joint."""
         self._addresses = (address(model), address(data))
         self.at(self.home)
 
@@ -139,7 +140,7 @@ class RobotModel:
         """
         q = self.checked(q)
         point, rotation, jacobian = self._at(q, self._frame, _ORIGIN)
-        # Checked above or true by construction: the constructor's checks would cost as much again.
+        # The constructor would check these valid arrays again, and double the time.
         state = object.__new__(RobotState)
         vars(state).update(
             q=q,
@@ -155,16 +156,16 @@ class RobotModel:
         return state
 
     def point_jacobian(self, q: ArrayLike, body: str, point: ArrayLike) -> NDArray[np.float64]:
-        """Compute the linear Jacobian (3, n) of a point of a body, world axes.
+        """Compute the linear Jacobian (3, n) of a point fixed to a body, world axes.
 
         Parameters
         ----------
         q
             Joint positions (n,).
         body
-            Name of the body (or site) that carries the point.
+            Name of the body or site.
         point
-            The point in that body's frame (3,), m.
+            The point in the frame of the body or site (3,), m.
 
         Raises
         ------
@@ -172,19 +173,15 @@ class RobotModel:
             If q or the point has a wrong shape or is not finite, or the body is unknown.
         """
         q = self.checked(q)
-        try:
-            offset = np.array(point, dtype=np.float64)
-        except (TypeError, ValueError):
-            raise InputError(f"point must be 3 numbers, got {point!r}") from None
-        if offset.shape != (3,) or not np.all(np.isfinite(offset)):
-            raise InputError(f"point must be 3 finite numbers, got {point!r}")
-        which, position, matrix = _frame(self.model, self.data, body)
-        moves = np.ascontiguousarray(self.moves[which])
+        offset = checked_array("point", point, (3,))
+        body_id, position, matrix = _frame(self.model, self.data, body)
+        moves = np.ascontiguousarray(self.moves[body_id])
         frame = (moves, self.data.xanchor, self.data.xaxis, position, matrix)
         return self._at(q, frame, offset)[2][:3].copy()
 
     def checked(self, q: ArrayLike) -> NDArray[np.float64]:
         """Return a copy (n,) of joint positions; raise an :class:`InputError` if invalid."""
+        # Every control cycle calls this, so it is faster than `checked_array`.
         try:
             numbers = np.array(q, dtype=np.float64)
         except (TypeError, ValueError):
@@ -208,25 +205,26 @@ def _joint_ids(model: Model, names: Sequence[str] | None) -> NDArray[np.int64]:
     known = {model.joint(joint).name: joint for joint in range(model.njnt)}
     scalar = {name: j for name, j in known.items() if int(model.jnt_type[j]) in SCALAR_JOINTS}
     choices = ", ".join(scalar) or "none"
+    if isinstance(names, str):
+        raise InputError(f"joints must be a list of names, got {names!r}")
+    for name in names or ():
+        if name not in known:
+            raise InputError(f"unknown joint {name!r}; hinge and slide joints: {choices}")
+        if name not in scalar:
+            raise InputError(
+                f"joint {name!r} is a free or ball joint, which cannot be controlled; "
+                f"hinge and slide joints: {choices}"
+            )
     if names is None:
-        chosen = [j for j in range(model.njnt) if int(model.jnt_type[j]) in SCALAR_JOINTS]
+        # Not from `scalar`: several joints may have no name.
+        joints = [j for j in range(model.njnt) if int(model.jnt_type[j]) in SCALAR_JOINTS]
     else:
-        if isinstance(names, str):
-            raise InputError(f"joints must be a list of names, got {names!r}")
-        for name in names:
-            if name not in known:
-                raise InputError(f"unknown joint {name!r}; hinge and slide joints: {choices}")
-            if name not in scalar:
-                raise InputError(
-                    f"joint {name!r} is a free or ball joint, which cannot be controlled here; "
-                    f"hinge and slide joints: {choices}"
-                )
-        chosen = [scalar[name] for name in names]
-        if len(set(chosen)) != len(chosen):
+        joints = [scalar[name] for name in names]
+        if len(set(joints)) != len(joints):
             raise InputError(f"joints must differ, got {list(names)}")
-    if not chosen:
+    if not joints:
         raise InputError(f"the robot needs at least one controlled joint; there are: {choices}")
-    return np.array(chosen, dtype=np.int64)
+    return np.array(joints, dtype=np.int64)
 
 
 def _frame(
@@ -241,11 +239,10 @@ def _frame(
     if name and name in bodies:
         body = bodies[name]
         return body, data.xpos[body], data.xmat[body]
-    listed = [
-        f"{what} {', '.join(filter(None, names)) or 'none'}"
-        for what, names in (("sites", sites), ("bodies", bodies))
-    ]
-    raise InputError(f"unknown frame {name!r}; there are {'; '.join(listed)}")
+    raise InputError(
+        f"unknown frame {name!r}; there are sites {', '.join(filter(None, sites)) or 'none'}; "
+        f"bodies {', '.join(filter(None, bodies)) or 'none'}"
+    )
 
 
 def _frame_in_body(model: Model, name: str) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
@@ -262,8 +259,3 @@ def _moves(model: Model, joints: NDArray[np.int64]) -> NDArray[np.bool_]:
     for body in range(1, model.nbody):
         moves[body] = moves[model.body_parentid[body]] | (model.jnt_bodyid[joints] == body)
     return moves
-
-
-def _fixed(array: NDArray[Any]) -> NDArray[Any]:
-    array.setflags(write=False)
-    return array

@@ -1,4 +1,4 @@
-"""Read a robot from MJCF or URDF, and the joint speed limits that MuJoCo leaves out."""
+"""Read a robot from MJCF or URDF, and the joint speed limits that MuJoCo does not read."""
 
 from __future__ import annotations
 
@@ -10,20 +10,20 @@ from eyehand.errors import InputError
 from .mujoco_binding import Model, Spec, mujoco
 
 Source = str | Path | Spec
-"""Path of an MJCF or URDF file, its text, or an MjSpec."""
+"""Path of an MJCF or URDF file, XML text, or an MjSpec."""
 
 SPEED_NUMERIC = "joint_speed"
-"""Name of the ``<custom><numeric>`` of an MJCF that holds joint speed limits."""
+"""Name of the ``<custom><numeric>`` element of an MJCF that holds joint speed limits."""
 
 
 def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:
-    """Read a robot; meshes are looked for relative to the file.
+    """Read a robot. Mesh paths are relative to the file.
 
     Returns
     -------
     spec, urdf_speed
-        A spec of one's own, with fixed links kept as bodies (a tool frame is one), and the
-        ``<limit velocity>`` of a URDF by joint name (empty for the rest).
+        A new spec, and the ``<limit velocity>`` of a URDF by joint name (empty for other formats).
+        Links on fixed joints stay separate bodies, because a tool frame can be such a link.
 
     Raises
     ------
@@ -32,46 +32,47 @@ def read_robot(source: Source) -> tuple[Spec, dict[str, float]]:
     """
     if not isinstance(source, (str, Path)):
         if not isinstance(source, mujoco.MjSpec):
-            raise InputError(f"robot: give a path, XML text or an MjSpec, got {source!r}")
-        return _own(source.copy()), {}
+            raise InputError(
+                f"robot: the source must be a path, XML text or an MjSpec, got {source!r}"
+            )
+        return _keep_fixed_links(source.copy()), {}
     if isinstance(source, str) and source.lstrip().startswith("<"):
-        return _own(_parsed(source)), _urdf_speed(source)
+        try:
+            spec = mujoco.MjSpec.from_string(source)
+        except (ValueError, mujoco.FatalError) as error:
+            raise InputError(f"robot: cannot read the XML text: {_one_line(error)}") from None
+        return _keep_fixed_links(spec), _urdf_speed(source)
     path = Path(source)
     if not path.is_file():
-        raise InputError(f"robot: no such file: {path}; give a path of an MJCF or URDF file")
+        raise InputError(
+            f"robot: no such file: {path}; the path must be that of an MJCF or URDF file"
+        )
     try:
         spec = mujoco.MjSpec.from_file(str(path))
     except (ValueError, mujoco.FatalError) as error:
         hint = "" if path.suffix in (".xml", ".urdf") else "; its name must end in .xml or .urdf"
         raise InputError(f"robot: cannot read {path}: {_one_line(error)}{hint}") from None
-    # The other formats that MuJoCo reads are not XML and hold no such limits.
-    # As bytes: the file itself names its encoding.
+    # Only XML holds speed limits. Read as bytes, because the file itself declares its encoding.
     text = path.read_bytes() if path.suffix.lower() in (".xml", ".urdf") else b""
-    return _own(spec), _urdf_speed(text)
+    return _keep_fixed_links(spec), _urdf_speed(text)
 
 
 def compile_spec(spec: Spec) -> Model:
-    """Compile, with MuJoCo's message as an :class:`InputError` when it cannot."""
+    """Compile a spec; raise an :class:`InputError` with MuJoCo's message if that fails."""
     try:
         return spec.compile()
     except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"robot: MuJoCo cannot compile it: {_one_line(error)}") from None
+        raise InputError(f"robot: MuJoCo cannot compile the model: {_one_line(error)}") from None
 
 
-def _own(spec: Spec) -> Spec:
-    # Of a URDF, MuJoCo would merge links on fixed joints, and frames to control would be lost.
+def _keep_fixed_links(spec: Spec) -> Spec:
+    # By default MuJoCo merges the links of a URDF on fixed joints, and their frames are lost.
     spec.compiler.fusestatic = False
     return spec
 
 
-def _parsed(text: str) -> Spec:
-    try:
-        return mujoco.MjSpec.from_string(text)
-    except (ValueError, mujoco.FatalError) as error:
-        raise InputError(f"robot: cannot read the XML text: {_one_line(error)}") from None
-
-
 def _urdf_speed(text: str | bytes) -> dict[str, float]:
+    """Return the velocity limits of a URDF by joint name; none if the text is not a URDF."""
     try:
         root = ElementTree.fromstring(text)
     except ElementTree.ParseError:
@@ -86,7 +87,9 @@ def _urdf_speed(text: str | bytes) -> dict[str, float]:
         try:
             speeds[name] = float(value)
         except ValueError:
-            raise InputError(f"robot: joint {name}: velocity {value!r} is no number") from None
+            raise InputError(
+                f"robot: joint {name}: velocity must be a number, got {value!r}"
+            ) from None
     return speeds
 
 

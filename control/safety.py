@@ -11,7 +11,7 @@ import numpy as np
 
 from .packed_options import pack_options
 from .qp_kernels import TOLERANCE
-from .safety_kernels import TASK_WEIGHT, SafetyRows, allowed, joint_bounds, min_change
+from .safety_kernels import TASK_WEIGHT, SafetyRows, allowed, joint_bounds, min_distance_rate
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -59,13 +59,13 @@ def safety_rows(
     low, high = np.empty(len(state.q)), np.empty(len(state.q))
     limits = np.column_stack([state.lower, state.upper, state.speed]).astype(np.float64)
     joint_bounds(np.asarray(state.q, dtype=np.float64), limits, packed, recover, low, high)
-    least = [
-        min_change(distance, drift, packed, recover)
+    min_rates = [
+        min_distance_rate(distance, drift, packed, recover)
         for distance, drift in zip(
             proximity.distance.tolist(), proximity.drift.tolist(), strict=True
         )
     ]
-    return SafetyRows(low, high, proximity.rows, np.array(least, dtype=np.float64))
+    return SafetyRows(low, high, proximity.rows, np.array(min_rates, dtype=np.float64))
 
 
 def safe_motion(
@@ -122,7 +122,7 @@ def _without_recovery(
     stop = np.zeros_like(nominal)
     if allowed(stop, still):
         return stop, strength, True
-    bare = still._replace(least=np.full_like(still.least, -UNBOUNDED))
+    bare = still._replace(min_rates=np.full_like(still.min_rates, -UNBOUNDED))
     velocity, strength = _giving_way(nominal, hessian, bare, still)
     if velocity is None:
         return stop, strength, False
@@ -133,8 +133,8 @@ def _nearest(
     nominal: NDArray[np.float64], hessian: NDArray[np.float64], rows: SafetyRows
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
     """Velocity and what each joint (n) and each row (P) holds it back with; None: infeasible."""
-    high = np.concatenate([rows.high, np.full(len(rows.least), UNBOUNDED)])
-    low = np.concatenate([rows.low, rows.least])
+    high = np.concatenate([rows.high, np.full(len(rows.min_rates), UNBOUNDED)])
+    low = np.concatenate([rows.low, rows.min_rates])
     return _solve(hessian, -hessian @ nominal, rows.rows, low, high)
 
 
@@ -146,12 +146,15 @@ def _giving_way(
     Each tighter bound gets a variable that takes up what it misses. The solver's own soft
     constraints would weigh a row by its length: what a short lever misses bends all joints.
     """
-    joints, pairs = len(nominal), len(must.least)
+    joints, pairs = len(nominal), len(must.min_rates)
     every = np.concatenate([np.eye(joints), must.rows])
     open_end = np.full(pairs, UNBOUNDED)
-    low, high = np.concatenate([should.low, should.least]), np.concatenate([should.high, open_end])
+    low, high = (
+        np.concatenate([should.low, should.min_rates]),
+        np.concatenate([should.high, open_end]),
+    )
     tighter = np.flatnonzero(
-        (low > np.concatenate([must.low, must.least]))
+        (low > np.concatenate([must.low, must.min_rates]))
         | (high < np.concatenate([must.high, open_end]))
     )
     extra = len(tighter)
@@ -168,7 +171,7 @@ def _giving_way(
         weights,
         np.concatenate([-hessian @ nominal, np.zeros(extra)]),
         constraints,
-        np.concatenate([must.low, -free, must.least, low[tighter]]),
+        np.concatenate([must.low, -free, must.min_rates, low[tighter]]),
         np.concatenate([must.high, free, open_end, high[tighter]]),
     )
     held = np.concatenate([strength[:joints], strength[size : size + pairs]])

@@ -21,7 +21,7 @@ TASK_WEIGHT = 20.0
 
 
 class SafetyRows(NamedTuple):
-    """Linear bounds on joint velocities: low <= velocity <= high, rows @ velocity >= least."""
+    """Linear bounds on joint velocities: low <= velocity <= high, rows @ velocity >= min_rates."""
 
     low: NDArray[np.float64]
     """(n,), rad/s."""
@@ -29,7 +29,7 @@ class SafetyRows(NamedTuple):
     """(n,), rad/s."""
     rows: NDArray[np.float64]
     """(P, n) distance rows."""
-    least: NDArray[np.float64]
+    min_rates: NDArray[np.float64]
     """(P,), m/s: slowest change of each distance that is allowed."""
 
 
@@ -50,7 +50,7 @@ def joint_bounds(q, limits, options, recover, low, high):
 
 
 @njit(cache=True)
-def min_change(distance, drift, options, recover):
+def min_distance_rate(distance, drift, options, recover):
     """Return the slowest change of a distance that is allowed, m/s."""
     share = options[DAMPER] / options[DT]
     left = distance - options[MARGIN]
@@ -62,7 +62,7 @@ def min_change(distance, drift, options, recover):
 @njit(cache=True)
 def allowed(velocity, bounds):
     """Return whether a velocity (n,) keeps all :class:`SafetyRows`."""
-    low, high, rows, least = bounds
+    low, high, rows, min_rates = bounds
     for joint in range(len(velocity)):
         if not low[joint] - SLACK <= velocity[joint] <= high[joint] + SLACK:
             return False
@@ -70,7 +70,7 @@ def allowed(velocity, bounds):
         change = 0.0
         for joint in range(len(velocity)):
             change += rows[row, joint] * velocity[joint]
-        if not change >= least[row] - SLACK:
+        if not change >= min_rates[row] - SLACK:
             return False
     return True
 

@@ -1,4 +1,4 @@
-"""Plain convex shapes of obstacles and held objects, and an obstacle with its name and pose."""
+"""Convex shapes of obstacles and held objects, and the obstacle with its name and pose."""
 
 from __future__ import annotations
 
@@ -12,21 +12,23 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
+from .array_checks import checked_array, read_only
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-SMALLEST_SIZE_M = 1e-6
-"""Sizes below this are taken for zero: a micrometre is no obstacle, more likely a slip of units."""
+MIN_SIZE_M = 1e-6
+"""Minimum size of a shape, m. A smaller one is probably a mistake of units."""
 
 
 @dataclass(frozen=True, eq=False)
 class Box:
-    """A box about its centre.
+    """A box. Its frame is at the centre.
 
     Raises
     ------
     InputError
-        If a half extent is not a finite number above zero.
+        If a half extent is not finite or is below MIN_SIZE_M.
     """
 
     half_extents: NDArray[np.float64]
@@ -38,12 +40,12 @@ class Box:
 
 @dataclass(frozen=True)
 class Sphere:
-    """A sphere about its centre.
+    """A sphere. Its frame is at the centre.
 
     Raises
     ------
     InputError
-        If the radius is not a finite number above zero.
+        If the radius is not finite or is below MIN_SIZE_M.
     """
 
     radius: float
@@ -55,12 +57,12 @@ class Sphere:
 
 @dataclass(frozen=True, eq=False)
 class Ellipsoid:
-    """An ellipsoid about its centre.
+    """An ellipsoid. Its frame is at the centre.
 
     Raises
     ------
     InputError
-        If a semi-axis is not a finite number above zero.
+        If a semi-axis is not finite or is below MIN_SIZE_M.
     """
 
     semi_axes: NDArray[np.float64]
@@ -72,12 +74,12 @@ class Ellipsoid:
 
 @dataclass(frozen=True)
 class Cylinder:
-    """A cylinder along z about its centre.
+    """A cylinder along z. Its frame is at the centre.
 
     Raises
     ------
     InputError
-        If a size is not a finite number above zero.
+        If a size is not finite or is below MIN_SIZE_M.
     """
 
     radius: float
@@ -92,12 +94,12 @@ class Cylinder:
 
 @dataclass(frozen=True)
 class Capsule:
-    """A cylinder along z with a hemisphere on either end.
+    """A cylinder along z with a hemisphere on each end. Its frame is at the centre.
 
     Raises
     ------
     InputError
-        If a size is not a finite number above zero.
+        If a size is not finite or is below MIN_SIZE_M.
     """
 
     radius: float
@@ -112,80 +114,80 @@ class Capsule:
 
 @dataclass(frozen=True, eq=False)
 class ConvexMesh:
-    """The convex hull of points.
+    """The convex hull of a set of points.
 
     Raises
     ------
     InputError
-        If the points are not (V, 3) finite numbers, or enclose no volume.
+        If the points are not finite numbers (V, 3) with V >= 4, or enclose no volume.
     """
 
     vertices: NDArray[np.float64]
-    """Points (V, 3), m, V >= 4; those inside the hull are dropped."""
+    """Points (V, 3), m, V >= 4. Only the vertices of the hull are kept."""
 
     def __post_init__(self) -> None:
-        vertices = _numbers(self.vertices, "convex mesh: vertices")
-        if vertices.ndim != 2 or vertices.shape[1] != 3 or len(vertices) < 4:
+        vertices = checked_array("convex mesh: vertices", self.vertices, ("V", 3))
+        if len(vertices) < 4:
             raise InputError(
                 f"convex mesh: vertices must be (V, 3) with V >= 4, got shape {vertices.shape}"
             )
-        extent = np.ptp(vertices, axis=0)
-        if float(extent.max()) < SMALLEST_SIZE_M:
-            raise InputError(f"convex mesh: all vertices lie within {SMALLEST_SIZE_M} m")
+        if np.ptp(vertices, axis=0).max() < MIN_SIZE_M:
+            raise InputError(f"convex mesh: all vertices lie within {MIN_SIZE_M} m")
         try:
             hull = ConvexHull(vertices)
         except QhullError:
             raise InputError(
                 f"convex mesh: the {len(vertices)} vertices lie in one plane; use a thin Box"
             ) from None
-        object.__setattr__(self, "vertices", _fixed(vertices[hull.vertices]))
+        object.__setattr__(self, "vertices", read_only(vertices[hull.vertices]))
 
 
 Shape = Box | Sphere | Ellipsoid | Cylinder | Capsule | ConvexMesh
-"""Any of the shapes."""
+"""A convex shape."""
 SHAPE_NAMES = ("Box", "Sphere", "Ellipsoid", "Cylinder", "Capsule", "ConvexMesh")
-"""The shapes by name, for messages."""
+"""Names of the shapes for error messages."""
 
 
 @dataclass(frozen=True, eq=False)
 class Obstacle:
-    """Something in the world that the robot must not touch.
+    """An object in the world that the robot must not touch.
 
     Raises
     ------
     InputError
-        If the name is empty, the shape is none of the known ones, or the pose is not finite.
+        If the name is empty, the shape is of an unknown type, or the pose is not finite.
     """
 
     name: str
-    """Name that :meth:`CollisionWorld.move` and :meth:`CollisionWorld.remove` take."""
+    """Name for :meth:`CollisionWorld.move` and :meth:`CollisionWorld.remove`."""
     shape: Shape
-    """Its shape, in its own frame."""
+    """Shape of the obstacle, in its own frame."""
     pose: RigidTransform
-    """Its frame in the world (T_world_obstacle)."""
+    """Pose of the obstacle in the world (T_world_obstacle)."""
 
     def __post_init__(self) -> None:
-        check_name(self.name, "obstacle")
-        check_shape(self.shape, self.name)
-        check_pose(self.pose, self.name)
+        check_body("obstacle", self.name, self.shape, self.pose)
 
 
-def check_name(name: str, what: str) -> None:
-    """Refuse what is no name; ``what`` is told in the message."""
+def check_body(kind: str, name: str, shape: Shape, pose: RigidTransform) -> None:
+    """Check name, shape and pose of an obstacle or a held object; ``kind`` is for the message.
+
+    Raises
+    ------
+    InputError
+        If the name is empty, the shape is of an unknown type, or the pose is not finite.
+    """
     if not isinstance(name, str) or not name:
-        raise InputError(f"{what}: the name must be a text that is not empty, got {name!r}")
-
-
-def check_shape(shape: Shape, name: str) -> None:
-    """Refuse what is none of the shapes; ``name`` is told in the message."""
+        raise InputError(f"{kind}: the name must be a text that is not empty, got {name!r}")
     if not isinstance(shape, Shape):
         raise InputError(
             f"{name}: the shape must be one of {', '.join(SHAPE_NAMES)}, got {shape!r}"
         )
+    check_pose(pose, name)
 
 
 def check_pose(pose: RigidTransform, name: str) -> None:
-    """Refuse what is no finite single pose; ``name`` is told in the message."""
+    """Raise an :class:`InputError` if a value is not one finite pose; ``name`` is its owner."""
     if not isinstance(pose, RigidTransform) or not pose.single:
         raise InputError(f"{name}: the pose must be one RigidTransform, got {type(pose).__name__}")
     if not np.all(np.isfinite(pose.as_matrix())):
@@ -203,34 +205,17 @@ def checked_obstacles(obstacles: Iterable[Obstacle]) -> tuple[Obstacle, ...]:
     return given
 
 
-def _sizes(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    sizes = _numbers(values, what)
-    if sizes.shape != (3,):
-        raise InputError(f"{what} must be 3 numbers, got shape {sizes.shape}")
+def _sizes(values: ArrayLike, name: str) -> NDArray[np.float64]:
+    sizes = checked_array(name, values, (3,))
     for size in sizes:
-        _check_size(float(size), what)
-    return _fixed(sizes)
+        _check_size(float(size), name)
+    return read_only(sizes)
 
 
-def _check_size(value: float, what: str) -> None:
+def _check_size(value: float, name: str) -> None:
     try:
-        fits = not isinstance(value, str) and SMALLEST_SIZE_M <= float(value) < float("inf")
+        fits = not isinstance(value, str) and MIN_SIZE_M <= float(value) < float("inf")
     except (TypeError, ValueError):
         fits = False
     if not fits:
-        raise InputError(f"{what} must be finite and >= {SMALLEST_SIZE_M} m, got {value}")
-
-
-def _numbers(values: ArrayLike, what: str) -> NDArray[np.float64]:
-    try:
-        numbers = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{what} must be numbers: {error}") from error
-    if not np.all(np.isfinite(numbers)):
-        raise InputError(f"{what} must be finite")
-    return numbers
-
-
-def _fixed(array: NDArray[np.float64]) -> NDArray[np.float64]:
-    array.setflags(write=False)
-    return array
+        raise InputError(f"{name} must be finite and >= {MIN_SIZE_M} m, got {value}")

@@ -1,4 +1,7 @@
-"""A robot and room for obstacles as one MuJoCo model: primitives need no compiling."""
+"""One MuJoCo model of a robot and of prepared geoms for obstacles.
+
+A primitive shape is written into a prepared geom, a slot, without a new compilation.
+"""
 
 from __future__ import annotations
 
@@ -19,64 +22,66 @@ if TYPE_CHECKING:
     from .shapes import Shape
 
 CCD_TOLERANCE = 1e-12
-"""Where MuJoCo's general convex distance stops: at its default of 1e-6 normals inside ellipsoids
-and cylinders are wrong by up to 0.1, here by 1e-5, for a third more time in those pairs alone."""
+"""Tolerance of MuJoCo's general convex distance, m. At its default of 1e-6, normals inside
+ellipsoids and cylinders are wrong by up to 0.1; here they are wrong by 1e-5. Only these pairs take
+longer, by a third."""
 CCD_ITERATIONS = 500
-"""Enough for that tolerance; spheres, boxes and capsules never come near it."""
+"""Maximum number of iterations for that tolerance. Spheres, boxes and capsules need far fewer."""
 FAR_AWAY_M = 1e3
-"""Where empty slots wait: they are in no pair, this is for whoever draws the model."""
+"""Depth at which empty slots are kept, m. They are in no pair, but a viewer would draw them."""
 
 _PREFIX = "eyehand_slot_"
-_NO_TURN = [1.0, 0.0, 0.0, 0.0]
-_OWN_GEOM: dict[str, Any] = {
+_IDENTITY = [1.0, 0.0, 0.0, 0.0]
+_GEOM_FIELDS: dict[str, Any] = {
     "pos": [0.0] * 3,
-    "quat": _NO_TURN,
+    "quat": _IDENTITY,
     "fromto": [math.nan] * 6,
     "contype": 1,
     "conaffinity": 1,
     "typeinertia": mujoco.mjtGeomInertia.mjINERTIA_VOLUME,
 }
-"""What a ``<default>`` of the robot's file must not decide: an obstacle would stand elsewhere, or
-be discarded as a mere picture. No number in ``fromto`` says that it is not given."""
-_OWN_MESH: dict[str, Any] = {
+"""Fields of a new geom, so that no ``<default>`` of the robot's file applies. Such a default could
+move an obstacle, or discard it as a visual geom. NaN in ``fromto`` means that it is not set."""
+_MESH_FIELDS: dict[str, Any] = {
     "scale": [1.0] * 3,
     "refpos": [0.0] * 3,
-    "refquat": _NO_TURN,
+    "refquat": _IDENTITY,
     "maxhullvert": -1,
 }
-"""Of a mesh: files whose meshes are in mm scale all of them by a ``<default>``."""
+"""Fields of a new mesh, for the same reason: a file with meshes in mm scales all meshes by a
+``<default>``."""
 
 
 @dataclass(frozen=True, eq=False)
 class WorldModel:
-    """A compiled robot with slots; bodies and geoms of the robot keep their ids."""
+    """A compiled robot with slots. Bodies and geoms of the robot keep their ids."""
 
     model: Model
     """The compiled ``MjModel``."""
     data: Data
     """Its ``MjData``."""
     slots: tuple[int, ...]
-    """Geoms that any shape but a mesh can be put into."""
+    """Prepared geoms, each for one shape that is not a mesh."""
     meshes: tuple[int, ...]
-    """Geoms of the meshes, in the order given."""
+    """Geoms of the meshes, in the order of the arguments."""
     probe: int
-    """A sphere that is moved about to measure from points."""
+    """A sphere that the kernels move in order to compute distances from points."""
 
 
 def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldModel:
-    """Compile a robot with empty slots, meshes and a probe; ``spec`` is left as it is."""
+    """Compile a copy of a robot with empty slots, meshes and a probe."""
     spec = spec.copy()
     spec.option.ccd_tolerance = CCD_TOLERANCE
     spec.option.ccd_iterations = CCD_ITERATIONS
     for number in range(slots + 1):
         name = f"{_PREFIX}{number}"
         sphere = mujoco.mjtGeom.mjGEOM_SPHERE
-        _add_body(spec, name).add_geom(name=name, type=sphere, size=[1.0, 0.0, 0.0], **_OWN_GEOM)
+        _add_body(spec, name).add_geom(name=name, type=sphere, size=[1.0, 0.0, 0.0], **_GEOM_FIELDS)
     for number, mesh in enumerate(meshes):
         name = f"{_PREFIX}mesh_{number}"
-        spec.add_mesh(name=name, uservert=mesh.vertices.ravel(), **_OWN_MESH)
+        spec.add_mesh(name=name, uservert=mesh.vertices.ravel(), **_MESH_FIELDS)
         kind = mujoco.mjtGeom.mjGEOM_MESH
-        _add_body(spec, name).add_geom(name=name, type=kind, meshname=name, **_OWN_GEOM)
+        _add_body(spec, name).add_geom(name=name, type=kind, meshname=name, **_GEOM_FIELDS)
     model = compile_spec(spec)
     ids = [model.geom(f"{_PREFIX}{number}").id for number in range(slots + 1)]
     return WorldModel(
@@ -89,8 +94,8 @@ def build_world(spec: Spec, slots: int, meshes: Sequence[ConvexMesh]) -> WorldMo
 
 
 def fill_slot(model: Model, geom: int, shape: Shape) -> None:
-    """Give a slot's geom a shape that is no mesh, in place."""
-    kind, size, radius, half = _geom_of(shape)
+    """Write a shape that is not a mesh into a slot of the compiled model."""
+    kind, size, radius, half = _geom_fields(shape)
     model.geom_type[geom] = kind
     model.geom_size[geom] = size
     model.geom_rbound[geom] = radius
@@ -101,8 +106,8 @@ def _add_body(spec: Spec, name: str) -> Spec:
     return spec.worldbody.add_body(name=name, mocap=True, pos=[0.0, 0.0, -FAR_AWAY_M])
 
 
-def _geom_of(shape: Shape) -> tuple[int, list[float], float, list[float]]:
-    """MuJoCo's type and size (3,), the bounding radius and the half extents of the bounding box."""
+def _geom_fields(shape: Shape) -> tuple[int, list[float], float, list[float]]:
+    """Return MuJoCo's type and size (3,), bounding radius, and half extents of the bounding box."""
     kinds = mujoco.mjtGeom
     match shape:
         case Sphere(radius):
@@ -117,4 +122,4 @@ def _geom_of(shape: Shape) -> tuple[int, list[float], float, list[float]]:
             return kinds.mjGEOM_ELLIPSOID, axes.tolist(), float(axes.max()), axes.tolist()
         case Box(half):
             return kinds.mjGEOM_BOX, half.tolist(), float(np.linalg.norm(half)), half.tolist()
-    raise AssertionError(f"a {type(shape).__name__} does not fit a slot")
+    raise AssertionError(f"a slot cannot hold a {type(shape).__name__}")

@@ -20,7 +20,7 @@ from eyehand.control.proximity_tables import (
     HELD_AXES,
     HELD_BODY,
     HELD_GEOM,
-    HELD_PLACE,
+    HELD_POSITION,
     KIND,
     MIDDLE,
     SIZE,
@@ -224,7 +224,7 @@ def _move_held_objects(tables: ProximityTables) -> None:
     for row in tables.held:
         geom, body = int(row[HELD_GEOM]), int(row[HELD_BODY])
         frame = data.xmat[body].reshape(3, 3)
-        data.geom_xpos[geom] = data.xpos[body] + frame @ row[HELD_PLACE : HELD_PLACE + 3]
+        data.geom_xpos[geom] = data.xpos[body] + frame @ row[HELD_POSITION : HELD_POSITION + 3]
         data.geom_xmat[geom] = (frame @ row[HELD_AXES : HELD_AXES + 9].reshape(3, 3)).ravel()
 
 

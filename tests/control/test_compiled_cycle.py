@@ -105,12 +105,12 @@ def check(cycle: ControlCycle, q: np.ndarray) -> bool:
     if motion.blocking != stepwise.blocking:
         # Parts that share a joint can give the same row. Either of them may be reported.
         near = cycle.world.proximity(q)
-        least = safety_rows(cycle.world.robot.at(q), near, cycle.options).least
+        min_rates = safety_rows(cycle.world.robot.at(q), near, cycle.options).min_rates
         labels = [f"{first} near {second}" for first, second in near.names]
         for name in set(motion.blocking) ^ set(stepwise.blocking):
             index = labels.index(name)
             difference = np.abs(near.rows - near.rows[index]).max(axis=1)
-            difference += np.abs(least - least[index])
+            difference += np.abs(min_rates - min_rates[index])
             assert np.count_nonzero(difference < TOLERANCE) > 1
     return True
 

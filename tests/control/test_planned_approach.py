@@ -18,7 +18,7 @@ from eyehand.control import (
 )
 from eyehand.control.approach import ControlStep
 from eyehand.control.options import ControlOptions
-from eyehand.control.planned_approach import retimed
+from eyehand.control.planned_approach import resample_path
 from eyehand.control.planner import _Search
 from eyehand.control.tasks import PointOnPlane, Position
 from eyehand.data_synth.scenes import make_reaching_scene
@@ -47,10 +47,10 @@ class _DriftingController(_StuckController):
         return replace(self.stuck_step, velocity=np.full(7, 0.1))
 
 
-def test_retimed_path_keeps_speed_limits_and_corners():
+def test_resampled_path_keeps_speed_limits_and_corners():
     robot = reaching_world(()).robot
     corners = np.array([robot.home, robot.home + 0.3, robot.home + np.eye(7)[6]])
-    track = retimed(corners, robot, 0.005)
+    track = resample_path(corners, robot, 0.005)
     np.testing.assert_allclose(track[[0, -1]], corners[[0, -1]])
     # The corner is not cut: one configuration lies within half a step of it.
     assert np.abs(track - corners[1]).max(axis=1).min() < 0.01
@@ -58,7 +58,7 @@ def test_retimed_path_keeps_speed_limits_and_corners():
     assert np.all(speed <= 0.5 * robot.speed + 1e-9)
     tool = np.array([robot.at(q).position for q in track])
     assert np.linalg.norm(np.diff(tool, axis=0), axis=1).max() < 1.1 * 0.25 * 0.005
-    np.testing.assert_allclose(retimed(corners[:1], robot, 0.005), corners[:1])
+    np.testing.assert_allclose(resample_path(corners[:1], robot, 0.005), corners[:1])
 
 
 def test_found_path_is_followed_to_goal(monkeypatch):
@@ -94,9 +94,9 @@ def test_plan_around_box_is_collision_free_and_reaches_goal():
     world, tasks = reaching_world(scene.obstacles), (Position(scene.goal),)
     path = plan(world, tasks, scene.start, ControlOptions(), PlannerOptions())
     assert path
-    np.testing.assert_array_equal(path.postures[0], scene.start)
-    assert tasks[0].at(world.robot.at(path.postures[-1])).unmet < 1e-3
-    clear = [world.proximity(q).distance.min(initial=1.0) for q in path.postures]
+    np.testing.assert_array_equal(path.configurations[0], scene.start)
+    assert tasks[0].at(world.robot.at(path.configurations[-1])).unmet < 1e-3
+    clear = [world.proximity(q).distance.min(initial=1.0) for q in path.configurations]
     assert min(clear) > 0.008
 
 
@@ -107,7 +107,7 @@ def test_plan_is_repeatable_with_seed():
     first, second = (plan(world, tasks, scene.start, ControlOptions(), options) for _ in range(2))
     # One attempt to reach the goal may follow the last counted roll-out.
     assert first.rollouts == second.rollouts <= 13
-    np.testing.assert_array_equal(first.postures, second.postures)
+    np.testing.assert_array_equal(first.configurations, second.configurations)
 
 
 def test_budget_of_zero_roll_outs_fails_with_reason():
@@ -126,7 +126,7 @@ def test_goal_inside_obstacle_has_no_path_and_a_reason():
     path = plan(world, (Position(goal),), scene.start, ControlOptions(), PlannerOptions(rollouts=8))
     assert not path
     assert path.reason
-    assert np.all(np.isfinite(path.postures))
+    assert np.all(np.isfinite(path.configurations))
 
 
 def test_robot_stops_before_each_search(monkeypatch):

@@ -29,11 +29,11 @@ def random_case(seed: int, joints: int, *, feasible: bool = True):
     if pairs > 3 and rng.random() < 0.5:
         rows[1], rows[2] = rows[0], -0.5 * rows[0]
     inside = rng.uniform(0.5 * low, 0.5 * high)
-    least = rows @ inside - rng.uniform(0.0, 0.1, pairs) * np.linalg.norm(rows, axis=1)
+    min_rates = rows @ inside - rng.uniform(0.0, 0.1, pairs) * np.linalg.norm(rows, axis=1)
     if not feasible:
-        least += rng.uniform(0.0, 0.5, pairs)
+        min_rates += rng.uniform(0.0, 0.5, pairs)
     nominal = 3.0 * rng.normal(size=joints)
-    return nominal, np.eye(joints) + 20.0 * tasks.T @ tasks, SafetyRows(low, high, rows, least)
+    return nominal, np.eye(joints) + 20.0 * tasks.T @ tasks, SafetyRows(low, high, rows, min_rates)
 
 
 @given(seed=seeds, joints=st.integers(1, 9))
@@ -70,8 +70,8 @@ def test_infeasible_problems_are_given_up(seed):
     count, velocity, _, _ = solve_case(nominal, hessian, rows)
     # The largest slack that all rows can have at once. Below zero, the problem is infeasible.
     bounds = [*zip(rows.low, rows.high, strict=True), (None, 1.0)]
-    rows_with_slack = np.column_stack([-rows.rows, np.ones(len(rows.least))])
-    best = linprog(-np.eye(8)[7], rows_with_slack, -rows.least, bounds=bounds)
+    rows_with_slack = np.column_stack([-rows.rows, np.ones(len(rows.min_rates))])
+    best = linprog(-np.eye(8)[7], rows_with_slack, -rows.min_rates, bounds=bounds)
     slack = -best.fun
     if slack > 1e-7:
         assert count != GIVEN_UP
@@ -96,6 +96,6 @@ def test_joint_with_zero_bounds_does_not_move():
 
 
 def test_zero_row_is_ignored_unless_it_is_infeasible():
-    for least, answer in ((-0.1, 1), (0.1, GIVEN_UP)):
-        rows = SafetyRows(-np.ones(2), np.ones(2), np.zeros((1, 2)), np.array([least]))
+    for min_rates, answer in ((-0.1, 1), (0.1, GIVEN_UP)):
+        rows = SafetyRows(-np.ones(2), np.ones(2), np.zeros((1, 2)), np.array([min_rates]))
         assert solve_case(np.array([2.0, 0.0]), np.eye(2), rows)[0] == answer

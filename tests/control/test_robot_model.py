@@ -78,7 +78,7 @@ def test_kernel_equals_numpy_reference(robot: RobotModel) -> None:
         q = np.random.default_rng(seed).uniform(-1, 1, robot.n)
         state = robot.at(q)
         data.qpos[:] = robot.home_qpos
-        data.qpos[robot.places] = q
+        data.qpos[robot.joint_table[:, 0]] = q
         mujoco.mj_kinematics(robot.model, data)
         axis = data.xaxis[robot.joints] * robot.moves[robot.frame_body][:, None]
         turning = axis * robot.hinge[:, None]
@@ -243,5 +243,5 @@ def test_invalid_joint_positions_are_rejected(robot: RobotModel, q: ArrayLike) -
 def test_point_jacobian_rejects_unknown_body_and_invalid_point(robot: RobotModel) -> None:
     with pytest.raises(InputError, match="bodies base, rail, turn"):
         robot.point_jacobian(robot.home, "elbow", np.zeros(3))
-    with pytest.raises(InputError, match="3 finite numbers"):
+    with pytest.raises(InputError, match=r"point must have shape \(3,\)"):
         robot.point_jacobian(robot.home, "lift", np.zeros(2))

@@ -50,7 +50,7 @@ def max_violation(velocity: Array, rows: SafetyRows) -> float:
     return max(
         (rows.low - velocity).max(),
         (velocity - rows.high).max(),
-        (rows.least - rows.rows @ velocity).max(initial=-np.inf),
+        (rows.min_rates - rows.rows @ velocity).max(initial=-np.inf),
     )
 
 
@@ -75,7 +75,7 @@ def kkt_gap(velocity: Array, nominal: Array, tasks: Array, rows: SafetyRows) -> 
         [
             eye[velocity < rows.low + tolerance],
             -eye[velocity > rows.high - tolerance],
-            rows.rows[rows.rows @ velocity < rows.least + tolerance],
+            rows.rows[rows.rows @ velocity < rows.min_rates + tolerance],
         ]
     )
     if len(forces) == 0:
@@ -109,10 +109,10 @@ def test_velocity_agrees_with_slsqp():
             bounds=list(zip(rows.low, rows.high, strict=True)),
             constraints={
                 "type": "ineq",
-                "fun": lambda v, r=rows: r.rows @ v - r.least,
+                "fun": lambda v, r=rows: r.rows @ v - r.min_rates,
                 "jac": lambda _, r=rows: r.rows,
             }
-            if len(rows.least)
+            if len(rows.min_rates)
             else (),
             method="SLSQP",
             options={"ftol": 1e-14, "maxiter": 500},
@@ -159,7 +159,7 @@ def test_feasibility_agrees_with_linear_program(seed, drift, inside):
     best = linprog(
         np.array([*np.zeros(7), -1.0]),
         np.column_stack([-rows_without_recovery.rows, length]),
-        -rows_without_recovery.least,
+        -rows_without_recovery.min_rates,
         bounds=[*bounds, (None, 1.0)],
     )
     assert best.status == 0

@@ -37,7 +37,7 @@ def _untyped(value: object) -> Any:
             lambda: Box(_untyped((0.1, 0.0, 0.1))),
             "half_extents must be finite and >= 1e-06 m, got 0",
         ),
-        (lambda: Box(_untyped((0.1, 0.1))), "must be 3 numbers"),
+        (lambda: Box(_untyped((0.1, 0.1))), r"must have shape \(3,\)"),
         (lambda: Box(_untyped((0.1, NAN, 0.1))), "must be finite"),
         (lambda: Box(_untyped(("a", 1, 2))), "must be numbers"),
         (lambda: Sphere(0.0), "sphere: radius"),
