@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import base64
 from html import escape
 from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
+from ..bench.report_page import data_url, html_table
 from ..scene_picture import colour_of
 from .force_plot import pick_timeline
 from .frame_crop import crop_to_objects
@@ -101,10 +101,10 @@ def _pictures(capture: Capture) -> str:
     )
     return (
         '<div class="pictures">'
-        f'<figure><img alt="depth image" src="{_data_url(_depth_image(frame))}">'
+        f'<figure><img alt="depth image" src="{_picture_url(_depth_image(frame))}">'
         "<figcaption>noisy depth image: near yellow, far blue, no reading black"
         "</figcaption>"
-        f'</figure><figure><img alt="{caption}" src="{_data_url(overlay)}"><figcaption>{caption}'
+        f'</figure><figure><img alt="{caption}" src="{_picture_url(overlay)}"><figcaption>{caption}'
         f"{'' if capture.pick is None else ';' + key}</figcaption></figure></div>"
     )
 
@@ -117,28 +117,24 @@ def _depth_image(frame: DepthFrame) -> NDArray[np.uint8]:
     return np.where(frame.valid[..., None], np.asarray(coloured)[..., ::-1], 0).astype(np.uint8)
 
 
-def _data_url(picture: NDArray[np.uint8]) -> str:
-    """Return an image as a data URL."""
+def _picture_url(picture: NDArray[np.uint8]) -> str:
+    """Return a scaled JPEG image as a data URL."""
     height, width = picture.shape[:2]
     how = cv2.INTER_AREA if width > PICTURE_WIDTH else cv2.INTER_CUBIC
     size = (PICTURE_WIDTH, round(height * PICTURE_WIDTH / width))
     scaled = np.ascontiguousarray(cv2.resize(picture, size, interpolation=how)[..., ::-1])
     _, encoded = cv2.imencode(".jpg", scaled, [cv2.IMWRITE_JPEG_QUALITY, JPEG_QUALITY])
-    return f"data:image/jpeg;base64,{base64.b64encode(encoded.tobytes()).decode()}"
+    return data_url(encoded.tobytes(), "image/jpeg")
 
 
 def _task_table(pick: PickReport) -> str:
-    rows = "".join(
-        f"<tr><td>{escape(task.name.replace('_', ' '))}</td>"
-        f'<td class="n">{task.rows or "bounds"}</td><td>{escape(task.description)}</td></tr>'
+    rows = [
+        [escape(task.name.replace("_", " ")), str(task.rows or "bounds"), escape(task.description)]
         for task in pick.plan.tasks
-    )
-    return (
-        '<table><thead><tr><th>task</th><th class="n">rows</th><th>meaning</th></tr></thead>'
-        f"<tbody>{rows}<tr><td><b>total</b></td>"
-        f'<td class="n"><b>{pick.plan.rows}</b></td><td class="faint">of the 6 that a full pose '
-        "takes</td></tr></tbody></table>"
-    )
+    ]
+    note = '<span class="faint">of the 6 that a full pose takes</span>'
+    rows.append(["<b>total</b>", f"<b>{pick.plan.rows}</b>", note])
+    return html_table(["task", "rows", "meaning"], rows, numbers=(1,))
 
 
 def _rejected(pick: PickReport) -> str:

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import base64
 from html import escape
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..bench.report_page import data_url, html_page, html_table
 from ..output_files import write_text
 from ..wording import counted, plural
 from .capture_cards import capture_card, final_capture_card, object_cell, outcome_pill
-from .demo_report_style import STYLE
 from .demo_table import task_words
 from .score_terms import SIZE_NOTE, score_legend
 
@@ -21,11 +20,12 @@ if TYPE_CHECKING:
     from .demo_record import Capture, DemoRecord
 
 EMBEDDED_BYTES = 12_000_000
-"""A larger video stays a file beside the page: browsers are slow with such long addresses."""
+"""Maximum size of an embedded video, bytes. A larger one stays a file beside the page, because
+browsers are slow with long data URLs."""
 
 
 def write_report(path: Path, record: DemoRecord) -> None:
-    """Write the page at once or not at all.
+    """Write the page atomically.
 
     Raises
     ------
@@ -36,27 +36,13 @@ def write_report(path: Path, record: DemoRecord) -> None:
 
 
 def report_html(record: DemoRecord) -> str:
-    """Make the page's text, its pictures and its video inside it."""
+    """Return the page, with its pictures and its video embedded."""
     cards = []
     for number, capture in enumerate(record.captures, start=1):
         card = capture_card if capture.pick is not None else final_capture_card
         cards.append(card(number, capture, record))
-    return "\n".join(
-        [
-            '<!DOCTYPE html><html lang="en"><head><meta charset="utf-8">',
-            '<meta name="viewport" content="width=device-width, initial-scale=1">',
-            # An icon of its own: browsers ask the network for one otherwise.
-            '<link rel="icon" href="data:,">',
-            f"<title>eyehand demo: {escape(record.source)}</title>",
-            f"<style>{STYLE}</style></head><body><main>",
-            _header(record),
-            _tiles(record),
-            _video(record),
-            _summary(record),
-            *cards,
-            "</main></body></html>\n",
-        ]
-    )
+    parts = [_header(record), _tiles(record), _video(record), _summary(record), *cards]
+    return html_page(f"eyehand demo: {record.source}", parts)
 
 
 def _header(record: DemoRecord) -> str:
@@ -66,8 +52,8 @@ def _header(record: DemoRecord) -> str:
     )
     return (
         f"<h1>{title}</h1>"
-        f'<p class="faint">{escape(record.source)}. Unknown objects, one noisy depth view at a '
-        "time: perceived, grasped and put into a tray by a simulated robot.</p>"
+        f'<p class="faint">{escape(record.source)}. A simulated robot perceives unknown objects in '
+        "noisy depth images, grasps them, and puts them into a tray.</p>"
     )
 
 
@@ -79,16 +65,16 @@ def _tiles(record: DemoRecord) -> str:
     if picks:
         good = sum(row.success for row in result.picks)
         tiles += [
-            (f"{good} of {len(picks)}", f"{plural(len(picks), 'pick')} that went well"),
-            (f"{np.median([pick.perceive_ms for pick in picks]):.0f} ms", "to perceive a view"),
-            (f"{np.median([pick.plan_ms for pick in picks]):.0f} ms", "to choose and plan"),
+            (f"{good} of {len(picks)}", f"{plural(len(picks), 'pick')} that succeeded"),
+            (f"{np.median([pick.perceive_ms for pick in picks]):.0f} ms", "to perceive an image"),
+            (f"{np.median([pick.plan_ms for pick in picks]):.0f} ms", "to select and plan"),
             (f"{np.mean([pick.seconds for pick in picks]):.1f} s", "simulated time per pick"),
         ]
     tiles.append((f"{result.cpu_seconds:.1f} s", "processor time, robot and simulation"))
     if record.film_cpu_seconds is not None:
         tiles.append((f"{record.film_cpu_seconds:.0f} s", "processor time, film"))
-    made = "".join(f'<div class="tile"><b>{a}</b><span>{b}</span></div>' for a, b in tiles)
-    return f'<div class="tiles">{made}</div>'
+    tiles_html = "".join(f'<div class="tile"><b>{a}</b><span>{b}</span></div>' for a, b in tiles)
+    return f'<div class="tiles">{tiles_html}</div>'
 
 
 def _video(record: DemoRecord) -> str:
@@ -97,7 +83,7 @@ def _video(record: DemoRecord) -> str:
         return ""
     source = escape(film.name, quote=True)
     if film.stat().st_size <= EMBEDDED_BYTES:
-        source = f"data:video/mp4;base64,{base64.b64encode(film.read_bytes()).decode()}"
+        source = data_url(film.read_bytes(), "video/mp4")
     return (
         '<div class="card"><video controls muted loop playsinline preload="metadata" '
         f'src="{source}"></video></div>'
@@ -112,29 +98,35 @@ def _summary(record: DemoRecord) -> str:
     ]
     if not rows:
         return ""
+    head = [
+        "pick",
+        "object",
+        "grasp",
+        "task rows",
+        "perceive ms",
+        "plan ms",
+        "simulated s",
+        "outcome",
+    ]
+    # Explain sizes and scores once for all cards.
+    terms = {term for pick in record.report.picks for term in pick.plan.score.terms}
     return (
-        '<div class="card wide"><table><thead><tr><th>pick</th><th>object</th><th>grasp</th>'
-        '<th>task rows</th><th class="n">perceive ms</th><th class="n">plan ms</th>'
-        '<th class="n">simulated s</th><th>outcome</th></tr></thead><tbody>'
-        f"{''.join(rows)}</tbody></table>{_legend(record)}</div>"
+        f'<div class="card wide">{html_table(head, rows, numbers=(4, 5, 6))}'
+        f'<p class="legend">{SIZE_NOTE}</p><p class="legend">{score_legend(terms)}</p></div>'
     )
 
 
-def _legend(record: DemoRecord) -> str:
-    """Explain sizes and scores, once for all cards."""
-    terms = {term for pick in record.report.picks for term in pick.plan.score.terms}
-    return f'<p class="legend">{SIZE_NOTE}</p><p class="legend">{score_legend(terms)}</p>'
-
-
-def _row(number: int, capture: Capture) -> str:
+def _row(number: int, capture: Capture) -> list[str]:
     pick = capture.pick
     assert pick is not None
-    tasks = task_words(pick.plan)
-    why = f'<br><span class="faint">{escape(pick.reason)}</span>' if pick.reason else ""
-    return (
-        f'<tr><td><a href="#capture{number}">{number}</a></td><td>{object_cell(capture)}</td>'
-        f"<td>{escape(pick.plan.name)}</td>"
-        f'<td><b>{pick.plan.rows}</b> <span class="faint">{escape(tasks)}</span></td>'
-        f'<td class="n">{pick.perceive_ms:.0f}</td><td class="n">{pick.plan_ms:.0f}</td>'
-        f'<td class="n">{pick.seconds:.1f}</td><td>{outcome_pill(capture)}{why}</td></tr>'
-    )
+    reason = f'<br><span class="faint">{escape(pick.reason)}</span>' if pick.reason else ""
+    return [
+        f'<a href="#capture{number}">{number}</a>',
+        object_cell(capture),
+        escape(pick.plan.name),
+        f'<b>{pick.plan.rows}</b> <span class="faint">{escape(task_words(pick.plan))}</span>',
+        f"{pick.perceive_ms:.0f}",
+        f"{pick.plan_ms:.0f}",
+        f"{pick.seconds:.1f}",
+        f"{outcome_pill(capture)}{reason}",
+    ]

@@ -91,7 +91,7 @@ def test_the_usual_table_has_its_seven_rows_and_writes_its_files(run, tmp_path):
     page = (tmp_path / "report.html").read_text()
     assert "packed, friction 0.6, shake 2 s" in page
     assert "&lt; 20 mm &amp; rolled" in page
-    assert not re.search(r"(src|href)='(?!data:)", page), "one page, nothing beside it"
+    assert not re.search(r"(src|href)=['\"](?!data:)", page), "one page, nothing beside it"
     chart = cv2.imread(str(tmp_path / "evaluate.png"))
     assert chart is not None
     assert chart.shape[1] == 1600
