@@ -90,6 +90,27 @@ class Sweep(Generic[Tested]):
         return self.values[: self.values.index(self.holds_to) + 1]
 
 
+def as_sweep(
+    name: str,
+    axis: str,
+    unit: str,
+    values: tuple[float, ...],
+    *,
+    holds_to: float | None,
+    right: str,
+    repeats: int | None = None,
+) -> Callable[[Callable[[float, int, Tested], Trial]], Sweep[Tested]]:
+    """Return a decorator that turns a trial function into its :class:`Sweep`.
+
+    The parameters are the fields of the sweep. Its trial then stands below its difficulty.
+    """
+
+    def decorate(attempt: Callable[[float, int, Tested], Trial]) -> Sweep[Tested]:
+        return Sweep(name, axis, unit, values, holds_to, attempt, right, repeats)
+
+    return decorate
+
+
 @dataclass(frozen=True)
 class SweepStep:
     """All trials at one value of a sweep."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,7 +12,7 @@ from eyehand.data_synth import DepthNoise, Table
 from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, noise_at_one_metre
 from eyehand.data_synth.scenes import ball, box, cylinder, superquadric, tapered_box
 
-from ..bench import Sweep, Trial
+from ..bench import Trial, as_sweep
 from .stress_trial import BASE_NOISE, SegmentCallable, try_scene
 
 if TYPE_CHECKING:
@@ -24,109 +25,19 @@ COLOURS = (
     (0.85, 0.65, 0.20),
     (0.55, 0.33, 0.60),
 )
-"""Colours of the objects of a scene, in turn."""
+"""Colours of the objects of a scene, in this order."""
 IMAGE_HEIGHTS = {1280: 720, 960: 540}
-"""Heights of wide images, px; others are 4:3."""
+"""Image width → height of the wide image formats, px. All others are 4:3."""
 NOISE_DRAWS = 10
-"""Frames of the same scene that must agree on the number of objects."""
-
+"""Number of frames of the same scene, each with other noise."""
 MM = 1e-3
+"""One millimetre, m."""
 
-
-def camera_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
-    """Return the sweeps of depth errors, image size and viewing angle."""
-    return (*_depth_error_sweeps(), *_view_sweeps())
-
-
-def _depth_error_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
-    """Return the sweeps of noise and lost readings."""
-    every = "all 5 separate objects found, none more"
-    return (
-        Sweep(
-            name="noise",
-            axis="noise of each pixel at 1 m",
-            unit="mm",
-            values=(0, 1, 2, 3, 5, 8, 12, 16, 24),
-            holds_to=8,
-            attempt=_noise,
-            right=every,
-        ),
-        Sweep(
-            name="kinect",
-            axis="all errors of a Kinect, times",
-            unit="",
-            values=(0, 0.5, 1, 1.5, 2, 3, 4, 6),
-            holds_to=2,
-            attempt=_kinect,
-            right=every,
-        ),
-        Sweep(
-            name="dropout",
-            axis="single pixels lost",
-            unit="%",
-            values=(0, 10, 20, 30, 40, 50, 60, 70, 80),
-            holds_to=20,
-            attempt=_dropout,
-            right=every,
-        ),
-        Sweep(
-            name="holes",
-            axis="area lost in blotches",
-            unit="%",
-            values=(0, 5, 10, 20, 30, 40, 60, 80),
-            holds_to=20,
-            attempt=_holes,
-            right=every,
-        ),
-    )
-
-
-def _view_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
-    """Return the sweeps of image size, viewing angle, and noise on fixed scenes."""
-    every = "all 5 separate objects found, none more"
-    return (
-        Sweep(
-            name="image-size",
-            axis="image width",
-            unit="px",
-            values=(1280, 960, 640, 480, 320, 240, 160, 80, 40),
-            holds_to=320,
-            attempt=_image_size,
-            right=every,
-        ),
-        Sweep(
-            name="grazing",
-            axis="camera above the horizon",
-            unit="°",
-            values=(60, 45, 30, 20, 15, 10, 7, 5),
-            holds_to=10,
-            attempt=_grazing,
-            right="all 3 objects side by side found, none more",
-        ),
-        Sweep(
-            name="empty",
-            axis="noise over an empty table, at 1 m",
-            unit="mm",
-            values=(0, 1, 2, 3, 4, 5, 7, 10, 15),
-            holds_to=10,
-            attempt=_empty,
-            right="no object found",
-        ),
-        Sweep(
-            name="repeat",
-            axis=f"noise at 1 m, {NOISE_DRAWS} looks at one scene",
-            unit="mm",
-            values=(0, 1, 2, 3, 5, 8, 12, 16),
-            holds_to=8,
-            attempt=_repeat,
-            right=f"5 objects in each of {NOISE_DRAWS} looks",
-            repeats=3,
-        ),
-    )
+finds_all_five = partial(as_sweep, right="exactly the 5 separate objects found")
 
 
 def ordinary_scene(seed: int) -> StagedScene:
-    """Five separate objects of different shape, none behind another."""
+    """Return five separate objects of different shapes. None hides another."""
     rng = np.random.default_rng([seed, 5])
     solids: list[StagedSolid] = [
         box(*rng.uniform(0.045, 0.09, 3)),
@@ -159,7 +70,21 @@ def view_around(
     turn: float = 15.0,
     target: tuple[float, float, float] = (0.0, 0.0, 0.03),
 ) -> StagedView:
-    """Draw a view from the -y side: elevation and turn to either side in degrees, distance in m."""
+    """Draw a random view from the -y side.
+
+    Parameters
+    ----------
+    rng
+        Random numbers.
+    elevation
+        Range of the camera's elevation, degrees.
+    distance
+        Range of the distance to the target, m.
+    turn
+        Maximum turn of the camera to the left or right, degrees.
+    target
+        Point at the image centre, m.
+    """
     return StagedView(
         elevation=np.radians(rng.uniform(*elevation)),
         azimuth=-np.pi / 2 + np.radians(rng.uniform(-turn, turn)),
@@ -168,29 +93,50 @@ def view_around(
     )
 
 
+@finds_all_five(
+    "noise", "noise of each pixel at 1 m", "mm", (0, 1, 2, 3, 5, 8, 12, 16, 24), holds_to=8
+)
 def _noise(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, ordinary_scene(seed), seed, noise_at_one_metre(sigma * MM))
 
 
+@finds_all_five(
+    "kinect", "Kinect depth errors, factor", "", (0, 0.5, 1, 1.5, 2, 3, 4, 6), holds_to=2
+)
 def _kinect(scale: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, ordinary_scene(seed), seed, DepthNoise.realistic(scale))
 
 
+@finds_all_five(
+    "dropout", "single pixels lost", "%", (0, 10, 20, 30, 40, 50, 60, 70, 80), holds_to=20
+)
 def _dropout(share: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, ordinary_scene(seed), seed, dropout=share / 100)
 
 
+@finds_all_five("holes", "area lost in blotches", "%", (0, 5, 10, 20, 30, 40, 60, 80), holds_to=20)
 def _holes(share: float, seed: int, method: SegmentCallable) -> Trial:
     noise = replace(BASE_NOISE, hole_share=share / 100)
     return try_scene(method, ordinary_scene(seed), seed, noise)
 
 
+@finds_all_five(
+    "image-size", "image width", "px", (1280, 960, 640, 480, 320, 240, 160, 80, 40), holds_to=320
+)
 def _image_size(width: float, seed: int, method: SegmentCallable) -> Trial:
     scene = ordinary_scene(seed)
     size = (int(width), IMAGE_HEIGHTS.get(int(width), int(width) * 3 // 4))
     return try_scene(method, replace(scene, view=replace(scene.view, image_size=size)), seed)
 
 
+@as_sweep(
+    "grazing",
+    "camera elevation",
+    "°",
+    (60, 45, 30, 20, 15, 10, 7, 5),
+    holds_to=10,
+    right="exactly the 3 objects side by side found",
+)
 def _grazing(elevation: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 3])
     solids = [box(0.07, 0.05, rng.uniform(0.04, 0.1)), cylinder(0.035, 0.08), ball(0.035)]
@@ -204,14 +150,31 @@ def _grazing(elevation: float, seed: int, method: SegmentCallable) -> Trial:
     return try_scene(method, StagedScene(objects, view), seed)
 
 
+@as_sweep(
+    "empty",
+    "noise at 1 m, on an empty table",
+    "mm",
+    (0, 1, 2, 3, 4, 5, 7, 10, 15),
+    holds_to=10,
+    right="no object found",
+)
 def _empty(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 7])
     view = view_around(rng, elevation=(25, 65), distance=(0.6, 1.1), turn=180.0)
-    # Every other table ends inside the view, over the floor.
+    # In every second scene the table ends inside the image, and the floor is visible.
     table = Table(size=(0.7, 0.5) if seed % 2 else (1.6, 1.6))
     return try_scene(method, StagedScene((), view, table), seed, noise_at_one_metre(sigma * MM))
 
 
+@as_sweep(
+    "repeat",
+    f"noise at 1 m, {NOISE_DRAWS} frames per scene",
+    "mm",
+    (0, 1, 2, 3, 5, 8, 12, 16),
+    holds_to=8,
+    right=f"5 objects in each of {NOISE_DRAWS} frames",
+    repeats=3,
+)
 def _repeat(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     scene = ordinary_scene(seed)
     trials = [
@@ -221,5 +184,9 @@ def _repeat(sigma: float, seed: int, method: SegmentCallable) -> Trial:
     wrong = [trial for trial in trials if not trial.passed]
     if not wrong:
         return trials[0]
-    note = f"{len(wrong)} of {len(trials)} looks differ; {wrong[0].note}"
+    note = f"{len(wrong)} of {len(trials)} frames are wrong; {wrong[0].note}"
     return replace(wrong[0], note=note, clean=all(trial.clean for trial in trials))
+
+
+CAMERA_SWEEPS = (_noise, _kinect, _dropout, _holes, _image_size, _grazing, _empty, _repeat)
+"""Sweeps of depth errors, image size and viewing angle."""

@@ -1,82 +1,26 @@
-"""Sweeps in which the objects' shapes get harder: thinner, hollow, one inside another."""
+"""Sweeps of object shapes: thin objects, hollow objects, one object inside another."""
 
 from __future__ import annotations
+
+from functools import partial
 
 import numpy as np
 
 from eyehand.data_synth.render import StagedObject, StagedScene
 from eyehand.data_synth.scenes import ball, bowl, box, mug, rod
 
-from ..bench import Sweep, Trial
+from ..bench import Trial, as_sweep
 from .camera_sweeps import COLOURS, MM, view_around
 from .stress_trial import SegmentCallable, try_scene
 
 RED, BLUE, GREEN = COLOURS[:3]
 BESIDE = StagedObject(box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, colour=BLUE)
-"""Stands beside what is judged: an ordinary object that must stay one."""
-TWO = "it and the box beside it found, none more"
+"""An ordinary object beside the difficult one. It must stay one segment."""
+
+finds_both = partial(as_sweep, right="exactly it and the box beside it found")
 
 
-def shape_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
-    """Sweeps of flat and slim things, mugs, bowls, and balls in bowls."""
-    return (
-        Sweep(
-            name="flat",
-            axis="height of a plate",
-            unit="mm",
-            values=(20, 15, 12, 10, 8, 6, 5, 4, 3, 2),
-            holds_to=8,
-            attempt=_flat,
-            right=TWO,
-        ),
-        Sweep(
-            name="slim",
-            axis="thickness of a lying rod",
-            unit="mm",
-            values=(20, 15, 12, 10, 8, 6, 5, 4, 3, 2),
-            holds_to=12,
-            attempt=_slim,
-            right=TWO,
-        ),
-        Sweep(
-            name="board",
-            axis="thickness of a board seen edge-on",
-            unit="mm",
-            values=(20, 15, 12, 10, 8, 6, 5, 4, 3, 2),
-            holds_to=20,
-            attempt=_board,
-            right=TWO,
-        ),
-        Sweep(
-            name="mug",
-            axis="turn of a mug's handle",
-            unit="°",
-            values=(0, 45, 90, 135, 180, 225, 270, 315),
-            holds_to=None,
-            attempt=_mug,
-            right=TWO,
-        ),
-        Sweep(
-            name="bowl",
-            axis="depth of a bowl 140 mm wide",
-            unit="mm",
-            values=(20, 30, 40, 55, 70, 90, 110, 130),
-            holds_to=40,
-            attempt=_bowl,
-            right=TWO,
-        ),
-        Sweep(
-            name="in-bowl",
-            axis="ball in a bowl 160 mm wide",
-            unit="mm",
-            values=(80, 70, 60, 50, 40, 30, 25, 20, 15, 10),
-            holds_to=None,
-            attempt=_in_bowl,
-            right="bowl, ball and the box beside found, none more",
-        ),
-    )
-
-
+@finds_both("flat", "height of a plate", "mm", (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=8)
 def _flat(height: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 43])
     solid = box(rng.uniform(0.08, 0.12), rng.uniform(0.06, 0.08), height * MM)
@@ -85,6 +29,9 @@ def _flat(height: float, seed: int, method: SegmentCallable) -> Trial:
     )
 
 
+@finds_both(
+    "slim", "thickness of a lying rod", "mm", (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=12
+)
 def _slim(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 47])
     solid = rod(thickness * MM / 2, 0.15)
@@ -93,16 +40,24 @@ def _slim(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     )
 
 
+@finds_both(
+    "board",
+    "thickness of a board seen edge-on",
+    "mm",
+    (20, 15, 12, 10, 8, 6, 5, 4, 3, 2),
+    holds_to=20,
+)
 def _board(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 53])
     solid = box(thickness * MM, rng.uniform(0.06, 0.1), rng.uniform(0.06, 0.1))
     turn = np.radians(rng.uniform(-3, 3))
-    # The line of sight lies in the board, or nearly so.
+    # The camera looks along the board, at most 3° off its plane.
     view = view_around(rng, (30, 55), turn=0.0, target=(0.0, 0.0, 0.03))
     objects = (StagedObject(solid, yaw=turn, colour=RED), BESIDE)
     return try_scene(method, StagedScene(objects, view), seed)
 
 
+@finds_both("mug", "yaw of a mug", "°", (0, 45, 90, 135, 180, 225, 270, 315), holds_to=None)
 def _mug(yaw: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 59])
     solid = mug(rng.uniform(0.036, 0.044), rng.uniform(0.08, 0.105))
@@ -110,11 +65,22 @@ def _mug(yaw: float, seed: int, method: SegmentCallable) -> Trial:
     return _beside_box(item, rng, seed, method)
 
 
+@finds_both(
+    "bowl", "depth of a bowl 140 mm wide", "mm", (20, 30, 40, 55, 70, 90, 110, 130), holds_to=40
+)
 def _bowl(depth: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 61])
     return _beside_box(StagedObject(bowl(0.07, depth * MM), (-0.05, 0.0, 0.0)), rng, seed, method)
 
 
+@as_sweep(
+    "in-bowl",
+    "diameter of a ball in a bowl",
+    "mm",
+    (80, 70, 60, 50, 40, 30, 25, 20, 15, 10),
+    holds_to=None,
+    right="exactly bowl, ball and the box beside found",
+)
 def _in_bowl(diameter: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 67])
     wall, depth = 0.004, 0.05
@@ -139,13 +105,18 @@ def _beside_box(
 
 
 def _rest_height(radius: float, half_width: float, depth: float) -> float:
-    """How far above the lowest point inside half an ellipsoid a ball's lowest point rests.
+    """Return the height of a resting ball above the lowest point inside a half ellipsoid, m.
 
-    0 where the ellipsoid is bent less than the ball there, else the ball hangs on its flanks.
+    It is 0 if the ball is more curved than the bottom of the bowl. Otherwise the ball touches the
+    walls only.
     """
     angle = np.linspace(0.0, np.pi / 2, 2001)
     across, down = half_width * np.sin(angle), depth * np.cos(angle)
-    # The lowest middle from which every point of the wall is at least a radius away.
+    # The lowest centre of the ball at which every point of the wall is at least a radius away.
     inside = np.sqrt(np.maximum(radius**2 - across**2, 0.0))
-    middle = np.max(np.where(across <= radius, inside - down, -depth + radius))
-    return float(middle - radius + depth)
+    centre = np.max(np.where(across <= radius, inside - down, -depth + radius))
+    return float(centre - radius + depth)
+
+
+SHAPE_SWEEPS = (_flat, _slim, _board, _mug, _bowl, _in_bowl)
+"""Sweeps of flat and slim objects, mugs, bowls, and balls in bowls."""

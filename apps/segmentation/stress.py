@@ -16,7 +16,7 @@ from ..bench.chart_style import draw_curve
 from ..bench.shares import milliseconds, percent
 from .pictures import ScoredFrame, write_sheet
 from .score import score_segmentation
-from .stress_sweeps import segmentation_sweeps
+from .stress_sweeps import SEGMENTATION_SWEEPS
 from .stress_trial import TrialPicture
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def segmentation_stage(
     """Return the stress stage of the segmentation."""
     return StressStage(
         name="segmentation",
-        sweeps=segmentation_sweeps(),
+        sweeps=SEGMENTATION_SWEEPS,
         method=functools.partial(segment, options=options),
         report=ReportSpec(
             title="Where the segmentation breaks",

@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from .camera_sweeps import CAMERA_SWEEPS
+from .input_sweeps import INPUT_SWEEPS
+from .neighbour_sweeps import NEIGHBOUR_SWEEPS
+from .shape_sweeps import SHAPE_SWEEPS
 
-from .camera_sweeps import camera_sweeps
-from .input_sweeps import input_sweeps
-from .neighbour_sweeps import neighbour_sweeps
-from .shape_sweeps import shape_sweeps
-
-if TYPE_CHECKING:
-    from ..bench import Sweep
-    from .stress_trial import SegmentCallable
-
-
-def segmentation_sweeps() -> tuple[Sweep[SegmentCallable], ...]:
-    """Return all sweeps of the segmentation."""
-    return (*camera_sweeps(), *neighbour_sweeps(), *shape_sweeps(), *input_sweeps())
+SEGMENTATION_SWEEPS = (*CAMERA_SWEEPS, *NEIGHBOUR_SWEEPS, *SHAPE_SWEEPS, *INPUT_SWEEPS)
+"""All sweeps of the segmentation."""

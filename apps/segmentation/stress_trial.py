@@ -54,7 +54,7 @@ def try_scene(
     ambiguous: bool = False,
     dropout: float = 0.0,
 ) -> Trial:
-    """Segment a staged scene. Right: every object is found (F > 0.75), and no other.
+    """Segment a staged scene. It is right if every object is found (F > 0.75) and nothing else.
 
     Parameters
     ----------
@@ -69,14 +69,14 @@ def try_scene(
     colour
         Whether the frame has colour.
     ambiguous
-        Whether too few objects are also right if one of them is marked as ambiguous.
+        Whether too few objects are right too if one of them is marked as ambiguous.
     dropout
         Probability that a pixel loses its reading.
     """
     frame, truth = staged_frame(scene, noise, seed, colour=colour)
     if dropout > 0:
         frame = _thinned(frame, dropout, np.random.default_rng([seed, 1]))
-    # For a bad camera the depth picture shows more than the colours of the scene.
+    # Colours would hide the depth errors, so the picture of a noisy frame shows its depth.
     shown = scene if noise is BASE_NOISE and not dropout else None
     return try_frame(method, frame, truth, scene=shown, ambiguous=ambiguous)
 
@@ -89,29 +89,29 @@ def try_frame(
     scene: StagedScene | None = None,
     ambiguous: bool = False,
 ) -> Trial:
-    """Segment a frame. Right: as in :func:`try_scene`."""
+    """Segment a frame. The rules are those of :func:`try_scene`."""
     found, seconds, fault = timed_segment(method, frame)
     picture = TrialPicture(frame, found.labels, truth, scene)
     if fault:
         return Trial(False, fault, clean=False, seconds=seconds, picture=picture)
     score = score_segmentation(found.labels, truth, ignore=~frame.valid)
-    unsure: dict[int, str] = getattr(found, "ambiguous", {})
-    whole = score.found == 1.0 and score.predicted_count == score.truth_count
-    admitted = ambiguous and bool(unsure) and score.predicted_count < score.truth_count
+    marked: dict[int, str] = getattr(found, "ambiguous", {})
+    exact = score.found == 1.0 and score.predicted_count == score.truth_count
+    warned = ambiguous and bool(marked) and score.predicted_count < score.truth_count
     note = ""
-    if not whole and not admitted:
+    if not exact and not warned:
         kinds = {
-            "cut up": score.over,
+            "split": score.over,
             "merged": score.under,
             "missed": score.missed,
             "false": score.false,
         }
         mistakes = [f"{count} {kind}" for kind, count in kinds.items() if count]
-        rough = round(score.truth_count * (1 - score.found))
-        note = f"{score.predicted_count} for {score.truth_count} objects: " + (
-            ", ".join(mistakes) or f"{rough} with F of 0.75 or less"
+        inaccurate = round(score.truth_count * (1 - score.found))
+        note = f"{score.predicted_count} segments for {score.truth_count} objects: " + (
+            ", ".join(mistakes) or f"{inaccurate} with F of 0.75 or less"
         )
-    return Trial(whole or admitted, note, score=score.f, seconds=seconds, picture=picture)
+    return Trial(exact or warned, note, score=score.f, seconds=seconds, picture=picture)
 
 
 def timed_segment(method: SegmentCallable, frame: DepthFrame) -> tuple[Segmentation, float, str]:

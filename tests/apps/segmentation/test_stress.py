@@ -39,7 +39,7 @@ def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     assert (report["seed"], report["seeds"], report["broken_bounds"]) == (0, 1, [])
     empty, millimetres, nan = report["rows"]
     assert [empty["name"], millimetres["name"], nan["name"]] == ["empty", "millimetres", "nan"]
-    assert (millimetres["breaks_at"], millimetres["wrong"]) == (20, "not refused")
+    assert (millimetres["breaks_at"], millimetres["wrong"]) == (20, "not rejected")
     assert (nan["breaks_at"], nan["bound_kept"]) == (None, True)
     assert len(report["points"]) == 3 + 3 + 2
     assert "breaks at" in err
@@ -53,7 +53,7 @@ def test_a_broken_bound_is_named_and_ends_with_exit_code_one(tmp_path, capsys):
     )
     assert code == 1
     assert "flat" in out
-    assert "broken bound: flat at 20 mm: 0 of 1 right; 0 for 2 objects: 2 missed" in err
+    assert "broken bound: flat at 20 mm: 0 of 1 right; 0 segments for 2 objects: 2 missed" in err
 
 
 @pytest.mark.parametrize(

@@ -3,7 +3,7 @@
 import pytest
 
 from eyehand.apps.bench import Sweep, run_sweep
-from eyehand.apps.segmentation.stress_sweeps import segmentation_sweeps
+from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
 from eyehand.perception import segment
 
 SEEDS = {"repeat": (0,)}
@@ -11,7 +11,7 @@ SEEDS = {"repeat": (0,)}
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("sweep", segmentation_sweeps(), ids=lambda sweep: sweep.name)
+@pytest.mark.parametrize("sweep", SEGMENTATION_SWEEPS, ids=lambda sweep: sweep.name)
 def test_bound_holds_and_answers_past_it_are_valid(sweep: Sweep):
     # Only the easiest value, the bound and the hardest value are run.
     result = run_sweep(sweep.shortened(), SEEDS.get(sweep.name, (0, 1)), segment)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.bench import Sweep, select_sweeps
-from eyehand.apps.segmentation.stress_sweeps import segmentation_sweeps
+from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
 from eyehand.apps.segmentation.stress_trial import TrialPicture
 from eyehand.data_synth.render import StagedScene
 from eyehand.errors import InputError
@@ -21,7 +21,7 @@ COUNTS = {"empty": 0, "grazing": 3, "in-bowl": 3} | dict.fromkeys(
 """Objects of a sweep's scenes; others have two."""
 STAGED = [
     sweep
-    for sweep in segmentation_sweeps()
+    for sweep in SEGMENTATION_SWEEPS
     if sweep.name
     not in ("millimetres", "nan", "readings", "tiny-image", "tiny-objects", "chaos", "repeat")
 ]
@@ -40,23 +40,23 @@ def look(sweep: Sweep, value: float, seed: int = 0) -> TrialPicture:
 
 
 def scene_of(name: str, value: float, seed: int = 0) -> StagedScene:
-    (sweep,) = select_sweeps(segmentation_sweeps(), [name])
+    (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, [name])
     scene = look(sweep, value, seed).scene
     assert scene is not None
     return scene
 
 
 def test_sweeps_have_unique_names_and_state_what_is_right():
-    sweeps = segmentation_sweeps()
+    sweeps = SEGMENTATION_SWEEPS
     assert len({sweep.name for sweep in sweeps}) == len(sweeps) >= 25
     assert all(sweep.axis and sweep.right for sweep in sweeps)
 
 
 def test_sweeps_can_be_chosen_by_name_and_unknown_ones_are_refused():
-    selected = select_sweeps(segmentation_sweeps(), ["mug", "noise"])
+    selected = select_sweeps(SEGMENTATION_SWEEPS, ["mug", "noise"])
     assert [sweep.name for sweep in selected] == ["noise", "mug"]
     with pytest.raises(InputError, match=r"'cup'.*noise, kinect"):
-        select_sweeps(segmentation_sweeps(), ["cup"])
+        select_sweeps(SEGMENTATION_SWEEPS, ["cup"])
 
 
 @pytest.mark.parametrize("sweep", STAGED, ids=lambda sweep: sweep.name)
@@ -100,7 +100,7 @@ def test_a_ball_touches_its_bowl_and_does_not_enter_it(diameter):
 
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_border_cuts_off_the_share_asked_for(seed):
-    (sweep,) = select_sweeps(segmentation_sweeps(), ["border"])
+    (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, ["border"])
     whole = np.count_nonzero(look(sweep, 0, seed).truth == 1)
     for share in (40, 80):
         truth = look(sweep, share, seed).truth
@@ -112,14 +112,14 @@ def test_the_border_cuts_off_the_share_asked_for(seed):
 
 def test_a_bar_cuts_what_is_behind_it_in_two():
     for name in ("occluded-box", "occluded-roll"):
-        (sweep,) = select_sweeps(segmentation_sweeps(), [name])
+        (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, [name])
         for value in sweep.values[::3]:
             behind = (look(sweep, value).truth == 1).astype(np.uint8)
             assert cv2.connectedComponents(behind)[0] - 1 == 2
 
 
 def test_flush_boxes_differ_in_colour_only_where_they_should():
-    same, other = select_sweeps(segmentation_sweeps(), ["flush", "flush-colour"])
+    same, other = select_sweeps(SEGMENTATION_SWEEPS, ["flush", "flush-colour"])
     for sweep, differs in ((same, False), (other, True)):
         picture = look(sweep, 0)
         assert picture.frame.colour is not None
@@ -132,7 +132,7 @@ def test_flush_boxes_differ_in_colour_only_where_they_should():
 
 
 def test_studs_are_as_many_as_asked_for():
-    (sweep,) = select_sweeps(segmentation_sweeps(), ["tiny-objects"])
+    (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, ["tiny-objects"])
     for count in (100, 1000, 16_000):
         assert len(np.unique(look(sweep, count).truth)) - 1 == count
 
@@ -143,7 +143,7 @@ def test_slow_clutter_fails_its_sweep():
         time.sleep(0.001 if frame.T_world_camera is not None else 0.8)
         return nothing(frame)
 
-    (sweep,) = select_sweeps(segmentation_sweeps(), ["chaos"])
+    (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, ["chaos"])
     trial = sweep.attempt(100, 0, slow_on_clutter)
     assert not trial.passed
     assert trial.clean
@@ -154,6 +154,6 @@ def test_objects_made_up_from_few_readings_fail_their_sweep():
     def everything(frame: DepthFrame) -> Segmentation:
         return Segmentation(np.ones(frame.depth.shape, np.int32), None, 0.001, {})
 
-    (sweep,) = select_sweeps(segmentation_sweeps(), ["readings"])
+    (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, ["readings"])
     trial = sweep.attempt(10, 0, everything)
-    assert (trial.passed, trial.note) == (False, "1 objects made up")
+    assert (trial.passed, trial.note) == (False, "1 false objects")

@@ -54,9 +54,9 @@ def test_the_truth_is_right():
 @pytest.mark.parametrize(
     ("labels", "note"),
     [
-        (np.zeros_like(TRUTH), "0 for 2 objects: 2 missed"),
-        ((TRUTH > 0).astype(int), "1 for 2 objects: 1 merged"),
-        (np.where(TRUTH == 2, 0, TRUTH), "1 for 2 objects: 1 missed"),
+        (np.zeros_like(TRUTH), "0 segments for 2 objects: 2 missed"),
+        ((TRUTH > 0).astype(int), "1 segments for 2 objects: 1 merged"),
+        (np.where(TRUTH == 2, 0, TRUTH), "1 segments for 2 objects: 1 missed"),
     ],
 )
 def test_note_names_the_mistake(labels, note):
@@ -74,7 +74,7 @@ def test_note_names_a_cut_object():
     order = np.argsort(-np.bincount(half.ravel())[1:]) + 1
     half = np.select([half == label for label in order], [1, 2, 3], 0)
     trial = try_scene(lambda frame: answer(half), SCENE, 0)
-    assert trial.note == "3 for 2 objects: 1 cut up"
+    assert trial.note == "3 segments for 2 objects: 1 split"
 
 
 def test_pixels_without_a_reading_do_not_count():
