@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from rich import box
@@ -21,7 +22,6 @@ from .chart_style import Provenance, write_chart
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from matplotlib.figure import Figure
 
@@ -101,7 +101,7 @@ def run_experiment(
     trials: int | None = None,
     seed: int | None,
     quick: bool = False,
-    out: Path,
+    out: Path | None,
     json: bool,
 ) -> int:
     """Run an experiment, write its files, print its table, and return the exit code.
@@ -117,7 +117,7 @@ def run_experiment(
     quick
         Run the small number of trials of a first look, unless `trials` is given.
     out
-        Output folder. It is created.
+        Output folder. It is created. None means ``out/experiment_NAME``.
     json
         Print one JSON object on stdout. The table then goes to stderr.
 
@@ -137,6 +137,7 @@ def run_experiment(
     if seed is not None and seed < 0:
         raise InputError(f"--seed must be >= 0, got {seed}")
     count = trials or (experiment.quick_trials if quick else experiment.trials) or 1
+    out = out or Path("out") / f"experiment_{experiment.name}"
     make_folder(out)
     result = experiment.measure(TrialPlan(count, seed or 0, quick, experiment.unit))
     picture = out / f"{experiment.file_stem or experiment.name}.png"

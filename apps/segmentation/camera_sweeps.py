@@ -4,19 +4,15 @@ from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.data_synth import DepthNoise, Table
 from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, noise_at_one_metre
-from eyehand.data_synth.scenes import ball, box, cylinder, superquadric, tapered_box
+from eyehand.data_synth.scenes import staged_solids as shapes
 
 from ..bench import Trial, as_sweep
 from .stress_trial import BASE_NOISE, SegmentCallable, try_scene
-
-if TYPE_CHECKING:
-    from eyehand.data_synth.scenes import StagedSolid
 
 COLOURS = (
     (0.72, 0.24, 0.20),
@@ -39,15 +35,15 @@ finds_all_five = partial(as_sweep, right="exactly the 5 separate objects found")
 def ordinary_scene(seed: int) -> StagedScene:
     """Return five separate objects of different shapes. None hides another."""
     rng = np.random.default_rng([seed, 5])
-    solids: list[StagedSolid] = [
-        box(*rng.uniform(0.045, 0.09, 3)),
-        cylinder(rng.uniform(0.025, 0.045), rng.uniform(0.05, 0.1)),
-        ball(rng.uniform(0.025, 0.045)),
-        superquadric(
+    solids: list[shapes.StagedSolid] = [
+        shapes.box(*rng.uniform(0.045, 0.09, 3)),
+        shapes.cylinder(rng.uniform(0.025, 0.045), rng.uniform(0.05, 0.1)),
+        shapes.ball(rng.uniform(0.025, 0.045)),
+        shapes.superquadric(
             (rng.uniform(0.05, 0.09), rng.uniform(0.05, 0.09), rng.uniform(0.05, 0.09)),
             (rng.uniform(0.3, 1.0), rng.uniform(0.3, 1.0)),
         ),
-        tapered_box((0.08, 0.06), (rng.uniform(0.03, 0.06), 0.04), rng.uniform(0.05, 0.09)),
+        shapes.tapered_box((0.08, 0.06), (rng.uniform(0.03, 0.06), 0.04), rng.uniform(0.05, 0.09)),
     ]
     places = [(-0.17, -0.1), (0.0, -0.12), (0.17, -0.1), (-0.1, 0.12), (0.1, 0.12)]
     order = rng.permutation(len(solids))
@@ -139,7 +135,11 @@ def _image_size(width: float, seed: int, method: SegmentCallable) -> Trial:
 )
 def _grazing(elevation: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 3])
-    solids = [box(0.07, 0.05, rng.uniform(0.04, 0.1)), cylinder(0.035, 0.08), ball(0.035)]
+    solids = [
+        shapes.box(0.07, 0.05, rng.uniform(0.04, 0.1)),
+        shapes.cylinder(0.035, 0.08),
+        shapes.ball(0.035),
+    ]
     objects = tuple(
         StagedObject(solids[k], (x, rng.uniform(-0.02, 0.02), 0.0), yaw, colour=COLOURS[k])
         for k, x, yaw in zip(

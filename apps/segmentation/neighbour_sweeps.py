@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from eyehand.data_synth.render import StagedObject, StagedScene, render_staged
-from eyehand.data_synth.scenes import box, cylinder, rod, tapered_box
+from eyehand.data_synth.scenes import staged_solids as shapes
 
 from ..bench import Trial, as_sweep
 from .camera_sweeps import COLOURS, MM, view_around
@@ -29,8 +29,10 @@ def _gap(gap: float, seed: int, method: SegmentCallable) -> Trial:
     tall, low = rng.uniform(0.08, 0.12), rng.uniform(0.04, 0.07)
     back = rng.uniform(0.012, 0.02)
     objects = (
-        StagedObject(box(wide, 0.06, tall), (-(wide + gap * MM) / 2, 0.0, 0.0), colour=RED),
-        StagedObject(box(other, 0.06, low), ((other + gap * MM) / 2, back, 0.0), colour=BLUE),
+        StagedObject(shapes.box(wide, 0.06, tall), (-(wide + gap * MM) / 2, 0.0, 0.0), colour=RED),
+        StagedObject(
+            shapes.box(other, 0.06, low), ((other + gap * MM) / 2, back, 0.0), colour=BLUE
+        ),
     )
     return try_scene(method, StagedScene(objects, view_around(rng, (35, 50), turn=25.0)), seed)
 
@@ -46,7 +48,9 @@ def _gap_aligned(gap: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 13])
     wide, deep, tall = rng.uniform(0.05, 0.09, 3)
     objects = tuple(
-        StagedObject(box(wide, deep, tall), (side * (wide + gap * MM) / 2, 0.0, 0.0), colour=colour)
+        StagedObject(
+            shapes.box(wide, deep, tall), (side * (wide + gap * MM) / 2, 0.0, 0.0), colour=colour
+        )
         for side, colour in ((-1, RED), (1, BLUE))
     )
     return try_scene(method, StagedScene(objects, view_around(rng, (35, 50), turn=25.0)), seed)
@@ -62,8 +66,8 @@ def _lean(gap: float, seed: int, method: SegmentCallable) -> Trial:
     touch = wide / 2 * np.cos(lean) + tall * np.sin(lean) + gap * MM
     back = rng.choice([-1, 1]) * rng.uniform(0.008, 0.015)
     objects = (
-        StagedObject(box(wide, 0.06, tall), (0.0, 0.0, lift), lean=lean, colour=BLUE),
-        StagedObject(box(0.06, 0.06, 0.13), (touch + 0.03, back, 0.0), colour=RED),
+        StagedObject(shapes.box(wide, 0.06, tall), (0.0, 0.0, lift), lean=lean, colour=BLUE),
+        StagedObject(shapes.box(0.06, 0.06, 0.13), (touch + 0.03, back, 0.0), colour=RED),
     )
     return try_scene(method, StagedScene(objects, view_around(rng, (35, 50), turn=40.0)), seed)
 
@@ -77,8 +81,8 @@ def _stack(inset: float, seed: int, method: SegmentCallable) -> Trial:
     low, high = rng.uniform(0.04, 0.07, 2)
     less = 2 * inset * MM
     objects = (
-        StagedObject(box(x, y, low), colour=RED),
-        StagedObject(box(x - less, y - less, high), (0.0, 0.0, low), colour=BLUE),
+        StagedObject(shapes.box(x, y, low), colour=RED),
+        StagedObject(shapes.box(x - less, y - less, high), (0.0, 0.0, low), colour=BLUE),
     )
     return try_scene(
         method, StagedScene(objects, view_around(rng, (25, 45), turn=40.0)), seed, ambiguous=True
@@ -97,7 +101,7 @@ def _tapered_stack(taper: float, seed: int, method: SegmentCallable) -> Trial:
     x, y = rng.uniform(0.075, 0.095, 2)
     tall = rng.uniform(0.05, 0.065)
     less = 2 * tall * np.tan(np.radians(taper))
-    solid = tapered_box((x, y), (x - less, y - less), tall)
+    solid = shapes.tapered_box((x, y), (x - less, y - less), tall)
     objects = (
         StagedObject(solid, colour=RED),
         StagedObject(solid, (0.0, 0.0, tall), colour=BLUE),
@@ -131,9 +135,9 @@ def _flush_scene(step: float, seed: int, *, same: bool) -> StagedScene:
     one, other = rng.uniform(0.05, 0.09, 2)
     deep, tall = rng.uniform(0.05, 0.08, 2)
     objects = (
-        StagedObject(box(one, deep, tall), (-one / 2, 0.0, 0.0), colour=RED),
+        StagedObject(shapes.box(one, deep, tall), (-one / 2, 0.0, 0.0), colour=RED),
         StagedObject(
-            box(other, deep, tall), (other / 2, step * MM, 0.0), colour=RED if same else BLUE
+            shapes.box(other, deep, tall), (other / 2, step * MM, 0.0), colour=RED if same else BLUE
         ),
     )
     return StagedScene(objects, view_around(rng, (35, 50), turn=30.0))
@@ -148,7 +152,9 @@ def _flush_scene(step: float, seed: int, *, same: bool) -> StagedScene:
 )
 def _occluded_box(width: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 31])
-    behind = StagedObject(box(0.18, 0.06, rng.uniform(0.06, 0.08)), (0.0, 0.04, 0.0), colour=RED)
+    behind = StagedObject(
+        shapes.box(0.18, 0.06, rng.uniform(0.06, 0.08)), (0.0, 0.04, 0.0), colour=RED
+    )
     return _behind_bar(behind, width, rng, seed, method)
 
 
@@ -161,7 +167,7 @@ def _occluded_box(width: float, seed: int, method: SegmentCallable) -> Trial:
 )
 def _occluded_roll(width: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 37])
-    behind = StagedObject(rod(rng.uniform(0.03, 0.04), 0.18), (0.0, 0.04, 0.0), colour=RED)
+    behind = StagedObject(shapes.rod(rng.uniform(0.03, 0.04), 0.18), (0.0, 0.04, 0.0), colour=RED)
     return _behind_bar(behind, width, rng, seed, method)
 
 
@@ -169,7 +175,7 @@ def _behind_bar(
     behind: StagedObject, width: float, rng: np.random.Generator, seed: int, method: SegmentCallable
 ) -> Trial:
     # The bar hides the far edge of the object behind it, even from the highest view of 32°.
-    bar = StagedObject(box(width * MM, 0.015, 0.19), (0.0, -0.06, 0.0), colour=BLUE)
+    bar = StagedObject(shapes.box(width * MM, 0.015, 0.19), (0.0, -0.06, 0.0), colour=BLUE)
     view = view_around(rng, (24, 32), turn=6.0, target=(0.0, 0.0, 0.06))
     return try_scene(method, StagedScene((behind, bar), view), seed)
 
@@ -180,8 +186,8 @@ def _behind_bar(
 def _border(share: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 41])
     objects = (
-        StagedObject(box(*rng.uniform(0.06, 0.1, 3)), yaw=rng.uniform(0, np.pi), colour=RED),
-        StagedObject(cylinder(0.035, 0.07), (0.18, 0.22, 0.0), colour=BLUE),
+        StagedObject(shapes.box(*rng.uniform(0.06, 0.1, 3)), yaw=rng.uniform(0, np.pi), colour=RED),
+        StagedObject(shapes.cylinder(0.035, 0.07), (0.18, 0.22, 0.0), colour=BLUE),
     )
     scene = StagedScene(objects, view_around(rng, turn=10.0))
     rows, columns = np.nonzero(render_staged(scene, colour=False).labels == 1)

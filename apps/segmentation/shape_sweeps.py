@@ -7,14 +7,14 @@ from functools import partial
 import numpy as np
 
 from eyehand.data_synth.render import StagedObject, StagedScene
-from eyehand.data_synth.scenes import ball, bowl, box, mug, rod
+from eyehand.data_synth.scenes import staged_solids as shapes
 
 from ..bench import Trial, as_sweep
 from .camera_sweeps import COLOURS, MM, view_around
 from .stress_trial import SegmentCallable, try_scene
 
 RED, BLUE, GREEN = COLOURS[:3]
-BESIDE = StagedObject(box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, colour=BLUE)
+BESIDE = StagedObject(shapes.box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, colour=BLUE)
 """An ordinary object beside the difficult one. It must stay one segment."""
 
 finds_both = partial(as_sweep, right="exactly it and the box beside it found")
@@ -23,7 +23,7 @@ finds_both = partial(as_sweep, right="exactly it and the box beside it found")
 @finds_both("flat", "height of a plate", "mm", (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=8)
 def _flat(height: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 43])
-    solid = box(rng.uniform(0.08, 0.12), rng.uniform(0.06, 0.08), height * MM)
+    solid = shapes.box(rng.uniform(0.08, 0.12), rng.uniform(0.06, 0.08), height * MM)
     return _beside_box(
         StagedObject(solid, (-0.05, 0.0, 0.0), rng.uniform(0, np.pi)), rng, seed, method
     )
@@ -34,7 +34,7 @@ def _flat(height: float, seed: int, method: SegmentCallable) -> Trial:
 )
 def _slim(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 47])
-    solid = rod(thickness * MM / 2, 0.15)
+    solid = shapes.rod(thickness * MM / 2, 0.15)
     return _beside_box(
         StagedObject(solid, (-0.06, 0.0, 0.0), rng.uniform(0, np.pi)), rng, seed, method
     )
@@ -49,7 +49,7 @@ def _slim(thickness: float, seed: int, method: SegmentCallable) -> Trial:
 )
 def _board(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 53])
-    solid = box(thickness * MM, rng.uniform(0.06, 0.1), rng.uniform(0.06, 0.1))
+    solid = shapes.box(thickness * MM, rng.uniform(0.06, 0.1), rng.uniform(0.06, 0.1))
     turn = np.radians(rng.uniform(-3, 3))
     # The camera looks along the board, at most 3° off its plane.
     view = view_around(rng, (30, 55), turn=0.0, target=(0.0, 0.0, 0.03))
@@ -60,7 +60,7 @@ def _board(thickness: float, seed: int, method: SegmentCallable) -> Trial:
 @finds_both("mug", "yaw of a mug", "°", (0, 45, 90, 135, 180, 225, 270, 315), holds_to=None)
 def _mug(yaw: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 59])
-    solid = mug(rng.uniform(0.036, 0.044), rng.uniform(0.08, 0.105))
+    solid = shapes.mug(rng.uniform(0.036, 0.044), rng.uniform(0.08, 0.105))
     item = StagedObject(solid, (-0.05, 0.0, 0.0), np.radians(yaw), colour=GREEN)
     return _beside_box(item, rng, seed, method)
 
@@ -70,7 +70,9 @@ def _mug(yaw: float, seed: int, method: SegmentCallable) -> Trial:
 )
 def _bowl(depth: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 61])
-    return _beside_box(StagedObject(bowl(0.07, depth * MM), (-0.05, 0.0, 0.0)), rng, seed, method)
+    return _beside_box(
+        StagedObject(shapes.bowl(0.07, depth * MM), (-0.05, 0.0, 0.0)), rng, seed, method
+    )
 
 
 @as_sweep(
@@ -84,9 +86,9 @@ def _bowl(depth: float, seed: int, method: SegmentCallable) -> Trial:
 def _in_bowl(diameter: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 67])
     wall, depth = 0.004, 0.05
-    outside = bowl(0.08, depth, wall)
+    outside = shapes.bowl(0.08, depth, wall)
     inner = StagedObject(
-        ball(diameter * MM / 2),
+        shapes.ball(diameter * MM / 2),
         (-0.05, 0.0, _rest_height(diameter * MM / 2, 0.08 - wall, depth - wall) + wall),
         colour=COLOURS[3],
     )

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..bench import Experiment, ExperimentResult, result_table, run_experiment
 from ..console import tracked
 from .cable_picture import cable_picture
 from .cable_run import cable_row, run_cable, speed_row
+from .trial_arguments import TrialArguments
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
@@ -17,35 +17,15 @@ WANTED_MM = {0.05: 0.5, 0.2: 1.3}
 """Speed along the cable, m/s → rms error that the path should stay below, mm."""
 
 
-def experiment_cable(
-    *,
-    trials: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/experiment_cable"),
-    json: bool = False,
-) -> int:
+def experiment_cable(arguments: TrialArguments | None = None) -> int:
     """Follow cables of unknown shape along a table, at 50 and at 200 mm/s.
 
-    The pad lands beside the cable's middle line and not quite parallel to it, presses with 2 N,
-    and follows the cable to its end. The path of the pad, from the arm's joints, is compared with
-    the cable's true middle line. The chapter shows a photograph (Fig. 10). Writes cable.png, which
-    shows the first cable, and cable.csv.
-
-    Parameters
-    ----------
-    trials
-        Number of cables, >= 1. Default: 5.
-    seed
-        Cable k uses seed + k.
-    quick
-        1 cable, for a first look.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout. The table then goes to stderr.
+    The pad lands beside the cable's middle line and not quite parallel to it, presses with 2 N, and
+    follows the cable to its end. The path of the pad, from the arm's joints, is compared with the
+    cable's true middle line. The chapter shows a photograph (Fig. 10). Writes cable.png, which
+    shows the first cable, and cable.csv. Runs 5 cables, or 1 with --quick.
     """
-    return run_experiment(CABLE, trials=trials, seed=seed, quick=quick, out=out, json=json)
+    return run_experiment(CABLE, **vars(arguments or TrialArguments()))
 
 
 def _measure(plan: TrialPlan) -> ExperimentResult:

@@ -6,11 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad import CABLE_RADIUS
-
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, FAINT, GREY, LINE, TEXT, VERMILION, add_legend, label_axes
 from .cable_run import SETTLING
+from .cable_shapes import CABLE_RADIUS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.spatial import KDTree
 from scipy.spatial.transform import RigidTransform
 
-from eyehand.data_synth.pad import CABLE_RADIUS, Part, PlacedObject, TouchObject, pad_scene
+from eyehand.data_synth.pad import Part, PlacedObject, TouchObject, pad_scene
 from eyehand.tactile import (
     PRESETS,
     CableFollower,
@@ -20,7 +20,7 @@ from eyehand.tactile import (
 )
 
 from .arm_rig import CYCLE, ArmRig, home_pose
-from .cable_shapes import SPACING, CableShape, cable_shape
+from .cable_shapes import CABLE_RADIUS, SPACING, CableShape, cable_shape
 from .start_posture import facing_down, start_posture
 
 if TYPE_CHECKING:

@@ -7,12 +7,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.data_synth.pad import CABLE_RADIUS, TouchObject, cable
+from eyehand.data_synth.pad import TouchObject, cable
 from eyehand.errors import InputError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+CABLE_RADIUS = 0.003
+"""Radius of a mains cable, m."""
 LENGTH = 0.42
 """Length of a cable, m. The arm reaches it with a flat pad and no joint near its limit."""
 MAX_CURVATURE = 1 / 0.055
@@ -40,7 +42,8 @@ class CableShape:
     def thing(self) -> TouchObject:
         """Return the object to touch, with its top at z = 0."""
         step = round(CAPSULE_LENGTH / SPACING)
-        return cable(np.column_stack([self.line, np.full(len(self.line), -CABLE_RADIUS)])[::step])
+        middle = np.column_stack([self.line, np.full(len(self.line), -CABLE_RADIUS)])
+        return cable(middle[::step], CABLE_RADIUS)
 
     def direction(self, number: int) -> float:
         """Return the direction of the line at point `number`, rad from x."""

@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.data_synth.pad import Part, TouchObject, pen, tilted_face, toy_box
-from eyehand.tactile import PRESETS, TactileServo, TouchPhases
 
 from ..bench import Sweep, Trial
-from .stress_trial import judged, lead
+from .stress_trial import ContactFigures, hold_contact, servo_phases
 from .stress_world import CarriedPad, Electronics
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from eyehand.tactile import SelectionMatrix
 
 TILT = np.radians(6.0)
 """Initial tilt of the pad before it rolls flat, rad, as in the chapter."""
@@ -129,7 +122,6 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
         dropped = any(begin < time < begin + DROP_SECONDS for begin in DROP_TIMES)
         return (-1e-3 * drop if dropped else 0.0,)
 
-    servo = TactileServo(selection=PRESETS["roll"])
     # The pad is tilted, so its lower rim touches first.
     height = 0.5 * FACE_SIDE * np.sin(TILT) + 0.001
     pad = CarriedPad(
@@ -138,38 +130,39 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
         place=(0.0, 0.0, height),
         lean=(TILT * np.cos(seed), TILT * np.sin(seed), 0.0),
     )
-    run = lead(pad, TouchPhases(servo), 6.0, lifts)
-    return judged(run, servo.goal.pressure, _unless(run.tilt < FLAT, "tilted by", run.tilt))
+    return hold_contact(
+        pad, servo_phases("roll"), 6.0, lifts, lambda run: _excess("tilted by", run.tilt, FLAT)
+    )
 
 
 def _round(noise: float, seed: int, method: None) -> Trial:
-    ball = TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (0.0, 0.0, -BALL_RADIUS)),))
-    servo = TactileServo(selection=PRESETS["cable"])
-    run = lead(CarriedPad((ball,), Electronics(seed, noise)), TouchPhases(servo))
-    return judged(
-        run, servo.goal.pressure, _unless(run.turned < ROUND_TURN, "turned by", run.turned)
+    pad = CarriedPad((_ball(0.0, 0.0),), Electronics(seed, noise))
+    return hold_contact(
+        pad,
+        servo_phases("cable"),
+        find_error=lambda run: _excess("turned by", run.turned, ROUND_TURN),
     )
 
 
 def _right_angle(noise: float, seed: int, method: None) -> Trial:
     half = np.sqrt(0.5)
     part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
-    servo = TactileServo(selection=PRESETS["edge"])
     pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, noise))
-    run = lead(pad, TouchPhases(servo), 5.0)
-    error = abs(abs(run.heading) - 0.5 * np.pi)
-    return judged(run, servo.goal.pressure, _unless(error < IN_LINE, "out of line by", error))
+
+    def misaligned(run: ContactFigures) -> str:
+        return _excess("out of line by", abs(abs(run.heading) - 0.5 * np.pi), IN_LINE)
+
+    return hold_contact(pad, servo_phases("edge"), 5.0, find_error=misaligned)
 
 
 def _border(distance_mm: float, seed: int, method: None) -> Trial:
-    servo = TactileServo(selection=PRESETS["press"])
     angle = 0.25 * np.pi * (seed % 8)
     # The distance is the larger coordinate, also along diagonals: the nearest border matters.
     place = 1e-3 * distance_mm * np.array([np.cos(angle), np.sin(angle)])
     place *= distance_mm * 1e-3 / max(np.abs(place).max(), 1e-9)
-    ball = TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (*place, -BALL_RADIUS)),))
-    pad = CarriedPad((ball,), Electronics(seed))
-    return judged(lead(pad, TouchPhases(servo), 12.0), servo.goal.pressure)
+    return hold_contact(
+        CarriedPad((_ball(*place),), Electronics(seed)), servo_phases("press"), 12.0
+    )
 
 
 def _blobs(lift: float, seed: int, method: None) -> Trial:
@@ -182,7 +175,7 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
         TouchObject(name, (replace(single, place=(x, 0.0, single.place[2])),))
         for name, x in (("left", -0.5 * APART), ("right", 0.5 * APART))
     )
-    return _pressed(CarriedPad(blobs, Electronics(seed)), PRESETS["press"], lifts)
+    return hold_contact(CarriedPad(blobs, Electronics(seed)), servo_phases("press"), lifts=lifts)
 
 
 def _coming(speed: float, seed: int, method: None) -> Trial:
@@ -191,24 +184,21 @@ def _coming(speed: float, seed: int, method: None) -> Trial:
         elapsed = max(time - MOTION_START, 0.0)
         return (1e-3 * speed * (0.5 * elapsed * elapsed if elapsed < 1.0 else elapsed - 0.5),)
 
-    pad = CarriedPad((toy_box(),), Electronics(seed))
-    servo = TactileServo(selection=PRESETS["press"])
-    return judged(lead(pad, TouchPhases(servo), 5.0, lifts), servo.goal.pressure)
+    return hold_contact(
+        CarriedPad((toy_box(),), Electronics(seed)), servo_phases("press"), 5.0, lifts
+    )
 
 
 def _light(mass: float, seed: int, method: None) -> Trial:
     plate = TouchObject("plate", (Part("box", PLATE_HALF, (0.0, 0.0, -PLATE_HALF[2])),))
-    return _pressed(
-        CarriedPad((plate,), Electronics(seed), mass=1e-3 * mass), PRESETS["track"], None
-    )
+    pad = CarriedPad((plate,), Electronics(seed), mass=1e-3 * mass)
+    return hold_contact(pad, servo_phases("track"))
 
 
-def _pressed(
-    pad: CarriedPad, selection: SelectionMatrix, lifts: Callable[[float], Sequence[float]] | None
-) -> Trial:
-    servo = TactileServo(selection=selection)
-    return judged(lead(pad, TouchPhases(servo), lifts=lifts), servo.goal.pressure)
+def _ball(x: float, y: float) -> TouchObject:
+    return TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (x, y, -BALL_RADIUS)),))
 
 
-def _unless(good: bool, words: str, angle: float) -> str:
-    return "" if good else f"{words} {np.degrees(angle):.1f}°"
+def _excess(words: str, angle: float, limit: float) -> str:
+    """Return a note if an angle reaches its limit, or an empty string."""
+    return "" if angle < limit else f"{words} {np.degrees(angle):.1f}°"

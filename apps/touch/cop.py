@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..bench import (
 )
 from ..bench.chart_style import BLUE, GREY, INK, LINE, VERMILION, add_legend, label_axes
 from .probe_path import ProbePath, follow_probe
+from .trial_arguments import TrialArguments
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -30,33 +30,14 @@ POINTS = 51
 """Number of points along each path that the chart and its CSV file show."""
 
 
-def experiment_cop(
-    *,
-    trials: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/experiment_cop"),
-    json: bool = False,
-) -> int:
+def experiment_cop(arguments: TrialArguments | None = None) -> int:
     """Move a 2 mm probe from one tactel to the next, and compare its estimated and true position.
 
     The arm slides its pad along a fixed probe over 5 mm while the servo keeps 1 kPa. The true
-    positions come from the arm's joints. Writes cop.png, like Fig. 5, and cop.csv.
-
-    Parameters
-    ----------
-    trials
-        Number of paths, >= 1. Default: 20.
-    seed
-        Path k draws its pad, its noise and its place across the tactels from seed + k.
-    quick
-        2 paths, for a first look.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout. The table then goes to stderr.
+    positions come from the arm's joints. Writes cop.png, like Fig. 5, and cop.csv. Runs 20 trials,
+    or 2 with --quick.
     """
-    return run_experiment(COP, trials=trials, seed=seed, quick=quick, out=out, json=json)
+    return run_experiment(COP, **vars(arguments or TrialArguments()))
 
 
 def _measure(plan: TrialPlan) -> ExperimentResult:

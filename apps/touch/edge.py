@@ -2,45 +2,26 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..bench import Experiment, ExperimentResult, result_table, run_experiment
 from .edge_picture import edge_picture
 from .edge_run import edge_row, mean_row, run_edge
+from .trial_arguments import TrialArguments
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
 
 
-def experiment_edge(
-    *,
-    trials: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/experiment_edge"),
-    json: bool = False,
-) -> int:
+def experiment_edge(arguments: TrialArguments | None = None) -> int:
     """Align the pad with an object's edge, and keep it aligned while the edge turns.
 
     The arm lands the pad on an edge that lies up to 60° off the pad's y-axis. The servo controls
     only pressure and rotation. It aligns the pad with the edge. Then the edge turns to and fro by
-    40°. The chapter shows this in its video only. Writes edge.png and edge.csv.
-
-    Parameters
-    ----------
-    trials
-        Number of edges, >= 1, each at another angle. Default: 10.
-    seed
-        Trial k uses seed + k.
-    quick
-        2 trials, for a first look.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout. The table then goes to stderr.
+    40°. The chapter shows this in its video only. Writes edge.png and edge.csv. Runs 10 trials, or
+    2 with --quick.
     """
-    return run_experiment(EDGE, trials=trials, seed=seed, quick=quick, out=out, json=json)
+    return run_experiment(EDGE, **vars(arguments or TrialArguments()))
 
 
 def _measure(plan: TrialPlan) -> ExperimentResult:

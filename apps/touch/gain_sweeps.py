@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from eyehand.data_synth.pad import pen, soft_ball, toy_box
-from eyehand.tactile import PRESETS, PhaseOptions, ServoOptions, TactileServo, TouchPhases
+from eyehand.tactile import PhaseOptions, TouchPhases
 
 from ..bench import Sweep
-from .stress_trial import judged, lead
+from .stress_trial import hold_contact, servo_phases
 from .stress_world import CarriedPad, Electronics
 
 if TYPE_CHECKING:
@@ -57,19 +57,17 @@ def gain_sweeps() -> tuple[Sweep[None], ...]:
 
 def _gain(make_object: Callable[[], TouchObject]) -> Callable[[float, int, None], Trial]:
     def attempt(share: float, seed: int, method: None) -> Trial:
-        options = ServoOptions(stability_share=share, press_gain=UNCAPPED)
-        servo = TactileServo(selection=PRESETS["track"], options=options)
-        pad = CarriedPad((make_object(),), Electronics(seed))
-        return judged(lead(pad, TouchPhases(servo)), servo.goal.pressure)
+        phases = servo_phases("track", stability_share=share, press_gain=UNCAPPED)
+        return hold_contact(CarriedPad((make_object(),), Electronics(seed)), phases)
 
     return attempt
 
 
 def _landing(make_object: Callable[[], TouchObject], guarded: bool) -> Callable[..., Trial]:
     def attempt(speed: float, seed: int, method: None) -> Trial:
-        servo = TactileServo(selection=PRESETS["track"], options=ServoOptions(anti_windup=guarded))
+        servo = servo_phases("track", anti_windup=guarded).servo
         phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))
         pad = CarriedPad((make_object(),), Electronics(seed), place=(0.0, 0.0, START_HEIGHT))
-        return judged(lead(pad, phases, 4.0), servo.goal.pressure)
+        return hold_contact(pad, phases, 4.0)
 
     return attempt

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..bench import (
 )
 from ..bench.chart_style import BLUE, GREEN, GREY, RULE, VERMILION, label_axes
 from .roll_trial import DISPLACED, DISPLACING, PRESSURE, SECONDS, RollTrial, roll_once, roll_row
+from .trial_arguments import TrialArguments
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -27,32 +27,13 @@ if TYPE_CHECKING:
     from ..bench import TrialPlan
 
 
-def experiment_roll(
-    *,
-    trials: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/experiment_roll"),
-    json: bool = False,
-) -> int:
+def experiment_roll(arguments: TrialArguments | None = None) -> int:
     """Land on a face tilted by 6°, roll the pad flat, and follow the face when it turns by 12°.
 
-    Times count until the true tilt stays below 1°. Writes roll.png, like Fig. 9, and roll.csv.
-
-    Parameters
-    ----------
-    trials
-        Number of landings, >= 1. Default: 20.
-    seed
-        Landing k draws its pad, its noise and the direction of the tilt from seed + k.
-    quick
-        1 landing, for a first look.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout. The table then goes to stderr.
+    Times count until the true tilt stays below 1°. Writes roll.png, like Fig. 9, and roll.csv. Runs
+    20 trials, or 1 with --quick.
     """
-    return run_experiment(ROLL, trials=trials, seed=seed, quick=quick, out=out, json=json)
+    return run_experiment(ROLL, **vars(arguments or TrialArguments()))
 
 
 def _measure(plan: TrialPlan) -> ExperimentResult:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 from eyehand.data_synth.pad import pen, soft_ball
 from eyehand.errors import InputError
-from eyehand.tactile import PRESETS, FeatureOptions, TactileServo, TouchPhases
+from eyehand.tactile import FeatureOptions
 
 from ..bench import Sweep, Trial
-from .stress_trial import SECONDS, judged, lead
+from .stress_trial import hold_contact, servo_phases
 from .stress_world import CarriedPad, Electronics
 
 if TYPE_CHECKING:
@@ -54,19 +54,17 @@ def sensor_sweeps() -> tuple[Sweep[None], ...]:
 
 
 def _threshold(sigmas: float, seed: int, method: None) -> Trial:
-    servo = TactileServo(selection=PRESETS["track"])
     pad = CarriedPad((pen(),), Electronics(seed), features=FeatureOptions(sigmas=sigmas))
-    return judged(lead(pad, TouchPhases(servo), SECONDS), servo.goal.pressure)
+    return hold_contact(pad, servo_phases("track"))
 
 
 def _faulty(fault: str) -> Callable[[float, int, None], Trial]:
     def attempt(percent: float, seed: int, method: None) -> Trial:
-        servo = TactileServo(selection=PRESETS["track"])
         try:
             pad = CarriedPad((soft_ball(),), Electronics(seed, **{fault: 0.01 * percent}))
         except InputError as error:
             # The pad is rejected before any motion: `0 of 256 tactels work`.
             return Trial(passed=False, refused=True, note=str(error).split(":")[0])
-        return judged(lead(pad, TouchPhases(servo), SECONDS), servo.goal.pressure)
+        return hold_contact(pad, servo_phases("track"))
 
     return attempt

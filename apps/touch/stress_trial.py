@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from eyehand.tactile import PRESETS, ServoOptions, TactileServo, TouchPhases
 
 from ..bench import Trial
 from .stress_world import CYCLE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
-
-    from eyehand.tactile import TouchPhases
 
     from .stress_world import CarriedPad
 
@@ -121,6 +121,26 @@ def lead(
         heading=pad.heading,
         losses=losses,
     )
+
+
+def servo_phases(preset: str, **options: Any) -> TouchPhases:
+    """Return a phase machine with a servo of a preset selection and these servo options."""
+    return TouchPhases(TactileServo(selection=PRESETS[preset], options=ServoOptions(**options)))
+
+
+def hold_contact(
+    pad: CarriedPad,
+    phases: TouchPhases,
+    seconds: float = SECONDS,
+    lifts: Callable[[float], Sequence[float]] | None = None,
+    find_error: Callable[[ContactFigures], str] = lambda figures: "",
+) -> Trial:
+    """Run one contact as :func:`lead` does, and evaluate it as :func:`judged` does.
+
+    `find_error` returns the error that only this sweep can detect, or an empty string.
+    """
+    figures = lead(pad, phases, seconds, lifts)
+    return judged(figures, phases.servo.goal.pressure, find_error(figures))
 
 
 def judged(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:

@@ -179,15 +179,7 @@ def _compiled(objects: Sequence[TouchObject], mass: float | None) -> tuple[Any, 
         body = spec.worldbody.add_body(name=thing.name, mocap=mass is None)
         if mass is not None:
             body.add_freejoint()
-        for number, part in enumerate(thing.parts):
-            name = f"{thing.name}_{number}"
-            kind = getattr(mujoco.mjtGeom, f"mjGEOM_{part.kind.upper()}")
-            geom = body.add_geom(name=name, type=kind)
-            geom.size[: len(part.size)] = part.size
-            geom.pos, geom.quat = part.place, part.quat_wxyz
-            geom.mass = (mass or 1.0) / len(thing.parts)
-            if thing.foam:
-                softness[name] = thing.foam
+        softness |= thing.add_geoms(body, mass or 1.0, contact_bits=1)
     if mass is not None:
         height = max(-p.place[2] + p.size[2] for thing in objects for p in thing.parts)
         table = spec.worldbody.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX)

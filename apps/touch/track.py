@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..bench import (
@@ -18,6 +17,7 @@ from ..console import tracked
 from .cycle_time import cycle_times
 from .track_picture import track_picture, track_points
 from .track_trial import OBJECTS, track_once, track_rows
+from .trial_arguments import TrialArguments
 
 if TYPE_CHECKING:
     from ..bench import TrialPlan
@@ -28,34 +28,16 @@ LANDING = 0.7
 """Time for landing and convergence, s."""
 
 
-def experiment_track(
-    *,
-    trials: int | None = None,
-    seed: int = 0,
-    quick: bool = False,
-    out: Path = Path("out/experiment_track"),
-    json: bool = False,
-) -> int:
+def experiment_track(arguments: TrialArguments | None = None) -> int:
     """Hold a contact's position and pressure on a pen, a toy box and a soft ball.
 
     An arm lands its pad beside the object's middle. The servo brings the contact to the middle of
-    the pad and its pressure to 1 kPa, with the same settings for all objects. Prints Table 1
-    beside the chapter's values. Writes track.png, like Fig. 8, with track.csv, and table.csv.
-
-    Parameters
-    ----------
-    trials
-        Number of trials per object, >= 1. Default: 20, as in the chapter; they take 10 minutes.
-    seed
-        Trial k draws electronics, noise and the object's place from seed + k.
-    quick
-        1 trial of 2 s instead of 20 s, for a first look.
-    out
-        Output folder.
-    json
-        Print one JSON object on stdout. The table then goes to stderr.
+    the pad and its pressure to 1 kPa, with the same settings for all objects. Prints Table 1 beside
+    the chapter's values. Writes track.png, like Fig. 8, with track.csv, and table.csv. Runs 20
+    trials of 20 s per object, as in the chapter, which takes 10 minutes; or 1 trial of 2 s with
+    --quick.
     """
-    return run_experiment(TRACK, trials=trials, seed=seed, quick=quick, out=out, json=json)
+    return run_experiment(TRACK, **vars(arguments or TrialArguments()))
 
 
 def _measure(plan: TrialPlan) -> ExperimentResult:

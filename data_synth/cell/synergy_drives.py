@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.grasping import HandCommand, HandReading
+from eyehand.grasping import HandReading
 
 from ..mujoco_import import import_mujoco
 from .hand_description import THUMB, HandDescription
+from .hand_interface import checked_values, pad_forces
 from .name_suggestions import suggest_names
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from eyehand.grasping import HandCommand
     from eyehand.tactile import TactileImage
 
 HINGE_ARM_M = 0.012
@@ -136,26 +138,17 @@ class SynergyDrives:
         Raises
         ------
         InputError
-            If there is not one finite value and one mode for each drive.
+            If there is not one finite value and one valid mode for each drive.
         """
-        values = np.asarray(command.values, dtype=np.float64)
-        if len(command.modes) != len(self.drives) or values.shape != (len(self.drives),):
-            raise InputError(
-                f"a command needs a mode and a value for each of {', '.join(self.drives)}, got "
-                f"{len(command.modes)} modes and {values.shape} values"
-            )
-        if not np.isfinite(values).all():
-            raise InputError(f"command values must be finite, got {values.tolist()}")
+        values = checked_values(command, self.drives)
         now = self.excursions()
         for k, (old, new) in enumerate(zip(self._modes, command.modes, strict=True)):
-            if new not in ("position", "pull", "hold"):
-                raise InputError(f"drive mode must be position, pull or hold, got {new!r}")
-            if new == "position" and old != "position":
+            if new == "place" and old != "position":
                 self._goal[k] = now[k]
             elif new == "hold" and old != "hold":
                 mine = self._owner == k
                 self._kept[mine] = self._data.qpos[self._addresses[mine]]
-        self._modes, self._values = command.modes, values.copy()
+        self._modes, self._values = command.modes, values
 
     def apply(self) -> None:
         """Set the motors for the next physics step; call it after the state is computed."""
@@ -203,7 +196,7 @@ class SynergyDrives:
             excursions=self.excursions(),
             tensions=np.maximum(self._tensions, 0.0),
             angles=np.where(high < low, -angles, angles),
-            forces=self._pad_forces(),
+            forces=pad_forces(self._data, self._pad_of_geom, len(self.pads)),
             tips=tips,
         )
 
@@ -234,17 +227,6 @@ class SynergyDrives:
         forces = np.abs(self._shares @ self._arms.T)
         with np.errstate(divide="ignore"):
             return np.min(np.where(forces > 0, most[:, None] / forces, np.inf), axis=0)
-
-    def _pad_forces(self) -> NDArray[np.float64]:
-        data = self._data
-        forces = np.zeros(len(self.pads) + 1)
-        if data.nefc:
-            rows = data.contact.efc_address
-            # In an elliptic cone the first row of a contact is its normal force.
-            normal = np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0)
-            for side in range(2):
-                np.add.at(forces, self._pad_of_geom[data.contact.geom[:, side]], normal)
-        return forces[:-1]
 
 
 def _arms(

@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from eyehand.errors import InputError
-from eyehand.grasping import HandCommand, HandReading
+from eyehand.grasping import HandReading
 
 from ..mujoco_import import import_mujoco
+from .hand_interface import checked_values, pad_forces
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from eyehand.grasping import HandCommand
     from eyehand.tactile import TactileImage
 
 PALM_PAD = "palm_pad"
@@ -62,7 +64,10 @@ class TendonDrives:
         mujoco = import_mujoco()
         self._mujoco, self._model, self._data = mujoco, model, data
         kinds = mujoco.mjtObj
-        self.drives = tuple(drives) or names_with_prefix(model, kinds.mjOBJ_TENDON, prefix)
+        names = [model.tendon(t).name for t in range(model.ntendon)]
+        self.drives = tuple(drives) or tuple(
+            name.removeprefix(prefix) for name in names if name and name.startswith(prefix)
+        )
         tendons = [_id(model, kinds.mjOBJ_TENDON, prefix + name) for name in self.drives]
         if not tendons:
             raise InputError(f"the hand {prefix!r} has no tendons to pull")
@@ -72,19 +77,17 @@ class TendonDrives:
         )
         arms = np.array([tendon_arms(model, t) for t in tendons])
         joints = np.flatnonzero(np.any(arms != 0.0, axis=0))
-        self.joints = tuple(
-            mujoco.mj_id2name(model, kinds.mjOBJ_JOINT, j).removeprefix(prefix) for j in joints
-        )
+        self.joints = tuple(model.joint(j).name.removeprefix(prefix) for j in joints)
         self._addresses = model.jnt_qposadr[joints]
         bodies = set(model.jnt_bodyid[joints].tolist())
         geoms = [
             g
             for g in range(model.ngeom)
             if model.geom_contype[g] | model.geom_conaffinity[g]
-            and (int(model.geom_bodyid[g]) in bodies or _name(model, g) == prefix + PALM_PAD)
+            and (int(model.geom_bodyid[g]) in bodies or model.geom(g).name == prefix + PALM_PAD)
         ]
-        geoms.sort(key=lambda g: _name(model, g) == prefix + PALM_PAD)
-        self.pads = tuple(_name(model, g).removeprefix(prefix) for g in geoms)
+        geoms.sort(key=lambda g: model.geom(g).name == prefix + PALM_PAD)
+        self.pads = tuple(model.geom(g).name.removeprefix(prefix) for g in geoms)
         self._pad_of_geom = np.full(model.ngeom + 1, -1)
         self._pad_of_geom[geoms] = np.arange(len(geoms))
         # A tendon shortens as its finger closes; the open hand has every joint at its lower end.
@@ -109,16 +112,9 @@ class TendonDrives:
         Raises
         ------
         InputError
-            If there is not one finite value and one mode for each drive.
+            If there is not one finite value and one valid mode for each drive.
         """
-        values = np.asarray(command.values, dtype=np.float64)
-        if len(command.modes) != len(self.drives) or values.shape != (len(self.drives),):
-            raise InputError(
-                f"a command needs a mode and a value for each of {', '.join(self.drives)}, got "
-                f"{len(command.modes)} modes and {values.shape} values"
-            )
-        if not np.isfinite(values).all():
-            raise InputError(f"command values must be finite, got {values.tolist()}")
+        values = checked_values(command, self.drives)
         now = self.excursions()
         tension = self._brakes() + np.abs(self._data.ctrl[self._motors])
         for k, (old, new) in enumerate(zip(self._modes, command.modes, strict=True)):
@@ -130,9 +126,7 @@ class TendonDrives:
                 self._model.tendon_range[tendon] = -1.0, self._data.ten_length[tendon]
             elif new == "position":
                 self._goal[k], self._sum[k] = now[k], tension[k]
-            elif new != "pull":
-                raise InputError(f"drive mode must be position, pull or hold, got {new!r}")
-        self._modes, self._values = command.modes, values.copy()
+        self._modes, self._values = command.modes, values
 
     def apply(self) -> None:
         """Set the motors for the next physics step; call it after the state is computed."""
@@ -166,7 +160,7 @@ class TendonDrives:
             excursions=self.excursions(),
             tensions=self._brakes() + np.abs(data.ctrl[self._motors]),
             angles=data.qpos[self._addresses].copy(),
-            forces=self._pad_forces(),
+            forces=pad_forces(self._data, self._pad_of_geom, len(self.pads)),
             tips=tips,
         )
 
@@ -181,25 +175,6 @@ class TendonDrives:
             tensions[self._tendons == data.efc_id[row]] += data.efc_force[row]
         return tensions
 
-    def _pad_forces(self) -> NDArray[np.float64]:
-        data = self._data
-        forces = np.zeros(len(self.pads) + 1)
-        if data.nefc:
-            rows = data.contact.efc_address
-            # In an elliptic cone the first row of a contact is its normal force.
-            normal = np.where(rows >= 0, data.efc_force[np.maximum(rows, 0)], 0.0)
-            for side in range(2):
-                np.add.at(forces, self._pad_of_geom[data.contact.geom[:, side]], normal)
-        return forces[:-1]
-
-
-def names_with_prefix(model: Any, kind: Any, prefix: str) -> tuple[str, ...]:
-    """Return the names of a model's elements of one kind with a prefix, without the prefix."""
-    mujoco = import_mujoco()
-    counts = {mujoco.mjtObj.mjOBJ_TENDON: model.ntendon, mujoco.mjtObj.mjOBJ_GEOM: model.ngeom}
-    names = [mujoco.mj_id2name(model, kind, k) or "" for k in range(counts[kind])]
-    return tuple(name.removeprefix(prefix) for name in names if name and name.startswith(prefix))
-
 
 def tendon_arms(model: Any, tendon: int) -> NDArray[np.float64]:
     """Return the moment arms of a fixed tendon about all joints, (J,), m; 0 where it has none.
@@ -211,11 +186,6 @@ def tendon_arms(model: Any, tendon: int) -> NDArray[np.float64]:
     for w in range(first, first + model.tendon_num[tendon]):
         arms[model.wrap_objid[w]] = model.wrap_prm[w]
     return arms
-
-
-def _name(model: Any, geom: int) -> str:
-    mujoco = import_mujoco()
-    return mujoco.mj_id2name(model, mujoco.mjtObj.mjOBJ_GEOM, geom) or ""
 
 
 def _id(model: Any, kind: Any, name: str) -> int:

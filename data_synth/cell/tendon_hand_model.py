@@ -124,15 +124,7 @@ class _Unloaded:
         mujoco = import_mujoco()
         self._mujoco, self._model, self._data = mujoco, model, mujoco.MjData(model)
         self.drives = TendonDrives(model, self._data, prefix=prefix)
-        kinds = mujoco.mjtObj
-        self.names = [
-            (mujoco.mj_id2name(model, kinds.mjOBJ_GEOM, g) or "").removeprefix(prefix)
-            for g in range(model.ngeom)
-        ]
-        for g in range(model.ngeom):
-            if not self.names[g]:
-                body = mujoco.mj_id2name(model, kinds.mjOBJ_BODY, model.geom_bodyid[g]) or ""
-                self.names[g] = f"{body.removeprefix(prefix)} trim"
+        self.names = [_geom_name(model, g, prefix) for g in range(model.ngeom)]
         pads = {name: g for g, name in enumerate(self.names) if name in self.drives.pads}
         self.fingers = tuple(
             dict.fromkeys(name.rpartition("_")[0] for name in pads if name.endswith("_distal"))
@@ -144,12 +136,10 @@ class _Unloaded:
             )
         self.fingers = (*(f for f in self.fingers if f != THUMB), THUMB)
         self.tips = {finger: pads[f"{finger}_distal"] for finger in self.fingers}
-        site = mujoco.mj_name2id(model, kinds.mjOBJ_SITE, frame)
-        if site < 0:
+        self._site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, frame)
+        if self._site < 0:
             raise InputError(f"the hand has no site {frame.removeprefix(prefix)!r} for its frame")
-        self._site = site
-        arms = np.array([tendon_arms(model, t) for t in range(model.ntendon)])
-        self._arms = -arms
+        self._arms = -np.array([tendon_arms(model, t) for t in range(model.ntendon)])
         self._stiffness = np.ravel(model.jnt_stiffness)[: model.njnt]
         if model.jnt_stiffness.ndim > 1:
             self._stiffness = model.jnt_stiffness[:, 0]
@@ -255,6 +245,12 @@ class _Unloaded:
             tensions[wraps] = 0.0
             _solve(width_error, _MAX_PULL_N)
         return True
+
+
+def _geom_name(model: Any, geom: int, prefix: str) -> str:
+    """Return a geom's name; one without a name is called after its body."""
+    body = model.body(int(model.geom_bodyid[geom])).name
+    return model.geom(geom).name.removeprefix(prefix) or f"{body.removeprefix(prefix)} trim"
 
 
 def _solve(function: Callable[[float], float], max_value: float) -> float | None:

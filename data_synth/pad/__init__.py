@@ -13,7 +13,6 @@ from .tactel_spread import POINT_SPREAD_M, spread_weights
 from .tactile_pad import IMAGE_RATE, PAD_SITE, PadOptions, TactilePad
 from .tactile_readout import TactileReadout
 from .touch_objects import (
-    CABLE_RADIUS,
     Part,
     TouchObject,
     box_edge,
@@ -28,7 +27,6 @@ from .touch_objects import (
 from .touch_surface import surface_distance, top_surface
 
 __all__ = [
-    "CABLE_RADIUS",
     "CELLS_PER_TACTEL",
     "CONTROL_RATE",
     "IMAGE_RATE",

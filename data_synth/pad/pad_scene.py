@@ -30,7 +30,6 @@ _PLATE_MARGIN = 0.002
 _PAD_MASS = 0.25
 _FOAM_COLOUR = (0.16, 0.17, 0.19, 1.0)
 _PLATE_COLOUR = (0.75, 0.77, 0.8, 1.0)
-_OBJECT_COLOUR = (0.72, 0.42, 0.2, 1.0)
 _BASE_BODY = "base"
 _IMPRATIO = 100.0
 
@@ -129,7 +128,7 @@ def pad_scene(
     spec = _cell(mujoco, arms, options)
     softness: dict[str, Foam] = {}
     for item in objects:
-        softness.update(_add_object(mujoco, spec, item))
+        softness.update(_add_object(spec, item))
     model = spec.compile()
     joints = [model.joint(number).name for number in range(model.njnt)]
     return PadScene(
@@ -205,22 +204,11 @@ def _set_pose(item: Any, pose: RigidTransform) -> None:
     item.quat = pose.rotation.as_quat(scalar_first=True)
 
 
-def _add_object(mujoco: Any, spec: Any, item: PlacedObject) -> dict[str, Foam]:
+def _add_object(spec: Any, item: PlacedObject) -> dict[str, Foam]:
     touched = item.touch_object
     body = spec.worldbody.add_body(name=touched.name, mocap=item.motion == "mocap")
     _set_pose(body, item.T_world_object)
     if item.motion == "free":
         body.add_freejoint()
     bits = _SOFT_BIT if touched.foam else _RIGID_BIT | _SOFT_BIT
-    soft: dict[str, Foam] = {}
-    for number, part in enumerate(touched.parts):
-        name = f"{touched.name}_{number}"
-        geom = body.add_geom(name=name, type=getattr(mujoco.mjtGeom, f"mjGEOM_{part.kind.upper()}"))
-        geom.size[: len(part.size)] = part.size
-        geom.pos, geom.quat = part.place, part.quat_wxyz
-        geom.contype = geom.conaffinity = bits
-        geom.mass = item.mass / len(touched.parts)
-        geom.rgba = _OBJECT_COLOUR
-        if touched.foam:
-            soft[name] = touched.foam
-    return soft
+    return touched.add_geoms(body, item.mass, bits)

@@ -14,10 +14,11 @@ from scipy.spatial.transform import Rotation
 
 from eyehand.errors import InputError
 
+from ..mujoco_import import import_mujoco
 from .foam import Foam
 
 if TYPE_CHECKING:
-    from typing import Literal
+    from typing import Any, Literal
 
     from numpy.typing import ArrayLike, NDArray
 
@@ -27,12 +28,12 @@ STIFF_FOAM = Foam(thickness=0.03, modulus=150e3, densification=0.7)
 """Foam of toy boxes, as packing foam: 5 MPa/m, in series with the pad's 3 MPa/m."""
 BALL_FOAM = Foam(thickness=0.035, modulus=12e3, densification=0.8)
 """Foam of a soft ball, one radius thick: 0.34 MPa/m, ten times as soft as the pad."""
+OBJECT_COLOUR = (0.72, 0.42, 0.2, 1.0)
+"""Colour of all objects, RGBA."""
 PEN_RADIUS = 0.004
 """Radius of the rounded end of a pen, m."""
 PROBE_RADIUS = 0.001
 """Radius of the probe tip, m: 2 mm in diameter, as in the chapter's Fig. 5."""
-CABLE_RADIUS = 0.003
-"""Radius of a mains cable, m."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +70,28 @@ class TouchObject:
     """Solids of the object."""
     foam: Foam | None = None
     """Material, as a layer of foam; None for a rigid object."""
+
+    def add_geoms(self, body: Any, mass: float, contact_bits: int) -> dict[str, Foam]:
+        """Add the parts to a body of an `MjSpec`, and return the foam of each geom, by name.
+
+        Parameters
+        ----------
+        body
+            Body whose frame is the object's frame.
+        mass
+            Mass of the object, kg, divided evenly between the parts.
+        contact_bits
+            Both of MuJoCo's contact masks, `contype` and `conaffinity`.
+        """
+        kinds = import_mujoco().mjtGeom
+        names = [f"{self.name}_{number}" for number in range(len(self.parts))]
+        for name, part in zip(names, self.parts, strict=True):
+            geom = body.add_geom(name=name, type=getattr(kinds, f"mjGEOM_{part.kind.upper()}"))
+            geom.size[: len(part.size)] = part.size
+            geom.pos, geom.quat = part.place, part.quat_wxyz
+            geom.contype = geom.conaffinity = contact_bits
+            geom.mass, geom.rgba = mass / len(self.parts), OBJECT_COLOUR
+        return dict.fromkeys(names, self.foam) if self.foam else {}
 
 
 def pen() -> TouchObject:
@@ -135,7 +158,7 @@ def tilted_face(tilt: float, direction: float = 0.0, side: float = 0.06) -> Touc
     return TouchObject("tilted_face", (part,))
 
 
-def cable(centre_line: ArrayLike, radius: float = CABLE_RADIUS) -> TouchObject:
+def cable(centre_line: ArrayLike, radius: float) -> TouchObject:
     """Return a cable as a chain of capsules.
 
     Parameters

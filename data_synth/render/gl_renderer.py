@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import importlib
 from typing import TYPE_CHECKING, Any
 
@@ -15,6 +16,8 @@ from .gl_probe import gl_fault, gl_module
 from .rendered_view import RenderedView
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
+
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
 
@@ -88,23 +91,13 @@ class GlRenderer:
         DeviceError
             If the renderer is closed or the graphics library fails.
         """
-        if self._context is None:
-            raise DeviceError("the OpenGL renderer is closed: open another")
-        mujoco = self._mujoco
-        try:
-            with self._context.as_current():
-                self._load_model(model, intrinsics)
-                option, camera = mujoco.MjvOption(), mujoco.MjvCamera()
-                every = mujoco.mjtCatBit.mjCAT_ALL
-                mujoco.mjv_updateScene(model, data, option, None, camera, every, self._scene)
-                _set_frustum(self._scene, intrinsics, T_world_camera, max_range)
-                depth, labels = self._depth_and_labels(intrinsics, geom_labels, max_range)
-                picture = None
-                if colour:
-                    _set_frustum(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
-                    picture = self._picture(intrinsics)
-        except mujoco.FatalError as error:
-            raise DeviceError(f"OpenGL failed to draw: {' '.join(str(error).split())}") from error
+        with self._updated_scene(model, data, intrinsics):
+            _set_frustum(self._scene, intrinsics, T_world_camera, max_range)
+            depth, labels = self._depth_and_labels(intrinsics, geom_labels, max_range)
+            picture = None
+            if colour:
+                _set_frustum(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
+                picture = self._picture(intrinsics)
         return RenderedView(depth, labels, picture)
 
     def photograph(
@@ -117,6 +110,13 @@ class GlRenderer:
         DeviceError
             If the renderer is closed or the graphics library fails.
         """
+        with self._updated_scene(model, data, intrinsics):
+            _set_frustum(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
+            return self._picture(intrinsics)
+
+    @contextlib.contextmanager
+    def _updated_scene(self, model: Any, data: Any, intrinsics: CameraIntrinsics) -> Iterator[None]:
+        """Make the context current, and update the scene with the state."""
         if self._context is None:
             raise DeviceError("the OpenGL renderer is closed: open another")
         mujoco = self._mujoco
@@ -126,8 +126,7 @@ class GlRenderer:
                 option, camera = mujoco.MjvOption(), mujoco.MjvCamera()
                 every = mujoco.mjtCatBit.mjCAT_ALL
                 mujoco.mjv_updateScene(model, data, option, None, camera, every, self._scene)
-                _set_frustum(self._scene, intrinsics, T_world_camera, _FAR_COLOUR_M)
-                return self._picture(intrinsics)
+                yield
         except mujoco.FatalError as error:
             raise DeviceError(f"OpenGL failed to draw: {' '.join(str(error).split())}") from error
 

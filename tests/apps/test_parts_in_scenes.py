@@ -10,7 +10,7 @@ from eyehand.apps.perceived_frame import perceive_and_plan
 from eyehand.apps.scene_json import fit_json
 from eyehand.apps.scene_picture import covered, overlay_picture
 from eyehand.data_synth.render import StagedObject, StagedScene, StagedView, staged_frame
-from eyehand.data_synth.scenes import StagedSolid, Tube
+from eyehand.data_synth.scenes.staged_solids import StagedSolid, Tube
 from eyehand.perception import (
     FitOptions,
     PerceiveOptions,

@@ -16,7 +16,8 @@ from eyehand.data_synth.cell import (
     match_options,
     synergy_hand_model,
 )
-from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
+from eyehand.data_synth.scenes import Table, TabletopObject
+from eyehand.data_synth.scenes.tabletop_spec import tabletop_spec
 from eyehand.errors import InputError
 from eyehand.grasping import Closing, GripOptions, preshape_command
 from eyehand.grasping.hands import finger_forces

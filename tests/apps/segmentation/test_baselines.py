@@ -6,10 +6,13 @@ import pytest
 from eyehand.apps.segmentation.baselines import BASELINES, Baseline
 from eyehand.apps.segmentation.score import score_segmentation
 from eyehand.data_synth.render import StagedObject, StagedScene, staged_frame
-from eyehand.data_synth.scenes import ball
+from eyehand.data_synth.scenes import staged_solids as shapes
 
 BALLS = StagedScene(
-    (StagedObject(ball(0.05), (-0.1, 0.0, 0.0)), StagedObject(ball(0.06), (0.1, 0.02, 0.0)))
+    (
+        StagedObject(shapes.ball(0.05), (-0.1, 0.0, 0.0)),
+        StagedObject(shapes.ball(0.06), (0.1, 0.02, 0.0)),
+    )
 )
 
 

@@ -22,13 +22,13 @@ from eyehand.data_synth.render import (
     render_staged,
     staged_frame,
 )
-from eyehand.data_synth.scenes import ball, box
+from eyehand.data_synth.scenes import staged_solids as shapes
 from eyehand.perception import DepthFrame, Segmentation, SupportPlane
 
 SCENE = StagedScene(
     (
-        StagedObject(box(0.09, 0.08, 0.07), (-0.1, 0.0, 0.0)),
-        StagedObject(ball(0.03), (0.1, 0.0, 0.0)),
+        StagedObject(shapes.box(0.09, 0.08, 0.07), (-0.1, 0.0, 0.0)),
+        StagedObject(shapes.ball(0.03), (0.1, 0.0, 0.0)),
     ),
     StagedView(image_size=(320, 240)),
 )

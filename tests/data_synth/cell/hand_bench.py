@@ -11,7 +11,8 @@ from scipy.spatial.transform import Rotation
 from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.cell.tendon_drives import PALM_PAD, TendonDrives
 from eyehand.data_synth.cell.tendon_hand_model import HAND, tendon_hand_model
-from eyehand.data_synth.scenes import Table, TabletopObject, tabletop_spec
+from eyehand.data_synth.scenes import Table, TabletopObject
+from eyehand.data_synth.scenes.tabletop_spec import tabletop_spec
 from eyehand.grasping.hands import (
     Closing,
     GripOptions,

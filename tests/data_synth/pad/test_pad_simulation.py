@@ -105,7 +105,7 @@ def test_images_have_requested_rate(rate: float, images: int) -> None:
         probe(),
         box_edge(),
         tilted_face(0.05),
-        cable(LINE),
+        cable(LINE, 0.003),
         unknown_object(),
     ],
     ids=lambda item: item.name,
@@ -197,7 +197,7 @@ def test_simulation_rejects_invalid_arguments() -> None:
     with pytest.raises(InputError, match="mass"):
         PlacedObject(pen(), motion="free", mass=0.0)
     with pytest.raises(InputError, match="centre line"):
-        cable(np.zeros((1, 3)))
+        cable(np.zeros((1, 3)), 0.003)
 
 
 def test_padded_arm_has_pad_at_tool() -> None:

@@ -15,16 +15,16 @@ from eyehand.data_synth.render import (
     render_staged,
     staged_frame,
 )
-from eyehand.data_synth.scenes import ball, bowl, box, cylinder, mug, tapered_box
+from eyehand.data_synth.scenes import staged_solids as shapes
 from eyehand.errors import InputError
 
 SMALL = StagedView(image_size=(320, 240))
 SCENE = StagedScene(
     (
-        StagedObject(box(0.06, 0.05, 0.08), (-0.15, 0.0, 0.0), yaw=0.5, lean=0.2),
-        StagedObject(ball(0.04), (0.0, 0.05, 0.0)),
-        StagedObject(cylinder(0.03, 0.07), (0.12, -0.03, 0.01)),
-        StagedObject(bowl(0.06, 0.04), (0.02, -0.12, 0.0)),
+        StagedObject(shapes.box(0.06, 0.05, 0.08), (-0.15, 0.0, 0.0), yaw=0.5, lean=0.2),
+        StagedObject(shapes.ball(0.04), (0.0, 0.05, 0.0)),
+        StagedObject(shapes.cylinder(0.03, 0.07), (0.12, -0.03, 0.01)),
+        StagedObject(shapes.bowl(0.06, 0.04), (0.02, -0.12, 0.0)),
     ),
     SMALL,
 )
@@ -81,19 +81,19 @@ def test_unlabelled_points_lie_on_table_and_floor():
 
 def test_mug_and_handle_have_one_label():
     view = replace(SMALL, distance=0.4)
-    scene = StagedScene((StagedObject(mug(0.04, 0.09)),), view)
+    scene = StagedScene((StagedObject(shapes.mug(0.04, 0.09)),), view)
     local = visible_points(scene, 1)
     assert np.hypot(local[:, 0], local[:, 1]).max() > 0.06
     assert set(np.unique(render_staged(scene).labels)) == {0, 1}
-    rotated = StagedScene((StagedObject(mug(0.04, 0.09), yaw=np.pi),), view)
+    rotated = StagedScene((StagedObject(shapes.mug(0.04, 0.09), yaw=np.pi),), view)
     # The image of the rotated mug is the mirrored image.
     same = render_staged(rotated).labels[:, ::-1] == render_staged(scene).labels
     assert same.mean() > 0.999
 
 
 def test_closer_object_hides_farther_one():
-    front = StagedObject(box(0.2, 0.02, 0.2), (0.0, -0.1, 0.0))
-    behind = StagedObject(tapered_box((0.05, 0.05), (0.02, 0.02), 0.05), (0.0, 0.1, 0.0))
+    front = StagedObject(shapes.box(0.2, 0.02, 0.2), (0.0, -0.1, 0.0))
+    behind = StagedObject(shapes.tapered_box((0.05, 0.05), (0.02, 0.02), 0.05), (0.0, 0.1, 0.0))
     scene = StagedScene((behind, front), replace(SMALL, elevation=0.3))
     labels = render_staged(scene).labels
     assert np.any(labels == 2)
@@ -120,7 +120,7 @@ def test_noise_has_requested_sigma_and_is_repeatable():
 
 
 def test_colour_is_rendered_on_request():
-    red = StagedObject(box(0.1, 0.1, 0.1), colour=(0.9, 0.1, 0.1))
+    red = StagedObject(shapes.box(0.1, 0.1, 0.1), colour=(0.9, 0.1, 0.1))
     scene = StagedScene((red,), SMALL)
     frame, labels = staged_frame(scene, colour=True)
     assert frame.colour is not None
