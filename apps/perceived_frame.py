@@ -49,7 +49,9 @@ def perceive_and_plan(
     """Perceive a frame and select a grasp for each object."""
     scene = perceive(frame, options)
     began = time.perf_counter()
-    up: NDArray[np.float64] | None = np.array(CAMERA_UP) if scene.frame == "camera" else None
+    up: NDArray[np.float64] | None = (
+        np.array(CAMERA_UP) if scene.reference_frame == "camera" else None
+    )
     plans = {
         item.label: select_prototype(
             item, scene.support, neighbours=scene.objects, up=up, options=select

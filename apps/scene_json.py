@@ -34,7 +34,7 @@ def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[s
         "schema": SCENE_SCHEMA,
         "units": UNITS,
         "source": source,
-        "frame": scene.frame,
+        "frame": scene.reference_frame,
         "labels": "labels.png",
         "support_plane": None
         if support is None
@@ -116,7 +116,7 @@ def _uncertainty(fit: SuperquadricFit) -> dict[str, Any] | None:
 def _object(item: SceneObject, plan: GraspPlan) -> dict[str, Any]:
     return {
         "label": item.label,
-        "pixels": item.pixels,
+        "pixels": item.pixel_count,
         "visible_share": _number(item.visible_share),
         "rests_on": item.rests_on,
         "fit": fit_json(item.fit),

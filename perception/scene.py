@@ -1,4 +1,4 @@
-"""A depth frame as a described scene: the support plane, the objects, and a solid for each."""
+"""Perceive a depth frame: find the support plane and the objects, and fit a solid to each one."""
 
 from __future__ import annotations
 
@@ -39,17 +39,17 @@ class PerceiveOptions:
     fit: FitOptions = field(default_factory=FitOptions)
     """Options of every superquadric fit."""
     max_distance: float = 2.5
-    """Objects farther from the camera than this are segmented but not fitted, m. Far objects show
-    too few and too noisy pixels for a model."""
+    """Maximum distance of a fitted object from the camera, m. Farther objects are only segmented:
+    their pixels are too few and too noisy for a fit."""
     cloud_points: int = 2000
-    """Points kept per object. More points give denser clouds, fewer points save time."""
+    """Maximum number of points per object. More points take longer to fit."""
     max_objects: int = 30
-    """Number of objects that are fitted, largest first. It limits the time on a cluttered frame."""
+    """Maximum number of fitted objects, largest first. It bounds the time on a cluttered frame."""
     seed: int = 0
     """Seed of the random choice of points."""
     threads: int = 2
-    """Objects fitted at the same time. More threads save time on idle cores and give the same
-    solids."""
+    """Number of objects fitted at the same time. More threads save time on idle cores. The solids
+    do not change."""
 
 
 @dataclass(frozen=True)
@@ -60,32 +60,36 @@ class SceneObject:
     """Number of the object in the segmentation, 1..n, largest first."""
     points: NDArray[np.float64]
     """Visible surface points, (N, 3), m, in the scene's frame."""
-    pixels: int
+    pixel_count: int
     """Size of the object's segment, px."""
     fit: SuperquadricFit
-    """The fitted solid in the scene's frame. It is false, with a reason, when there is no fit."""
+    """The result of the fit, in the scene's frame. ``bool(fit)`` is false if the fit failed.
+    ``fit.reason`` then holds the reason."""
     visible_share: float
-    """Share of the solid's outline in the image that the object's own pixels cover, 0-1."""
+    """Number of the object's pixels divided by the area of the solid's projection in the image,
+    0-1. It is 0 if the fit failed."""
     rests_on: int | None
-    """Label of the object below, 0 for the support plane, None when it is unknown."""
+    """Label of the object below, 0 for the support plane, None if it is unknown."""
 
 
 @dataclass(frozen=True)
 class Scene:
     """The support plane and the objects in one depth frame."""
 
-    frame: Literal["world", "camera"]
-    """Frame of all geometry: the world if the camera's pose is known, else the camera."""
+    reference_frame: Literal["world", "camera"]
+    """Coordinate frame of all geometry: the world if the camera's pose is known, else the
+    camera."""
     support: SupportPlane | None
-    """The support plane, or None when the frame shows none."""
+    """The support plane, or None if the image shows none."""
     objects: tuple[SceneObject, ...]
     """The objects, largest first."""
     view_origin: NDArray[np.float64]
-    """Position of the camera, (3,), m."""
+    """Position of the camera in the scene's frame, (3,), m."""
     segmentation: Segmentation
-    """The segmentation of the frame."""
+    """The segmentation of the depth image. Its support planes are in the camera frame."""
     timings: dict[str, float]
-    """Seconds per stage: segmentation, clouds, fit, relations."""
+    """Time of each stage, s: ``segmentation``, ``clouds``, ``fit`` (with the search for the
+    surface below each object) and ``relations`` (`visible_share` and `rests_on`)."""
 
     @property
     def seconds(self) -> float:
@@ -94,7 +98,7 @@ class Scene:
 
 
 def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene:
-    """Describe a depth frame as a support plane and objects, each with its simplest solid.
+    """Find the support plane and the objects of a depth frame, and fit a solid to each object.
 
     Parameters
     ----------
@@ -107,7 +111,8 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     Returns
     -------
     Scene
-        The scene. Every value is finite. An object whose fit failed is kept, with the reason.
+        The scene. All numbers and arrays in it are finite. An object whose fit failed is kept,
+        with the reason. Only the properties `spread` and `margin` of a fit can be infinite.
     """
     options = options or PerceiveOptions()
     started = time.perf_counter()
@@ -121,7 +126,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     boxes = segmentation.boxes()
     sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)
     clouds = {
-        label: T_scene_camera.apply(_draw_points(frame, segmentation, label, box, options, rng))
+        label: T_scene_camera.apply(_sample_points(frame, segmentation, label, box, options, rng))
         for label, box in boxes.items()
     }
     collected = time.perf_counter()
@@ -140,7 +145,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         SceneObject(
             label=label,
             points=cloud,
-            pixels=int(sizes[label]),
+            pixel_count=int(sizes[label]),
             fit=fits[label],
             visible_share=visible_share(int(sizes[label]), fits[label], frame, T_scene_camera),
             rests_on=rests_on(cloud, fits[label], below[label], support),
@@ -154,7 +159,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         "relations": time.perf_counter() - fitted,
     }
     return Scene(
-        frame="camera" if frame.T_world_camera is None else "world",
+        reference_frame="camera" if frame.T_world_camera is None else "world",
         support=support,
         objects=objects,
         view_origin=np.asarray(T_scene_camera.translation),
@@ -163,7 +168,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
     )
 
 
-def _draw_points(
+def _sample_points(
     frame: DepthFrame,
     segmentation: Segmentation,
     label: int,
@@ -171,7 +176,10 @@ def _draw_points(
     options: PerceiveOptions,
     rng: np.random.Generator,
 ) -> NDArray[np.float64]:
-    """Draw at most ``cloud_points`` camera-frame points of a segment without its border."""
+    """Sample at most ``cloud_points`` points of a segment, camera frame.
+
+    The segment's border is left out if at least ``MIN_POINTS`` pixels remain.
+    """
     mask = segmentation.labels[box] == label
     side = 2 * BORDER_PX + 1
     eroded = cv2.erode(
@@ -213,13 +221,15 @@ def _fit(
     distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
     if distance > options.max_distance:
         return SuperquadricFit.rejected(
-            f"{distance:.2f} m away: objects beyond {options.max_distance} m are not fitted"
+            f"the object is {distance:.2f} m away: objects beyond {options.max_distance} m are "
+            "not fitted"
         )
     if label > options.max_objects:
         return SuperquadricFit.rejected(
             f"only the {options.max_objects} largest objects are fitted"
         )
-    # The cloud's outline lies inside the object's by the removed border and half a pixel.
+    # The outline of the cloud is smaller than that of the object, by the removed border and half
+    # a pixel on each side.
     margin = (BORDER_PX + 0.5) * distance / frame.intrinsics.fx
     fit_options = replace(
         options.fit,

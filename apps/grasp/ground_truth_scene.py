@@ -48,7 +48,7 @@ def ground_truth_scene(
         SceneObject(
             label=number,
             points=cloud,
-            pixels=CLOUD_POINTS,
+            pixel_count=CLOUD_POINTS,
             fit=SuperquadricFit(item.shape, True, "known", np.zeros(CLOUD_POINTS), (), 0.0),
             visible_share=1.0,
             rests_on=_supporting_label(number - 1, objects, clouds),

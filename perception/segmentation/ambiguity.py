@@ -8,7 +8,7 @@ import numpy as np
 from scipy import ndimage
 
 from .colour_cut import colour_cut
-from .regions import number_with_reasons
+from .regions import relabel_with_reasons
 from .split_solids import split_mask
 
 if TYPE_CHECKING:
@@ -79,7 +79,7 @@ def resolve_ambiguity(
                 ambiguous[label] = ambiguous[following] = reason
             elif reason:
                 ambiguous.setdefault(label, reason)
-    return number_with_reasons(labels, ambiguous) if ambiguous else (labels, ambiguous)
+    return relabel_with_reasons(labels, ambiguous) if ambiguous else (labels, ambiguous)
 
 
 def _second_part(

@@ -17,12 +17,12 @@ if TYPE_CHECKING:
 FREE_DEPTH = 0.003
 """Minimum distance of a point in free space from the surface behind it, m."""
 FREE_SIGMAS = 3.0
-"""The same in disparity, in σ. Both must hold."""
+"""Further minimum distance, in σ of the noise of disparity. It is added to ``FREE_DEPTH``."""
 MAX_CROSSING_SHARE = 0.25
 """Maximum share of the lines between two parts of one object that cross free space. A lower value
 splits bent objects, a higher one joins neighbours that touch."""
-STEPS = 6
-"""Parts into which a line is divided. The points between them are tested."""
+LINE_PARTS = 6
+"""Number of equal parts of a line. The ``LINE_PARTS - 1`` points between the parts are tested."""
 
 
 def count_free_lines(
@@ -36,19 +36,20 @@ def count_free_lines(
     Parameters
     ----------
     patches
-        Labels (H, W), 0 = none.
+        Labels (H, W), 0 = no patch.
     pairs
-        (K, 2) patch numbers. ``LINES`` lines are tested for each pair.
+        Labels of the two patches of each pair, (K, 2). ``LINES`` lines are tested for each pair.
     hollow
         (n + 1,) bool: patches that are the inside of a vessel. A line in front of them may cross
-        free space although its ends belong to one object.
+        free space although its ends belong to one object. The points of a line in front of such
+        a patch are not tested.
     image
         Image of the patches.
 
     Returns
     -------
     NDArray
-        (K,) lines that cross free space.
+        Number of lines that cross free space, (K,).
     """
     pixels = pixels_by_label(patches, int(patches.max(initial=0)))
     margin = FREE_SIGMAS * image.noise
@@ -59,7 +60,10 @@ def count_free_lines(
 
 @njit(cache=True, nogil=True)
 def count_crossings(pixels, pairs, patches, hollow, q, pinhole, margin, lines):
-    """Count for each pair the lines, of so many, that cross free space."""
+    """Count for each pair how many of its `lines` lines cross free space.
+
+    `q` is the disparity (H, W), and `margin` its tolerance, 1/m.
+    """
     fx, fy, cx, cy = pinhole
     columns = q.shape[1]
     counts = np.zeros(len(pairs), np.int64)
@@ -75,8 +79,8 @@ def count_crossings(pixels, pairs, patches, hollow, q, pinhole, margin, lines):
             za, zb = 1.0 / qa, 1.0 / qb
             xa, ya = (ua - cx) / fx * za, (va - cy) / fy * za
             xb, yb = (ub - cx) / fx * zb, (vb - cy) / fy * zb
-            for step in range(1, STEPS):
-                t = step / STEPS
+            for step in range(1, LINE_PARTS):
+                t = step / LINE_PARTS
                 z = za + (zb - za) * t
                 # A line between two pixels of the image stays inside the image.
                 u = int(np.rint((xa + (xb - xa) * t) / z * fx + cx))

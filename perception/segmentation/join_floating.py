@@ -16,8 +16,8 @@ from .regions import (
     MIN_BORDER,
     RIGHT,
     Borders,
+    count_border_pairs,
     merge_regions,
-    region_borders,
 )
 
 if TYPE_CHECKING:
@@ -62,7 +62,7 @@ def join_floating(
     support
         The support plane, camera frame.
     """
-    borders = region_borders(labels, image, planes)
+    borders = count_border_pairs(labels, image, planes)
     count = borders.contact.shape[0] - 1
     order, starts = pixels_by_label(labels, count)
     sizes = np.diff(starts)
@@ -98,9 +98,9 @@ def downwards(support: SupportPlane) -> int:
 def _free_share(label: int, down: int, borders: Borders) -> float:
     """Return the share of a region's lower edge with free space below it."""
     contact = borders.contact[label, :, down].sum()
-    free = borders.before[label, :, down].sum()
+    free = borders.occluding[label, :, down].sum()
     up = (LEFT, RIGHT, ABOVE, BELOW)[down]
-    hidden = borders.before[:, label, up].sum() + borders.blind[label, down]
+    hidden = borders.occluding[:, label, up].sum() + borders.blind[label, down]
     return float(free / max(contact + free + hidden, 1))
 
 

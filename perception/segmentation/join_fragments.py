@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .regions import number_by_size, region_borders
+from .regions import count_border_pairs, relabel_by_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -51,15 +51,15 @@ def join_fragments(
         (H, W) int32: the regions of at least `min_object` px 1..n, largest first.
     """
     small = (labels == 0) & (pieces > 0)
-    regions = number_by_size(np.where(small, pieces + labels.max(initial=0), labels))
-    borders = region_borders(regions, image, planes)
+    regions = relabel_by_size(np.where(small, pieces + labels.max(initial=0), labels))
+    borders = count_border_pairs(regions, image, planes)
     sizes = np.bincount(regions.ravel(), minlength=1)
     parent = np.arange(len(sizes), dtype=np.int32)
     for label in range(len(sizes) - 1, 0, -1):
         if sizes[label] >= image.area(MAX_FRAGMENT):
             continue
         # A surface far behind an edge is another object, even if only a little of it is visible.
-        touching = borders.close[label].copy()
+        touching = borders.not_behind[label].copy()
         touching[0] = 0
         partner = int(np.argmax(touching))
         if touching[partner] < MIN_BORDER_SHARE * borders.perimeter(label):
@@ -69,4 +69,4 @@ def join_fragments(
     for label in range(1, len(sizes)):
         # A fragment's partner is larger, so the parent of the partner is already final.
         parent[label] = parent[parent[label]]
-    return number_by_size(parent[regions], min_object)
+    return relabel_by_size(parent[regions], min_object)

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 
 from .convexity import HOLLOW, region_convexity
-from .regions import MAX_GAP, MIN_BORDER, Borders, fill_holes, number_by_size, region_borders
+from .regions import MAX_GAP, MIN_BORDER, Borders, count_border_pairs, fill_holes, relabel_by_size
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,7 +47,7 @@ def join_open(
     planes
         Its local planes.
     """
-    borders = region_borders(labels, image, planes)
+    borders = count_border_pairs(labels, image, planes)
     sizes = np.bincount(labels.ravel())
     convexity = region_convexity(labels, image, planes)
     hollow = [
@@ -66,7 +66,7 @@ def join_open(
         inside = labels == label
         mouth = inside | _floor(inside, floors, image.length(MAX_GAP) // 2)
         # The wall of a vessel is in front of its inside or touches it.
-        nearer = borders.before[:, label].sum(axis=1) + borders.contact[:, label].sum(axis=1)
+        nearer = borders.occluding[:, label].sum(axis=1) + borders.contact[:, label].sum(axis=1)
         walls = np.where(nearer[labels] >= image.length(MIN_BORDER), joined, 0)
         outside = _outside(_convex_hull(mouth), walls, disparity)
         if outside == 0:
@@ -74,11 +74,11 @@ def join_open(
         joined[mouth] = outside
         whole = joined == outside
         joined[fill_holes(whole) & (joined == 0) & (disparity > 0)] = outside
-    return number_by_size(joined)
+    return relabel_by_size(joined)
 
 
 def _has_neighbour(label: int, borders: Borders) -> bool:
-    return bool(borders.contact[label, 1:].sum() + borders.before[1:, label].sum() > 0)
+    return bool(borders.contact[label, 1:].sum() + borders.occluding[1:, label].sum() > 0)
 
 
 def _enclosed(labels: NDArray[np.int32], disparity: NDArray[np.float32]) -> NDArray[np.int32]:

@@ -1,4 +1,4 @@
-"""Regions of a label image: their numbers, and the borders between them."""
+"""Regions of a label image: relabel them by size, and count the pixel pairs on their borders."""
 
 from __future__ import annotations
 
@@ -17,12 +17,15 @@ if TYPE_CHECKING:
     from .working_image import WorkingImage
 
 MAX_REGIONS = 200
-"""Maximum number of regions, the largest first. It bounds time and memory in clutter."""
+"""Maximum number of regions. Only the largest ones are kept. It bounds time and memory in
+clutter."""
 MIN_BORDER = 8
-"""Minimum border of two regions that can be joined, pixel pairs at the reference width."""
+"""Minimum length of the border of two regions that can be joined, pixel pairs at
+``working_image.REFERENCE_WIDTH``."""
 MAX_GAP = 16
-"""Maximum width of a strip without readings between two neighbouring regions, px at the reference
-width. A projector or a second lens leaves such a shadow beside an object."""
+"""Maximum width of a strip without readings between two neighbouring regions, px at
+``working_image.REFERENCE_WIDTH``. A projector or a second lens leaves such a shadow beside an
+object."""
 CLOSE_GAP = 0.02
 """Maximum depth step from a small piece to the object it belongs to, m."""
 LOW_QUANTILE, HIGH_QUANTILE = 0.02, 0.98
@@ -32,28 +35,35 @@ RIGHT, LEFT, BELOW, ABOVE = range(4)
 
 
 class Borders(NamedTuple):
-    """Numbers of border pixel pairs between the regions 0..n (0 = background), by direction."""
+    """Counts of border pixel pairs between the regions 0..n (0 = background).
+
+    The last axis of length 4 is the direction from the first region to the second one: ``RIGHT``,
+    ``LEFT``, ``BELOW`` or ``ABOVE``.
+    """
 
     contact: NDArray[np.int32]
-    """(n+1, n+1, 4): pairs without a depth step."""
-    before: NDArray[np.int32]
+    """(n+1, n+1, 4): pairs without a depth step. A pair without a local plane counts as a step."""
+    occluding: NDArray[np.int32]
     """(n+1, n+1, 4): pairs with a depth step at which the first region is nearer."""
-    close: NDArray[np.int32]
-    """(n+1, n+1): pairs at which the first region is nearer, or behind by at most ``CLOSE_GAP``."""
+    not_behind: NDArray[np.int32]
+    """(n+1, n+1): pairs at which the first region is at most ``CLOSE_GAP`` behind the second."""
     blind: NDArray[np.int32]
-    """(n+1, 4): border pixels with no reading beyond them."""
+    """(n+1, 4): border pixels at the image edge, or without a reading within ``MAX_GAP`` beyond
+    them."""
 
     def perimeter(self, label: int) -> int:
-        """Return the number of border pixel pairs of one region."""
-        pairs = self.contact[label].sum() + self.before[label].sum() + self.before[:, label].sum()
-        return int(pairs + self.blind[label].sum())
+        """Return the length of a region's border: its pixel pairs and its blind pixels."""
+        steps = self.occluding[label].sum() + self.occluding[:, label].sum()
+        return int(self.contact[label].sum() + steps + self.blind[label].sum())
 
 
-def region_borders(labels: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes) -> Borders:
-    """Count the borders between the regions 1..n of labels (H, W) and the background.
+def count_border_pairs(
+    labels: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes
+) -> Borders:
+    """Count the border pixel pairs of all pairs of regions 0..n of labels (H, W), 0 = background.
 
-    Two pixels border each other when they are neighbours in a row or column. They also do when
-    only missing readings are between them, at most ``MAX_GAP``.
+    Two pixels are a pair if they are neighbours in a row or column. They are also a pair if at
+    most ``MAX_GAP`` missing readings, and nothing else, lie between them.
     """
     return Borders(
         *border_counts(
@@ -68,50 +78,57 @@ def region_borders(labels: NDArray[np.int32], image: WorkingImage, planes: Local
     )
 
 
-def number_by_size(labels: NDArray[np.int32], min_size: int = 1) -> NDArray[np.int32]:
-    """Number the regions of at least `min_size` px 1..n, n <= MAX_REGIONS, largest first."""
-    return np.take(_numbers(np.bincount(labels.ravel(), minlength=1), min_size), labels)
+def relabel_by_size(labels: NDArray[np.int32], min_size: int = 1) -> NDArray[np.int32]:
+    """Relabel the regions to 1..n, largest first.
+
+    Regions below `min_size` px become 0, and so do all but the ``MAX_REGIONS`` largest ones.
+    """
+    return np.take(_labels_by_size(np.bincount(labels.ravel(), minlength=1), min_size), labels)
 
 
 def merge_regions(labels: NDArray[np.int32], parent: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Merge each region k with ``parent[k]``, (n + 1,), and number the results by size.
+    """Merge each region k with ``parent[k]``, (n + 1,), and relabel all regions by size.
 
-    The parent of a parent is itself. Labels without a merge are returned as they are.
+    The parent of a parent is itself. If no region is merged, `labels` is returned unchanged.
     """
     if np.array_equal(parent, np.arange(len(parent))):
         return labels
     sizes = np.bincount(labels.ravel(), minlength=len(parent))
     merged = np.bincount(parent, weights=sizes, minlength=len(parent)).astype(np.int64)
-    return np.take(_numbers(merged, 1)[parent], labels)
+    return np.take(_labels_by_size(merged, 1)[parent], labels)
 
 
-def number_with_reasons(
+def relabel_with_reasons(
     labels: NDArray[np.int32], reasons: dict[int, str]
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
-    """Number the regions by size, and the labels of a dictionary with them, in rising order."""
+    """Relabel the regions by size, largest first, and change the keys of `reasons` with them.
+
+    `reasons` maps a label to the reason why its region is ambiguous. Labels without pixels are
+    removed. The keys of the result are sorted.
+    """
     sizes = np.bincount(labels.ravel(), minlength=1)
-    numbers = _numbers(sizes, 1)
-    renumbered = {
-        int(numbers[label]): reason
+    new_labels = _labels_by_size(sizes, 1)
+    new_reasons = {
+        int(new_labels[label]): reason
         for label, reason in reasons.items()
         if label < len(sizes) and sizes[label]
     }
-    return np.take(numbers, labels), dict(sorted(renumbered.items()))
+    return np.take(new_labels, labels), dict(sorted(new_reasons.items()))
 
 
-def _numbers(sizes: NDArray[np.integer], min_size: int) -> NDArray[np.int32]:
-    """Return the new number of each label from the sizes of all labels, (n + 1,)."""
+def _labels_by_size(sizes: NDArray[np.integer], min_size: int) -> NDArray[np.int32]:
+    """Return the new label of each old label from the sizes of all labels, (n + 1,)."""
     sizes = sizes.copy()
     sizes[0] = 0
     order = np.argsort(-sizes, kind="stable")[:MAX_REGIONS]
     order = order[sizes[order] >= min_size]
-    numbers = np.zeros(len(sizes), np.int32)
-    numbers[order] = np.arange(1, len(order) + 1, dtype=np.int32)
-    return numbers
+    labels = np.zeros(len(sizes), np.int32)
+    labels[order] = np.arange(1, len(order) + 1, dtype=np.int32)
+    return labels
 
 
 def fill_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
-    """Return a mask (H, W) together with everything that its outer outlines enclose."""
+    """Fill the holes of a mask (H, W): set all pixels inside its outer outlines."""
     outlines, _ = cv2.findContours(mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
     filled = np.zeros(mask.shape, np.uint8)
     cv2.drawContours(filled, outlines, -1, 1, cv2.FILLED)
@@ -120,15 +137,28 @@ def fill_holes(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:
 
 @njit(cache=True, nogil=True)
 def border_counts(labels, q, planes, count, max_step, max_crease, max_gap):
-    """Count the borders of all regions and return the fields of `Borders`.
+    """Count the border pixel pairs of all regions; return the fields of `Borders`.
 
-    See :func:`.merge_patches.border_votes` for the test of a step.
+    A pair has a step if the plane of each pixel misses the reading of the other one. The two
+    errors are added. At a crease without a step their sum is the change of slope, so this change
+    is subtracted up to `max_crease`.
+
+    Parameters
+    ----------
+    labels, q
+        Labels 0..`count` and disparity, 1/m, both (H, W).
+    planes
+        Local planes of the image.
+    max_step, max_crease
+        Maximum step and maximum change of slope of a pair in contact, 1/m.
+    max_gap
+        Maximum number of missing readings between the pixels of a pair.
     """
     value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
     rows, columns = labels.shape
     contact = np.zeros((count + 1, count + 1, 4), np.int32)
-    before = np.zeros((count + 1, count + 1, 4), np.int32)
-    close = np.zeros((count + 1, count + 1), np.int32)
+    occluding = np.zeros((count + 1, count + 1, 4), np.int32)
+    not_behind = np.zeros((count + 1, count + 1), np.int32)
     blind = np.zeros((count + 1, 4), np.int32)
     for axis in range(2):
         outer, inner = (rows, columns) if axis == 0 else (columns, rows)
@@ -152,27 +182,27 @@ def border_counts(labels, q, planes, count, max_step, max_crease, max_gap):
                 a = labels[pv, pu]
                 if a == b:
                     continue
-                behind = 1.0 / q[v, u] - 1.0 / q[pv, pu]
-                if behind >= -CLOSE_GAP:
-                    close[a, b] += 1
-                if behind <= CLOSE_GAP:
-                    close[b, a] += 1
+                depth_step = 1.0 / q[v, u] - 1.0 / q[pv, pu]
+                if depth_step >= -CLOSE_GAP:
+                    not_behind[a, b] += 1
+                if depth_step <= CLOSE_GAP:
+                    not_behind[b, a] += 1
                 rise = q[v, u] - q[pv, pu]
                 if axis == 0:
-                    near = rise - slope_u[pv, pu] * gap
-                    far = rise - slope_u[v, u] * gap
+                    error_a = rise - slope_u[pv, pu] * gap
+                    error_b = rise - slope_u[v, u] * gap
                 else:
-                    near = rise - slope_v[pv, pu] * gap
-                    far = rise - slope_v[v, u] * gap
-                step = abs(near) + abs(far) - min(abs(far - near), max_crease)
+                    error_a = rise - slope_v[pv, pu] * gap
+                    error_b = rise - slope_v[v, u] * gap
+                step = abs(error_a) + abs(error_b) - min(abs(error_b - error_a), max_crease)
                 if value[v, u] > 0 and value[pv, pu] > 0 and step < max_step:
                     contact[a, b, ahead] += 1
                     contact[b, a, back] += 1
                 elif rise < 0:
-                    before[a, b, ahead] += 1
+                    occluding[a, b, ahead] += 1
                 else:
-                    before[b, a, back] += 1
+                    occluding[b, a, back] += 1
             if last >= 0:
                 v, u = (i, last) if axis == 0 else (last, i)
                 blind[labels[v, u], ahead] += 1
-    return contact, before, close, blind
+    return contact, occluding, not_behind, blind

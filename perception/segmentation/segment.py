@@ -18,7 +18,7 @@ from .join_open import join_open
 from .local_planes import fit_local_planes
 from .merge_patches import merge_patches
 from .options import SegmentationOptions
-from .regions import number_by_size, number_with_reasons
+from .regions import relabel_by_size, relabel_with_reasons
 from .result import Segmentation
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_plane import find_supports
@@ -73,7 +73,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         )
     if options.stride > 1:
         labels = upsample_labels(labels, inverse(frame.depth), options.stride)
-        labels, ambiguous = number_with_reasons(labels, ambiguous)
+        labels, ambiguous = relabel_with_reasons(labels, ambiguous)
         clock.finish("upsample")
     planes = [support.plane for support in supports]
     return Segmentation(
@@ -106,7 +106,7 @@ def _segment_candidates(
     labels, flat = merge_patches(patches, image, planes, options.min_object)
     clock.finish("merge")
     pieces = supported_regions(labels, image, supports, min_patch, options.max_extent)
-    labels = number_by_size(pieces, options.min_object)
+    labels = relabel_by_size(pieces, options.min_object)
     clock.finish("supported")
     if supports:
         labels = join_floating(labels, image, planes, supports[0].plane)

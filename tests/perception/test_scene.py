@@ -13,7 +13,7 @@ BALLS = [(-0.12, 0.62, 0.05), (0.0, 0.75, 0.04), (0.13, 0.6, 0.045)]
 def test_balls_are_fitted_as_spheres():
     frame, truth = ball_frame(BALLS)
     scene = perceive(frame)
-    assert scene.frame == "camera"
+    assert scene.reference_frame == "camera"
     assert len(scene.objects) == 3
     for item in scene.objects:
         solid = item.fit.superquadric
@@ -32,7 +32,7 @@ def test_known_camera_pose_gives_world_frame():
     rotation = Rotation.align_vectors([[0.0, 0.0, 1.0]], [UP])[0]
     T = RigidTransform.from_components([0.3, -0.2, 0.6], rotation)
     scene = perceive(DepthFrame(frame.depth, CAMERA, T))
-    assert scene.frame == "world"
+    assert scene.reference_frame == "world"
     assert np.allclose(scene.view_origin, [0.3, -0.2, 0.6])
     assert scene.support is not None
     assert scene.support.normal[2] > 0.9999

@@ -14,8 +14,8 @@ from eyehand.perception import CameraIntrinsics
 from eyehand.perception.segmentation.free_space import (
     FREE_DEPTH,
     FREE_SIGMAS,
+    LINE_PARTS,
     MAX_CROSSING_SHARE,
-    STEPS,
     count_crossings,
     count_free_lines,
 )
@@ -44,7 +44,7 @@ def reference(patches, pairs, hollow, image, lines):
                 rays[*start_pixel] / float(q[*start_pixel]),
                 rays[*end_pixel] / float(q[*end_pixel]),
             )
-            for t in np.arange(1, STEPS) / STEPS:
+            for t in np.arange(1, LINE_PARTS) / LINE_PARTS:
                 point = start + (end - start) * t
                 u, v = np.rint(camera.project(point)).astype(int)
                 free_limit = 1.0 / (point[2] + FREE_DEPTH)

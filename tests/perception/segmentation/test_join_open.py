@@ -7,7 +7,7 @@ from synthetic_solids import Ball, Bowl, Box, Plate, Solid, exact_image, heights
 from eyehand.perception import SegmentationOptions, segment
 from eyehand.perception.segmentation.join_open import join_open
 from eyehand.perception.segmentation.local_planes import fit_local_planes
-from eyehand.perception.segmentation.regions import number_by_size
+from eyehand.perception.segmentation.regions import relabel_by_size
 
 OPTIONS = SegmentationOptions().scaled(320)
 BOWL = Bowl(0.0, 0.65, 0.12, 0.12, 0.11)
@@ -48,7 +48,7 @@ def test_unlabelled_bottom_joins_vessel():
 )
 def test_object_in_or_beside_bowl_stays_separate(other):
     labels, whole = join([*VESSEL, other])
-    assert np.array_equal(whole, number_by_size(np.where(labels == 2, 1, labels)))
+    assert np.array_equal(whole, relabel_by_size(np.where(labels == 2, 1, labels)))
 
 
 def test_concave_neighbours_stay_separate():

@@ -1,4 +1,4 @@
-"""Tests of region borders and of numbering regions by size."""
+"""Tests of region borders and of relabelling regions by size."""
 
 from itertools import pairwise
 
@@ -18,9 +18,9 @@ from eyehand.perception.segmentation.regions import (
     MAX_REGIONS,
     RIGHT,
     border_counts,
+    count_border_pairs,
     fill_holes,
-    number_by_size,
-    region_borders,
+    relabel_by_size,
 )
 
 FLAT = LocalPlanes(*(np.zeros((6, 9), np.float32) for _ in range(4)))
@@ -29,8 +29,8 @@ FLAT = LocalPlanes(*(np.zeros((6, 9), np.float32) for _ in range(4)))
 def reference(labels, q, planes, count, max_step, max_crease, max_gap):
     """Count borders from the list of readings of every row and column."""
     value, slope_u, slope_v = planes[:3]
-    contact, before = np.zeros((2, count + 1, count + 1, 4), int)
-    close, blind = np.zeros((count + 1, count + 1), int), np.zeros((count + 1, 4), int)
+    contact, occluding = np.zeros((2, count + 1, count + 1, 4), int)
+    not_behind, blind = np.zeros((count + 1, count + 1), int), np.zeros((count + 1, 4), int)
     lines = [([(v, u) for u in range(q.shape[1])], slope_u, RIGHT, LEFT) for v in range(q.shape[0])]
     lines += [
         ([(v, u) for v in range(q.shape[0])], slope_v, BELOW, ABOVE) for u in range(q.shape[1])
@@ -50,19 +50,19 @@ def reference(labels, q, planes, count, max_step, max_crease, max_gap):
             if a == b:
                 continue
             depth_step = 1.0 / float(q[second]) - 1.0 / float(q[first])
-            close[a, b] += depth_step >= -CLOSE_GAP
-            close[b, a] += depth_step <= CLOSE_GAP
+            not_behind[a, b] += depth_step >= -CLOSE_GAP
+            not_behind[b, a] += depth_step <= CLOSE_GAP
             rise = float(q[second]) - float(q[first])
-            near, far = (rise - float(slope[at]) * (j - i) for at in (first, second))
-            step = abs(near) + abs(far) - min(abs(far - near), max_crease)
+            error_a, error_b = (rise - float(slope[at]) * (j - i) for at in (first, second))
+            step = abs(error_a) + abs(error_b) - min(abs(error_b - error_a), max_crease)
             if value[first] > 0 and value[second] > 0 and step < max_step:
                 contact[a, b, ahead] += 1
                 contact[b, a, back] += 1
             elif rise < 0:
-                before[a, b, ahead] += 1
+                occluding[a, b, ahead] += 1
             else:
-                before[b, a, back] += 1
-    return contact, before, close, blind
+                occluding[b, a, back] += 1
+    return contact, occluding, not_behind, blind
 
 
 @given(seed=st.integers(0, 10_000), gap=st.integers(1, 4), missing=st.sampled_from([0.1, 0.6]))
@@ -80,13 +80,13 @@ def test_depth_step_has_near_side_and_level_border_is_contact():
     labels[:, 3:6], labels[:, 6:] = 1, 2
     q = np.where(labels == 2, np.float32(0.8), np.float32(1.0))
     planes = FLAT._replace(value=q)
-    borders = region_borders(labels, image_of(q), planes)
+    borders = count_border_pairs(labels, image_of(q), planes)
     assert borders.contact[0, 1, RIGHT] == borders.contact[1, 0, LEFT] == 6
-    assert borders.before[1, 2, RIGHT] == 6
-    assert not borders.before[2].any()
+    assert borders.occluding[1, 2, RIGHT] == 6
+    assert not borders.occluding[2].any()
     # A nearer region counts as close to the region behind it. The reverse fails over 25 cm.
-    assert borders.close[1, 2] == borders.close[0, 1] == borders.close[1, 0] == 6
-    assert borders.close[2, 1] == 0
+    assert borders.not_behind[1, 2] == borders.not_behind[0, 1] == borders.not_behind[1, 0] == 6
+    assert borders.not_behind[2, 1] == 0
     assert borders.blind[2].tolist() == [6, 0, 3, 3]
     assert borders.perimeter(1) == 6 + 6 + 3 + 3
 
@@ -97,23 +97,23 @@ def test_narrow_gap_without_readings_keeps_contact(monkeypatch, width, contact):
     labels[:, :2], labels[:, 2 + width :] = 1, 2
     q = np.where(labels > 0, np.float32(1.0), np.float32(0.0))
     monkeypatch.setattr(regions, "MAX_GAP", 4)
-    borders = region_borders(labels, image_of(q), FLAT._replace(value=q))
+    borders = count_border_pairs(labels, image_of(q), FLAT._replace(value=q))
     assert borders.contact[1, 2, RIGHT] == contact
     assert borders.blind[1, RIGHT] == 6 - contact
 
 
-def test_regions_are_numbered_by_size_and_small_ones_removed():
+def test_regions_are_relabelled_by_size_and_small_ones_removed():
     labels = np.array([[7, 7, 7, 2], [2, 7, 0, 5], [9, 9, 2, 0]], np.int32)
     expected = np.array([[1, 1, 1, 2], [2, 1, 0, 0], [3, 3, 2, 0]])
-    assert np.array_equal(number_by_size(labels, 2), expected)
-    assert not number_by_size(labels, 5).any()
-    assert not number_by_size(np.zeros_like(labels), 1).any()
+    assert np.array_equal(relabel_by_size(labels, 2), expected)
+    assert not relabel_by_size(labels, 5).any()
+    assert not relabel_by_size(np.zeros_like(labels), 1).any()
 
 
 def test_largest_regions_are_kept_at_region_limit():
     labels = np.arange(1, MAX_REGIONS + 51, dtype=np.int32)
     labels = np.concatenate([labels, labels[-20:]])[None]
-    kept = number_by_size(labels, 1)
+    kept = relabel_by_size(labels, 1)
     assert kept.max() == MAX_REGIONS
     assert (kept[0, -20:] > 0).all()
 
