@@ -1,66 +1,54 @@
 """The measuring harness that all stages share: sweeps, charts, comparisons of methods.
 
-- A stress test: declare a :class:`Sweep` per difficulty and one :class:`StressStage`, then call
-  :func:`run_stress`. It runs the trials, charts and prints where the method breaks.
+- A stress test: declare one :class:`Sweep` per difficulty, or decorate its trial with
+  :func:`as_sweep`. Then declare one :class:`StressStage` and call :func:`run_stress`. It runs the
+  trials, charts and prints where the method breaks.
 - An experiment: write a function that returns an :class:`ExperimentResult`, declare one
   :class:`Experiment`, then call :func:`run_experiment`. It writes the files and prints the rows.
 - A comparison: wrap each method in :class:`Method` and call :func:`compare_methods`.
 - A chart of a stage's options: declare a :class:`DialBoard`, measure its settings with
   :func:`compare_methods`, and publish a :class:`DialChart`.
-- A chart of another kind: :mod:`.chart_style` holds colours, axes and the footer of all charts.
+- A chart of another kind: call :func:`new_chart`, draw, then :func:`add_footer` and
+  :func:`write_chart`.
 
-Other packages import from here, from :mod:`.chart_style` (colours and axes) and from :mod:`.shares`
-(figures and bars of stress charts).
+Other packages import from here and from these submodules:
+
+- :mod:`.chart_style`: colours, sizes and axes of all charts.
+- :mod:`.chart_labels`: names of points that cover nothing.
+- :mod:`.pareto` and :mod:`.pareto_chart`: the Pareto front and its chart.
+- :mod:`.shares`: shares of trials, their confidence intervals, and bars of stress charts.
+- :mod:`.sweep`: sweeps one by one, without the command.
+- :mod:`.machine` and :mod:`.peak_memory`: processor cores, and memory of a function call.
 """
 
-from .chart_labels import PointLabel, label_points
 from .chart_style import Provenance, add_footer, new_chart, write_chart
 from .comparison import Method, MethodResult, compare_methods
 from .csv_table import write_csv
 from .dial_chart import ChartWords, DialChart, FrontPlace, Measured, check_chart_arguments
-from .dials import DialBoard, DialSetting
+from .dials import DialBoard
 from .experiment import Experiment, ExperimentResult, TrialPlan, result_table, run_experiment
-from .machine import core_count, machine_line
-from .pareto import pareto_front, simplest_front
-from .pareto_chart import BaselineCurve, ChartPoint, ParetoChart
-from .peak_memory import peak_megabytes
-from .shares import wilson_interval
+from .machine import machine_line
 from .stress import CheckReport, StressArguments, StressCheck, StressStage, run_stress
-from .sweep import (
-    Sweep,
-    SweepResult,
-    SweepStep,
-    Trial,
-    as_sweep,
-    format_value,
-    run_sweep,
-    select_sweeps,
-)
+from .sweep import Sweep, SweepStep, Trial, as_sweep
 from .sweep_chart import ReportSpec
 
 __all__ = [
-    "BaselineCurve",
-    "ChartPoint",
     "ChartWords",
     "CheckReport",
     "DialBoard",
     "DialChart",
-    "DialSetting",
     "Experiment",
     "ExperimentResult",
     "FrontPlace",
     "Measured",
     "Method",
     "MethodResult",
-    "ParetoChart",
-    "PointLabel",
     "Provenance",
     "ReportSpec",
     "StressArguments",
     "StressCheck",
     "StressStage",
     "Sweep",
-    "SweepResult",
     "SweepStep",
     "Trial",
     "TrialPlan",
@@ -68,20 +56,11 @@ __all__ = [
     "as_sweep",
     "check_chart_arguments",
     "compare_methods",
-    "core_count",
-    "format_value",
-    "label_points",
     "machine_line",
     "new_chart",
-    "pareto_front",
-    "peak_megabytes",
     "result_table",
     "run_experiment",
     "run_stress",
-    "run_sweep",
-    "select_sweeps",
-    "simplest_front",
-    "wilson_interval",
     "write_chart",
     "write_csv",
 ]

@@ -13,14 +13,8 @@ import numpy as np
 from eyehand.data_synth.scenes import MAX_BOXES
 from eyehand.errors import InputError
 
-from ..bench import (
-    Provenance,
-    core_count,
-    machine_line,
-    result_table,
-    write_chart,
-    write_csv,
-)
+from ..bench import Provenance, machine_line, result_table, write_chart, write_csv
+from ..bench.machine import core_count
 from ..console import print_json, say, show, tracked
 from ..output_files import make_folder
 from .cycle_comparison import PAIRS, cycle_rows

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..bench import wilson_interval
+from ..bench.shares import wilson_interval
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import DepthFrame, SegmentationOptions
 
-    from ..bench import DialSetting
+    from ..bench.dials import DialSetting
 
 OWN = "eyehand"
 """Name of our method in the chart."""

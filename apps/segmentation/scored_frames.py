@@ -11,7 +11,7 @@ import numpy as np
 from eyehand.perception import segment
 from eyehand.perception.io import naming
 
-from ..bench import peak_megabytes
+from ..bench.peak_memory import peak_megabytes
 from .score import SegmentationScore, score_segmentation
 
 if TYPE_CHECKING:

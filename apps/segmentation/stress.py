@@ -11,9 +11,10 @@ from eyehand.apps.perceived_frame import load_kernels
 from eyehand.data_synth.render import render_staged
 from eyehand.perception import DepthFrame, SegmentationOptions, segment
 
-from ..bench import ReportSpec, StressArguments, StressStage, format_value, run_stress
+from ..bench import ReportSpec, StressArguments, StressStage, run_stress
 from ..bench.chart_style import draw_curve
 from ..bench.shares import milliseconds, percent
+from ..bench.sweep import format_value
 from .pictures import ScoredFrame, write_sheet
 from .score import score_segmentation
 from .stress_sweeps import SEGMENTATION_SWEEPS
@@ -25,7 +26,8 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from ..bench import SweepResult, SweepStep
+    from ..bench import SweepStep
+    from ..bench.sweep import SweepResult
     from .stress_trial import SegmentCallable
 
 MIN_SHOWN_PX = 64

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from ..bench import PointLabel, Provenance, add_footer, label_points, new_chart
+from ..bench import Provenance, add_footer, new_chart
+from ..bench.chart_labels import PointLabel, label_points
 from ..bench.chart_style import (
     BLUE,
     COLOURS,

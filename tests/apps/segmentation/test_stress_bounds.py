@@ -2,7 +2,8 @@
 
 import pytest
 
-from eyehand.apps.bench import Sweep, run_sweep
+from eyehand.apps.bench import Sweep
+from eyehand.apps.bench.sweep import run_sweep
 from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
 from eyehand.perception import segment
 

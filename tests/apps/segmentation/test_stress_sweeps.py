@@ -6,7 +6,8 @@ import cv2
 import numpy as np
 import pytest
 
-from eyehand.apps.bench import Sweep, select_sweeps
+from eyehand.apps.bench import Sweep
+from eyehand.apps.bench.sweep import select_sweeps
 from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
 from eyehand.apps.segmentation.stress_trial import TrialPicture
 from eyehand.data_synth.render import StagedScene

@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from eyehand.apps.bench import StressArguments, select_sweeps
+from eyehand.apps.bench import StressArguments
+from eyehand.apps.bench.sweep import select_sweeps
 from eyehand.apps.touch.stress import stress_touch, touch_sweeps
 from eyehand.apps.touch.stress_trial import ContactFigures, judged
 

@@ -2,7 +2,8 @@
 
 import pytest
 
-from eyehand.apps.bench import Sweep, run_sweep
+from eyehand.apps.bench import Sweep
+from eyehand.apps.bench.sweep import run_sweep
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
 from eyehand.apps.fitting.bench.extremes import Extreme, run_extreme
 from eyehand.apps.fitting.bench.stress_sweeps import fit_sweeps
