@@ -1,4 +1,4 @@
-"""The control cycle of one stack of tasks: one compiled call where that can do it."""
+"""The control cycle of one stack of tasks, in one compiled call if possible."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .motion_steps import CycleResult, motion_in_steps
 from .mujoco_binding import mujoco
 from .packed_options import pack_options
 from .proximity_tables import kernel_arguments
-from .safety import ACTIVE, held_joint, near_pair
+from .safety import blocking_names
 from .tasks.registry import pack_tasks
 
 if TYPE_CHECKING:
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
 class ControlCycle:
     """A stack of tasks on a robot among obstacles, prepared for the kernel.
 
-    Obstacles may be added, moved and removed; tasks and options are fixed. A stack with a task that
-    has no kernel runs step by step, some ten times slower.
+    Tasks and options are fixed. Obstacles may be added, moved and removed. A stack with a task that
+    has no kernel is computed step by step, about ten times slower.
 
     Parameters
     ----------
@@ -64,7 +64,7 @@ class ControlCycle:
         self._report = np.zeros(1 + 2 * len(packed) + 2 * robot.n)
         ranges = robot.lower.tolist(), robot.upper.tolist()
         self._joints = list(zip(robot.joint_names, *ranges, strict=True))
-        self._own = (self._report, packed, len(tasks), pack_options(options), limits)
+        self._fixed_arguments = (self._report, packed, len(tasks), pack_options(options), limits)
         self._bind(world.tables)
 
     def at(self, q: NDArray[np.float64]) -> CycleResult:
@@ -83,7 +83,7 @@ class ControlCycle:
         return motion_in_steps(self.world, q, self.tasks, self.options, self.watched)
 
     def compiled(self, q: NDArray[np.float64]) -> CycleResult | None:
-        """Return the motion at joint positions q (n,), or None where the kernel cannot settle it.
+        """Return the motion at joint positions q (n,), or None if the kernel has no result.
 
         Raises
         ------
@@ -102,12 +102,17 @@ class ControlCycle:
             return None
         report, count = self._report.tolist(), self._count
         beta = report[1 + count : 1 + count + self._driven]
-        blocking = self._names(q, report[1 + 2 * count :], active) if active else ()
+        blocking = ()
+        if active:
+            indices = report[1 + 2 * count :][:active]
+            values = report[1 + 2 * count + len(q) :][:active]
+            multipliers = list(zip(values, map(int, indices), strict=True))
+            blocking = blocking_names(multipliers, q, self._joints, tables.names)
         errors = tuple(report[1 : 1 + count])
         return CycleResult(velocity, errors, tuple(beta), report[0], blocking, True)
 
     def _bind(self, tables: ProximityTables) -> None:
-        """Take the buffers of the world's current model."""
+        """Use the buffers of the world's current model."""
         robot, data = self._robot, tables.data
         self._tables = tables
         site = mujoco.mj_name2id(tables.model, mujoco.mjtObj.mjOBJ_SITE, robot.frame)
@@ -116,20 +121,4 @@ class ControlCycle:
         else:
             frame = data.xpos[robot.frame_body], data.xmat[robot.frame_body]
         moves = np.ascontiguousarray(robot.moves[robot.frame_body])
-        self._arguments = (*self._own, *frame, moves, *kernel_arguments(tables))
-
-    def _names(self, q: NDArray[np.float64], held: list[float], active: int) -> tuple[str, ...]:
-        n = len(q)
-        by_strength = [(held[n + k], int(held[k])) for k in range(active)]
-        if active > 1:
-            by_strength.sort(reverse=True)
-        names = []
-        for strength, which in by_strength:
-            if strength < ACTIVE:
-                break
-            if which >= n:
-                names.append(near_pair(self._tables.names[which - n]))
-            else:
-                name, lower, upper = self._joints[which]
-                names.append(held_joint(name, float(q[which]), lower, upper))
-        return tuple(names)
+        self._arguments = (*self._fixed_arguments, *frame, moves, *kernel_arguments(tables))

@@ -20,7 +20,7 @@ from .proximity_tables import World
 from .qp_kernels import solve_qp
 from .relaxation import relax
 from .repulsion import limit_gradient, repel
-from .safety_kernels import SafetyRows, allowed, deviation_cost, joint_bounds, min_distance_rate
+from .safety_kernels import SafetyRows, deviation_cost, joint_bounds, min_distance_rate, satisfies
 from .stack_kernels import Levels, solve_levels
 from .tasks.joint_centring import centring_slope
 from .tasks.kernel_task import TASK_ROWS, Frame, Output
@@ -146,7 +146,7 @@ def control_cycle(
         return 0
     bounds = SafetyRows(block[15], block[16], rows, min_rates)
     joint_bounds(q, limits, options, True, bounds.low, bounds.high)
-    if allowed(nominal, bounds):
+    if satisfies(nominal, bounds):
         velocity[:] = nominal
         return 0
     cost = deviation_cost(levels.sizes, levels.rows)
@@ -194,7 +194,7 @@ def _safe(nominal, cost, bounds, pairs, velocity, report):
     n = len(nominal)
     held, strength = np.empty(n, np.int64), np.empty(n)
     active = solve_qp(nominal, cost, bounds, velocity, held, strength)
-    if active < 0 or not allowed(velocity, bounds):
+    if active < 0 or not satisfies(velocity, bounds):
         return UNSETTLED
     for k in range(active):
         row = held[k] - n

@@ -1,14 +1,14 @@
-"""The safe velocity nearest to the nominal one, compiled: a small quadratic program.
+"""A compiled solver of small quadratic programs: the safe velocity nearest to the nominal one.
 
-The method is a dual active set (Goldfarb and Idnani 1983). It starts at the nominal velocity, makes
-the bound that is violated most active, and lets bounds go that would pull the wrong way. In
-coordinates in which the cost is a plain distance, the solution of an active set is a projection, so
-the last one is exact. It is meant for a few joints, and returns GIVEN_UP for hard cases, which the
-daqp solver then settles.
+The method is a dual active set (Goldfarb and Idnani 1983). It starts at the nominal velocity. Each
+step makes the most violated bound active, and removes active bounds whose multiplier would become
+negative. The coordinates are scaled so that the cost is a squared distance. The solution for an
+active set is then a projection, so the last one is exact. The solver is meant for a few joints. It
+returns GIVEN_UP for hard cases, which the daqp solver then solves.
 
-It is written by hand because daqp, called from Python, takes 3.6 times as long (2.5 to 4.0 in five
-runs over the same 180 random problems, 7 joints, 5 to 20 distance rows), and cannot run in
-the compiled cycle.
+It is written by hand because daqp cannot run in the compiled cycle. Called from Python, daqp takes
+3.6 times as long (2.5 to 4.0 in five runs over the same 180 random problems, 7 joints, 5 to 20
+distance rows).
 """
 
 from __future__ import annotations
@@ -19,18 +19,19 @@ import numpy as np
 from numba import njit
 
 TOLERANCE = 1e-10
-"""Violation of a bound that is allowed, in rad/s or per unit row; daqp's 1e-6 would be visible."""
+"""Maximum violation of a bound, rad/s or relative to the length of a row. daqp's default of 1e-6
+would be visible."""
 GIVEN_UP = -1
-"""Number of active bounds that means: no solution found, call daqp."""
+"""Return value that means: no solution was found, call daqp."""
 DEPENDENT = 1e-7
-"""Share of a bound's normal outside the active ones below which it depends on them."""
+"""A bound depends on the active ones if a smaller fraction of its normal is outside their span."""
 STEPS_PER_JOINT = 10
-"""Step limit per joint; most hard cases take two steps per joint."""
+"""Maximum number of steps per joint. Most hard cases take two."""
 
 
 @njit(cache=True)
 def solve_qp(nominal, hessian, bounds, velocity, held, strength):
-    """Fill the velocity (n,) that keeps all bounds at the least cost.
+    """Fill the velocity (n,) that satisfies all bounds and minimises the cost.
 
     The cost is ½ (v - nominal)ᵀ H (v - nominal).
 
@@ -39,14 +40,14 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
     nominal
         (n,).
     hessian
-        H (n, n), positive definite; it is overwritten.
+        H (n, n), positive definite. It is overwritten.
     bounds
         A :class:`SafetyRows`.
     velocity
         (n,), to be filled.
     held, strength
-        (n,) each, to be filled for the active bounds: the joint, or n + the row, and the
-        multiplier.
+        (n,) each, to be filled for each active bound: its index (a joint, or n + a row), and its
+        Lagrange multiplier.
 
     Returns
     -------
@@ -66,7 +67,7 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
             return GIVEN_UP
     count = 0
     for _ in range(STEPS_PER_JOINT * n):
-        _place(nominal, hessian, away, velocity)
+        _velocity_at(nominal, hessian, away, velocity)
         bound = _most_violated(velocity, bounds, lengths)
         if bound < 0:
             break
@@ -75,7 +76,7 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
         while True:
             square, outside = _split(normal, basis, count, along, pull)
             _solve_triangle(triangle, count, along)
-            # `along` is now how much each active multiplier falls as the new one grows.
+            # `along` is now the decrease of each active multiplier per increase of the new one.
             first, gone = np.inf, -1
             for k in range(count):
                 if along[k] > 0.0 and strength[k] < first * along[k]:
@@ -109,7 +110,7 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
     else:
         return GIVEN_UP
     _project(basis, triangle, needed, count, away, strength)
-    _place(nominal, hessian, away, velocity)
+    _velocity_at(nominal, hessian, away, velocity)
     for k in range(count):
         held[k] = active[k] % n if active[k] < 2 * n else active[k] - n
     return count
@@ -117,7 +118,7 @@ def solve_qp(nominal, hessian, bounds, velocity, held, strength):
 
 @njit(cache=True)
 def _factorise(matrix):
-    """Lower Cholesky factor L (n, n) in place."""
+    """Replace a matrix (n, n) by its lower Cholesky factor L."""
     n = len(matrix)
     for j in range(n):
         for i in range(j, n):
@@ -128,8 +129,8 @@ def _factorise(matrix):
 
 
 @njit(cache=True)
-def _place(nominal, factor, away, velocity):
-    """Velocity nominal + L⁻ᵀ away."""
+def _velocity_at(nominal, factor, away, velocity):
+    """Fill the velocity nominal + L⁻ᵀ away; ``away`` (n,) is in the scaled coordinates."""
     n = len(nominal)
     for i in range(n - 1, -1, -1):
         total = away[i]
@@ -142,7 +143,7 @@ def _place(nominal, factor, away, velocity):
 
 @njit(cache=True)
 def _most_violated(velocity, bounds, lengths):
-    """Return the bound violated most: joint (below), n + joint (above), 2 n + row; -1: none."""
+    """Return the most violated bound: joint (lower), n + joint (upper), 2 n + row; -1 if none."""
     n = len(velocity)
     low, high, rows, min_rates = bounds
     worst, bound = TOLERANCE, -1
@@ -152,15 +153,15 @@ def _most_violated(velocity, bounds, lengths):
         if velocity[joint] - high[joint] > worst:
             worst, bound = velocity[joint] - high[joint], n + joint
     for row in range(len(rows)):
-        passed = min_rates[row] - _dot(rows[row], velocity, n)
-        if passed > worst * lengths[row]:
-            worst, bound = passed / lengths[row], 2 * n + row
+        excess = min_rates[row] - _dot(rows[row], velocity, n)
+        if excess > worst * lengths[row]:
+            worst, bound = excess / lengths[row], 2 * n + row
     return bound
 
 
 @njit(cache=True)
 def _normal_of(bound, nominal, factor, bounds, normal):
-    """Fill a bound's normal L⁻¹ a, and return how far along it the bound is from the nominal."""
+    """Fill the scaled normal L⁻¹ a of a bound; return the coordinate of the bound along it."""
     n = len(nominal)
     low, high, rows, min_rates = bounds
     normal[:] = 0.0
@@ -182,11 +183,14 @@ def _normal_of(bound, nominal, factor, bounds, normal):
 
 @njit(cache=True)
 def _split(vector, basis, count, along, outside):
-    """Split a vector into coordinates along a basis and the rest; squares of it and of the rest."""
+    """Fill the coordinates of a vector in a basis and the rest of it; return squared norms of both.
+
+    The first is that of the whole vector, the second that of the rest.
+    """
     n = len(vector)
     outside[:] = vector
     along[:count] = 0.0
-    # Twice, for the rounding of the first.
+    # A second pass removes the rounding error of the first.
     for _ in range(2):
         for k in range(count):
             part = _dot(basis[k], outside, n)
@@ -198,7 +202,7 @@ def _split(vector, basis, count, along, outside):
 
 @njit(cache=True)
 def _append(normal, basis, triangle, count):
-    """Extend basis and triangle (normal k = sum of triangle[i, k] basis[i]) by a normal."""
+    """Extend basis and triangle by a normal: normal k is the sum of triangle[i, k] basis[i]."""
     _, square = _split(normal, basis, count, triangle[:, count], basis[count])
     length = math.sqrt(square)
     triangle[count, count] = length
@@ -208,6 +212,7 @@ def _append(normal, basis, triangle, count):
 
 @njit(cache=True)
 def _solve_triangle(triangle, count, vector):
+    """Solve the upper triangular system in place."""
     for i in range(count - 1, -1, -1):
         for k in range(i + 1, count):
             vector[i] -= triangle[i, k] * vector[k]
@@ -216,7 +221,7 @@ def _solve_triangle(triangle, count, vector):
 
 @njit(cache=True)
 def _project(basis, triangle, needed, count, away, strength):
-    """Nearest point on all active bounds at once, and its multipliers."""
+    """Fill the nearest point to the nominal one on all active bounds, and its multipliers."""
     away[:] = 0.0
     for k in range(count):
         total = needed[k]

@@ -1,4 +1,4 @@
-"""The safety level above all tasks: no nominal motion passes a distance, a joint limit, a speed."""
+"""The safety level above all tasks: it keeps distances, joint limits and joint speeds."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from .packed_options import pack_options
 from .qp_kernels import TOLERANCE
-from .safety_kernels import TASK_WEIGHT, SafetyRows, allowed, joint_bounds, min_distance_rate
+from .safety_kernels import TASK_WEIGHT, SafetyRows, joint_bounds, min_distance_rate, satisfies
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,26 +24,27 @@ if TYPE_CHECKING:
 
 UNBOUNDED = 1e30
 """Value that represents infinity in the solver."""
-GIVING_WAY = 1e6
-"""Cost of a squared violation, (m/s)^-2, beside 1 of a squared joint speed: the nominal motion
-weighs nothing against it."""
+VIOLATION_COST = 1e6
+"""Cost of a squared violation, (m/s)^-2. The cost of a squared joint speed is 1, so the nominal
+motion has practically no weight against a violation."""
 ACTIVE = 1e-9
-"""Multipliers above this mark a constraint that holds the motion back."""
+"""Minimum Lagrange multiplier of a constraint that is reported as blocking."""
 NEAR_LIMIT = 0.1
-"""A joint held back this near its limit is held by the limit, rad or m; else by its speed."""
+"""A blocked joint nearer to its limit than this is reported as blocked by the limit, rad or m;
+otherwise by its speed limit."""
 
 
 @dataclass(frozen=True)
 class SafeMotion:
-    """Joint velocities that keep what must be kept, nearest to the nominal ones."""
+    """The safe joint velocities nearest to the nominal ones."""
 
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
     blocking: tuple[str, ...]
-    """Active constraints, strongest first: pairs of parts, joints at a limit."""
+    """Names of the active constraints, strongest first: pairs of parts, joints at a limit."""
     feasible: bool
-    """False when what must be kept cannot all be kept, an obstacle moving in, say; the velocity is
-    then the least violation."""
+    """False if not all constraints can be satisfied, for example when an obstacle approaches too
+    fast. The violation is then as small as possible."""
 
 
 def safety_rows(
@@ -51,9 +52,9 @@ def safety_rows(
 ) -> SafetyRows:
     """Return the velocity dampers (Faverjon and Tournassoud 1987) in discrete time.
 
-    One cycle may use up a share of the distance left to the margin, so the margin is approached
-    and not passed. Inside it the distance must grow, or with `recover` false at least not shrink:
-    without moving obstacles standing still then keeps every bound.
+    One cycle may use up a fraction of the distance left to the margin, so the robot approaches the
+    margin but does not pass it. Inside the margin the distance must grow. With `recover` false it
+    must only not shrink. Standing still then satisfies every bound if no obstacle moves.
     """
     packed = pack_options(options)
     low, high = np.empty(len(state.q)), np.empty(len(state.q))
@@ -78,105 +79,138 @@ def safe_motion(
 ) -> SafeMotion:
     """Return the safe joint velocity nearest to a nominal one (n,), rad/s.
 
-    Nearest means the least |velocity - nominal|² + w |J (velocity - nominal)|², with J (m, n) the
-    rows of the tasks and w = TASK_WEIGHT: the change goes where the tasks feel it least. When not
-    all pairs inside the margin can leave it at the recovery speed, none goes deeper, and each
-    leaves as fast as it can. A number that is not finite stops the robot.
+    The cost is |velocity - nominal|² + w |J (velocity - nominal)|², with the rows J (m, n) of the
+    tasks and w = TASK_WEIGHT. So the change affects the tasks as little as possible. If not all
+    pairs inside the margin can leave it at the recovery speed, no pair goes deeper, and each leaves
+    as fast as it can. An input that is not finite stops the robot.
     """
     rows = safety_rows(state, proximity, options)
-    lost = _not_finite(nominal, task_rows, proximity, state)
-    if lost:
-        return SafeMotion(np.zeros(len(rows.low)), lost, False)
-    if allowed(nominal, rows):
+    invalid = _not_finite(nominal, task_rows, proximity, state)
+    if invalid:
+        return SafeMotion(np.zeros(len(rows.low)), invalid, False)
+    if satisfies(nominal, rows):
         return SafeMotion(nominal, (), True)
     hessian = np.eye(len(nominal)) + TASK_WEIGHT * task_rows.T @ task_rows
-    velocity, strength = _nearest(nominal, hessian, rows)
-    if velocity is not None and allowed(velocity, rows):
-        return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), True)
-    still = safety_rows(state, proximity, options, recover=False)
-    velocity, strength, feasible = _without_recovery(nominal, hessian, still, rows)
-    return SafeMotion(velocity, _blocking(strength, state, proximity, joint_names), feasible)
+    velocity, multipliers = _solve_hard(nominal, hessian, rows)
+    feasible = velocity is not None and satisfies(velocity, rows)
+    if velocity is None or not feasible:
+        no_recovery = safety_rows(state, proximity, options, recover=False)
+        velocity, multipliers, feasible = _solve_no_recovery(nominal, hessian, no_recovery, rows)
+    names = joint_names or [str(joint + 1) for joint in range(len(nominal))]
+    joints = list(zip(names, state.lower.tolist(), state.upper.tolist(), strict=True))
+    ranked = [(value, index) for index, value in enumerate(multipliers.tolist())]
+    blocking = blocking_names(ranked, state.q, joints, proximity.names)
+    return SafeMotion(velocity, blocking, feasible)
 
 
-def near_pair(names: tuple[str, str]) -> str:
-    """Return the name of a constraint between two near parts."""
-    return f"{names[0]} near {names[1]}"
+def blocking_names(
+    multipliers: Sequence[tuple[float, int]],
+    q: NDArray[np.float64],
+    joints: Sequence[tuple[str, float, float]],
+    pairs: Sequence[tuple[str, str]],
+) -> tuple[str, ...]:
+    """Return the names of the active constraints, strongest first.
+
+    Parameters
+    ----------
+    multipliers
+        Lagrange multiplier and index of each constraint: a joint, or n + a pair.
+    q
+        Joint positions (n,).
+    joints
+        Name, lower and upper limit of each joint.
+    pairs
+        Names of the two parts of each pair.
+    """
+    names = []
+    for multiplier, index in sorted(multipliers, reverse=True):
+        if multiplier < ACTIVE:
+            break
+        if index >= len(joints):
+            first, second = pairs[index - len(joints)]
+            names.append(f"{first} near {second}")
+        else:
+            name, lower, upper = joints[index]
+            near = min(q[index] - lower, upper - q[index]) < NEAR_LIMIT
+            names.append(f"joint {name} at its {'limit' if near else 'full speed'}")
+    return tuple(names)
 
 
-def held_joint(name: str, q: float, lower: float, upper: float) -> str:
-    """Return the name of a joint constraint."""
-    near = min(q - lower, upper - q) < NEAR_LIMIT
-    return f"joint {name} at its {'limit' if near else 'full speed'}"
-
-
-def _without_recovery(
-    nominal: NDArray[np.float64], hessian: NDArray[np.float64], still: SafetyRows, rows: SafetyRows
+def _solve_no_recovery(
+    nominal: NDArray[np.float64],
+    hessian: NDArray[np.float64],
+    no_recovery: SafetyRows,
+    rows: SafetyRows,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], bool]:
-    """Keep the bounds `still`, of `rows` what can be; else the speeds, of `still` what can be."""
-    velocity, strength = _giving_way(nominal, hessian, still, rows)
-    if velocity is None or not allowed(velocity, still):
-        # Without a moving obstacle this comes of rounding only: the costs lie far apart.
-        velocity, strength = _nearest(nominal, hessian, still)
-    if velocity is not None and allowed(velocity, still):
-        return velocity, strength, True
+    """Satisfy the bounds without recovery, and violate the others as little as possible.
+
+    If the bounds without recovery conflict too, only the joint speeds are satisfied.
+
+    Returns
+    -------
+    velocity (n,), multipliers (n + P,), whether the bounds without recovery are satisfied.
+    """
+    velocity, multipliers = _solve_soft(nominal, hessian, no_recovery, rows)
+    if velocity is None or not satisfies(velocity, no_recovery):
+        # If no obstacle moves, only rounding leads here, because the costs differ so much.
+        velocity, multipliers = _solve_hard(nominal, hessian, no_recovery)
+    if velocity is not None and satisfies(velocity, no_recovery):
+        return velocity, multipliers, True
     stop = np.zeros_like(nominal)
-    if allowed(stop, still):
-        return stop, strength, True
-    bare = still._replace(min_rates=np.full_like(still.min_rates, -UNBOUNDED))
-    velocity, strength = _giving_way(nominal, hessian, bare, still)
+    if satisfies(stop, no_recovery):
+        return stop, multipliers, True
+    only_joints = no_recovery._replace(min_rates=np.full_like(no_recovery.min_rates, -UNBOUNDED))
+    velocity, multipliers = _solve_soft(nominal, hessian, only_joints, no_recovery)
     if velocity is None:
-        return stop, strength, False
-    return np.minimum(np.maximum(velocity, still.low), still.high), strength, False
+        return stop, multipliers, False
+    return np.clip(velocity, no_recovery.low, no_recovery.high), multipliers, False
 
 
-def _nearest(
+def _bounds(rows: SafetyRows) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return lower and upper bounds (n + P,) of joints and pairs."""
+    high = np.concatenate([rows.high, np.full(len(rows.min_rates), UNBOUNDED)])
+    return np.concatenate([rows.low, rows.min_rates]), high
+
+
+def _solve_hard(
     nominal: NDArray[np.float64], hessian: NDArray[np.float64], rows: SafetyRows
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
-    """Velocity and what each joint (n) and each row (P) holds it back with; None: infeasible."""
-    high = np.concatenate([rows.high, np.full(len(rows.min_rates), UNBOUNDED)])
-    low = np.concatenate([rows.low, rows.min_rates])
-    return _solve(hessian, -hessian @ nominal, rows.rows, low, high)
+    """Return the velocity (n,) and the multipliers (n + P,); no velocity if infeasible."""
+    return _solve(hessian, -hessian @ nominal, rows.rows, *_bounds(rows))
 
 
-def _giving_way(
-    nominal: NDArray[np.float64], hessian: NDArray[np.float64], must: SafetyRows, should: SafetyRows
+def _solve_soft(
+    nominal: NDArray[np.float64], hessian: NDArray[np.float64], hard: SafetyRows, soft: SafetyRows
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
-    """Keep the bounds `must`; of the tighter ones `should`, miss as little as possible.
+    """Satisfy the bounds `hard`, and violate the tighter bounds `soft` as little as possible.
 
-    Each tighter bound gets a variable that takes up what it misses. The solver's own soft
-    constraints would weigh a row by its length: what a short lever misses bends all joints.
+    Each tighter bound gets a slack variable. The solver's own soft constraints are not used,
+    because they weigh the violation of a row by the row's length.
     """
-    joints, pairs = len(nominal), len(must.min_rates)
-    every = np.concatenate([np.eye(joints), must.rows])
-    open_end = np.full(pairs, UNBOUNDED)
-    low, high = (
-        np.concatenate([should.low, should.min_rates]),
-        np.concatenate([should.high, open_end]),
-    )
-    tighter = np.flatnonzero(
-        (low > np.concatenate([must.low, must.min_rates]))
-        | (high < np.concatenate([must.high, open_end]))
-    )
+    joints, pairs = len(nominal), len(hard.min_rates)
+    all_rows = np.concatenate([np.eye(joints), hard.rows])
+    (hard_low, hard_high), (low, high) = _bounds(hard), _bounds(soft)
+    tighter = np.flatnonzero((low > hard_low) | (high < hard_high))
     extra = len(tighter)
     size = joints + extra
     weights = np.zeros((size, size))
     weights[:joints, :joints] = hessian
-    weights[joints:, joints:] = GIVING_WAY * np.eye(extra)
+    weights[joints:, joints:] = VIOLATION_COST * np.eye(extra)
     constraints = np.zeros((pairs + extra, size))
-    constraints[:pairs, :joints] = must.rows
-    constraints[pairs:, :joints] = every[tighter]
+    constraints[:pairs, :joints] = hard.rows
+    constraints[pairs:, :joints] = all_rows[tighter]
     constraints[pairs:, joints:] = np.eye(extra)
     free = np.full(extra, UNBOUNDED)
-    velocity, strength = _solve(
+    velocity, multipliers = _solve(
         weights,
         np.concatenate([-hessian @ nominal, np.zeros(extra)]),
         constraints,
-        np.concatenate([must.low, -free, must.min_rates, low[tighter]]),
-        np.concatenate([must.high, free, open_end, high[tighter]]),
+        np.concatenate([hard.low, -free, hard.min_rates, low[tighter]]),
+        np.concatenate([hard.high, free, hard_high[joints:], high[tighter]]),
     )
-    held = np.concatenate([strength[:joints], strength[size : size + pairs]])
-    held[tighter] += strength[size + pairs :]
-    return None if velocity is None else velocity[:joints], held
+    total = np.concatenate([multipliers[:joints], multipliers[size : size + pairs]])
+    total[tighter] += multipliers[size + pairs :]
+    return None if velocity is None else velocity[:joints], total
 
 
 def _solve(
@@ -186,13 +220,13 @@ def _solve(
     low: NDArray[np.float64],
     high: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64] | None, NDArray[np.float64]]:
-    """Minimum (n,) of ½ xᵀHx + linear x and the size of the multipliers; None: infeasible."""
+    """Minimise ½ xᵀHx + linear x; return x and the absolute multipliers, or None if infeasible."""
     sense = np.zeros(len(low), dtype=np.int32)
-    x, _, flag, told = daqp.solve(hessian, linear, rows, high, low, sense, primal_tol=TOLERANCE)
+    x, _, flag, info = daqp.solve(hessian, linear, rows, high, low, sense, primal_tol=TOLERANCE)
     x = np.asarray(x, dtype=np.float64)
     if flag < 1 or not math.isfinite(np.vdot(x, x)):
         return None, np.zeros(len(low))
-    return x, np.abs(np.asarray(told["lam"], dtype=np.float64))
+    return x, np.abs(np.asarray(info["lam"], dtype=np.float64))
 
 
 def _not_finite(
@@ -201,10 +235,10 @@ def _not_finite(
     proximity: Proximity,
     state: RobotState,
 ) -> tuple[str, ...]:
-    """Return what is not finite, by name: the solver would take it for no bound at all."""
+    """Return the names of inputs that are not finite. The solver would ignore their bounds."""
     limits = np.concatenate([state.q, state.lower, state.upper, state.speed])
     if not np.isnan(limits).any() and all(
-        # One dot product is finite exactly when all entries are, and costs a third of np.isfinite.
+        # The dot product is finite only if all entries are. It is faster than np.isfinite.
         math.isfinite(np.vdot(array, array))
         for array in (nominal, task_rows, proximity.rows, proximity.distance, proximity.drift)
     ):
@@ -216,24 +250,4 @@ def _not_finite(
     for (first, second), finite in zip(proximity.names, np.isfinite(numbers), strict=True):
         if not finite.all():
             names.append(f"the distance of {first} and {second} is not finite")
-    return tuple(names) or ("a joint limit or a joint speed is no number",)
-
-
-def _blocking(
-    strength: NDArray[np.float64],
-    state: RobotState,
-    proximity: Proximity,
-    joint_names: Sequence[str],
-) -> tuple[str, ...]:
-    joints = len(state.q)
-    names = []
-    for index in np.argsort(-strength).tolist():
-        if strength[index] < ACTIVE:
-            break
-        if index >= joints:
-            names.append(near_pair(proximity.names[index - joints]))
-        else:
-            name = str(joint_names[index]) if joint_names else str(index + 1)
-            place = [float(of[index]) for of in (state.q, state.lower, state.upper)]
-            names.append(held_joint(name, *place))
-    return tuple(names)
+    return tuple(names) or ("a joint limit or a joint speed is not a number",)

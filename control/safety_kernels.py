@@ -1,4 +1,4 @@
-"""The bounds of the safety level, compiled."""
+"""The compiled bounds of the safety level."""
 
 from __future__ import annotations
 
@@ -13,11 +13,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 SLACK = 1e-9
-"""Violations below this, in rad/s or m/s, are rounding."""
+"""Maximum violation that counts as rounding, rad/s or m/s."""
 RECOVERY_SPEED = 0.1
-"""Speed at which a robot inside the margin leaves it, m/s."""
+"""Speed at which a part inside the margin must leave it, m/s."""
 TASK_WEIGHT = 20.0
-"""Cost of a change of task motion beside 1 of a change of free motion: 0 bends all joints alike."""
+"""Cost of a change of the task motion; a change of any joint motion costs 1. With 0 the tasks have
+no priority over free motion."""
 
 
 class SafetyRows(NamedTuple):
@@ -28,49 +29,49 @@ class SafetyRows(NamedTuple):
     high: NDArray[np.float64]
     """(n,), rad/s."""
     rows: NDArray[np.float64]
-    """(P, n) distance rows."""
+    """(P, n): derivatives of the distances by the joints."""
     min_rates: NDArray[np.float64]
-    """(P,), m/s: slowest change of each distance that is allowed."""
+    """(P,), m/s: minimum rate of each distance."""
 
 
 @njit(cache=True)
 def joint_bounds(q, limits, options, recover, low, high):
-    """Fill the least and greatest velocities (n,); ``limits`` (n, 3): lower, upper, speed."""
-    share = options[DAMPER] / options[DT]
+    """Fill the minimum and maximum velocities (n,); ``limits`` (n, 3): lower, upper, speed."""
+    damping = options[DAMPER] / options[DT]
     for joint in range(len(q)):
         speed = limits[joint, 2]
         outside = speed if recover else 0.0
         below = q[joint] - (limits[joint, 0] + options[LIMIT_MARGIN])
         above = (limits[joint, 1] - options[LIMIT_MARGIN]) - q[joint]
-        low[joint] = min(max(-share * below, -speed), outside)
-        high[joint] = max(min(share * above, speed), -outside)
-        # A range narrower than the two margins leaves its middle.
+        low[joint] = min(max(-damping * below, -speed), outside)
+        high[joint] = max(min(damping * above, speed), -outside)
+        # If the range is narrower than the two margins, the joint may only go to its middle.
         if low[joint] > high[joint]:
             low[joint] = high[joint] = 0.5 * (low[joint] + high[joint])
 
 
 @njit(cache=True)
 def min_distance_rate(distance, drift, options, recover):
-    """Return the slowest change of a distance that is allowed, m/s."""
-    share = options[DAMPER] / options[DT]
+    """Return the minimum rate of a distance, m/s; drift is the rate due to moving obstacles."""
+    damping = options[DAMPER] / options[DT]
     left = distance - options[MARGIN]
-    fastest = -share * left
-    back = RECOVERY_SPEED if recover else 0.0
-    return (fastest if left >= 0.0 else min(fastest, back)) - drift
+    rate = -damping * left
+    recovery = RECOVERY_SPEED if recover else 0.0
+    return (rate if left >= 0.0 else min(rate, recovery)) - drift
 
 
 @njit(cache=True)
-def allowed(velocity, bounds):
-    """Return whether a velocity (n,) keeps all :class:`SafetyRows`."""
+def satisfies(velocity, bounds):
+    """Return whether a velocity (n,) satisfies all :class:`SafetyRows`."""
     low, high, rows, min_rates = bounds
     for joint in range(len(velocity)):
         if not low[joint] - SLACK <= velocity[joint] <= high[joint] + SLACK:
             return False
     for row in range(len(rows)):
-        change = 0.0
+        rate = 0.0
         for joint in range(len(velocity)):
-            change += rows[row, joint] * velocity[joint]
-        if not change >= min_rates[row] - SLACK:
+            rate += rows[row, joint] * velocity[joint]
+        if not rate >= min_rates[row] - SLACK:
             return False
     return True
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 from numba import njit
 
 from .direction import direction_rows
-from .inputs import across, rates, store, unit
+from .inputs import check_gain_and_speed, store, tangents, unit
 from .kernel_task import FIELDS, SPEED, KernelTask
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
 
@@ -36,7 +36,7 @@ def axis_alignment_rows(task, frame, out):
 
 @dataclass(frozen=True, eq=False)
 class AxisAlignment(KernelTask):
-    """Turn an axis of the hand onto a direction, and leave the rotation about it free: 2 rows.
+    """Align an axis of the hand with a direction; the rotation about it stays free: 2 rows.
 
     The value (2,), rad, has the angle between axis and goal as its norm. Its direction points from
     the goal to the axis, in the basis of two fixed unit vectors perpendicular to the goal. If the
@@ -63,10 +63,10 @@ class AxisAlignment(KernelTask):
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         goal = unit(self.name, "goal", self.goal)
         store(self, axis=unit(self.name, "axis", self.axis), goal=goal)
 
     def parameters(self, joints: int) -> list[float]:
         """Return the parameters of the kernel."""
-        return [*across(self.goal).ravel(), *self.goal, *self.axis]
+        return [*tangents(self.goal).ravel(), *self.goal, *self.axis]

@@ -1,4 +1,4 @@
-"""The angles between a unit direction and a pole, and their derivatives: for axes and views."""
+"""The angles between a unit direction and a pole, and their derivatives."""
 
 from __future__ import annotations
 
@@ -9,38 +9,38 @@ from numba import njit
 from .orientation import MIN_ANGLE
 
 MAX_STRETCH = 100.0
-"""Upper limit of angle / sine, by which rotation about the goal counts for a nearly opposite axis.
-The limit acts within 2° of opposite. Without it this row would dominate all others there."""
+"""Upper limit of angle / sine, the factor of rotation about the pole. The limit acts within 2° of
+the opposite direction. Without it, this row would dominate all others there."""
 
 
 @njit(cache=True)
 def direction_rows(direction, motion, pole, basis, value, rows):
-    """Fill the angles (2,) at which a unit direction lies about a pole, and their rows (2, n).
+    """Fill the two angles of a unit direction from a pole, and their derivatives (2, n).
 
     Parameters
     ----------
     direction, pole
         Unit vectors, three numbers each.
     motion
-        Rows of the direction (3, n), perpendicular to it.
+        Derivative of the direction (3, n).
     basis
-        Two unit vectors across the pole (6,).
+        Two unit vectors perpendicular to the pole and to each other (6,).
     value, rows
         To be filled.
     """
-    inward, around, angle, sine = polar_row(direction, motion, pole, basis, rows)
-    value[0], value[1] = angle * inward, angle * around
-    # Below, rows[0] is the angle's row and rows[1] is yet to come.
+    u, v, angle, sine = polar_row(direction, motion, pole, basis, rows)
+    value[0], value[1] = angle * u, angle * v
+    # At the start of the loop, rows[0] holds the derivative of the angle.
     stretch = min(angle / sine, MAX_STRETCH) if sine > 0.0 else MAX_STRETCH
     for column in range(motion.shape[1]):
         first, second = _coordinates(motion, basis, column)
         if angle < MIN_ANGLE:
             rows[0, column], rows[1, column] = first, second
             continue
-        turning = stretch * (inward * second - around * first)
+        turning = stretch * (u * second - v * first)
         radial = rows[0, column]
-        rows[0, column] = inward * radial - around * turning
-        rows[1, column] = around * radial + inward * turning
+        rows[0, column] = u * radial - v * turning
+        rows[1, column] = v * radial + u * turning
 
 
 @njit(cache=True)
@@ -54,7 +54,7 @@ def polar_row(direction, motion, pole, basis, rows):
     cosine = pole[0] * direction[0] + pole[1] * direction[1] + pole[2] * direction[2]
     sine = math.sqrt(first * first + second * second)
     if sine < MIN_ANGLE:
-        # Both rotations are equally long: use the direction in which the joints move better.
+        # Both rotations have the same angle: use the direction in which the joints move better.
         one = other = 0.0
         for column in range(motion.shape[1]):
             a, b = _coordinates(motion, basis, column)

@@ -1,4 +1,4 @@
-"""The distance of a point of the hand from a point or from an axis."""
+"""The tasks on the distance of a point of the hand from a point or from an axis."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numba import njit
 
-from .inputs import across, number, origin, rates, store, unit, vector
+from .inputs import check_gain_and_speed, number, origin, store, tangents, unit, vector
 from .kernel_task import FIELDS, SPEED, KernelTask, moved_point
 from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED
 
@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MIN_DISTANCE = 1e-9
-"""A smaller distance has no direction, m: rounding of positions makes it arbitrary."""
+"""Minimum distance with a direction, m. The direction of a smaller one is rounding error."""
 
 
 @njit(cache=True)
@@ -32,13 +32,13 @@ def distance_to_point_rows(task, frame, out):
 
 @njit(cache=True)
 def distance_to_axis_rows(task, frame, out):
-    """Fill the rows of `DistanceToAxis`; parameters: point (3,), across (2, 3), distance."""
+    """Fill the rows of `DistanceToAxis`; parameters: point (3,), tangents (2, 3), distance."""
     fields, linear = task[FIELDS:], frame.work[:3]
     x, y, z = moved_point(task, frame)
     x, y, z = x - fields[0], y - fields[1], z - fields[2]
     first = fields[3] * x + fields[4] * y + fields[5] * z
     second = fields[6] * x + fields[7] * y + fields[8] * z
-    # The rows of the two coordinates, in memory that the point's Jacobian does not need.
+    # The rows of the two coordinates, in scratch memory that is free here.
     coordinates = frame.work[3:5]
     for row in range(2):
         for column in range(linear.shape[1]):
@@ -61,7 +61,7 @@ def distance_to_axis_rows(task, frame, out):
 def _length_row(offset, coordinates, row):
     """Return the length of an offset (k,), and fill its derivative (n,).
 
-    Where the length is 0, the derivative is that of the coordinate that moves best.
+    If the length is 0, the derivative is that of the coordinate that the joints move best.
     """
     square = 0.0
     for axis in range(len(offset)):
@@ -89,11 +89,11 @@ def _length_row(offset, coordinates, row):
 class DistanceToPoint(KernelTask):
     """Bring a point of the hand to a distance from a centre, from any side: 1 row (eq. 4).
 
-    The value is the distance, m. The chapter prints the Jacobian of half the squared distance; with
-    the unit normal instead, a commanded speed is that speed. On the centre itself no direction
-    leads away. The row is then that of the world axis along which the joints move the point best.
-    With distance 0 it is still one row, which holds the distance only; :class:`Position` holds the
-    point.
+    The value is the distance, m. The chapter uses the Jacobian of half the squared distance. Here
+    it is that of the distance, so that the commanded speed is a speed in m/s. At the centre the
+    distance has no derivative. The row is then that of the world axis along which the joints move
+    the point best. A goal of 0 has one row too, which keeps only the distance. To keep a point at a
+    goal with three rows, use :class:`Position`.
 
     Raises
     ------
@@ -117,7 +117,7 @@ class DistanceToPoint(KernelTask):
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         store(
             self,
             centre=vector(self.name, "centre", self.centre),
@@ -126,18 +126,18 @@ class DistanceToPoint(KernelTask):
         )
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
+        """Return the parameters of the kernel."""
         return [*self.centre, self.distance]
 
 
 @dataclass(frozen=True, eq=False)
 class DistanceToAxis(KernelTask):
-    """Bring a point of the hand to a distance from a line, at any place along and around it.
+    """Bring a point of the hand to a distance from a line, anywhere along and around it.
 
-    1 row, whose value is the distance, m. With distance 0 the point comes onto the line: 2 rows,
-    whose values are the two coordinates across the line, m. A distance has a kink there, the
-    coordinates have none. With a distance, on the line itself the row is that of the direction
-    across the line along which the joints move the point best.
+    A goal above 0 has 1 row, and the value is the distance, m. On the line itself, the row is that
+    of the perpendicular direction along which the joints move the point best. A goal of 0 has 2
+    rows, and the values are the two coordinates perpendicular to the line, m. They are smooth on
+    the line, and the distance is not.
 
     Raises
     ------
@@ -148,9 +148,9 @@ class DistanceToAxis(KernelTask):
     kernel: ClassVar = staticmethod(distance_to_axis_rows)
 
     point_on_axis: NDArray[np.float64]
-    """Any point of the line (3,), m, world."""
+    """A point on the line (3,), m, world."""
     direction: NDArray[np.float64]
-    """Along the line (3,), world, of any length."""
+    """Direction of the line (3,), world, of any length."""
     distance: float
     """Goal, m, at least 0."""
     point: NDArray[np.float64] = field(default_factory=origin)
@@ -163,7 +163,7 @@ class DistanceToAxis(KernelTask):
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         store(
             self,
             point_on_axis=vector(self.name, "point_on_axis", self.point_on_axis),
@@ -173,5 +173,5 @@ class DistanceToAxis(KernelTask):
         )
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
-        return [*self.point_on_axis, *across(self.direction).ravel(), self.distance]
+        """Return the parameters of the kernel."""
+        return [*self.point_on_axis, *tangents(self.direction).ravel(), self.distance]

@@ -10,12 +10,14 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 
+from ..array_checks import checked_array, read_only
+
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
-NO_LENGTH = 1e-12
+MIN_LENGTH = 1e-12
 """Minimum length of a direction. The direction of a shorter vector is rounding error."""
-ROUNDED = 1e-6
+MAX_DEVIATION = 1e-6
 """Maximum deviation of a matrix from a rotation. It accepts matrices printed with six digits."""
 
 
@@ -36,9 +38,9 @@ def vector(task: str, field: str, value: ArrayLike, size: int | None = 3) -> NDA
     Raises
     ------
     InputError
-        With the field, its value and what would be right.
+        If the value is not finite numbers of this shape.
     """
-    return _numbers(task, field, value, (size,))
+    return read_only(checked_array(f"{task}: {field}", value, (size or "n",)))
 
 
 def unit(task: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
@@ -47,21 +49,20 @@ def unit(task: str, field: str, value: ArrayLike) -> NDArray[np.float64]:
     Raises
     ------
     InputError
-        If it is not three finite numbers, or has no length.
+        If it is not three finite numbers, or its length is zero.
     """
     direction = vector(task, field, value)
     length = float(np.linalg.norm(direction))
-    if length < NO_LENGTH:
+    if length < MIN_LENGTH:
         raise InputError(
-            f"{task}: {field} must be a direction of some length, got {direction.tolist()}"
+            f"{task}: {field} must be a direction with a length above zero, got "
+            f"{direction.tolist()}"
         )
-    direction = direction / length
-    direction.flags.writeable = False
-    return direction
+    return read_only(direction / length)
 
 
 def rotation(task: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.float64]:
-    """Convert a rotation, or its matrix, to a matrix (3, 3).
+    """Convert a rotation, or its matrix, to a read-only matrix (3, 3).
 
     Raises
     ------
@@ -70,35 +71,26 @@ def rotation(task: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.f
     """
     if isinstance(value, Rotation):
         value = value.as_matrix()
-    matrix = _numbers(task, field, value, (3, 3))
-    if np.abs(matrix.T @ matrix - np.eye(3)).max() > ROUNDED or np.linalg.det(matrix) < 0.0:
+    matrix = checked_array(f"{task}: {field}", value, (3, 3))
+    deviation = np.abs(matrix.T @ matrix - np.eye(3)).max()
+    if deviation > MAX_DEVIATION or np.linalg.det(matrix) < 0.0:
         raise InputError(
             f"{task}: {field} must be a rotation (orthonormal columns, determinant 1), got "
             f"{matrix.tolist()}"
         )
-    matrix = Rotation.from_matrix(matrix).as_matrix()
-    matrix.flags.writeable = False
-    return matrix
+    return read_only(Rotation.from_matrix(matrix).as_matrix())
 
 
 def transform(task: str, field: str, value: RigidTransform | ArrayLike) -> NDArray[np.float64]:
-    """Convert a transform, or its matrix, to a matrix (4, 4) without a check of its parts.
+    """Convert a transform, or its matrix, to a matrix (4, 4); its parts are not checked.
 
     Raises
     ------
     InputError
         If it is not one matrix of numbers.
     """
-    given = value.as_matrix() if isinstance(value, RigidTransform) else value
-    try:
-        matrix = np.array(given, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{task}: {field} must be numbers, got {value!r}") from error
-    if matrix.shape != (4, 4):
-        raise InputError(
-            f"{task}: {field} must be one transform or a matrix (4, 4), got {matrix.shape}"
-        )
-    return matrix
+    matrix = value.as_matrix() if isinstance(value, RigidTransform) else value
+    return checked_array(f"{task}: {field}", matrix, (4, 4), finite=False)
 
 
 def number(
@@ -109,7 +101,7 @@ def number(
     Raises
     ------
     InputError
-        With the field, its value and the range.
+        If the value is not a finite number in this range.
     """
     given = _number(task, field, value)
     if not low <= given <= high or math.isinf(given):
@@ -117,8 +109,8 @@ def number(
     return given
 
 
-def rates(task: str, gain: float, speed: float) -> None:
-    """Check a gain (1/s) and a speed (inf: none).
+def check_gain_and_speed(task: str, gain: float, speed: float) -> None:
+    """Check a gain (1/s) and a speed limit (inf: no limit).
 
     Raises
     ------
@@ -131,51 +123,31 @@ def rates(task: str, gain: float, speed: float) -> None:
         raise InputError(f"{task}: speed must be > 0 (inf: no limit), got {speed}")
 
 
-def across(direction: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return unit vectors (2, 3) perpendicular to a unit direction and to each other."""
-    first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
-    first /= np.linalg.norm(first)
-    rows: NDArray[np.float64] = np.array([first, np.cross(direction, first)], dtype=np.float64)
-    rows.flags.writeable = False
-    return rows
-
-
-def _numbers(
-    task: str, field: str, value: object, shape: tuple[int | None, ...]
-) -> NDArray[np.float64]:
-    try:
-        array = np.array(value, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{task}: {field} must be numbers, got {value!r}") from error
-    wanted = "(n,)" if shape == (None,) else str(shape)
-    if array.ndim != len(shape) or any(
-        size not in (None, got) for size, got in zip(shape, array.shape, strict=True)
-    ):
-        raise InputError(f"{task}: {field} must have shape {wanted}, got {array.shape}: {value!r}")
-    if not np.isfinite(array).all():
-        raise InputError(f"{task}: {field} must be finite, got {array.tolist()}")
-    array.flags.writeable = False
-    return array
-
-
-def _number(task: str, field: str, value: float) -> float:
-    if isinstance(value, str):
-        raise InputError(f"{task}: {field} must be a number, got {value!r}")
-    try:
-        return float(value)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"{task}: {field} must be a number, got {value!r}") from error
-
-
-def fits_joints(task: str, field: str, value: NDArray[np.float64], joints: int) -> None:
+def check_joint_count(task: str, field: str, value: NDArray[np.float64], joints: int) -> None:
     """Check that a vector has one number per joint.
 
     Raises
     ------
     InputError
-        If it has not.
+        If it has another length.
     """
     if len(value) != joints:
         raise InputError(
             f"{task}: {field} must have one number per joint, {joints}, got {len(value)}"
         )
+
+
+def tangents(direction: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return two unit vectors (2, 3) perpendicular to a unit direction and to each other."""
+    first = np.cross(direction, np.eye(3)[int(np.argmin(np.abs(direction)))])
+    first /= np.linalg.norm(first)
+    return read_only(np.array([first, np.cross(direction, first)], dtype=np.float64))
+
+
+def _number(task: str, field: str, value: float) -> float:
+    try:
+        if not isinstance(value, str):
+            return float(value)
+    except (TypeError, ValueError):
+        pass
+    raise InputError(f"{task}: {field} must be a number, got {value!r}")

@@ -1,4 +1,4 @@
-"""Two bounds on the value of any task of one row."""
+"""A lower and an upper bound on the value of any task of one row."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Interval:
-    """Keep the value of a task of one row between two bounds, and leave it free there.
+    """Keep the value of a task of one row between two bounds; inside them it is free.
 
-    Well inside, there is no row. Within speed / gain of the nearer bound (both are the task's)
-    there is one row with a side. The value may then approach the bound at no more than gain times
-    the distance left, and the stack drops the row while the rest of the motion keeps to that. So
-    nothing starts abruptly at the bound, and nothing crosses it. Outside, the row brings the value
-    back. With equal bounds the task is a plain goal.
+    There is no row while the nearer bound is farther than speed / gain (those of the task). Nearer
+    to the bound there is one row with a side: the value may approach the bound at most at gain
+    times the remaining distance. The stack drops the row while the other tasks respect this limit.
+    So the motion neither crosses the bound nor starts abruptly at it. Outside the bounds, the row
+    moves the value back. With equal bounds the task is an ordinary goal.
 
     Raises
     ------
@@ -38,13 +38,13 @@ class Interval:
     """
 
     task: Task
-    """Gives value, row, gain and speed; its own goal does not matter."""
+    """The task with the value, row, gain and speed. Its own goal has no effect."""
     low: float
-    """Lower bound, units of the task's value; -inf: none."""
+    """Lower bound, units of the task's value; -inf: no bound."""
     high: float
-    """Upper bound, units of the task's value; inf: none."""
+    """Upper bound, units of the task's value; inf: no bound."""
     name: str = ""
-    """Name for reports; that of the task when empty."""
+    """Name for reports; if empty, that of the task."""
 
     def __post_init__(self) -> None:
         if not callable(getattr(self.task, "at", None)):
@@ -65,7 +65,7 @@ class Interval:
         object.__setattr__(self, "high", high)
 
     def at(self, state: RobotState) -> TaskRows:
-        """Return the row of the bound; no row well inside, or where the inner task has none."""
+        """Return the row of the nearer bound, or no row far from it or if the task has none."""
         rows = self.task.at(state)
         if len(rows.value) == 0:
             return rows
@@ -94,14 +94,14 @@ def bounded(
     gain: float,
     speed: float,
 ) -> TaskRows:
-    """Return the row that keeps a value with Jacobian (1, n) in [low, high], or no row inside."""
+    """Return the row that keeps a value with Jacobian (1, n) in [low, high]; see `Interval`."""
     m, side, error = bound(value, low, high, gain, speed)
     return TaskRows(name, np.full(m, value), np.full(m, error), jacobian[:m], gain, speed, side)
 
 
 @njit(cache=True)
 def bound(value, low, high, gain, speed):
-    """Return number of rows (0 or 1), side and error of a value that has to stay in [low, high]."""
+    """Return the number of rows (0 or 1), side and error of a value to keep in [low, high]."""
     upper = high - value < value - low
     error = (high if upper else low) - value
     inside = error if upper else -error

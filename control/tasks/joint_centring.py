@@ -1,4 +1,4 @@
-"""Joints near the middle of their ranges, or near a reference posture: n rows (eq. 5)."""
+"""The task that moves joints to the middle of their ranges or to a posture: n rows (eq. 5)."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from numba import njit
 
 from eyehand.errors import InputError
 
-from .inputs import fits_joints, rates, store, vector
+from .inputs import check_gain_and_speed, check_joint_count, store, vector
 from .kernel_task import FIELDS, SPEED, KernelTask
 from .posture import joint_rows
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
@@ -35,9 +35,9 @@ def joint_centring_rows(task, frame, out):
 
 @njit(cache=True)
 def centring_slope(q, limits, power, reference):
-    """Return the slope of a joint's cost of eq. (5), 0 for a joint without a range.
+    """Return the derivative of a joint's cost of eq. (5); 0 for a joint without a range.
 
-    ``limits`` are its lower and upper limit. A NaN as reference means their middle.
+    ``limits`` are the lower and upper limit. A reference of NaN means their middle.
     """
     width = limits[1] - limits[0]
     if not 0.0 < width < np.inf:
@@ -48,27 +48,28 @@ def centring_slope(q, limits, power, reference):
 
 @dataclass(frozen=True, eq=False)
 class JointCentring(KernelTask):
-    """Draw the joints to a reference posture: the descent of eq. (5), n rows.
+    """Move the joints towards a reference posture by gradient descent on eq. (5): n rows.
 
-    H = Σ wᵢ (qᵢ - refᵢ)^p with wᵢ = 1 / range. The value is the posture itself and the error -∇H,
-    so that the commanded motion is -gain ∇H in what the tasks above leave free. As one row on H it
-    would ask for ever more speed where those tasks keep H from falling. It uses all that is left
-    free, so put it last. It never ends a motion: a motion counts as reached without it, unless
-    there is no other task. Joints without a range stay as they are.
+    The cost is H = Σ wᵢ (qᵢ - refᵢ)^p with wᵢ = 1 / range. The value is q and the error is -∇H. So
+    the commanded motion is -gain ∇H, as far as the tasks above allow it. A single row on H would
+    command more and more speed where those tasks keep H from falling. The task uses all free joint
+    motion, so put it last. It never ends: a motion counts as reached without it, unless
+    there is no other task. Joints without a range are not moved.
 
     Raises
     ------
     InputError
-        If the power is not even (H would fall without end on one side), the reference is not
-        finite, or (by `at`) it has not one number per joint.
+        If the power is not even (H would have no minimum), the reference is not finite, or (by
+        `at`) its length is not the number of joints.
     """
 
     kernel: ClassVar = staticmethod(joint_centring_rows)
 
     power: int = 2
-    """Even, at least 2: higher leaves the middle free and pushes harder near the limits."""
+    """Power p, even and at least 2. A higher power acts less near the middle, and more near the
+    limits."""
     reference: NDArray[np.float64] | None = None
-    """Reference posture (n,), rad or m; the middle of the ranges when None."""
+    """Reference posture (n,), rad or m; None: the middle of the ranges."""
     gain: float = DEFAULT_GAIN
     """1/s."""
     speed: float = DEFAULT_TURN_SPEED
@@ -76,10 +77,10 @@ class JointCentring(KernelTask):
     name: str = "joint centring"
     """Name for reports."""
     endless: ClassVar[bool] = True
-    """It never ends a motion, see :class:`Task`."""
+    """The task never ends, see :class:`Task`."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         power = self.power
         if isinstance(power, bool) or not isinstance(power, int) or power < 2 or power % 2:
             raise InputError(
@@ -90,8 +91,8 @@ class JointCentring(KernelTask):
             store(self, reference=vector(self.name, "reference", self.reference, None))
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
+        """Return the parameters of the kernel."""
         if self.reference is None:
             return [self.power, 0.0]
-        fits_joints(self.name, "reference", self.reference, joints)
+        check_joint_count(self.name, "reference", self.reference, joints)
         return [self.power, 1.0, *self.reference]

@@ -3,11 +3,12 @@
 A kernel takes ``(task, frame, out)``: the task as a row of numbers (:func:`pack`), the robot's
 :class:`Frame` and the :class:`Output` to fill. It returns the number of rows m, the side (see
 :class:`TaskRows`) and the speed limit of the commanded velocity. `KernelTask.at` calls the kernel
-for one task, and the control cycle calls it through :mod:`registry`, so each law exists once.
+for one task. The control cycle calls the same kernel through :mod:`registry`.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import numpy as np
@@ -23,10 +24,11 @@ if TYPE_CHECKING:
     from ..robot_state import RobotState
 
 KIND, GAIN, SPEED, BOUNDED, LOW, HIGH, POINT, FIELDS = 0, 1, 2, 3, 4, 5, 6, 9
-"""Columns of a packed task: kind (see :mod:`registry`), gain, speed, 1 inside an :class:`Interval`
-with its two bounds, point in the controlled frame (3,), and then the fields of the kind."""
+"""Columns of a packed task: kind (see :mod:`registry`), gain, speed, 1 if the task is inside an
+:class:`Interval`, the two bounds of the interval, point in the controlled frame (3,). The
+parameters of the kernel start at column FIELDS."""
 TASK_ROWS = 6
-"""Rows of the largest task whose size does not depend on the number of joints: a pose."""
+"""Maximum number of rows of a task whose size does not depend on the number of joints (a pose)."""
 
 
 class Frame(NamedTuple):
@@ -39,11 +41,11 @@ class Frame(NamedTuple):
     position: NDArray[np.float64]
     """Origin (3,), m, world."""
     axes: NDArray[np.float64]
-    """Rotation matrix, row by row (9,): world from frame."""
+    """Axes of the frame: the rotation matrix from frame to world, row by row (9,)."""
     jacobian: NDArray[np.float64]
     """(6, n) of the origin, rows [v; ω], world axes."""
     work: NDArray[np.float64]
-    """(6, n) of scratch memory: first the linear Jacobian of a point, then that of a direction."""
+    """Scratch memory (6, n): first the linear Jacobian of a point, then that of a direction."""
 
 
 class Output(NamedTuple):
@@ -57,8 +59,8 @@ class Output(NamedTuple):
     """Jacobian (M, n)."""
 
 
-class KernelTask:
-    """A task whose law is a compiled kernel; a subclass is a frozen dataclass.
+class KernelTask(ABC):
+    """A task computed by a compiled kernel. A subclass is a frozen dataclass.
 
     A subclass has the fields `name`, `gain` and `speed`, and defines `kernel` and `parameters`.
     """
@@ -69,15 +71,15 @@ class KernelTask:
     gain: float
     speed: float
 
+    @abstractmethod
     def parameters(self, joints: int) -> list[float]:
-        """Return the numbers that the kernel reads, in its order.
+        """Return the parameters of the kernel, in its order.
 
         Raises
         ------
         InputError
             If the task does not fit a robot with this number of joints.
         """
-        raise NotImplementedError
 
     def at(self, state: RobotState) -> TaskRows:
         """Return value, error and Jacobian in one posture."""
@@ -99,12 +101,12 @@ class KernelTask:
 
 
 def pack(task: KernelTask, joints: int) -> NDArray[np.float64]:
-    """Return a task as a row of numbers, with the kind and the bounds still 0.
+    """Return a task as a row of numbers; kind and bounds are 0, and :mod:`registry` sets them.
 
     Raises
     ------
     InputError
-        If the task does not fit the number of joints.
+        If the task does not fit this number of joints.
     """
     parameters = task.parameters(joints)
     row = np.zeros(FIELDS + len(parameters))

@@ -1,4 +1,4 @@
-"""A target in a cone about an axis of the hand: two rows, or one."""
+"""The task that keeps a target in a cone about an axis of the hand: one or two rows."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from .direction import direction_rows, polar_row
-from .inputs import across, number, origin, rates, store, unit, vector
+from .inputs import check_gain_and_speed, number, origin, store, tangents, unit, vector
 from .interval import bound
 from .kernel_task import FIELDS, GAIN, SPEED, KernelTask, moved_point
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MIN_TARGET_DISTANCE = 1e-3
-"""The task has no rows nearer to its target than this, m: there a millimetre of motion turns the
-direction to the target around."""
+"""Minimum distance to the target, m. Nearer, the task has no rows: a millimetre of motion would
+reverse the direction to the target."""
 
 
 @njit(cache=True)
 def look_at_rows(task, frame, out):
-    """Fill the rows of `LookAt`; parameters: across (2, 3), axis (3,), target (3,), half angle."""
+    """Fill the rows of `LookAt`; parameters: tangents (2, 3), axis and target (3,), half angle."""
     fields, axes, jacobian = task[FIELDS:], frame.axes, frame.jacobian
     linear, motion = frame.work[:3], frame.work[3:]
     x, y, z = moved_point(task, frame)
@@ -65,12 +65,13 @@ def _forward() -> NDArray[np.float64]:
 
 @dataclass(frozen=True, eq=False)
 class LookAt(KernelTask):
-    """Keep a target in a cone about an axis of the hand: 2 rows on the axis, else 1 on the angle.
+    """Keep a target in a cone about an axis of the hand: 1 row, or 2 if the half angle is 0.
 
-    The value is the target's angles across the axis (2,), rad, or its angle to the axis (1,). With
-    a half angle the task is one-sided like :class:`Interval`: it has no rows well inside the cone.
-    A translation of the eye changes the direction to the target as a rotation does. Nearer to the
-    target than a millimetre the direction means nothing, and the task has no rows.
+    With a half angle of 0, the axis points at the target. The value is then two angles from the
+    axis to the target (2,), rad. With a larger half angle, the value is the angle between axis and
+    target (1,). It is one-sided like :class:`Interval`, with no row well inside the cone. Both
+    rotation and translation of the eye change the direction to the target. Nearer to the target
+    than a millimetre there are no rows.
 
     Raises
     ------
@@ -83,12 +84,11 @@ class LookAt(KernelTask):
     target: NDArray[np.float64]
     """(3,), m, world."""
     half_angle: float = 0.0
-    """Upper limit of the angle between axis and target, rad, in [0, π]; 0: the axis meets the
-    target."""
+    """Maximum angle between axis and target, rad, in [0, π]."""
     axis: NDArray[np.float64] = field(default_factory=_forward)
     """Viewing direction of the hand (3,), in the controlled frame, of any length."""
     point: NDArray[np.float64] = field(default_factory=origin)
-    """The eye (3,), m, in the controlled frame."""
+    """Position of the eye (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
     """1/s."""
     speed: float = DEFAULT_TURN_SPEED
@@ -97,7 +97,7 @@ class LookAt(KernelTask):
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         store(
             self,
             target=vector(self.name, "target", self.target),
@@ -107,5 +107,5 @@ class LookAt(KernelTask):
         )
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
-        return [*across(self.axis).ravel(), *self.axis, *self.target, self.half_angle]
+        """Return the parameters of the kernel."""
+        return [*tangents(self.axis).ravel(), *self.axis, *self.target, self.half_angle]

@@ -1,7 +1,7 @@
-"""The manipulability of the hand: one row, in NumPy.
+"""The task that keeps the manipulability of the hand above a bound: one row, in NumPy.
 
-This task is not compiled, because its singular value decomposition takes most of its time. A stack
-that holds it runs as the sequence of steps in :mod:`motion_steps`.
+It is not compiled, because the singular value decomposition takes most of its time. A stack with
+this task is computed by :mod:`motion_steps`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .inputs import number, origin, rates, store, vector
+from .inputs import check_gain_and_speed, number, origin, store, vector
 from .interval import bounded
 from .task import DEFAULT_GAIN, TaskRows
 
@@ -24,19 +24,19 @@ if TYPE_CHECKING:
     from ..robot_state import RobotState
 
 DEFAULT_GROWTH = 1.0
-"""Default speed limit of the value, goals per second. With the default gain the task has no row
-from a third above the goal on."""
+"""Default speed limit of the value, multiples of the goal per second. With the default gain, the
+task has no row if the measure is a third or more above the goal."""
 
 
 @dataclass(frozen=True, eq=False)
 class Manipulability:
     """Keep the hand able to move in all directions: sqrt(det(J Jᵀ)) stays above a goal, 1 row.
 
-    The measure is that of Yoshikawa (1985), of selected rows of a point's Jacobian. The value is
-    the measure over the goal, so that the row has the size of other tasks' rows on any arm. The
-    goal is a lower bound like that of :class:`Interval`: the task has no row well above it. In a
-    singular posture the measure has a kink, and the row is one of the directions out of it. With
-    two directions lost at once the row is zero.
+    The measure is that of Yoshikawa (1985) for selected rows of the Jacobian of a point. The value
+    is the measure divided by the goal, so that rows have a similar size on any arm. The goal is a
+    lower bound like that of :class:`Interval`: the task has no row well above it. In a singular
+    posture the measure has no derivative, and the row is one of the directions that leave the
+    singularity. If two directions are singular at once, the row is zero.
 
     Raises
     ------
@@ -48,18 +48,18 @@ class Manipulability:
     goal: float
     """Lower bound of the measure, in the units of the rows' determinant (m³ for six rows)."""
     rows: tuple[int, ...] = (0, 1, 2, 3, 4, 5)
-    """Rows that count: 0 to 2 linear x, y, z, 3 to 5 angular, world axes."""
+    """Selected rows: 0 to 2 linear x, y, z, 3 to 5 angular, world axes."""
     point: NDArray[np.float64] = field(default_factory=origin)
     """The point (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
     """1/s."""
     speed: float = DEFAULT_GROWTH
-    """Speed limit, goals per second."""
+    """Speed limit, multiples of the goal per second."""
     name: str = "manipulability"
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         rows = tuple(self.rows)
         if not rows or len(set(rows)) < len(rows) or not set(rows) <= set(range(6)):
             raise InputError(
@@ -100,10 +100,10 @@ def manipulability(
 ) -> tuple[float, NDArray[np.float64]]:
     """Return sqrt(det(J Jᵀ)) of selected rows of a Jacobian (6, n), and its gradient (n,).
 
-    A chain's geometric Jacobian holds its own derivatives: a joint carries the columns of all
-    joints after it along, and itself, and the point moves below all joints before it (Bruyninckx
-    and De Schutter 1996). Columns are ordered from base to tip; joints that do not move the frame
-    have zero columns, and a zero derivative.
+    The derivatives of a geometric Jacobian are products of its own columns (Bruyninckx and De
+    Schutter 1996). A joint rotates its own column and those of all joints after it. It moves the
+    point relative to all joints before it. Columns must be ordered from base to tip. A joint that
+    does not move the frame has a zero column and a zero derivative.
     """
     selected = list(rows)
     u, s, vt = np.linalg.svd(jacobian[selected], full_matrices=False)
@@ -111,7 +111,7 @@ def manipulability(
     slope = np.zeros_like(jacobian)
     slope[selected] = (u * others) @ vt
     v, w = jacobian[:3], jacobian[3:]
-    # Joint k turns column i >= k about wₖ, and moves the point of column i < k by vₖ.
+    # Joint k rotates column i >= k about wₖ, and moves the point of column i < k by vₖ.
     n = jacobian.shape[1]
     products = _cross(
         np.concatenate([v, w, slope[:3]], axis=1), np.concatenate([slope[:3], slope[3:], w], axis=1)
@@ -124,7 +124,7 @@ def manipulability(
 
 
 def _product(factors: list[float]) -> tuple[float, list[float]]:
-    """Return the product of all, and of all but each: the slope of a product, with no division."""
+    """Return the product of all factors, and for each factor the product of all others."""
     head, tail = [1.0], [1.0]
     for factor in factors:
         head.append(head[-1] * factor)

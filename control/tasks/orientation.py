@@ -1,4 +1,4 @@
-"""The orientation of the hand: three rows."""
+"""The task that rotates the hand to an orientation: three rows."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from numba import njit
 
-from .inputs import rates, rotation, store
+from .inputs import check_gain_and_speed, rotation, store
 from .kernel_task import FIELDS, SPEED, KernelTask
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 MIN_ANGLE = 1e-9
-"""A smaller angle has no axis, rad: rounding of rotations makes it arbitrary."""
+"""Minimum angle with an axis, rad. The axis of a smaller angle is rounding error."""
 
 
 @njit(cache=True)
@@ -40,7 +40,7 @@ def rotation_rows(goal, frame, error, rows):
     x, y, z = _rotation_vector(goal, frame.axes)
     error[0], error[1], error[2] = x, y, z
     angle = math.sqrt(x * x + y * y + z * z)
-    # The series' first term is exact to rounding where the closed form loses its digits.
+    # For small angles the closed form loses digits, and the first term of its series is exact.
     if angle < 1e-3:
         factor = 1.0 / 12.0
     else:
@@ -85,13 +85,13 @@ def _rotation_vector(goal, axes):
 
 @dataclass(frozen=True, eq=False)
 class Orientation(KernelTask):
-    """Turn the controlled frame to a goal: 3 rows.
+    """Rotate the controlled frame to a goal: 3 rows.
 
-    The error is the rotation vector, in world axes, from the frame to the goal. The value is its
-    negative, and the rows are the value's exact derivative: the inverse right Jacobian of the
-    rotation group times the angular Jacobian. The commanded rotation is about that vector either
-    way, because the inverse maps the vector to itself. At half a turn both directions are equally
-    short. The task takes the vector whose largest coordinate is positive.
+    The error is the rotation vector from the frame to the goal, in world axes. The value is its
+    negative. The rows are the exact derivative of the value: the inverse right Jacobian of the
+    rotation group times the angular Jacobian. The inverse maps the rotation vector to itself, so
+    the commanded rotation is about this vector. At half a turn both directions are equally short.
+    The task uses the vector whose largest coordinate is positive.
 
     Raises
     ------
@@ -102,7 +102,7 @@ class Orientation(KernelTask):
     kernel: ClassVar = staticmethod(orientation_rows)
 
     goal: Rotation | NDArray[np.float64]
-    """World from frame: a rotation, or its matrix (3, 3)."""
+    """Goal orientation of the controlled frame in the world: a rotation, or its matrix (3, 3)."""
     gain: float = DEFAULT_GAIN
     """1/s."""
     speed: float = DEFAULT_TURN_SPEED
@@ -112,9 +112,9 @@ class Orientation(KernelTask):
     _goal: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         store(self, _goal=rotation(self.name, "goal", self.goal))
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
+        """Return the parameters of the kernel."""
         return [*self._goal.ravel()]

@@ -1,4 +1,4 @@
-"""A point of the hand on a plane: one row."""
+"""The task that brings a point of the hand onto a plane: one row."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from numba import njit
 
-from .inputs import number, origin, rates, store, unit, vector
+from .inputs import check_gain_and_speed, number, origin, store, unit, vector
 from .kernel_task import FIELDS, SPEED, KernelTask, moved_point
 from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED
 
@@ -31,7 +31,7 @@ def point_on_plane_rows(task, frame, out):
 
 @dataclass(frozen=True, eq=False)
 class PointOnPlane(KernelTask):
-    """Bring a point of the hand onto a plane, at any place on it: 1 row.
+    """Bring a point of the hand onto a plane, anywhere on it: 1 row.
 
     The value is the point's coordinate along the normal, m.
 
@@ -46,7 +46,7 @@ class PointOnPlane(KernelTask):
     normal: NDArray[np.float64]
     """(3,), world, of any length."""
     offset: float
-    """Distance of the plane from the world's origin along the normal, m; negative behind it."""
+    """Coordinate of the plane along the normal, m, from the world's origin."""
     point: NDArray[np.float64] = field(default_factory=origin)
     """The point (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
@@ -57,7 +57,7 @@ class PointOnPlane(KernelTask):
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         store(
             self,
             normal=unit(self.name, "normal", self.normal),
@@ -66,5 +66,5 @@ class PointOnPlane(KernelTask):
         )
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
+        """Return the parameters of the kernel."""
         return [*self.normal, self.offset]

@@ -1,4 +1,4 @@
-"""The pose of the hand: six rows."""
+"""The task that brings the hand to a pose: six rows."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, ClassVar
 import numpy as np
 from numba import njit
 
-from .inputs import origin, rates, rotation, store, transform, vector
+from .inputs import check_gain_and_speed, origin, rotation, store, transform, vector
 from .kernel_task import FIELDS, GAIN, SPEED, KernelTask, moved_point
 from .orientation import rotation_rows
 from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED, DEFAULT_TURN_SPEED
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 def pose_rows(task, frame, out):
     """Fill the rows of `Pose`; parameters: rotation (9,), position (3,), angular speed limit.
 
-    The returned speed of all six coordinates keeps both the linear and the angular limit.
+    The returned speed limit of all six coordinates respects the linear and the angular limit.
     """
     fields, gain = task[FIELDS:], task[GAIN]
     point = moved_point(task, frame)
@@ -46,11 +46,11 @@ def pose_rows(task, frame, out):
 
 @dataclass(frozen=True, eq=False)
 class Pose(KernelTask):
-    """Bring the controlled frame to a goal: 6 rows, position (m) over orientation (rad).
+    """Bring the controlled frame to a goal: 6 rows, position (m) first, then orientation (rad).
 
-    The value is the point's position over the rotation vector from the goal to the frame, both in
-    world axes. Both speed limits hold: the whole motion slows down until neither is exceeded, so
-    that position and orientation arrive together.
+    The value is the position of the point, and then the rotation vector from the goal to the frame,
+    both in world axes. The whole motion slows down until neither speed limit is exceeded. So
+    position and orientation arrive together.
 
     Raises
     ------
@@ -61,9 +61,9 @@ class Pose(KernelTask):
     kernel: ClassVar = staticmethod(pose_rows)
 
     goal: RigidTransform | NDArray[np.float64]
-    """World from frame: a transform, or its matrix (4, 4)."""
+    """Goal pose (T_world_frame): a transform, or its matrix (4, 4)."""
     point: NDArray[np.float64] = field(default_factory=origin)
-    """The point that is brought to the goal's position (3,), m, in the controlled frame."""
+    """The point to bring to the position of the goal (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
     """1/s."""
     speed: float = DEFAULT_LINEAR_SPEED
@@ -76,8 +76,8 @@ class Pose(KernelTask):
     _rotation: NDArray[np.float64] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
-        rates(self.name, self.gain, self.turn_speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.turn_speed)
         matrix = transform(self.name, "goal", self.goal)
         store(
             self,
@@ -87,5 +87,5 @@ class Pose(KernelTask):
         )
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
+        """Return the parameters of the kernel."""
         return [*self._rotation.ravel(), *self._position, self.turn_speed]

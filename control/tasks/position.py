@@ -1,4 +1,4 @@
-"""The position of a point of the hand: three rows."""
+"""The task that brings a point of the hand to a position: three rows."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from numba import njit
 
-from .inputs import origin, rates, store, vector
+from .inputs import check_gain_and_speed, origin, store, vector
 from .kernel_task import FIELDS, SPEED, KernelTask, moved_point
 from .task import DEFAULT_GAIN, DEFAULT_LINEAR_SPEED
 
@@ -51,7 +51,7 @@ class Position(KernelTask):
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         store(
             self,
             goal=vector(self.name, "goal", self.goal),
@@ -59,5 +59,5 @@ class Position(KernelTask):
         )
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
+        """Return the parameters of the kernel."""
         return [*self.goal]

@@ -1,4 +1,4 @@
-"""Joint positions: n rows."""
+"""The task that moves the joints to given positions: n rows."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from numba import njit
 
-from .inputs import fits_joints, rates, store, vector
+from .inputs import check_gain_and_speed, check_joint_count, store, vector
 from .kernel_task import FIELDS, SPEED, KernelTask
 from .task import DEFAULT_GAIN, DEFAULT_TURN_SPEED
 
@@ -28,7 +28,7 @@ def posture_rows(task, frame, out):
 
 @njit(cache=True)
 def joint_rows(q, out):
-    """Fill value and rows of a task on the joint positions themselves."""
+    """Fill value and rows of a task whose value is the joint positions."""
     n = len(q)
     out.rows[:n] = 0.0
     for joint in range(n):
@@ -38,12 +38,14 @@ def joint_rows(q, out):
 
 @dataclass(frozen=True, eq=False)
 class Posture(KernelTask):
-    """Go to joint positions: n rows, which leave nothing free. The value is q (n,), rad or m.
+    """Move the joints to given positions: n rows. The value is q (n,), rad or m.
+
+    Tasks below it have no effect, because no joint motion is left free.
 
     Raises
     ------
     InputError
-        If the goal is not finite, or (by `at`) has not one number per joint.
+        If the goal is not finite, or (by `at`) its length is not the number of joints.
     """
 
     kernel: ClassVar = staticmethod(posture_rows)
@@ -58,10 +60,10 @@ class Posture(KernelTask):
     """Name for reports."""
 
     def __post_init__(self) -> None:
-        rates(self.name, self.gain, self.speed)
+        check_gain_and_speed(self.name, self.gain, self.speed)
         store(self, goal=vector(self.name, "goal", self.goal, None))
 
     def parameters(self, joints: int) -> list[float]:
-        """Return what the kernel reads."""
-        fits_joints(self.name, "goal", self.goal, joints)
+        """Return the parameters of the kernel."""
+        check_joint_count(self.name, "goal", self.goal, joints)
         return [*self.goal]

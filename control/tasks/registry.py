@@ -1,4 +1,4 @@
-"""The compiled tasks by number, and their evaluation in the control cycle.
+"""The compiled tasks by number, and how the control cycle evaluates them.
 
 To add a task, write one file with its kernel and its class (:mod:`position` is the pattern), and
 register it here: its class at the end of `KERNEL_TASKS`, its kernel in `_rows` under its number.
@@ -48,15 +48,15 @@ KERNEL_TASKS: tuple[type[KernelTask], ...] = (
     JointCentring,
     Posture,
 )
-"""Classes of the compiled tasks; the index is the kind, by which `_rows` selects the kernel."""
+"""Classes of the compiled tasks. The index is the kind, by which `_rows` selects the kernel."""
 MISFIT = -1
-"""Number of rows that marks an interval about several rows, which its `at` rejects."""
+"""Number of rows that marks an interval about a task of several rows. `Interval.at` rejects it."""
 
 
 @njit(cache=True)
 def _rows(task, frame, out):
     """Call the kernel of a packed task."""
-    # Numba cannot index a tuple of functions and cache the result, hence the chain.
+    # Numba cannot cache a function that indexes a tuple of functions.
     kind = task[KIND]
     if kind == 0:
         return position_rows(task, frame, out)
@@ -82,7 +82,8 @@ def _rows(task, frame, out):
 def pack_tasks(tasks: Sequence[Task], joints: int) -> NDArray[np.float64] | None:
     """Return tasks as rows (K, columns) for the control cycle.
 
-    Return None if one task is not of a registered class (a subclass may do anything).
+    Return None if one task is not of a registered class. A subclass is not, because it may change
+    what the task does.
 
     Raises
     ------
@@ -91,16 +92,13 @@ def pack_tasks(tasks: Sequence[Task], joints: int) -> NDArray[np.float64] | None
     """
     packed = []
     for task in tasks:
-        bounds = ()
-        inner = task
-        if type(task) is Interval:
-            bounds, inner = (1.0, task.low, task.high), task.task
+        inner = task.task if type(task) is Interval else task
         if not isinstance(inner, KernelTask) or type(inner) not in KERNEL_TASKS:
             return None
         row = pack(inner, joints)
         row[KIND] = KERNEL_TASKS.index(type(inner))
-        if bounds:
-            row[[BOUNDED, LOW, HIGH]] = bounds
+        if type(task) is Interval:
+            row[[BOUNDED, LOW, HIGH]] = 1.0, task.low, task.high
         packed.append(row)
     rows = np.zeros((len(packed), max(map(len, packed), default=0)))
     for row, one in zip(rows, packed, strict=True):
@@ -115,8 +113,7 @@ def evaluate_task(task, frame, out, rate):
     Returns
     -------
     m, side, unmet
-        Number of rows (or MISFIT), side and norm of the error that counts, as in
-        :class:`TaskRows`.
+        Number of rows (or MISFIT); side and unmet error as in :class:`TaskRows`.
     """
     m, side, speed = _rows(task, frame, out)
     if task[BOUNDED] != 0.0 and m > 0:
@@ -129,7 +126,7 @@ def evaluate_task(task, frame, out, rate):
 
 @njit(cache=True)
 def _limited_rate(error, gain, speed, rate):
-    """Fill gain times error, cut to the norm ``speed``; return the norm of the error."""
+    """Fill gain times error with its norm limited to ``speed``; return the norm of the error."""
     square = 0.0
     for row in range(len(error)):
         rate[row] = gain * error[row]

@@ -1,4 +1,4 @@
-"""Tasks: what a motion should achieve, as an error and the Jacobian rows that reduce it."""
+"""The task protocol, and the rows of a task: its value, error and Jacobian in one posture."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ if TYPE_CHECKING:
     from ..robot_state import RobotState
 
 DEFAULT_GAIN = 3.0
-"""Share of the error taken away per second, 1/s: 95 % of a small error is gone after a second."""
+"""Default commanded velocity per error, 1/s: a small error falls by 95 % in one second."""
 DEFAULT_LINEAR_SPEED = 0.25
-"""Largest commanded speed of a point, m/s: the reduced speed of ISO 10218-1 beside people."""
+"""Default speed limit of a point, m/s: the reduced speed of ISO 10218-1 near people."""
 DEFAULT_TURN_SPEED = 1.0
-"""Largest commanded speed of a turn, rad/s: the linear speed, at 0.25 m from the axis."""
+"""Default speed limit of a rotation, rad/s: at 0.25 m from the axis it is the linear limit."""
 
 
 @dataclass(frozen=True, eq=False)
 class TaskRows:
-    """One task in one posture; its priority is its place in the stack.
+    """One task in one posture. Its index in the stack is its priority.
 
-    A task without rows is legal: it is released and asks for nothing.
+    A task may have no rows. Then it does not restrict the motion.
 
     Raises
     ------
@@ -46,10 +46,10 @@ class TaskRows:
     gain: float = 1.0
     """Commanded velocity per error, 1/s."""
     speed: float = math.inf
-    """Largest norm of the commanded velocity, units of the value per second."""
+    """Maximum norm of the commanded velocity, units of the value per second."""
     side: int = 0
-    """0: the value shall move at `rate`. +1: at a lower bound, J dq/dt >= rate is enough;
-    -1: at an upper bound, J dq/dt <= rate is enough. Only tasks of one row have a side."""
+    """0: the value must move at `rate`. +1, at a lower bound: J dq/dt >= rate is sufficient.
+    -1, at an upper bound: J dq/dt <= rate is sufficient. Only a task of one row may have a side."""
 
     def __post_init__(self) -> None:
         for what in ("value", "error", "jacobian"):
@@ -57,7 +57,7 @@ class TaskRows:
                 array = np.asarray(getattr(self, what), dtype=np.float64)
             except (TypeError, ValueError) as error:
                 raise InputError(f"task {self.name}: {what} must be numbers: {error}") from error
-            # One dot product is finite exactly when all entries are, and costs a third of asking.
+            # The dot product is finite only if all entries are. It is faster than np.isfinite.
             if not math.isfinite(np.vdot(array, array)):
                 raise InputError(f"task {self.name}: {what} must be finite, got {array.tolist()}")
             object.__setattr__(self, what, array)
@@ -70,7 +70,9 @@ class TaskRows:
         if not 0.0 < self.gain < math.inf:
             raise InputError(f"task {self.name}: gain must be finite and > 0, got {self.gain}")
         if not self.speed > 0.0:
-            raise InputError(f"task {self.name}: speed must be > 0 (inf: none), got {self.speed}")
+            raise InputError(
+                f"task {self.name}: speed must be > 0 (inf: no limit), got {self.speed}"
+            )
         if self.side not in (-1, 0, 1) or (self.side and rows > 1):
             raise InputError(
                 f"task {self.name}: side must be -1, 0 or 1, and 0 with more than one row, got "
@@ -79,7 +81,7 @@ class TaskRows:
 
     @property
     def rate(self) -> NDArray[np.float64]:
-        """Commanded velocity of the value, (m,): gain times error, cut to the norm `speed`."""
+        """Commanded velocity of the value (m,): gain times error, limited to the norm `speed`."""
         rate = self.gain * self.error
         if self.speed == math.inf:
             return rate
@@ -88,17 +90,17 @@ class TaskRows:
 
     @property
     def unmet(self) -> float:
-        """Norm of the error that counts: 0 for a one-sided task on the allowed side."""
+        """Norm of the error; 0 for a one-sided task on the allowed side of its bound."""
         if self.side and len(self.error):
             return max(0.0, self.side * float(self.error[0]))
         return math.sqrt(np.vdot(self.error, self.error))
 
 
 class Task(Protocol):
-    """What to reach, for any posture: `at` gives the task in the current one.
+    """A goal of the motion. `at` returns its rows in a posture.
 
-    Tasks check what they are given when they are made, so that `at` is fast. One with a true
-    attribute `endless` only draws: a motion counts as reached without it.
+    Tasks check their fields at construction, so that `at` is fast. A task with a true attribute
+    `endless` never ends: a motion counts as reached even if such a task has an error.
     """
 
     @property
@@ -107,5 +109,5 @@ class Task(Protocol):
         ...
 
     def at(self, state: RobotState) -> TaskRows:
-        """The task in this posture; its number of rows may change from posture to posture."""
+        """Return the rows in this posture; their number may depend on the posture."""
         ...

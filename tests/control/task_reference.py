@@ -26,7 +26,7 @@ from eyehand.control.tasks import (
 )
 from eyehand.control.tasks.direction import MAX_STRETCH
 from eyehand.control.tasks.distance import MIN_DISTANCE
-from eyehand.control.tasks.inputs import across
+from eyehand.control.tasks.inputs import tangents
 from eyehand.control.tasks.look_at import MIN_TARGET_DISTANCE
 from eyehand.control.tasks.orientation import MIN_ANGLE
 
@@ -58,7 +58,7 @@ def _law(task: Task, state: RobotState):
             return np.array([value]), np.array([task.distance - value]), row[None], task.speed
         case DistanceToAxis():
             position, rows = state.point(task.point)
-            basis = across(task.direction)
+            basis = tangents(task.direction)
             offset, rows = basis @ (position - task.point_on_axis), basis @ rows
             if task.distance == 0.0:
                 return offset, -offset, rows, task.speed
@@ -76,7 +76,7 @@ def _law(task: Task, state: RobotState):
         case AxisAlignment():
             axis = state.rotation @ task.axis
             motion = -skew(axis) @ state.jacobian[3:]
-            value, rows = direction_rows(axis, motion, task.goal, across(task.goal))
+            value, rows = direction_rows(axis, motion, task.goal, tangents(task.goal))
             return value, -value, rows, task.speed
         case LookAt():
             return _look_at(task, state)
@@ -111,9 +111,9 @@ def _look_at(task: LookAt, state: RobotState):
     motion = motion + skew(view) @ state.jacobian[3:]
     view, motion = state.rotation.T @ view, state.rotation.T @ motion
     if task.half_angle == 0.0:
-        value, rows = direction_rows(view, motion, task.axis, across(task.axis))
+        value, rows = direction_rows(view, motion, task.axis, tangents(task.axis))
         return value, -value, rows, task.speed
-    angle, row = angle_row(view, motion, task.axis, across(task.axis))
+    angle, row = angle_row(view, motion, task.axis, tangents(task.axis))
     return np.array([angle]), np.zeros(1), row[None], task.speed
 
 

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 from scipy.optimize import linprog
 
 from eyehand.control.qp_kernels import GIVEN_UP, solve_qp
-from eyehand.control.safety import _nearest
-from eyehand.control.safety_kernels import SafetyRows, allowed
+from eyehand.control.safety import _solve_hard
+from eyehand.control.safety_kernels import SafetyRows, satisfies
 
 seeds = st.integers(0, 100_000)
 
@@ -41,7 +41,7 @@ def test_solution_satisfies_bounds_and_stationarity(seed, joints):
     nominal, hessian, rows = random_case(seed, joints)
     count, velocity, active, multipliers = solve_case(nominal, hessian, rows)
     assert count != GIVEN_UP
-    assert allowed(velocity, rows)
+    assert satisfies(velocity, rows)
     assert np.all(multipliers > -1e-9)
     # Stationarity: the gradient of the objective is the weighted sum of the active constraints.
     constraint_force = np.zeros(joints)
@@ -59,7 +59,7 @@ def test_solution_satisfies_bounds_and_stationarity(seed, joints):
 def test_solution_equals_reference_solver(seed, joints):
     nominal, hessian, rows = random_case(seed, joints)
     velocity = solve_case(nominal, hessian, rows)[1]
-    other = _nearest(nominal, hessian, rows)[0]
+    other = _solve_hard(nominal, hessian, rows)[0]
     assert other is not None
     np.testing.assert_allclose(velocity, other, atol=1e-7)
 
@@ -75,9 +75,9 @@ def test_infeasible_problems_are_given_up(seed):
     slack = -best.fun
     if slack > 1e-7:
         assert count != GIVEN_UP
-        assert allowed(velocity, rows)
+        assert satisfies(velocity, rows)
     elif slack < -1e-7:
-        assert count == GIVEN_UP or not allowed(velocity, rows)
+        assert count == GIVEN_UP or not satisfies(velocity, rows)
 
 
 def test_feasible_nominal_velocity_is_returned():

@@ -13,7 +13,7 @@ from eyehand.control.options import ControlOptions
 from eyehand.control.proximity import Proximity
 from eyehand.control.robot_state import RobotState
 from eyehand.control.safety import safe_motion, safety_rows
-from eyehand.control.safety_kernels import RECOVERY_SPEED, TASK_WEIGHT, SafetyRows, allowed
+from eyehand.control.safety_kernels import RECOVERY_SPEED, TASK_WEIGHT, SafetyRows, satisfies
 
 Array = NDArray[np.float64]
 OPTIONS = ControlOptions()
@@ -127,7 +127,7 @@ def test_allowed_nominal_velocity_is_unchanged(seed):
     state, near, nominal, tasks = random_case(seed)
     rows = safety_rows(state, near, OPTIONS)
     for _ in range(200):
-        if allowed(nominal, rows):
+        if satisfies(nominal, rows):
             break
         nominal = 0.8 * nominal
     motion = safe_motion(nominal, tasks, state, near, OPTIONS)
@@ -141,7 +141,7 @@ def test_zero_velocity_is_allowed_without_moving_obstacles(seed, inside):
     state, near, nominal, tasks = random_case(seed, inside=inside)
     state = replace(state, q=np.random.default_rng(seed).uniform(-2.1, 2.1, 7))
     rows_without_recovery = safety_rows(state, near, OPTIONS, recover=False)
-    assert allowed(np.zeros(7), rows_without_recovery)
+    assert satisfies(np.zeros(7), rows_without_recovery)
     motion = safe_motion(nominal, tasks, state, near, OPTIONS)
     assert motion.feasible
     assert max_violation(motion.velocity, rows_without_recovery) < 1e-9
