@@ -67,7 +67,7 @@ class ControlStep:
     errors: tuple[float, ...]
     """By task: norm of what is left, m or rad."""
     clearance: float
-    """Smallest distance of all pairs nearer than the cut-off, m; inf when none is."""
+    """Minimum distance of all pairs nearer than the cut-off, m; inf when none is."""
     beta: tuple[float, ...]
     """By task: weight of avoidance (eq. 8)."""
     blocking: tuple[str, ...]

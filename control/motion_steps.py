@@ -40,7 +40,7 @@ class CycleResult(NamedTuple):
     beta: tuple[float, ...]
     """By task of the stack: weight of avoidance."""
     clearance: float
-    """Smallest distance of all pairs nearer than the cut-off, m; inf when none is."""
+    """Minimum distance of all pairs nearer than the cut-off, m; inf when none is."""
     blocking: tuple[str, ...]
     """Active constraints of the safety level, strongest first."""
     feasible: bool

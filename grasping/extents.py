@@ -29,7 +29,7 @@ class Extents:
     height: float
     """Extent along up, m."""
     width: float
-    """Smallest horizontal width, m."""
+    """Minimum horizontal width, m."""
     length: float
     """Horizontal width perpendicular to it, m."""
     closing: NDArray[np.float64]

@@ -85,7 +85,7 @@ class GraspContext(NamedTuple):
     visible: float
     """Visible share of the object's outline, in [0, 1]."""
     narrowest: float
-    """Smallest horizontal width of the object, m."""
+    """Minimum horizontal width of the object, m."""
     purpose: GraspPurpose
     """Purpose of the grasp."""
 

@@ -19,7 +19,7 @@ CONTACT_TOLERANCE = 0.015
 """An object's visible bottom may lie this far below the surface that it stands on, m. Noise and
 rounded edges shift it."""
 MIN_OVERLAP = 0.3
-"""Smallest share of an object's points above another object in plan for it to stand on it."""
+"""Minimum share of an object's points above another object in plan for it to stand on it."""
 PLAN_POINTS = 100
 """Number of points that are tested per object in plan."""
 REACH_PX = 3

@@ -10,12 +10,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MIN_SPREAD = 1e-3
-"""Smallest share of the path's variance across its direction. A straight path determines only one
+"""Minimum share of the path's variance across its direction. A straight path determines only one
 of the two components. A path that weaves by 0.6 rad has 0.01."""
 MIN_SIGNIFICANCE = 2.5
-"""Smallest slope, in its own standard errors."""
+"""Minimum slope, in its own standard errors."""
 MIN_CHANGE = 0.01
-"""Smallest change of the area over one length, as a share of the area. The imprint of a flat face
+"""Minimum change of the area over one length, as a share of the area. The imprint of a flat face
 changes less."""
 
 

@@ -26,7 +26,7 @@ reduces noise, a shorter one follows lines with changing curvature."""
 BEND_WINDOW = 3
 """Number of averaged readings of the curvature, the noisiest of the three parameters."""
 MIN_TACTELS = 8
-"""Smallest number of tactels of a line."""
+"""Minimum number of tactels of a line."""
 MAX_HEADING_ERROR = 0.8
 """Heading error above which the pad turns without moving on, rad."""
 MIN_AHEAD = 0.006

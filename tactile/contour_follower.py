@@ -42,11 +42,11 @@ EDGE_REACH = 0.02
 """Distance along an edge at which a rim point has a third of the weight, m. A longer distance
 reduces noise, a shorter one follows bends."""
 MAX_EDGE_RMS = 0.0007
-"""Largest rms distance of the rim from its line for a straight edge, m."""
+"""Maximum rms distance of the rim from its line for a straight edge, m."""
 MIN_EDGE_SPAN = 0.015
-"""Shortest rim that is an edge, m."""
+"""Minimum length of a rim that is an edge, m."""
 MIN_CORNER_ANGLE = 0.7
-"""Smallest angle between two edges at a corner, rad. A smaller angle is a bend."""
+"""Minimum angle between two edges at a corner, rad. A smaller angle is a bend."""
 CLOSED_DISTANCE = 0.004
 """Distance to the start of the contour at which the contour is closed, m."""
 LEAVE_DISTANCE = 0.02
@@ -55,13 +55,13 @@ OFF_EDGE = 0.003
 """Distance from an edge at which a rim point belongs to another edge, m. Foam rounds corners by as
 much."""
 MIN_TURN = 0.2
-"""Smallest cosine between the next edge's normal and the direction of motion, or its opposite. It
+"""Minimum cosine between the next edge's normal and the direction of motion, or its opposite. It
 excludes the other side of the face."""
 SAME_EDGE = 0.008
 """Distance from an edge within which a rim point still belongs to it, and distance within which two
 corners are the same, m. On a bend, the rim within `EDGE_REACH` is as far off."""
 MAX_RIDGE_BEND = math.radians(30.0)
-"""Largest change of a ridge's direction within one cycle, rad. A larger one comes from a short
+"""Maximum change of a ridge's direction within one cycle, rad. A larger one comes from a short
 imprint."""
 
 

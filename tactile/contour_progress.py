@@ -13,9 +13,9 @@ if TYPE_CHECKING:
     from .contour_step import ContourOutcome
 
 MAX_LOST_SECONDS = 3.0
-"""Longest time without contact, s. A search may find the contact again."""
+"""Maximum time without contact, s. A search may find the contact again."""
 MAX_BLOCKED_SECONDS = 1.0
-"""Longest time in which the pad moves too slowly, s."""
+"""Maximum time in which the pad moves too slowly, s."""
 MIN_SPEED_SHARE = 0.25
 """Share of the commanded speed below which the pad moves too slowly."""
 

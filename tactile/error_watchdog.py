@@ -6,15 +6,15 @@ import math
 from typing import Literal
 
 MAX_MEAN = 0.1
-"""Mean error of a period above which it is a miss, as a share of the goal."""
+"""Maximum mean error of a good period, as a share of the goal pressure."""
 MAX_DEVIATION = 0.08
-"""Standard deviation of a period above which it oscillates, as a share of the goal. Pens, boxes
-and spheres within the limits stay below 0.01."""
+"""Maximum standard deviation of the error in a good period, as a share of the goal pressure. Pens,
+boxes and spheres within the limits stay below 0.01."""
 PERIOD_SECONDS = 0.5
 """Length of a period, s. The transient of a contact must not fill one."""
-MAX_PERIODS = 3
-"""Number of successive bad periods without improvement that is an error. When a person turns the
-object, two periods are bad and the third is better."""
+FAULT_PERIODS = 3
+"""Minimum number of successive bad periods without improvement that counts as a fault. When a
+person turns the object, two periods are bad and the third is better."""
 IMPROVEMENT = 0.9
 """A period whose error is below this share of the one before is an improvement."""
 
@@ -22,9 +22,9 @@ IMPROVEMENT = 0.9
 class ErrorWatchdog:
     """Judge the error period by period, by its mean and its standard deviation.
 
-    After contact, after a jolt, and while the object moves, the error is large too, but the next
-    period is better. What remains is a servo that is stuck beside its goal, or a small oscillation
-    that nothing damps.
+    After contact, after a jolt, and while the object moves, the error is large too, but then the
+    next period is better. Without improvement, the servo is stuck beside its goal, or it oscillates
+    with a small amplitude that does not decay.
     """
 
     def __init__(self) -> None:
@@ -37,12 +37,12 @@ class ErrorWatchdog:
         self._start_period()
 
     def update(self, error: float, dt: float) -> Literal["steady_miss", "oscillation"] | None:
-        """Process one error and return what is wrong, if anything.
+        """Process one error and return the fault, or None.
 
         Parameters
         ----------
         error
-            As a share of the goal.
+            Pressure error divided by the goal pressure.
         dt
             Time since the last error, s.
         """
@@ -54,16 +54,16 @@ class ErrorWatchdog:
             return None
         mean = self._sum / self._count
         deviation = math.sqrt(max(self._squares / self._count - mean * mean, 0.0))
-        # An error that changes its sign is another one.
-        lasting = mean * self._last_mean >= 0.0 and _no_better(mean, self._last_mean)
-        self._misses = _successive(self._misses, abs(mean) > MAX_MEAN, lasting)
-        lasting = _no_better(deviation, self._last_deviation)
-        self._oscillations = _successive(self._oscillations, deviation > MAX_DEVIATION, lasting)
+        # An error of the other sign has another cause.
+        sustained = mean * self._last_mean >= 0.0 and _no_better(mean, self._last_mean)
+        self._misses = _successive(self._misses, abs(mean) > MAX_MEAN, sustained)
+        sustained = _no_better(deviation, self._last_deviation)
+        self._oscillations = _successive(self._oscillations, deviation > MAX_DEVIATION, sustained)
         self._last_mean, self._last_deviation = mean, deviation
         self._start_period()
-        if self._oscillations >= MAX_PERIODS:
+        if self._oscillations >= FAULT_PERIODS:
             return "oscillation"
-        return "steady_miss" if self._misses >= MAX_PERIODS else None
+        return "steady_miss" if self._misses >= FAULT_PERIODS else None
 
     def _start_period(self) -> None:
         self._time = self._sum = self._squares = 0.0
@@ -74,8 +74,8 @@ def _no_better(now: float, before: float) -> bool:
     return abs(now) >= IMPROVEMENT * abs(before)
 
 
-def _successive(before: int, bad: bool, lasting: bool) -> int:
-    """Return the number of successive bad periods; an improved bad period starts at 1."""
+def _successive(count: int, bad: bool, sustained: bool) -> int:
+    """Return the new number of successive bad periods. An improved bad period starts at 1."""
     if not bad:
         return 0
-    return before + 1 if lasting else 1
+    return count + 1 if sustained else 1

@@ -1,4 +1,4 @@
-"""From raw readings to pressures to contact features, in one compiled call per servo cycle."""
+"""Convert raw readings to pressures and contact features, in one compiled call per servo cycle."""
 
 from __future__ import annotations
 
@@ -16,53 +16,58 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TRUSTED, SATURATED, DEAD = 0, 1, 2
-"""State of a reading: valid; a lower bound; invalid, replaced by the mean of its neighbours."""
-VALUES = 15
-"""Number of computed values: force, centre (3), area, orientation, confidence, normal (3), tactels,
-share of the force at the border, saturated, interpolated, and whether there is a contact."""
+"""State of a reading. TRUSTED: valid. SATURATED: a lower bound of the true pressure. DEAD: invalid,
+replaced by the mean of its neighbours."""
+FORCE, CENTRE, AREA, ORIENTATION, CONFIDENCE, NORMAL = 0, 1, 4, 5, 6, 7
+"""Indices of the feature values. The centre and the normal have three values each."""
+TACTEL_COUNT, BORDER_SHARE, SATURATED_COUNT, DEAD_COUNT, HAS_CONTACT = range(10, 15)
+"""Indices of the other feature values."""
+VALUE_COUNT = 15
+"""Number of feature values."""
 
 
-class Rule(NamedTuple):
-    """The fields of `FeatureOptions` that define a contact, in one array."""
+class ContactRule(NamedTuple):
+    """The options that a compiled function needs to select and describe a contact region."""
 
     hysteresis: float
-    """Share of tactels."""
+    """`FeatureOptions.hysteresis`."""
     min_tactels: float
-    """Smallest region."""
+    """Minimum number of tactels of a contact."""
     rim_band: float
-    """Multiple of the threshold."""
+    """`FeatureOptions.rim_band`."""
 
 
 class Buffers(NamedTuple):
-    """Results and memory of a reader."""
+    """Arrays that a `FeatureReader` reuses: its results and the last contact."""
 
     pressures: NDArray[np.float64]
-    """(N,), Pa."""
+    """Pressures, (N,), Pa."""
     states: NDArray[np.uint8]
-    """(N,), `TRUSTED`, `SATURATED` or `DEAD`."""
+    """State of each reading, (N,): `TRUSTED`, `SATURATED` or `DEAD`."""
     members: NDArray[np.int32]
-    """(N,), starts with the tactels of the contact region."""
+    """(N,): its first entries are the indices of the contact region's tactels."""
     values: NDArray[np.float64]
-    """(VALUES,), the features."""
+    """Feature values, (VALUE_COUNT,)."""
     previous: NDArray[np.float64]
-    """(3,), centre of the last contact, m; NaN without one."""
+    """Centre of the last contact, (3,), m; NaN if there was none."""
 
 
 @njit(cache=True)
 def read_pressures(raw, table, limits, links, geometry, pressures, states):
     """Convert raw readings (N,) to pressures (N,) Pa and states (N,) uint8.
 
-    A dead tactel gets the mean of its working neighbours, weighted by 1 / distance², or 0 if there
-    are none.
+    The pressure of a dead tactel is the mean of its working neighbours, weighted by 1 / distance².
+    It is 0 if there are none.
 
     Parameters
     ----------
     table
         (N, levels) float32, pressure of each tactel at every reading, Pa.
     limits
-        (N, 2) int32: a reading below the first is dead, from the second on saturated.
+        (N, 2) int32. A reading below the first value is dead. A reading at or above the second
+        value is saturated.
     links, geometry
-        Of the `TactileArray`.
+        `TactileArray.links` and `TactileArray.geometry`.
     """
     count, top = len(raw), table.shape[1] - 1
     dead = 0
@@ -84,26 +89,29 @@ def read_pressures(raw, table, limits, links, geometry, pressures, states):
             other = links[link]
             if states[other] == DEAD:
                 continue
-            square = 0.0
+            squared_distance = 0.0
             for axis in range(3):
-                square += (geometry[tactel, axis] - geometry[other, axis]) ** 2
-            total += pressures[other] / square
-            weights += 1.0 / square
+                squared_distance += (geometry[tactel, axis] - geometry[other, axis]) ** 2
+            total += pressures[other] / squared_distance
+            weights += 1.0 / squared_distance
         pressures[tactel] = total / weights if weights > 0.0 else 0.0
 
 
 @njit(cache=True)
 def compute_features(thresholds, links, geometry, rule, buffers):
-    """Compute the features of the contact region from `buffers.pressures`, eqs. (11) and (12).
+    """Compute the features of the contact region from `buffers.pressures`.
+
+    Force and centre follow eq. (11) of Haschke's chapter. Eq. (12) is extended: the area of a
+    tactel grows smoothly above its threshold, see `FeatureOptions.rim_band`.
 
     Parameters
     ----------
     thresholds
-        (N,), Pa.
+        Pressure above which each tactel is touched, (N,), Pa.
     links, geometry
-        Of the `TactileArray`.
+        `TactileArray.links` and `TactileArray.geometry`.
     rule
-        The values of `Rule` as an array (3,).
+        The values of `ContactRule` as an array (3,).
     buffers
         The values of `Buffers` as a plain tuple. Numba needs 9 µs to accept a named tuple from
         Python, but less than 0.1 µs for a plain one.
@@ -111,10 +119,10 @@ def compute_features(thresholds, links, geometry, rule, buffers):
     Returns
     -------
     int
-        Number of tactels in the region, at the start of `buffers.members`; 0 without a contact.
-        All values are then 0.
+        Number of tactels of the region, 0 without a contact. Their indices are the first entries
+        of `buffers.members`. Without a contact all values are 0, except the normal (0, 0, 1).
     """
-    rule = Rule(*to_fixed_tuple(rule, 3))  # pyright: ignore[reportCallIssue] - numba fills in the typing context
+    rule = ContactRule(*to_fixed_tuple(rule, 3))  # pyright: ignore[reportCallIssue] - numba passes the first argument itself
     return _describe(thresholds, links, geometry, rule, Buffers(*buffers))
 
 
@@ -126,59 +134,62 @@ def read_features(raw, table, limits, thresholds, links, geometry, rule, buffers
     """
     b = Buffers(*buffers)
     read_pressures(raw, table, limits, links, geometry, b.pressures, b.states)
-    rule = Rule(*to_fixed_tuple(rule, 3))  # pyright: ignore[reportCallIssue] - numba fills in the typing context
+    rule = ContactRule(*to_fixed_tuple(rule, 3))  # pyright: ignore[reportCallIssue] - numba passes the first argument itself
     size = _describe(thresholds, links, geometry, rule, b)
     for axis in range(3):
-        b.previous[axis] = b.values[1 + axis] if size > 0 else np.nan
+        b.previous[axis] = b.values[CENTRE + axis] if size > 0 else np.nan
     return size
 
 
 @njit(cache=True)
 def _describe(thresholds, links, geometry, rule, buffers):
+    """Compute the feature values; return the number of tactels in the contact region."""
     pressures, members, values = buffers.pressures, buffers.members, buffers.values
     values[:] = 0.0
-    values[9] = 1.0
+    # The normal without a contact is (0, 0, 1). The 1 is subtracted again after the summation.
+    values[NORMAL + 2] = 1.0
     size = find_region(
         pressures, thresholds, links, geometry, buffers.previous, rule.hysteresis, members
     )
     if size < rule.min_tactels:
         return 0
-    highest = 0.0
+    max_excess = 0.0
     for k in range(size):
-        highest = max(highest, pressures[members[k]] - thresholds[members[k]])
+        max_excess = max(max_excess, pressures[members[k]] - thresholds[members[k]])
     force, area, border = 0.0, 0.0, 0.0
     weights = np.empty(size)
     for k in range(size):
         tactel = members[k]
-        share = pressures[tactel] * geometry[tactel, 6]
-        weights[k] = share
-        force += share
-        over = pressures[tactel] - thresholds[tactel]
-        full = min(rule.rim_band * thresholds[tactel], highest)
-        area += geometry[tactel, 6] * (over / full if over < full else 1.0)
-        border += share * geometry[tactel, 7]
+        tactel_force = pressures[tactel] * geometry[tactel, 6]
+        weights[k] = tactel_force
+        force += tactel_force
+        excess = pressures[tactel] - thresholds[tactel]
+        full_excess = min(rule.rim_band * thresholds[tactel], max_excess)
+        area += geometry[tactel, 6] * (excess / full_excess if excess < full_excess else 1.0)
+        border += tactel_force * geometry[tactel, 7]
         for axis in range(3):
-            values[1 + axis] += share * geometry[tactel, axis]
-            values[7 + axis] += share * geometry[tactel, 3 + axis]
-        values[12] += buffers.states[tactel] == SATURATED
-        values[13] += buffers.states[tactel] == DEAD
+            values[CENTRE + axis] += tactel_force * geometry[tactel, axis]
+            values[NORMAL + axis] += tactel_force * geometry[tactel, 3 + axis]
+        values[SATURATED_COUNT] += buffers.states[tactel] == SATURATED
+        values[DEAD_COUNT] += buffers.states[tactel] == DEAD
     if not force > 0.0:
         values[:] = 0.0
-        values[9] = 1.0
+        values[NORMAL + 2] = 1.0
         return 0
-    values[9] -= 1.0
-    length = math.sqrt(values[7] ** 2 + values[8] ** 2 + values[9] ** 2)
+    values[NORMAL + 2] -= 1.0
+    normal = values[NORMAL : NORMAL + 3]
+    length = math.sqrt(normal[0] ** 2 + normal[1] ** 2 + normal[2] ** 2)
     for axis in range(3):
-        values[1 + axis] /= force
-        # Normals all around a sphere cancel. The sensor's z-axis then stands in for their mean.
-        values[7 + axis] = values[7 + axis] / length if length > 0.0 else axis // 2
-    values[0], values[4] = force, area
+        values[CENTRE + axis] /= force
+        # Normals all around a sphere cancel. Their mean is then undefined: use the sensor's z-axis.
+        normal[axis] = normal[axis] / length if length > 0.0 else (0.0, 0.0, 1.0)[axis]
+    values[FORCE], values[AREA] = force, area
     # The second moments of a single tactel are rounding errors.
     if size > 1:
         x, y = np.empty(size), np.empty(size)
-        _project(geometry, members, size, values[7:10], x, y)
-        values[5], values[6] = long_axis(x, y, weights, size)
-    values[10], values[11], values[14] = size, border / force, 1.0
+        _project(geometry, members, size, normal, x, y)
+        values[ORIENTATION], values[CONFIDENCE] = long_axis(x, y, weights, size)
+    values[TACTEL_COUNT], values[BORDER_SHARE], values[HAS_CONTACT] = size, border / force, 1.0
     return size
 
 

@@ -1,4 +1,4 @@
-"""From raw readings to contact features, for the cycles of a servo."""
+"""Convert raw readings to contact features, for the cycles of a servo."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .feature_kernels import VALUES, Buffers, read_features
+from .feature_kernels import VALUE_COUNT, Buffers, read_features
 from .features import ContactFeatures, FeatureOptions, kernel_rule, unpack, with_hough
 from .image import TactileArray, TactileImage
 
@@ -21,8 +21,9 @@ if TYPE_CHECKING:
 class FeatureReader:
     """Calibrate readings and compute the features of the contact, in one compiled call.
 
-    The reader stores the place of the last contact to select one of several contacts. It does not
-    smooth the features: the servo averages pressure and orientation (`ServoOptions.window`).
+    The reader stores the centre of the last contact. If there are several contacts, it selects the
+    one nearest to it. It does not smooth the features: the servo averages pressure and orientation
+    (`ServoOptions.window`).
 
     Parameters
     ----------
@@ -61,7 +62,7 @@ class FeatureReader:
             pressures=np.zeros(count),
             states=np.zeros(count, np.uint8),
             members=np.empty(count, np.int32),
-            values=np.empty(VALUES),
+            values=np.empty(VALUE_COUNT),
             previous=np.full(3, np.nan),
         )
         self._values = self._buffers.values
@@ -101,5 +102,5 @@ class FeatureReader:
         return TactileImage(self._buffers.pressures.copy(), self._array)
 
     def reset(self) -> None:
-        """Clear the place of the last contact; the next one is the largest region."""
+        """Clear the centre of the last contact. The next contact is then the largest region."""
         self._buffers.previous[:] = np.nan

@@ -9,7 +9,23 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .feature_kernels import TRUSTED, VALUES, Rule, compute_features
+from .feature_kernels import (
+    AREA,
+    BORDER_SHARE,
+    CENTRE,
+    CONFIDENCE,
+    DEAD_COUNT,
+    FORCE,
+    HAS_CONTACT,
+    NORMAL,
+    ORIENTATION,
+    SATURATED_COUNT,
+    TACTEL_COUNT,
+    TRUSTED,
+    VALUE_COUNT,
+    ContactRule,
+    compute_features,
+)
 from .hough import HoughOptions, hough_axis
 from .region import find_region
 
@@ -18,10 +34,11 @@ if TYPE_CHECKING:
 
     from .image import TactileImage
 
-BORDER_SHARE = 0.05
-"""Share of force on border tactels above which a contact is cut off. A line that leaves the pad has
-0.1, and its centre along the line is then unknown. A 2 mm probe has 0.05 at 9 mm from the edge of a
-5 mm grid. Its measured centre is 0.1 mm too far inside only from 0.35 on, 6 mm from the edge."""
+MAX_BORDER_SHARE = 0.05
+"""Maximum share of the force on border tactels of a contact that the border does not cut off. A
+line that leaves the pad has 0.1, and its centre along the line is then unknown. A 2 mm probe has
+0.05 at 9 mm from the edge of a 5 mm grid. Its measured centre is 0.1 mm too far inside only from
+0.35 on, 6 mm from the edge."""
 
 
 @dataclass(frozen=True)
@@ -38,17 +55,18 @@ class FeatureOptions:
     """Threshold of a touch above the reading at rest, in standard deviations of each tactel's
     noise, > 0. A lower value detects lighter touches and more false ones."""
     min_tactels: int = 2
-    """Smallest number of tactels of a contact, >= 1. Noise rarely raises two neighbours at once, so
+    """Minimum number of tactels of a contact, >= 1. Noise rarely raises two neighbours at once, so
     2 permits a low threshold. 1 is for arrays whose tactels are far apart."""
     rim_band: float = 5.0
-    """Range above the threshold, in multiples of it, over which a tactel's share in the area grows
-    from 0 to 1, >= 0. With 0, as in eq. (12), f/|R| jumps whenever noise raises a tactel at the
-    imprint's rim above the threshold. A wider range is less noisy and excludes more of a soft rim:
-    on a pen's end the standard deviation is 5.3, 1.0, 0.4 and 0.3 % at 0, 2, 5 and 10, and the
-    force for the same pressure is 100, 92, 90 and 69 %."""
+    """Range above the threshold, in multiples of it, >= 0. Over this range the counted part of a
+    tactel's area grows from 0 to 1. With 0, as in eq. (12), f/|R| jumps whenever noise raises a
+    tactel at the imprint's rim above the threshold. A wider range is less noisy and excludes more
+    of a soft rim: on a pen's end the standard deviation is 5.3, 1.0, 0.4 and 0.3 % at 0, 2, 5 and
+    10, and the force for the same pressure is 100, 92, 90 and 69 %."""
     hysteresis: float = 0.2
-    """Share of tactels, 0..1, by which another region must be larger to replace the one nearest to
-    the last contact. 0 always takes the largest region, even if it is elsewhere."""
+    """A region may be selected if it has at least (1 - hysteresis) times the tactels of the largest
+    one, 0..1. Of these regions, the one nearest to the last contact is selected. 0 always selects
+    the largest region, even if it is elsewhere."""
     orientation: Literal["moments", "hough"] = "moments"
     """Method for the long axis. Second moments are more precise and faster. Haschke's
     chapter uses the Hough transform, which needs a regular grid."""
@@ -70,7 +88,7 @@ class FeatureOptions:
 
 @dataclass(frozen=True)
 class ContactFeatures:
-    """The features of one contact; false in a condition if there is no contact."""
+    """The features of one contact. ``bool(features)`` is false if there is no contact."""
 
     force: float
     """Sum of the tactel forces in the contact region, N, eq. (11)."""
@@ -92,12 +110,12 @@ class ContactFeatures:
     tactels: int = 0
     """Number of tactels of the region, |R|."""
     border_share: float = 0.0
-    """Share of the force on tactels at the array's border, 0..1. The contact may extend beyond it,
-    so the centre of pressure is too far inside."""
+    """Force on tactels at the array's border divided by the whole force, 0..1. The contact may
+    extend beyond the border. Its centre of pressure is then too far inside."""
     saturated: int = 0
     """Number of saturated tactels in the region. Force and pressure are then too low."""
     interpolated: int = 0
-    """Number of dead tactels in the region. Their pressure is that of their neighbours."""
+    """Number of dead tactels in the region. Their pressures are means of their neighbours."""
 
     def __bool__(self) -> bool:
         return self.force > 0.0
@@ -105,7 +123,7 @@ class ContactFeatures:
     @property
     def at_border(self) -> bool:
         """Whether the array's border cuts off so much that the centre of pressure is biased."""
-        return self.border_share > BORDER_SHARE
+        return self.border_share > MAX_BORDER_SHARE
 
 
 def contact_features(
@@ -134,7 +152,7 @@ def contact_features(
     Returns
     -------
     ContactFeatures
-        All zero without a contact.
+        The features. Without a contact all values are 0, except the normal (0, 0, 1).
 
     Raises
     ------
@@ -145,7 +163,7 @@ def contact_features(
     options = options or FeatureOptions(min_tactels=1)
     array, count = image.array, len(image.pressures)
     centre = previous.centre if previous else np.full(3, np.nan)
-    members, values = np.empty(count, np.int32), np.empty(VALUES)
+    members, values = np.empty(count, np.int32), np.empty(VALUE_COUNT)
     buffers = (
         np.ascontiguousarray(image.pressures, dtype=np.float64),
         np.full(count, TRUSTED, np.uint8),
@@ -198,27 +216,28 @@ def contact_region(
 
 
 def kernel_rule(options: FeatureOptions) -> NDArray[np.float64]:
-    """Return the values of `feature_kernels.Rule`, (3,)."""
-    return np.array(Rule(options.hysteresis, options.min_tactels, options.rim_band), np.float64)
+    """Return the values of `feature_kernels.ContactRule`, (3,)."""
+    rule = ContactRule(options.hysteresis, options.min_tactels, options.rim_band)
+    return np.array(rule, np.float64)
 
 
 def unpack(values: NDArray[np.float64]) -> ContactFeatures:
     """Convert the values of `feature_kernels.compute_features` to features."""
     v = values.tolist()
-    if v[14] == 0.0:
+    if v[HAS_CONTACT] == 0.0:
         return ContactFeatures(0.0, np.zeros(3), 0.0, 0.0, 0.0, 0.0)
     return ContactFeatures(
-        v[0],
-        values[1:4].copy(),
-        v[0] / v[4],
-        v[4],
-        v[5],
-        v[6],
-        values[7:10].copy(),
-        int(v[10]),
-        v[11],
-        int(v[12]),
-        int(v[13]),
+        v[FORCE],
+        values[CENTRE : CENTRE + 3].copy(),
+        v[FORCE] / v[AREA],
+        v[AREA],
+        v[ORIENTATION],
+        v[CONFIDENCE],
+        values[NORMAL : NORMAL + 3].copy(),
+        int(v[TACTEL_COUNT]),
+        v[BORDER_SHARE],
+        int(v[SATURATED_COUNT]),
+        int(v[DEAD_COUNT]),
     )
 
 

@@ -24,7 +24,7 @@ OPEN_GAP = np.radians(120.0)
 """Gap between the directions of a tactel's neighbours, rad, from which it is on the border. Inside
 a grid the gap is at most 90°, along a straight edge 180°, along a round end a little less."""
 UNIT_TOLERANCE = 1e-6
-"""Largest error of a unit normal's length, due to files with few digits."""
+"""Maximum error of a unit normal's length, due to files with few digits."""
 
 
 @dataclass(frozen=True)

@@ -3,21 +3,22 @@
 from __future__ import annotations
 
 MIN_SWING = 0.5
-"""Smallest swing that counts, from one turning point to the next, as a share of the goal. Noise
-turns often, but with small swings."""
-MAX_SWINGS = 5
-"""Number of successive swings without decay that is an oscillation."""
+"""Minimum swing that counts, from one turning point to the next, as a share of the goal pressure.
+Noise changes its direction often, but with small swings."""
+OSCILLATION_SWINGS = 5
+"""Minimum number of successive swings without decay that counts as an oscillation."""
 MAX_SWING_SECONDS = 0.5
-"""Longest time of one swing, s. Slower changes come from the object."""
+"""Maximum time of one swing, s. Slower changes come from the object."""
 DECAY = 0.9
-"""A swing below this share of the one before decays. The loop then settles within a second."""
+"""A swing below this share of the one before counts as decaying. At this ratio seven swings halve
+the amplitude."""
 
 
 class OscillationDetector:
     """Detect large swings of the pressure that do not decay.
 
-    The pressure also swings after contact, but each swing is smaller than the one before. What
-    remains is a loop that is unstable or close to it.
+    The pressure also swings after contact, but then each swing is smaller than the one before.
+    Swings that do not decay show that the control loop is unstable or close to instability.
     """
 
     def __init__(self) -> None:
@@ -30,7 +31,7 @@ class OscillationDetector:
         self._rising = True
         self._last_swing = 0.0
         self._swings = 0
-        self._age = 0.0
+        self._swing_seconds = 0.0
         self._turning_point = 0.0
 
     def update(self, pressure: float, dt: float) -> bool:
@@ -39,32 +40,33 @@ class OscillationDetector:
         Parameters
         ----------
         pressure
-            As a share of the goal.
+            Pressure divided by the goal pressure.
         dt
             Time since the last reading, s.
         """
-        self._age += dt
+        self._swing_seconds += dt
         if not self._started:
             self._extreme = self._turning_point = pressure
             self._started = True
             return False
-        if self._age > MAX_SWING_SECONDS:
-            self._swings, self._last_swing, self._age = 0, 0.0, 0.0
+        if self._swing_seconds > MAX_SWING_SECONDS:
+            self._swings, self._last_swing, self._swing_seconds = 0, 0.0, 0.0
             # The next swing starts here: the change since the last turning point was too slow.
             self._turning_point = self._extreme = pressure
         further = pressure > self._extreme if self._rising else pressure < self._extreme
         if further:
             self._extreme = pressure
+        # Noise does not reach half of the minimum swing, so it cannot end a swing.
         elif abs(pressure - self._extreme) > 0.5 * MIN_SWING:
             self._end_swing(pressure)
-        return self._swings >= MAX_SWINGS
+        return self._swings >= OSCILLATION_SWINGS
 
     def _end_swing(self, pressure: float) -> None:
         """Count the swing that ended at the extreme, and reverse the direction."""
         swing = abs(self._extreme - self._turning_point)
-        lasting = swing >= MIN_SWING and swing >= DECAY * self._last_swing
-        self._swings = self._swings + 1 if lasting else 0
+        sustained = swing >= MIN_SWING and swing >= DECAY * self._last_swing
+        self._swings = self._swings + 1 if sustained else 0
         self._last_swing = swing
         self._turning_point, self._extreme = self._extreme, pressure
         self._rising = not self._rising
-        self._age = 0.0
+        self._swing_seconds = 0.0

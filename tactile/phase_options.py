@@ -21,7 +21,7 @@ class PhaseOptions:
     """Speed towards the object before contact, m/s. A higher speed saves time and raises the peak
     force on stiff objects. 0 waits for the object to come."""
     hold_seconds: float = 10.0
-    """Longest wait for a contact, s."""
+    """Maximum wait for a contact, s."""
     touch_pressure: float = 50.0
     """Pressure that counts as contact, Pa. It must be above the noise of the pad."""
     task_seconds: float = float("inf")

@@ -49,7 +49,7 @@ MAX_POSITION_ERROR, MAX_ANGLE_ERROR = 0.002, 0.02
 MAX_MOVE_SECONDS = 30.0
 """Time limit of the motion to the work area, s."""
 MAX_APPROACH = 0.05
-"""Longest descent towards the object, m."""
+"""Maximum descent towards the object, m."""
 TOUCH_CYCLES = 3
 """Successive cycles above the contact pressure that make a contact."""
 LOST_SECONDS = 0.06
@@ -61,7 +61,7 @@ BACK_OFF_SPEED = 0.05
 BACK_OFF_CLEARANCE = 0.01
 """Distance that the pad moves on after contact has ended, m."""
 MAX_BACK_OFF = 0.05
-"""Longest motion away from the object, m. An object that follows further still touches the pad."""
+"""Maximum motion away from the object, m. An object that follows further still touches the pad."""
 MAX_LOSSES = 6
 """Lost contacts in one task after which it ends, even if each was found again."""
 MAX_JUMPS = 4

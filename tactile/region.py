@@ -1,4 +1,7 @@
-"""The contact region: the largest connected region of touched tactels, with hysteresis."""
+"""Select the contact region: the largest connected region of touched tactels.
+
+After a contact, a region of similar size that is nearest to the last contact is preferred.
+"""
 
 from __future__ import annotations
 
@@ -10,32 +13,34 @@ from numba import njit
 def find_region(pressures, thresholds, links, geometry, previous, hysteresis, members):
     """Find the contact region and return its number of tactels.
 
-    The region with the most tactels is selected. Of equal ones, the one with the largest force is
-    selected. If there was a contact in the last cycle, all regions with at least (1 - `hysteresis`)
-    times the maximum number of tactels are candidates. The candidate nearest to that contact is
-    selected. This avoids jumps between two contacts of similar size.
+    Without a contact in the last cycle, the region with the most tactels is selected. If several
+    have this number, the one with the largest force is selected. With a contact in the last cycle,
+    all regions with at least (1 - `hysteresis`) times the maximum number of tactels are candidates.
+    The candidate nearest to that contact is selected. This avoids jumps between two contacts of
+    similar size.
 
     Parameters
     ----------
     pressures, thresholds
         (N,) each, Pa. A tactel is touched if its pressure is above its threshold.
     links
-        (N + 1 + L,) int32, neighbour lists as in `TactileArray.links`.
+        (N + 1 + L,) int32, neighbour lists as in `TactileArray.links`; L is their total length.
     geometry
         (N, 8), as in `TactileArray.geometry`.
     previous
         (3,), m, centre of the contact in the last cycle; NaN if there was none.
     hysteresis
-        Relative difference in the number of tactels, 0..1, below which a smaller region may be
-        selected.
+        A region may be selected if it has at least (1 - hysteresis) times the tactels of the
+        largest one, 0..1.
     members
-        (N,) int32; the tactels of the region are written to its start.
+        Output, (N,) int32: its first entries become the indices of the region's tactels.
     """
     count = len(pressures)
     queue = np.empty(count, np.int32)
     visited = np.zeros(count, np.bool_)
     starts = np.empty(count + 1, np.int32)
-    sums = np.empty((count, 4))
+    # Of each region: force, N, and centre of pressure, m.
+    forces_and_centres = np.empty((count, 4))
     regions, end, max_size = 0, 0, 0
     for seed in range(count):
         if visited[seed] or not pressures[seed] > thresholds[seed]:
@@ -48,11 +53,11 @@ def find_region(pressures, thresholds, links, geometry, previous, hysteresis, me
         while head < end:
             tactel = queue[head]
             head += 1
-            share = pressures[tactel] * geometry[tactel, 6]
-            force += share
-            x += share * geometry[tactel, 0]
-            y += share * geometry[tactel, 1]
-            z += share * geometry[tactel, 2]
+            tactel_force = pressures[tactel] * geometry[tactel, 6]
+            force += tactel_force
+            x += tactel_force * geometry[tactel, 0]
+            y += tactel_force * geometry[tactel, 1]
+            z += tactel_force * geometry[tactel, 2]
             for link in range(links[tactel], links[tactel + 1]):
                 other = links[link]
                 if not visited[other] and pressures[other] > thresholds[other]:
@@ -61,16 +66,16 @@ def find_region(pressures, thresholds, links, geometry, previous, hysteresis, me
                     end += 1
         # If the force underflows to zero, the centre is undefined. An infinite centre is never
         # the nearest one.
-        sums[regions, 0] = force
-        sums[regions, 1] = x / force if force > 0.0 else np.inf
-        sums[regions, 2] = y / force if force > 0.0 else np.inf
-        sums[regions, 3] = z / force if force > 0.0 else np.inf
+        forces_and_centres[regions, 0] = force
+        forces_and_centres[regions, 1] = x / force if force > 0.0 else np.inf
+        forces_and_centres[regions, 2] = y / force if force > 0.0 else np.inf
+        forces_and_centres[regions, 3] = z / force if force > 0.0 else np.inf
         max_size = max(max_size, end - starts[regions])
         regions += 1
     starts[regions] = end
     if regions == 0:
         return 0
-    selected = _select(starts, sums, regions, max_size, previous, hysteresis)
+    selected = _select(starts, forces_and_centres, regions, max_size, previous, hysteresis)
     size = starts[selected + 1] - starts[selected]
     for k in range(size):
         members[k] = queue[starts[selected] + k]
@@ -78,9 +83,9 @@ def find_region(pressures, thresholds, links, geometry, previous, hysteresis, me
 
 
 @njit(cache=True)
-def _select(starts, sums, regions, max_size, previous, hysteresis):
-    """Select the region nearest to the previous contact, or the largest without one."""
-    has_previous = previous[0] == previous[0]
+def _select(starts, forces_and_centres, regions, max_size, previous, hysteresis):
+    """Return the index of the region nearest to the previous contact, or of the largest one."""
+    has_previous = not np.isnan(previous[0])
     min_size = (1.0 - hysteresis) * max_size if has_previous else max_size
     best_score, best = -np.inf, 0
     for region in range(regions):
@@ -89,9 +94,9 @@ def _select(starts, sums, regions, max_size, previous, hysteresis):
         if has_previous:
             score = 0.0
             for axis in range(3):
-                score -= (sums[region, 1 + axis] - previous[axis]) ** 2
+                score -= (forces_and_centres[region, 1 + axis] - previous[axis]) ** 2
         else:
-            score = sums[region, 0]
+            score = forces_and_centres[region, 0]
         if score > best_score:
             best_score, best = score, region
     return best

@@ -28,7 +28,7 @@ FACE_RANK = 4
 MIN_PRESSURE = 60.0
 """Pressure of a face, Pa: three times the noise of the readings."""
 SAME_DIRECTION = np.cos(np.radians(40.0))
-"""Smallest cosine between the normals of a rim point and its edge. Corners, which foam rounds, turn
+"""Minimum cosine between the normals of a rim point and its edge. Corners, which foam rounds, turn
 by 60° or more."""
 LINE_DISTANCE = 0.001
 """Distance from a line at which a rim point has a quarter of its weight, m."""

@@ -45,13 +45,14 @@ compensates faster drifts and overshoots more after contact."""
 SLIDE_BAND = 0.002
 """Error of the centre of pressure within which its integral grows, m."""
 INTEGRAL_SHARE = 0.25
-"""Largest share of a speed limit that an integral part may command. A smaller share gives a softer
+"""Maximum share of a speed limit that an integral part may command. A smaller share gives a softer
 contact, a larger one compensates faster drifts."""
 LOW_CONFIDENCE, HIGH_CONFIDENCE = 0.25, 0.6
 """Confidence of the orientation up to which the pad does not turn, and from which it turns with
 the full gain."""
 MIN_ORIENTATION_AREA = 1.5e-4
-"""Smallest imprint with a meaningful orientation, m². Two touched tactels always form a line."""
+"""Minimum area of an imprint with a meaningful orientation, m². Two touched tactels always form a
+line."""
 FORGET_SECONDS = 0.2
 """Time without contact after which the stiffness estimate starts anew, s. The next contact may be
 another object. After a shorter interruption, it is the same object."""

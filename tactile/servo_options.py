@@ -10,7 +10,7 @@ from .gain_limit import gain_limit
 from .stiffness import MAX_STIFFNESS, MIN_STIFFNESS
 
 MAX_WINDOW = 100
-"""Longest moving average, samples. At 250 Hz, a longer one leaves no useful gain."""
+"""Maximum length of a moving average, samples. At 250 Hz, a longer one leaves no useful gain."""
 ORIENTATION_WINDOW = 10
 """Number of samples in the average of the orientation, as in Haschke's chapter."""
 ROLL_GAIN = 16.0

@@ -23,7 +23,7 @@ INITIAL_TRAVEL = 2e-5
 """Travel that has the same weight as the first guess, m. A smaller value trusts the first readings
 more."""
 MIN_TRAVEL = 5e-6
-"""Shortest travel along the normal that is a measurement, m."""
+"""Minimum travel along the normal that is a measurement, m."""
 PRESSURE_NOISE = 3.0
 """Standard deviation of the averaged pressure, Pa."""
 NOISE_FACTOR = 4.0
@@ -35,7 +35,7 @@ MAX_WAIT = 250
 """Readings after which slow motion is no longer a measurement. Within a second, other things
 move."""
 MAX_ROLL_SHARE = 2.0
-"""Longest edge travel by rolling, per travel along the normal, of a valid measurement. Rolling
+"""Maximum edge travel by rolling, per travel along the normal, of a valid measurement. Rolling
 changes the area and thus the pressure. A smaller share would reject nearly all measurements while
 a pad rolls flat."""
 

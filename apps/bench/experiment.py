@@ -88,7 +88,7 @@ class Experiment:
     quick_trials: int = 1
     """Number of trials of a short first look."""
     min_trials: int = 1
-    """Smallest number of trials that makes sense."""
+    """Minimum number of trials that makes sense."""
     option: str = "trials"
     """Name of the option, and of the JSON member, that holds the number of trials."""
     file_stem: str = ""

@@ -20,7 +20,7 @@ HEIGHT = 5.2
 MIN_NAMED_GAIN = 0.03
 """A named point has a log error smaller by at least this; smaller differences are chance."""
 NUMBER_SIZE = 0.17
-"""Smallest distance of two numbers, inches."""
+"""Minimum distance of two numbers, inches."""
 MAX_NAMES = 8
 """Most named points of the front: those with the largest gains."""
 BESIDE_PT = (11.0, -10.0)

@@ -45,7 +45,7 @@ class Fig1Run:
     hand: NDArray[np.float64]
     """Positions of the hand by cycle (N, 3), m."""
     clearance: NDArray[np.float64]
-    """Smallest distance of all pairs by cycle (N,), m."""
+    """Minimum distance of all pairs by cycle (N,), m."""
     progress: NDArray[np.float64]
     """Progress along the straight path by cycle (N,), 0 to 1."""
     error: float
@@ -55,12 +55,12 @@ class Fig1Run:
 
     @property
     def closest(self) -> float:
-        """Smallest distance of all pairs in the whole run, m."""
+        """Minimum distance of all pairs in the whole run, m."""
         return float(self.clearance.min())
 
     @property
     def midcourse(self) -> float:
-        """Smallest distance of all pairs in mid-course, m."""
+        """Minimum distance of all pairs in mid-course, m."""
         low, high = MIDCOURSE
         return float(self.clearance[(self.progress > low) & (self.progress < high)].min())
 

@@ -42,10 +42,10 @@ STEPS, LAST = 1000, 50
 MAX_AMPLITUDE_MM = 0.01
 """Amplitude below which a motion does not oscillate, mm."""
 MAX_ACCELERATION = 340.0
-"""Largest joint acceleration that switching weights may cause, rad/s². In a cycle of 5 ms, this is
+"""Maximum joint acceleration that switching weights may cause, rad/s². In a cycle of 5 ms, this is
 the full speed of the slowest joint."""
 CHATTER = 1e-3
-"""Largest change of a joint's speed between cycles at the goal, rad/s."""
+"""Maximum change of a joint's speed between cycles at the goal, rad/s."""
 
 
 def gain_sweeps() -> tuple[Sweep[ControlOptions], ...]:

@@ -20,7 +20,7 @@ REACH = 0.926
 LONG_S = 60.0
 """Simulated time in front of an obstacle, s. It is long enough to show a slow drift."""
 TIME_LIMIT_S = 40.0
-"""Longest simulated time elsewhere, s: enough for three attempts and two retreats."""
+"""Maximum simulated time elsewhere, s: enough for three attempts and two retreats."""
 LONG_TRIALS = 2
 """Number of trials per value of the long runs."""
 

@@ -36,7 +36,7 @@ method finds."""
 NEAR_LIMIT = np.radians(2.0)
 """Angle to the limit, rad. It is larger than the angle that the safety level keeps."""
 HOME_RANGE = 0.8
-"""Largest angle of the other joints from home, rad. It keeps the path to the goal simple."""
+"""Maximum angle of the other joints from home, rad. It keeps the path to the goal simple."""
 TIME_LIMIT_S = 12.0
 """Simulated time for a goal, s."""
 CYCLE_S = 0.01

@@ -61,7 +61,7 @@ class ReachOutcome:
     contacts: int
     """Number of cycles that ended with a distance below 0."""
     min_clearance: float
-    """Smallest distance over all cycles, start included, m; at most 1."""
+    """Minimum distance over all cycles, start included, m; at most 1."""
     seconds: float
     """Simulated time until the end, s."""
     final_error: float

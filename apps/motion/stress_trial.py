@@ -40,7 +40,7 @@ class Motion:
     velocities: NDArray[np.float64]
     """Commanded joint speeds by cycle (N, n), rad/s."""
     clearance: NDArray[np.float64]
-    """Smallest distance before each cycle (N,), m; inf if nothing is near."""
+    """Minimum distance before each cycle (N,), m; inf if nothing is near."""
     cycles: tuple[ControlStep, ...]
     """Results of the controller by cycle (N)."""
     dt: float
@@ -55,22 +55,22 @@ class Motion:
 
     @property
     def closest(self) -> float:
-        """Smallest distance of all pairs, m; inf if nothing came near."""
+        """Minimum distance of all pairs, m; inf if nothing came near."""
         return float(self.clearance.min())
 
     @property
     def peak_speed(self) -> float:
-        """Largest joint speed as a share of its limit."""
+        """Maximum joint speed as a share of its limit."""
         return float(np.max(np.abs(self.velocities) / self.limits))
 
     @property
     def peak_acceleration(self) -> float:
-        """Largest change of a joint's speed over time, between cycles, rad/s²."""
+        """Maximum change of a joint's speed over time, between cycles, rad/s²."""
         return float(np.abs(np.diff(self.velocities, axis=0)).max(initial=0.0)) / self.dt
 
     @property
     def end_step(self) -> float:
-        """Largest joint step of a cycle in the last second, rad."""
+        """Maximum joint step of a cycle in the last second, rad."""
         tail = self.velocities[-round(TAIL_S / self.dt) :]
         return float(np.abs(tail).max()) * self.dt
 
@@ -80,15 +80,15 @@ class MotionFigures:
     """Measured values of a trial, for the table behind the chart."""
 
     closest_mm: float | None = None
-    """Smallest distance; None if nothing was near."""
+    """Minimum distance; None if nothing was near."""
     peak_speed_pct: float | None = None
-    """Largest joint speed, in % of its limit."""
+    """Maximum joint speed, in % of its limit."""
     end_step_rad: float | None = None
-    """Largest joint step per cycle in the last second, rad."""
+    """Maximum joint step per cycle in the last second, rad."""
     amplitude_mm: float | None = None
     """Peak-to-peak amplitude of an oscillation, mm."""
     peak_acceleration: float | None = None
-    """Largest change of a joint's speed between cycles, rad/s²."""
+    """Maximum change of a joint's speed between cycles, rad/s²."""
     jump_pct: float | None = None
     """Relative change of the gradient of avoidance, %."""
 

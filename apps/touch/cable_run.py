@@ -39,7 +39,7 @@ DROP = 0.01
 LANDING_LENGTH = 0.05
 """Length from the cable's end to the landing point, m. The whole imprint is on the cable."""
 OFFSET, ANGLE_DEG = 0.004, 8.0
-"""Largest offset, m, and angle, degrees, from the cable's middle line at the landing."""
+"""Maximum offset, m, and angle, degrees, from the cable's middle line at the landing."""
 SETTLING = 0.3
 """Time after touch before the path counts, s. In the chapter, it settles first, too."""
 EXTRA_TIME = 2.0

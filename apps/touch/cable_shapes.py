@@ -18,7 +18,7 @@ CABLE_RADIUS = 0.003
 LENGTH = 0.42
 """Length of a cable, m. The arm reaches it with a flat pad and no joint near its limit."""
 MAX_CURVATURE = 1 / 0.055
-"""Largest curvature, 1/m. The bends of a mains cable have a radius of 5 to 6 cm."""
+"""Maximum curvature, 1/m. The bends of a mains cable have a radius of 5 to 6 cm."""
 WAVES = (1, 2, 3)
 """Numbers of waves of the curvature over the length. Their random sum makes cables differ."""
 STRAIGHT_START = 0.06

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_LEAD_RAD = 0.04
-"""Largest lead of the commanded angle over the joint. A larger lead pushes harder against
+"""Maximum lead of the commanded angle over the joint. A larger lead pushes harder against
 obstacles; a smaller one yields under load."""
 
 

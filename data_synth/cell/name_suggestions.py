@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
 
 _MAX_NAMES = 8
-"""Largest number of names in a message."""
+"""Maximum number of names in a message."""
 
 
 def suggest_names(name: str, names: Iterable[str]) -> str:

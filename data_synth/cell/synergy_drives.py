@@ -37,7 +37,7 @@ PULL_SHARE = 0.15
 """Stiffness that keeps a pulled finger on its closing line, as a share of that of position control.
 Less wraps objects better; more keeps the tip's face parallel."""
 POSITION_SPEED = 0.030
-"""Largest speed of a drive in position control, m/s."""
+"""Maximum speed of a drive in position control, m/s."""
 THUMB_RESERVE = 1.2
 """The tensions of all fingers add up to at most the thumb's largest tension over this, because the
 thumb opposes them all."""

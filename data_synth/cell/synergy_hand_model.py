@@ -24,9 +24,9 @@ STEPS = 41
 ROWS = 13
 """Rows of the hand model's table of openings."""
 MIN_RANGE_M = 0.01
-"""Smallest difference between the widest and the narrowest opening of a usable hand."""
+"""Minimum difference between the widest and the narrowest opening of a usable hand."""
 MAX_CLOSED_M = 0.03
-"""Largest opening of the closed hand: a wider one cannot hold what a pincer grasp is for."""
+"""Maximum opening of the closed hand: a wider one cannot hold what a pincer grasp is for."""
 
 
 def synergy_hand_model(

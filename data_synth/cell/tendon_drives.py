@@ -31,7 +31,7 @@ settles in 30 ms."""
 POSITION_INTEGRAL = 60e3
 """Integral gain of position control, N/(m s): compensates the springs within 0.1 s."""
 POSITION_SPEED = 0.030
-"""Largest tendon speed in position control, m/s: 2.5 rad/s at the knuckle."""
+"""Maximum tendon speed in position control, m/s: 2.5 rad/s at the knuckle."""
 SLIP_DAMPING = 4000.0
 """Damping of a slipping brake, Ns/m: 40 N above the limit slip at 10 mm/s."""
 

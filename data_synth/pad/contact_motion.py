@@ -16,7 +16,7 @@ _GRIP_MARGIN = 4.0
 """The slip speed is at least this many times the change of speed that full friction makes in one
 step."""
 _MAX_DAMPING = 0.6
-"""Largest share of a body's velocity that damping may remove in one step."""
+"""Maximum share of a body's velocity that damping may remove in one step."""
 
 
 @njit(cache=True, error_model="numpy")

@@ -26,7 +26,7 @@ CONTROL_RATE = 250.0
 """Control cycles per second of the chapter's arm."""
 
 _MAX_PHASE = 0.3
-"""Largest phase by which a free body may oscillate in one step, rad. Semi-implicit steps are stable
+"""Maximum phase by which a free body may oscillate in one step, rad. Semi-implicit steps are stable
 up to 2; at this value the frequency is exact to 1 %."""
 _MAX_SUBSTEPS = 16
 """Steps in one step of the model. Beyond this, light bodies that are pressed flat lose accuracy."""

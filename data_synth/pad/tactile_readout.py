@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FULL_SCALE = 4095
-"""Largest reading of the 12-bit converter, counts."""
+"""Maximum reading of the 12-bit converter, counts."""
 
 NOISE = 2.0
 """Standard deviation of a reading from one image to the next, counts."""

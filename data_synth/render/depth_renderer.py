@@ -24,7 +24,7 @@ Backend = Literal["auto", "gl", "rays"]
 """``gl`` uses OpenGL, ``rays`` casts rays on the CPU, ``auto`` uses OpenGL if available."""
 
 DEFAULT_MAX_RANGE_M = 4.0
-"""Largest depth that a tabletop depth camera reads."""
+"""Maximum depth that a tabletop depth camera reads."""
 
 _GL_ADVICE = "on Debian or Ubuntu install libegl1 and libgl1-mesa-dri"
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .rendered_view import RenderedView
 
 MIN_VERTICAL_ANGLE = 1e-6
-"""Smallest angle between line of sight and vertical, rad; below it the image has no upright
+"""Minimum angle between line of sight and vertical, rad; below it the image has no upright
 direction."""
 MAX_CACHED_VIEWS = 24
 """Noise-free views kept for the next call: 2.5 MB each at 640x480."""

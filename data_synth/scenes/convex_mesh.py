@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from eyehand.perception.superquadric import Superquadric
 
 CHORD_TOLERANCE_M = 8e-5
-"""Largest distance of a face from the surface: a tenth of what a depth camera resolves at 0.5 m."""
+"""Maximum distance of a face from the surface: a tenth of what a depth camera resolves at 0.5 m."""
 
 _DENSE = 4097
 """Points of the fine polyline from which a quarter of a superellipse is resampled."""

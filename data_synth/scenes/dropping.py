@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from .tabletop_physics import TabletopPhysics
 
 _PAUSE_S = 0.6
-"""Longest time before the next object falls: most lie still by then."""
+"""Maximum time before the next object falls: most lie still by then."""
 _BOWL_PULL_M_S2 = 4.0
 """Horizontal acceleration towards the middle while a pile forms, as in a bowl with walls of 22°. On
 a flat table, round objects and those that slide off others end up apart. A steeper bowl packs them

@@ -25,7 +25,7 @@ MAX_OVERLAP_M = 0.001
 """A scene is drawn again if a dropped or piled object lies deeper than this in another object or in
 the table. Physics alone presses objects in by 0.02 to 0.1 mm."""
 PILE_CONTACT_SHARE = 0.75
-"""Smallest share of piled objects that touch another. A higher share lets fewer objects roll away
+"""Minimum share of piled objects that touch another. A higher share lets fewer objects roll away
 and rejects more draws."""
 
 _LEVEL = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])

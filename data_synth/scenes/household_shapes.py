@@ -19,9 +19,9 @@ SLENDERNESS = 3.0
 ROUND_SLENDERNESS = 1.2
 """The same for solids without a flat foot."""
 BASE_SHARE = 0.6
-"""Smallest width of a solid that carries another, as a share of the largest width."""
+"""Minimum width of a solid that carries another, as a share of the largest width."""
 BASE_SLENDERNESS = 0.9
-"""Largest height over width of a solid that carries another."""
+"""Maximum height over width of a solid that carries another."""
 
 
 def draw_shape(kind: Kind, options: TabletopOptions, rng: np.random.Generator) -> Superquadric:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
 HULL_VERTICES = 64
-"""Largest number of vertices of the hull used for contacts. More is more exact for round objects,
+"""Maximum number of vertices of the hull used for contacts. More is more exact for round objects,
 and slower."""
 
 
@@ -44,7 +44,7 @@ class MeshObject:
 
     @property
     def radius(self) -> float:
-        """Largest distance of a vertex from that origin, m."""
+        """Maximum distance of a vertex from that origin, m."""
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
 

@@ -24,7 +24,7 @@ DENSITY = 400.0
 MIN_LENGTH_M, MAX_LENGTH_M = 0.01, 0.6
 """Limits of the longest side of an object's bounding box."""
 MIN_THICKNESS_M = 1e-3
-"""Smallest extent of an object: a thinner mesh is a surface, not a solid."""
+"""Minimum extent of an object: a thinner mesh is a surface, not a solid."""
 MM = 1e-3
 """Scale from mm to m. A mesh that is far too large is usually in mm."""
 MIN_MASS_KG, MAX_MASS_KG = 1e-3, 20.0

@@ -27,7 +27,7 @@ scatters them more, takes longer to settle, and rejects more draws."""
 _DROP_HEIGHT_M = 0.002
 """Standing objects fall from this height: more would disorder them and reject more draws."""
 _DROP_TILT_RAD = 0.03
-"""Largest tilt at the start. An object that balances on an edge falls and is drawn again. Touching
+"""Maximum tilt at the start. An object that balances on an edge falls and is drawn again. Touching
 objects start level."""
 _MIN_GROUP_SIZE = 4
 """Objects in a touching group, if the scene has as many."""

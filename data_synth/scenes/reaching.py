@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAX_BOXES = 12
-"""Largest number of boxes. With more, few postures are free of contact."""
+"""Maximum number of boxes. With more, few postures are free of contact."""
 
 HALF_EXTENT_M = (0.05, 0.20)
 """Range of a box's half extents."""
@@ -32,16 +32,16 @@ PATH_RANGE = (0.2, 0.8)
 SPREAD_M = 0.10
 """Standard deviation of their centres from the path, along each axis."""
 MAX_TILT = 0.5
-"""Largest tilt of a box, rad, to any side."""
+"""Maximum tilt of a box, rad, to any side."""
 COLUMN_M = (0.16, 0.42)
 """Radius and height of a column around the arm's base without boxes: link1 cannot move away."""
 
 MIN_CLEARANCE_M = 0.020
-"""Smallest distance of start and goal posture to boxes and between the arm's own links."""
+"""Minimum distance of start and goal posture to boxes and between the arm's own links."""
 MIN_TRAVEL_M = 0.4
-"""Smallest length of the tool's path, so that a box may block it."""
+"""Minimum length of the tool's path, so that a box may block it."""
 MIN_HEIGHT_M = 0.1
-"""Smallest height of elbow, wrist and tool at start and goal. The scene itself has no floor."""
+"""Minimum height of elbow, wrist and tool at start and goal. The scene itself has no floor."""
 JOINT_RANGE_SHARE = 0.95
 """Share of each joint's range from which postures are drawn. Goals at joint limits are another
 test."""

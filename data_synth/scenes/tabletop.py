@@ -49,7 +49,7 @@ PALETTE = (
 MAX_DRAWS = 60
 """Draws before :func:`make_scene` gives up."""
 MAX_SETTLE_S = 3.0
-"""Longest simulated time to come to rest; for dropped and piled objects, after the last has
+"""Maximum simulated time to come to rest; for dropped and piled objects, after the last has
 fallen."""
 
 _STABILITY_TIME_S = 1.0

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 MAX_OBJECTS = 15
-"""Largest number of objects: more leave no room for a hand between them."""
+"""Maximum number of objects: more leave no room for a hand between them."""
 MIN_OBJECTS: dict[Family, int] = {
     "separate": 0,
     "touching": 2,
@@ -24,7 +24,7 @@ MIN_OBJECTS: dict[Family, int] = {
     "dropped": 1,
     "piled": 2,
 }
-"""Smallest number of objects in each family."""
+"""Minimum number of objects in each family."""
 MIN_IMAGE_SIZE = (32, 24)
 MAX_IMAGE_SIZE = (4096, 4096)
 
@@ -46,10 +46,10 @@ class ViewOptions:
     image_size: tuple[int, int] = (640, 480)
     """Columns and rows, px: more resolve smaller objects and cost time in every stage."""
     elevation_range: tuple[float, float] = (np.pi / 6, 65 * np.pi / 180)
-    """Smallest and largest angle of the optical axis below the horizon, rad. Low views hide more
+    """Minimum and maximum angle of the optical axis below the horizon, rad. Low views hide more
     behind other objects; high views hide the sides."""
     distance_range: tuple[float, float] = (0.6, 1.1)
-    """Smallest and largest distance to the objects' middle, m: noise grows with its square."""
+    """Minimum and maximum distance to the objects' middle, m: noise grows with its square."""
 
     def __post_init__(self) -> None:
         for size, low, high in zip(self.image_size, MIN_IMAGE_SIZE, MAX_IMAGE_SIZE, strict=True):
@@ -77,13 +77,13 @@ class TabletopOptions:
     ``touching`` (every object touches another), ``stacked`` (some rest on others). Fallen, in any
     orientation: ``dropped`` (apart from each other), ``piled`` (onto each other)."""
     count_range: tuple[int, int] = (4, 8)
-    """Smallest and largest number of objects; 0 is an empty table (family ``separate`` only)."""
+    """Minimum and maximum number of objects; 0 is an empty table (family ``separate`` only)."""
     kinds: tuple[Kind, ...] = STRAIGHT_KINDS
     """Kinds of solids, drawn with equal probability."""
     width_range: tuple[float, float] = (0.03, 0.12)
-    """Smallest and largest horizontal extent of an upright object, m; a hand must span it."""
+    """Minimum and maximum horizontal extent of an upright object, m; a hand must span it."""
     height_range: tuple[float, float] = (0.03, 0.25)
-    """Smallest and largest extent along an object's third axis, m."""
+    """Minimum and maximum extent along an object's third axis, m."""
     density_range: tuple[float, float] = (150.0, 600.0)
     """Mass over volume, kg/m³. The default is that of hollow household goods."""
     table_size: tuple[float, float] = (1.2, 0.8)
@@ -94,7 +94,7 @@ class TabletopOptions:
     """Objects stand inside this rectangle in the middle of the table, m: smaller is denser.
     Dropped objects start inside it and may end anywhere on the table."""
     min_gap: float = 0.015
-    """Smallest distance between separate objects and between groups of standing objects, m. Also
+    """Minimum distance between separate objects and between groups of standing objects, m. Also
     the smallest horizontal distance between dropped objects before they fall."""
     pile_spread: float = 0.5
     """Radius of the disc onto which piled objects fall, as a share of the disc that they would

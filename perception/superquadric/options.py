@@ -63,7 +63,7 @@ class FitOptions:
     plane_scale: float = 0.005
     """Gap to the support plane at which the contact loses its influence, m."""
     axis_range: tuple[float, float] = (0.002, 1.0)
-    """Smallest and largest semi-axis, m."""
+    """Minimum and maximum semi-axis, m."""
     max_parts: int = 1
     """Maximum number of solids for one object, 1 to 8. More parts describe mugs, tools and
     brackets, and take several times as long where one solid explains too little."""

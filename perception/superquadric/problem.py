@@ -32,7 +32,7 @@ SILHOUETTE_PULL = 0.1
 """Share of that weight with which the outline also attracts the solid, if the points come from an
 image. It costs a third of the time."""
 EXPONENT_RANGE = (0.1, 1.9)
-"""Smallest and largest exponent of kinds that fit exponents. Sharper edges need denser points."""
+"""Minimum and maximum exponent of kinds that fit exponents. Sharper edges need denser points."""
 LOG_AXIS_SD = 1.5
 """Prior standard deviation of log semi-axes about the radius of the cloud. It only limits extents
 that the view does not show."""

@@ -25,9 +25,9 @@ EXPONENTS = (0.1, 1.9)
 """Bounds of the exponents. Solina and Bajcsy use 0.1 to 1; the wider range includes pinched
 shapes."""
 SMALLEST = 0.01
-"""Smallest semi-axis, in root mean squares of the cloud's radius."""
+"""Minimum semi-axis, in multiples of the cloud's root mean square radius."""
 LARGEST = 10.0
-"""Largest semi-axis, and farthest centre, in the same."""
+"""Maximum semi-axis, and maximum distance of the centre, in multiples of the same radius."""
 EVALUATIONS = 200
 """Maximum number of residual evaluations of a fit, without those for derivatives."""
 SOFT = 0.03

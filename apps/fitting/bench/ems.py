@@ -49,13 +49,13 @@ COST_TOLERANCE = 1e-3
 MIN_GAIN = 0.1
 """Relative gain of a round below which the cost has stalled."""
 MAX_COORDINATE = 10.0
-"""Largest coordinate of a cloud in the authors' units."""
+"""Maximum coordinate of a cloud in the authors' units."""
 DUAL_RATIOS = (0.6, 1.4)
 """Range of the ratio of two semi-axes in which a section may switch to its dual."""
 MAX_SEMI_AXIS = 4.0
-"""Largest semi-axis, in largest coordinates."""
+"""Maximum semi-axis, in largest coordinates."""
 MIN_SEMI_AXIS = 1e-3
-"""Smallest semi-axis, in the authors' units."""
+"""Minimum semi-axis, in the authors' units."""
 
 
 class State(NamedTuple):

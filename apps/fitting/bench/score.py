@@ -37,13 +37,14 @@ class FitScore:
     iou: float
     """Intersection over union of the solids, in [0, 1]; 0 without a fit."""
     mean_distance: float
-    """Between the surfaces, both ways, m; infinite without a fit, as are the next."""
+    """Mean distance between the surfaces, in both directions, m; infinite without a fit, like all
+    errors below."""
     max_distance: float
-    """Largest of the same, m."""
+    """Maximum distance between the surfaces, m."""
     extent_error: float
-    """Largest error of a half extent along the true solid's own axes, m."""
+    """Maximum error of a half extent along the true solid's own axes, m."""
     extent_share: float
-    """Largest error of a half extent as a share of the true one."""
+    """Maximum error of a half extent as a share of the true one."""
 
 
 def score_fit(truth: TrueSolid, parts: Sequence[TrueSolid], seed: int = 0) -> FitScore:
@@ -89,7 +90,7 @@ def surface_distances(
 
 
 def extent_errors(truth: TrueSolid, parts: Sequence[TrueSolid]) -> tuple[float, float]:
-    """Largest error of a half extent along the true solid's own axes, in m and as a share.
+    """Maximum error of a half extent along the true solid's own axes, in m and as a share.
 
     Taken from the support functions: a superquadric and its dual, turned by 45°, are nearly the
     same solid with very different semi-axes.
@@ -105,7 +106,7 @@ def extent_errors(truth: TrueSolid, parts: Sequence[TrueSolid]) -> tuple[float, 
 def _bounds(
     solids: Sequence[TrueSolid], axes: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Least and largest coordinate of all solids along axes (rows), (3,) each, m."""
+    """Minimum and maximum coordinate of all solids along axes (rows), (3,) each, m."""
     low = np.min([-solid.support(-axes) for solid in solids], axis=0)
     return low, np.max([solid.support(axes) for solid in solids], axis=0)
 

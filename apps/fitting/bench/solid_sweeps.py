@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 EDGE = 0.1
 """Exponent of sharp edges."""
 LONGEST = 0.1
-"""Largest semi-axis of rods and plates, m."""
+"""Maximum semi-axis of rods and plates, m."""
 SHEET = 0.05
 """Half a sheet's side, and half a wire's length, m."""
 LEAST_SLANT = 0.25
