@@ -49,10 +49,13 @@ def test_leaving_early_ends_the_processes(made_up):
 
 def test_an_interrupt_of_the_whole_group_leaves_no_word_and_no_process(made_up, tmp_path):
     program = (
+        "import signal\n"
         "import made_up_trials as m\n"
         "from eyehand.apps.grasp.bench.jobs import Condition, scene_jobs\n"
         "from eyehand.apps.grasp.bench.local_runs import run_here\n"
         "if __name__ == '__main__':\n"
+        # Background jobs ignore SIGINT, and their children inherit this.
+        "    signal.signal(signal.SIGINT, signal.default_int_handler)\n"
         f"    more = {{'objects_dir': {str(tmp_path)!r}}}\n"
         "    jobs = scene_jobs([Condition('single')], range(100), 1, more)\n"
         "    try:\n"
