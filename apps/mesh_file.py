@@ -1,12 +1,18 @@
-"""Encoding of triangle meshes as PLY, STL or OBJ files."""
+"""Triangle meshes: joining, and encoding as PLY, STL or OBJ files."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Literal
 
+import numpy as np
+
 if TYPE_CHECKING:
-    import numpy as np
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
+
+    Mesh = tuple[NDArray[np.float64], NDArray[np.int64]]
+    """Vertices (V, 3), m, and faces (T, 3), counter-clockwise seen from outside."""
 
 MeshFormat = Literal["ply", "stl", "obj"]
 """File format. PLY and STL are binary with normals, OBJ is text."""
@@ -37,3 +43,10 @@ def mesh_bytes(vertices: NDArray[np.float64], faces: NDArray[np.int64], form: Me
     else:
         encoded = surface.export(file_type="obj", include_normals=True, header=OBJ_HEADER)
     return encoded if isinstance(encoded, bytes) else str(encoded).encode("ascii")
+
+
+def join_meshes(meshes: Sequence[Mesh]) -> Mesh:
+    """Return several meshes as one."""
+    starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes[:-1])])
+    faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=True)]
+    return np.concatenate([vertices for vertices, _ in meshes]), np.concatenate(faces)

@@ -1,6 +1,6 @@
-"""The panels of a fit's picture, drawn by matplotlib.
+"""Draw one view of a fit with matplotlib.
 
-Hidden edges and points are faint. OpenGL needs a graphics driver and showed no more detail.
+Hidden edges and points are faint. OpenGL would need a graphics driver and shows no more detail.
 """
 
 from __future__ import annotations
@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .panel_look import CURVE, CURVE_WIDTH, HIDDEN_CURVE, PANEL, POINT_SIZE, SOLID, SOLID_OPACITY
+from .panel_style import CURVE, CURVE_WIDTH, HIDDEN_CURVE, PANEL, POINT_SIZE, SOLID, SOLID_OPACITY
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from .picture_parts import PictureScene, View
+    from .picture_scene import PictureScene, View
 
 POINTS_PER_INCH = 72.0
-DARKEST = 0.7
-"""Brightness of a surface seen edge-on, relative to one that faces the viewer."""
+MIN_BRIGHTNESS = 0.7
+"""Brightness of a surface at a right angle to the viewer, relative to one that faces the viewer."""
 
 
 def flat_panel(axes: Axes, scene: PictureScene, view: View, *, solid: bool, panel: float) -> None:
@@ -28,18 +28,18 @@ def flat_panel(axes: Axes, scene: PictureScene, view: View, *, solid: bool, pane
     Parameters
     ----------
     axes
-        Square, 2 ``half`` across.
+        Square axes with the limits ± ``half``.
     scene, view
-        What to draw, and from where.
+        The scene and its view.
     solid
-        Whether to draw the solids with the cloud.
+        Whether to draw the solids too.
     panel
         Side of the axes, inches.
     """
     side = panel * POINTS_PER_INCH
     order = np.argsort(scene.points @ view.towards)
     flat = view.flat(scene.points[order])
-    behind = scene.facing[order] @ view.towards < 0 if solid else np.zeros(len(order), bool)
+    behind = (scene.facing[order] @ view.towards < 0) & solid
     colours = np.column_stack([scene.colours[order], np.where(behind, 1 - SOLID_OPACITY, 1.0)])
     axes.scatter(*flat.T, s=(POINT_SIZE * side) ** 2, c=colours, linewidths=0, zorder=3)
     if not solid:
@@ -49,9 +49,9 @@ def flat_panel(axes: Axes, scene: PictureScene, view: View, *, solid: bool, pane
     width = CURVE_WIDTH * side
     for curve, normals in zip(scene.curves, scene.normals, strict=True):
         line = view.flat(curve)
-        seen = normals @ view.towards >= 0
+        visible = normals @ view.towards >= 0
         axes.plot(*line.T, color=HIDDEN_CURVE, linewidth=0.6 * width, zorder=2)
-        front = np.where(seen[:, None], line, np.nan)
+        front = np.where(visible[:, None], line, np.nan)
         axes.plot(*front.T, color=CURVE, linewidth=width, zorder=4, solid_capstyle="round")
 
 
@@ -68,9 +68,11 @@ def _surface(
     length = np.maximum(np.linalg.norm(at_vertices, axis=1), np.finfo(float).tiny)
     bright = np.clip(at_vertices @ view.towards / length, 0.0, 1.0)
     light = SOLID_OPACITY * np.array(to_rgb(SOLID)) + (1 - SOLID_OPACITY) * np.array(to_rgb(PANEL))
-    shades = LinearSegmentedColormap.from_list("solid", [tuple(DARKEST * light), tuple(light)])
+    shades = LinearSegmentedColormap.from_list(
+        "solid", [tuple(MIN_BRIGHTNESS * light), tuple(light)]
+    )
     flat = view.flat(vertices)
-    # Translucent triangles would overlap in seams: the surface is opaque, what is behind is faint.
+    # Translucent triangles would show their seams. The surface is opaque, in a mixed colour.
     axes.tripcolor(
         flat[:, 0],
         flat[:, 1],

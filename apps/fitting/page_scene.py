@@ -9,12 +9,13 @@ import numpy as np
 from eyehand.perception.superquadric import feature_curves, mesh
 
 from ..bench.chart_style import GREY, INK
-from .panel_look import SOLID, SOLID_OPACITY
+from .panel_style import SOLID, SOLID_OPACITY
 from .picture_scene import (
     colour_limit_mm,
     picture_views,
     residual_colours,
     residual_to,
+    rgb,
     thinned,
     up_direction,
 )
@@ -32,14 +33,14 @@ MAX_POINTS = 4000
 """Maximum number of points. More make the sliders slow and show no more detail."""
 RESOLUTION = 64
 POINT_SIZE = 0.009
-"""Side of a point, in half diagonals of the cloud."""
+"""Side of a point, relative to the half diagonal of the cloud."""
 CURVE_PIXELS = 2.5
 SUPPORT_REACH = 1.25
-"""Half side of the drawn support plane, in half diagonals of the cloud."""
+"""Half side of the drawn support plane, relative to the half diagonal of the cloud."""
 MAX_CAMERA_DISTANCE = 12.0
-"""A camera farther away is drawn at this distance on its ray, in half diagonals."""
+"""Distance of the drawn camera at most, in half diagonals. A farther one is moved along its ray."""
 VIEW_FROM = (-1.0, 0.8, 1.7)
-"""Initial viewpoint along right, up and front, in half diagonals."""
+"""Initial viewpoint: right, up and front coordinate, in half diagonals."""
 
 
 class PageScene:
@@ -105,7 +106,7 @@ class PageScene:
                 f"{self._node}/solid {number}",
                 vertices,
                 faces.astype(np.uint32),
-                color=_rgb(SOLID),
+                color=rgb(SOLID),
                 opacity=SOLID_OPACITY,
                 cast_shadow=False,
                 receive_shadow=False,
@@ -113,7 +114,7 @@ class PageScene:
             edges = self._scene.add_line_segments(
                 f"{self._node}/lines {number}",
                 lines,
-                _rgb(INK),
+                rgb(INK),
                 thickness=CURVE_PIXELS,
                 thickness_units="screen",
             )
@@ -144,16 +145,15 @@ class PageScene:
         foot = self._middle - (plane[:3] @ self._middle + plane[3]) * plane[:3]
         front, _, _ = picture_views(cloud)
         right, ahead = front.right * self.reach, front.towards * self.reach
-        reach = SUPPORT_REACH
         square = [
-            foot + x * reach * right + y * reach * ahead
+            foot + x * SUPPORT_REACH * right + y * SUPPORT_REACH * ahead
             for x, y in ((-1, -1), (1, -1), (1, 1), (-1, 1))
         ]
         self._scene.add_mesh_simple(
             f"{self._node}/support",
             self._scaled(np.array(square)).astype(np.float32),
             np.array([[0, 2, 1], [0, 3, 2]], np.uint32),
-            color=_rgb(GREY),
+            color=rgb(GREY),
             opacity=0.18,
             side="double",
             cast_shadow=False,
@@ -167,9 +167,7 @@ class PageScene:
         away = float(np.linalg.norm(eye))
         if away > MAX_CAMERA_DISTANCE:
             eye = eye * MAX_CAMERA_DISTANCE / away
-        self._scene.add_icosphere(
-            f"{self._node}/camera", radius=0.04, color=_rgb(INK), position=eye
-        )
+        self._scene.add_icosphere(f"{self._node}/camera", radius=0.04, color=rgb(INK), position=eye)
         self._scene.add_label(f"{self._node}/camera/name", "camera")
 
 
@@ -178,8 +176,3 @@ def starting_camera(cloud: Cloud) -> tuple[NDArray[np.float64], NDArray[np.float
     front, _, _ = picture_views(cloud)
     axes = np.array([front.right, front.up, front.towards])
     return np.array(VIEW_FROM) @ axes, up_direction(cloud)
-
-
-def _rgb(colour: str) -> tuple[int, int, int]:
-    red, green, blue = (int(colour[k : k + 2], 16) for k in (1, 3, 5))
-    return red, green, blue

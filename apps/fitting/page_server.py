@@ -4,41 +4,38 @@ from __future__ import annotations
 
 import contextlib
 import io
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from eyehand.errors import InputError
 
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
 HOST = "127.0.0.1"
-"""Only this machine may look; elsewhere `ssh -L` brings the page."""
+"""Address of the server. Only this machine can connect; from elsewhere use `ssh -L`."""
 ANY_PORT = 0
-MOST_PORT = 2**16 - 1
-"""Ports are 16 bits."""
+"""Port number that selects any free port."""
+MAX_PORT = 2**16 - 1
 
 
 def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
-    """Serve a page at a port, or at the next free one; by default at any.
+    """Start a page server at a port, or at the next free one.
 
     Returns
     -------
     Any
-        `viser.ViserServer`, typed as Any because viser is loaded only here.
+        `viser.ViserServer`. Its type is Any because viser is imported only here.
 
     Raises
     ------
     InputError
-        If there is no such port, or none can be opened there.
+        If the port number is invalid, or no port can be opened.
     """
-    # The server's own thread would die of it, and whoever waits for its page waits for ever.
-    if not ANY_PORT <= port <= MOST_PORT:
-        raise InputError(f"a page's port must be from {ANY_PORT} to {MOST_PORT}, got {port}")
+    # With an invalid port, the thread of the server would end, and its caller would wait forever.
+    if not ANY_PORT <= port <= MAX_PORT:
+        raise InputError(f"the port of a page must be from {ANY_PORT} to {MAX_PORT}, got {port}")
     import viser
 
     try:
-        # viser always prints a greeting on stdout, which belongs to --json.
-        with _silent():
+        # viser prints a greeting on stdout, which is reserved for --json.
+        with contextlib.redirect_stdout(io.StringIO()):
             return viser.ViserServer(host=HOST, port=port, label=title, verbose=False)
     except (OSError, RuntimeError) as error:
         fault = " ".join(str(error).split())
@@ -46,12 +43,6 @@ def open_server(port: int = ANY_PORT, title: str | None = None) -> Any:
 
 
 def close_server(server: Any) -> None:
-    """Stop serving."""
-    with _silent():
-        server.stop()
-
-
-@contextlib.contextmanager
-def _silent() -> Iterator[None]:
+    """Stop the server."""
     with contextlib.redirect_stdout(io.StringIO()):
-        yield
+        server.stop()

@@ -1,4 +1,4 @@
-"""The files that one fitted cloud becomes: JSON, picture, mesh, and a body for robots."""
+"""The output files of a fit: JSON, picture, mesh, and a body for simulators."""
 
 from __future__ import annotations
 
@@ -6,43 +6,39 @@ import json
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception.io import atomic_write
 from eyehand.perception.superquadric import mesh
 
-from ..mesh_file import MeshFormat, mesh_bytes
+from ..mesh_file import MeshFormat, join_meshes, mesh_bytes
 from ..scene_json import UNITS, fit_json, fit_parts
 from .robot_files import MESH_RESOLUTION, needs_mesh, robot_files
 from .solid_picture import fit_picture
 from .solid_text import size_text
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
     from pathlib import Path
-
-    from numpy.typing import NDArray
 
     from eyehand.perception import Superquadric
 
     from .fit_inputs import FittedCloud
 
 SCHEMA = "eyehand.solid/1"
-"""Of the JSON file; a change that breaks a reader raises the number."""
+"""Schema of the JSON file. A change that breaks readers increases the number."""
 
 
 def solid_files(fitted: FittedCloud, *, form: MeshFormat, density: float) -> dict[str, bytes]:
     """Return the contents of all files of one fit, by name.
 
-    ``<stem>_solid.json`` and ``<stem>_solid.png`` always; for a fit that can be used the mesh
-    ``<stem>_solid.<form>`` in the cloud's frame, ``<stem>_body.xml`` (MJCF) and
-    ``<stem>_body.urdf``, and the meshes ``<stem>_body*.stl`` that those two name.
+    Every fit has ``<stem>_solid.json`` and ``<stem>_solid.png``. A usable fit also has the mesh
+    ``<stem>_solid.<form>`` in the frame of the cloud, and the bodies ``<stem>_body.xml`` (MJCF) and
+    ``<stem>_body.urdf`` with their meshes ``<stem>_body*.stl``.
 
     Raises
     ------
     DeviceError
-        If MuJoCo cannot be loaded or refuses the body.
+        If MuJoCo cannot be loaded or rejects the body.
     """
     stem, fit = fitted.cloud.stem, fitted.fit
     report = {"schema": SCHEMA, "units": UNITS, **_source(fitted), **fit_json(fit)}
@@ -52,14 +48,14 @@ def solid_files(fitted: FittedCloud, *, form: MeshFormat, density: float) -> dic
     }
     if fit:
         parts = fit_parts(fit)
-        surface = _joined([mesh(part, MESH_RESOLUTION) for part in parts])
+        surface = join_meshes([mesh(part, MESH_RESOLUTION) for part in parts])
         files[f"{stem}_solid.{form}"] = mesh_bytes(*surface, form)
         files |= _body_files(stem, parts, density)
     return files
 
 
 def write_files(folder: Path, files: dict[str, bytes]) -> None:
-    """Write files to a folder that exists, each at once or not at all."""
+    """Write files to an existing folder, each of them atomically."""
     for name, content in files.items():
         with atomic_write(folder / name) as temporary:
             temporary.write_bytes(content)
@@ -67,19 +63,15 @@ def write_files(folder: Path, files: dict[str, bytes]) -> None:
 
 def _source(fitted: FittedCloud) -> dict[str, object]:
     cloud = fitted.cloud
-    plane = cloud.support_plane
+    origin, plane = (
+        None if values is None else [round(float(x), 6) for x in values]
+        for values in (cloud.view_origin, cloud.support_plane)
+    )
     return {
         "source": cloud.name,
         "points": len(cloud.points),
-        "view_origin_m": None
-        if cloud.view_origin is None
-        else [round(float(x), 6) for x in cloud.view_origin],
-        "support_plane": None
-        if plane is None
-        else {
-            "normal": [round(float(x), 6) for x in plane[:3]],
-            "offset_m": round(float(plane[3]), 6),
-        },
+        "view_origin_m": origin,
+        "support_plane": plane and {"normal": plane[:3], "offset_m": plane[3]},
     }
 
 
@@ -89,26 +81,13 @@ def _body_files(stem: str, parts: tuple[Superquadric, ...], density: float) -> d
     for number, part in enumerate(parts):
         if needs_mesh(part):
             names[number] = f"{stem}_body.stl" if len(parts) == 1 else f"{stem}_body_{number}.stl"
-            own = replace(part, pose=RigidTransform.identity())
-            meshes[names[number]] = mesh_bytes(*mesh(own, MESH_RESOLUTION), "stl")
+            centred = replace(part, pose=RigidTransform.identity())
+            meshes[names[number]] = mesh_bytes(*mesh(centred, MESH_RESOLUTION), "stl")
     shapes = " and ".join(f"{part.kind} {size_text(part)}" for part in parts)
     note = f"eyehand fit: {shapes}; metres, in the frame of the cloud"
-    made = robot_files(stem, parts, names, meshes, density=density, note=note)
+    bodies = robot_files(stem, parts, names, meshes, density=density, note=note)
     return {
-        f"{stem}_body.xml": made.mjcf.encode(),
-        f"{stem}_body.urdf": made.urdf.encode(),
+        f"{stem}_body.xml": bodies.mjcf.encode(),
+        f"{stem}_body.urdf": bodies.urdf.encode(),
         **meshes,
     }
-
-
-def _joined(
-    surfaces: Sequence[tuple[NDArray[np.float64], NDArray[np.int64]]],
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """One mesh of several."""
-    starts = np.cumsum([0, *(len(vertices) for vertices, _ in surfaces)])
-    return (
-        np.concatenate([vertices for vertices, _ in surfaces]),
-        np.concatenate(
-            [faces + start for (_, faces), start in zip(surfaces, starts, strict=False)]
-        ),
-    )

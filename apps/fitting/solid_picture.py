@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import io
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..bench.chart_style import DPI, FAINT, FOOTER, INK, MARGIN, TEXT, TITLE, WIDTH
 from .flat_panels import flat_panel
-from .panel_look import PANEL
+from .panel_style import PANEL
 from .picture_scene import picture_scene, residual_colours
 from .solid_text import headline
 
@@ -22,11 +22,12 @@ if TYPE_CHECKING:
 
 NAMES, GAP, HEAD, FOOT = 0.34, 0.1, 0.78, 0.62
 """Space for row names, between panels, for the title and for the colour bar, inches."""
-BAR = (2.3, 0.11)
-"""Width and height of the colour bar, inches."""
+BAR_WIDTH, BAR_HEIGHT, BAR_BOTTOM = 2.3, 0.11, 0.36
+"""Size of the colour bar, and its height above the lower edge, inches."""
 STEPS = 256
+"""Number of colours in the colour bar."""
 SCALE_SHARE = 0.3
-"""Maximum length of the scale bar, share of a panel. It has the longest round length."""
+"""Maximum length of the scale bar, relative to a panel. It has the longest round length."""
 ROUND_LENGTHS_MM = tuple(step * 10**power for power in range(5) for step in (1, 2, 5))
 
 
@@ -38,116 +39,82 @@ def fit_picture(fitted: FittedCloud) -> bytes:
     fitted
         Cloud and solid. Without a solid the cloud alone is drawn, with the reason in the title.
     """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
     scene = picture_scene(fitted)
-    rows = 2 if scene.surfaces else 1
+    names = ("points", "solid") if scene.surfaces else ("points",)
     panel = (WIDTH - 2 * MARGIN - NAMES - 2 * GAP) / 3
-    height = HEAD + MARGIN + rows * panel + (rows - 1) * GAP + FOOT
-    figure, axes = _panels(rows, panel, height)
-    for row in range(rows):
+    height = HEAD + MARGIN + len(names) * panel + (len(names) - 1) * GAP + FOOT
+    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
+    FigureCanvasAgg(figure)
+    for row, name in enumerate(names):
+        bottom = height - HEAD - MARGIN - (row + 1) * panel - row * GAP
         for column, view in enumerate(scene.views):
-            place = axes[row][column]
-            flat_panel(place, scene, view, solid=row == 1, panel=panel)
-            place.set_xlim(-scene.half, scene.half)
-            place.set_ylim(-scene.half, scene.half)
+            left = MARGIN + NAMES + column * (panel + GAP)
+            axes = _add_axes(figure, left, bottom, panel, panel)
+            axes.set_facecolor(PANEL)
+            flat_panel(axes, scene, view, solid=row == 1, panel=panel)
+            axes.set(xlim=(-scene.half, scene.half), ylim=(-scene.half, scene.half))
             if row == 0:
-                place.set_title(view.name, size=TEXT, color=FAINT, pad=3)
-    for row, name in zip(axes, ("points", "solid"), strict=False):
-        row[0].text(
-            -0.03, 0.5, name, transform=row[0].transAxes, rotation=90, size=TEXT, color=FAINT,
-            ha="right", va="center",
-        )  # fmt: skip
-    _headline(figure, fitted, height)
+                axes.set_title(view.name, size=TEXT, color=FAINT, pad=3)
+        middle = bottom + panel / 2
+        style = {"size": TEXT, "color": FAINT, "rotation": 90}
+        _write(
+            figure, MARGIN + NAMES - 0.03 * panel, middle, name, ha="right", va="center", **style
+        )
+    title, below = headline(fitted.fit)
+    _write(figure, MARGIN, height - MARGIN, title, size=TITLE, weight="bold", va="top")
+    _write(figure, MARGIN, height - MARGIN - 0.27, below, size=TEXT, color=FAINT, va="top")
+    _write(figure, MARGIN, 0.16, fitted.cloud.name, size=FOOTER, color=FAINT, va="bottom")
     if scene.surfaces:
-        _colour_bar(figure, scene, height)
-    _scale_bar(figure, scene, panel, height)
-    figure.text(
-        MARGIN / WIDTH,
-        0.16 / height,
-        fitted.cloud.name,
-        size=FOOTER,
-        color=FAINT,
-        ha="left",
-        va="bottom",
-    )
+        _draw_colour_bar(figure, scene)
+    _draw_scale_bar(figure, scene, panel)
     drawn = io.BytesIO()
     figure.savefig(drawn, format="png", dpi=DPI, metadata={"Software": None})
     return drawn.getvalue()
 
 
-def _panels(rows: int, panel: float, height: float) -> tuple[Figure, list[list[Axes]]]:
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(WIDTH, height), dpi=DPI, facecolor="white")
-    FigureCanvasAgg(figure)
-    axes = []
-    for row in range(rows):
-        bottom = height - HEAD - MARGIN - (row + 1) * panel - row * GAP
-        axes.append([])
-        for column in range(3):
-            left = MARGIN + NAMES + column * (panel + GAP)
-            place = figure.add_axes((left / WIDTH, bottom / height, panel / WIDTH, panel / height))
-            place.set_xticks([])
-            place.set_yticks([])
-            place.set_facecolor(PANEL)
-            for spine in place.spines.values():
-                spine.set_visible(False)
-            axes[-1].append(place)
-    return figure, axes
+def _add_axes(figure: Figure, left: float, bottom: float, width: float, height: float) -> Axes:
+    """Add axes without ticks and frame at a place in inches."""
+    figure_height = figure.get_figheight()
+    axes = figure.add_axes(
+        (left / WIDTH, bottom / figure_height, width / WIDTH, height / figure_height)
+    )
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
+    return axes
 
 
-def _headline(figure: Figure, fitted: FittedCloud, height: float) -> None:
-    title, below = headline(fitted.fit)
-    left, top = MARGIN / WIDTH, 1 - MARGIN / height
-    figure.text(left, top, title, size=TITLE, weight="bold", color=INK, va="top", ha="left")
-    figure.text(left, top - 0.27 / height, below, size=TEXT, color=FAINT, va="top", ha="left")
+def _write(figure: Figure, x: float, y: float, text: str, **style: Any) -> None:
+    """Write text at a place in inches."""
+    figure.text(x / WIDTH, y / figure.get_figheight(), text, **{"color": INK, **style})
 
 
-def _colour_bar(figure: Figure, scene: PictureScene, height: float) -> None:
+def _draw_colour_bar(figure: Figure, scene: PictureScene) -> None:
     limit = scene.limit_mm
-    long, thick = BAR
-    place = figure.add_axes(
-        (1 - (MARGIN + long) / WIDTH, 0.36 / height, long / WIDTH, thick / height)
-    )
-    ramp = residual_colours(np.linspace(-1e-3, 1e-3, STEPS) * limit, limit)
-    place.imshow(ramp[None], extent=(-limit, limit, 0.0, 1.0), aspect="auto")
-    place.set_yticks([])
-    ticks = [-limit, 0.0, limit]
-    place.set_xticks(ticks, [f"{-limit:g}", "0", f"{limit:g} mm"])
-    for label, side in zip(place.get_xticklabels(), ("left", "center", "right"), strict=True):
+    left = WIDTH - MARGIN - BAR_WIDTH
+    axes = _add_axes(figure, left, BAR_BOTTOM, BAR_WIDTH, BAR_HEIGHT)
+    colours = residual_colours(np.linspace(-1e-3, 1e-3, STEPS) * limit, limit)
+    axes.imshow(colours[None], extent=(-limit, limit, 0.0, 1.0), aspect="auto")
+    axes.set_xticks([-limit, 0.0, limit], [f"{-limit:g}", "0", f"{limit:g} mm"])
+    axes.set_yticks([])
+    for label, side in zip(axes.get_xticklabels(), ("left", "center", "right"), strict=True):
         label.set_horizontalalignment(side)
-    figure.text(
-        1 - (MARGIN + long + 0.1) / WIDTH,
-        (0.36 + thick / 2) / height,
-        "inside / outside the solid",
-        size=FOOTER + 0.5,
-        color=FAINT,
-        ha="right",
-        va="center",
-    )
-    place.tick_params(length=0, labelsize=FOOTER + 0.5, labelcolor=INK, pad=3)
-    for spine in place.spines.values():
-        spine.set_visible(False)
+    axes.tick_params(length=0, labelsize=FOOTER + 0.5, labelcolor=INK, pad=3)
+    style = {"size": FOOTER + 0.5, "color": FAINT, "ha": "right", "va": "center"}
+    text = "inside / outside the solid"
+    _write(figure, left - 0.1, BAR_BOTTOM + BAR_HEIGHT / 2, text, **style)
 
 
-def _scale_bar(figure: Figure, scene: PictureScene, panel: float, height: float) -> None:
-    """Draw a round length under the first panel, at the panels' scale."""
+def _draw_scale_bar(figure: Figure, scene: PictureScene, panel: float) -> None:
+    """Draw a round length under the first panel, at the scale of the panels."""
     per_mm = panel / (2e3 * scene.half)
     length = max((mm for mm in ROUND_LENGTHS_MM if mm * per_mm <= SCALE_SHARE * panel), default=0)
     if not length:
         return
-    left, low = MARGIN + NAMES, FOOT + MARGIN - 0.3
-    place = figure.add_axes((left / WIDTH, low / height, length * per_mm / WIDTH, 0.03 / height))
-    place.set_facecolor(INK)
-    place.set_xticks([])
-    place.set_yticks([])
-    for spine in place.spines.values():
-        spine.set_visible(False)
-    figure.text(
-        (left + length * per_mm + 0.06) / WIDTH,
-        (low + 0.015) / height,
-        f"{length:g} mm",
-        size=FOOTER + 0.5,
-        color=INK,
-        va="center_baseline",
-    )
+    left, bottom = MARGIN + NAMES, FOOT + MARGIN - 0.3
+    _add_axes(figure, left, bottom, length * per_mm, 0.03).set_facecolor(INK)
+    right = left + length * per_mm + 0.06
+    style = {"size": FOOTER + 0.5, "va": "center_baseline"}
+    _write(figure, right, bottom + 0.015, f"{length:g} mm", **style)

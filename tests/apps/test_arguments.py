@@ -5,7 +5,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from eyehand.apps.fitting.page_server import MOST_PORT, open_server
+from eyehand.apps.fitting.page_server import MAX_PORT, open_server
 from eyehand.apps.main import ALIASES, COMMANDS, GROUPS, RENAMED, main
 from eyehand.errors import InputError
 
@@ -104,7 +104,7 @@ def test_alias_runs_its_command(capsys, alias):
     assert "--json" in capsys.readouterr().out
 
 
-@pytest.mark.parametrize("port", [-1, MOST_PORT + 1, 99999999])
+@pytest.mark.parametrize("port", [-1, MAX_PORT + 1, 99999999])
 def test_a_port_that_cannot_be_is_refused(port):
     with pytest.raises(InputError, match=f"from 0 to 65535, got {port}"):
         open_server(port)

@@ -27,14 +27,15 @@ from ...bench import (
 )
 from .baselines import BASELINES, find_baseline
 from .clouds import Group, fit_case
-from .comparison import FAILED, baseline_fitter, own_fitter
-from .dials import BOARD, NO_LADDER, POINTS
+from .comparison import baseline_fitter, own_fitter
+from .dials import BOARD, POINTS, SUPERQUADRIC_ONLY
+from .fit_answer import FAILED
 from .score import overlap
 
 if TYPE_CHECKING:
     from ...bench import MethodResult
     from .clouds import FitCase
-    from .comparison import FitAnswer
+    from .fit_answer import FitAnswer
 
 GROUPS: tuple[Group, ...] = ("view-1mm", "view-2mm", "table")
 """Groups of clouds in the chart, pooled: single views with noise, as a robot gets them."""
@@ -42,8 +43,8 @@ CASES, QUICK_CASES = 30, 2
 """Default number of clouds per group."""
 ROUNDS, QUICK_ROUNDS = 2, 1
 """Fits of each cloud at each setting. The fastest time counts."""
-LADDERLESS_POINTS = (300, 500, 1000, 2000, 4000)
-"""Points of our fits without model selection: they only fit a general superquadric."""
+SUPERQUADRIC_POINTS = (300, 500, 1000, 2000, 4000)
+"""Points of our fits without model selection."""
 BASELINE_POINTS, QUICK_BASELINE_POINTS = (250, 1000), (1000,)
 """Points given to the baselines: the dial that all of them have."""
 WORDS = ChartWords(
@@ -101,7 +102,7 @@ def chart_fit(
     names = [*(BASELINES if baselines else ()), *(baseline or [])]
     methods = [
         *(own_fitter(setting.name, setting.options) for setting in settings),
-        *_without_ladder(quick=quick),
+        *_superquadric_only(quick=quick),
         *(
             baseline
             for name in dict.fromkeys(names)
@@ -128,13 +129,13 @@ def chart_fit(
     return 0
 
 
-def _without_ladder(*, quick: bool) -> list[Method[FitCase, FitAnswer]]:
+def _superquadric_only(*, quick: bool) -> list[Method[FitCase, FitAnswer]]:
     """Return our fit without model selection. It is a separate curve: it returns no kind."""
     fitters = [
-        own_fitter(f"{count} points", FitOptions(kinds=NO_LADDER, points=count))
-        for count in (QUICK_BASELINE_POINTS if quick else LADDERLESS_POINTS)
+        own_fitter(f"{count} points", FitOptions(kinds=SUPERQUADRIC_ONLY, points=count))
+        for count in (QUICK_BASELINE_POINTS if quick else SUPERQUADRIC_POINTS)
     ]
-    return [replace(fitter, name="ours, no ladder") for fitter in fitters]
+    return [replace(fitter, name="ours, superquadric only") for fitter in fitters]
 
 
 def _baseline_methods(name: str, *, quick: bool) -> list[Method[FitCase, FitAnswer]]:
@@ -151,14 +152,14 @@ def _run_on(baseline: Method[FitCase, FitAnswer], count: int, case: FitCase) -> 
 
 
 def _overlap(case: FitCase, answer: FitAnswer) -> float:
-    return overlap(case.truth, answer.parts, case.seed)
+    return overlap(case.truth, answer.usable_parts, case.seed)
 
 
 def _measured(result: MethodResult[FitCase, FitAnswer, float]) -> Measured:
-    met = 100 * np.array(result.scores)
+    ious = 100 * np.array(result.scores)
     figures = {
-        "iou_p10_pct": np.quantile(met, 0.1),
-        "iou_median_pct": np.median(met),
-        "failed_pct": 100 * np.mean(met < 100 * FAILED),
+        "iou_p10_pct": np.quantile(ious, 0.1),
+        "iou_median_pct": np.median(ious),
+        "failed_pct": 100 * np.mean(ious < 100 * FAILED),
     }
     return Measured.of(result, {key: round(float(v), 2) for key, v in figures.items()})

@@ -24,22 +24,24 @@ if TYPE_CHECKING:
 EXPONENTS = (0.1, 1.9)
 """Bounds of the exponents. Solina and Bajcsy use 0.1 to 1; the wider range includes pinched
 shapes."""
-SMALLEST = 0.01
-"""Minimum semi-axis, in multiples of the cloud's root mean square radius."""
-LARGEST = 10.0
-"""Maximum semi-axis, and maximum distance of the centre, in multiples of the same radius."""
-EVALUATIONS = 200
+MIN_SEMI_AXIS = 0.01
+"""Minimum semi-axis, in units of the root mean square radius of the cloud."""
+MAX_SEMI_AXIS = 10.0
+"""Maximum semi-axis, and maximum coordinate of the centre, in the same unit."""
+MAX_EVALUATIONS = 200
 """Maximum number of residual evaluations of a fit, without those for derivatives."""
-SOFT = 0.03
-"""Radial distance from which soft_l1 grows linearly, in root mean squares of the radius: twice
-1 mm of noise on a solid of 65 mm."""
+LOSS_SCALE = 0.03
+"""Radial distance above which soft_l1 grows linearly, in the same unit: twice 1 mm of noise on a
+solid of 65 mm."""
 MIN_POINTS = 11
 """Minimum number of points: the number of parameters."""
 _TINY = 1e-12
 
 
-Residuals = Callable[["NDArray[np.float64]", "NDArray[np.float64]"], "NDArray[np.float64]"]
-"""Residuals (N,) by parameters (11,) within a frame (3, 3)."""
+Residuals = Callable[
+    ["NDArray[np.float64]", "NDArray[np.float64]", "NDArray[np.float64]"], "NDArray[np.float64]"
+]
+"""Residuals (N,) of points (N, 3) for parameters (11,) within a frame (3, 3)."""
 
 
 class Cloud(NamedTuple):
@@ -61,20 +63,12 @@ def moments_fit(
     """Fit by Solina and Bajcsy (1990): least squares on √(a1 a2 a3) (F^ε1 - 1) from moments.
 
     From the paper ("Recovery of parametric models from range images: the case for superquadrics
-    with global deformations", PAMI 12(2)): the residual, whose first factor asks for the smallest
-    of the solids that explain a view; the start, an ellipsoid at the cloud's middle along the
-    principal axes. Ours: bounds instead of their clamping. Left out: their noise on the error that
-    jumps out of minima, and deformations. View and plane are not used.
+    with global deformations", PAMI 12(2)): the residual, whose first factor prefers the smallest
+    solid that explains a view; the start, an ellipsoid at the middle of the cloud along the
+    principal axes. Difference: bounds replace clamping. Left out: their noise on the error for
+    leaving local minima, and deformations. View and plane are not used.
     """
-    cloud = normalised(points)
-    if cloud is None:
-        return None
-
-    def residuals(x: NDArray[np.float64], frame: NDArray[np.float64]) -> NDArray[np.float64]:
-        gauge = gauge_at(cloud.points, x, frame)
-        return np.sqrt(np.prod(x[2:5])) * (gauge**2 - 1.0)
-
-    return _solved(cloud, residuals, "linear")
+    return _solved(points, _volume_residuals, "linear")
 
 
 def radial_fit(
@@ -85,18 +79,11 @@ def radial_fit(
     """Fit by Gross and Boult (1988): least squares on the radial distance |r| |1 - F^(-ε1/2)|.
 
     From the paper ("Error of fit measures for recovering parametric solids", ICCV): the distance
-    to the surface along the ray from the solid's centre, found there to be the best of four
-    measures. Ours: the start is that of :func:`moments_fit`, and scipy's soft_l1 in place of the
-    square, so that outliers do not count for more than their number.
+    to the surface along the ray from the centre of the solid, the best of four measures there.
+    Differences: the start is that of :func:`moments_fit`, and soft_l1 of scipy replaces the square,
+    so that outliers have a limited weight.
     """
-    cloud = normalised(points)
-    if cloud is None:
-        return None
-
-    def residuals(x: NDArray[np.float64], frame: NDArray[np.float64]) -> NDArray[np.float64]:
-        return radial_distances(cloud.points, x, frame)
-
-    return _solved(cloud, residuals, "soft_l1")
+    return _solved(points, radial_distances, "soft_l1")
 
 
 def normalised(points: NDArray[np.float64]) -> Cloud | None:
@@ -144,7 +131,7 @@ def radial_distances(
 def solid_of(
     cloud: Cloud, x: NDArray[np.float64], frame: NDArray[np.float64]
 ) -> Superquadric | None:
-    """The solid of parameters (11,), in the points' own frame; None when it is none."""
+    """Return the solid of parameters (11,) in the frame of the points; None if not finite."""
     if not np.all(np.isfinite(x)):
         return None
     e1, e2 = np.clip(x[:2], MIN_EXPONENT, MAX_EXPONENT)
@@ -153,10 +140,19 @@ def solid_of(
     return Superquadric(cloud.unit * x[2:5], (float(e1), float(e2)), pose)
 
 
-def _solved(cloud: Cloud, residuals: Residuals, loss: str) -> Superquadric | None:
+def _volume_residuals(
+    points: NDArray[np.float64], x: NDArray[np.float64], frame: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    return np.sqrt(np.prod(x[2:5])) * (gauge_at(points, x, frame) ** 2 - 1.0)
+
+
+def _solved(points: NDArray[np.float64], residuals: Residuals, loss: str) -> Superquadric | None:
+    cloud = normalised(points)
+    if cloud is None:
+        return None
     bounds = (
-        [EXPONENTS[0]] * 2 + [SMALLEST] * 3 + [-np.inf] * 3 + [-LARGEST] * 3,
-        [EXPONENTS[1]] * 2 + [LARGEST] * 3 + [np.inf] * 3 + [LARGEST] * 3,
+        [EXPONENTS[0]] * 2 + [MIN_SEMI_AXIS] * 3 + [-np.inf] * 3 + [-MAX_SEMI_AXIS] * 3,
+        [EXPONENTS[1]] * 2 + [MAX_SEMI_AXIS] * 3 + [np.inf] * 3 + [MAX_SEMI_AXIS] * 3,
     )
     axes = principal_axes(cloud.points)
     best, best_frame = None, axes
@@ -164,16 +160,16 @@ def _solved(cloud: Cloud, residuals: Residuals, loss: str) -> Superquadric | Non
         frame = axes[:, order]
         local = cloud.points @ frame
         low, high = local.min(axis=0), local.max(axis=0)
-        half = np.clip((high - low) / 2, 2 * SMALLEST, LARGEST / 2)
+        half = np.clip((high - low) / 2, 2 * MIN_SEMI_AXIS, MAX_SEMI_AXIS / 2)
         start = np.concatenate([[1.0, 1.0], half, np.zeros(3), frame @ ((low + high) / 2)])
         found = least_squares(
-            residuals,
+            lambda x, frame: residuals(cloud.points, x, frame),
             start,
             args=(frame,),
             bounds=bounds,
             loss=loss,
-            f_scale=SOFT,
-            max_nfev=EVALUATIONS,
+            f_scale=LOSS_SCALE,
+            max_nfev=MAX_EVALUATIONS,
         )
         if best is None or found.cost < best.cost:
             best, best_frame = found, frame

@@ -13,9 +13,9 @@ from eyehand.perception import Superquadric
 from eyehand.perception.io import sample_triangles
 from eyehand.perception.superquadric import sample_surface
 
-from .compound_solids import COMPOUNDS, posed_compound
+from .compound_solids import COMPOUNDS, face_normals, posed_compound
 from .odd_solids import DRAWERS, PosedSolid
-from .rendered_clouds import cloud_in_air, cloud_on_table, draw_from_above
+from .rendered_clouds import cloud_in_air, cloud_on_table, draw_from_above, random_rotation
 from .true_solid import true_kind
 
 if TYPE_CHECKING:
@@ -114,18 +114,21 @@ def fit_case(group: Group, seed: int, points: int = POINTS) -> FitCase:
         raise InputError(f"the seed of a cloud must be >= 0, got {seed}")
     if points < 1:
         raise InputError(f"a cloud must have 1 point or more, got {points}")
-    if group == "table":
-        return _rendered(group, seed, *cloud_on_table(seed, points))
-    if group == "kinds-view":
-        return _rendered(group, seed, *cloud_in_air(seed, points, DISTANCE, SEMI_AXES))
     if group == "mismatched":
         return _mismatched(seed, points)
     if group == "compound":
         return _compound(seed, points)
-    return _drawn(group, seed, points)
+    if group not in ("table", "kinds-view"):
+        return _drawn(group, seed, points)
+    solid, cloud, origin, plane = (
+        cloud_on_table(seed, points)
+        if group == "table"
+        else cloud_in_air(seed, points, DISTANCE, SEMI_AXES)
+    )
+    return FitCase(group, seed, solid.kind, solid, cloud, origin, plane)
 
 
-def seen_points(
+def visible_points(
     solid: Superquadric,
     origin: NDArray[np.float64] | None,
     count: int,
@@ -143,6 +146,15 @@ def seen_points(
     return kept[rng.permutation(len(kept))[:count]]
 
 
+def uniform_outliers(
+    solid: Superquadric, scale: float, count: int, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Draw points (count, 3) uniformly in the bounds of a solid, scaled about their middle."""
+    low, high = -solid.support(-np.eye(3)), solid.support(np.eye(3))
+    middle, half = (low + high) / 2, (high - low) / 2
+    return middle + scale * half * rng.uniform(-1, 1, (count, 3))
+
+
 def _drawn(group: Group, seed: int, count: int) -> FitCase:
     rng = np.random.default_rng([seed, 17])
     solid = _random_solid(rng)
@@ -151,13 +163,11 @@ def _drawn(group: Group, seed: int, count: int) -> FitCase:
     origin = None
     if group.startswith("view"):
         origin = solid.centre + DISTANCE * direction / np.linalg.norm(direction)
-    points = seen_points(solid, origin, count, rng)
+    points = visible_points(solid, origin, count, rng)
     points = points + rng.normal(size=points.shape) * NOISE.get(group, DEFAULT_NOISE)
     if "outliers" in group:
-        wrong = round(OUTLIER_SHARE * count)
-        low, high = -solid.support(-np.eye(3)), solid.support(np.eye(3))
-        middle, half = (low + high) / 2, (high - low) / 2
-        points[:wrong] = middle + 2 * half * rng.uniform(-1, 1, (wrong, 3))
+        outliers = round(OUTLIER_SHARE * count)
+        points[:outliers] = uniform_outliers(solid, 2.0, outliers, rng)
         points = points[rng.permutation(count)]
     return FitCase(group, seed, true_kind(solid) or "", solid, points, origin, None)
 
@@ -165,71 +175,63 @@ def _drawn(group: Group, seed: int, count: int) -> FitCase:
 def _random_solid(rng: np.random.Generator) -> Superquadric:
     semi_axes = rng.uniform(*SEMI_AXES, 3)
     exponents = (float(rng.choice(EXPONENTS)), float(rng.choice(EXPONENTS)))
-    pose = RigidTransform.from_components(rng.uniform(-0.2, 0.2, 3), _random_rotation(rng))
+    pose = RigidTransform.from_components(rng.uniform(-0.2, 0.2, 3), random_rotation(rng))
     return Superquadric(semi_axes, exponents, pose)
-
-
-def _rendered(
-    group: Group,
-    seed: int,
-    solid: Superquadric,
-    points: NDArray[np.float64],
-    origin: NDArray[np.float64],
-    plane: NDArray[np.float64] | None,
-) -> FitCase:
-    return FitCase(group, seed, solid.kind, solid, points, origin, plane)
 
 
 def _mismatched(seed: int, count: int) -> FitCase:
     rng = np.random.default_rng([seed, 19])
-    names = list(DRAWERS)
-    name = names[seed % len(names)]
+    name = list(DRAWERS)[seed % len(DRAWERS)]
     shape = DRAWERS[name](rng)
-    on_table = bool(rng.random() < 0.5)
-    place = rng.uniform(-0.2, 0.2, 3)
-    if on_table:
-        place[2] = -shape.corners()[:, 2].min()
-    turn, towards = _random_view(on_table, rng)
-    solid = PosedSolid(shape, RigidTransform.from_components(place, turn))
+    pose, towards, plane = _random_placement(-shape.corners()[:, 2].min(), rng)
+    solid = PosedSolid(shape, pose)
     origin = solid.centre + DISTANCE * towards
     vertices, faces = solid.mesh()
-    first, second, third = np.moveaxis(vertices[faces], 1, 0)
-    outward = np.cross(second - first, third - first)
-    facing = np.einsum("ij,ij->i", outward, origin - first) > 0
+    away = origin - vertices[faces[:, 0]]
+    facing = np.einsum("ij,ij->i", face_normals(vertices, faces), away) > 0
     points = sample_triangles(vertices, faces[facing], count, rng)
     points = points + DEFAULT_NOISE * rng.normal(size=points.shape)
-    plane = np.array([0.0, 0.0, 1.0, 0.0]) if on_table else None
     return FitCase("mismatched", seed, name, solid, points, origin, plane)
 
 
 def _compound(seed: int, count: int) -> FitCase:
     rng = np.random.default_rng([seed, 29])
-    names = list(COMPOUNDS)
-    name = names[seed % len(names)]
+    name = list(COMPOUNDS)[seed % len(COMPOUNDS)]
     parts = COMPOUNDS[name](rng)
-    on_table = bool(rng.random() < 0.5)
-    place = rng.uniform(-0.2, 0.2, 3)
-    turn, towards = _random_view(on_table, rng)
-    if on_table:
-        down = np.array([0.0, 0.0, -1.0])
-        place[2] = max(float(part.support(down)) for part in parts)
-    solid = posed_compound(parts, RigidTransform.from_components(place, turn))
+    down = np.array([0.0, 0.0, -1.0])
+    height = max(float(part.support(down)) for part in parts)
+    pose, towards, plane = _random_placement(height, rng)
+    solid = posed_compound(parts, pose)
     origin = solid.centre + DISTANCE * towards
     points = solid.surface_points(origin, count, rng)
     points = points + DEFAULT_NOISE * rng.normal(size=points.shape)
-    plane = np.array([0.0, 0.0, 1.0, 0.0]) if on_table else None
     return FitCase("compound", seed, name, solid, points, origin, plane)
 
 
-def _random_view(on_table: bool, rng: np.random.Generator) -> tuple[Rotation, NDArray[np.float64]]:
-    """Draw the rotation of a solid and the direction (3,) to the camera."""
+def _random_placement(
+    height: float, rng: np.random.Generator
+) -> tuple[RigidTransform, NDArray[np.float64], NDArray[np.float64] | None]:
+    """Draw a placement of a shape: on a table or in the air, with equal probability.
+
+    Parameters
+    ----------
+    height
+        Height of the shape's origin above its lowest point, m.
+    rng
+        Source of randomness.
+
+    Returns
+    -------
+    pose, towards, plane
+        Pose of the shape, unit vector (3,) to the camera, and the plane (4,) of the table.
+    """
+    on_table = bool(rng.random() < 0.5)
+    place = rng.uniform(-0.2, 0.2, 3)
     if on_table:
+        place[2] = height
         turn = Rotation.from_rotvec([0.0, 0.0, rng.uniform(0, 2 * np.pi)])
-        return turn, draw_from_above(rng)
-    turn = _random_rotation(rng)
-    towards = rng.normal(size=3)
-    return turn, towards / np.linalg.norm(towards)
-
-
-def _random_rotation(rng: np.random.Generator) -> Rotation:
-    return Rotation.from_quat(rng.normal(size=4))
+        plane = np.array([0.0, 0.0, 1.0, 0.0])
+        return RigidTransform.from_components(place, turn), draw_from_above(rng), plane
+    turn, towards = random_rotation(rng), rng.normal(size=3)
+    pose = RigidTransform.from_components(place, turn)
+    return pose, towards / np.linalg.norm(towards), None

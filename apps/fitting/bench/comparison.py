@@ -1,4 +1,4 @@
-"""Fitters on the same clouds in turns: what each gives, and a row of figures for each answer."""
+"""Compare fitters on the same clouds: methods, scores, and rows of figures."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from eyehand.errors import InputError
 from eyehand.perception import Superquadric, SuperquadricFit, fit_superquadric
 
 from ...bench import Method
+from .fit_answer import FAILED, FitAnswer
 from .score import FitScore, score_fit
 
 if TYPE_CHECKING:
@@ -24,55 +25,36 @@ if TYPE_CHECKING:
     from .clouds import FitCase
 
 OWN = "eyehand"
-"""Whose fitter it is, for rows and charts."""
-FAILED = 0.5
-"""IoU below which a fit has failed, as the literature counts."""
-
-
-@dataclass(frozen=True)
-class FitAnswer:
-    """What a fitter gave."""
-
-    parts: tuple[Superquadric, ...]
-    """The solids, largest first; none where it found none."""
-    reason: str = ""
-    """Why there is none."""
-
-    @property
-    def kind(self) -> str:
-        """Kind of the solid, or how many there are."""
-        if len(self.parts) == 1:
-            return self.parts[0].kind
-        return f"{len(self.parts)} parts" if self.parts else ""
+"""Name of our fit in rows and charts."""
 
 
 @dataclass(frozen=True)
 class GradedFit:
-    """What a fitter gave, and what it is worth."""
+    """The answer of a fitter and its score."""
 
     answer: FitAnswer
     score: FitScore
 
 
 def own_fitter(name: str, options: FitOptions) -> Method[FitCase, FitAnswer]:
-    """Ours, at some options."""
+    """Return our fit with these options."""
     return Method(OWN, name, partial(_own_answer, options))
 
 
 def baseline_fitter(name: str, fitter: Fitter) -> Method[FitCase, FitAnswer]:
-    """Another's. What it raises is an answer without a solid: failing on a cloud is a result."""
+    """Return a baseline. If it raises an exception, its answer has no solid."""
     return Method(name, name, partial(_baseline_answer, name, fitter))
 
 
 def grade(case: FitCase, answer: FitAnswer) -> GradedFit:
-    """Score an answer by every measure."""
-    return GradedFit(answer, score_fit(case.truth, answer.parts, case.seed))
+    """Score an answer. A fit that its own fitter rejects counts as no solid."""
+    return GradedFit(answer, score_fit(case.truth, answer.usable_parts, case.seed))
 
 
 def case_rows(
     cases: Sequence[FitCase], result: MethodResult[FitCase, FitAnswer, GradedFit]
 ) -> list[dict[str, Any]]:
-    """Give all figures of one fitter, a row a cloud."""
+    """Return one row of figures per cloud for one fitter."""
     return [
         {
             "group": case.group,
@@ -85,7 +67,7 @@ def case_rows(
             "extent_error_mm": _millimetres(graded.score.extent_error),
             "extent_error_pct": _figure(100 * graded.score.extent_share),
             "true_kind": case.true_kind or "",
-            "kind": graded.answer.kind,
+            "kind": _kind(graded.answer.usable_parts),
             "fit_ms": round(float(milliseconds), 3),
             "reason": graded.answer.reason,
         }
@@ -94,71 +76,66 @@ def case_rows(
 
 
 def summary_rows(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Sum the rows of clouds up, one row for every group and fitter in it.
+    """Summarise the rows of clouds: one row per group and fitter.
 
-    Medians are over all clouds: where there is no solid, distances and errors are infinite, and
-    a median that is infinite is None. The share of right kinds is None where the truth has none,
-    and for a fitter that calls every solid a superquadric: it does not choose.
+    Medians are over all clouds. A cloud without a solid counts with infinite errors. An infinite
+    median is None. The share of correct kinds is None if the true solids have no kind, or if the
+    fitter calls every solid a superquadric.
     """
-    parted: dict[tuple[str, str], list[dict[str, Any]]] = {}
+    grouped: dict[tuple[str, str], list[dict[str, Any]]] = {}
     for row in rows:
-        parted.setdefault((row["group"], row["method"]), []).append(row)
-    choosers = {row["method"] for row in rows if row["kind"] not in ("", "superquadric")}
-    return [_summary(own, method in choosers) for (_, method), own in parted.items()]
+        grouped.setdefault((row["group"], row["method"]), []).append(row)
+    with_kinds = {row["method"] for row in rows if row["kind"] not in ("", "superquadric")}
+    return [_summary(own, method in with_kinds) for (_, method), own in grouped.items()]
 
 
 def _own_answer(options: FitOptions, case: FitCase) -> FitAnswer:
-    return _answer(
-        fit_superquadric(
-            case.points,
-            view_origin=case.view_origin,
-            support_plane=case.support_plane,
-            options=options,
-        )
+    fit = fit_superquadric(
+        case.points,
+        view_origin=case.view_origin,
+        support_plane=case.support_plane,
+        options=options,
     )
+    return FitAnswer.of(fit)
 
 
 def _baseline_answer(name: str, fitter: Fitter, case: FitCase) -> FitAnswer:
     try:
-        given = fitter(case.points, case.view_origin, case.support_plane)
+        found = fitter(case.points, case.view_origin, case.support_plane)
     except Exception as error:
         return FitAnswer((), f"{type(error).__name__}: {error}")
-    if given is not None and not isinstance(given, Superquadric | SuperquadricFit):
+    if found is not None and not isinstance(found, Superquadric | SuperquadricFit):
         raise InputError(
-            f"the baseline {name} must give a Superquadric, a SuperquadricFit or None, "
-            f"got a {type(given).__name__}"
+            f"the baseline {name} must return a Superquadric, a SuperquadricFit or None, "
+            f"got a {type(found).__name__}"
         )
-    return _answer(given)
+    return FitAnswer.of(found)
 
 
-def _answer(given: Superquadric | SuperquadricFit | None) -> FitAnswer:
-    if given is None:
-        return FitAnswer((), "no solid")
-    if isinstance(given, Superquadric):
-        return FitAnswer((given,))
-    # A refusal counts as a failure: every cloud here shows enough.
-    if not given or given.superquadric is None:
-        return FitAnswer((), given.reason)
-    return FitAnswer(getattr(given, "parts", ()) or (given.superquadric,))
+def _kind(parts: tuple[Superquadric, ...]) -> str:
+    """Return the kind of one solid, or the number of several."""
+    if len(parts) == 1:
+        return parts[0].kind
+    return f"{len(parts)} parts" if parts else ""
 
 
-def _summary(rows: list[dict[str, Any]], chooses: bool) -> dict[str, Any]:
-    met = np.array([row["iou_pct"] for row in rows])
+def _summary(rows: list[dict[str, Any]], has_kinds: bool) -> dict[str, Any]:
+    ious = np.array([row["iou_pct"] for row in rows])
     times = np.array([row["fit_ms"] for row in rows])
     right = [row["kind"] == row["true_kind"] for row in rows if row["true_kind"]]
     return {
         "name": rows[0]["group"],
         "method": rows[0]["method"],
         "cases": len(rows),
-        "iou_median_pct": round(float(np.median(met)), 2),
-        "iou_p10_pct": round(float(np.quantile(met, 0.1)), 2),
-        "iou_worst_pct": round(float(met.min()), 2),
-        "failed_pct": round(100 * float(np.mean(met < 100 * FAILED)), 2),
+        "iou_median_pct": round(float(np.median(ious)), 2),
+        "iou_p10_pct": round(float(np.quantile(ious, 0.1)), 2),
+        "iou_worst_pct": round(float(ious.min()), 2),
+        "failed_pct": round(100 * float(np.mean(ious < 100 * FAILED)), 2),
         "mean_distance_mm": _median(rows, "mean_distance_mm"),
         "max_distance_mm": _median(rows, "max_distance_mm"),
         "extent_error_mm": _median(rows, "extent_error_mm"),
         "extent_error_pct": _median(rows, "extent_error_pct"),
-        "kind_right_pct": round(100 * float(np.mean(right)), 2) if right and chooses else None,
+        "kind_right_pct": round(100 * float(np.mean(right)), 2) if right and has_kinds else None,
         "fit_median_ms": round(float(np.median(times)), 2),
         "fit_p90_ms": round(float(np.quantile(times, 0.9)), 2),
     }

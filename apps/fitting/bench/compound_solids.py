@@ -1,10 +1,10 @@
-"""Solids of several convex parts: L, T, hammer, dumbbell, mug with its handle, drill."""
+"""Solids of several convex parts: L, T, hammer, dumbbell, mug with a handle, drill."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.perception import Superquadric
 from eyehand.perception.superquadric import mesh, sample_surface
 
+from ...mesh_file import join_meshes
 from ...open3d_import import import_open3d
 
 if TYPE_CHECKING:
@@ -23,8 +24,8 @@ EDGE = 0.1
 """Exponent of sharp edges."""
 RESOLUTION = 96
 """Facets around a part, for visibility."""
-GRAZE = 0.0005
-"""Tolerance of a point behind the first ray hit, m. Such a point is still visible."""
+HIT_TOLERANCE = 0.0005
+"""Largest distance of a visible point behind the first hit of its ray, m."""
 ARM, THICKNESS, DEPTH = (0.04, 0.07), (0.012, 0.022), (0.015, 0.04)
 """Ranges of half extents of an L or T: length and thickness of the arms, and depth; m."""
 HANDLE_RADIUS, HANDLE_LENGTH = (0.010, 0.016), (0.07, 0.12)
@@ -75,7 +76,7 @@ class CompoundSolid:
         With an origin (3,) only points visible from there are drawn.
         """
         meshes = [mesh(part, RESOLUTION) for part in self.parts]
-        areas = np.array([_area(*one) for one in meshes])
+        areas = np.array([mesh_area(*surface) for surface in meshes])
         kept = np.zeros((0, 3))
         while len(kept) < count:
             shares = rng.multinomial(4 * count, areas / areas.sum())
@@ -92,27 +93,18 @@ class CompoundSolid:
     @cached_property
     def _mesh(self) -> Mesh:
         """Vertices and faces of all parts, including hidden ones."""
-        meshes = [mesh(part, RESOLUTION) for part in self.parts]
-        starts = np.cumsum([0, *(len(vertices) for vertices, _ in meshes)])
-        faces = [faces + start for (_, faces), start in zip(meshes, starts, strict=False)]
-        return np.vstack([vertices for vertices, _ in meshes]), np.vstack(faces)
+        return join_meshes([mesh(part, RESOLUTION) for part in self.parts])
 
     def _visible(
         self, points: NDArray[np.float64], origin: NDArray[np.float64] | None
     ) -> NDArray[np.bool_]:
         if origin is None:
             return np.ones(len(points), dtype=bool)
-        open3d = import_open3d()
-        vertices, faces = self._mesh
-        scene = open3d.t.geometry.RaycastingScene(nthreads=1)
-        scene.add_triangles(
-            open3d.core.Tensor((vertices - origin).astype(np.float32)),
-            open3d.core.Tensor(faces.astype(np.uint32)),
-        )
         rays = np.hstack([np.zeros_like(points), points - origin]).astype(np.float32)
-        first = scene.cast_rays(open3d.core.Tensor(rays), nthreads=1)["t_hit"].numpy()
+        scene = ray_scene(*self._mesh, origin)
+        first = scene.cast_rays(import_open3d().core.Tensor(rays), nthreads=1)["t_hit"].numpy()
         # A ray has the length of the distance to its point, so a hit at 1 is the point.
-        return (1.0 - first) * np.linalg.norm(points - origin, axis=1) < GRAZE
+        return (1.0 - first) * np.linalg.norm(points - origin, axis=1) < HIT_TOLERANCE
 
 
 def draw_l_shape(rng: np.random.Generator) -> list[Superquadric]:
@@ -186,16 +178,38 @@ COMPOUNDS = {
 """Name → function that draws the parts of the shape as it stands on a table."""
 
 
+def face_normals(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Compute the outward normals (T, 3) of a mesh, with twice the area of a face as length."""
+    first, second, third = np.moveaxis(vertices[faces], 1, 0)
+    return np.cross(second - first, third - first)
+
+
+def mesh_area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> float:
+    """Return the surface area of a mesh, m²."""
+    return float(np.linalg.norm(face_normals(vertices, faces), axis=1).sum() / 2)
+
+
+def ray_scene(
+    vertices: NDArray[np.float64], faces: NDArray[np.int64], origin: NDArray[np.float64]
+) -> Any:
+    """Return an open3d scene of a mesh relative to `origin` (3,).
+
+    open3d computes in single precision, which is accurate enough near the origin.
+    """
+    open3d = import_open3d()
+    scene = open3d.t.geometry.RaycastingScene(nthreads=1)
+    scene.add_triangles(
+        open3d.core.Tensor((vertices - origin).astype(np.float32)),
+        open3d.core.Tensor(faces.astype(np.uint32)),
+    )
+    return scene
+
+
 def posed_compound(parts: list[Superquadric], pose: RigidTransform) -> CompoundSolid:
     """Return the compound of these parts at a pose."""
     return CompoundSolid(
         tuple(Superquadric(p.semi_axes, p.exponents, pose * p.pose, p.kind) for p in parts), pose
     )
-
-
-def _area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> float:
-    first, second, third = np.moveaxis(vertices[faces], 1, 0)
-    return float(np.linalg.norm(np.cross(second - first, third - first), axis=1).sum() / 2)
 
 
 def _box(half: list[float], centre: ArrayLike) -> Superquadric:

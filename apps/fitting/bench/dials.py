@@ -1,4 +1,4 @@
-"""The dials of the superquadric fit: every one alone, the main ones crossed."""
+"""The dials of the superquadric fit: each one alone, and the main ones combined."""
 
 from __future__ import annotations
 
@@ -10,17 +10,16 @@ from eyehand.perception.superquadric import OptimiserName
 from ...bench import DialBoard
 
 POINTS = (100, 200, 300, 500, 1000, 2000, 4000)
-"""Points that a fit uses, up to all of a cloud of the chart."""
+"""Number of points that a fit uses. The clouds of the chart have the largest number."""
 STARTS = (1, 2, 3, 6, 9)
 MAX_MINIMA = (1, 2, 3, 5)
 FAST_POINTS = (100, 200, 300)
-"""Points of fits that tell no kind: what small budgets buy. Those with more are a curve of their
-own, since what they save is the answer of the model selection."""
+"""Number of points of fits without model selection, for small time budgets. The chart shows such
+fits with more points as a separate curve, because they do not determine the kind."""
 NO_TAPER = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
-"""Kinds when no solid narrows."""
-NO_LADDER = ("superquadric",)
-"""Kinds when the simplest solid is not looked for."""
-
+"""Kinds without tapered solids."""
+SUPERQUADRIC_ONLY = ("superquadric",)
+"""The only kind of a fit without model selection."""
 
 _OPTIMISERS = get_args(OptimiserName)
 _DEFAULT = FitOptions()
@@ -36,12 +35,17 @@ BOARD = DialBoard(
         "plane_weight": (_DEFAULT.plane_weight, 0.0),
         "kinds": (_DEFAULT.kinds, NO_TAPER),
     },
-    # Points, starts and kinds are the price of most steps; what refines in the end, and whether
-    # rays and plane take part, cost less and matter at every price.
+    # Points, starts and kinds determine most of the time. The other dials cost less, and matter
+    # for fast and slow fits alike.
     crosses=(
         {"points": POINTS, "optimiser": ("lm",), "max_minima": (_DEFAULT.max_minima, 1)},
         {"points": POINTS, "optimiser": ("lm",), "kinds": (NO_TAPER,), "starts": (1, 3)},
-        {"points": FAST_POINTS, "optimiser": ("lm",), "kinds": (NO_LADDER,), "starts": (1, 3)},
+        {
+            "points": FAST_POINTS,
+            "optimiser": ("lm",),
+            "kinds": (SUPERQUADRIC_ONLY,),
+            "starts": (1, 3),
+        },
         {
             "points": (100, 300, 1000),
             "optimiser": ("lm",),
@@ -58,7 +62,7 @@ BOARD = DialBoard(
         ("silhouette_rays", 0): "no rays",
         ("plane_weight", 0.0): "no plane",
         ("kinds", NO_TAPER): "no taper",
-        ("kinds", NO_LADDER): "no ladder",
+        ("kinds", SUPERQUADRIC_ONLY): "superquadric only",
     },
 )
-"""What the fit's chart turns."""
+"""All dials of the chart."""

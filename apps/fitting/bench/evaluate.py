@@ -6,16 +6,19 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
-from rich import box
-from rich.table import Table
-
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 
-from ...bench import compare_methods, machine_line, write_csv
+from ...bench import (
+    compare_methods,
+    machine_line,
+    result_table,
+    write_csv,
+)
 from ...console import print_json, say, show, tracked
 from ...output_files import make_folder
 from ...perceived_frame import load_kernels
+from ...wording import counted, seed_span
 from .baselines import find_baseline
 from .clouds import Group, fit_case
 from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summary_rows
@@ -23,9 +26,11 @@ from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summ
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from rich.table import Table
+
     from ...bench import Method
     from .clouds import FitCase
-    from .comparison import FitAnswer
+    from .fit_answer import FitAnswer
 
 QUICK_CASES = 2
 PARTS = 3
@@ -117,49 +122,28 @@ def _fitted(
     return [row for result in results for row in case_rows(clouds, result)]
 
 
-_COLUMNS = {
-    "iou_median_pct": ("IoU", 1),
-    "iou_p10_pct": ("p10", 1),
-    "iou_worst_pct": ("worst", 1),
-    "failed_pct": ("failed", 1),
-    "mean_distance_mm": ("mean mm", 2),
-    "max_distance_mm": ("max mm", 1),
-    "extent_error_mm": ("extent mm", 1),
-    "extent_error_pct": ("extent %", 1),
-    "kind_right_pct": ("kind", 1),
-    "fit_median_ms": ("ms", 1),
-    "fit_p90_ms": ("p90", 1),
-}
-"""Heading and decimals of every figure."""
-
-
 def _table(summary: list[dict[str, Any]], seed: int, cases: int) -> Table:
-    methods = list(dict.fromkeys(row["method"] for row in summary))
-    clouds = f"{cases} cloud{'s' if cases > 1 else ''} a group"
-    table = Table(
-        title=f"fits of {clouds}, seed {seed}" + (f" to {seed + cases - 1}" if cases > 1 else ""),
-        title_justify="left",
-        box=box.SIMPLE_HEAD,
-        pad_edge=False,
+    rows = [{**row, "method": row["method"].rpartition(":")[2]} for row in summary]
+    return result_table(
+        rows,
+        [
+            ("clouds", "{name}"),
+            ("method", "{method}"),
+            ("IoU", "{iou_median_pct:.1f}"),
+            ("p10", "{iou_p10_pct:.1f}"),
+            ("worst", "{iou_worst_pct:.1f}"),
+            ("failed", "{failed_pct:.1f}"),
+            ("mean mm", "{mean_distance_mm:.2f}"),
+            ("max mm", "{max_distance_mm:.1f}"),
+            ("extent mm", "{extent_error_mm:.1f}"),
+            ("extent %", "{extent_error_pct:.1f}"),
+            ("kind", "{kind_right_pct:.1f}"),
+            ("ms", "{fit_median_ms:.1f}"),
+            ("p90", "{fit_p90_ms:.1f}"),
+        ],
+        title=f"fits of {counted(cases, 'cloud')} per group, {seed_span(seed, cases)}",
         caption="IoU with the true solid: median, 10th percentile and worst, %; failed: IoU below "
-        "50 %; mm: distance of the surfaces, mean and largest, and the worst half extent's error; "
-        "kind: correct kinds, %; ms: wall time, median and 90th percentile",
-        caption_justify="left",
+        "50 %; mm: distance of the surfaces, mean and maximum, and the largest error of a half "
+        "extent; kind: correct kinds, %; ms: wall time, median and 90th percentile",
+        left=("method",),
     )
-    table.add_column("clouds", no_wrap=True)
-    if len(methods) > 1:
-        table.add_column("method", no_wrap=True)
-    for heading, _ in _COLUMNS.values():
-        table.add_column(heading, justify="right")
-    for row in summary:
-        first = row["method"] == methods[0]
-        method = row["method"].rpartition(":")[2]
-        names = [row["name"] if first else "", *([method] if len(methods) > 1 else [])]
-        figures = [_cell(row[key], decimals) for key, (_, decimals) in _COLUMNS.items()]
-        last = row["method"] == methods[-1]
-        table.add_row(*names, *figures, end_section=last and len(methods) > 1)
-    return table
-
-
-def _cell(value: float | None, decimals: int) -> str:
-    return "-" if value is None else f"{value:.{decimals}f}"

@@ -15,10 +15,10 @@ from .stress_trial import (
     FitCallable,
     try_following,
     try_no_silent_failure,
-    try_nothing_made_up,
     try_refusal,
+    try_shapeless_points,
 )
-from .stress_views import Look, moved, one_view, scaled, usual_solid
+from .stress_views import CloudView, moved, one_view, scaled, usual_solid
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -62,18 +62,18 @@ def _refused() -> list[Extreme]:
         ("on a level plane", "plane", lambda p: p * [1.0, 1.0, 0.0]),
         ("on a slanting plane", "plane", lambda p: p @ FLATTEN),
     ]
-    changed: list[tuple[str, str, Callable[[Look], Look]]] = [
-        ("millimetres read as metres", "metres", lambda look: scaled(look, 1e3)),
-        ("centimetres read as metres", "metres", lambda look: scaled(look, 1e2)),
-        ("metres read as kilometres", "metres", lambda look: scaled(look, 1e-3)),
-        ("coordinates of 1e300", "coordinates", lambda look: scaled(look, 1e300)),
-        ("coordinates of 1e-300", "metres", lambda look: scaled(look, 1e-300)),
-        ("wholly under its support plane", "support plane", lambda look: _over(look, 0.2)),
-        ("100 m above its support plane", "support plane", lambda look: _over(look, -100.0)),
+    changed: list[tuple[str, str, Callable[[CloudView], CloudView]]] = [
+        ("millimetres read as metres", "metres", lambda view: scaled(view, 1e3)),
+        ("centimetres read as metres", "metres", lambda view: scaled(view, 1e2)),
+        ("metres read as kilometres", "metres", lambda view: scaled(view, 1e-3)),
+        ("coordinates of 1e300", "coordinates", lambda view: scaled(view, 1e300)),
+        ("coordinates of 1e-300", "metres", lambda view: scaled(view, 1e-300)),
+        ("wholly under its support plane", "support plane", lambda view: _over(view, 0.2)),
+        ("100 m above its support plane", "support plane", lambda view: _over(view, -100.0)),
     ]
     changed = [(name, says, _on_points(make)) for name, says, make in spoilt] + changed
 
-    def extreme(name: str, says: str, change: Callable[[Look], Look]) -> Extreme:
+    def extreme(name: str, says: str, change: Callable[[CloudView], CloudView]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
             return try_refusal(method, change(_usual(seed)), says)
 
@@ -96,20 +96,23 @@ def _following() -> list[Extreme]:
     stay = RigidTransform.identity()
 
     def extreme(
-        name: str, T: RigidTransform, here: Callable[[int], Look], change: Callable[[Look], Look]
+        name: str,
+        T: RigidTransform,
+        here: Callable[[int], CloudView],
+        change: Callable[[CloudView], CloudView],
     ) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
             return try_following(method, here(seed), moved(change(here(seed)), T), T, seed)
 
         return Extreme(name, "follow", attempt)
 
-    def larger(times: float) -> Callable[[Look], Look]:
-        return lambda look: replace(scaled(look, times), unit=1.0 / times)
+    def larger(times: float) -> Callable[[CloudView], CloudView]:
+        return lambda view: replace(scaled(view, times), unit=1.0 / times)
 
     return [
-        *(extreme(name, T, _usual, lambda look: look) for name, T in frames.items()),
+        *(extreme(name, T, _usual, lambda view: view) for name, T in frames.items()),
         *(
-            extreme(f"{name}, on a table", T, _standing, lambda look: look)
+            extreme(f"{name}, on a table", T, _standing, lambda view: view)
             for name, T in frames.items()
         ),
         *(
@@ -122,7 +125,7 @@ def _following() -> list[Extreme]:
 
 
 def _degrading() -> list[Extreme]:
-    changed: list[tuple[str, Callable[[Look], Look]]] = [
+    changed: list[tuple[str, Callable[[CloudView], CloudView]]] = [
         ("50 points", _on_points(lambda p: p[:50])),
         ("rounded to 10 mm", _on_points(lambda p: p.round(2))),
         ("rounded to single precision 10 km away", _on_points(_coarse)),
@@ -130,15 +133,15 @@ def _degrading() -> list[Extreme]:
         ("one point 1 m away", _on_points(lambda p: _stray(p, 1.0))),
         ("one point 100 km away", _on_points(lambda p: _stray(p, 1e5))),
         ("100 000 points", _on_points(_many)),
-        ("camera inside the solid", lambda look: _from(look, _middle(look))),
-        ("camera at a point", lambda look: _from(look, look.points[0])),
-        ("camera 1000 km behind", lambda look: _from(look, 1e6 * _camera(look))),
-        ("camera 1e300 m behind", lambda look: _from(look, 1e300 * _camera(look))),
+        ("camera inside the solid", lambda view: _from(view, _middle(view))),
+        ("camera at a point", lambda view: _from(view, view.points[0])),
+        ("camera 1000 km behind", lambda view: _from(view, 1e6 * _camera(view))),
+        ("camera 1e300 m behind", lambda view: _from(view, 1e300 * _camera(view))),
         (
             "camera on the wrong side",
-            lambda look: _from(look, 2 * _middle(look) - _camera(look)),
+            lambda view: _from(view, 2 * _middle(view) - _camera(view)),
         ),
-        ("support plane through the middle", lambda look: _over(look, 0.0)),
+        ("support plane through the middle", lambda view: _over(view, 0.0)),
     ]
     nothing: list[tuple[str, Callable[[np.random.Generator], Points]]] = [
         ("a filled ball of points", lambda rng: REACH * rng.normal(size=(POINTS, 3))),
@@ -150,7 +153,7 @@ def _degrading() -> list[Extreme]:
         ("two balls apart", _two_balls),
     ]
 
-    def spoilt(name: str, change: Callable[[Look], Look]) -> Extreme:
+    def spoilt(name: str, change: Callable[[CloudView], CloudView]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
             return try_no_silent_failure(method, change(_usual(seed)), seed)
 
@@ -159,48 +162,48 @@ def _degrading() -> list[Extreme]:
     def formless(name: str, make: Callable[[np.random.Generator], Points]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
             points = make(np.random.default_rng([seed, 37]))
-            look = Look(points, view_origin=np.array([0.0, 0.0, 0.7]))
-            return try_nothing_made_up(method, look)
+            view = CloudView(points, view_origin=np.array([0.0, 0.0, 0.7]))
+            return try_shapeless_points(method, view)
 
         return Extreme(name, "degrade", attempt)
 
     return [*(spoilt(*one) for one in changed), *(formless(*one) for one in nothing)]
 
 
-def _usual(seed: int) -> Look:
+def _usual(seed: int) -> CloudView:
     return one_view(*usual_solid(seed), np.random.default_rng([seed, 35]))
 
 
-def _standing(seed: int) -> Look:
+def _standing(seed: int) -> CloudView:
     """Return the usual view with a support plane that touches the solid from below."""
-    look = _usual(seed)
-    assert look.truth is not None
-    lowest = -float(look.truth.support(np.array([0.0, 0.0, -1.0])))
-    return replace(look, support_plane=np.array([0.0, 0.0, 1.0, -lowest]))
+    view = _usual(seed)
+    assert view.truth is not None
+    lowest = -float(view.truth.support(np.array([0.0, 0.0, -1.0])))
+    return replace(view, support_plane=np.array([0.0, 0.0, 1.0, -lowest]))
 
 
-def _on_points(change: Callable[[Points], Points]) -> Callable[[Look], Look]:
-    return lambda look: replace(look, points=change(look.points))
+def _on_points(change: Callable[[Points], Points]) -> Callable[[CloudView], CloudView]:
+    return lambda view: replace(view, points=change(view.points))
 
 
-def _over(look: Look, height: float) -> Look:
+def _over(view: CloudView, height: float) -> CloudView:
     """Add a horizontal support plane at a height above the centre of the solid."""
-    plane = np.array([0.0, 0.0, 1.0, -_middle(look)[2] - height])
-    return replace(look, support_plane=plane)
+    plane = np.array([0.0, 0.0, 1.0, -_middle(view)[2] - height])
+    return replace(view, support_plane=plane)
 
 
-def _from(look: Look, origin: NDArray[np.float64]) -> Look:
-    return replace(look, view_origin=origin)
+def _from(view: CloudView, origin: NDArray[np.float64]) -> CloudView:
+    return replace(view, view_origin=origin)
 
 
-def _middle(look: Look) -> NDArray[np.float64]:
-    assert look.truth is not None
-    return look.truth.centre
+def _middle(view: CloudView) -> NDArray[np.float64]:
+    assert view.truth is not None
+    return view.truth.centre
 
 
-def _camera(look: Look) -> NDArray[np.float64]:
-    assert look.view_origin is not None
-    return look.view_origin
+def _camera(view: CloudView) -> NDArray[np.float64]:
+    assert view.view_origin is not None
+    return view.view_origin
 
 
 def _with(points: Points, value: float, count: int) -> Points:

@@ -102,9 +102,8 @@ class Prism:
 
     def inside(self, local: NDArray[np.float64]) -> NDArray[np.bool_]:
         """See OddShape."""
-        flat, height = local[..., [0, 1]], local[..., 2]
-        if not self.upright:
-            flat, height = local[..., [0, 2]], local[..., 1]
+        p, q, along = (0, 1, 2) if self.upright else (0, 2, 1)
+        flat, height = local[..., [p, q]], local[..., along]
         corner = np.array(self.outline)
         edge = np.roll(corner, -1, axis=0) - corner
         outward = np.column_stack([edge[:, 1], -edge[:, 0]])
@@ -115,11 +114,9 @@ class Prism:
     def corners(self) -> NDArray[np.float64]:
         """See OddShape."""
         corner = np.array(self.outline)
-        ends = [np.insert(corner, 2 if self.upright else 1, h, axis=1) for h in self._heights()]
-        return np.vstack(ends)
-
-    def _heights(self) -> tuple[float, float]:
-        return -self.half_height, self.half_height
+        axis = 2 if self.upright else 1
+        heights = (-self.half_height, self.half_height)
+        return np.vstack([np.insert(corner, axis, height, axis=1) for height in heights])
 
 
 @dataclass(frozen=True)
@@ -221,17 +218,10 @@ DRAWERS = {
 
 def _revolved(profile: list) -> NDArray[np.float64]:
     """Revolve the points (radius, z) of a profile about z, (len(profile) * AROUND, 3)."""
-    radius, z = np.array(profile, dtype=np.float64).T
+    radius, z = np.array(profile, dtype=np.float64).T[..., None]
     angle = np.linspace(0.0, 2 * np.pi, AROUND, endpoint=False)
-    ring = np.stack(
-        [
-            radius[:, None] * np.cos(angle),
-            radius[:, None] * np.sin(angle),
-            np.broadcast_to(z[:, None], (len(z), AROUND)),
-        ],
-        axis=-1,
-    )
-    return ring.reshape(-1, 3)
+    x, y = radius * np.cos(angle), radius * np.sin(angle)
+    return np.stack([x, y, np.broadcast_to(z, x.shape)], axis=-1).reshape(-1, 3)
 
 
 def _pairs(points: NDArray[np.float64]) -> tuple[tuple[float, float], ...]:

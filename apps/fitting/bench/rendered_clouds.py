@@ -1,4 +1,4 @@
-"""Clouds of single objects as a structured-light camera gives them, every error included."""
+"""Render clouds of single objects with the errors of a structured-light camera."""
 
 from __future__ import annotations
 
@@ -30,58 +30,58 @@ if TYPE_CHECKING:
     from eyehand.perception.superquadric import Kind
 
 TABLE_KINDS: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")
-"""What lies on the tables, by chance."""
+"""Kinds of objects on tables, drawn at random."""
 AIR_KINDS: tuple[Kind, ...] = ("sphere", "cylinder", "ellipsoid", "box")
-"""What hangs in the air, in turns."""
+"""Kinds of solids in the air. The seed selects them in turn."""
 HEIGHT = 0.35
-"""How far above the table it hangs, m: behind its outline there is something, far away."""
+"""Height of a solid in the air above the table, m. The table is then the background."""
 ELEVATIONS = (np.pi / 6, 65 * np.pi / 180)
-"""How steeply a camera looks down, rad: as on the tables."""
+"""Range of the camera elevation above the object, rad."""
 
 
 def cloud_on_table(
     seed: int, points: int
 ) -> tuple[Superquadric, NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Let one object fall on a table and look at it.
+    """Render one object that fell onto a table.
 
     Parameters
     ----------
     seed
-        Source of the object, its fall, the view and the noise.
+        Seed of the object, its fall, the view and the noise.
     points
-        At most so many points are kept.
+        Maximum number of points.
 
     Returns
     -------
     solid, cloud, view_origin, support_plane
-        The solid, (N, 3) points, (3,) camera, all in the world frame, m; (4,) the table.
+        The solid, points (N, 3) and camera position (3,), in the world frame, m; the table (4,).
     """
     options = TabletopOptions(family="dropped", count_range=(1, 1), kinds=TABLE_KINDS)
     scene = make_scene(seed, options)
     plane = np.array([0.0, 0.0, 1.0, -scene.table.height])
-    return scene.objects[0].shape, *_look(scene, points), plane
+    return scene.objects[0].shape, *_render_cloud(scene, points), plane
 
 
 def cloud_in_air(
     seed: int, points: int, distance: float, semi_axes: tuple[float, float]
 ) -> tuple[Superquadric, NDArray[np.float64], NDArray[np.float64], None]:
-    """Hang one simple solid in the air, anyhow turned, and look at it.
+    """Render one simple solid in the air with a random rotation.
 
     Parameters
     ----------
     seed
-        Source of the solid, its rotation, the view and the noise; the kinds take turns with it.
+        Seed of the solid, its rotation, the view and the noise. It also selects the kind.
     points
-        At most so many points are kept.
+        Maximum number of points.
     distance
-        From the camera to the solid's middle, m.
+        Distance from the camera to the centre of the solid, m.
     semi_axes
-        Least and largest semi-axis, m.
+        Minimum and maximum semi-axis, m.
 
     Returns
     -------
     solid, cloud, view_origin, support_plane
-        As of :func:`cloud_on_table`; there is no support.
+        As for :func:`cloud_on_table`; the plane is None.
     """
     rng = np.random.default_rng([seed, 23])
     solid = _simple_solid(AIR_KINDS[seed % len(AIR_KINDS)], semi_axes, rng)
@@ -90,14 +90,23 @@ def cloud_in_air(
     camera = camera_intrinsics(ViewOptions())
     pose = look_at(solid.centre + distance * towards, solid.centre)
     scene = TabletopScene(seed, "separate", (item,), Table(), camera, pose)
-    return solid, *_look(scene, points), None
+    return solid, *_render_cloud(scene, points), None
 
 
 def draw_from_above(rng: np.random.Generator) -> NDArray[np.float64]:
-    """Draw the direction (3,) from an object to a camera that looks down on it."""
-    azimuth, elevation = rng.uniform(0, 2 * np.pi), rng.uniform(*ELEVATIONS)
+    """Draw the direction (3,) from an object to a camera above it."""
+    return view_direction(rng.uniform(0, 2 * np.pi), rng.uniform(*ELEVATIONS))
+
+
+def view_direction(azimuth: float, elevation: float) -> NDArray[np.float64]:
+    """Return the unit vector (3,) from an object to a camera; angles in rad."""
     level = np.cos(elevation)
     return np.array([level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)])
+
+
+def random_rotation(rng: np.random.Generator) -> Rotation:
+    """Draw a rotation, uniform over all rotations."""
+    return Rotation.from_quat(rng.normal(size=4))
 
 
 def _simple_solid(
@@ -110,21 +119,22 @@ def _simple_solid(
         a2 = a1
     edge = MIN_EXPONENT
     exponents = {"cylinder": (edge, 1.0), "box": (edge, edge)}.get(kind, (1.0, 1.0))
-    rotation = Rotation.from_quat(rng.normal(size=4))
-    pose = RigidTransform.from_components([0.0, 0.0, HEIGHT], rotation)
+    pose = RigidTransform.from_components([0.0, 0.0, HEIGHT], random_rotation(rng))
     return Superquadric(np.array([a1, a2, a3]), exponents, pose, kind)
 
 
-def _look(scene: TabletopScene, points: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Points (N, 3) of the first object, and the camera's place (3,), both in the world."""
-    # Rays see the same on every machine; graphics cards differ in the last bits of depth.
+def _render_cloud(
+    scene: TabletopScene, points: int
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return points (N, 3) of the first object and the camera position (3,), in the world, m."""
+    # The ray caster gives the same depth on every machine. Graphics cards differ in the last bits.
     renderer = open_renderer("rays")
     frame, labels = render_frame(
         scene, DepthNoise.realistic(), scene.seed, renderer=renderer, colour=False
     )
     pose = frame.T_world_camera
     if pose is None:
-        raise InputError("a rendered table must know its camera's place, got none")
+        raise InputError("a rendered frame must have a camera pose, got None")
     cloud = pose.apply(frame.points()[(labels == 1) & frame.valid].astype(np.float64))
     rng = np.random.default_rng([scene.seed, 18])
     return cloud[rng.permutation(len(cloud))[:points]], np.asarray(pose.translation)

@@ -1,4 +1,4 @@
-"""How well fitted solids meet the true one: overlap, distance of the surfaces, extents."""
+"""Scores of fitted solids against the true solid: IoU, surface distance, extent errors."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from scipy.stats import qmc
 from eyehand.perception.io import sample_triangles
 
 from ...open3d_import import import_open3d
+from .compound_solids import mesh_area, ray_scene
 from .true_solid import convex_parts, surface_mesh
 
 if TYPE_CHECKING:
@@ -19,36 +20,36 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from .true_solid import TrueSolid
+    from .compound_solids import mesh_area, ray_scene
+from .true_solid import TrueSolid
 
 SAMPLES_LOG2 = 15
-"""2^15 points for an overlap: with those of Sobol an IoU of 0.998 is right to 0.0003 (one σ)."""
+"""Binary logarithm of the number of points of an IoU. The standard error of an IoU of 0.998 is
+0.0003."""
 SURFACE_SAMPLES = 4000
-"""Points on either surface: the mean distance is right to 1 %, the largest is one of a sample."""
-
+"""Number of points on each surface. It makes the mean distance accurate to 1 %."""
 SEAM = 2e-4
-"""Faces of two parts closer than this are a seam inside their union, m."""
+"""Distance of two faces that touch, m. Touching faces lie inside the union of their parts."""
 
 
 @dataclass(frozen=True)
 class FitScore:
-    """How well a fit meets the truth."""
+    """The scores of a fit."""
 
     iou: float
-    """Intersection over union of the solids, in [0, 1]; 0 without a fit."""
+    """Intersection over union of the solids, 0 to 1; 0 without a fit."""
     mean_distance: float
-    """Mean distance between the surfaces, in both directions, m; infinite without a fit, like all
-    errors below."""
+    """Mean distance between the surfaces, m. Without a fit, this and all below are infinite."""
     max_distance: float
     """Maximum distance between the surfaces, m."""
     extent_error: float
-    """Maximum error of a half extent along the true solid's own axes, m."""
+    """Maximum error of a half extent along the axes of the true solid, m."""
     extent_share: float
-    """Maximum error of a half extent as a share of the true one."""
+    """Maximum relative error of a half extent."""
 
 
 def score_fit(truth: TrueSolid, parts: Sequence[TrueSolid], seed: int = 0) -> FitScore:
-    """Score the union of fitted parts against the true solid; no part at all is the worst fit."""
+    """Score the union of fitted parts against the true solid. No parts get the worst scores."""
     if not parts:
         return FitScore(0.0, np.inf, np.inf, np.inf, np.inf)
     mean, largest = surface_distances(truth, parts, seed)
@@ -57,10 +58,10 @@ def score_fit(truth: TrueSolid, parts: Sequence[TrueSolid], seed: int = 0) -> Fi
 
 
 def overlap(truth: TrueSolid, parts: Sequence[TrueSolid], seed: int = 0) -> float:
-    """Intersection over union of a solid and the union of others, in [0, 1].
+    """Compute the intersection over union of a solid and the union of others, 0 to 1.
 
-    By points spread evenly (scrambled Sobol) over what bounds all of them along the true axes:
-    several times as exact as as many random ones.
+    The points are a scrambled Sobol sequence in the common bounds along the true axes. The error is
+    several times smaller than with the same number of random points.
     """
     if not parts:
         return 0.0
@@ -76,24 +77,25 @@ def overlap(truth: TrueSolid, parts: Sequence[TrueSolid], seed: int = 0) -> floa
 def surface_distances(
     truth: TrueSolid, parts: Sequence[TrueSolid], seed: int = 0
 ) -> tuple[float, float]:
-    """Mean and largest distance between a solid's surface and that of a union, m.
+    """Compute the mean and maximum distance between the surfaces of a solid and a union, m.
 
-    Of points spread evenly over either surface to the nearest point of the other; the mean is
-    that of both ways. From inside a union of several parts the distance is that to the surface
-    of the part it lies deepest in, which is no more than the true one.
+    Points are uniform on each surface, and each is compared with the nearest point of the other
+    surface. The mean is the mean of both directions. Inside a union, the distance is that to the
+    surface of the part in which the point is deepest: a lower bound of the true distance.
     """
     rng = np.random.default_rng(seed)
     true_parts = convex_parts(truth)
-    there = _distances(_surface_points(true_parts, rng), parts)
-    back = _distances(_surface_points(parts, rng), true_parts)
-    return float((there.mean() + back.mean()) / 2), float(max(there.max(), back.max()))
+    from_truth = _distances(_surface_points(true_parts, rng), parts)
+    from_fit = _distances(_surface_points(parts, rng), true_parts)
+    mean = (from_truth.mean() + from_fit.mean()) / 2
+    return float(mean), float(max(from_truth.max(), from_fit.max()))
 
 
 def extent_errors(truth: TrueSolid, parts: Sequence[TrueSolid]) -> tuple[float, float]:
-    """Maximum error of a half extent along the true solid's own axes, in m and as a share.
+    """Return the maximum error of a half extent along the axes of the true solid, m and relative.
 
-    Taken from the support functions: a superquadric and its dual, turned by 45°, are nearly the
-    same solid with very different semi-axes.
+    The extents come from the support functions, not from the semi-axes: a superquadric and its
+    dual, rotated by 45°, are nearly the same solid with very different semi-axes.
     """
     axes = truth.rotation.T
     true_low, true_high = _bounds([truth], axes)
@@ -106,7 +108,7 @@ def extent_errors(truth: TrueSolid, parts: Sequence[TrueSolid]) -> tuple[float, 
 def _bounds(
     solids: Sequence[TrueSolid], axes: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Minimum and maximum coordinate of all solids along axes (rows), (3,) each, m."""
+    """Return the minimum and maximum coordinates (3,) of all solids along axes (3, 3), rows, m."""
     low = np.min([-solid.support(-axes) for solid in solids], axis=0)
     return low, np.max([solid.support(axes) for solid in solids], axis=0)
 
@@ -119,46 +121,35 @@ def _unit_points(seed: int) -> NDArray[np.float64]:
 
 
 def _surface_points(solids: Sequence[TrueSolid], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Points (about SURFACE_SAMPLES, 3) spread evenly over the surface of a union."""
+    """Draw about SURFACE_SAMPLES points (N, 3), uniform on the surface of a union."""
     meshes = [surface_mesh(solid) for solid in solids]
-    areas = np.array([_area(*one) for one in meshes])
+    areas = np.array([mesh_area(*surface) for surface in meshes])
     counts = np.ceil(SURFACE_SAMPLES * areas / areas.sum()).astype(int)
     kept = []
-    for index, (one, count) in enumerate(zip(meshes, counts, strict=True)):
-        points = sample_triangles(*one, int(count), rng)
+    for index, (surface, count) in enumerate(zip(meshes, counts, strict=True)):
+        points = sample_triangles(*surface, int(count), rng)
         others = [solid for other, solid in enumerate(solids) if other != index]
-        buried = np.any([_nearly_inside(solid, points) for solid in others], axis=0)
-        kept.append(points[~buried] if others else points)
+        covered = [_is_covered(solid, points) for solid in others]
+        kept.append(points[~np.any(covered, axis=0)] if others else points)
     return np.vstack(kept)
 
 
-def _nearly_inside(solid: TrueSolid, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _is_covered(solid: TrueSolid, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Return whether points (N, 3) lie inside a solid or within SEAM of it, (N,)."""
     inward = solid.centre - points
     distance = np.linalg.norm(inward, axis=1, keepdims=True)
     return solid.contains(points + inward * (SEAM / np.maximum(distance, SEAM)))
 
 
-def _area(vertices: NDArray[np.float64], faces: NDArray[np.int64]) -> float:
-    first, second, third = np.moveaxis(vertices[faces], 1, 0)
-    return float(np.linalg.norm(np.cross(second - first, third - first), axis=1).sum() / 2)
-
-
 def _distances(points: NDArray[np.float64], solids: Sequence[TrueSolid]) -> NDArray[np.float64]:
-    """Distance of points (N, 3) to the surface of a union of solids, (N,), m."""
-    open3d = import_open3d()
+    """Compute the distances (N,) of points (N, 3) to the surface of a union of solids, m."""
     origin = points.mean(axis=0)
-    query = open3d.core.Tensor((points - origin).astype(np.float32))
+    query = import_open3d().core.Tensor((points - origin).astype(np.float32))
     outside, inside = np.full(len(points), np.inf), np.full(len(points), -np.inf)
     for solid in solids:
-        vertices, faces = surface_mesh(solid)
-        scene = open3d.t.geometry.RaycastingScene(nthreads=1)
-        # Single precision is enough near the origin.
-        scene.add_triangles(
-            open3d.core.Tensor((vertices - origin).astype(np.float32)),
-            open3d.core.Tensor(faces.astype(np.uint32)),
-        )
+        scene = ray_scene(*surface_mesh(solid), origin)
         distance = scene.compute_distance(query, nthreads=1).numpy().astype(np.float64)
-        within = solid.contains(points)
-        outside = np.where(within, outside, np.minimum(outside, distance))
-        inside = np.where(within, np.maximum(inside, distance), inside)
+        contained = solid.contains(points)
+        outside = np.where(contained, outside, np.minimum(outside, distance))
+        inside = np.where(contained, np.maximum(inside, distance), inside)
     return np.where(np.isfinite(inside), inside, outside)

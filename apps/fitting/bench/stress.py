@@ -14,23 +14,25 @@ from ...bench import CheckReport, ReportSpec, StressArguments, StressCheck, Stre
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, milliseconds, percent, refused_pct, share_pct
 from .baselines import find_baseline
+from .cloud_sweeps import cloud_sweeps
 from .extreme_clouds import extremes
 from .extremes import extreme_rows, extreme_table, run_extreme
-from .stress_sweeps import fit_sweeps
-from .stress_trial import FAILED, RIGHT, baseline_method, fit_method
+from .fit_answer import FAILED
+from .solid_sweeps import solid_sweeps
+from .stress_trial import RIGHT, baseline_method, fit_method
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from matplotlib.axes import Axes
 
-    from ...bench import SweepStep
+    from ...bench import Sweep, SweepStep
     from .stress_trial import FitCallable
 
 MAX_EXTREME_SEEDS = 3
-"""Seeds for each extreme cloud: the answer hardly depends on them."""
+"""Number of seeds for each extreme cloud. The answer hardly depends on them."""
 MEDIAN, WORST = 0, COLOURS.index(SKY)
-"""Colours of the curves."""
+"""Places of the curves in COLOURS."""
 
 
 def stress_fit(
@@ -43,8 +45,8 @@ def stress_fit(
     Tries 20 clouds at each value, or 3 with --quick. Each sweep has a bound that must hold. Past
     the bound an answer may be wrong, but it must still be valid. Extreme clouds (empty, NaN, on a
     line, in wrong units, 10 km away ...) run as the sweep "extremes": each must be refused with a
-    reason, or give the same solid as the usual cloud, or fail with a warning. Exit code 1: a bound
-    or an expectation is violated. Writes stress.png and stress.csv.
+    reason, or return the same solid as the usual cloud, or fail with a warning. Exit code 1: a
+    bound or an expectation is violated. Writes stress.png and stress.csv.
 
     Parameters
     ----------
@@ -53,6 +55,11 @@ def stress_fit(
         and extreme clouds run only when they are named.
     """
     return run_stress(fit_stage(baseline), arguments or StressArguments())
+
+
+def fit_sweeps() -> tuple[Sweep[FitCallable], ...]:
+    """Return all sweeps, in reading order."""
+    return (*cloud_sweeps(), *solid_sweeps())
 
 
 def fit_stage(baseline: str | None = None) -> StressStage[FitCallable]:

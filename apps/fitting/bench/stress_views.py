@@ -10,7 +10,7 @@ import numpy as np
 
 from eyehand.perception import Superquadric
 
-from .clouds import DEFAULT_NOISE, POINTS, fit_case, seen_points
+from .clouds import DEFAULT_NOISE, POINTS, fit_case, visible_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Look:
+class CloudView:
     """One view of an object: its cloud, camera and support plane."""
 
     points: NDArray[np.float64]
@@ -43,10 +43,10 @@ def one_view(
     rng: np.random.Generator,
     count: int = POINTS,
     noise: float = DEFAULT_NOISE,
-) -> Look:
+) -> CloudView:
     """Return the view from `origin` (3,): `count` points, uniform on the visible surface."""
-    points = seen_points(solid, origin, count, rng)
-    return Look(points + noise * rng.normal(size=points.shape), solid, origin)
+    points = visible_points(solid, origin, count, rng)
+    return CloudView(points + noise * rng.normal(size=points.shape), solid, origin)
 
 
 def usual_solid(seed: int) -> tuple[Superquadric, NDArray[np.float64]]:
@@ -57,15 +57,15 @@ def usual_solid(seed: int) -> tuple[Superquadric, NDArray[np.float64]]:
     return case.truth, case.view_origin
 
 
-def moved(look: Look, T: RigidTransform) -> Look:
+def moved(view: CloudView, T: RigidTransform) -> CloudView:
     """Return the view in another frame, without truth and occlusion."""
-    origin, plane = look.view_origin, look.support_plane
+    origin, plane = view.view_origin, view.support_plane
     if plane is not None:
         normal = T.rotation.apply(plane[:3])
         plane = np.append(normal, plane[3] - normal @ T.translation)
     return replace(
-        look,
-        points=T.apply(look.points),
+        view,
+        points=T.apply(view.points),
         truth=None,
         view_origin=None if origin is None else T.apply(origin),
         support_plane=plane,
@@ -73,12 +73,12 @@ def moved(look: Look, T: RigidTransform) -> Look:
     )
 
 
-def scaled(look: Look, times: float) -> Look:
+def scaled(view: CloudView, times: float) -> CloudView:
     """Return the view with all its numbers multiplied, without truth."""
-    origin, plane = look.view_origin, look.support_plane
+    origin, plane = view.view_origin, view.support_plane
     return replace(
-        look,
-        points=times * look.points,
+        view,
+        points=times * view.points,
         truth=None,
         view_origin=None if origin is None else times * origin,
         support_plane=None if plane is None else plane * [1.0, 1.0, 1.0, times],

@@ -3,7 +3,7 @@
 import cv2
 import numpy as np
 
-from eyehand.apps.fitting.panel_look import SOLID
+from eyehand.apps.fitting.panel_style import SOLID
 from eyehand.apps.fitting.solid_picture import fit_picture
 
 

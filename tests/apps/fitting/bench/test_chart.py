@@ -11,7 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method, Provenance
 from eyehand.apps.fitting.bench.chart import GROUPS, WORDS
 from eyehand.apps.fitting.bench.comparison import OWN
-from eyehand.apps.fitting.bench.dials import BOARD, NO_LADDER, POINTS
+from eyehand.apps.fitting.bench.dials import BOARD, POINTS, SUPERQUADRIC_ONLY
 from eyehand.apps.main import main
 from eyehand.perception import FitOptions, Superquadric
 from eyehand.perception.superquadric import FRONT_FORMAT
@@ -54,7 +54,7 @@ def test_a_quick_chart_beside_a_baseline(tmp_path, capsys):
     assert [row["name"] for row in own if row["default"]] == ["default"]
     assert any(row["front"] for row in own)
     ladderless, baseline = (row for row in report["rows"] if row["method"] != "eyehand")
-    assert ladderless["method"] == "ours, no ladder"
+    assert ladderless["method"] == "ours, superquadric only"
     assert baseline["name"] == "1000 points"
     assert baseline["iou_median_pct"] < own[0]["iou_median_pct"]
     assert "Pareto front" in err
@@ -94,7 +94,10 @@ def test_every_dial_is_turned_alone_and_none_twice():
 
 
 def test_setting_names_state_the_difference():
-    assert BOARD.setting({"points": 100, "kinds": NO_LADDER}).name == "100 points, no ladder"
+    assert (
+        BOARD.setting({"points": 100, "kinds": SUPERQUADRIC_ONLY}).name
+        == "100 points, superquadric only"
+    )
     words = BOARD.setting({"silhouette_rays": 0, "plane_weight": 0.0, "optimiser": "lm"}).name
     assert words == "lm, no rays, no plane"
 
@@ -103,7 +106,7 @@ def test_budget_selects_from_stored_front(tmp_path):
     path = tmp_path / "front.json"
     settings = [
         BOARD.setting(),
-        BOARD.setting({"points": 100, "optimiser": "lm", "kinds": NO_LADDER}),
+        BOARD.setting({"points": 100, "optimiser": "lm", "kinds": SUPERQUADRIC_ONLY}),
         BOARD.setting({"points": 200, "optimiser": "lm"}),
     ]
     own = [

@@ -136,7 +136,7 @@ def test_a_baseline_that_gives_no_solid_is_refused(tmp_path, capsys):
         capsys=capsys,
     )
     assert code == 2
-    assert "must give a Superquadric, a SuperquadricFit or None, got a ndarray" in err
+    assert "must return a Superquadric, a SuperquadricFit or None, got a ndarray" in err
 
 
 def row(method: str, iou: float, kind: str, true_kind: str, off: float | None) -> dict:

@@ -7,8 +7,8 @@ import pytest
 from eyehand.apps.bench import SweepStep, Trial
 from eyehand.apps.bench.shares import refused_pct
 from eyehand.apps.fitting.bench import stress as stress_fit
+from eyehand.apps.fitting.bench.fit_answer import FitAnswer
 from eyehand.apps.fitting.bench.stress import fit_stage, silent_pct
-from eyehand.apps.fitting.bench.stress_trial import Answer
 from eyehand.apps.main import main
 
 
@@ -43,7 +43,7 @@ def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
 
 
 def test_extreme_clouds_alone_make_a_table_and_no_chart(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr(stress_fit, "fit_method", lambda look: Answer((), "too few points"))
+    monkeypatch.setattr(stress_fit, "fit_method", lambda view: FitAnswer((), "too few points"))
     code, out, err = run(
         "--only", "extremes", "--seeds", 1, "--json", "--out", tmp_path, capsys=capsys
     )

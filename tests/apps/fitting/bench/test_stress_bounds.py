@@ -6,7 +6,7 @@ from eyehand.apps.bench import Sweep
 from eyehand.apps.bench.sweep import run_sweep
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
 from eyehand.apps.fitting.bench.extremes import Extreme, run_extreme
-from eyehand.apps.fitting.bench.stress_sweeps import fit_sweeps
+from eyehand.apps.fitting.bench.stress import fit_sweeps
 from eyehand.apps.fitting.bench.stress_trial import fit_method
 
 SEEDS = (0, 1)

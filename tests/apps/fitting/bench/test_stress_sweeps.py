@@ -7,34 +7,34 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.bench import Sweep, Trial
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
 from eyehand.apps.fitting.bench.extremes import extreme_rows, run_extreme
-from eyehand.apps.fitting.bench.stress_sweeps import fit_sweeps
-from eyehand.apps.fitting.bench.stress_trial import Answer
-from eyehand.apps.fitting.bench.stress_views import Look, one_view, usual_solid
+from eyehand.apps.fitting.bench.fit_answer import FitAnswer
+from eyehand.apps.fitting.bench.stress import fit_sweeps
+from eyehand.apps.fitting.bench.stress_views import CloudView, one_view, usual_solid
 from eyehand.perception import Superquadric
 
 SWEEPS = {sweep.name: sweep for sweep in fit_sweeps()}
 
 
-def look_of(name: str, value: float, seed: int = 0) -> Look:
+def view_of(name: str, value: float, seed: int = 0) -> CloudView:
     """What a trial of a sweep puts before the method."""
-    return looks_of(SWEEPS[name], value, seed)[-1]
+    return views_of(SWEEPS[name], value, seed)[-1]
 
 
-def looks_of(sweep: Sweep, value: float, seed: int = 0) -> list[Look]:
-    looks: list[Look] = []
+def views_of(sweep: Sweep, value: float, seed: int = 0) -> list[CloudView]:
+    views: list[CloudView] = []
 
-    def refuse(look: Look) -> Answer:
-        looks.append(look)
-        return Answer((), "none of these")
+    def refuse(view: CloudView) -> FitAnswer:
+        views.append(view)
+        return FitAnswer((), "none of these")
 
     sweep.attempt(value, seed, refuse)
-    return looks
+    return views
 
 
-def truth(look: Look) -> Superquadric:
-    """The superquadric that a look is of."""
-    assert isinstance(look.truth, Superquadric)
-    return look.truth
+def truth(view: CloudView) -> Superquadric:
+    """The superquadric that a view is of."""
+    assert isinstance(view.truth, Superquadric)
+    return view.truth
 
 
 def test_sweeps_have_unique_names_and_state_what_is_right():
@@ -45,7 +45,7 @@ def test_sweeps_have_unique_names_and_state_what_is_right():
 @pytest.mark.parametrize("sweep", SWEEPS.values(), ids=lambda sweep: sweep.name)
 def test_trial_depends_on_value_and_seed_only(sweep: Sweep):
     for value in (sweep.values[0], sweep.values[-1]):
-        first, again, other = (looks_of(sweep, value, seed)[0] for seed in (3, 3, 4))
+        first, again, other = (views_of(sweep, value, seed)[0] for seed in (3, 3, 4))
         assert np.array_equal(first.points, again.points)
         assert first.points.shape != other.points.shape or np.any(first.points != other.points)
         assert np.all(np.isfinite(first.points))
@@ -54,40 +54,40 @@ def test_trial_depends_on_value_and_seed_only(sweep: Sweep):
 @pytest.mark.parametrize("name", sorted(SWEEPS.keys() - {"points", "far", "sheet", "wire"}))
 def test_the_truth_passes_every_sweep_of_solids(name):
     for value in SWEEPS[name].values:
-        trial = SWEEPS[name].attempt(value, 1, lambda look: Answer((truth(look),), ""))
+        trial = SWEEPS[name].attempt(value, 1, lambda view: FitAnswer((truth(view),), ""))
         assert (trial.passed, trial.score) == (True, 1.0)
-        assert len(look_of(name, value).points) == 1000
+        assert len(view_of(name, value).points) == 1000
 
 
 def test_points_are_as_many_as_asked_for_and_few_must_be_refused():
     for count in SWEEPS["points"].values:
-        assert len(look_of("points", count).points) == count
-    trial = SWEEPS["points"].attempt(49 - 9, 0, lambda look: Answer((truth(look),), ""))
+        assert len(view_of("points", count).points) == count
+    trial = SWEEPS["points"].attempt(49 - 9, 0, lambda view: FitAnswer((truth(view),), ""))
     assert not trial.passed
     assert trial.note.startswith("not refused")
 
 
 def test_noise_is_as_large_as_asked_for():
-    exact = look_of("noise", 0)
+    exact = view_of("noise", 0)
     assert np.abs(truth(exact).distance(exact.points)).max() < 1e-9
     for sigma in (1, 5):
-        look = look_of("noise", sigma)
-        assert np.std(look.points - exact.points) == pytest.approx(1e-3 * sigma, rel=0.05)
+        view = view_of("noise", sigma)
+        assert np.std(view.points - exact.points) == pytest.approx(1e-3 * sigma, rel=0.05)
 
 
 def test_outliers_are_as_many_as_asked_for():
     for share in (0, 20, 60):
-        look = look_of("outliers", share)
-        far = np.abs(truth(look).distance(look.points)) > 0.006
+        view = view_of("outliers", share)
+        far = np.abs(truth(view).distance(view.points)) > 0.006
         assert share / 100 - 0.12 < far.mean() < share / 100 + 0.01
 
 
 def test_less_is_seen_of_the_surface():
     reach = []
     for share in (100, 50, 10):
-        look = look_of("seen", share)
-        assert look.view_origin is None
-        along = (look.points - truth(look).centre) @ (usual_solid(0)[1] - truth(look).centre)
+        view = view_of("seen", share)
+        assert view.view_origin is None
+        along = (view.points - truth(view).centre) @ (usual_solid(0)[1] - truth(view).centre)
         reach.append(np.ptp(along))
     assert reach[0] > 1.5 * reach[1] > 2 * reach[2]
 
@@ -96,51 +96,51 @@ def test_less_is_seen_of_the_surface():
 def test_occluder_hides_exactly_the_removed_part(seed):
     whole = one_view(*usual_solid(seed), np.random.default_rng(0), count=5000)
     for share in (80, 50, 10):
-        look = look_of("occluded", share, seed)
-        assert look.hidden is not None
-        assert look.view_origin is not None
-        rays, rest = (points - look.view_origin for points in (look.points, whole.points))
-        assert not look.hidden(rays / np.linalg.norm(rays, axis=1, keepdims=True)).any()
-        assert look.hidden(rest).mean() == pytest.approx(1 - share / 100, abs=0.06)
+        view = view_of("occluded", share, seed)
+        assert view.hidden is not None
+        assert view.view_origin is not None
+        rays, rest = (points - view.view_origin for points in (view.points, whole.points))
+        assert not view.hidden(rays / np.linalg.norm(rays, axis=1, keepdims=True)).any()
+        assert view.hidden(rest).mean() == pytest.approx(1 - share / 100, abs=0.06)
 
 
 def test_views_are_at_the_angle_asked_for():
     for name, angle in (("face-on", 0), ("face-on", 20), ("end-on", 0), ("side-on", 90)):
-        look = look_of(name, angle)
-        assert look.view_origin is not None
-        towards = truth(look).to_local(look.view_origin)
+        view = view_of(name, angle)
+        assert view.view_origin is not None
+        towards = truth(view).to_local(view.view_origin)
         assert np.linalg.norm(towards) == pytest.approx(0.7)
         assert np.degrees(np.arccos(towards[2] / 0.7)) == pytest.approx(angle, abs=1e-5)
-    slanting = look_of("face-on", 55)
+    slanting = view_of("face-on", 55)
     assert slanting.view_origin is not None
     corner = truth(slanting).to_local(slanting.view_origin)
     assert corner == pytest.approx([0.4] * 3, abs=0.01)
-    above = look_of("from-above", 90)
+    above = view_of("from-above", 90)
     assert above.support_plane is not None
     assert truth(above).support([0.0, 0.0, -1.0]) == pytest.approx(0.0, abs=1e-12)
 
 
 def test_exponents_and_aspects_are_those_asked_for():
-    assert truth(look_of("sharp", 0.05)).exponents == (0.05, 0.05)
-    assert truth(look_of("pinched", 1.95)).exponents == (1.95, 1.95)
-    assert truth(look_of("diamond", 0.05)).exponents == (0.05, 1.95)
-    assert truth(look_of("tent", 0.05)).exponents == (1.95, 0.05)
-    assert truth(look_of("rod", 20)).semi_axes == pytest.approx([0.005, 0.005, 0.1])
-    assert truth(look_of("plate", 20)).semi_axes == pytest.approx([0.1, 0.1, 0.005])
+    assert truth(view_of("sharp", 0.05)).exponents == (0.05, 0.05)
+    assert truth(view_of("pinched", 1.95)).exponents == (1.95, 1.95)
+    assert truth(view_of("diamond", 0.05)).exponents == (0.05, 1.95)
+    assert truth(view_of("tent", 0.05)).exponents == (1.95, 0.05)
+    assert truth(view_of("rod", 20)).semi_axes == pytest.approx([0.005, 0.005, 0.1])
+    assert truth(view_of("plate", 20)).semi_axes == pytest.approx([0.1, 0.1, 0.005])
 
 
 def test_sheets_and_wires_have_stated_extents():
     for name, rank in (("sheet", 2), ("wire", 1)):
-        exact, noisy = (look_of(name, value).points for value in (0, 5))
+        exact, noisy = (view_of(name, value).points for value in (0, 5))
         extents = [np.linalg.svd(p - p.mean(axis=0), compute_uv=False) for p in (exact, noisy)]
         assert np.count_nonzero(extents[0] > 1e-9) == rank
         assert extents[1][rank] / np.sqrt(1000) == pytest.approx(5e-3, rel=0.1)
 
 
 def test_far_clouds_are_near_ones_moved():
-    near, far = looks_of(SWEEPS["far"], 10_000)
+    near, far = views_of(SWEEPS["far"], 10_000)
     assert np.linalg.norm(far.points.mean(axis=0)) == pytest.approx(1e4, rel=1e-3)
-    spread = [np.ptp(look.points, axis=0) for look in (near, far)]
+    spread = [np.ptp(view.points, axis=0) for view in (near, far)]
     assert spread[0] == pytest.approx(spread[1], abs=1e-10)
 
 
@@ -160,8 +160,8 @@ def test_every_extreme_has_its_own_name():
 
 
 def test_refusing_everything_meets_only_degrade_expectations():
-    def refuse(look: Look) -> Answer:
-        return Answer((), "no")
+    def refuse(view: CloudView) -> FitAnswer:
+        return FitAnswer((), "no")
 
     assert not any(verdicts(refuse, "refuse").values())
     assert not any(verdicts(refuse, "follow").values())
@@ -172,8 +172,8 @@ def test_constant_answer_meets_almost_no_expectation():
     pose = RigidTransform.from_translation([0.1, 0.2, 0.3])
     solid = Superquadric(np.array([0.3, 0.4, 0.5]), (0.1, 0.1), pose)
 
-    def stubborn(look: Look) -> Answer:
-        return Answer((solid,), "")
+    def stubborn(view: CloudView) -> FitAnswer:
+        return FitAnswer((solid,), "")
 
     assert not any(verdicts(stubborn, "refuse").values())
     stays = {"in another order", "transposed in memory"}
@@ -182,7 +182,7 @@ def test_constant_answer_meets_almost_no_expectation():
 
 
 def test_exception_violates_every_expectation():
-    def crash(look: Look) -> Answer:
+    def crash(view: CloudView) -> FitAnswer:
         raise FloatingPointError("no\nway")
 
     result = run_extreme(EXTREMES["one NaN"], [0, 1], crash)
