@@ -11,10 +11,10 @@ from eyehand.errors import InputError
 
 
 def run(capsys, *arguments: str) -> tuple[int, str]:
-    """Exit code and stderr of a command."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run a command; return exit code and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(list(arguments))
-    return int(leaving.value.code or 0), capsys.readouterr().err
+    return int(exit_info.value.code or 0), capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -27,21 +27,21 @@ def run(capsys, *arguments: str) -> tuple[int, str]:
         (("stress", "grasp", "--seeds", "1.5"), "--seeds"),
     ],
 )
-def test_a_fraction_is_no_whole_number(capsys, arguments, name):
+def test_fraction_is_rejected_as_a_whole_number(capsys, arguments, name):
     code, err = run(capsys, *arguments)
     assert code == 2
     assert f"{name} must be a whole number, got " in err
     assert len(err.splitlines()) == 1
 
 
-def test_whole_numbers_and_fractions_pass_where_they_belong(capsys):
+def test_whole_numbers_and_fractions_are_accepted_where_valid(capsys):
     _, err = run(
         capsys, "evaluate", "grasp", "--count", "3.0", "--friction", "0.5", "--scenes", "0"
     )
     assert "--scenes must be >= 1, got 0" in err
 
 
-def test_a_demo_ends_after_one_failure_at_the_soonest(capsys):
+def test_demo_rejects_zero_failures(capsys):
     code, err = run(capsys, "demo", "--failures", "0")
     assert (code, err) == (2, "eyehand: --failures must be >= 1, got 0\n")
 
@@ -98,13 +98,13 @@ def needs_mink() -> int:
 @pytest.mark.parametrize("alias", sorted(ALIASES))
 def test_alias_runs_its_command(capsys, alias):
     assert ALIASES[alias] in COMMANDS
-    with pytest.raises(SystemExit) as leaving:
+    with pytest.raises(SystemExit) as exit_info:
         main([*alias.split(), "--help"])
-    assert not leaving.value.code
+    assert not exit_info.value.code
     assert "--json" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("port", [-1, MAX_PORT + 1, 99999999])
-def test_a_port_that_cannot_be_is_refused(port):
+def test_invalid_port_is_rejected(port):
     with pytest.raises(InputError, match=f"from 0 to 65535, got {port}"):
         open_server(port)

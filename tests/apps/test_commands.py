@@ -1,4 +1,4 @@
-"""Commands as a person runs them: what they print, write, and refuse."""
+"""Commands: output, files and rejected input."""
 
 import json
 import os
@@ -26,22 +26,22 @@ SAMPLE = Path(__file__).resolve().parents[2] / "apps" / "sample" / "depth.png"
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of a command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run a command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main([str(argument) for argument in arguments])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
 def picture(path: Path) -> np.ndarray:
-    """A PNG with all its bits."""
+    """Read a PNG with its full bit depth."""
     read = cv2.imread(str(path), cv2.IMREAD_UNCHANGED)
     assert read is not None
     return read
 
 
 def cloud_file(path: Path) -> Path:
-    """A noisy ball of 40 mm radius at (0.1, 0.2, 0.3)."""
+    """Write the cloud of a noisy ball of 40 mm radius at (0.1, 0.2, 0.3)."""
     rng = np.random.default_rng(0)
     directions = rng.normal(size=(800, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
@@ -51,7 +51,7 @@ def cloud_file(path: Path) -> Path:
 
 @pytest.fixture
 def flat(monkeypatch) -> None:
-    """Pictures of fits are drawn without OpenGL, which takes seconds to start."""
+    """Disable OpenGL, which takes seconds to start."""
     monkeypatch.setenv("MUJOCO_GL", "disable")
 
 
@@ -83,7 +83,7 @@ def test_perceive_writes_its_files_and_one_json_object(tmp_path, capsys):
     ]
 
 
-def test_perceive_takes_a_camera_file_and_a_frame_without_a_place(tmp_path, capsys):
+def test_perceive_accepts_a_camera_file_and_a_frame_without_pose(tmp_path, capsys):
     frame = read_frame(SAMPLE)
     write_frame(tmp_path / "bare.npz", DepthFrame(frame.depth, frame.intrinsics))
     code, out, _ = run(
@@ -107,7 +107,7 @@ def test_perceive_takes_a_camera_file_and_a_frame_without_a_place(tmp_path, caps
     assert json.loads(again)["rows"][0]["objects"] == json.loads(out)["rows"][0]["objects"]
 
 
-def test_perceive_plays_a_recording_frame_by_frame(tmp_path, capsys):
+def test_perceive_reads_a_recording_frame_by_frame(tmp_path, capsys):
     frame = read_frame(SAMPLE)
     bare = DepthFrame(frame.depth, frame.intrinsics)
     record_frames(tmp_path / "two.mcap", [bare, bare])
@@ -119,7 +119,7 @@ def test_perceive_plays_a_recording_frame_by_frame(tmp_path, capsys):
     assert (tmp_path / "out" / "0001" / "scene.json").is_file()
 
 
-def test_no_camera_is_one_line_and_exit_code_1_within_two_seconds():
+def test_missing_camera_gives_one_line_and_exit_code_1_within_two_seconds():
     began = time.perf_counter()
     done = subprocess.run(
         [sys.executable, "-m", "eyehand.apps", "perceive", "--oak"],
@@ -128,7 +128,7 @@ def test_no_camera_is_one_line_and_exit_code_1_within_two_seconds():
         env={**os.environ, "DEPTHAI_LEVEL": ""},
         check=False,
     )
-    # The bound is the product's 2 s after start-up; a loaded machine needs as long to import.
+    # The limit is 2 s after start-up. A loaded machine needs several seconds for the imports.
     assert time.perf_counter() - began < 8.0
     assert done.returncode == 1
     assert done.stdout == ""
@@ -136,7 +136,7 @@ def test_no_camera_is_one_line_and_exit_code_1_within_two_seconds():
     assert len(done.stderr.strip().splitlines()) == 1
 
 
-def test_synth_then_perceive_finds_what_was_made(tmp_path, capsys):
+def test_perceive_finds_all_objects_of_synth(tmp_path, capsys):
     code, out, _ = run(
         "synth", "--seed", "3", "--objects", "3", "--out", tmp_path, "--json", capsys=capsys
     )
@@ -166,7 +166,7 @@ def test_fit_reads_clouds_and_writes_the_solid(tmp_path, capsys, suffix, flat):
     assert report["schema"] == "eyehand.solid/1"
 
 
-def test_fit_takes_many_clouds_and_says_which_failed(tmp_path, capsys):
+def test_fit_reports_which_of_several_clouds_failed(tmp_path, capsys):
     good = cloud_file(tmp_path / "good.ply")
     (tmp_path / "few.xyz").write_text("0 0 0\n0 0 1\n0 1 0\n")
     code, out, _ = run(
@@ -179,7 +179,7 @@ def test_fit_takes_many_clouds_and_says_which_failed(tmp_path, capsys):
     assert "too few" in second["reason"]
 
 
-def test_a_look_shows_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, monkeypatch):
+def test_demo_look_writes_both_frames_and_scores_the_synthetic_one(tmp_path, capsys, monkeypatch):
     monkeypatch.setenv("EYEHAND_DATA", str(tmp_path / "absent"))
     code, out, err = run("demo", "--look", "--out", tmp_path, "--json", capsys=capsys)
     assert code == 0
@@ -189,7 +189,7 @@ def test_a_look_shows_both_frames_and_scores_the_synthetic_one(tmp_path, capsys,
         assert (tmp_path / name).is_file()
 
 
-def test_fit_never_overwrites_a_cloud_or_another_result(tmp_path, capsys, flat):
+def test_fit_does_not_overwrite_a_cloud_or_another_result(tmp_path, capsys, flat):
     cloud = cloud_file(tmp_path / "ball.ply")
     before = cloud.read_bytes()
     assert run("fit", cloud, "--out", tmp_path, capsys=capsys)[0] == 0
@@ -200,7 +200,7 @@ def test_fit_never_overwrites_a_cloud_or_another_result(tmp_path, capsys, flat):
     assert "same name" in err
 
 
-def test_file_names_are_shown_as_they_are(tmp_path, capsys):
+def test_brackets_in_file_names_are_printed(tmp_path, capsys):
     cloud = cloud_file(tmp_path / "cup[left].xyz")
     assert "cup[left].xyz" in run("fit", cloud, capsys=capsys)[1]
     frame = small_frame(tmp_path / "[bold]x.npz", np.ones((16, 20), np.float32))
@@ -208,7 +208,7 @@ def test_file_names_are_shown_as_they_are(tmp_path, capsys):
     assert "[bold]x.npz" in table.replace("\n", "")  # long titles wrap
 
 
-def test_a_look_takes_a_frame_of_another_shape(tmp_path, capsys):
+def test_demo_accepts_a_frame_of_another_shape(tmp_path, capsys):
     frame = small_frame(tmp_path / "wide.npz", np.ones((18, 64), np.float32))
     assert run("demo", frame, "--objects", "1", "--out", tmp_path / "o", capsys=capsys)[0] == 0
     assert picture(tmp_path / "o" / "overview.png").ndim == 3
@@ -248,7 +248,7 @@ BAD = {
 
 
 @pytest.mark.parametrize("case", BAD)
-def test_wrong_input_is_one_line_and_exit_code_2(case, capsys, tmp_path, monkeypatch):
+def test_invalid_input_gives_one_line_and_exit_code_2(case, capsys, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     arguments, names = BAD[case]
     code, out, err = run(*arguments, capsys=capsys)
@@ -260,21 +260,21 @@ def test_wrong_input_is_one_line_and_exit_code_2(case, capsys, tmp_path, monkeyp
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_frame_that_shows_nothing_is_described_as_empty(tmp_path, capsys):
+def test_frame_without_objects_gives_an_empty_scene(tmp_path, capsys):
     frame = small_frame(tmp_path / "wall.npz", np.ones((16, 20), np.float32))
     code, out, _ = run("perceive", frame, "--out", tmp_path / "o", "--json", capsys=capsys)
     assert code == 0
     assert json.loads(out)["rows"][0]["objects"] == 0
 
 
-def test_an_output_folder_that_cannot_be_made_is_refused(tmp_path, capsys):
+def test_impossible_output_folder_is_rejected(tmp_path, capsys):
     (tmp_path / "file").write_text("in the way")
     code, _, err = run("perceive", SAMPLE, "--out", tmp_path / "file" / "out", capsys=capsys)
     assert code == 2
     assert "cannot create the folder" in err
 
 
-def test_help_answers_at_once_and_names_every_command():
+def test_help_is_fast_and_names_every_command():
     command = [sys.executable, "-m", "eyehand.apps", "--help"]
     times = []
     for _ in range(3):
@@ -286,7 +286,7 @@ def test_help_answers_at_once_and_names_every_command():
 
 
 @pytest.mark.parametrize("command", sorted(COMMANDS))
-def test_every_command_explains_its_options(command, capsys):
+def test_every_command_has_help(command, capsys):
     code, out, _ = run(*command.split(), "--help", capsys=capsys)
     assert code == 0
     assert "--out" in out

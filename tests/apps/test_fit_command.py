@@ -1,4 +1,4 @@
-"""`eyehand fit` as a person runs it: what it prints, writes and refuses."""
+"""`eyehand fit`: output, files and rejected input."""
 
 import json
 import os
@@ -28,7 +28,7 @@ INTERRUPTIBLE = (
 
 @pytest.fixture(autouse=True)
 def flat(monkeypatch) -> None:
-    """Pictures are drawn without OpenGL, which takes seconds to start."""
+    """Disable OpenGL, which takes seconds to start."""
     monkeypatch.setenv("MUJOCO_GL", "disable")
 
 
@@ -41,15 +41,15 @@ def ball(tmp_path) -> Path:
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of a fit in this process."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["fit", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
-def refused(*arguments, capsys) -> str:
-    """The one line by which a fit is refused."""
+def rejection(*arguments, capsys) -> str:
+    """Run a rejected command; return its message, which must be one line."""
     code, out, err = run(*arguments, capsys=capsys)
     assert code == 2
     assert out == ""
@@ -58,7 +58,7 @@ def refused(*arguments, capsys) -> str:
     return err
 
 
-def test_an_object_of_a_frame_becomes_all_its_files(tmp_path, capsys):
+def test_fit_of_a_frame_object_writes_all_files(tmp_path, capsys):
     folder = tmp_path / "out"
     code, out, _ = run(SAMPLE, "--label", 4, "--out", folder, "--json", capsys=capsys)
     assert code == 0
@@ -72,7 +72,7 @@ def test_an_object_of_a_frame_becomes_all_its_files(tmp_path, capsys):
     assert model.body_mass[1] == pytest.approx(1000 * row["solid"]["volume_m3"], rel=0.01)
 
 
-def test_the_json_file_says_all_that_is_known_and_not_known(tmp_path, capsys):
+def test_json_file_has_solid_uncertainty_and_source(tmp_path, capsys):
     assert run(SAMPLE, "--label", 4, "--out", tmp_path, capsys=capsys)[0] == 0
     report = json.loads((tmp_path / "depth_4_solid.json").read_text())
     assert report["schema"] == "eyehand.solid/1"
@@ -95,20 +95,20 @@ def test_the_json_file_says_all_that_is_known_and_not_known(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("form", ["ply", "stl", "obj"])
-def test_the_mesh_comes_in_the_wanted_format(ball, tmp_path, capsys, form):
+def test_mesh_has_the_requested_format(ball, tmp_path, capsys, form):
     assert run(ball, "--out", tmp_path / "o", "--mesh", form, capsys=capsys)[0] == 0
     surface = read_cloud(tmp_path / "o" / f"ball_solid.{form}", samples=200)
     assert np.linalg.norm(surface - [0, 0, 0.04], axis=1) == pytest.approx(0.04, abs=5e-4)
 
 
-def test_density_weighs_the_body(ball, tmp_path, capsys):
+def test_density_sets_the_mass(ball, tmp_path, capsys):
     assert run(ball, "--out", tmp_path, "--density", 250, capsys=capsys)[0] == 0
     for suffix in (".xml", ".urdf"):
         model = import_mujoco().MjModel.from_xml_path(str(tmp_path / f"ball_body{suffix}"))
         assert model.body_mass[1] == pytest.approx(250 * 4 / 3 * np.pi * 0.04**3, rel=0.02)
 
 
-def test_a_failed_fit_is_a_row_exit_code_1_and_no_body(tmp_path, capsys):
+def test_failed_fit_gives_a_row_and_exit_code_1_but_no_body(tmp_path, capsys):
     (tmp_path / "few.xyz").write_text("0 0 0\n0 0 1\n0 1 0\n")
     code, out, err = run(tmp_path / "few.xyz", "--out", tmp_path / "o", "--json", capsys=capsys)
     assert code == 1
@@ -122,13 +122,13 @@ def test_a_failed_fit_is_a_row_exit_code_1_and_no_body(tmp_path, capsys):
     }
 
 
-def test_one_bad_file_of_many_stops_before_anything_is_written(ball, tmp_path, capsys):
-    err = refused(ball, tmp_path / "gone.ply", "--out", tmp_path / "o", capsys=capsys)
+def test_missing_file_is_rejected_before_any_output(ball, tmp_path, capsys):
+    err = rejection(ball, tmp_path / "gone.ply", "--out", tmp_path / "o", capsys=capsys)
     assert "gone.ply" in err
     assert not (tmp_path / "o").exists()
 
 
-def test_names_and_clouds_of_all_sorts_become_rows_and_files(tmp_path, capsys):
+def test_unusual_names_and_clouds_give_rows_and_files(tmp_path, capsys):
     rng = np.random.default_rng(0)
     solid = Superquadric(np.array([0.05, 0.03, 0.02]), (0.4, 0.7), RigidTransform.identity())
     points = sample_surface(solid, 300, rng)
@@ -152,7 +152,7 @@ def test_names_and_clouds_of_all_sorts_become_rows_and_files(tmp_path, capsys):
     assert len(list((tmp_path / "o").glob("*.png"))) == len(clouds)
 
 
-def test_every_kind_and_optimiser_is_a_choice(tmp_path, capsys):
+def test_kind_optimiser_and_points_are_options(tmp_path, capsys):
     solid = Superquadric(np.array([0.05, 0.04, 0.03]), (0.5, 0.8), RigidTransform.identity())
     cloud = write_cloud(tmp_path / "s.xyz", sample_surface(solid, 500, np.random.default_rng(0)))
     code, out, _ = run(
@@ -162,7 +162,7 @@ def test_every_kind_and_optimiser_is_a_choice(tmp_path, capsys):
     assert json.loads(out)["rows"][0]["solid"]["kind"] == "tapered"
 
 
-def test_the_page_is_one_file(ball, tmp_path, capsys):
+def test_page_is_one_file(ball, tmp_path, capsys):
     page = tmp_path / "new" / "ball.html"
     code, out, _ = run(ball, "--page", page, "--json", capsys=capsys)
     assert code == 0
@@ -171,7 +171,7 @@ def test_the_page_is_one_file(ball, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         ([], "CLOUD"),
         (["{ball}", "--label", "1"], "--label"),
@@ -196,13 +196,13 @@ def test_the_page_is_one_file(ball, tmp_path, capsys):
         (["{folder}"], "suffix"),
     ],
 )
-def test_wrong_input_is_one_line_and_writes_nothing(
-    arguments, says, ball, tmp_path, capsys, monkeypatch
+def test_invalid_input_gives_one_line_and_no_file(
+    arguments, message, ball, tmp_path, capsys, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
     before = sorted(tmp_path.rglob("*"))
     named = [argument.format(ball=ball, frame=SAMPLE, folder=tmp_path) for argument in arguments]
-    assert says in refused(*named, capsys=capsys)
+    assert message in rejection(*named, capsys=capsys)
     assert sorted(tmp_path.rglob("*")) == before
 
 

@@ -1,4 +1,4 @@
-"""Synthetic scenes by seed: what a whole look finds, held to what was promised."""
+"""Accuracy of perception on synthetic scenes with fixed seeds."""
 
 import numpy as np
 import pytest
@@ -11,34 +11,34 @@ SEEDS = range(100, 120)
 FIVE = TabletopOptions(count_range=(5, 5))
 
 
-def look(seed, noise):
+def perceive_scene(seed, noise):
     scene = make_scene(seed, FIVE)
     frame, truth = render_frame(scene, noise, seed, colour=False)
     return scene, perceive(frame), truth
 
 
 @pytest.mark.parametrize(
-    ("noise", "least_f"), [(DepthNoise.none(), 0.85), (DepthNoise.realistic(), 0.85)]
+    ("noise", "min_f"), [(DepthNoise.none(), 0.85), (DepthNoise.realistic(), 0.85)]
 )
-def test_twenty_scenes_of_five_separate_objects_are_found(noise, least_f):
+def test_separate_objects_are_segmented(noise, min_f):
     scores = []
     for seed in SEEDS:
-        _, seen, truth = look(seed, noise)
-        scores.append(score_segmentation(seen.segmentation.labels, truth).f)
-        for item in seen.objects:
+        _, perceived, truth = perceive_scene(seed, noise)
+        scores.append(score_segmentation(perceived.segmentation.labels, truth).f)
+        for item in perceived.objects:
             if item.fit:
                 assert item.fit.superquadric is not None
                 assert np.all(np.isfinite(item.fit.superquadric.pose.as_matrix()))
-    assert np.mean(scores) >= least_f
+    assert np.mean(scores) >= min_f
     assert min(scores) > 0.6
 
 
-def test_solids_have_the_size_and_place_of_the_objects_they_stand_for():
+def test_solids_have_the_size_and_position_of_the_objects():
     size, place = [], []
     for seed in SEEDS[:8]:
-        scene, seen, truth = look(seed, DepthNoise.realistic())
-        for item in seen.objects:
-            number = int(np.bincount(truth[seen.segmentation.mask(item.label)]).argmax())
+        scene, perceived, truth = perceive_scene(seed, DepthNoise.realistic())
+        for item in perceived.objects:
+            number = int(np.bincount(truth[perceived.segmentation.mask(item.label)]).argmax())
             solid = item.fit.superquadric
             if number == 0 or solid is None or item.visible_share < 0.7:
                 continue
@@ -50,19 +50,19 @@ def test_solids_have_the_size_and_place_of_the_objects_they_stand_for():
     assert np.median(place) < 0.006
 
 
-@pytest.mark.parametrize(("family", "least"), [("separate", 1.0), ("stacked", 0.85)])
-def test_what_stands_on_what_is_told(family, least):
+@pytest.mark.parametrize(("family", "min_share"), [("separate", 1.0), ("stacked", 0.85)])
+def test_supporting_object_is_reported(family, min_share):
     right = total = 0
     for seed in range(300, 306):
         scene = make_scene(seed, TabletopOptions(family=family, count_range=(6, 6)))
         frame, truth = render_frame(scene, DepthNoise.realistic(), seed, colour=False)
-        seen = perceive(frame)
-        for item in seen.objects:
-            number = int(np.bincount(truth[seen.segmentation.mask(item.label)]).argmax())
+        perceived = perceive(frame)
+        for item in perceived.objects:
+            number = int(np.bincount(truth[perceived.segmentation.mask(item.label)]).argmax())
             if number == 0:
                 continue
             bottom = -float(scene.objects[number - 1].shape.support([0.0, 0.0, -1.0]))
             right += ((item.rests_on or 0) > 0) == (bottom > 0.01)
             total += 1
     assert total >= 30
-    assert right / total >= least
+    assert right / total >= min_share

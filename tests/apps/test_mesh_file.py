@@ -1,4 +1,4 @@
-"""Meshes come back from every format as they were."""
+"""Meshes are equal after writing and reading in every format."""
 
 import io
 
@@ -17,7 +17,7 @@ SOLID = Superquadric(
 
 
 @pytest.mark.parametrize("form", ["ply", "stl", "obj"])
-def test_a_mesh_is_read_back_closed_and_of_its_volume(form, tmp_path):
+def test_written_mesh_is_closed_and_has_the_volume(form, tmp_path):
     encoded = mesh_bytes(*mesh(SOLID, 64), form)
     surface = trimesh.load_mesh(io.BytesIO(encoded), file_type=form)
     assert surface.is_watertight

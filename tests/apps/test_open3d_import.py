@@ -1,4 +1,4 @@
-"""Tests of the import of open3d."""
+"""The import of open3d."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_open3d_loads_once() -> None:
     assert import_open3d() is open3d
 
 
-def test_a_missing_system_library_names_the_packages_to_install(
+def test_missing_system_library_names_the_packages_to_install(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     _fail_to_import(
@@ -41,7 +41,7 @@ def test_a_missing_system_library_names_the_packages_to_install(
     assert "\n" not in message
 
 
-def test_a_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_missing_package_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
     _fail_to_import(monkeypatch, ModuleNotFoundError("No module", name="open3d"))
     with pytest.raises(DeviceError, match="the Python package open3d is not installed"):
         import_open3d()

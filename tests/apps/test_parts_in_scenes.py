@@ -1,4 +1,4 @@
-"""What pictures and files of a scene make of an object of several parts."""
+"""Objects of several parts in pictures, files and the visible share."""
 
 from dataclasses import replace
 
@@ -27,7 +27,7 @@ VIEW = StagedView(image_size=(320, 240))
 
 @pytest.fixture(scope="module")
 def elbow():
-    """A frame of a bent bar, its pixels, and its fit in parts."""
+    """Return the frame of a bent bar, its label image, and its fit in parts."""
     frame, labels = staged_frame(
         StagedScene((StagedObject(ELBOW, (0.0, 0.0, 0.0), yaw=0.6),), VIEW)
     )
@@ -43,18 +43,18 @@ def elbow():
     return frame, labels, fit
 
 
-def test_a_bent_bar_is_two_and_its_file_says_both(elbow):
+def test_bent_bar_is_fitted_and_written_as_two_parts(elbow):
     _, _, fit = elbow
     assert fit
     assert [part.kind for part in fit.parts] == ["cylinder", "cylinder"]
     radii = [part.semi_axes[0] for part in fit.parts]
     assert radii == pytest.approx([0.019, 0.019], abs=0.002)
-    told = fit_json(fit)
-    assert len(told["parts"]) == 2
-    assert told["parts"][0] == told["solid"]
+    report = fit_json(fit)
+    assert len(report["parts"]) == 2
+    assert report["parts"][0] == report["solid"]
 
 
-def test_all_parts_count_as_its_outline(elbow):
+def test_visible_share_uses_the_outline_of_all_parts(elbow):
     frame, labels, fit = elbow
     pixels = int(np.count_nonzero(labels == 1))
     share = visible_share(pixels, fit, frame, frame.T_world_camera)
@@ -68,7 +68,7 @@ def test_all_parts_count_as_its_outline(elbow):
     )
 
 
-def test_all_parts_are_drawn_and_named(elbow):
+def test_all_parts_are_drawn(elbow):
     frame, _, fit = elbow
     found = perceive_and_plan(frame)
     scene = found.scene
@@ -81,14 +81,14 @@ def test_all_parts_are_drawn_and_named(elbow):
     assert np.count_nonzero(np.any(pictures[0] != pictures[1], axis=2)) > 500
 
 
-def test_no_line_shows_through_a_part_before_it():
+def test_lines_behind_a_part_are_covered():
     near = Superquadric(np.full(3, 0.03), (1.0, 1.0), RigidTransform.from_translation([0, 0, 0.5]))
     points = np.array([[0.0, 0.0, 0.7], [0.0, 0.0, 0.5], [0.0, 0.0, 0.4], [0.2, 0.0, 0.7]])
     hidden = covered(points, (near,), np.zeros(3))
     assert hidden.tolist() == [True, True, False, False]
 
 
-def test_perceiving_takes_the_number_of_parts(elbow):
+def test_perceive_limits_the_number_of_parts(elbow):
     frame, _, _ = elbow
     scene = perceive(frame, PerceiveOptions(fit=FitOptions(max_parts=3)))
     assert all(len(item.fit.parts) <= 3 for item in scene.objects)

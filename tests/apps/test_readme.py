@@ -30,7 +30,7 @@ MEASURING = ("eyehand evaluate", "eyehand chart", "eyehand stress")
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch) -> Path:
-    """A folder with the files that the README's examples name."""
+    """Return a folder with the files that the README names."""
     (tmp_path / "apps" / "sample").mkdir(parents=True)
     for file in (ROOT / "apps" / "sample").iterdir():
         shutil.copy(file, tmp_path / "apps" / "sample")
@@ -48,7 +48,7 @@ def folder(tmp_path, monkeypatch) -> Path:
     return tmp_path
 
 
-def test_the_readme_shows_commands():
+def test_readme_contains_commands():
     assert sum(command.startswith("eyehand ") for command in COMMANDS) >= 8
     assert {"make demo", "make test"} <= set(COMMANDS)
 
@@ -60,17 +60,17 @@ def test_the_readme_shows_commands():
         for command in COMMANDS
     ],
 )
-def test_each_command_of_the_readme_runs(command, folder, capsys):
+def test_readme_command_runs(command, folder, capsys):
     words = shlex.split(command)
     if words[0] == "make":
         assert re.search(rf"^{words[1]}:", (ROOT / "Makefile").read_text(), flags=re.MULTILINE)
         return
     assert words[0] == "eyehand"
-    with pytest.raises(SystemExit) as leaving:
+    with pytest.raises(SystemExit) as exit_info:
         main(words[1:])
-    # No camera is connected where tests run: that command must say so, and only that.
+    # No camera is connected where tests run, so that this command must fail.
     expected = 1 if "--oak" in words else 0
-    assert leaving.value.code == expected, capsys.readouterr().err
+    assert exit_info.value.code == expected, capsys.readouterr().err
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,7 @@ def test_each_command_of_the_readme_runs(command, folder, capsys):
         ("import numpy", "ended: clear"),
     ],
 )
-def test_the_python_examples_run(begins, prints, folder, capsys):
+def test_python_example_runs(begins, prints, folder, capsys):
     examples = re.findall(r"```python\n(.*?)```", README, flags=re.DOTALL)
     (example,) = [one for one in examples if one.startswith(begins)]
     (folder / "example.py").write_text(example)
@@ -89,7 +89,7 @@ def test_the_python_examples_run(begins, prints, folder, capsys):
     assert prints in capsys.readouterr().out
 
 
-def test_the_readme_has_no_other_python_examples():
+def test_readme_has_three_python_examples():
     assert len(re.findall(r"```python", README)) == 3
 
 
@@ -103,7 +103,7 @@ def test_paths_and_functions_named_in_contributing_exist():
         assert re.search(rf"^(class|def) {name}\b", (ROOT / path).read_text(), re.MULTILINE), name
 
 
-def test_the_lines_that_join_arm_and_hand_make_a_robot(folder):
+def test_example_that_joins_arm_and_hand_makes_a_robot(folder):
     (example,) = re.findall(r"```python\n(.*?)```", CONTRIBUTING, flags=re.DOTALL)
     (folder / "join.py").write_text(textwrap.dedent(example))
     runpy.run_path(str(folder / "join.py"))

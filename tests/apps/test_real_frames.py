@@ -1,4 +1,4 @@
-"""Real frames of several cameras: described without a crash, every number finite."""
+"""Real frames of several cameras are perceived with finite numbers."""
 
 import json
 from pathlib import Path
@@ -17,7 +17,7 @@ FRAMES = {
     "frames/pcl/table_scene_mug_stereo_textured.pcd": 1,
     "frames/graspnet/depth.png": 5,
 }
-"""Frame → how many objects stand free enough that any segmentation must find as many."""
+"""Frame → number of well separated objects that must be found at least."""
 
 
 def check(frame: DepthFrame) -> int:
@@ -35,14 +35,14 @@ def check(frame: DepthFrame) -> int:
 
 
 @pytest.mark.parametrize("name", FRAMES)
-def test_frames_of_other_cameras_are_described(name, real_data):
+def test_frames_of_other_cameras_are_perceived(name, real_data):
     path = real_data / name
     camera = path.with_name("camera.json") if path.suffix == ".png" else None
     assert check(read_frame(path, camera)) >= FRAMES[name]
 
 
 @pytest.mark.parametrize("first", range(5))
-def test_labelled_tabletop_frames_are_segmented_sensibly(first, real_data):
+def test_labelled_tabletop_frames_are_segmented(first, real_data):
     scores = []
     paths = sorted((real_data / "mosd_learn").glob("*.npz"))[first::15]
     assert paths
@@ -56,7 +56,8 @@ def test_labelled_tabletop_frames_are_segmented_sensibly(first, real_data):
 
 
 def read_labelled(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Depth in m and object labels of one frame (0.1 mm units; labels in tens, 1-19 background)."""
+    """Read depth, m, and object labels. Files hold 0.1 mm units and ten times the label; 1-19 is
+    background."""
     with np.load(path) as data:
         depth = data["depth"].astype(np.float32) * np.float32(1e-4)
         label = data["label"].astype(np.int64)

@@ -3,7 +3,7 @@
 from eyehand.apps.wording import counted, plural, seed_span
 
 
-def test_one_is_singular_and_all_others_plural():
+def test_singular_for_one_and_plural_for_others():
     assert [counted(n, "scene") for n in (0, 1, 2)] == ["0 scenes", "1 scene", "2 scenes"]
     assert plural(1, "pick") == "pick"
     assert [seed_span(3, n) for n in (1, 2)] == ["seed 3", "seeds 3 to 4"]

@@ -1,4 +1,4 @@
-"""Fitted clouds that several tests of this folder draw, serve and write."""
+"""Fitted clouds for several tests of this folder."""
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ POSE = RigidTransform.from_components(
 
 @pytest.fixture(scope="session")
 def can() -> FittedCloud:
-    """A can of 80 x 80 x 120 mm, turned and moved, seen from all sides with 0.5 mm noise."""
+    """Return a can of 80 x 80 x 120 mm at a general pose, measured from all sides, 0.5 mm noise."""
     solid = Superquadric(np.array([0.04, 0.04, 0.06]), (0.1, 1.0), POSE, "cylinder")
     rng = np.random.default_rng(1)
     points = sample_surface(solid, 900, rng) + rng.normal(scale=5e-4, size=(900, 3))
@@ -25,7 +25,7 @@ def can() -> FittedCloud:
 
 @pytest.fixture(scope="session")
 def lens() -> FittedCloud:
-    """A rounded block that is no primitive, as a superquadric, with camera and support known."""
+    """Return a rounded block, fitted as a superquadric, with known camera and support plane."""
     solid = Superquadric(np.array([0.05, 0.03, 0.02]), (0.5, 0.6), RigidTransform.identity())
     points = sample_surface(solid, 900, np.random.default_rng(2))
     fit = fit_superquadric(points, options=FitOptions(kinds=("superquadric",)))
@@ -37,14 +37,14 @@ def lens() -> FittedCloud:
 
 @pytest.fixture(scope="session")
 def unfit() -> FittedCloud:
-    """A cloud for which there is no solid."""
+    """Return a cloud without a solid."""
     points = np.random.default_rng(3).normal(size=(200, 3))
     return FittedCloud(Cloud("mist.xyz", "mist", points), SuperquadricFit.rejected("it is mist"))
 
 
 @pytest.fixture(scope="session")
 def hammer() -> FittedCloud:
-    """A block on a stick, as two solids."""
+    """Return a block on a stick, fitted as two solids."""
     lying = Rotation.from_euler("y", 90.0, degrees=True)
     stick = Superquadric(
         np.array([0.012, 0.012, 0.1]),

@@ -1,4 +1,4 @@
-"""What a person chooses becomes the options of the fit, or one line that says what is wrong."""
+"""Conversion of command-line choices to fit options."""
 
 from typing import get_args
 
@@ -15,28 +15,28 @@ def test_no_choice_gives_default_options():
 
 
 @pytest.mark.parametrize("kind", get_args(Kind))
-def test_a_kind_is_the_only_one_tried(kind):
+def test_kind_limits_the_tried_kinds(kind):
     assert FitChoice(kind=kind).options().kinds == (kind,)
 
 
 @pytest.mark.parametrize("optimiser", get_args(OptimiserName))
-def test_points_and_optimiser_are_taken_over(optimiser):
+def test_points_optimiser_and_noise_are_passed_on(optimiser):
     options = FitChoice(points=123, optimiser=optimiser, noise_mm=3.0).options()
     assert (options.points, options.optimiser, options.noise) == (123, optimiser, 0.003)
 
 
-def test_a_budget_takes_a_stored_setting(monkeypatch):
+def test_budget_selects_a_stored_setting(monkeypatch):
     monkeypatch.setattr(FitOptions, "for_budget", lambda ms: FitOptions(points=int(20 * ms)))
     options = FitChoice(budget_ms=10.0, kind="box", noise_mm=2.0).options()
     assert options == FitOptions(points=200, kinds=("box",), noise=0.002)
 
 
-def test_parts_are_allowed():
+def test_max_parts_is_passed_on():
     assert FitChoice(max_parts=4).options() == FitOptions(max_parts=4)
 
 
 @pytest.mark.parametrize(
-    ("wrong", "says"),
+    ("values", "message"),
     [
         ({"noise_mm": 0.0}, "--noise-mm"),
         ({"noise_mm": float("nan")}, "--noise-mm"),
@@ -48,9 +48,9 @@ def test_parts_are_allowed():
         ({"budget_ms": 10.0, "optimiser": "lm"}, "--optimiser"),
     ],
 )
-def test_wrong_choices_are_refused_by_name(wrong, says):
-    with pytest.raises(InputError, match=says):
-        FitChoice(**wrong)
+def test_invalid_choices_are_rejected_by_name(values, message):
+    with pytest.raises(InputError, match=message):
+        FitChoice(**values)
 
 
 def test_impossible_choices_are_rejected():

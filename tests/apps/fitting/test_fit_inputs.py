@@ -1,4 +1,4 @@
-"""Files become clouds and objects of frames; what cannot is refused by name."""
+"""Inputs of the fit command: clouds, frames and rejected files."""
 
 import shutil
 from pathlib import Path
@@ -28,7 +28,7 @@ def test_cloud_keeps_camera_position_and_plane(cloud):
     assert item.cloud.support_plane == pytest.approx(plane)
 
 
-def test_an_object_of_a_frame_is_fitted_as_perceive_fits_it():
+def test_frame_object_is_fitted_as_in_perceive():
     (item,) = read_inputs([SAMPLE], labels=[2])
     assert isinstance(item, FrameInput)
     (fitted,) = item.fitted(FitOptions())
@@ -56,7 +56,7 @@ def test_every_frame_format_lists_its_labels(tmp_path, suffix):
     assert item.stems == ("frame_1", "frame_3")
 
 
-def test_label_0_takes_all_readings():
+def test_label_0_selects_all_readings():
     (item,) = read_inputs([SAMPLE], labels=[0])
     frame = read_frame(SAMPLE)
     assert isinstance(item, CloudInput)
@@ -65,7 +65,7 @@ def test_label_0_takes_all_readings():
     assert item.cloud.view_origin == pytest.approx(frame.T_world_camera.translation)
 
 
-def test_an_archive_with_both_is_a_cloud_unless_a_label_is_wanted(tmp_path):
+def test_archive_with_points_and_depth_is_a_cloud_unless_labelled(tmp_path):
     write_frame(tmp_path / "f.npz", read_frame(SAMPLE))
     held = dict(np.load(tmp_path / "f.npz"))
     np.savez(tmp_path / "both.npz", points=np.random.default_rng(0).random((80, 3)), **held)
@@ -91,7 +91,7 @@ def test_options_for_the_other_input_kind_are_rejected(cloud, tmp_path):
         read_inputs([tmp_path / "alone.png"], labels=[1])
 
 
-def test_a_frame_without_objects_says_so(tmp_path):
+def test_frame_without_objects_is_rejected(tmp_path):
     frame = read_frame(SAMPLE)
     wall = type(frame)(np.ones_like(frame.depth), frame.intrinsics)
     write_frame(tmp_path / "wall.npz", wall)

@@ -1,4 +1,4 @@
-"""The live page answers, and its sliders and buttons change the solid and its distances."""
+"""The live page: its sliders and buttons change the solid and the residuals."""
 
 import urllib.request
 
@@ -30,7 +30,7 @@ def test_page_responds_and_stdout_is_empty(page, capfd):
     assert capfd.readouterr().out == ""
 
 
-def test_each_of_the_thirteen_sliders_moves_the_surface_off_the_points(page):
+def test_every_slider_moves_the_surface_away_from_the_points(page):
     assert len(page.sliders) == 13
     fitted = off(page)
     for name, slider in page.sliders.items():
@@ -53,7 +53,7 @@ def test_buttons_load_the_candidate_solids(page, can):
         assert page.solids[0].semi_axes == pytest.approx(candidate.superquadric.semi_axes)
 
 
-def test_another_cloud_can_be_chosen_also_one_without_a_solid(page, lens):
+def test_list_selects_another_cloud_also_without_a_solid(page, lens):
     page.select("lens.xyz")
     assert page.solids[0].semi_axes == pytest.approx(lens.fit.superquadric.semi_axes)
     assert len(page.residuals) == len(lens.cloud.points)
@@ -90,7 +90,7 @@ def test_port_in_use_is_skipped(can):
         close_server(taken)
 
 
-def test_the_file_holds_the_whole_page(can, lens, tmp_path):
+def test_file_contains_the_whole_page(can, lens, tmp_path):
     html = page_html([can, lens])
     assert html.lower().startswith("<!doctype html")
     assert "__VISER_EMBED_DATA__" in html

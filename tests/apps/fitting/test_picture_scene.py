@@ -1,4 +1,4 @@
-"""The three views are sides of the object, and colours tell the distance."""
+"""The views and the residual colours of a picture."""
 
 import numpy as np
 import pytest
@@ -31,7 +31,7 @@ def test_views_are_right_handed_and_perpendicular(origin, normal):
     assert np.allclose(top.towards, front.up)
 
 
-def test_the_front_faces_the_camera_and_the_support_is_below():
+def test_front_view_faces_the_camera_with_support_below():
     cloud = Cloud(
         "c", "c", np.zeros((5, 3)), np.array([2.0, 0.0, 1.0]), np.array([0.0, 0.0, 1.0, 0.0])
     )
@@ -40,7 +40,7 @@ def test_the_front_faces_the_camera_and_the_support_is_below():
     assert front.up == pytest.approx([0.0, 0.0, 1.0])
 
 
-def test_in_a_cameras_own_frame_up_is_against_y():
+def test_up_is_minus_y_in_a_camera_frame():
     front, _, _ = picture_views(Cloud("c", "c", np.full((5, 3), [0.0, 0.0, 0.7]), np.zeros(3)))
     assert front.up == pytest.approx([0.0, -1.0, 0.0])
     assert front.towards == pytest.approx([0.0, 0.0, -1.0])
@@ -54,19 +54,19 @@ def test_colours_are_blue_inside_grey_on_and_red_outside():
     assert np.array_equal(residual_colours(np.array([-0.9, 0.9]), 3.0), [inside, outside])
 
 
-def test_the_colour_scale_ends_at_a_round_number():
+def test_colour_scale_ends_at_a_round_number():
     assert colour_limit_mm(np.full(9, 0.0017)) == 2.0
     assert colour_limit_mm(np.full(9, 9.0)) == 500
 
 
-def test_the_nearest_of_several_solids_counts(can, lens):
+def test_residual_is_to_the_nearest_solid(can, lens):
     parts = (can.fit.superquadric, lens.fit.superquadric)
     nearest, residuals = residual_to(lens.cloud.points, parts)
     assert np.mean(nearest == 1) > 0.99
     assert np.abs(residuals).max() < 0.005
 
 
-def test_a_scene_is_centred_and_holds_everything(lens, unfit):
+def test_scene_is_centred_and_contains_everything(lens, unfit):
     scene = picture_scene(lens)
     for vertices, _ in scene.surfaces:
         assert np.abs(vertices).max() < scene.half * np.sqrt(3)

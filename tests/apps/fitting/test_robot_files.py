@@ -1,4 +1,4 @@
-"""The bodies compile in MuJoCo, weigh what the solid holds, and stand where the cloud was."""
+"""Exported bodies compile in MuJoCo with the mass and the pose of the solid."""
 
 import json
 
@@ -45,7 +45,7 @@ def stl(solid: Superquadric) -> bytes:
 
 
 def models(solid: Superquadric, density: float = 1000.0):
-    """Both files of one solid, compiled."""
+    """Compile the MJCF and the URDF of a solid."""
     meshes = {"a b_body.stl": stl(solid)}
     made = robot_files("a b", [solid], {0: "a b_body.stl"}, meshes, density=density)
     return [mujoco.MjModel.from_xml_string(text, meshes) for text in (made.mjcf, made.urdf)]
@@ -60,7 +60,7 @@ def inertia_in_world(model) -> np.ndarray:
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_each_kind_becomes_its_own_geom_in_both_formats(kind):
+def test_each_kind_has_its_geom_in_both_formats(kind):
     mjcf, urdf = models(SOLIDS[kind])
     assert mjcf.ngeom == urdf.ngeom == 1
     assert mjcf.geom_type[0] == SHAPES[kind]
@@ -69,7 +69,7 @@ def test_each_kind_becomes_its_own_geom_in_both_formats(kind):
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_the_body_is_free_weighs_its_volume_and_stands_in_its_place(kind):
+def test_body_is_free_with_mass_and_pose_of_the_solid(kind):
     solid = SOLIDS[kind]
     sharp = {"cylinder": np.pi * 0.03**2 * 0.14, "box": 8 * np.prod(solid.semi_axes)}
     for model in models(solid, density=500.0):
@@ -84,13 +84,13 @@ def test_the_body_is_free_weighs_its_volume_and_stands_in_its_place(kind):
 
 
 @pytest.mark.parametrize("kind", SOLIDS)
-def test_both_formats_hold_the_same_mass_and_inertia(kind):
+def test_both_formats_have_the_same_mass_and_inertia(kind):
     mjcf, urdf = models(SOLIDS[kind])
     assert urdf.body_mass[1] == pytest.approx(mjcf.body_mass[1], rel=1e-5)
     assert inertia_in_world(urdf) == pytest.approx(inertia_in_world(mjcf), rel=1e-4, abs=1e-9)
 
 
-def test_a_cylinder_lies_where_its_superquadric_lies():
+def test_cylinder_has_the_pose_of_its_superquadric():
     solid = SOLIDS["cylinder"]
     (mjcf, _) = models(solid)
     data = mujoco.MjData(mjcf)
@@ -100,7 +100,7 @@ def test_a_cylinder_lies_where_its_superquadric_lies():
     assert end == pytest.approx(top, abs=1e-6)
 
 
-def test_nearly_round_solid_is_no_primitive():
+def test_nearly_round_solids_are_not_primitives():
     near = Superquadric(np.full(3, 0.03), (1.01, 1.0), POSE)
     oval = Superquadric(np.array([0.031, 0.03, 0.05]), (0.1, 1.0), POSE)
     soft = Superquadric(np.full(3, 0.03), (0.2, 0.2), POSE)
@@ -124,7 +124,7 @@ def test_several_parts_are_one_body():
         assert ends == pytest.approx(np.sort([p.centre for p in parts], axis=0), abs=1e-6)
 
 
-def test_an_object_of_parts_is_written_as_one_body(hammer):
+def test_object_with_parts_is_written_as_one_body(hammer):
     files = solid_files(hammer, form="stl", density=1000.0)
     assert not any(name.startswith("hammer_body") and name.endswith(".stl") for name in files)
     model = mujoco.MjModel.from_xml_string(files["hammer_body.xml"].decode())

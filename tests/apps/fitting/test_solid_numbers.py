@@ -1,4 +1,4 @@
-"""Sliders say what the solid is, and the solid is what the sliders say."""
+"""Conversion between a solid and the numbers of its sliders."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ CUP = Superquadric(np.array([0.04, 0.03, 0.06]), (0.1, 1.0), POSE, "tapered", (0
 
 
 @pytest.mark.parametrize("solid", [CAN, CUP])
-def test_numbers_not_turned_are_the_solid(solid):
+def test_unchanged_numbers_give_the_same_solid(solid):
     again = solid_of(numbers_of(solid), solid)
     assert again.kind == solid.kind
     assert again.taper == solid.taper
@@ -21,7 +21,7 @@ def test_numbers_not_turned_are_the_solid(solid):
     assert again.pose.as_matrix() == pytest.approx(solid.pose.as_matrix())
 
 
-def test_all_thirteen_numbers_have_a_range_that_holds_the_solid():
+def test_slider_ranges_contain_the_solid():
     numbers = {number.name: number for number in solid_numbers(120.0)}
     assert len(numbers) == 13
     for solid in (CAN, CUP):
@@ -29,7 +29,7 @@ def test_all_thirteen_numbers_have_a_range_that_holds_the_solid():
             assert numbers[name].low <= value <= numbers[name].high
 
 
-def test_moves_and_turns_are_along_the_solids_own_axes():
+def test_moves_and_rotations_are_in_the_axes_of_the_solid():
     moved = solid_of({**numbers_of(CAN), "cz": 10.0, "rx": 90.0}, CAN)
     assert moved.centre == pytest.approx(CAN.to_parent([0.0, 0.0, 0.01]))
     assert moved.rotation[:, 2] == pytest.approx(-CAN.rotation[:, 1])
@@ -45,11 +45,11 @@ def test_moves_and_turns_are_along_the_solids_own_axes():
         ({"k1": 0.3}, "tapered"),
     ],
 )
-def test_the_kind_follows_the_numbers(changes, kind):
+def test_kind_follows_from_the_numbers(changes, kind):
     assert solid_of({**numbers_of(CAN), **changes}, CAN).kind == kind
 
 
-def test_a_ball_pulled_long_is_an_ellipsoid_and_a_cup_made_straight_a_superquadric():
+def test_long_sphere_is_an_ellipsoid_and_straight_cup_a_superquadric():
     ball = Superquadric(np.full(3, 0.04), (1.0, 1.0), POSE, "sphere")
     assert solid_of({**numbers_of(ball), "a3": 100.0}, ball).kind == "ellipsoid"
     assert solid_of({**numbers_of(CUP), "k1": 0.0, "k2": 0.0}, CUP).kind == "superquadric"

@@ -1,4 +1,4 @@
-"""Pictures show the points and the solid."""
+"""Pictures of fits."""
 
 import cv2
 import numpy as np
@@ -14,14 +14,14 @@ def decoded(png: bytes) -> np.ndarray:
 
 
 def bluish(picture: np.ndarray) -> float:
-    """Share of the pixels that have about the solid's hue."""
+    """Return the share of pixels with about the hue of the solid."""
     red, green, blue = (int(SOLID[k : k + 2], 16) for k in (1, 3, 5))
     assert blue > green > red
     hue = (picture[..., 2] - picture[..., 0] > 12) & (picture[..., 2] > 120)
     return float(hue.mean())
 
 
-def test_the_flat_picture_shows_points_above_and_the_solid_below(lens):
+def test_picture_shows_points_above_and_the_solid_below(lens):
     picture = decoded(fit_picture(lens))
     height = len(picture)
     above, below = picture[: height // 2], picture[height // 2 : int(0.9 * height)]
@@ -29,10 +29,10 @@ def test_the_flat_picture_shows_points_above_and_the_solid_below(lens):
     assert bluish(below) > bluish(above) + 0.1
 
 
-def test_a_cloud_without_a_solid_is_drawn_with_the_reason(unfit, lens):
+def test_cloud_without_a_solid_gives_a_smaller_picture(unfit, lens):
     picture = decoded(fit_picture(unfit))
     assert len(picture) < len(decoded(fit_picture(lens)))
 
 
-def test_pictures_are_the_same_each_time(can):
+def test_pictures_are_reproducible(can):
     assert fit_picture(can) == fit_picture(can)

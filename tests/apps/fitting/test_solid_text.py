@@ -1,11 +1,11 @@
-"""What people read about a fit."""
+"""Descriptions of fits."""
 
 from dataclasses import replace
 
 from eyehand.apps.fitting.solid_text import headline
 
 
-def test_one_solid_is_named_with_size_shape_and_spread(can):
+def test_headline_has_size_shape_and_spread(can):
     title, below = headline(can.fit)
     assert title.startswith("cylinder, 80.")
     assert title.endswith(" mm")

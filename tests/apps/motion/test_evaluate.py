@@ -99,7 +99,7 @@ def test_same_seed_gives_same_motion():
     assert first == second
 
 
-def test_unkncontroller_methods_are_refused_by_name():
+def test_unknown_controller_is_rejected_with_the_valid_names():
     with pytest.raises(InputError, match="choose from: null space only"):
         controller_method("mink", make_reaching_scene(0, boxes=0))
 

@@ -1,4 +1,4 @@
-"""The chart of the fit as a person runs it: what it prints, writes, and refuses."""
+"""`eyehand chart fit`: output, files and rejected input."""
 
 import csv
 import json
@@ -18,21 +18,21 @@ from eyehand.perception.superquadric import FRONT_FORMAT
 
 
 def ball(points, view_origin, support_plane):
-    """A baseline that knows one shape."""
+    """Fit a sphere: a baseline for tests."""
     radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
     pose = RigidTransform.from_translation(points.mean(axis=0))
     return Superquadric(np.full(3, radius), (1.0, 1.0), pose)
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["chart", "fit", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
-def test_a_quick_chart_beside_a_baseline(tmp_path, capsys):
+def test_quick_chart_with_a_baseline(tmp_path, capsys):
     code, out, err = run(
         "--quick", "--cases", 1, "--no-baselines", "--baseline", f"{__name__}:ball", "--json",
         "--out", tmp_path, capsys=capsys,
@@ -48,8 +48,8 @@ def test_a_quick_chart_beside_a_baseline(tmp_path, capsys):
     assert (report["seed"], report["cases"], report["groups"]) == (0, 3, list(GROUPS))
     assert len(report["rows"]) == len(table)
     figures = ["iou_p10_pct", "iou_median_pct", "failed_pct"]
-    told = ["method", "name", "default", "front", "median_ms", "median_cpu_ms"]
-    assert list(table[0]) == [*told, *figures, *BOARD.dials]
+    common = ["method", "name", "default", "front", "median_ms", "median_cpu_ms"]
+    assert list(table[0]) == [*common, *figures, *BOARD.dials]
     own = [row for row in report["rows"] if row["method"] == "eyehand"]
     assert [row["name"] for row in own if row["default"]] == ["default"]
     assert any(row["front"] for row in own)
@@ -78,7 +78,7 @@ def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, cap
     assert not (tmp_path / "out").exists()
 
 
-def test_every_dial_is_turned_alone_and_none_twice():
+def test_board_varies_every_dial_alone_and_repeats_no_setting():
     settings = BOARD.settings()
     assert settings[0].name == "default"
     assert settings[0].options == FitOptions()

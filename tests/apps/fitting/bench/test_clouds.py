@@ -1,4 +1,4 @@
-"""Clouds with known solids follow from their seeds and lie on their solids."""
+"""Clouds of known solids depend on their seeds and lie on the solids."""
 
 from typing import get_args
 
@@ -27,7 +27,7 @@ RENDERED = ["table", "kinds-view"]
 
 
 def off_surface(truth: Superquadric, points: np.ndarray) -> np.ndarray:
-    """Distances of points to the surface, m, to first order."""
+    """Return the distances (N,) of points (N, 3) to the surface, m."""
     return np.abs(truth.distance(points))
 
 
@@ -41,12 +41,12 @@ def same(group: Group, seed: int) -> None:
 @pytest.mark.parametrize("group", DRAWN)
 @settings(max_examples=5, deadline=None)
 @given(seed=st.integers(0, 4000))
-def test_a_drawn_cloud_follows_from_its_seed(group, seed):
+def test_drawn_cloud_depends_on_the_seed_only(group, seed):
     same(group, seed)
 
 
 @pytest.mark.parametrize("group", RENDERED)
-def test_a_rendered_cloud_follows_from_its_seed(group):
+def test_rendered_cloud_depends_on_the_seed_only(group):
     same(group, 3)
 
 
@@ -55,7 +55,7 @@ def test_a_rendered_cloud_follows_from_its_seed(group):
 )
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 4000))
-def test_points_lie_on_the_true_surface_within_the_noise(group, sigma, seed):
+def test_points_lie_on_the_surface_within_the_noise(group, sigma, seed):
     case = fit_case(group, seed)
     assert isinstance(case.truth, Superquadric)
     off = off_surface(case.truth, case.points)
@@ -66,7 +66,7 @@ def test_points_lie_on_the_true_surface_within_the_noise(group, sigma, seed):
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 4000))
-def test_a_fifth_lies_anywhere_in_the_doubled_bounds_and_the_rest_is_exact(seed):
+def test_outliers_lie_in_the_doubled_bounds_and_the_rest_is_exact(seed):
     case = fit_case("full-outliers", seed)
     assert isinstance(case.truth, Superquadric)
     on = off_surface(case.truth, case.points) < 1e-9
@@ -78,7 +78,7 @@ def test_a_fifth_lies_anywhere_in_the_doubled_bounds_and_the_rest_is_exact(seed)
 
 
 @pytest.mark.parametrize("group", RENDERED)
-def test_a_camera_sees_the_surface_with_its_errors(group):
+def test_rendered_points_have_the_errors_of_a_camera(group):
     for seed in range(4):
         case = fit_case(group, seed)
         assert isinstance(case.truth, Superquadric)
@@ -96,7 +96,7 @@ def test_a_camera_sees_the_surface_with_its_errors(group):
 
 @settings(max_examples=15, deadline=None)
 @given(seed=st.integers(0, 4000))
-def test_a_view_shows_the_side_that_faces_it(seed):
+def test_view_shows_the_side_that_faces_the_camera(seed):
     case = fit_case("view-1mm", seed)
     assert isinstance(case.truth, Superquadric)
     assert case.view_origin is not None
@@ -118,13 +118,13 @@ def test_solid_and_view_do_not_depend_on_the_number_of_points():
             assert np.array_equal(few.view_origin, many.view_origin)
 
 
-def test_all_kinds_take_turns_before_the_camera():
+def test_seed_selects_the_kinds_in_turn():
     kinds = [fit_case("kinds-view", seed, 50).true_kind for seed in range(4)]
     assert sorted(kind or "" for kind in kinds) == ["box", "cylinder", "ellipsoid", "sphere"]
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_odd_shapes_are_seen_from_the_camera_and_stand_on_their_table(seed):
+def test_odd_shapes_are_visible_and_stand_on_their_table(seed):
     case = fit_case("mismatched", seed)
     assert case.name == list(DRAWERS)[seed % 5]
     assert case.true_kind is None
@@ -139,7 +139,7 @@ def test_odd_shapes_are_seen_from_the_camera_and_stand_on_their_table(seed):
 
 
 @pytest.mark.parametrize("name", DRAWERS)
-def test_inside_and_mesh_of_odd_shapes_agree(name):
+def test_inside_test_and_mesh_of_odd_shapes_agree(name):
     shape = DRAWERS[name](np.random.default_rng(5))
     solid = PosedSolid(shape, RigidTransform.from_translation([0.1, -0.2, 0.3]))
     vertices, faces = surface_mesh(solid)
@@ -167,7 +167,7 @@ def test_inside_and_mesh_of_odd_shapes_agree(name):
         ((0.03, 0.03, 0.03), (0.3, 1.0), "superquadric"),
     ],
 )
-def test_the_true_kind_is_the_simplest_that_has_the_shape(axes, exponents, kind):
+def test_true_kind_is_the_simplest_with_the_shape(axes, exponents, kind):
     solid = Superquadric(np.array(axes), exponents, RigidTransform.identity())
     assert true_kind(solid) == kind
 
@@ -179,7 +179,7 @@ def test_drawn_solids_have_graspable_sizes():
         assert SEMI_AXES[0] <= truth.semi_axes.min() <= truth.semi_axes.max() <= SEMI_AXES[1]
 
 
-def test_two_views_of_one_seed_see_the_same_solid():
+def test_groups_of_one_seed_have_the_same_solid():
     first, second = fit_case("view-1mm", 8).truth, fit_case("view-outliers", 8).truth
     assert surface_distances(first, [second])[1] < 1e-4
 

@@ -1,4 +1,4 @@
-"""The command as a person runs it, beside fitters of others."""
+"""`eyehand evaluate fit`: output, files, baselines and rejected input."""
 
 import csv
 import json
@@ -17,36 +17,36 @@ HERE = f"{__name__}:"
 
 
 def ball_of_points(points, view_origin, support_plane):
-    """A baseline that knows one shape."""
+    """Fit a sphere: a baseline for tests."""
     radius = float(np.linalg.norm(points - points.mean(axis=0), axis=1).mean())
     pose = RigidTransform.from_translation(points.mean(axis=0))
     return Superquadric(np.full(3, radius), (1.0, 1.0), pose)
 
 
 def ours_again(points, view_origin, support_plane) -> SuperquadricFit:
-    """Our own fit, as another's would call it."""
+    """Run our own fit as a baseline."""
     return fit_superquadric(points, view_origin=view_origin, support_plane=support_plane)
 
 
 def breaks(points, view_origin, support_plane):
-    """A baseline with a fault."""
+    """Raise an exception: a faulty baseline."""
     raise ZeroDivisionError("no points after filtering")
 
 
 def forgets(points, view_origin, support_plane):
-    """A baseline of the wrong kind."""
+    """Return a value of the wrong type."""
     return points.mean(axis=0)
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["evaluate", "fit", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
-def test_a_quick_run_prints_a_row_per_group(tmp_path, capsys):
+def test_quick_run_prints_a_row_per_group(tmp_path, capsys):
     code, out, _ = run("--quick", "--seed", 5, "--out", tmp_path, "--json", capsys=capsys)
     assert code == 0
     report = json.loads(out)
@@ -87,10 +87,10 @@ def test_baselines_get_the_same_clouds(tmp_path, capsys):
 
 
 def test_options_are_passed_to_the_fit(tmp_path, capsys, monkeypatch):
-    seen = []
+    used = []
 
     def spy(points, **keywords):
-        seen.append(keywords["options"])
+        used.append(keywords["options"])
         return fit_superquadric(points, **keywords)
 
     monkeypatch.setattr("eyehand.apps.fitting.bench.comparison.fit_superquadric", spy)
@@ -99,7 +99,7 @@ def test_options_are_passed_to_the_fit(tmp_path, capsys, monkeypatch):
         capsys=capsys,
     )  # fmt: skip
     assert code == 0
-    assert set(seen) == {FitOptions(optimiser="lm", points=123)}
+    assert set(used) == {FitOptions(optimiser="lm", points=123)}
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, cap
     assert not (tmp_path / "out").exists()
 
 
-def test_a_baseline_that_gives_no_solid_is_refused(tmp_path, capsys):
+def test_baseline_with_a_wrong_return_type_is_rejected(tmp_path, capsys):
     code, _, err = run(
         "--quick",
         "--groups",
@@ -140,7 +140,7 @@ def test_a_baseline_that_gives_no_solid_is_refused(tmp_path, capsys):
 
 
 def row(method: str, iou: float, kind: str, true_kind: str, off: float | None) -> dict:
-    """One cloud's figures."""
+    """Return the row of one cloud."""
     lengths = dict.fromkeys(
         ("mean_distance_mm", "max_distance_mm", "extent_error_mm", "extent_error_pct"), off
     )
@@ -150,7 +150,7 @@ def row(method: str, iou: float, kind: str, true_kind: str, off: float | None) -
     }  # fmt: skip
 
 
-def test_the_summary_of_rows_written_down_by_hand():
+def test_summary_of_known_rows():
     rows = [
         row("one", 99.0, "box", "box", 1.0),
         row("two", 80.0, "superquadric", "superquadric", 3.0),
@@ -166,6 +166,6 @@ def test_the_summary_of_rows_written_down_by_hand():
     assert one["failed_pct"] == pytest.approx(33.33)
     assert one["kind_right_pct"] == 50.0
     assert one["mean_distance_mm"] == 2.0
-    # Most clouds had no solid, and a fitter that has but one name does not choose.
+    # Most clouds have no solid. A fitter with a single kind has no share of correct kinds.
     assert two["mean_distance_mm"] is None
     assert two["kind_right_pct"] is None

@@ -1,4 +1,4 @@
-"""The scores of a fit, where they are known exactly."""
+"""Scores of fits with known exact values."""
 
 import numpy as np
 import pytest
@@ -19,13 +19,13 @@ CUBE = Prism(((-0.05, -0.05), (0.05, -0.05), (0.05, 0.05), (-0.05, 0.05)), 0.05,
 
 
 def cube(x: float = 0.0, turn: float = 0.0) -> PosedSolid:
-    """A cube with edges of 0.1 m, moved along x, m, and turned about z, rad."""
+    """Return a cube with edges of 0.1 m, moved along x, m, and rotated about z, rad."""
     rotation = Rotation.from_rotvec([0.0, 0.0, turn])
     return PosedSolid(CUBE, RigidTransform.from_components([x, 0.0, 0.0], rotation))
 
 
 def box(x: float, a1: float = 0.05) -> Superquadric:
-    """A box of the sharpest exponents, 2 a1 x 0.1 x 0.1 m, moved along x."""
+    """Return a box with the sharpest exponents, 2 a1 x 0.1 x 0.1 m, moved along x."""
     pose = RigidTransform.from_translation([x, 0.0, 0.0])
     return Superquadric(np.array([a1, 0.05, 0.05]), (0.02, 0.02), pose, "box")
 
@@ -44,7 +44,7 @@ def test_overlap_of_shifted_cubes(shift, expected):
     exponents=st.tuples(st.floats(0.1, 1.5), st.floats(0.1, 1.5)),
     seed=st.integers(0, 1000),
 )
-def test_overlap_of_a_shrunk_solid_is_its_share_of_the_volume(share, exponents, seed):
+def test_iou_of_a_smaller_solid_is_the_ratio_of_volumes(share, exponents, seed):
     rotation = Rotation.from_quat(np.random.default_rng(seed).normal(size=4))
     pose = RigidTransform.from_components([0.1, 0.2, 0.3], rotation)
     axes = np.array([0.02, 0.05, 0.08])
@@ -54,7 +54,7 @@ def test_overlap_of_a_shrunk_solid_is_its_share_of_the_volume(share, exponents, 
     assert overlap(whole, [shrunk], seed) == pytest.approx(share**3, abs=0.006)
 
 
-def test_overlap_near_one_is_right_to_half_a_permille():
+def test_iou_near_one_is_accurate_to_half_a_per_mille():
     errors = []
     for seed in range(40):
         rng = np.random.default_rng(seed)
@@ -66,7 +66,7 @@ def test_overlap_near_one_is_right_to_half_a_permille():
     assert np.sqrt(np.mean(np.square(errors))) < 5e-4
 
 
-def test_overlap_of_a_union_counts_what_parts_share_once():
+def test_iou_of_a_union_counts_common_volume_once():
     halves = [box(-0.025, 0.025), box(0.025, 0.025)]
     assert overlap(cube(), halves) == pytest.approx(1.0, abs=2e-3)
     assert overlap(cube(), [*halves, box(0.0)]) == pytest.approx(1.0, abs=2e-3)
@@ -80,13 +80,13 @@ def test_missing_solid_gets_worst_scores():
 
 
 def test_distances_of_shifted_cubes():
-    # Two of six faces are 2 mm away; on the rims of the others the nearest point is nearer.
+    # Two of six faces are 2 mm away. The others coincide except for their rims.
     mean, largest = surface_distances(cube(), [cube(0.002)])
     assert largest == pytest.approx(0.002, rel=0.01)
     assert mean == pytest.approx(0.002 / 3, rel=0.1)
 
 
-def test_distances_of_balls_within_each_other():
+def test_distances_of_concentric_balls():
     def ball(radius: float) -> Superquadric:
         pose = RigidTransform.from_translation([5.0, -3.0, 2.0])
         return Superquadric(np.full(3, radius), (1.0, 1.0), pose, "sphere")
@@ -96,10 +96,10 @@ def test_distances_of_balls_within_each_other():
     assert largest == pytest.approx(0.01, rel=0.01)
 
 
-def test_distances_to_a_union_leave_its_seams_out():
+def test_distances_to_a_union_ignore_touching_faces():
     mean, largest = surface_distances(cube(), [box(-0.025, 0.025), box(0.025, 0.025)])
     assert mean < 1e-4
-    # The corners of even the sharpest superquadric are a little round.
+    # Even the sharpest superquadric has slightly rounded corners.
     assert largest < 3e-3
 
 
@@ -111,10 +111,10 @@ def test_protruding_part_sets_maximum_distance():
     assert 0 < mean < 0.002
 
 
-def test_extents_are_those_along_the_true_axes():
+def test_extent_errors_are_along_the_true_axes():
     error, share = extent_errors(cube(0.3, 0.4), [cube(-0.1, 0.4)])
     assert (error, share) == pytest.approx((0.0, 0.0), abs=1e-12)
-    # Turned by 45° a square reaches √2 as far.
+    # Rotated by 45°, a square has a √2 times larger extent.
     error, share = extent_errors(cube(), [cube(0.0, np.pi / 4)])
     assert error == pytest.approx(0.05 * (np.sqrt(2) - 1))
     assert share == pytest.approx(np.sqrt(2) - 1)

@@ -1,4 +1,4 @@
-"""The command: what it prints and writes, and its exit code when a bound breaks."""
+"""`eyehand stress fit`: output, files and exit codes."""
 
 import json
 
@@ -13,11 +13,11 @@ from eyehand.apps.main import main
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["stress", "fit", *map(str, arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
 def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
@@ -42,7 +42,7 @@ def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     ]
 
 
-def test_extreme_clouds_alone_make_a_table_and_no_chart(tmp_path, capsys, monkeypatch):
+def test_extreme_clouds_alone_give_a_table_and_no_chart(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr(stress_fit, "fit_method", lambda view: FitAnswer((), "too few points"))
     code, out, err = run(
         "--only", "extremes", "--seeds", 1, "--json", "--out", tmp_path, capsys=capsys
@@ -81,7 +81,7 @@ def test_baseline_has_no_bounds(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (("--only", "cup"), "extremes"),
         (("--baseline", "nobody"), "nobody"),
@@ -89,10 +89,10 @@ def test_baseline_has_no_bounds(tmp_path, capsys):
         (("--seed", -1), "--seed"),
     ],
 )
-def test_wrong_input_is_refused_in_one_line(arguments, says, tmp_path, capsys):
+def test_invalid_input_is_rejected_in_one_line(arguments, message, tmp_path, capsys):
     code, out, err = run(*arguments, "--out", tmp_path / "none", capsys=capsys)
     assert (code, out) == (2, "")
-    assert says in err
+    assert message in err
     assert len(err.strip().splitlines()) == 1
     assert not (tmp_path / "none").exists()
 

@@ -1,4 +1,4 @@
-"""Every staged cloud is what its sweep says, and every extreme can be done right and wrong."""
+"""Clouds of the sweeps have the stated difficulty, and extremes tell right from wrong answers."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ SWEEPS = {sweep.name: sweep for sweep in fit_sweeps()}
 
 
 def view_of(name: str, value: float, seed: int = 0) -> CloudView:
-    """What a trial of a sweep puts before the method."""
+    """Return the last view that a trial gives to the method."""
     return views_of(SWEEPS[name], value, seed)[-1]
 
 
@@ -32,7 +32,7 @@ def views_of(sweep: Sweep, value: float, seed: int = 0) -> list[CloudView]:
 
 
 def truth(view: CloudView) -> Superquadric:
-    """The superquadric that a view is of."""
+    """Return the true superquadric of a view."""
     assert isinstance(view.truth, Superquadric)
     return view.truth
 
@@ -52,14 +52,14 @@ def test_trial_depends_on_value_and_seed_only(sweep: Sweep):
 
 
 @pytest.mark.parametrize("name", sorted(SWEEPS.keys() - {"points", "far", "sheet", "wire"}))
-def test_the_truth_passes_every_sweep_of_solids(name):
+def test_true_solid_passes_every_sweep(name):
     for value in SWEEPS[name].values:
         trial = SWEEPS[name].attempt(value, 1, lambda view: FitAnswer((truth(view),), ""))
         assert (trial.passed, trial.score) == (True, 1.0)
         assert len(view_of(name, value).points) == 1000
 
 
-def test_points_are_as_many_as_asked_for_and_few_must_be_refused():
+def test_points_sweep_has_the_given_number_of_points():
     for count in SWEEPS["points"].values:
         assert len(view_of("points", count).points) == count
     trial = SWEEPS["points"].attempt(49 - 9, 0, lambda view: FitAnswer((truth(view),), ""))
@@ -67,7 +67,7 @@ def test_points_are_as_many_as_asked_for_and_few_must_be_refused():
     assert trial.note.startswith("not refused")
 
 
-def test_noise_is_as_large_as_asked_for():
+def test_noise_sweep_has_the_given_noise():
     exact = view_of("noise", 0)
     assert np.abs(truth(exact).distance(exact.points)).max() < 1e-9
     for sigma in (1, 5):
@@ -75,14 +75,14 @@ def test_noise_is_as_large_as_asked_for():
         assert np.std(view.points - exact.points) == pytest.approx(1e-3 * sigma, rel=0.05)
 
 
-def test_outliers_are_as_many_as_asked_for():
+def test_outlier_sweep_has_the_given_share():
     for share in (0, 20, 60):
         view = view_of("outliers", share)
         far = np.abs(truth(view).distance(view.points)) > 0.006
         assert share / 100 - 0.12 < far.mean() < share / 100 + 0.01
 
 
-def test_less_is_seen_of_the_surface():
+def test_smaller_shares_cover_less_of_the_surface():
     reach = []
     for share in (100, 50, 10):
         view = view_of("seen", share)
@@ -93,7 +93,7 @@ def test_less_is_seen_of_the_surface():
 
 
 @pytest.mark.parametrize("seed", [0, 1])
-def test_occluder_hides_exactly_the_removed_part(seed):
+def test_occluder_hides_exactly_the_removed_points(seed):
     whole = one_view(*usual_solid(seed), np.random.default_rng(0), count=5000)
     for share in (80, 50, 10):
         view = view_of("occluded", share, seed)
@@ -104,7 +104,7 @@ def test_occluder_hides_exactly_the_removed_part(seed):
         assert view.hidden(rest).mean() == pytest.approx(1 - share / 100, abs=0.06)
 
 
-def test_views_are_at_the_angle_asked_for():
+def test_views_are_at_the_given_angle():
     for name, angle in (("face-on", 0), ("face-on", 20), ("end-on", 0), ("side-on", 90)):
         view = view_of(name, angle)
         assert view.view_origin is not None
@@ -120,7 +120,7 @@ def test_views_are_at_the_angle_asked_for():
     assert truth(above).support([0.0, 0.0, -1.0]) == pytest.approx(0.0, abs=1e-12)
 
 
-def test_exponents_and_aspects_are_those_asked_for():
+def test_solids_have_the_given_exponents_and_aspect_ratios():
     assert truth(view_of("sharp", 0.05)).exponents == (0.05, 0.05)
     assert truth(view_of("pinched", 1.95)).exponents == (1.95, 1.95)
     assert truth(view_of("diamond", 0.05)).exponents == (0.05, 1.95)
@@ -137,7 +137,7 @@ def test_sheets_and_wires_have_stated_extents():
         assert extents[1][rank] / np.sqrt(1000) == pytest.approx(5e-3, rel=0.1)
 
 
-def test_far_clouds_are_near_ones_moved():
+def test_far_clouds_are_translated_near_clouds():
     near, far = views_of(SWEEPS["far"], 10_000)
     assert np.linalg.norm(far.points.mean(axis=0)) == pytest.approx(1e4, rel=1e-3)
     spread = [np.ptp(view.points, axis=0) for view in (near, far)]
@@ -155,7 +155,7 @@ def verdicts(method, expected: str) -> dict[str, bool]:
     }
 
 
-def test_every_extreme_has_its_own_name():
+def test_extremes_have_unique_names():
     assert len(EXTREMES) == len(extremes()) >= 50
 
 

@@ -1,4 +1,4 @@
-"""What counts as right, refused, failed without a word, and no proper answer at all."""
+"""Trials of the fit stress test: right, refused, failed silently, and invalid answers."""
 
 import warnings
 from dataclasses import replace
@@ -32,16 +32,16 @@ VIEW = one_view(BALL, CAMERA, np.random.default_rng(0))
 
 
 def sized(factor: float) -> Superquadric:
-    """The ball with another radius."""
+    """Return the ball with another radius."""
     return replace(BALL, semi_axes=factor * BALL.semi_axes)
 
 
 def always(*solids: Superquadric, reason: str = "") -> FitCallable:
-    """A method that gives the same answer to every view."""
+    """Return a method with the same answer to every view."""
     return lambda view: FitAnswer(solids, reason)
 
 
-def test_the_truth_is_right():
+def test_true_solid_is_right():
     trial = try_fit(always(BALL), VIEW, 0)
     assert (trial.passed, trial.clean, trial.refused, trial.note) == (True, True, False, "")
     assert trial.score == 1.0
@@ -51,7 +51,7 @@ def test_the_truth_is_right():
 @pytest.mark.parametrize(
     ("radius", "right", "failed"), [(0.95, True, 0), (0.85, False, 0), (0.7, False, 1)]
 )
-def test_a_solid_is_right_from_three_quarters_and_has_failed_below_half(radius, right, failed):
+def test_solid_is_right_from_75_pct_iou_and_failed_below_50_pct(radius, right, failed):
     trial = try_fit(always(sized(radius)), VIEW, 0)
     assert trial.score == pytest.approx(radius**3, abs=0.01)
     assert trial.passed == right
@@ -59,7 +59,7 @@ def test_a_solid_is_right_from_three_quarters_and_has_failed_below_half(radius, 
     assert try_no_silent_failure(always(sized(radius)), VIEW, 0).passed == (not failed)
 
 
-def test_parts_count_together():
+def test_iou_counts_the_union_of_parts():
     halves = [
         replace(BALL, pose=PLACE * RigidTransform.from_translation([x, 0, 0])) for x in (0, 9)
     ]
@@ -80,7 +80,7 @@ def test_refusal_must_name_the_fault():
     assert (accepted.passed, accepted.note) == (False, "not refused: sphere of 100 x 100 x 100 mm")
 
 
-def test_what_reaches_beyond_points_of_no_solid_is_made_up():
+def test_solid_beyond_shapeless_points_is_wrong():
     assert overshoot(BALL, VIEW.points + 1e3 * np.eye(3)[0]) == pytest.approx(1e3, abs=5)
     points = 0.05 * np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1, 1, 0] + BALL.centre
     view = CloudView(points)
@@ -96,7 +96,7 @@ def test_what_reaches_beyond_points_of_no_solid_is_made_up():
 
 
 @pytest.mark.parametrize("first", [BALL, BRICK])
-def test_solids_are_as_far_apart_as_they_were_moved(first):
+def test_surface_distance_equals_the_translation(first):
     assert surface_distance(first, first) < 1e-9
     for off in (1e-6, 1e-3):
         other = replace(first, pose=RigidTransform.from_translation([0, 0, off]) * first.pose)
@@ -107,11 +107,11 @@ def test_solids_are_as_far_apart_as_they_were_moved(first):
         assert surface_distance(here, there) == pytest.approx(off / size, rel=0.02)
 
 
-def test_a_fit_that_follows_is_right_and_one_that_stays_behind_is_not():
+def test_solid_must_move_with_the_cloud():
     T = RigidTransform.from_components([3.0, 1.0, 2.0], Rotation.from_rotvec([1.0, 0.5, 0.2]))
 
     def follows(view: CloudView) -> FitAnswer:
-        # The camera tells where the view is told from.
+        # The camera position tells which of the two views this is.
         assert view.view_origin is not None
         here = np.allclose(view.view_origin, CAMERA)
         return FitAnswer((BRICK if here else replace(BRICK, pose=T * BRICK.pose),), "")
@@ -126,30 +126,30 @@ def test_a_fit_that_follows_is_right_and_one_that_stays_behind_is_not():
     assert (refused.passed, refused.note) == (False, "refused both: no")
 
 
-def test_options_follow_the_unit_of_a_look():
+def test_options_are_scaled_with_the_unit():
     here = fit_method(VIEW)
     there = fit_method(replace(scaled(VIEW, 1000.0), unit=1e-3))
     assert here.reason == there.reason == ""
-    # In metres, a ball of 50 m would be none.
+    # A ball of 50 m is out of range.
     assert fit_method(scaled(VIEW, 1000.0)).reason
     assert there.parts[0].semi_axes == pytest.approx(1000 * here.parts[0].semi_axes, rel=1e-6)
 
 
-def test_another_fitter_is_a_method():
-    seen = []
+def test_baseline_is_used_as_a_method():
+    calls = []
 
     def baseline(points, view_origin, support_plane):
-        seen.append((points, view_origin, support_plane))
-        return BALL if len(seen) == 1 else None
+        calls.append((points, view_origin, support_plane))
+        return BALL if len(calls) == 1 else None
 
     assert baseline_method(baseline)(VIEW) == FitAnswer((BALL,), "")
     assert baseline_method(baseline)(VIEW).reason == "no solid found"
-    assert seen[0][0] is VIEW.points
-    assert seen[0][1] is CAMERA
-    assert seen[0][2] is None
+    assert calls[0][0] is VIEW.points
+    assert calls[0][1] is CAMERA
+    assert calls[0][2] is None
 
 
-def test_invalid_labels_are_an_unclean_answer(monkeypatch):
+def test_invalid_answers_are_unclean(monkeypatch):
     def warns(view: CloudView) -> FitAnswer:
         warnings.warn("overflow\nencountered", RuntimeWarning, stacklevel=1)
         return FitAnswer((BALL,), "")
