@@ -56,8 +56,7 @@ def test_labelled_tabletop_frames_are_segmented(first, real_data):
 
 
 def read_labelled(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Read depth, m, and object labels. Files hold 0.1 mm units and ten times the label; 1-19 is
-    background."""
+    """Read depth, m, and object labels; files hold 0.1 mm, ten times the label, background < 20."""
     with np.load(path) as data:
         depth = data["depth"].astype(np.float32) * np.float32(1e-4)
         label = data["label"].astype(np.int64)
