@@ -7,15 +7,7 @@ The names that load the control package with its physics engine are imported on 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .hands import (
-    Closing,
-    DriveMode,
-    GripOptions,
-    HandCommand,
-    HandModel,
-    HandReading,
-    preshape_command,
-)
+from .hands import GripOptions, HandCommand, HandModel, HandReading
 from .plan import ApproachTask, GraspPlan
 from .planning import GraspOptions, plan_grasps, select_prototype
 from .prototypes import Approach, GraspPurpose, Prototype
@@ -25,6 +17,8 @@ from .robot import Robot, RobotReading
 if TYPE_CHECKING:
     from .cell import Cell, CycleInfo
     from .clearing import ClearOptions, clear_table, observe
+    from .grasp_selection import FailedGrasps, select_grasp
+    from .motion import execute
     from .pick_options import PickOptions
     from .pick_state import SelectedGrasp
     from .tray import Tray
@@ -35,9 +29,8 @@ __all__ = [
     "Cell",
     "ClearOptions",
     "ClearReport",
-    "Closing",
     "CycleInfo",
-    "DriveMode",
+    "FailedGrasps",
     "GraspOptions",
     "GraspPlan",
     "GraspPurpose",
@@ -56,9 +49,10 @@ __all__ = [
     "SelectedGrasp",
     "Tray",
     "clear_table",
+    "execute",
     "observe",
     "plan_grasps",
-    "preshape_command",
+    "select_grasp",
     "select_prototype",
 ]
 
@@ -66,11 +60,14 @@ _LAZY = {
     "Cell": "cell",
     "ClearOptions": "clearing",
     "CycleInfo": "cell",
+    "FailedGrasps": "grasp_selection",
     "PickOptions": "pick_options",
     "SelectedGrasp": "pick_state",
     "Tray": "tray",
     "clear_table": "clearing",
+    "execute": "motion",
     "observe": "clearing",
+    "select_grasp": "grasp_selection",
 }
 
 

@@ -134,6 +134,11 @@ class ClearReport:
     """Reason why clearing ended; ``clear`` when no object is left."""
 
     @property
+    def cleared(self) -> bool:
+        """Whether no object is left on the table."""
+        return self.stop_reason == CLEAR
+
+    @property
     def placed(self) -> int:
         """Number of objects put into the tray."""
         return sum(map(bool, self.picks))

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..bench.report_page import data_url, html_table
 from ..scene_picture import colour_of
+from .demo_table import stop_text
 from .force_plot import pick_timeline
 from .frame_crop import crop_to_objects
 from .perceived_picture import perceived_picture
@@ -51,11 +52,9 @@ def capture_card(number: int, capture: Capture, record: DemoRecord) -> str:
 def final_capture_card(number: int, capture: Capture, record: DemoRecord) -> str:
     """Return the card of a capture without a pick."""
     remaining = "".join(f"<li>{escape(line)}</li>" for line in record.report.remaining)
-    stopped = record.report.stop_reason
-    result = "the table is clear" if stopped == "clear" else stopped
     return (
         f'<section class="card" id="capture{number}"><div class="head"><h2>Last capture</h2>'
-        f'<span class="faint">{escape(result)}</span></div>{_pictures(capture)}'
+        f'<span class="faint">{escape(stop_text(record.report))}</span></div>{_pictures(capture)}'
         f"{f'<h3>Remaining objects</h3><ul>{remaining}</ul>' if remaining else ''}</section>"
     )
 

@@ -12,22 +12,12 @@ from ..scene_picture import colour_of
 from ..wording import plural
 
 if TYPE_CHECKING:
-    from eyehand.grasping import GraspPlan
+    from eyehand.grasping import ClearReport, GraspPlan
 
     from .demo_record import Capture, DemoRecord
 
-COLUMNS = (
-    ("pick", "right"),
-    ("object", "left"),
-    ("size mm", "left"),
-    ("grasp", "left"),
-    ("rows", "right"),
-    ("perceive ms", "right"),
-    ("plan ms", "right"),
-    ("simulated s", "right"),
-    ("outcome", "left"),
-)
-"""Column headings of the table and their alignment."""
+TEXT_COLUMNS = ("object", "size mm", "grasp", "outcome")
+"""Columns of the table that are aligned to the left. Numbers are aligned to the right."""
 
 
 def demo_table(record: DemoRecord) -> Table:
@@ -38,8 +28,9 @@ def demo_table(record: DemoRecord) -> Table:
         caption=escape(ending(record)),
         caption_justify="left",
     )
-    for name, side in COLUMNS:
-        table.add_column(name, justify="right" if side == "right" else "left")
+    names = "pick,object,size mm,grasp,rows,perceive ms,plan ms,simulated s,outcome"
+    for name in names.split(","):
+        table.add_column(name, justify="left" if name in TEXT_COLUMNS else "right")
     for number, capture in enumerate(_picked(record), start=1):
         pick = capture.pick
         assert pick is not None
@@ -109,9 +100,9 @@ def task_words(plan: GraspPlan) -> str:
 
 def ending(record: DemoRecord) -> str:
     """Describe the result in a few lines."""
-    result, stopped = record.result, record.report.stop_reason
+    result = record.result
     objects = plural(result.total, "object")
-    lines = [f"{result.placed} of {result.total} {objects} in the tray; {_stop_text(stopped)}"]
+    lines = [f"{result.placed} of {result.total} {objects} in the tray; {stop_text(record.report)}"]
     lines += [f"remaining {line}" for line in record.report.remaining]
     film = record.film_cpu_seconds
     film_time = "" if film is None else f"; {film:.1f} s more for the film"
@@ -121,8 +112,9 @@ def ending(record: DemoRecord) -> str:
     return "\n".join(lines)
 
 
-def _stop_text(stopped: str) -> str:
-    return "the table is clear" if stopped == "clear" else f"stopped: {stopped}"
+def stop_text(report: ClearReport) -> str:
+    """Describe why clearing ended."""
+    return "the table is clear" if report.cleared else f"stopped: {report.stop_reason}"
 
 
 def _picked(record: DemoRecord) -> list[Capture]:

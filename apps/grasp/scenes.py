@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from eyehand.data_synth import TabletopOptions, make_scene
+from eyehand.data_synth import make_scene
 from eyehand.data_synth.cell import scene_options
 from eyehand.data_synth.scenes import TabletopScene
 from eyehand.errors import InputError
@@ -24,6 +24,8 @@ WORK_AREA = (0.36, 0.34)
 """Size of the work area, m. The arm reaches all of it from above and from the side."""
 PACKED_GAP = 0.012
 """Minimum gap between packed objects, m. A finger with its clearance does not fit in."""
+SINGLE_GAP, PILE_GAP = 0.015, 0.01
+"""Minimum gaps of a single object and of a pile, m."""
 PACKED_AREA = (0.26, 0.26)
 """Size of the area of packed objects, m."""
 
@@ -38,25 +40,16 @@ def grasp_scene(family: GraspFamily, seed: int, objects: int = 5) -> TabletopSce
     """
     if objects < 1:
         raise InputError(f"a scene needs at least 1 object, got {objects}")
+    arrangement: Literal["separate", "piled", "dropped"] = "separate"
+    area, gap = PACKED_AREA, PACKED_GAP
     if family == "single":
-        options = _options("separate", 1, WORK_AREA, 0.015)
-    elif family == "packed":
-        options = _options("separate", objects, PACKED_AREA, PACKED_GAP)
+        objects, area, gap = 1, WORK_AREA, SINGLE_GAP
     elif family == "pile":
-        options = _options("piled" if objects > 1 else "dropped", objects, PACKED_AREA, 0.01)
-    else:
+        arrangement, gap = "piled" if objects > 1 else "dropped", PILE_GAP
+    elif family != "packed":
         raise InputError(f"family must be one of single, packed, pile, got {family!r}")
-    return make_scene(seed, options)
-
-
-def _options(
-    family: Literal["separate", "piled", "dropped"],
-    objects: int,
-    area: tuple[float, float],
-    gap: float,
-) -> TabletopOptions:
-    return scene_options(
-        family,
+    options = scene_options(
+        arrangement,
         (objects, objects),
         width_range=GRASPABLE_WIDTH,
         height_range=GRASPABLE_HEIGHT,
@@ -64,3 +57,4 @@ def _options(
         min_gap=gap,
         density_range=DENSITY,
     )
+    return make_scene(seed, options)

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from eyehand.grasping import observe
-from eyehand.grasping.grasp_selection import FailedGrasps, select_grasp
+from eyehand.grasping import FailedGrasps, observe, select_grasp
 
 from ..perceived_frame import load_kernels
 from .bench.trial import GraspTrial, make_cell

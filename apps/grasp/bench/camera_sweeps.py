@@ -13,7 +13,7 @@ from eyehand.control import CollisionWorld, PlannedApproach
 from eyehand.control.tasks import Posture
 from eyehand.data_synth.cell import GraspCell
 from eyehand.data_synth.scenes import look_at
-from eyehand.grasping.motion import execute
+from eyehand.grasping import execute
 
 from ...bench.sweep import Sweep, Trial
 from .shape_sweeps import MM, PLACED
@@ -136,7 +136,7 @@ def _only_table(distance_mm: float, seed: int, options: PickOptions) -> Trial:
     eye = middle + MM * distance_mm * np.array([-0.3, 0.0, 0.954])
     near = replace(default, T_world_camera=look_at(eye, middle))
     outcome = stress_cell([], seed, options, known=False, geometry=near).clear()
-    right = outcome.report.stop_reason == "clear" and not outcome.picks
+    right = outcome.report.cleared and not outcome.picks
     return outcome.trial(right, f"{len(outcome.picks)} picks; {outcome.report.stop_reason}")
 
 

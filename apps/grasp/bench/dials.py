@@ -13,7 +13,7 @@ from eyehand.grasping import PickOptions
 from eyehand.perception import FitOptions, PerceiveOptions, SegmentationOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Collection
 
 DEFAULT = "default"
 """Name of the default setting in both tables."""
@@ -57,7 +57,7 @@ def perception_dial(name: str) -> PerceiveOptions:
     InputError
         If the name is unknown. The message lists the valid names.
     """
-    check_dials("perception", PERCEPTION, [name])
+    check_dial("perception", PERCEPTION, name)
     if name == "fast":
         quick = SegmentationOptions.for_budget(FAST_SEGMENTATION_MS)
         return PerceiveOptions(
@@ -94,7 +94,7 @@ def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
     InputError
         If the name is unknown. The message lists the valid names.
     """
-    check_dials("control", CONTROL, [name])
+    check_dial("control", CONTROL, name)
     options = base or PickOptions()
     if name in ("slow", "fast"):
         return replace(options, speed=(SLOW if name == "slow" else FAST) * options.speed)
@@ -104,9 +104,7 @@ def control_dial(name: str, base: PickOptions | None = None) -> PickOptions:
     return options
 
 
-def check_dials(what: str, table: Iterable[str], names: Iterable[str]) -> None:
+def check_dial(what: str, table: Collection[str], name: str) -> None:
     """Raise an `InputError` for a name that is not in the table."""
-    known = list(table)
-    for name in names:
-        if name not in known:
-            raise InputError(f"--{what} {name}: unknown, expected {', '.join(known)}")
+    if name not in table:
+        raise InputError(f"--{what} {name}: unknown, expected {', '.join(table)}")

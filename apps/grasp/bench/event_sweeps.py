@@ -114,7 +114,7 @@ def _vanished(number: float, seed: int, options: PickOptions) -> Trial:
     stress.disturb = lambda: stress.remove_object("can")
     outcome = stress.clear()
     named = bool(outcome.picks) and outcome.picks[0].outcome not in ("placed", "fault")
-    right = named and outcome.report.stop_reason == "clear"
+    right = named and outcome.report.cleared
     outcomes = ", ".join(row.outcome for row in outcome.picks) or "no pick"
     return outcome.trial(right, f"{outcomes}; {outcome.report.stop_reason}")
 

@@ -64,34 +64,17 @@ class FaultyCommandRobot:
 def fault_sweeps() -> tuple[Sweep[PickOptions], ...]:
     """Return the sweeps over the faults and the phases in which they start."""
     numbers = tuple(float(k + 1) for k in range(len(PHASES)))
-    faults: tuple[tuple[str, str, Callable[[StressCell], None], str], ...] = (
-        (
-            "nan-arm",
-            "phase of a NaN arm command",
-            partial(_make_commands_nan, part="arm"),
-            "not finite",
-        ),
-        (
-            "nan-hand",
-            "phase of a NaN hand command",
-            partial(_make_commands_nan, part="hand"),
-            "not finite",
-        ),
-        ("bad-physics", "phase of unstable physics", _make_unstable, "the simulation failed"),
-    )
+    nan_arm, nan_hand = (partial(_make_commands_nan, part=part) for part in ("arm", "hand"))
     return tuple(
-        Sweep(
-            name=name,
-            axis=f"{axis}, {PHASE_RANGE}",
-            unit="",
-            values=numbers,
-            holds_to=numbers[-1],
-            attempt=partial(_failing, fault=fault, message=message),
-            right=f"stops at once, stands still, and reports: {message}",
-            repeats=1,
+        Sweep(name, f"{axis}, {PHASE_RANGE}", "", numbers, numbers[-1],
+              partial(_failing, fault=fault, message=message),
+              f"stops at once, stands still, and reports: {message}", repeats=1)
+        for name, axis, fault, message in (
+            ("nan-arm", "phase of a NaN arm command", nan_arm, "not finite"),
+            ("nan-hand", "phase of a NaN hand command", nan_hand, "not finite"),
+            ("bad-physics", "phase of unstable physics", _make_unstable, "the simulation failed"),
         )
-        for name, axis, fault, message in faults
-    )
+    )  # fmt: skip
 
 
 def _failing(

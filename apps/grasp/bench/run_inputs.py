@@ -89,10 +89,10 @@ def checked_machines(jobs: int | None, cluster: str) -> Machines:
 
 def checked_dials(perception: str, control: str) -> tuple[str, str]:
     """Check the names of the dials."""
-    from .dials import CONTROL, PERCEPTION, check_dials
+    from .dials import CONTROL, PERCEPTION, check_dial
 
-    check_dials("perception", PERCEPTION, [perception])
-    check_dials("control", CONTROL, [control])
+    check_dial("perception", PERCEPTION, perception)
+    check_dial("control", CONTROL, control)
     return perception, control
 
 

@@ -192,7 +192,7 @@ class StressOutcome:
     @property
     def refused(self) -> bool:
         """Whether the robot stopped without a pick and gave a reason."""
-        return not self.picks and self.report.stop_reason != "clear"
+        return not self.picks and not self.report.cleared
 
     @property
     def failure(self) -> str:
@@ -217,7 +217,7 @@ class StressOutcome:
             return "a pick without a named outcome"
         if any(row.outcome == "placed" and not row.success for row in self.picks):
             return "reported placed, but the object is not in the tray"
-        if self.report.stop_reason == "clear" and self.left:
+        if self.report.cleared and self.left:
             return f"reported clear with {len(self.left)} on the table"
         return self._off_table()
 

@@ -1,4 +1,4 @@
-"""A hand fixed in the air closes on a solid held before it, and is left alone with it."""
+"""Simulate a hand fixed in the air that closes on a solid and holds it without support."""
 
 from __future__ import annotations
 
@@ -19,8 +19,7 @@ from eyehand.data_synth.cell import (
 from eyehand.data_synth.scenes import Table, TabletopObject
 from eyehand.data_synth.scenes.tabletop_spec import tabletop_spec
 from eyehand.errors import InputError
-from eyehand.grasping import Closing, GripOptions, preshape_command
-from eyehand.grasping.hands import finger_forces
+from eyehand.grasping.hands import Closing, GripOptions, finger_forces, preshape_command
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,60 +29,60 @@ if TYPE_CHECKING:
     from eyehand.perception.superquadric import Superquadric
 
 STEP_S, CONTROL_STEPS = 0.002, 2
-"""Physics step, and steps in a control period."""
+"""Physics step, s, and number of physics steps per control period."""
 HEIGHT_M = 1.0
-"""Of the palm over the floor: what is let go falls far."""
+"""Height of the palm above the floor, m. A lost solid falls far."""
 PREFIX = "hand/"
 TIP_OVERLAP_M = 0.012
-"""How far tips reach past the middle of what they hold."""
+"""Distance by which the fingertips reach past the middle of the solid, m."""
 PALM_GAP_M = 0.002
-"""Palm to solid where the whole hand closes around it."""
+"""Gap between palm and solid in a power grasp, m."""
 CLEARANCE_M = 0.03
-"""Opening beyond the solid's width."""
+"""Opening of the hand beyond the solid's width, m."""
 PRESHAPE_S, CLOSE_S = 0.8, 5.0
-"""Longest times."""
-FELT_N = 0.1
+"""Maximum times of the preshape and of the closing, s."""
+TOUCH_FORCE_N = 0.1
 """Force that counts as touch."""
-LOST_MM = 20.0
-"""What has moved farther in the hand, mm, was not held."""
+MAX_MOTION_MM = 20.0
+"""Maximum motion of a held solid in the hand, mm."""
 SUPPORT = "support"
-"""Name of the weld that holds the solid until the hand does."""
+"""Name of the weld that holds the solid until the hand has closed."""
 
 COLOUR = (0.85, 0.45, 0.15)
-"""Of the solid, RGB."""
+"""Colour of the solid, RGB."""
 
 Facing = Literal["down", "side"]
-"""Where the palm looks."""
+"""Direction of the palm."""
 
-_TURNS = {
+_ROTATIONS = {
     "down": [[1, 0, 0], [0, -1, 0], [0, 0, -1]],
     "side": [[1, 0, 0], [0, 0, 1], [0, -1, 0]],
 }
-"""T_world_hand's rotation."""
+"""Rotation of T_world_hand for each direction of the palm."""
 
 
 @dataclass(frozen=True)
 class AirGrasp:
-    """How it went; true in a condition when the solid stayed in the hand."""
+    """The result of a grasp. It is true in a condition if the solid stayed in the hand."""
 
     state: str
-    """Of the closing, when the support was taken away."""
+    """State of the closing when the support was removed."""
     fingers: int
-    """Fingers that felt the solid at the end, without the thumb."""
+    """Number of fingers in contact at the end, without the thumb."""
     thumb: bool
-    """Whether the thumb, or the palm in its place, did."""
+    """Whether the thumb or the palm was in contact at the end."""
     pads: int
-    """Pads in contact at the end."""
+    """Number of pads in contact at the end."""
     moved_mm: float
-    """Way of the solid from when it was let go to the end, mm: fingers and thumb, held apart by its
-    support before, find their balance."""
+    """Motion of the solid after the support was removed, mm. Fingers and thumb come to a balance,
+    which the support prevented before."""
     creep_mm: float
-    """The same in the last half of that time, mm."""
+    """Motion of the solid in the second half of that time, mm."""
     warnings: int
-    """Physics warnings."""
+    """Number of physics warnings."""
 
     def __bool__(self) -> bool:
-        held = self.fingers > 0 and self.thumb and self.moved_mm < LOST_MM
+        held = self.fingers > 0 and self.thumb and self.moved_mm < MAX_MOTION_MM
         return held and self.state == "holding"
 
 
@@ -98,37 +97,37 @@ def grasp_in_air(
     facing: Facing = "down",
     friction: float = 1.0,
     hold: float = 1.0,
-    watch: Callable[[Any, Any], None] | None = None,
+    on_cycle: Callable[[Any, Any], None] | None = None,
 ) -> AirGrasp:
-    """Close a hand of joints on a solid, take the solid's support away, and wait.
+    """Close a hand with driven joints on a solid, remove the support of the solid, and wait.
 
     Parameters
     ----------
     spec
-        `MjSpec` of the hand alone; not changed.
+        `MjSpec` of the hand alone. It is not changed.
     description
-        How its fingers close.
+        Description of the closing fingers.
     frame
-        Its hand frame.
+        Name of the hand frame.
     shape
-        The solid; it is held upright, closed upon along its x-axis: its pose is not looked at.
+        The solid. It stands upright and the hand closes along its x axis. Its pose is ignored.
     mass
-        Its mass, kg.
+        Mass of the solid, kg.
     prototype
-        How to grasp.
+        Prototype of the grasp.
     facing
-        Where the palm looks.
+        Direction of the palm.
     friction
-        Of the hand's pads.
+        Friction coefficient of the hand's pads.
     hold
-        How long the hand is left alone with it, s.
-    watch
-        Called with model and data after every control period (for pictures).
+        Time after the support is removed, s.
+    on_cycle
+        Callback after every control period, with model and data.
 
     Raises
     ------
     InputError
-        If the hand and its description do not fit one another, or the solid is too wide.
+        If the description does not fit the hand, or the solid is too wide.
     """
     mujoco = import_mujoco()
     spec = spec.copy()
@@ -143,7 +142,7 @@ def grasp_in_air(
         )
     opening = min(width + CLEARANCE_M, hand.max_opening)
     T_world_hand = RigidTransform.from_components(
-        [0.0, 0.0, HEIGHT_M], Rotation.from_matrix(np.array(_TURNS[facing], dtype=float))
+        [0.0, 0.0, HEIGHT_M], Rotation.from_matrix(np.array(_ROTATIONS[facing], dtype=float))
     )
     ahead = _depth(hand, prototype, _half(shape, along), width, opening)
     pose = RigidTransform.from_translation(T_world_hand.apply([0.0, 0.0, ahead]))
@@ -161,8 +160,8 @@ def grasp_in_air(
         for _ in range(CONTROL_STEPS):
             drives.apply()
             mujoco.mj_step(model, data)
-        if watch is not None:
-            watch(model, data)
+        if on_cycle is not None:
+            on_cycle(model, data)
         return drives.reading()
 
     reading = drives.reading()
@@ -183,9 +182,9 @@ def grasp_in_air(
     forces = finger_forces(reading, hand)
     return AirGrasp(
         state=state,
-        fingers=int((forces[:-1] > FELT_N).sum()),
-        thumb=bool(max(forces[-1], reading.forces[-1]) > FELT_N),
-        pads=int((reading.forces > FELT_N).sum()),
+        fingers=int((forces[:-1] > TOUCH_FORCE_N).sum()),
+        thumb=bool(max(forces[-1], reading.forces[-1]) > TOUCH_FORCE_N),
+        pads=int((reading.forces > TOUCH_FORCE_N).sum()),
         moved_mm=1e3 * float(np.linalg.norm(data.xpos[body] - start)),
         creep_mm=1e3 * float(np.linalg.norm(data.xpos[body] - half)),
         warnings=int(sum(data.warning.number)),
@@ -193,7 +192,7 @@ def grasp_in_air(
 
 
 def _depth(hand: HandModel, prototype: Prototype, half: float, width: float, opening: float) -> Any:
-    """Distance of the solid's middle from the palm, m."""
+    """Return the distance of the solid's centre from the palm, m."""
     near = half + PALM_GAP_M
     if prototype == "power":
         return near
@@ -202,13 +201,13 @@ def _depth(hand: HandModel, prototype: Prototype, half: float, width: float, ope
 
 
 def _half(shape: Superquadric, axis: list[float]) -> float:
-    """Half extent of a solid along an axis of its own, m."""
+    """Return half the extent of a solid along one of its own axes, m."""
     upright = replace(shape, pose=RigidTransform.identity())
     return float(upright.support(np.array(axis)))
 
 
 def _root(model: Any, frame: str) -> RigidTransform:
-    """T_hand_root of a hand alone, its joints at 0."""
+    """Return T_hand_root of a hand with all joints at 0."""
     mujoco = import_mujoco()
     data = mujoco.MjData(model)
     mujoco.mj_kinematics(model, data)
@@ -239,8 +238,7 @@ def _world(
     )
     world.attach(hand, frame=place, prefix=PREFIX)
     weld = world.add_equality(name=SUPPORT, type=mujoco.mjtEq.mjEQ_WELD)
-    # The point in the world that is welded; no pose of its own, so the one in which the world
-    # begins; as stiff in turning.
+    # Anchor point, zero relative pose (the initial pose applies), equal rotational stiffness.
     weld.data[:11] = [*solid.shape.centre, *np.zeros(7), 1.0]
     weld.objtype, weld.name1 = mujoco.mjtObj.mjOBJ_BODY, "solid"
     return world.compile()

@@ -1,4 +1,4 @@
-"""A table with one object cleared once, for all tests of what the demo leaves."""
+"""A demo that clears a table with one object, shared by the tests of its record."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ SEED = 1
 
 
 @dataclass
-class Notes:
-    """An onlooker that counts."""
+class CountingObserver:
+    """An observer that counts its calls."""
 
-    moments: int = 0
+    cycles: int = 0
     before: int = 0
     after: int = 0
 
     def on_cycle(self, cycle) -> None:
-        """Count a control period."""
+        """Count a control cycle."""
         assert np.isfinite(cycle.force).all()
-        self.moments += 1
+        self.cycles += 1
 
     def on_pick(self, choice, report) -> None:
         """Count a pick, before and after."""
@@ -41,9 +41,9 @@ def single() -> DemoScene:
 
 
 @pytest.fixture(scope="session")
-def cleared(single) -> tuple[DemoRecord, Notes]:
-    notes = Notes()
+def cleared(single) -> tuple[DemoRecord, CountingObserver]:
+    observer = CountingObserver()
     trial = GraspTrial(family="single", seed=SEED, objects=1)
     built = trial_cell(single.objects, trial)
-    record = run_demo(single.source, trial, built, [lambda *_: notes], ClearOptions(picks=2))
-    return record, notes
+    record = run_demo(single.source, trial, built, [lambda *_: observer], ClearOptions(picks=2))
+    return record, observer

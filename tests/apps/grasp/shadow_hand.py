@@ -1,4 +1,4 @@
-"""The Shadow hand of `gymnasium-robotics` (an optional extra), and how its fingers close."""
+"""The Shadow hand of `gymnasium-robotics`, an optional extra, with a description of its fingers."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from eyehand.data_synth.cell.spec_assembly import prepare_for_attachment
 from eyehand.errors import InputError
 
 PACKAGE = "gymnasium_robotics"
-"""Only its files are read: the package itself is never imported."""
+"""The package of the hand. Only its files are read; it is not imported."""
 PALM_SITE = "palm"
-"""The hand frame, which is added to the file's palm."""
+"""Name of the hand frame, which is added to the palm in the file."""
 PREFIX = "robot0:"
-"""What stands before the names in the file."""
+"""Prefix of the names in the file."""
 PALM_ORIGIN = (0.022, -0.0111, 0.078)
-"""Of the hand frame in the palm's body, m: on the palm's face, between index and middle finger,
-where the fingers bent at the knuckles meet the thumb that is swung before the palm."""
+"""Origin of the hand frame in the palm's body, m. It is on the palm's face between index and middle
+finger, where the bent fingers meet the opposed thumb."""
 PALM_AXES = (0.5, 0.5, 0.5, -0.5)
-"""w, x, y, z of the hand frame in the palm's body: z out of the palm, x from knuckles to wrist."""
+"""Quaternion (w, x, y, z) of the hand frame in the palm's body. z points out of the palm, x from
+the knuckles to the wrist."""
 SERVO_STIFFNESS = 10.0
-"""Of the fingers' position servos, Nm/rad, within the file's own limits of torque: with its
-1 Nm/rad a finger half closed can press with half its torque only."""
+"""Stiffness of the fingers' position servos, Nm/rad. The torque limits of the file still apply.
+With the 1 Nm/rad of the file, a half-closed finger presses with only half its torque."""
 
 
 def _finger(name: str, letters: str) -> FingerDescription:
-    """A finger that stands out of the palm and closes from the knuckle."""
+    """Return a finger that closes from the knuckle."""
     return FingerDescription(
         name,
         {
@@ -65,12 +66,12 @@ SHADOW_HAND = HandDescription(
         for joint in ("WRJ1", "WRJ0", "FFJ3", "MFJ3", "RFJ3", "LFJ3", "LFJ4")
     },
 )
-"""Fingers and thumb facing one another before the palm: the thumb sweeps about its base, its other
-joints swung out as far as they go."""
+"""Fingers and thumb oppose each other in front of the palm. The thumb turns about its base; its
+other joints stay at their outer limits."""
 
 
 def shadow_hand_path() -> Path | None:
-    """Path of the installed hand's MJCF; None where the package is not installed."""
+    """Return the path of the hand's MJCF; None if the package is not installed."""
     found = importlib.util.find_spec(PACKAGE)
     if found is None or not found.submodule_search_locations:
         return None
@@ -79,7 +80,7 @@ def shadow_hand_path() -> Path | None:
 
 
 def shadow_hand() -> Any:
-    """Describe the Shadow hand alone: an `MjSpec`, its forearm at the origin, with a site "palm".
+    """Return the `MjSpec` of the Shadow hand, with its forearm at the origin and a site "palm".
 
     Raises
     ------
@@ -95,7 +96,7 @@ def shadow_hand() -> Any:
         )
     spec = mujoco.MjSpec.from_file(str(path))
     mount = spec.body(f"{PREFIX}hand mount")
-    # The file is a scene: besides the hand it holds a floor, targets and a lamp.
+    # The file is a scene. It also holds a floor, targets and a lamp.
     for thing in (*spec.worldbody.bodies, *spec.worldbody.geoms, *spec.worldbody.lights):
         if thing.name != mount.name:
             spec.delete(thing)

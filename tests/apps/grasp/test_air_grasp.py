@@ -1,4 +1,4 @@
-"""Hands whose motors move joints close on solids with each prototype, and keep them."""
+"""Hands with driven joints hold solids with each prototype."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ EXPONENTS = {"box": (0.1, 0.1), "cylinder": (0.1, 1.0), "sphere": (1.0, 1.0)}
 
 needs_shadow = pytest.mark.skipif(
     shadow_hand.shadow_hand_path() is None,
-    reason="gymnasium-robotics, which has the Shadow hand's files, is not installed",
+    reason="gymnasium-robotics with the files of the Shadow hand is not installed",
 )
 
 
@@ -46,7 +46,7 @@ def servo_hand():
         ("power", "side", solid("cylinder", 0.055, 0.055, 0.11), 0.25),
     ],
 )
-def test_the_shadow_hand_closes_with_each_prototype(prototype, facing, shape, mass):
+def test_shadow_hand_holds_with_each_prototype(prototype, facing, shape, mass):
     held = grasp_in_air(
         shadow_hand.shadow_hand(), SHADOW_HAND, "palm", shape, mass, prototype, facing=facing
     )
@@ -67,7 +67,7 @@ def test_the_shadow_hand_closes_with_each_prototype(prototype, facing, shape, ma
         ("power", "side", solid("cylinder", 0.07, 0.07, 0.11), 0.25),
     ],
 )
-def test_a_hand_of_servos_closes_with_each_prototype(prototype, facing, shape, mass):
+def test_servo_hand_holds_with_each_prototype(prototype, facing, shape, mass):
     spec, description = servo_hand()
     held = grasp_in_air(spec, description, "palm", shape, mass, prototype, facing=facing)
 
@@ -76,7 +76,7 @@ def test_a_hand_of_servos_closes_with_each_prototype(prototype, facing, shape, m
     assert held.warnings == 0
 
 
-def test_what_is_too_heavy_falls():
+def test_heavy_object_falls():
     spec, description = servo_hand()
     held = grasp_in_air(spec, description, "palm", solid("sphere", 0.05, 0.05, 0.05), 8.0, "pincer")
 
@@ -84,13 +84,13 @@ def test_what_is_too_heavy_falls():
     assert held.moved_mm > 100.0
 
 
-def test_what_is_too_wide_is_refused():
+def test_wide_object_is_refused():
     spec, description = servo_hand()
     with pytest.raises(InputError, match="200 mm wide"):
         grasp_in_air(spec, description, "palm", solid("box", 0.2, 0.05, 0.05), 0.1, "power")
 
 
-def test_without_its_package_the_shadow_hand_says_what_to_install(monkeypatch):
+def test_missing_shadow_hand_package_names_extra(monkeypatch):
     monkeypatch.setattr(shadow_hand, "PACKAGE", "no_such_package_is_installed")
 
     assert shadow_hand.shadow_hand_path() is None
@@ -99,7 +99,7 @@ def test_without_its_package_the_shadow_hand_says_what_to_install(monkeypatch):
 
 
 @pytest.mark.parametrize("prototype", ["pincer", "precision", "power"])
-def test_a_hand_of_servos_that_closes_on_nothing_is_empty(prototype):
+def test_servo_hand_without_object_is_empty(prototype):
     spec, description = servo_hand()
     crumb = solid("sphere", 0.002, 0.002, 0.002)
     held = grasp_in_air(spec, description, "palm", crumb, 1e-4, prototype, hold=0.1)
@@ -109,7 +109,7 @@ def test_a_hand_of_servos_that_closes_on_nothing_is_empty(prototype):
 
 
 @needs_shadow
-def test_a_shadow_hand_that_makes_a_fist_is_empty():
+def test_shadow_hand_without_object_is_empty():
     crumb = solid("sphere", 0.002, 0.002, 0.002)
     spec = shadow_hand.shadow_hand()
     held = grasp_in_air(spec, SHADOW_HAND, "palm", crumb, 1e-4, "power", hold=0.1)

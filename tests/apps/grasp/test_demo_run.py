@@ -1,4 +1,4 @@
-"""A demo run remembers every look and pick, and tells them in rows, a table and a page."""
+"""The record of a demo, and its rows, table and report page."""
 
 from __future__ import annotations
 
@@ -31,26 +31,26 @@ from eyehand.grasping.report import PhaseRecord
 
 
 class Tags(HTMLParser):
-    """Counts elements, and notes those that are not closed in order."""
+    """A parser that counts elements and lists those that are not closed in order."""
 
     VOID = ("meta", "link", "img", "br", "rect", "line", "polyline")
 
     def __init__(self) -> None:
         super().__init__()
         self.open: list[str] = []
-        self.faults: list[str] = []
+        self.unmatched: list[str] = []
         self.addresses: list[str] = []
-        self.seen: dict[str, int] = {}
+        self.counts: dict[str, int] = {}
 
     def handle_starttag(self, tag, attrs):
-        """Note an element."""
-        self.seen[tag] = self.seen.get(tag, 0) + 1
+        """Count an element."""
+        self.counts[tag] = self.counts.get(tag, 0) + 1
         self.addresses += [value for name, value in attrs if name in ("src", "href") and value]
         if tag not in self.VOID:
             self.open.append(tag)
 
     def handle_startendtag(self, tag, attrs):
-        """Note one that holds nothing."""
+        """Count an empty element."""
         self.handle_starttag(tag, attrs)
         if tag not in self.VOID:
             self.open.pop()
@@ -58,11 +58,11 @@ class Tags(HTMLParser):
     def handle_endtag(self, tag):
         """Close an element."""
         if not self.open or self.open.pop() != tag:
-            self.faults.append(tag)
+            self.unmatched.append(tag)
 
 
-def test_every_pick_follows_its_look_and_onlookers_hear_all(cleared):
-    record, notes = cleared
+def test_record_pairs_picks_with_captures_and_calls_observers(cleared):
+    record, observer = cleared
     picks = record.report.picks
     assert len(picks) >= 1
     assert record.report.observations == len(record.captures)
@@ -70,8 +70,8 @@ def test_every_pick_follows_its_look_and_onlookers_hear_all(cleared):
     assert [capture.row for capture in record.captures if capture.row is not None] == list(
         record.result.picks
     )
-    assert notes.before == notes.after == len(picks)
-    assert notes.moments >= sum(len(pick.times) for pick in picks)
+    assert observer.before == observer.after == len(picks)
+    assert observer.cycles >= sum(len(pick.times) for pick in picks)
     first = record.captures[0]
     assert first.target is not None
     if any(phase.phase == "close" for phase in first.pick.phases):
@@ -79,19 +79,19 @@ def test_every_pick_follows_its_look_and_onlookers_hear_all(cleared):
         assert np.linalg.norm(palm - first.target.points.mean(axis=0)) < 0.25
 
 
-def test_rows_are_plain_and_the_table_names_each_pick(cleared):
+def test_rows_are_json_and_table_names_each_pick(cleared):
     record, _ = cleared
     rows = demo_rows(record)
-    again = json.loads(json.dumps(rows, allow_nan=False))
-    assert [row["name"] for row in again] == [f"pick {k + 1}" for k in range(len(rows))]
-    for row, pick in zip(again, record.report.picks, strict=True):
+    decoded = json.loads(json.dumps(rows, allow_nan=False))
+    assert [row["name"] for row in decoded] == [f"pick {k + 1}" for k in range(len(rows))]
+    for row, pick in zip(decoded, record.report.picks, strict=True):
         assert row["outcome"] == pick.outcome
         assert row["task_rows"] == sum(task["rows"] for task in row["tasks"]) == pick.plan.rows
     first = record.report.picks[0].plan
-    told = sum(
+    rows = sum(
         int(part.split(" x ")[0]) if " x " in part else 1 for part in task_words(first).split(" + ")
     )
-    assert told == sum(task.rows > 0 for task in first.tasks)
+    assert rows == sum(task.rows > 0 for task in first.tasks)
     console = Console(width=140, record=True, file=None, quiet=False, stderr=True)
     console.print(demo_table(record))
     text = console.export_text()
@@ -99,7 +99,7 @@ def test_rows_are_plain_and_the_table_names_each_pick(cleared):
     assert "1 of 1 object in the tray" in text
 
 
-def test_the_page_is_well_formed_and_holds_all_that_it_shows(cleared, tmp_path):
+def test_page_is_well_formed_and_embeds_its_pictures(cleared, tmp_path):
     record, _ = cleared
     film = tmp_path / "demo.mp4"
     film.write_bytes(b"not a film")
@@ -107,20 +107,20 @@ def test_the_page_is_well_formed_and_holds_all_that_it_shows(cleared, tmp_path):
     text = (tmp_path / "report.html").read_text(encoding="utf-8")
     tags = Tags()
     tags.feed(text)
-    assert not tags.faults
+    assert not tags.unmatched
     assert not tags.open
-    assert tags.seen["img"] == 2 * len(record.captures)
-    assert tags.seen["svg"] == len(record.report.picks)
-    assert tags.seen["video"] == 1
+    assert tags.counts["img"] == 2 * len(record.captures)
+    assert tags.counts["svg"] == len(record.report.picks)
+    assert tags.counts["video"] == 1
     assert all(one.startswith(("data:", "#")) for one in tags.addresses)
     assert "http" not in re.sub(r"base64,[^\"]*", "", text)
 
 
-def test_what_went_wrong_is_marked_and_its_words_cannot_break_the_page(cleared):
+def test_page_marks_failures_and_escapes_text(cleared):
     record, _ = cleared
     capture = next(one for one in record.captures if one.pick is not None)
-    wrong = PhaseRecord("lift", 0.0, 1.0, "<b>dropped</b> & gone")
-    pick = replace(capture.pick, outcome="slipped", reason="<i>it</i> slipped", phases=(wrong,))
+    failed = PhaseRecord("lift", 0.0, 1.0, "<b>dropped</b> & gone")
+    pick = replace(capture.pick, outcome="slipped", reason="<i>it</i> slipped", phases=(failed,))
     html = report_html(replace(record, captures=(replace(capture, pick=pick),)))
     assert "<i>it" not in html
     assert "<b>dropped" not in html
@@ -128,7 +128,7 @@ def test_what_went_wrong_is_marked_and_its_words_cannot_break_the_page(cleared):
     assert "&lt;b&gt;dropped" in html
 
 
-def test_the_force_plot_keeps_short_knocks_and_draws_a_pick_without_forces(cleared):
+def test_force_plot_shows_short_impacts_and_pick_without_forces(cleared):
     record, _ = cleared
     pick = next(capture.pick for capture in record.captures if capture.pick is not None)
     times = np.linspace(0.0, 8.0, 2001)
@@ -141,27 +141,27 @@ def test_the_force_plot_keeps_short_knocks_and_draws_a_pick_without_forces(clear
     assert len(curves) == 5
     heights = [[float(one.split(",")[1]) for one in curve.split()] for curve in curves]
     assert min(heights[3]) < 80 < min(heights[0])
-    none = replace(pick, times=np.zeros(0), forces=np.zeros((0, 5)), phases=())
-    assert "<polyline" not in pick_timeline(none, ("index", "middle", "ring", "thumb"))
+    without_forces = replace(pick, times=np.zeros(0), forces=np.zeros((0, 5)), phases=())
+    assert "<polyline" not in pick_timeline(without_forces, ("index", "middle", "ring", "thumb"))
 
 
-def test_a_closeup_shows_the_same_points_at_the_same_places(cleared):
+def test_crop_keeps_labels_and_projection(cleared):
     record, _ = cleared
     capture = record.captures[0]
     frame, scene = crop_to_objects(capture.frame, capture.scene)
     assert frame.depth.size < capture.frame.depth.size
     item = capture.target
-    whole = np.argwhere(capture.scene.segmentation.labels == item.label)
+    full = np.argwhere(capture.scene.segmentation.labels == item.label)
     cut = np.argwhere(scene.segmentation.labels == item.label)
-    assert len(cut) == len(whole)
+    assert len(cut) == len(full)
     point = item.points.mean(axis=0)
     T_camera_world = capture.frame.T_world_camera.inv()
     before = capture.frame.intrinsics.project(T_camera_world.apply(point)[None])[0]
     after = frame.intrinsics.project(T_camera_world.apply(point)[None])[0]
-    assert before - after == pytest.approx((whole[0] - cut[0])[::-1])
+    assert before - after == pytest.approx((full[0] - cut[0])[::-1])
 
 
-def test_the_grasp_is_drawn_where_the_hand_closed(cleared):
+def test_grasp_is_drawn_at_closing_pose(cleared):
     record, _ = cleared
     capture = record.captures[0]
     frame, scene = crop_to_objects(capture.frame, capture.scene)
@@ -174,10 +174,10 @@ def test_the_grasp_is_drawn_where_the_hand_closed(cleared):
     assert np.linalg.norm(changed.mean(axis=0) / zoom - labels.mean(axis=0)) < 60
 
 
-def test_a_scene_comes_from_a_family_or_a_file(tmp_path):
-    once, twice = (demo_scene("packed", 3, 2).objects for _ in range(2))
-    assert [one.name for one in once] == [one.name for one in twice]
-    assert np.array_equal(once[0].colour, twice[0].colour)
+def test_scene_comes_from_family_or_file(tmp_path):
+    first, second = (demo_scene("packed", 3, 2).objects for _ in range(2))
+    assert [one.name for one in first] == [one.name for one in second]
+    assert np.array_equal(first[0].colour, second[0].colour)
     made = make_scene(2, TabletopOptions(count_range=(2, 2)))
     write_scene(tmp_path, made, *render_frame(made, DepthNoise.none(), 2))
     read = demo_scene(str(tmp_path / "ground_truth.json"), 0)
@@ -187,7 +187,7 @@ def test_a_scene_comes_from_a_family_or_a_file(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("scene", "objects", "says"),
+    ("scene", "objects", "message"),
     [
         ("crowded", None, "no such file"),
         ("pack", None, "did you mean packed"),
@@ -197,12 +197,12 @@ def test_a_scene_comes_from_a_family_or_a_file(tmp_path):
         (".", 4, "leave --objects out"),
     ],
 )
-def test_scenes_that_cannot_be_are_refused(scene, objects, says):
-    with pytest.raises(InputError, match=says):
+def test_invalid_scene_options_are_refused(scene, objects, message):
+    with pytest.raises(InputError, match=message):
         demo_scene(scene, 0, objects)
 
 
-def test_own_meshes_stand_on_the_table_each_once(tmp_path):
+def test_each_mesh_of_folder_is_placed_once(tmp_path):
     for number in (1, 2):
         box = trimesh.creation.box(extents=(0.04, 0.05, 0.03 * number))
         box.export(tmp_path / f"box{number}.stl")
@@ -216,20 +216,20 @@ def test_own_meshes_stand_on_the_table_each_once(tmp_path):
         demo_scene("pile", 0, tmp_path / "empty")
 
 
-def test_the_film_s_time_is_told_apart_from_the_robot_s(cleared):
+def test_film_time_is_reported_separately(cleared):
     record, _ = cleared
     assert record.result.cpu_seconds > 0
-    alone, filmed = ending(record), ending(replace(record, film_cpu_seconds=31.4))
-    own = f"{record.result.cpu_seconds:.1f} s of processor time for robot and simulation"
-    assert own in alone
-    assert "film" not in alone
-    assert f"{own}; 31.4 s more for the film" in filmed
+    without_film, with_film = ending(record), ending(replace(record, film_cpu_seconds=31.4))
+    robot_time = f"{record.result.cpu_seconds:.1f} s of processor time for robot and simulation"
+    assert robot_time in without_film
+    assert "film" not in without_film
+    assert f"{robot_time}; 31.4 s more for the film" in with_film
     page = report_html(replace(record, film_cpu_seconds=31.4))
     assert "31 s</b><span>processor time, film" in page
     assert "processor time, film" not in report_html(record)
 
 
-def test_an_onlooker_s_time_is_not_the_robot_s(single):
+def test_observer_time_is_excluded_from_robot_time(single):
     class Slow:
         spent = 0.0
 
@@ -237,7 +237,7 @@ def test_an_onlooker_s_time_is_not_the_robot_s(single):
             """Do nothing."""
 
         def on_pick(self, choice, report) -> None:
-            """Work for a second."""
+            """Use one second of processor time."""
             began = time.process_time()
             while time.process_time() < began + 1.0:
                 pass
@@ -253,7 +253,7 @@ def test_an_onlooker_s_time_is_not_the_robot_s(single):
     assert record.result.cpu_seconds <= whole - slow.spent
 
 
-def test_a_run_without_a_film_removes_an_earlier_one_and_nothing_else(cleared, tmp_path, capsys):
+def test_run_without_film_removes_only_earlier_film(cleared, tmp_path, capsys):
     record, _ = cleared
     old, others = tmp_path / "demo.mp4", tmp_path / "mine.mp4"
     for path in (old, others):
@@ -269,7 +269,7 @@ def test_a_run_without_a_film_removes_an_earlier_one_and_nothing_else(cleared, t
         write_results(record, tmp_path, json=False)
 
 
-def test_what_is_claimed_and_not_true_is_told(cleared):
+def test_wrongly_reported_placement_is_marked(cleared):
     record, _ = cleared
     capture = record.captures[0]
     assert capture.outcome == "placed"
@@ -285,7 +285,7 @@ def test_what_is_claimed_and_not_true_is_told(cleared):
     assert slipped.outcome == "place failed"
 
 
-def test_the_page_explains_scores_and_sizes(cleared):
+def test_page_explains_scores_and_sizes(cleared):
     record, _ = cleared
     terms = record.report.picks[0].plan.score.terms
     html = report_html(record)

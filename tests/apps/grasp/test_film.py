@@ -1,4 +1,4 @@
-"""A film is written whole, at its pace, with what happens told in it."""
+"""The film of a demo: its frames, speed, captions, side panel and camera."""
 
 from __future__ import annotations
 
@@ -23,35 +23,35 @@ SIZE = (320, 180)
 
 
 @dataclass
-class Grey:
-    """A camera before a grey wall."""
+class GreyCamera:
+    """A camera whose pictures are grey."""
 
     closed: bool = False
 
     def picture(self):
-        """See the wall."""
+        """Return a grey picture."""
         wide, high = cell_size(SIZE)
         return np.full((high, wide, 3), 128, np.uint8)
 
     def close(self):
-        """Note the end."""
+        """Record the call."""
         self.closed = True
 
 
-def moment(time: float, phase: str):
+def cycle_info(time: float, phase: str):
     reading = SimpleNamespace(time=time)
     return SimpleNamespace(phase=phase, reading=reading, force=np.array([0, 4.0, 0, 9, 1]))
 
 
-def test_ten_pictures_become_a_film_slower_where_fingers_move(tmp_path, monkeypatch):
+def test_film_has_expected_frames_and_slows_down_for_fingers(tmp_path, monkeypatch):
     monkeypatch.setattr(film_module, "END_SECONDS", 0.04)
-    camera, path = Grey(), tmp_path / "short.mp4"
+    camera, path = GreyCamera(), tmp_path / "short.mp4"
     recorder = SimpleNamespace(frame=None)
     with Film(path, SIZE) as film:
-        film.film(camera, recorder)  # pyright: ignore[reportArgumentType] - all that it asks for
+        film.film(camera, recorder)  # pyright: ignore[reportArgumentType] - the used part only
         for step in range(160):
             phase = "lift" if step < 80 else "close"
-            film.on_cycle(moment(0.004 * step, phase))  # pyright: ignore[reportArgumentType] - too
+            film.on_cycle(cycle_info(0.004 * step, phase))  # pyright: ignore[reportArgumentType] - too
         assert film.frames == 2 + 4
         assert not path.exists()
     assert camera.closed
@@ -65,11 +65,11 @@ def test_ten_pictures_become_a_film_slower_where_fingers_move(tmp_path, monkeypa
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_an_error_leaves_no_film(tmp_path):
+def test_error_leaves_no_film(tmp_path):
     def fail() -> None:
         with Film(tmp_path / "none.mp4", SIZE) as film:
-            film.film(Grey(), SimpleNamespace(frame=None))  # pyright: ignore[reportArgumentType]
-            film.on_cycle(moment(0.0, "lift"))  # pyright: ignore[reportArgumentType] - as above
+            film.film(GreyCamera(), SimpleNamespace(frame=None))  # pyright: ignore[reportArgumentType]
+            film.on_cycle(cycle_info(0.0, "lift"))  # pyright: ignore[reportArgumentType] - as above
             raise ValueError("stop")
 
     with pytest.raises(ValueError, match="stop"):
@@ -80,10 +80,10 @@ def test_an_error_leaves_no_film(tmp_path):
 NAMES = ("index", "middle", "ring", "thumb", "palm")
 
 
-def find_frame(force, seen=None, size=(960, 540), names=NAMES):
+def make_frame(force, scene_picture=None, size=(960, 540), names=NAMES):
     wide, high = cell_size(size)
     caption = Caption("grip", "pick 1: box", "0 of 2 in the tray", 2.0)
-    side = SidePanel(seen, names, force)
+    side = SidePanel(scene_picture, names, force)
     return film_frame(np.full((high, wide, 3), 200, np.uint8), caption, side, size)
 
 
@@ -93,19 +93,19 @@ def changed_columns(one, other):
 
 @pytest.mark.parametrize("size", [(960, 540), (320, 180), (640, 640)])
 @pytest.mark.parametrize("fingers", [2, 4, 12])
-def test_the_cell_is_never_covered(size, fingers):
+def test_panel_and_strip_do_not_cover_cell(size, fingers):
     wide, high = cell_size(size)
     names = [*(f"finger {k}" for k in range(fingers)), "palm"]
-    seen = np.full((300, 400, 3), 255, np.uint8)
-    frame = find_frame(np.full(len(names), 99.0), seen, size, names)
+    scene_picture = np.full((300, 400, 3), 255, np.uint8)
+    frame = make_frame(np.full(len(names), 99.0), scene_picture, size, names)
     assert frame.shape == (size[1], size[0], 3)
     assert (frame[:high, size[0] - wide :] == 200).all()
     assert (frame[:high, : size[0] - wide] == 255).all(axis=2).sum() > 500
 
 
-def test_force_bars_grow_with_the_force_and_mark_what_is_beyond_them():
+def test_force_bars_grow_with_force_and_mark_overload():
     forces = [0.0, METER_MAX / 2, METER_MAX, 10 * METER_MAX]
-    none, half, full, over = (find_frame(np.array([0.0, one, 0, 0, 0])) for one in forces)
+    none, half, full, over = (make_frame(np.array([0.0, one, 0, 0, 0])) for one in forces)
     assert len(changed_columns(none, full)) > 1.5 * len(changed_columns(none, half))
     red = (over[..., 0] > 230) & (over[..., 1] < 120)
     assert red.sum() > 20
@@ -113,27 +113,27 @@ def test_force_bars_grow_with_the_force_and_mark_what_is_beyond_them():
     assert changed_columns(none, over).max() < 960 - cell_size((960, 540))[0]
 
 
-def test_meters_bear_the_hand_s_own_names():
-    other = find_frame(None, names=("thumb", "middle", "ring", "index", "palm"))
-    assert (find_frame(None) != other).any()
+def test_force_meters_show_finger_names():
+    other = make_frame(None, names=("thumb", "middle", "ring", "index", "palm"))
+    assert (make_frame(None) != other).any()
 
 
-def test_the_tray_is_counted_by_what_lies_in_it(tmp_path):
-    lies = [0]
+def test_tray_text_follows_true_count(tmp_path):
+    in_tray = [0]
     pick = SimpleNamespace(plan=SimpleNamespace(name="top pincer"), outcome="placed")
     recorder = SimpleNamespace(frame=None)
     with Film(tmp_path / "a.mp4", SIZE) as film:
-        film.film(Grey(), recorder, NAMES, lambda: f"{lies[0]} in")  # pyright: ignore[reportArgumentType]
-        film.on_pick(None, pick)  # pyright: ignore[reportArgumentType] - claimed, and not there
+        film.film(GreyCamera(), recorder, NAMES, lambda: f"{in_tray[0]} in")  # pyright: ignore[reportArgumentType]
+        film.on_pick(None, pick)  # pyright: ignore[reportArgumentType] - the used part only
         assert film.tray_text == "0 in"
-        lies[0] = 1
+        in_tray[0] = 1
         film.on_pick(None, pick)  # pyright: ignore[reportArgumentType] - as above
         assert film.tray_text == "1 in"
-        lies[0] = 0
+        in_tray[0] = 0
     assert film.tray_text == "0 in"
 
 
-def test_tray_and_work_area_are_in_the_picture():
+def test_tray_and_work_area_are_in_view():
     cell, (wide, high) = GraspCell(), cell_size(DEFAULT_SIZE)
     signs = np.array([(a, b) for a in (-0.5, 0.5) for b in (-0.5, 0.5)])
     tray = np.column_stack([signs * cell.tray_size + cell.tray_centre[:2], np.full(4, 0.076)])
@@ -145,7 +145,7 @@ def test_tray_and_work_area_are_in_the_picture():
 
 
 @pytest.mark.skipif(bool(gl_fault()), reason="no OpenGL here")
-def test_the_stage_camera_sees_robot_and_table_and_leaves_the_model_as_it_was(single):
+def test_film_camera_renders_cell_without_changing_model(single):
     _, robot = trial_cell(single.objects, GraspTrial(family="single"))
     before = robot.model.vis.quality.numslices
     camera = FilmCamera(robot, SIZE)
@@ -154,5 +154,5 @@ def test_the_stage_camera_sees_robot_and_table_and_leaves_the_model_as_it_was(si
     assert robot.model.vis.quality.numslices == before
     assert picture.shape == (SIZE[1], SIZE[0], 3)
     red, _, blue = picture[-40:].reshape(-1, 3).mean(axis=0)
-    assert red > blue + 30  # the table's wood
+    assert red > blue + 30  # the wood of the table
     assert picture[:60].std() > 10

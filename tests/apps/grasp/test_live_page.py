@@ -1,4 +1,4 @@
-"""The live page shows the robot where it is, halts, steps, and keeps its pace."""
+"""The live page: meshes, pause, single steps, speed, and the drawn captures."""
 
 from __future__ import annotations
 
@@ -22,30 +22,30 @@ from eyehand.grasping.cell import CycleInfo
 
 
 @pytest.fixture(scope="module")
-def stage(single):
+def built_cell(single):
     return trial_cell(single.objects, GraspTrial(family="single"))
 
 
 @pytest.fixture
-def page(stage):
-    cell, robot = stage
+def page(built_cell):
+    cell, robot = built_cell
     with LivePage(ANY_PORT) as live:
         live.join(cell, robot, Recorder(cell))
         yield live
 
 
-def moment(cell, seconds: float) -> CycleInfo:
+def cycle_info(cell, seconds: float) -> CycleInfo:
     reading = SimpleNamespace(time=cell.reading.time + seconds)
     return CycleInfo("lift", reading, None, None, np.arange(5.0))  # pyright: ignore[reportArgumentType]
 
 
-def test_the_page_answers(page):
+def test_page_answers(page):
     with urllib.request.urlopen(page.address, timeout=5) as answer:
         assert answer.status == 200
 
 
-def test_every_object_and_the_robot_have_a_mesh_of_their_size(stage):
-    _, robot = stage
+def test_meshes_have_size_and_colour_of_bodies(built_cell):
+    _, robot = built_cell
     meshes = body_meshes(robot.model)
     item = robot.world.objects[0]
     mesh = meshes[robot.model.body(item.name).id]
@@ -56,33 +56,33 @@ def test_every_object_and_the_robot_have_a_mesh_of_their_size(stage):
     assert len(robots) > 15
 
 
-def test_a_halted_page_waits_until_it_may_step(page, stage):
-    cell, _ = stage
-    page.on_cycle(moment(cell, 0.0))
+def test_paused_page_waits_for_step(page, built_cell):
+    cell, _ = built_cell
+    page.on_cycle(cycle_info(cell, 0.0))
     page.paused.value = True
     ended = threading.Event()
 
     def run() -> None:
-        page.on_cycle(moment(cell, 0.004))
+        page.on_cycle(cycle_info(cell, 0.004))
         ended.set()
 
-    waiting = threading.Thread(target=run, daemon=True)
-    waiting.start()
+    thread = threading.Thread(target=run, daemon=True)
+    thread.start()
     assert not ended.wait(0.15)
     for callback in page.step._impl.update_cb:
         callback(None)
     assert ended.wait(2.0)
-    waiting.join()
+    thread.join()
     page.paused.value = False
 
 
-def test_robot_time_goes_as_fast_as_the_slider_says(page, stage):
-    cell, _ = stage
+def test_slider_sets_speed(page, built_cell):
+    cell, _ = built_cell
     page.speed.value = 2.0
-    page.on_cycle(moment(cell, 0.0))
+    page.on_cycle(cycle_info(cell, 0.0))
     began = time.perf_counter()
     for step in range(1, 51):
-        page.on_cycle(moment(cell, 0.008 * step))
+        page.on_cycle(cycle_info(cell, 0.008 * step))
     assert 0.17 < time.perf_counter() - began < 1.0
 
 
@@ -94,7 +94,7 @@ def server():
 
 
 def nodes(server) -> dict[str, Any]:
-    """What a browser would be told of a look, by the ends of the names."""
+    """Return the nodes of the drawn capture by the ends of their names."""
     parts = {}
     for name, handle in server.scene._handle_from_node_name.items():
         if name.startswith("/capture") and name.count("/") > 1:
@@ -102,11 +102,11 @@ def nodes(server) -> dict[str, Any]:
     return parts
 
 
-def test_what_is_taken_leaves_the_page_and_a_new_look_replaces_the_old(server, stage, cleared):
+def test_removed_object_and_old_capture_leave_page(server, built_cell, cleared):
     record, _ = cleared
     capture = record.captures[0]
     label = capture.target.label
-    shown = LiveScene(server.scene, stage[1])
+    shown = LiveScene(server.scene, built_cell[1])
     shown.show_capture(capture.frame, capture.scene, capture.pick.plan, {label: 7})
     first = nodes(server)
     assert {"grasp", "cloud0", f"cloud{label}", f"{label}/0/surface"} <= set(first)
@@ -121,14 +121,14 @@ def test_what_is_taken_leaves_the_page_and_a_new_look_replaces_the_old(server, s
     shown.show_capture(last.frame, last.scene)
     assert "grasp" not in nodes(server)
     assert nodes(server)["cloud0"] is not left["cloud0"]
-    assert len({name.split("/")[1] for name in _look_names(server)}) == 1
+    assert len({name.split("/")[1] for name in _capture_names(server)}) == 1
 
 
-def _look_names(server) -> list[str]:
+def _capture_names(server) -> list[str]:
     return [name for name in server.scene._handle_from_node_name if name.startswith("/capture")]
 
 
-def test_the_last_look_stands_when_all_is_done(page, cleared):
+def test_last_capture_stays_after_end(page, cleared):
     record, _ = cleared
     capture, last = record.captures[0], record.captures[-1]
     page._recorder = SimpleNamespace(

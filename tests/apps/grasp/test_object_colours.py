@@ -1,4 +1,4 @@
-"""An object keeps its colour from look to look, and shares it with no other of the look."""
+"""Objects keep their colour number over captures, and numbers are unique in a capture."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ from eyehand.perception import SceneObject
 from eyehand.perception.superquadric import SuperquadricFit
 
 
-def seen(*places: tuple[float, float]) -> list[SceneObject]:
-    """Objects at places on the table, labelled in order."""
-    unfit = SuperquadricFit.rejected("too few points")
+def objects(*places: tuple[float, float]) -> list[SceneObject]:
+    """Return objects at positions on the table, labelled in order."""
+    no_fit = SuperquadricFit.rejected("too few points")
     return [
-        SceneObject(label, np.array([[x, y, 0.02]]), 9, unfit, 1.0, 0)
+        SceneObject(label, np.array([[x, y, 0.02]]), 9, no_fit, 1.0, 0)
         for label, (x, y) in enumerate(places, start=1)
     ]
 
@@ -25,14 +25,14 @@ def seen(*places: tuple[float, float]) -> list[SceneObject]:
 @given(
     order=st.permutations(range(9)),
     seed=st.integers(0, 2**32 - 1),
-    gone=st.sets(st.integers(0, 8), max_size=8),
+    removed=st.sets(st.integers(0, 8), max_size=8),
 )
-def test_moved_and_relabelled_objects_keep_their_numbers(order, seed, gone):
+def test_moved_and_relabelled_objects_keep_their_numbers(order, seed, removed):
     grid = [(0.1 * (k % 3), 0.1 * (k // 3)) for k in range(9)]
     moves = np.random.default_rng(seed).uniform(-0.02, 0.02, (9, 2))
-    left = [k for k in order if k not in gone]
-    later = seen(*(tuple(np.add(grid[k], moves[k])) for k in left))
-    first, second = colour_numbers([seen(*grid), later], {})
+    left = [k for k in order if k not in removed]
+    later = objects(*(tuple(np.add(grid[k], moves[k])) for k in left))
+    first, second = colour_numbers([objects(*grid), later], {})
     assert first == {k: k for k in range(1, 10)}
     assert list(second.values()) == [k + 1 for k in left]
 
@@ -43,41 +43,45 @@ def test_moved_and_relabelled_objects_keep_their_numbers(order, seed, gone):
     ),
     st.dictionaries(st.integers(0, 4), st.integers(1, 14)),
 )
-def test_no_two_objects_of_a_look_share_a_number(places, taken):
-    captures = [seen(*one) for one in places]
-    numbered = colour_numbers(captures, taken)
+def test_numbers_of_capture_are_unique_and_final(places, removed):
+    captures = [objects(*one) for one in places]
+    numbered = colour_numbers(captures, removed)
     for items, numbers in zip(captures, numbered, strict=True):
         assert set(numbers) == {item.label for item in items}
         assert len(set(numbers.values())) == len(items)
-    # What comes later changes nothing before it.
-    assert colour_numbers(captures[:-1], taken) == numbered[:-1]
+    # Later captures do not change earlier numbers.
+    assert colour_numbers(captures[:-1], removed) == numbered[:-1]
 
 
-def test_what_comes_to_light_under_a_taken_object_has_a_new_colour():
-    captures = [seen((0.0, 0.0), (0.2, 0.0)), seen((0.01, 0.0), (0.2, 0.0))]
+def test_object_at_place_of_removed_one_gets_new_colour():
+    captures = [objects((0.0, 0.0), (0.2, 0.0)), objects((0.01, 0.0), (0.2, 0.0))]
     assert colour_numbers(captures, {}) == ({1: 1, 2: 2}, {1: 1, 2: 2})
     assert colour_numbers(captures, {0: 1}) == ({1: 1, 2: 2}, {1: 3, 2: 2})
 
 
-def test_an_object_unseen_for_a_look_has_its_colour_again():
-    captures = [seen((0.0, 0.0), (0.2, 0.0)), seen((0.2, 0.0)), seen((0.2, 0.0), (0.0, 0.0))]
+def test_object_missing_in_one_capture_keeps_colour():
+    captures = [
+        objects((0.0, 0.0), (0.2, 0.0)),
+        objects((0.2, 0.0)),
+        objects((0.2, 0.0), (0.0, 0.0)),
+    ]
     assert colour_numbers(captures, {})[2] == {1: 2, 2: 1}
 
 
-def test_an_object_far_from_all_before_is_a_new_one_and_old_colours_come_back_last():
+def test_distant_object_is_new_and_old_colours_are_reused_last():
     far = 3 * MAX_DISPLACEMENT
-    captures = [seen((k * far, 0.0)) for k in range(len(PALETTE) + 2)]
+    captures = [objects((k * far, 0.0)) for k in range(len(PALETTE) + 2)]
     numbers = [one[1] for one in colour_numbers(captures, {})]
     assert numbers == [*range(1, len(PALETTE) + 1), 1, 2]
 
 
-def test_every_number_has_a_colour_of_its_own():
+def test_colours_of_numbers_differ():
     colours = np.array([colour_of(number) for number in range(1, 31)], dtype=float)
     apart = np.linalg.norm(colours[:, None] - colours, axis=2) + 1e3 * np.eye(len(colours))
     assert apart.min() > 15
 
 
-def test_a_look_s_picture_has_the_colours_that_are_asked_for(cleared):
+def test_picture_uses_requested_colours(cleared):
     record, _ = cleared
     capture = record.captures[0]
     label = capture.target.label

@@ -1,4 +1,4 @@
-"""A whole robot in one file, its hand described beside it, picks an object up."""
+"""Robots in one MJCF file, with a hand description beside it."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def trial(path, **more):
     return GraspTrial("single", 3, known=True, robot=str(path), hand_frame=f"{PREFIX}palm", **more)
 
 
-def test_arm_and_hand_are_told_apart(robot_file):
+def test_arm_and_hand_joints_are_separated(robot_file):
     robot = GraspRobot.of_file(robot_file, f"{PREFIX}palm")
 
     assert len(robot.joints) == 7
@@ -58,7 +58,7 @@ def test_arm_and_hand_are_told_apart(robot_file):
     np.testing.assert_allclose(robot.posture(np.zeros(3)), [-0.55, 0.15] * 3)
 
 
-def test_it_puts_an_object_into_the_tray(robot_file):
+def test_other_robot_puts_object_into_tray(robot_file):
     result = run_trial(trial(robot_file))
 
     assert result.placed == 1, result
@@ -66,7 +66,7 @@ def test_it_puts_an_object_into_the_tray(robot_file):
     assert result.picks[-1].touched_before == 0
 
 
-def test_the_friction_asked_for_is_that_of_its_pads(robot_file):
+def test_requested_friction_applies_to_pads(robot_file):
     _, robot = make_cell(trial(robot_file, friction=0.6))
 
     pad = robot.model.geom(f"robot_{PREFIX}left_tip")
@@ -74,7 +74,7 @@ def test_the_friction_asked_for_is_that_of_its_pads(robot_file):
     assert pad.priority == 1
 
 
-def test_a_file_without_a_description_says_where_to_write_one(robot_file, tmp_path):
+def test_missing_hand_description_names_expected_file(robot_file, tmp_path):
     path = tmp_path / "alone.xml"
     path.write_text(robot_file.read_text())
 
@@ -82,12 +82,12 @@ def test_a_file_without_a_description_says_where_to_write_one(robot_file, tmp_pa
         make_cell(trial(path))
 
 
-def test_a_frame_that_is_not_there_is_named(robot_file):
+def test_unknown_hand_frame_is_named_in_error(robot_file):
     with pytest.raises(InputError, match="no site or body 'plam'"):
         make_cell(GraspTrial("single", 3, robot=str(robot_file), hand_frame="plam"))
 
 
-def test_a_hand_of_servos_goes_on_any_flange():
+def test_servo_hand_attaches_to_default_arm():
     robot = GraspRobot(
         hand=ASSETS / "servo_hand.xml",
         frame="hand_palm",
@@ -99,7 +99,7 @@ def test_a_hand_of_servos_goes_on_any_flange():
     assert robot.posture(np.zeros(3)).shape == (6,)
 
 
-def test_a_robot_with_tendons_in_one_file_is_as_one_in_two(tmp_path):
+def test_tendon_robot_in_one_file_equals_arm_and_hand_files(tmp_path):
     mujoco = import_mujoco()
     spec = mujoco.MjSpec.from_file(str(LBR_ARM))
     hand = mujoco.MjSpec.from_file(str(ASSETS / "hand.xml"))

@@ -1,4 +1,4 @@
-"""What tests of evaluations share."""
+"""Fixtures of the tests of evaluations."""
 
 import os
 import sys
@@ -9,7 +9,7 @@ import pytest
 
 @pytest.fixture
 def made_up(monkeypatch):
-    """Module of made-up trials that other processes find too."""
+    """Return the module of made-up trials, which other processes can import as well."""
     here = str(Path(__file__).parent)
     monkeypatch.syspath_prepend(here)
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([here, os.environ.get("PYTHONPATH", "")]))

@@ -1,6 +1,6 @@
-"""Made-up trials, found by name in other processes: what a picked table tells, in no time.
+"""Made-up trials without simulation. Other processes import them by name.
 
-They behave by their seed alone.
+Their results depend only on the seed.
 """
 
 from __future__ import annotations
@@ -16,28 +16,30 @@ import numpy as np
 FAILURES = ("slipped", "empty_close", "stuck")
 REFUSALS = ("refused", "unreachable", "unseen")
 REFUSED = 0.2
-"""Share of scenes with an object that no pick begins on."""
+"""Share of scenes with an unattempted object."""
 PROTOTYPES = ("power", "precision", "pincer")
 CHANCES = {"single": 0.95, "packed": 0.88, "pile": 0.75}
-"""Of a pick to succeed, by family ..."""
+"""Probability of a successful pick, by family."""
 BLUR = {"default": 0.0, "fast": 0.12, "fine": -0.03}
-"""... less so much for less careful perception."""
+"""Reduction of that probability, by perception dial."""
+PERCEIVE_MS = {"default": 60.0, "fast": 25.0, "fine": 120.0}
+"""Mean time of perception, ms, by perception dial."""
 PACE = {"default": 1.0, "slow": 1.5, "fast": 0.7, "planner": 1.1}
-"""Times that a pick takes."""
+"""Factor on the time of a pick, by control dial."""
 
 
 def run_made_up(trial: dict[str, Any]) -> dict[str, Any]:
-    """Clear a scene in no time, or stop after two failures; with known poses none fails.
+    """Return a made-up result: a cleared scene, or a stop after two failures in a row.
 
-    Some scenes hold an object that is left alone, as the real trial tells of it: beside the picks.
+    With known poses no pick fails. Some scenes have an unattempted object, as in a real trial.
     """
     rng = np.random.default_rng(trial["seed"])
     chance = CHANCES[trial["family"]] - BLUR[trial["perception"]] - (trial["friction"] < 1) / 8
-    look = 0.0 if trial["known"] else {"fast": 25.0, "fine": 120.0}.get(trial["perception"], 60.0)
+    perceive_ms = 0.0 if trial["known"] else PERCEIVE_MS[trial["perception"]]
     other = np.random.default_rng([trial["seed"], 1])
-    alone = 0 if trial["known"] else int(other.random() < REFUSED)
+    unattempted = 0 if trial["known"] else int(other.random() < REFUSED)
     picks, placed, in_a_row = [], 0, 0
-    while placed < trial["objects"] - alone and in_a_row < 2:
+    while placed < trial["objects"] - unattempted and in_a_row < 2:
         success = trial["known"] or bool(rng.random() < chance)
         placed, in_a_row = placed + success, 0 if success else in_a_row + 1
         picks.append(
@@ -51,7 +53,7 @@ def run_made_up(trial: dict[str, Any]) -> dict[str, Any]:
                 "outcome": "placed" if success else FAILURES[rng.integers(3)],
                 "reason": "" if success else "fell < 20 mm & rolled",
                 "success": success,
-                "perceive_ms": look * rng.uniform(0.8, 1.2),
+                "perceive_ms": perceive_ms * rng.uniform(0.8, 1.2),
                 "plan_ms": rng.uniform(20, 60),
                 "seconds": PACE[trial["control"]] * rng.uniform(3.5, 5),
                 "wall_seconds": rng.uniform(1, 2),
@@ -69,22 +71,22 @@ def run_made_up(trial: dict[str, Any]) -> dict[str, Any]:
         "total": trial["objects"],
         "left": left,
         "stopped": stopped if left else "clear",
-        "untried": untried if alone and in_a_row < 2 else [],
+        "untried": untried if unattempted and in_a_row < 2 else [],
         "cpu_seconds": 1.0,
     }
 
 
 def run_troubled(trial: dict[str, Any]) -> dict[str, Any]:
-    """Seed 1 raises, seed 2 kills its own process the first time, seed 3 each time, 4 hangs.
+    """Fail by seed: 1 raises, 2 kills its process once, 3 kills it every time, 4 hangs.
 
-    `objects_dir` holds a file for each time that seed 2 was run.
+    A file in `objects_dir` records that seed 2 or 3 has run.
     """
     if trial["seed"] == 1:
         raise RuntimeError("the hand\nfell off")
     if trial["seed"] in (2, 3):
-        note = Path(trial["objects_dir"]) / f"ran_{trial['seed']}"
-        ran_before = note.exists()
-        note.write_text("once")
+        marker = Path(trial["objects_dir"]) / f"ran_{trial['seed']}"
+        ran_before = marker.exists()
+        marker.write_text("once")
         if trial["seed"] == 3 or not ran_before:
             os.kill(os.getpid(), signal.SIGKILL)
     if trial["seed"] == 4:
@@ -93,7 +95,7 @@ def run_troubled(trial: dict[str, Any]) -> dict[str, Any]:
 
 
 def run_slowly(trial: dict[str, Any]) -> dict[str, Any]:
-    """Take a while, and leave a note of having begun in `objects_dir`."""
+    """Run for 0.2 s, and leave a file in `objects_dir` at the start."""
     notes = Path(trial["objects_dir"])
     (notes / f"{trial['seed']}_{os.getpid()}_{time.monotonic_ns()}").write_text("began")
     time.sleep(0.2)

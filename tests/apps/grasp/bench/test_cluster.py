@@ -1,4 +1,4 @@
-"""Scenes on a real scheduler with two workers, one of them killed while it works."""
+"""Scenes on a real scheduler with two workers, one of which is killed."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ SCENES = 8
 WORKER_OPTIONS = ["--nthreads", "1", "--no-nanny", "--no-dashboard"]
 
 
-def started(program: str, *arguments: str) -> subprocess.Popen:
-    """One of Dask's programs, silent."""
+def start_program(program: str, *arguments: str) -> subprocess.Popen:
+    """Start a program of Dask without output."""
     return subprocess.Popen(
         [sys.executable, "-m", f"distributed.cli.{program}", *arguments],
         stdout=subprocess.DEVNULL,
@@ -32,15 +32,16 @@ def started(program: str, *arguments: str) -> subprocess.Popen:
 
 @pytest.fixture
 def cluster(tmp_path, made_up):
-    """Address of a scheduler on this machine, and its two workers' processes."""
+    """Return the address of a local scheduler and the processes of its two workers."""
     file = tmp_path / "scheduler.json"
-    own = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
-    programs = [started("dask_scheduler", "--no-dashboard", "--scheduler-file", str(file), *own)]
+    options = ["--host", "127.0.0.1", "--port", "0", "--dashboard-address", "127.0.0.1:0"]
+    options += ["--no-dashboard", "--scheduler-file", str(file)]
+    programs = [start_program("dask_scheduler", *options)]
     join = ["--scheduler-file", str(file), "--local-directory", str(tmp_path), *WORKER_OPTIONS]
-    programs += [started("dask_worker", *join) for _ in range(2)]
+    programs += [start_program("dask_worker", *join) for _ in range(2)]
     try:
-        give_up = time.monotonic() + 30
-        while not file.exists() and time.monotonic() < give_up:
+        deadline = time.monotonic() + 30
+        while not file.exists() and time.monotonic() < deadline:
             time.sleep(0.05)
         time.sleep(0.1)
         yield json.loads(file.read_text())["address"], programs[1:]
@@ -51,16 +52,16 @@ def cluster(tmp_path, made_up):
 
 
 def kill_at_work(worker: subprocess.Popen, notes: Path) -> None:
-    """Kill a worker as soon as it has begun another scene."""
+    """Kill a worker as soon as it has started another scene."""
     before = set(notes.glob(f"*_{worker.pid}_*"))
-    give_up = time.monotonic() + 10
-    while set(notes.glob(f"*_{worker.pid}_*")) == before and time.monotonic() < give_up:
+    deadline = time.monotonic() + 10
+    while set(notes.glob(f"*_{worker.pid}_*")) == before and time.monotonic() < deadline:
         time.sleep(0.005)
     worker.send_signal(signal.SIGKILL)
     worker.wait()
 
 
-def test_a_worker_killed_mid_run_loses_nothing_and_counts_nothing_twice(cluster, made_up, tmp_path):
+def test_killed_worker_loses_and_repeats_no_outcome(cluster, made_up, tmp_path):
     address, workers = cluster
     notes = tmp_path / "notes"
     notes.mkdir()
@@ -77,10 +78,10 @@ def test_a_worker_killed_mid_run_loses_nothing_and_counts_nothing_twice(cluster,
     ran = Counter(note.name.split("_")[0] for note in notes.iterdir())
     assert len(ran) == SCENES
     assert workers[1].poll() is None
-    assert sum(ran.values()) > SCENES, "what the dead worker had under way ran again"
+    assert sum(ran.values()) > SCENES, "the scene of the killed worker must run again"
 
 
-def test_an_address_where_nobody_answers_is_refused():
+def test_address_without_scheduler_is_refused():
     with pytest.raises(InputError, match="no scheduler answers"):
         next(run_on_cluster([], lambda trial: trial, "tcp://127.0.0.1:9", connect=0.5))
 
@@ -97,17 +98,17 @@ def test_an_address_where_nobody_answers_is_refused():
         "ftp://h:1",
     ],
 )
-def test_what_is_no_address_is_refused_before_anybody_is_asked(address):
+def test_invalid_address_is_refused_without_connection(address):
     with pytest.raises(InputError, match="not an address"):
         next(run_on_cluster([], lambda trial: trial, address))
 
 
-def test_addresses_of_schedulers_pass():
+def test_valid_addresses_pass():
     for address in ("tcp://127.0.0.1:8786", "tls://host.name:1", "tcp://[::1]:8786", "ws://h:80/"):
         check_address(address)
 
 
-def test_a_worker_that_died_is_no_failed_pick():
+def test_dead_worker_is_not_a_fault():
     dead = SimpleNamespace(
         exception=lambda: RuntimeError("scene ran on\n4 workers that died"),
         cancelled=lambda: False,
@@ -116,7 +117,7 @@ def test_a_worker_that_died_is_no_failed_pick():
     assert (outcome.fault, outcome.lost) == ("", "RuntimeError: scene ran on 4 workers that died")
 
 
-def test_without_the_package_it_says_what_to_install(monkeypatch):
+def test_missing_package_names_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'eyehand\[cluster\]'"):
         next(run_on_cluster([], lambda trial: trial, "tcp://127.0.0.1:9"))

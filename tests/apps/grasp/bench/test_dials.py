@@ -1,4 +1,4 @@
-"""Named settings: every name gives options, and turns what it says."""
+"""Named settings of perception and control."""
 
 from __future__ import annotations
 
@@ -18,39 +18,39 @@ from eyehand.grasping.pick_options import PickOptions
 from eyehand.perception import PerceiveOptions, SegmentationOptions
 
 
-def test_the_default_is_what_the_demo_has():
-    usual = perception_dial(DEFAULT)
-    assert replace(usual, segmentation=SegmentationOptions()) == PerceiveOptions()
-    assert usual.segmentation.min_object < SegmentationOptions().min_object
+def test_default_dials_equal_default_options():
+    default = perception_dial(DEFAULT)
+    assert replace(default, segmentation=SegmentationOptions()) == PerceiveOptions()
+    assert default.segmentation.min_object < SegmentationOptions().min_object
     assert control_dial(DEFAULT) == PickOptions()
 
 
-def test_every_name_gives_options_of_its_own():
+def test_dials_differ():
     assert len({repr(perception_dial(name)) for name in PERCEPTION}) == len(PERCEPTION)
     assert len({repr(control_dial(name)) for name in CONTROL}) == len(CONTROL)
 
 
-def test_fast_perception_looks_at_less_and_fine_at_more():
-    fast, usual, fine = (perception_dial(name) for name in ("fast", DEFAULT, "fine"))
-    assert fast.segmentation.stride > usual.segmentation.stride
-    assert fast.fit.points < usual.fit.points < fine.fit.points
-    assert fast.fit.starts < usual.fit.starts < fine.fit.starts
+def test_perception_dials_order_effort():
+    fast, default, fine = (perception_dial(name) for name in ("fast", DEFAULT, "fine"))
+    assert fast.segmentation.stride > default.segmentation.stride
+    assert fast.fit.points < default.fit.points < fine.fit.points
+    assert fast.fit.starts < default.fit.starts < fine.fit.starts
 
 
-def test_a_slow_hand_has_more_time_and_a_fast_one_no_less():
-    slow, usual, fast = (control_dial(name) for name in ("slow", DEFAULT, "fast"))
-    assert slow.speed < usual.speed < fast.speed
-    assert slow.time_limit(3.0) > usual.time_limit(3.0) == fast.time_limit(3.0)
+def test_control_dials_order_speed_and_time_limit():
+    slow, default, fast = (control_dial(name) for name in ("slow", DEFAULT, "fast"))
+    assert slow.speed < default.speed < fast.speed
+    assert slow.time_limit(3.0) > default.time_limit(3.0) == fast.time_limit(3.0)
 
 
-def test_the_planner_dial_searches_longer_and_keeps_all_else():
+def test_planner_dial_changes_only_rollouts():
     base = PickOptions(pre_grasp_distance=0.05)
-    turned = control_dial("planner", base)
-    assert turned.planner.rollouts > base.planner.rollouts
-    assert turned.pre_grasp_distance == base.pre_grasp_distance
+    changed = control_dial("planner", base)
+    assert changed.planner.rollouts > base.planner.rollouts
+    assert changed.pre_grasp_distance == base.pre_grasp_distance
 
 
 @pytest.mark.parametrize("dial", [perception_dial, control_dial])
-def test_an_unknown_name_is_refused_with_those_there_are(dial):
+def test_unknown_dial_is_refused_with_valid_names(dial):
     with pytest.raises(InputError, match=r"sloppy.*default, "):
         dial("sloppy")

@@ -1,4 +1,4 @@
-"""`eyehand evaluate` and `eyehand chart grasp` as a person runs them, on made-up trials."""
+"""The commands `eyehand evaluate grasp` and `eyehand chart grasp` on made-up trials."""
 
 from __future__ import annotations
 
@@ -43,31 +43,31 @@ from eyehand.errors import InputError
 
 @pytest.fixture
 def run(made_up, monkeypatch, capsys):
-    """Run a command on made-up trials: exit code, stdout, stderr."""
+    """Return a function that runs a command: exit code, stdout, stderr."""
     monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_made_up)
     monkeypatch.setattr(chart_grasp, "run_grasp_trial", made_up.run_made_up)
     # The code may change while tests run.
     for module in (evaluate_grasp, grasp_inputs):
         monkeypatch.setattr(module, "source_digest", lambda: "the same")
 
-    def running(*arguments) -> tuple[int, str, str]:
-        with pytest.raises(SystemExit) as leaving:
+    def run_command(*arguments) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as exit_info:
             main([str(argument) for argument in arguments])
         printed = capsys.readouterr()
-        return int(leaving.value.code or 0), printed.out, printed.err
+        return int(exit_info.value.code or 0), printed.out, printed.err
 
-    return running
+    return run_command
 
 
 def records(made_up, conditions, seeds=range(4)):
-    """Rows of made-up scenes."""
+    """Return the records of made-up scenes."""
     jobs = scene_jobs(conditions, seeds, 3, {"purpose": "lift"})
     return [
         row for job in jobs for row in scene_records(job, attempt(made_up.run_made_up, job.trial))
     ]
 
 
-def test_the_usual_table_has_its_seven_rows_and_writes_its_files(run, tmp_path):
+def test_default_run_has_seven_rows_and_writes_files(run, tmp_path):
     code, out, err = run(
         "evaluate", "grasp", "--scenes", 3, "--jobs", 2, "--out", tmp_path, "--json"
     )
@@ -91,17 +91,17 @@ def test_the_usual_table_has_its_seven_rows_and_writes_its_files(run, tmp_path):
     page = (tmp_path / "report.html").read_text()
     assert "packed, friction 0.6, shake 2 s" in page
     assert "&lt; 20 mm &amp; rolled" in page
-    assert not re.search(r"(src|href)=['\"](?!data:)", page), "one page, nothing beside it"
+    assert not re.search(r"(src|href)=['\"](?!data:)", page), "the page must not load other files"
     chart = cv2.imread(str(tmp_path / "evaluate.png"))
     assert chart is not None
     assert chart.shape[1] == 1600
     assert len((tmp_path / "evaluate.csv").read_text().splitlines()) == 8
 
 
-def test_a_run_goes_on_and_other_options_are_refused(run, tmp_path, monkeypatch, made_up):
+def test_run_continues_and_refuses_other_options(run, tmp_path, monkeypatch, made_up):
     plain = ["evaluate", "grasp", "--family", "pile", "--no-known", "--jobs", 1, "--out", tmp_path]
     assert run(*plain, "--scenes", 2)[0] == 0
-    # With a runner that would break, only what is missing is run.
+    # The new runner would fail, so no finished scene may run again.
     monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_troubled)
     code, out, err = run(*plain, "--scenes", 2, "--json")
     assert code == 0
@@ -117,7 +117,7 @@ def test_a_run_goes_on_and_other_options_are_refused(run, tmp_path, monkeypatch,
     assert (row["faults"], row["outcomes"]["fault"]) == (1, 1)
 
 
-def test_the_chart_names_its_default_and_front(run, tmp_path):
+def test_chart_has_default_and_front(run, tmp_path):
     code, out, err = run("chart", "grasp", "--quick", "--jobs", 1, "--out", tmp_path, "--json")
     assert code == 0, err
     report = json.loads(out)
@@ -131,7 +131,7 @@ def test_the_chart_names_its_default_and_front(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--scenes", "0"], "--scenes must be >= 1, got 0"),
         (["--seed", "-1"], "--seed must be >= 0"),
@@ -154,16 +154,16 @@ def test_the_chart_names_its_default_and_front(run, tmp_path):
         (["fti"], "fti"),
     ],
 )
-def test_wrong_input_is_one_line_and_code_2(run, tmp_path, arguments, told):
+def test_invalid_input_of_evaluate_prints_one_line_and_exits_2(run, tmp_path, arguments, message):
     code, out, err = run("evaluate", "grasp", *arguments, "--out", tmp_path / "out")
     assert (code, out) == (2, "")
-    assert told in err
+    assert message in err
     assert len(err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
-    ("arguments", "told"),
+    ("arguments", "message"),
     [
         (["--friction", "nan"], "--friction must lie in (0, 3], got nan"),
         (["--friction", "-1"], "--friction must lie in (0, 3]"),
@@ -174,36 +174,36 @@ def test_wrong_input_is_one_line_and_code_2(run, tmp_path, arguments, told):
         (["--cluster", "host"], "not an address"),
     ],
 )
-def test_the_chart_refuses_the_same(run, tmp_path, arguments, told):
+def test_invalid_input_of_chart_prints_one_line_and_exits_2(run, tmp_path, arguments, message):
     code, out, err = run("chart", "grasp", *arguments, "--out", tmp_path / "out")
     assert (code, out) == (2, "")
-    assert told in err
+    assert message in err
     assert len(err.splitlines()) == 1
     assert not (tmp_path / "out").exists()
 
 
-def test_a_robot_that_cannot_be_built_is_refused_before_anything_runs(run, tmp_path):
+def test_invalid_robot_is_refused_before_run(run, tmp_path):
     (tmp_path / "bad.xml").write_text("<mujoco><worldbody>")
-    asked = ["--robot", tmp_path / "bad.xml", "--hand-frame", "palm", "--out", tmp_path / "out"]
-    code, out, err = run("evaluate", "grasp", *asked)
+    options = ["--robot", tmp_path / "bad.xml", "--hand-frame", "palm", "--out", tmp_path / "out"]
+    code, out, err = run("evaluate", "grasp", *options)
     assert (code, out) == (2, "")
     assert "bad.xml" in err
     assert not (tmp_path / "out").exists()
 
 
-def test_too_many_objects_of_a_folder_are_refused_before_anything_runs(run, tmp_path):
+def test_too_many_meshes_are_refused_before_run(run, tmp_path):
     corners = [f"v {x} {y} {z}" for x in (0, 0.2) for y in (0, 0.2) for z in (0, 0.1)]
     quads = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     faces = [f"f {a + 1} {b + 1} {c + 1} {d + 1}" for a, b, c, d in quads]
     (tmp_path / "crate.obj").write_text("\n".join([*corners, *faces]) + "\n")
-    asked = ["--objects", tmp_path, "--family", "packed", "--count", "9", "--out", tmp_path / "o"]
-    code, _, err = run("evaluate", "grasp", *asked)
+    options = ["--objects", tmp_path, "--family", "packed", "--count", "9", "--out", tmp_path / "o"]
+    code, _, err = run("evaluate", "grasp", *options)
     assert code == 2
     assert "packed scene, seed 0: 9 objects do not fit" in err
     assert not (tmp_path / "o").exists()
 
 
-def test_runs_of_other_options_have_folders_of_their_own(run, tmp_path, monkeypatch):
+def test_default_folder_depends_on_options(run, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     quick = ["evaluate", "grasp", "--jobs", "1", "--no-known", "--scenes", "1"]
     for more in ([], ["--family", "single"], ["--family", "single", "--count", "2"]):
@@ -219,13 +219,13 @@ def test_runs_of_other_options_have_folders_of_their_own(run, tmp_path, monkeypa
     assert len(list((tmp_path / "out" / "evaluate_grasp").iterdir())) == 3
 
 
-def test_scenes_without_an_outcome_are_told_missing_and_run_again(run, tmp_path, monkeypatch):
-    lost = {1}
+def test_missing_scenes_are_reported_and_run_again(run, tmp_path, monkeypatch):
+    lost_seeds = {1}
 
     def lossy(jobs, run_trial, *, processes):
         for job in jobs:
-            fell = job.trial["seed"] in lost
-            yield job, SceneOutcome(lost="killed") if fell else attempt(run_trial, job.trial)
+            is_lost = job.trial["seed"] in lost_seeds
+            yield job, SceneOutcome(lost="killed") if is_lost else attempt(run_trial, job.trial)
 
     plain = [
         "evaluate",
@@ -245,17 +245,17 @@ def test_scenes_without_an_outcome_are_told_missing_and_run_again(run, tmp_path,
     assert "pile, seed 1 has no outcome: killed" in err
     assert "1 of 3 scenes are missing; the same command tries them again" in err
     assert table_cells(row)[0] == "2 (1 missing)"
-    lost.clear()
+    lost_seeds.clear()
     code, out, err = run(*plain, "--json")
     (row,) = json.loads(out)["rows"]
     assert (code, row["scenes"], row["missing"]) == (0, 3, 0)
-    lost |= {0, 1, 2}
+    lost_seeds |= {0, 1, 2}
     code, _, err = run(*plain, "--fresh")
     assert code == 1
     assert "none of 3 scenes has an outcome; the same command tries again" in err
 
 
-def test_a_run_in_which_every_scene_broke_ends_with_code_1(run, tmp_path, monkeypatch):
+def test_run_exits_1_if_every_scene_broke(run, tmp_path, monkeypatch):
     def broken(jobs, run_trial, *, processes):
         for job in jobs:
             yield job, SceneOutcome(fault="RuntimeError: no arm")
@@ -266,7 +266,7 @@ def test_a_run_in_which_every_scene_broke_ends_with_code_1(run, tmp_path, monkey
     assert "every scene broke, the first by RuntimeError: no arm" in err
 
 
-def test_the_timing_note_names_the_processes(run, tmp_path):
+def test_timing_note_names_number_of_processes(run, tmp_path):
     plain = [
         "evaluate",
         "grasp",
@@ -283,7 +283,7 @@ def test_the_timing_note_names_the_processes(run, tmp_path):
     assert "2 parallel processes" not in (tmp_path / "report.html").read_text()
 
 
-def test_asked_rows_are_all_combinations_once():
+def test_requested_conditions_are_all_combinations_once():
     rows = requested_conditions(
         ["pile", "single"], [1.0, 0.6, 1.0], [0, 2], ("fast", "slow"), camera=True, known=False
     )
@@ -293,7 +293,7 @@ def test_asked_rows_are_all_combinations_once():
     assert len(default_conditions(camera=False, known=True)) == 3
 
 
-def test_figures_are_those_counted_by_hand(made_up):
+def test_summary_equals_direct_counts(made_up):
     rows = records(made_up, [Condition("packed"), Condition("single", known=True)])
     packed, single = summary_rows(rows)
     picks = [r for r in rows if r["record"] == "pick" and r["row"] == "packed"]
@@ -309,7 +309,7 @@ def test_figures_are_those_counted_by_hand(made_up):
     assert sum(row["picks"] for row in prototype_rows(rows)) == packed["picks"] + single["picks"]
 
 
-def test_a_row_of_faults_alone_still_has_figures():
+def test_row_with_only_faults_has_figures():
     job = scene_jobs([Condition("pile")], [0], 3, {})[0]
     rows = scene_records(job, SceneOutcome(fault="RuntimeError: no"))
     (row,) = summary_rows(rows)
@@ -319,7 +319,7 @@ def test_a_row_of_faults_alone_still_has_figures():
     assert worst["why"] == "fault: RuntimeError: no"
 
 
-def test_the_worst_scenes_come_first_and_run_again_by_their_command(made_up, run, tmp_path):
+def test_worst_scenes_are_sorted_and_repeat_by_command(made_up, run, tmp_path):
     hard = Condition("pile", 0.6, 2.0, False, "fast", "default")
     rows = records(made_up, [hard], range(40, 48))
     worst = worst_scenes(rows, 3)
@@ -334,17 +334,17 @@ def test_the_worst_scenes_come_first_and_run_again_by_their_command(made_up, run
     assert row["picks"] - row["successes"] == worst[0]["failed"]
 
 
-def test_known_poses_and_files_run_again_too(made_up):
+def test_rerun_command_keeps_known_poses_and_files(made_up):
     (row, *_) = records(made_up, [Condition("single", known=True)])
-    told = rerun_command({**row, "objects_dir": "/a b", "robot": "/r.xml", "hand_frame": "palm"})
-    words = shlex.split(told)
+    command = rerun_command({**row, "objects_dir": "/a b", "robot": "/r.xml", "hand_frame": "palm"})
+    words = shlex.split(command)
     assert "--no-camera" in words
     assert "--count" not in words
     assert words[words.index("--objects") + 1] == "/a b"
     assert words[words.index("--hand-frame") + 1] == "palm"
 
 
-def test_what_the_robot_takes_for_placed_and_is_not_is_told_apart(made_up):
+def test_wrongly_reported_placement_is_misplaced(made_up):
     rows = records(made_up, [Condition("single", known=True)])
     pick = next(row for row in rows if row["record"] == "pick")
     pick["success"] = False
@@ -353,7 +353,7 @@ def test_what_the_robot_takes_for_placed_and_is_not_is_told_apart(made_up):
     assert worst_scenes(rows, 1)[0]["why"] == "box_1 misplaced"
 
 
-def test_contacts_that_were_meant_are_summed_apart(made_up):
+def test_intended_contacts_are_summed_separately(made_up):
     rows = records(made_up, [Condition("pile"), Condition("single", known=True)])
     first, second, *_ = (row for row in rows if row["record"] == "pick")
     first.update(touched_before=1, pushed=False, touched_pushing=0)
@@ -364,20 +364,20 @@ def test_contacts_that_were_meant_are_summed_apart(made_up):
     assert table_cells(single)[-2:] == ["0", "-"]
 
 
-def test_scenes_like_those_of_the_demo_are_shown_by_it(made_up):
+def test_rerun_command_is_demo_for_demo_conditions(made_up):
     (row, *_) = records(made_up, [Condition("pile")], range(7, 8))
     assert rerun_command(row) == (
         f"eyehand demo --scene pile --seed 7 --objects 3 --failures 2 --out out/again/{row['key']}"
     )
 
 
-def test_scenes_run_again_never_meet_in_a_folder(made_up):
+def test_rerun_folders_are_unique(made_up):
     rows = records(made_up, [Condition("pile"), Condition("pile", 0.6), Condition("packed")])
-    told = {rerun_command(row).rsplit(" ", 1)[1] for row in rows}
-    assert len(told) == len({row["key"] for row in rows})
+    folders = {rerun_command(row).rsplit(" ", 1)[1] for row in rows}
+    assert len(folders) == len({row["key"] for row in rows})
 
 
-def test_objects_that_were_never_tried_count_as_failed(made_up):
+def test_unattempted_objects_count_as_failed(made_up):
     (job,) = scene_jobs([Condition("single")], [0], 1, {})
     left = {"object": "plate", "outcome": "refused", "reason": "too flat"}
     rows = scene_records(job, SceneOutcome({"placed": 0, "total": 1, "untried": [left]}))
@@ -388,12 +388,12 @@ def test_objects_that_were_never_tried_count_as_failed(made_up):
     assert worst_scenes(rows, 1)[0]["why"] == "plate refused: too flat"
 
 
-def test_the_digest_follows_the_code(tmp_path, monkeypatch):
+def test_source_digest_follows_source_folders(tmp_path, monkeypatch):
     before = source_digest()
     monkeypatch.setattr(grasp_plan, "SOURCE_FOLDERS", ("errors",))
     assert source_digest() != before
 
 
-def test_an_unknown_family_is_refused():
+def test_unknown_family_is_refused():
     with pytest.raises(InputError, match="heap"):
-        requested_conditions(["heap"], [1.0], [0.0], ("default",) * 2, camera=True, known=True)  # pyright: ignore[reportArgumentType] - what is wrong here is the point
+        requested_conditions(["heap"], [1.0], [0.0], ("default",) * 2, camera=True, known=True)  # pyright: ignore[reportArgumentType] - the wrong name is the test

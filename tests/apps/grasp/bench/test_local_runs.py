@@ -1,4 +1,4 @@
-"""Scenes over processes: all come back once, whatever becomes of the processes."""
+"""Scenes in parallel processes: each has one outcome, also when processes die."""
 
 from __future__ import annotations
 
@@ -17,18 +17,18 @@ from eyehand.apps.grasp.bench.row_store import COLUMNS, TRIAL_COLUMNS, open_rows
 from eyehand.errors import DeviceError
 
 
-def jobs(seeds, notes=""):
-    """One single scene per seed."""
-    return scene_jobs([Condition("single")], seeds, 1, {"objects_dir": str(notes)})
+def jobs(seeds, folder=""):
+    """Return the jobs of one single scene per seed."""
+    return scene_jobs([Condition("single")], seeds, 1, {"objects_dir": str(folder)})
 
 
-def test_troubled_scenes_become_rows_and_stop_nothing(made_up, tmp_path):
-    wanted = jobs(range(6), tmp_path)
+def test_faults_deaths_and_timeouts_stop_no_other_scene(made_up, tmp_path):
+    planned = jobs(range(6), tmp_path)
     found = {}
-    for job, outcome in run_here(wanted, made_up.run_troubled, processes=2, timeout=1.5):
+    for job, outcome in run_here(planned, made_up.run_troubled, processes=2, timeout=1.5):
         assert job.key not in found, "counted twice"
         found[job.key] = outcome
-    fine, raised, killed_once, killed, hung, last = (found[job.key] for job in wanted)
+    fine, raised, killed_once, killed, hung, last = (found[job.key] for job in planned)
     assert fine.result["total"] == last.result["total"] == 1
     assert raised.fault.startswith("RuntimeError: the hand fell off (made_up_trials.py:")
     assert not killed_once.fault
@@ -37,7 +37,7 @@ def test_troubled_scenes_become_rows_and_stop_nothing(made_up, tmp_path):
     assert (hung.fault, hung.lost) == ("", "took longer than 1.5 s")
 
 
-def test_leaving_early_ends_the_processes(made_up):
+def test_closed_generator_ends_processes(made_up):
     import multiprocessing
 
     running = run_here(jobs([0, 4, 4]), made_up.run_troubled, processes=2)
@@ -47,7 +47,7 @@ def test_leaving_early_ends_the_processes(made_up):
     assert not multiprocessing.active_children()
 
 
-def test_an_interrupt_of_the_whole_group_leaves_no_word_and_no_process(made_up, tmp_path):
+def test_keyboard_interrupt_ends_silently(made_up, tmp_path):
     program = (
         "import signal\n"
         "import made_up_trials as m\n"
@@ -73,8 +73,8 @@ def test_an_interrupt_of_the_whole_group_leaves_no_word_and_no_process(made_up, 
         start_new_session=True,
     )
     notes = tmp_path.glob("*_*")
-    give_up = time.monotonic() + 20
-    while not any(notes) and time.monotonic() < give_up:
+    deadline = time.monotonic() + 20
+    while not any(notes) and time.monotonic() < deadline:
         time.sleep(0.05)
         notes = tmp_path.glob("*_*")
 
@@ -83,19 +83,19 @@ def test_an_interrupt_of_the_whole_group_leaves_no_word_and_no_process(made_up, 
     assert (out, err, child.returncode) == ("interrupted\n", "", 0)
 
 
-def test_what_cannot_travel_is_a_fault_that_says_so():
+def test_result_that_is_not_plain_is_fault():
     outcome = attempt(lambda _: {"placed": object()}, {})
     assert outcome.fault.startswith("TypeError: a trial's result must be plain numbers and text")
 
 
-@pytest.mark.parametrize("blamed", [MemoryError("full"), OSError("no disk"), DeviceError("no GL")])
-def test_what_the_machine_is_to_blame_for_is_no_fault_of_the_scene(blamed):
+@pytest.mark.parametrize("error", [MemoryError("full"), OSError("no disk"), DeviceError("no GL")])
+def test_machine_failure_is_not_fault_of_scene(error):
     def run(_):
-        raise blamed
+        raise error
 
     outcome = attempt(run, {})
     assert not outcome.fault
-    assert str(blamed) in outcome.lost
+    assert str(error) in outcome.lost
 
 
 @pytest.mark.parametrize(
@@ -107,11 +107,11 @@ def test_what_the_machine_is_to_blame_for_is_no_fault_of_the_scene(blamed):
         (Condition("pile", perception="fast"), "pile, fast perception"),
     ],
 )
-def test_rows_are_named_by_what_sets_them_apart(condition, name):
+def test_condition_name_lists_changed_values(condition, name):
     assert condition.name == name
 
 
-def test_conditions_share_their_seeds_and_keys_tell_all_apart():
+def test_conditions_share_seeds_and_keys_are_unique():
     rows = [Condition("single"), Condition("packed"), Condition("packed", known=True)]
     planned = scene_jobs(rows, range(5, 8), 4, {"purpose": "lift"})
     assert [job.trial["seed"] for job in planned] == [5, 5, 5, 6, 6, 6, 7, 7, 7]
@@ -120,7 +120,7 @@ def test_conditions_share_their_seeds_and_keys_tell_all_apart():
     assert planned == scene_jobs(rows, range(5, 8), 4, {"purpose": "lift"})
 
 
-def test_jobs_fit_the_trials_and_rows_the_results():
+def test_columns_cover_trials_and_results():
     from eyehand.apps.grasp.bench.trial import GraspTrial, PickRow, TrialResult
     from eyehand.apps.grasp.bench.unattempted import UnattemptedObject
 
@@ -128,14 +128,14 @@ def test_jobs_fit_the_trials_and_rows_the_results():
     (job,) = scene_jobs([Condition("packed")], [3], 5, extras)
     assert set(job.trial) == {field.name for field in fields(GraspTrial)} == set(TRIAL_COLUMNS)
     assert GraspTrial(**job.trial).objects == 5
-    told = {field.name for field in (*fields(PickRow), *fields(TrialResult))}
-    told |= {field.name for field in fields(UnattemptedObject)}
-    assert told - {"trial", "picks", "untried"} <= set(COLUMNS), (
-        "nothing ends up in the column of the rest"
+    names = {field.name for field in (*fields(PickRow), *fields(TrialResult))}
+    names |= {field.name for field in fields(UnattemptedObject)}
+    assert names - {"trial", "picks", "untried"} <= set(COLUMNS), (
+        "every field must have its own column"
     )
 
 
-def test_a_killed_run_goes_on_where_it_was(made_up, tmp_path):
+def test_killed_run_continues(made_up, tmp_path):
     script = tmp_path / "program.py"
     script.write_text(
         "import made_up_trials as m\n"
@@ -151,8 +151,8 @@ def test_a_killed_run_goes_on_where_it_was(made_up, tmp_path):
         "    run_scenes(jobs, open_rows(folder, {}), Machines(1), m.run_slowly)\n"
     )
     child = subprocess.Popen([sys.executable, script], start_new_session=True)
-    give_up = time.monotonic() + 30
-    while not list((tmp_path / "rows").glob("s*.parquet")) and time.monotonic() < give_up:
+    deadline = time.monotonic() + 30
+    while not list((tmp_path / "rows").glob("s*.parquet")) and time.monotonic() < deadline:
         time.sleep(0.02)
     os.killpg(child.pid, signal.SIGKILL)
     child.wait()

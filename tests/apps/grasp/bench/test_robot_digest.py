@@ -1,4 +1,4 @@
-"""A robot's digest follows every file that makes it up."""
+"""The digest of a robot depends on all its files."""
 
 import pytest
 
@@ -11,7 +11,7 @@ HAND = """<mujocoinclude><asset><mesh name="tip" file="tip.obj"/></asset></mujoc
 
 @pytest.fixture
 def robot(tmp_path):
-    """A robot of five files, and one that is none of its own."""
+    """Return a robot of five files, beside a file that does not belong to it."""
     (tmp_path / "parts").mkdir()
     (tmp_path / "meshes").mkdir()
     (tmp_path / "robot.xml").write_text(ROBOT)
@@ -19,7 +19,7 @@ def robot(tmp_path):
     (tmp_path / "parts" / "hand.xml").write_text(HAND)
     (tmp_path / "meshes" / "arm.stl").write_text("arm")
     (tmp_path / "meshes" / "tip.obj").write_text("tip")
-    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "notes.txt").write_text("other")
     return tmp_path / "robot.xml"
 
 
@@ -34,7 +34,7 @@ def robot(tmp_path):
         ("notes.txt", False),
     ],
 )
-def test_what_makes_up_the_robot_counts(robot, name, counts):
+def test_digest_depends_on_robot_files_only(robot, name, counts):
     before = robot_digest(robot)
     assert robot_digest(robot) == before
     file = robot.parent / name
@@ -42,13 +42,13 @@ def test_what_makes_up_the_robot_counts(robot, name, counts):
     assert (robot_digest(robot) != before) == counts
 
 
-def test_a_hand_described_later_is_another_robot(robot):
+def test_digest_depends_on_hand_description(robot):
     before = robot_digest(robot)
     (robot.parent / "robot.hand.json").unlink()
     assert robot_digest(robot) != before
 
 
-def test_files_that_name_each_other_and_what_is_no_xml_are_read_once(tmp_path):
+def test_cyclic_and_invalid_xml_files_have_digest(tmp_path):
     for name, other in (("a", "b"), ("b", "a")):
         (tmp_path / f"{name}.xml").write_text(f'<mujoco><include file="{other}.xml"/></mujoco>')
     assert len(robot_digest(tmp_path / "a.xml")) == 12

@@ -1,4 +1,4 @@
-"""The store of rows: whole scenes, once each, of one set of options."""
+"""The store of rows: complete scenes, once each, of one set of options."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def jobs():
     return scene_jobs([Condition("packed"), Condition("pile")], range(3), 4, {"purpose": "lift"})
 
 
-def test_rows_come_back_as_they_were_told(tmp_path, jobs, made_up):
+def test_stored_rows_are_read_back(tmp_path, jobs, made_up):
     store = open_rows(tmp_path, OPTIONS)
     for job in jobs:
         store.add(job, attempt(made_up.run_made_up, job.trial))
@@ -29,20 +29,20 @@ def test_rows_come_back_as_they_were_told(tmp_path, jobs, made_up):
     assert [row["key"] for row in scenes] == [job.key for job in jobs]
     assert sum(row["placed"] for row in scenes) == sum(row["success"] for row in picks)
     assert {row["purpose"] for row in rows} == {"lift"}
-    assert {row["curl"] for row in picks} == {None}, "not a number is no figure"
+    assert {row["curl"] for row in picks} == {None}, "NaN must become None"
     assert {row["rows"] for row in picks} == {4}
     file = parquet.read_schema(tmp_path / "rows" / f"{jobs[0].key}.parquet")
     assert file.names == list(COLUMNS)
 
 
-def test_a_scene_told_twice_counts_once(tmp_path, jobs, made_up):
+def test_scene_stored_twice_counts_once(tmp_path, jobs, made_up):
     store = open_rows(tmp_path, OPTIONS)
     for _ in range(2):
         store.add(jobs[0], attempt(made_up.run_made_up, jobs[0].trial))
     assert len([row for row in store.read(jobs) if row["record"] == SCENE]) == 1
 
 
-def test_a_fault_is_a_scene_not_cleared_and_a_pick_not_won(jobs):
+def test_fault_is_uncleared_scene_and_failed_pick(jobs):
     scene, pick = scene_records(jobs[0], SceneOutcome(fault="RuntimeError: no"))
     assert (scene["outcome"], scene["placed"], scene["total"]) == ("fault", 0, 4)
     assert (pick["outcome"], pick["success"], pick["reason"]) == (
@@ -52,7 +52,7 @@ def test_a_fault_is_a_scene_not_cleared_and_a_pick_not_won(jobs):
     )
 
 
-def test_what_was_never_tried_is_a_pick_not_won(jobs):
+def test_unattempted_object_is_failed_pick(jobs):
     result = {
         "placed": 1,
         "picks": [{"pick": 0, "success": True, "outcome": "placed"}],
@@ -65,12 +65,12 @@ def test_what_was_never_tried_is_a_pick_not_won(jobs):
     assert left["seconds"] is None
 
 
-def test_what_has_no_column_is_kept_as_text(jobs):
+def test_unknown_fields_are_kept_as_json(jobs):
     scene, _ = scene_records(jobs[0], SceneOutcome({"placed": 1, "picks": [{"pick": 0}], "new": 3}))
     assert json.loads(scene["more"]) == {"new": 3}
 
 
-def test_a_run_goes_on_with_what_is_done_and_only_with_that(tmp_path, jobs, made_up):
+def test_reopened_store_keeps_finished_scenes_only(tmp_path, jobs, made_up):
     store = open_rows(tmp_path, OPTIONS)
     store.add(jobs[0], attempt(made_up.run_made_up, jobs[0].trial))
     (tmp_path / "rows" / ".half.parquet").write_bytes(b"PAR1")
@@ -79,7 +79,7 @@ def test_a_run_goes_on_with_what_is_done_and_only_with_that(tmp_path, jobs, made
     assert not (tmp_path / "rows" / ".half.parquet").exists()
 
 
-def test_rows_of_other_options_are_refused_until_thrown_away(tmp_path, jobs, made_up):
+def test_rows_of_other_options_are_refused_until_fresh(tmp_path, jobs, made_up):
     store = open_rows(tmp_path, OPTIONS)
     store.add(jobs[0], attempt(made_up.run_made_up, jobs[0].trial))
     with pytest.raises(InputError, match="version: was 1, is 2"):
@@ -88,7 +88,7 @@ def test_rows_of_other_options_are_refused_until_thrown_away(tmp_path, jobs, mad
     assert open_rows(tmp_path, {**OPTIONS, "version": "2"}).finished() == set()
 
 
-def test_a_broken_file_is_named(tmp_path, jobs):
+def test_unreadable_file_is_named_in_error(tmp_path, jobs):
     store = open_rows(tmp_path, OPTIONS)
     (tmp_path / "rows" / f"{jobs[0].key}.parquet").write_bytes(b"no rows")
     with pytest.raises(InputError, match=jobs[0].key):

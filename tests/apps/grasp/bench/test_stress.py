@@ -1,4 +1,4 @@
-"""The picks' stress command: what it judges unclean, how it disturbs, what it writes and prints."""
+"""The stress command of picking: rules, disturbances, sweeps and output."""
 
 import csv
 import json
@@ -37,77 +37,77 @@ def row(outcome="slipped", reason="the object left the hand", touched=0, success
     )  # fmt: skip
 
 
-def ended(bench: StressCell, *rows: PickRow, stopped="2 picks failed in a row") -> StressOutcome:
+def outcome(bench: StressCell, *rows: PickRow, stopped="2 picks failed in a row") -> StressOutcome:
     return StressOutcome(bench, ClearReport((), 1, (), stopped), rows, 1.0)
 
 
 @pytest.mark.parametrize(
-    ("rows", "stopped", "says"),
+    ("rows", "stopped", "message"),
     [
         ([row()], "2 picks failed in a row", ""),
         ([], "no remaining object can be grasped", ""),
         ([row(touched=2)], "2 picks failed in a row", "2 other bodies touched"),
         ([row(reason="")], "2 picks failed in a row", ""),
         ([row(outcome="", reason="")], "2 picks failed in a row", "without a named outcome"),
-        ([row(outcome="bewildered")], "2 picks failed in a row", "without a named outcome"),
+        ([row(outcome="unknown")], "2 picks failed in a row", "without a named outcome"),
         ([row(outcome="placed", reason="")], "40 picks made", "reported placed"),
         ([], "clear", "reported clear with 1 on the table"),
     ],
 )
-def test_an_answer_is_held_against_the_truth(bench, rows, stopped, says):
-    told = ended(bench, *rows, stopped=stopped).violation
-    assert says in told
-    assert bool(told) == bool(says)
-    trial = ended(bench, *rows, stopped=stopped).trial()
-    assert (trial.clean, trial.passed, trial.score) == (not says, False, 0.0)
+def test_violation_compares_report_with_truth(bench, rows, stopped, message):
+    violation = outcome(bench, *rows, stopped=stopped).violation
+    assert message in violation
+    assert bool(violation) == bool(message)
+    trial = outcome(bench, *rows, stopped=stopped).trial()
+    assert (trial.clean, trial.passed, trial.score) == (not message, False, 0.0)
 
 
-def test_nothing_tried_is_a_refusal_unless_it_is_said_to_be_clear(bench):
-    assert ended(bench, stopped="cannot see a table").refused
-    assert not ended(bench, stopped="clear").refused
-    assert not ended(bench, row()).refused
+def test_stop_without_pick_is_refusal_unless_clear(bench):
+    assert outcome(bench, stopped="cannot see a table").refused
+    assert not outcome(bench, stopped="clear").refused
+    assert not outcome(bench, row()).refused
 
 
-def test_what_is_flung_or_leaves_the_table_is_unclean():
+def test_thrown_or_fallen_object_is_violation():
     box = object_on_table("box", (0.04, 0.04, 0.06), 0, offset=(0.1, 0.0))
     bench = stress_cell([can_on_table(0), box], 0, PickOptions())
-    assert ended(bench, row()).violation == ""
+    assert outcome(bench, row()).violation == ""
     bench.move_object("can", np.array([0.0, 0.9, 0.055]))
-    assert "can left the table" in ended(bench, row()).violation
+    assert "can left the table" in outcome(bench, row()).violation
     bench.remove_object("can")
-    assert ended(bench, row()).violation == ""
-    assert ended(bench, row()).remaining == ("box",)
+    assert outcome(bench, row()).violation == ""
+    assert outcome(bench, row()).remaining == ("box",)
     bench.peak_speed = MAX_OBJECT_SPEED + 1
-    assert "thrown at 4.0 m/s" in ended(bench, row()).violation
+    assert "thrown at 4.0 m/s" in outcome(bench, row()).violation
 
 
-def test_seen_objects_are_displaced_with_their_points(bench):
-    scene, _, doubt = observe(bench.cell)
-    assert doubt == ""
+def test_displaced_scene_moves_points_and_solids(bench):
+    scene, _, reason = observe(bench.cell)
+    assert reason == ""
     assert scene is not None
-    by = np.array([0.01, -0.02, 0.0])
-    (before,), (after,) = scene.objects, displaced_scene(scene, by).objects
-    np.testing.assert_allclose(after.points, before.points + by)
+    offset = np.array([0.01, -0.02, 0.0])
+    (before,), (after,) = scene.objects, displaced_scene(scene, offset).objects
+    np.testing.assert_allclose(after.points, before.points + offset)
     assert before.fit.superquadric is not None
     assert after.fit.superquadric is not None
     moved = after.fit.superquadric.centre - before.fit.superquadric.centre
-    np.testing.assert_allclose(moved, by, atol=1e-12)
+    np.testing.assert_allclose(moved, offset, atol=1e-12)
 
 
-def test_a_disturbance_comes_once_in_its_phase():
+def test_disturbance_happens_once_in_its_phase():
     bench = stress_cell([can_on_table(1)], 1, PickOptions())
-    seen: list[str] = []
-    bench.disturbed_phase, bench.disturb = "approach", lambda: seen.append(bench.cell.phase)
-    bench.after_selection = lambda: seen.append("after the selection")
+    events: list[str] = []
+    bench.disturbed_phase, bench.disturb = "approach", lambda: events.append(bench.cell.phase)
+    bench.after_selection = lambda: events.append("after the selection")
     result = bench.clear()
-    assert seen == ["after the selection", "approach"]
+    assert events == ["after the selection", "approach"]
     assert result.left == ()
     assert result.violation == ""
     assert bench.creep is not None
     assert bench.creep < 1e-3
 
 
-def test_sweeps_have_names_of_their_own_and_bounds():
+def test_sweeps_have_unique_names_and_bounds():
     sweeps = grasp_sweeps()
     assert len({sweep.name for sweep in sweeps}) == len(sweeps) > 20
     assert all(sweep.holds_to is not None for sweep in sweeps)
@@ -115,7 +115,7 @@ def test_sweeps_have_names_of_their_own_and_bounds():
     assert set(command.QUICK) <= {sweep.name for sweep in sweeps}
 
 
-def test_the_command_writes_its_chart_and_one_json_object(tmp_path, capsys):
+def test_command_writes_chart_and_prints_one_json_object(tmp_path, capsys):
     names = ["width", "nan-arm"]
     code = stress_grasp(StressArguments(only=names, quick=True, out=tmp_path, json=True))
     report = json.loads(capsys.readouterr().out)
@@ -131,7 +131,7 @@ def test_the_command_writes_its_chart_and_one_json_object(tmp_path, capsys):
     assert {point["unclean"] for point in points} == {"0"}
 
 
-def test_the_footer_tells_only_of_sweeps_that_were_run():
+def test_footer_describes_only_run_sweeps():
     assert grasp_stage(["width"]).report.data == "simulated cell, true poses"
     assert grasp_stage(["camera-roll"]).report.data == "simulated cell, one noisy depth view"
     both = grasp_stage(["width", "camera-roll"])
@@ -140,7 +140,7 @@ def test_the_footer_tells_only_of_sweeps_that_were_run():
     assert "from camera-roll to only-table" in every.report.data
 
 
-def test_unknown_sweeps_are_refused_with_the_choices(tmp_path):
+def test_unknown_sweep_is_refused_with_choices(tmp_path):
     with pytest.raises(InputError, match=r"'nope'.*width.*bad-physics"):
         stress_grasp(StressArguments(only=["nope"], out=tmp_path / "none"))
     assert not (tmp_path / "none").exists()

@@ -1,4 +1,4 @@
-"""Whole trials in the simulated cell, with nothing known but what is seen or told."""
+"""Complete trials in the simulated cell, and the scenes and scores of trials."""
 
 import itertools
 from types import SimpleNamespace
@@ -31,7 +31,7 @@ def write_box(path, half):
 
 
 @pytest.mark.parametrize("known", [False, True])
-def test_a_single_object_is_seen_grasped_and_put_away(known):
+def test_single_object_is_put_into_tray(known):
     result = run_trial(GraspTrial(family="single", seed=8, known=known))
     assert result.placed == result.total == 1
     assert result.stopped == "clear"
@@ -44,7 +44,7 @@ def test_a_single_object_is_seen_grasped_and_put_away(known):
     assert pick.seconds < 12
 
 
-def test_meshes_of_a_folder_are_picked_too(tmp_path):
+def test_mesh_from_folder_is_picked(tmp_path):
     write_box(tmp_path / "carton.obj", (0.02, 0.025, 0.035))
     trial = GraspTrial(family="packed", seed=1, objects=1, objects_dir=str(tmp_path), known=True)
     result = run_trial(trial)
@@ -53,7 +53,7 @@ def test_meshes_of_a_folder_are_picked_too(tmp_path):
     assert result.picks[0].kind == "box"
 
 
-def test_packed_meshes_stand_apart_and_a_pile_begins_in_the_air(tmp_path):
+def test_packed_meshes_are_apart_and_pile_starts_in_air(tmp_path):
     write_box(tmp_path / "a.obj", (0.02, 0.025, 0.035))
     write_box(tmp_path / "b.obj", (0.03, 0.03, 0.03))
     items = mesh_scene(tmp_path, "packed", 3, 5)
@@ -69,7 +69,7 @@ def test_packed_meshes_stand_apart_and_a_pile_begins_in_the_air(tmp_path):
         assert above.min() > below.max()
 
 
-def test_too_many_meshes_are_refused_with_the_number_that_fits(tmp_path):
+def test_too_many_meshes_are_refused_with_possible_number(tmp_path):
     write_box(tmp_path / "crate.obj", (0.10, 0.10, 0.1))
     with pytest.raises(InputError, match=r"9 objects do not fit .* request at most [1-8] objects"):
         mesh_scene(tmp_path, "packed", 0, 9)
@@ -78,13 +78,13 @@ def test_too_many_meshes_are_refused_with_the_number_that_fits(tmp_path):
     check_mesh_scenes(tmp_path, [("single", 5), ("packed", 5)], 1)
 
 
-def test_a_pile_that_would_fall_into_the_tray_is_refused(tmp_path):
+def test_pile_too_wide_for_table_is_refused(tmp_path):
     write_box(tmp_path / "panel.obj", (0.29, 0.29, 0.02))
     with pytest.raises(InputError, match="too wide for the table beside the tray"):
         mesh_scene(tmp_path, "pile", 0, 2)
 
 
-def test_large_meshes_keep_clear_of_the_tray(tmp_path):
+def test_large_meshes_are_clear_of_tray(tmp_path):
     for number, half in enumerate([(0.05, 0.06, 0.07), (0.07, 0.06, 0.08), (0.08, 0.05, 0.05)]):
         write_box(tmp_path / f"carton{number}.obj", half)
     cell = GraspCell()
@@ -93,7 +93,7 @@ def test_large_meshes_keep_clear_of_the_tray(tmp_path):
             cell.check_clear(item.name, item.centre, item.radius)
 
 
-def test_what_falls_comes_to_rest_on_the_table_beside_the_tray():
+def test_pile_is_on_table_and_clear_of_tray():
     cell = GraspCell()
     for item in grasp_scene("pile", 5175).objects:
         cell.check_clear(item.name, item.shape.centre, 0.05)
@@ -101,22 +101,22 @@ def test_what_falls_comes_to_rest_on_the_table_beside_the_tray():
 
 
 @pytest.mark.parametrize("family", ["single", "packed", "pile"])
-def test_scenes_are_the_same_for_a_seed(family):
+def test_scene_is_determined_by_seed(family):
     first, again = grasp_scene(family, 4), grasp_scene(family, 4)
     for one, other in zip(first.objects, again.objects, strict=True):
         np.testing.assert_array_equal(one.shape.centre, other.shape.centre)
     assert len(first.objects) == (1 if family == "single" else 5)
 
 
-def test_unknown_families_are_refused():
+def test_unknown_family_is_refused():
     with pytest.raises(InputError, match="single, packed, pile"):
         grasp_scene("heap", 0)  # pyright: ignore[reportArgumentType] - the wrong name is the test
 
 
-def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
-    size, beside = (0.05, 0.09, 0.09), (0.045, 0.045, 0.09)
-    wall = object_on_table("box", size, 0, name="wall", offset=(0.0675, 0.0))
-    cell, robot = trial_cell([object_on_table("box", beside, 0), wall], GraspTrial(known=True))
+def test_scorer_finds_object_beside_close_wall():
+    wall_size, box_size = (0.05, 0.09, 0.09), (0.045, 0.045, 0.09)
+    wall = object_on_table("box", wall_size, 0, name="wall", offset=(0.0675, 0.0))
+    cell, robot = trial_cell([object_on_table("box", box_size, 0), wall], GraspTrial(known=True))
     scorer = Scorer(cell, robot)
     for name in ("box", "wall"):
         middle = robot.object_pose(name).translation
@@ -127,7 +127,7 @@ def test_an_object_is_named_by_its_own_middle_whatever_stands_beside_it():
         assert scorer._target == name
 
 
-def test_an_object_is_named_by_its_corners_where_no_solid_fits_its_mesh(tmp_path, monkeypatch):
+def test_scorer_uses_vertices_without_fitted_solid(tmp_path, monkeypatch):
     write_box(tmp_path / "thing.obj", (0.02, 0.025, 0.035))
     items = mesh_scene(tmp_path, "packed", 1, 2)
     none = SimpleNamespace(superquadric=None, reason="no solid")
@@ -139,7 +139,7 @@ def test_an_object_is_named_by_its_corners_where_no_solid_fits_its_mesh(tmp_path
 
 
 @pytest.mark.parametrize(("may_push", "counts"), [(False, (2, 0)), (True, (1, 1))])
-def test_neighbours_that_a_grasp_may_push_are_counted_apart(may_push, counts, monkeypatch):
+def test_pushed_neighbours_are_counted_separately(may_push, counts, monkeypatch):
     pair = [
         object_on_table("box", (0.04, 0.04, 0.05), 0),
         object_on_table("box", (0.04, 0.04, 0.05), 0, name="other", offset=(0.1, 0.0)),

@@ -1,4 +1,4 @@
-"""What no pick began on is told once for each object, with the robot's reason."""
+"""Objects without a pick are listed once each, with the reason of the robot."""
 
 from types import SimpleNamespace
 from typing import Any, cast
@@ -11,24 +11,24 @@ from eyehand.apps.grasp.bench.unattempted import unattempted_objects
 PLACES = {"can": 0.0, "plate": 1.0, "ball": 2.0}
 
 
-def found(
+def outcomes(
     left: list[str],
     tried: list[str],
-    told: tuple[str, ...],
+    remaining: tuple[str, ...],
     stopped: str,
     fault: str = "",
     last: str = "placed",
 ) -> list[tuple[str, str]]:
-    """Names and outcomes; the robot sees objects 1, 2, ... at the places of the true ones."""
-    seen = [
+    """Return names and outcomes. The robot perceives objects 1, 2, ... at the true positions."""
+    perceived = [
         SimpleNamespace(label=label, points=np.full((4, 3), at))
         for label, at in enumerate(PLACES.values(), start=1)
     ]
     cell = SimpleNamespace(
-        scene=SimpleNamespace(objects=seen), reading=SimpleNamespace(fault=fault)
+        scene=SimpleNamespace(objects=perceived), reading=SimpleNamespace(fault=fault)
     )
     report = SimpleNamespace(
-        remaining=told, stop_reason=stopped, picks=[SimpleNamespace(outcome=last)]
+        remaining=remaining, stop_reason=stopped, picks=[SimpleNamespace(outcome=last)]
     )
 
     def nearest(point: np.ndarray) -> str:
@@ -42,7 +42,7 @@ NOTHING = "no remaining object can be grasped"
 
 
 @pytest.mark.parametrize(
-    ("left", "tried", "told", "stopped", "rows"),
+    ("left", "tried", "remaining", "stopped", "rows"),
     [
         ([], ["can"], (), "clear", []),
         (["can"], [], ("object 1: wider than the hand",), NOTHING, [("can", "refused")]),
@@ -74,11 +74,11 @@ NOTHING = "no remaining object can be grasped"
         ),
     ],
 )
-def test_each_object_left_untried_is_told_once(left, tried, told, stopped, rows):
-    assert found(left, tried, told, stopped) == rows
+def test_unattempted_object_is_listed_once(left, tried, remaining, stopped, rows):
+    assert outcomes(left, tried, remaining, stopped) == rows
 
 
-def test_a_robot_that_stopped_by_itself_is_told_once():
-    told = ("object 1: not tried",)
-    assert found(["can"], [], told, "drive 3", fault="drive 3") == [("", "fault")]
-    assert found(["can"], [], told, "drive 3", fault="drive 3", last="fault") == []
+def test_robot_fault_is_listed_once():
+    remaining = ("object 1: not tried",)
+    assert outcomes(["can"], [], remaining, "drive 3", fault="drive 3") == [("", "fault")]
+    assert outcomes(["can"], [], remaining, "drive 3", fault="drive 3", last="fault") == []
