@@ -114,13 +114,13 @@ def write_stress_chart(
         below=key,
     )
     place = figure.subplotpars
-    wide = ((place.right - place.left) * WIDTH - (columns - 1) * COLUMN_GAP) / columns
+    width = ((place.right - place.left) * WIDTH - (columns - 1) * COLUMN_GAP) / columns
     top = place.top - (named + 0.5 * MARGIN) / height
-    high = ((top - place.bottom) * height - (rows - 1) * ROW_GAP) / rows
-    figure.subplots_adjust(top=top, wspace=COLUMN_GAP / wide, hspace=ROW_GAP / high)
+    row_height = ((top - place.bottom) * height - (rows - 1) * ROW_GAP) / rows
+    figure.subplots_adjust(top=top, wspace=COLUMN_GAP / width, hspace=ROW_GAP / row_height)
     for number, panel in enumerate(panels):
         if number < len(results):
-            _draw(panel, results[number], report, wide, shares_named=number % columns == 0)
+            _draw(panel, results[number], report, width, y_labelled=number % columns == 0)
         else:
             panel.set_axis_off()
     if report.legend:
@@ -165,7 +165,7 @@ def point_rows(results: Sequence[SweepResult], report: ReportSpec) -> list[dict[
 
 
 def _draw(
-    axes: Axes, result: SweepResult, report: ReportSpec, wide: float, *, shares_named: bool
+    axes: Axes, result: SweepResult, report: ReportSpec, width: float, *, y_labelled: bool
 ) -> None:
     sweep = result.sweep
     # Equal distances: each value was chosen to be about one step harder than the last.
@@ -182,9 +182,9 @@ def _draw(
         named.insert(0, broken)
     axes.set_xlim(-0.5, len(places) - 0.5)
     axes.set_ylim(-4, 104)
-    axes.set_yticks([0, 50, 100], ["0 %", "50 %", "100 %"] if shares_named else [""] * 3)
+    axes.set_yticks([0, 50, 100], ["0 %", "50 %", "100 %"] if y_labelled else [""] * 3)
     words = [format_value(value, "") for value in sweep.values]
-    ticks = _spaced(named, words, wide / len(places))
+    ticks = _spaced(named, words, width / len(places))
     axes.set_xticks(ticks, [words[k] for k in ticks])
     axes.tick_params(labelsize=TEXT - 1.5, pad=3)
     for k, label in zip(ticks, axes.get_xticklabels(), strict=True):

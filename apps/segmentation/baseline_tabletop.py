@@ -21,9 +21,11 @@ if TYPE_CHECKING:
     from eyehand.perception import CameraIntrinsics, DepthFrame
 
 PLANE_STRIDE = 4
+"""Distance of the rows and columns used to detect the plane, px."""
 PLANE_BAND_M = 0.01
 """Inlier distance of the plane."""
 PLANE_ITERATIONS = 300
+"""RANSAC iterations."""
 CLEARANCE_M = 0.004
 """Height above the plane at which objects start. The best of 4, 8 and 12 mm for most baselines:
 more cuts off low objects, less keeps table noise."""
@@ -32,7 +34,7 @@ OUTSIDE_M = 0.01
 MIN_OBJECT_PX = 400
 """Smaller segments are noise: the best of 100, 200, 400 and 800 for most baselines."""
 STEP_SHARE = 0.008
-"""A step in depth by more than this share of it is an edge."""
+"""A step in depth by more than this fraction of the depth is an edge."""
 NORMAL_WINDOW = 7
 """Window of the normals, px: the largest of OpenCV's least squares."""
 RIM_PX = 6
@@ -52,7 +54,7 @@ class Tabletop:
 
 
 def find_tabletop(frame: DepthFrame, clearance: float = CLEARANCE_M) -> Tabletop:
-    """Detect the support plane and the pixels above it; none without a plane.
+    """Detect the support plane and the pixels above it. Without a plane there are no such pixels.
 
     Parameters
     ----------
@@ -84,7 +86,7 @@ def find_tabletop(frame: DepthFrame, clearance: float = CLEARANCE_M) -> Tabletop
 
 
 def normals_of(frame: DepthFrame) -> NDArray[np.float32]:
-    """Unit normals towards the camera by OpenCV's least squares (FALS), (H, W, 3); 0 = none."""
+    """Return unit normals towards the camera by OpenCV's FALS, (H, W, 3); 0 = none."""
     points = np.dstack([frame.points(), np.ones_like(frame.depth)])
     points[~frame.valid] = np.nan
     normals = np.asarray(_normal_estimator(frame.intrinsics).apply(points), np.float32)

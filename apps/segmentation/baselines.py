@@ -66,13 +66,13 @@ def open3d_dbscan(frame: DepthFrame, voxel: float) -> NDArray[np.int32]:
     cells = np.floor((points - points.min(axis=0)) / voxel).astype(np.int64)
     spans = cells.max(axis=0) + 1
     keys = (cells[:, 0] * spans[1] + cells[:, 1]) * spans[2] + cells[:, 2]
-    _, home, counts = np.unique(keys, return_inverse=True, return_counts=True)
-    middles = np.column_stack([np.bincount(home, points[:, k]) / counts for k in range(3)])
+    _, cell_of_point, counts = np.unique(keys, return_inverse=True, return_counts=True)
+    centres = np.column_stack([np.bincount(cell_of_point, points[:, k]) / counts for k in range(3)])
     geometry = import_open3d().geometry.PointCloud()
-    geometry.points = import_open3d().utility.Vector3dVector(middles)
+    geometry.points = import_open3d().utility.Vector3dVector(centres)
     clusters = geometry.cluster_dbscan(eps=DBSCAN_REACH * voxel, min_points=DBSCAN_POINTS)
     # Every pixel gets its voxel's label; -1 is noise.
-    labels[table.above] = np.asarray(clusters)[home] + 1
+    labels[table.above] = np.asarray(clusters)[cell_of_point] + 1
     return finish(labels, table.above)
 
 
@@ -84,10 +84,10 @@ def normal_edges(frame: DepthFrame, angle: float) -> NDArray[np.int32]:
     z = np.asarray(cv2.medianBlur(frame.depth, 5), np.float32)
     smooth = _flat_pixels(z, table.above, STEP_SHARE) > 0
     for axis in (0, 1):
-        agree = _alike(normals, axis) > cosine
+        agree = _cosine(normals, axis) > cosine
         smooth &= agree & np.roll(agree, NORMAL_REACH, axis)
     patches = _components(smooth.astype(np.uint8))
-    return join_convex(patches, table, normals, least_border=SURFACE_BORDER, extended=False)
+    return join_convex(patches, table, normals, min_border=SURFACE_BORDER, extended=False)
 
 
 def slic_lccp(frame: DepthFrame, patch_pixels: float) -> NDArray[np.int32]:
@@ -110,7 +110,7 @@ def slic_lccp(frame: DepthFrame, patch_pixels: float) -> NDArray[np.int32]:
         channel_axis=2,
         enforce_connectivity=True,
     )
-    return join_convex(patches, table, normals, least_border=1, extended=True)
+    return join_convex(patches, table, normals, min_border=1, extended=True)
 
 
 def felzenszwalb_normals(frame: DepthFrame, scale: float) -> NDArray[np.int32]:
@@ -144,8 +144,8 @@ def watershed_edges(frame: DepthFrame, depth: float) -> NDArray[np.int32]:
     steps = np.asarray(cv2.morphologyEx(z, cv2.MORPH_GRADIENT, np.ones((3, 3), np.uint8)))
     edges = np.clip(steps / np.maximum(z, 1e-3) / FULL_STEP_SHARE, 0, 1)
     for axis in (0, 1):
-        turned = 1 - _alike(normals, axis)
-        edges = np.maximum(edges, np.clip(np.roll(turned, NORMAL_REACH // 2, axis), 0, 1))
+        bend = 1 - _cosine(normals, axis)
+        edges = np.maximum(edges, np.clip(np.roll(bend, NORMAL_REACH // 2, axis), 0, 1))
     edges = np.where(
         table.above, cv2.GaussianBlur(edges.astype(np.float32), (0, 0), EDGE_BLUR), 1.0
     )
@@ -162,6 +162,7 @@ FULL_STEP_SHARE = 0.012
 DBSCAN_REACH = 2.0
 """Voxels between neighbours."""
 DBSCAN_POINTS = 10
+"""Minimum number of voxels around a core voxel of a cluster."""
 NORMAL_REACH = 3
 """Pixels between the normals that are compared."""
 SURFACE_BORDER = 4
@@ -169,11 +170,14 @@ SURFACE_BORDER = 4
 LCCP_CLEARANCE_M = 0.008
 """Larger than for the others: patches at the foot of an object must not contain table."""
 SLIC_SIZE_M = 0.03
+"""Distance that weighs as much as a change of the unit normal by 1, m."""
 SLIC_COMPACTNESS = 0.01
 FELZENSZWALB_SIZE_M = 0.02
+"""The same for the graph cut, m."""
 FAR = 100.0
+"""Feature value of pixels that are not above the table."""
 EDGE_BLUR = 3.0
-"""Pixels."""
+"""Standard deviation of the blur of edges, px."""
 
 BASELINES: tuple[Baseline, ...] = (
     Baseline(
@@ -185,7 +189,7 @@ BASELINES: tuple[Baseline, ...] = (
     ),
     Baseline(
         "Open3D DBSCAN",
-        "the recipe of most tutorials: plane away, cluster the rest",
+        "the method of most tutorials: remove the plane, cluster the other points",
         "voxel (m)",
         (0.003, 0.004, 0.006, 0.01),
         open3d_dbscan,
@@ -199,21 +203,21 @@ BASELINES: tuple[Baseline, ...] = (
     ),
     Baseline(
         "SLIC + LCCP",
-        "local convexity of patches, after Stein et al. 2014, the strongest in PCL",
+        "local convexity of patches, after Stein et al. 2014, the best method in PCL",
         "patch (px)",
         (40, 60, 90, 150),
         slic_lccp,
     ),
     Baseline(
         "Felzenszwalb",
-        "the classic graph-based segmentation, on geometry in place of colour",
+        "the classic graph-based segmentation, on geometry instead of colour",
         "scale",
         (4000, 8000, 16000),
         felzenszwalb_normals,
     ),
     Baseline(
         "watershed",
-        "the classic of image segmentation, on depth and normal edges",
+        "the classic image segmentation, on depth and normal edges",
         "depth of minima",
         (0.15, 0.2, 0.25, 0.3),
         watershed_edges,
@@ -225,19 +229,19 @@ BASELINES: tuple[Baseline, ...] = (
 def _flat_pixels(
     z: NDArray[np.float32], above: NDArray[np.bool_], step: float
 ) -> NDArray[np.uint8]:
-    """Pixels above the table whose neighbourhood has no step in depth."""
+    """Return the pixels above the table whose neighbourhood has no step in depth."""
     near = np.asarray(cv2.erode(z, np.ones((3, 3), np.uint8)))
     far = np.asarray(cv2.dilate(z, np.ones((3, 3), np.uint8)))
     return (above & (far - near < step * z)).astype(np.uint8)
 
 
-def _alike(normals: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
-    """Cosine between the normals of pixels NORMAL_REACH apart along an axis."""
+def _cosine(normals: NDArray[np.float32], axis: int) -> NDArray[np.float32]:
+    """Return the cosine between the normals of pixels NORMAL_REACH apart along an axis."""
     return np.einsum("ijk,ijk->ij", normals, np.roll(normals, -NORMAL_REACH, axis))
 
 
 def _box(above: NDArray[np.bool_]) -> tuple[slice, slice]:
-    """Rows and columns that hold everything above the table."""
+    """Return the bounding box (rows, columns) of the pixels above the table."""
     u, v, width, height = cv2.boundingRect(above.astype(np.uint8))
     return slice(v, v + height), slice(u, u + width)
 

@@ -1,4 +1,4 @@
-"""Join the patches of a surface where they are locally convex, as LCCP does."""
+"""Join surface patches that are locally convex (LCCP)."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from .baseline_tabletop import Tabletop
 
 CONVEX_ANGLE = 0.17
-"""Planes closer than this are one surface, rad (10°, the value of Stein et al.)."""
+"""Patches whose normals differ by less are one surface, rad (10°, from Stein et al.)."""
 GAP_PX = 4
-"""Patches grow towards each other by this over the edges between them."""
+"""Patches grow by this distance, so that they touch across the edge between them, px."""
 
 
 def join_convex(
@@ -26,44 +26,44 @@ def join_convex(
     table: Tabletop,
     normals: NDArray[np.float32],
     *,
-    least_border: int,
+    min_border: int,
     extended: bool,
 ) -> NDArray[np.int32]:
     """Join neighbouring patches that form a convex or flat pair.
 
     Source: Stein, Schoeler, Papon and Wörgötter, "Object Partitioning Using Local Convexity",
-    CVPR 2014. Two patches with middles x and normals n are convex when (x1 - x2) · (n1 - n2) > 0.
+    CVPR 2014. Two patches with centres x and normals n are convex when (x1 - x2) · (n1 - n2) > 0.
 
     Parameters
     ----------
     patches
         (H, W) int32; 0 = none.
     table
-        What they lie on.
+        The table and the pixels above it.
     normals
-        Towards the camera, (H, W, 3).
-    least_border
-        Pixel pairs on both sides of a border that make two patches neighbours.
+        Unit normals towards the camera, (H, W, 3).
+    min_border
+        Minimum number of touching pixel pairs of two neighbours.
     extended
-        Join only patches that share a neighbour convex to both (their extended criterion): right
-        for small patches in great number.
+        Join two patches only if a third patch is convex to both (their extended criterion). Use it
+        for many small patches.
 
     Returns
     -------
     NDArray
-        Objects, (H, W) int32; 0 = none.
+        Labels of the objects, (H, W) int32; 0 = none.
     """
     seeds = np.where(table.above, patches, 0)
     grown = spread(seeds, table.above, GAP_PX)
     count = int(grown.max()) + 1
-    middle = _sums(seeds, table.points, count)
-    middle /= np.maximum(np.bincount(seeds.ravel(), minlength=count), 1)[:, None]
+    centre = _sums(seeds, table.points, count)
+    centre /= np.maximum(np.bincount(seeds.ravel(), minlength=count), 1)[:, None]
     normal = _unit(_sums(seeds, normals, count))
-    first, second = _neighbours(grown, table.points[..., 2], least_border)
-    across = _unit(middle[first] - middle[second])
-    turn = np.sum(across * (normal[first] - normal[second]), axis=1)
-    alike = np.sum(normal[first] * normal[second], axis=1) > np.cos(CONVEX_ANGLE)
-    join = (turn > 0) | alike
+    first, second = _neighbours(grown, table.points[..., 2], min_border)
+    direction = _unit(centre[first] - centre[second])
+    convexity = np.sum(direction * (normal[first] - normal[second]), axis=1)
+    flat = np.sum(normal[first] * normal[second], axis=1) > np.cos(CONVEX_ANGLE)
+    join = (convexity > 0) | flat
     if extended:
         half = _graph(first[join], second[join], count).tocsr()
         convex = half + half.T
@@ -90,9 +90,9 @@ def _graph(first: NDArray[np.int64], second: NDArray[np.int64], count: int) -> c
 
 
 def _neighbours(
-    patches: NDArray[np.int32], z: NDArray[np.float32], least_border: int
+    patches: NDArray[np.int32], z: NDArray[np.float32], min_border: int
 ) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Pairs of patches that touch, corners too, without a step in depth."""
+    """Return the pairs of patches that touch, also at corners, without a step in depth."""
     count = int(patches.max()) + 1
     pairs = []
     for one, other in (
@@ -106,5 +106,5 @@ def _neighbours(
         low, high = np.minimum(a, b)[touch], np.maximum(a, b)[touch]
         pairs.append(low.astype(np.int64) * count + high)
     keys, lengths = np.unique(np.concatenate(pairs), return_counts=True)
-    first, second = np.divmod(keys[lengths >= least_border], count)
+    first, second = np.divmod(keys[lengths >= min_border], count)
     return first, second

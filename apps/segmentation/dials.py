@@ -1,4 +1,4 @@
-"""The dials of the segmentation: every one alone, the main ones crossed."""
+"""The dials that `eyehand chart segmentation` tries, alone and in combination."""
 
 from __future__ import annotations
 
@@ -6,9 +6,10 @@ from eyehand.perception import SegmentationOptions
 
 from ..bench import DialBoard
 
-STAGES = {"median": False, "shift_windows": False, "join_open": False}
-STAGES |= {"join_occluded": False, "colour_edges": False}
-"""Stages that are on by default, switched off."""
+STAGES = dict.fromkeys(
+    ("median", "shift_windows", "join_open", "join_occluded", "colour_edges"), False
+)
+"""The stages that are on by default, switched off."""
 
 BOARD = DialBoard(
     default=SegmentationOptions(),
@@ -23,17 +24,13 @@ BOARD = DialBoard(
         "colour_edges": (True, False),
         "split_solids": (False, True),
     },
-    # The stride makes the pixels few and so asks for other windows, threads gain on large images
-    # only, and with every stage off the least time shows.
+    # A larger stride needs a smaller window. Threads speed up large images only. All stages off
+    # gives the shortest time.
     crosses=(
         {"stride": (1, 2, 3, 4), "window": (5, 7, 9, 11, 13)},
         {"stride": (1, 2, 3, 4), "threads": (2,), "window": (7, 9, 11)},
         {"stride": (1, 2, 3, 4), "shift_windows": (False,), "window": (5, 9), "threads": (1, 2)},
-        {
-            "stride": (1, 2, 3, 4),
-            "threads": (1, 2),
-            **{stage: (off,) for stage, off in STAGES.items()},
-        },
+        {"stride": (1, 2, 3, 4), "threads": (1, 2), **dict.fromkeys(STAGES, (False,))},
     ),
     quick={"stride": (1, 2, 4), "window": (5,), "threads": (2,), "shift_windows": (False,)},
     words={
@@ -41,17 +38,17 @@ BOARD = DialBoard(
         ("threads", 2): "2 threads",
         ("median", False): "no median",
         ("shift_windows", False): "no shift",
-        ("join_open", False): "hollows apart",
-        ("join_occluded", False): "occluded apart",
+        ("join_open", False): "hollow objects not joined",
+        ("join_occluded", False): "occluded parts not joined",
         ("colour_edges", False): "no colour",
-        ("split_solids", True): "split solids",
+        ("split_solids", True): "solids split",
         ("median", True): "median",
         ("shift_windows", True): "shift",
-        ("join_open", True): "hollows joined",
-        ("join_occluded", True): "occluded joined",
+        ("join_open", True): "hollow objects joined",
+        ("join_occluded", True): "occluded parts joined",
         ("colour_edges", True): "colour",
-        ("split_solids", False): "solids whole",
+        ("split_solids", False): "no solid split",
     },
     bare=STAGES,
 )
-"""What the segmentation's chart turns."""
+"""All dials of the segmentation."""

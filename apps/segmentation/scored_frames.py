@@ -1,4 +1,4 @@
-"""Segment labelled frames, score and time each, and sum the figures up by group."""
+"""Segment labelled frames, score and time each, and average the figures by group."""
 
 from __future__ import annotations
 
@@ -22,29 +22,29 @@ if TYPE_CHECKING:
     from .dataset import FrameSource
 
 MEMORY_FRAMES = 2
-"""Frames of each group whose peak memory is measured: it hardly differs between frames."""
+"""Number of frames per group whose peak memory is measured. It hardly differs between frames."""
 TOTAL = "total"
 """Name of the row over all groups."""
 
 
 @dataclass(frozen=True)
 class FrameResult:
-    """One frame, segmented and scored."""
+    """The score, times and memory of one segmented frame."""
 
     source: FrameSource
-    """Where the frame is from."""
+    """Source of the frame."""
     score: SegmentationScore
-    """How good its segmentation is."""
+    """Score of its segmentation."""
     seconds: float
     """Wall time of `segment`."""
     cpu_seconds: float
-    """Processor time of `segment`, of all threads: less shaken by what else runs."""
+    """Processor time of `segment`, all threads. It depends less on other load."""
     stages: dict[str, float]
-    """Seconds per stage."""
+    """Time of each stage, s."""
     peak_mb: float | None
-    """Peak memory over what the frame takes, MB; None where it was not measured."""
+    """Peak memory of `segment` without its input, MB; None where it was not measured."""
     assumed: tuple[str, ...]
-    """What had to be taken for granted to read the frame."""
+    """Assumptions made when reading the frame, in words."""
 
 
 def run_trials(
@@ -54,23 +54,23 @@ def run_trials(
     ignore_invalid: bool = True,
     memory_frames: int = MEMORY_FRAMES,
 ) -> Iterator[FrameResult]:
-    """Segment and score every frame; kernels should be warm.
+    """Segment and score every frame. Call `load_kernels` first, or the first times include it.
 
     Parameters
     ----------
     sources
         The frames.
     options
-        Of the segmentation.
+        Options of the segmentation.
     ignore_invalid
-        Pixels without a reading count neither in the truth nor in the prediction.
+        Leave pixels without a reading out of truth and prediction.
     memory_frames
-        Frames of each group whose peak memory is measured, in a run of its own.
+        Number of frames per group whose peak memory is measured, in an extra run.
 
     Raises
     ------
     InputError
-        If a frame cannot be read or segmented; the message names it.
+        If a frame cannot be read or segmented. The message names the frame.
     """
     measured: dict[str, int] = {}
     first = True
@@ -78,7 +78,7 @@ def run_trials(
         with naming(source.name):
             labelled = source.load()
             if first:
-                # Options may lead to kernels that the general warm-up has not met.
+                # These options may use kernels that are not compiled yet.
                 segment(labelled.frame, options)
                 first = False
             found, seconds, cpu_seconds = timed_segment(labelled.frame, options)
@@ -96,17 +96,17 @@ def run_trials(
 def timed_segment(
     frame: DepthFrame, options: SegmentationOptions
 ) -> tuple[Segmentation, float, float]:
-    """Segmentation of a frame, its wall time and its processor time, s."""
+    """Return the segmentation of a frame, its wall time and its processor time, s."""
     cpu, wall = time.process_time(), time.perf_counter()
     found = segment(frame, options)
     return found, time.perf_counter() - wall, time.process_time() - cpu
 
 
 def summary_rows(results: Sequence[FrameResult]) -> list[dict[str, Any]]:
-    """One row of figures per group, in the order of the groups, and one over all.
+    """Return one row of figures per group, then one row of all frames if there are several groups.
 
-    Shares are means over frames, as published; counts are sums; times are medians and 90th
-    percentiles over frames, memory the largest.
+    Percentages are means over frames, as in the literature. Counts are sums. Times are the median
+    and the 90th percentile. Memory is the maximum.
     """
     groups = list(dict.fromkeys(result.source.group for result in results))
     rows = [
@@ -117,7 +117,7 @@ def summary_rows(results: Sequence[FrameResult]) -> list[dict[str, Any]]:
 
 
 def frame_row(result: FrameResult) -> dict[str, Any]:
-    """Give all figures of one frame, for a table of frames."""
+    """Return all figures of one frame, for the table of frames."""
     row: dict[str, Any] = {"group": result.source.group, "name": result.source.name}
     row |= _row(result.source.name, [result])
     for key in ("frames", "median_ms", "p90_ms", "median_cpu_ms", "peak_mb"):

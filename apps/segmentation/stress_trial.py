@@ -95,9 +95,8 @@ def try_frame(
     if fault:
         return Trial(False, fault, clean=False, seconds=seconds, picture=picture)
     score = score_segmentation(found.labels, truth, ignore=~frame.valid)
-    marked: dict[int, str] = getattr(found, "ambiguous", {})
     exact = score.found == 1.0 and score.predicted_count == score.truth_count
-    warned = ambiguous and bool(marked) and score.predicted_count < score.truth_count
+    warned = ambiguous and bool(found.ambiguous) and score.predicted_count < score.truth_count
     note = ""
     if not exact and not warned:
         kinds = {

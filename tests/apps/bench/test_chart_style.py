@@ -1,4 +1,4 @@
-"""Charts: files that appear whole, axes that people can read."""
+"""Charts: complete files and readable axes."""
 
 import csv
 
@@ -22,7 +22,7 @@ from eyehand.apps.bench.machine import core_count, machine_line
 from eyehand.errors import InputError
 
 
-def test_a_chart_becomes_a_wide_picture_and_its_table(tmp_path):
+def test_writes_picture_and_table(tmp_path):
     figure, axes = new_chart("Noise", "F against noise", columns=2, height=4.0)
     for panel in axes:
         draw_curve(panel, [0, 1, 2], [99, 98, 50], "separate")
@@ -35,7 +35,7 @@ def test_a_chart_becomes_a_wide_picture_and_its_table(tmp_path):
     picture = cv2.imread(str(path))
     assert picture is not None
     assert picture.shape == (800, 1600, 3)
-    assert picture.min() < 60  # ink on it
+    assert picture.min() < 60  # something is drawn
     with path.with_suffix(".csv").open(encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     assert rows == [
@@ -45,7 +45,7 @@ def test_a_chart_becomes_a_wide_picture_and_its_table(tmp_path):
     assert sorted(file.name for file in tmp_path.iterdir()) == ["noise.csv", "noise.png"]
 
 
-def test_the_footer_names_seed_frames_and_machine():
+def test_footer_names_seed_frames_and_machine():
     figure, _ = new_chart("Title", "subtitle")
     add_footer(figure, Provenance("real frames", seed=None, frames=1))
     footer = figure.texts[-1].get_text()
@@ -57,18 +57,18 @@ def test_the_footer_names_seed_frames_and_machine():
     ("milliseconds", "text"),
     [(0.5, "0.5 ms"), (20, "20 ms"), (1000, "1 s"), (2500, "2.5 s"), (60e3, "1 min")],
 )
-def test_times_are_written_for_people(milliseconds, text):
+def test_formats_times(milliseconds, text):
     assert format_time(milliseconds) == text
 
 
-def test_a_time_axis_is_logarithmic_with_round_labels():
+def test_time_axis_is_logarithmic_with_round_labels():
     _, axes = new_chart("Title", "subtitle")
     set_time_axis(axes[0], 8, 1500)
     labels = [label.get_text() for label in axes[0].get_xticklabels()]
     assert labels == ["10 ms", "20 ms", "50 ms", "100 ms", "200 ms", "500 ms", "1 s"]
 
 
-def test_on_a_stretched_axis_halving_the_error_is_one_step():
+def test_stretched_axis_is_logarithmic_in_error():
     _, axes = new_chart("Title", "subtitle")
     set_percent_axis(axes[0], 40, 98, stretched=True)
     heights = axes[0].transData.transform([(0, 80), (0, 90), (0, 95)])[:, 1]
@@ -76,7 +76,7 @@ def test_on_a_stretched_axis_halving_the_error_is_one_step():
     assert "90 %" in [label.get_text() for label in axes[0].get_yticklabels()]
 
 
-def test_what_cannot_be_charted_is_refused(tmp_path):
+def test_rejects_invalid_charts(tmp_path):
     figure, axes = new_chart("Title", "subtitle")
     with pytest.raises(InputError, match=r"\.png"):
         write_chart(figure, tmp_path / "chart.pdf", [{"a": 1}])

@@ -12,18 +12,18 @@ from eyehand.errors import InputError
 POINTS = st.lists(st.tuples(st.integers(0, 6), st.integers(0, 6)), max_size=25)
 
 
-def beaten(point, other):
-    """Whether `other` is at least as good in both and better in one."""
+def dominated(point, other):
+    """Return whether `other` is at least as good in both and better in one."""
     return other[0] <= point[0] and other[1] >= point[1] and other != point
 
 
 @given(POINTS)
-def test_the_front_is_what_nothing_beats(points):
+def test_front_holds_undominated_points(points):
     front = pareto_front([p[0] for p in points], [p[1] for p in points])
     on_front = [points[index] for index in front]
-    unbeaten = {p for p in points if not any(beaten(p, other) for other in points)}
-    assert set(on_front) == unbeaten
-    assert len(on_front) == len(unbeaten)  # equal points count once ...
+    undominated = {p for p in points if not any(dominated(p, other) for other in points)}
+    assert set(on_front) == undominated
+    assert len(on_front) == len(undominated)  # equal points count once ...
     assert front == [points.index(p) for p in on_front]  # ... and it is the first
 
 
@@ -36,7 +36,7 @@ def test_cost_and_gain_rise_along_the_front(points):
 
 
 @given(POINTS, st.randoms())
-def test_neither_order_nor_scale_matters(points, random):
+def test_order_and_scale_do_not_matter(points, random):
     front = pareto_front([p[0] for p in points], [p[1] for p in points])
     shuffled = list(points)
     random.shuffle(shuffled)
@@ -45,24 +45,24 @@ def test_neither_order_nor_scale_matters(points, random):
 
 
 @given(POINTS, st.floats(1.0, 3.0), st.integers(0, 3))
-def test_a_simplest_front_pays_no_more_than_the_factor_for_the_same_gain(points, factor, slack):
+def test_simplest_front_costs_at_most_the_factor_more(points, factor, slack):
     costs, gains = [p[0] + 1.0 for p in points], [p[1] for p in points]
     front = simplest_front(costs, gains, factor, slack)
     assert (np.diff([costs[index] for index in front]) > 0).all()
     assert (np.diff([gains[index] for index in front]) > 0).all()
     for point in pareto_front(costs, gains):
-        bought = [k for k in front if costs[k] <= factor * costs[point]]
-        # Once for the point passed over, once for the step left out.
-        assert max(gains[k] for k in bought) >= gains[point] - 2 * slack
+        affordable = [k for k in front if costs[k] <= factor * costs[point]]
+        # One slack for the dropped point, one for the dropped step.
+        assert max(gains[k] for k in affordable) >= gains[point] - 2 * slack
 
 
 @given(POINTS)
-def test_a_simplest_front_without_slack_is_the_front(points):
+def test_simplest_front_without_slack_is_exact(points):
     costs, gains = [p[0] + 1.0 for p in points], [p[1] for p in points]
     assert simplest_front(costs, gains, 1.0) == pareto_front(costs, gains)
 
 
-def test_what_chance_made_cheaper_gives_way_to_the_simpler():
+def test_simplest_front_prefers_simpler_of_equal_points():
     costs, gains = [40.0, 39.0, 20.0, 20.5], [97.0, 97.0, 90.0, 90.2]
     assert pareto_front(costs, gains) == [2, 3, 1]
     assert simplest_front(costs, gains, 1.05) == [2, 3, 0]
@@ -76,20 +76,20 @@ def test_what_chance_made_cheaper_gives_way_to_the_simpler():
         simplest_front([0.0], [1.0], 1.1)
 
 
-def test_an_exact_front():
+def test_front_of_known_points():
     costs, gains = [10, 5, 20, 12, 5], [90, 80, 95, 85, 70]
     assert pareto_front(costs, gains) == [1, 0, 2]
     assert pareto_front([], []) == []
 
 
-def test_thinning_drops_steps_that_gain_too_little():
+def test_thin_front_drops_small_steps():
     gains = [80.0, 80.2, 80.9, 81.0, 83.0]
     assert thin_front(gains, [0, 1, 2, 3, 4], 0.5) == [0, 2, 4]
     assert thin_front(gains, [0, 1, 2, 3, 4], 0.0) == [0, 1, 2, 3, 4]
     assert thin_front(gains, [], 0.5) == []
 
 
-def test_what_is_no_set_of_points_is_refused():
+def test_rejects_invalid_points():
     with pytest.raises(InputError, match="same length"):
         pareto_front([1.0], [1.0, 2.0])
     with pytest.raises(InputError, match="finite"):

@@ -1,4 +1,4 @@
-"""The chart of a dial: names that can be read, whatever the points."""
+"""The Pareto chart: readable names for any points."""
 
 from collections.abc import Sequence
 
@@ -16,7 +16,7 @@ from eyehand.apps.bench.pareto_chart import BaselineCurve, ChartPoint, ParetoCha
 
 
 def draw(own: list[ChartPoint], default: int, baselines: Sequence[BaselineCurve] = ()) -> Figure:
-    """The chart of some settings."""
+    """Draw the chart of some settings."""
     front = pareto_front([p.time_ms for p in own], [p.accuracy_pct for p in own])
     chart = ParetoChart("Title", "subtitle", own, front, "overlap F", MADE, default, baselines)
     return chart.figure()
@@ -26,7 +26,7 @@ MADE = Provenance("made-up figures", 1, 1)
 
 
 def points(count: int, seed: int) -> list[ChartPoint]:
-    """Settings whose accuracy grows with time, more or less."""
+    """Return settings whose accuracy roughly grows with time."""
     rng = np.random.default_rng(seed)
     times = np.geomspace(3, 80, count) * rng.uniform(0.9, 1.1, count)
     return [
@@ -37,7 +37,7 @@ def points(count: int, seed: int) -> list[ChartPoint]:
 
 @settings(max_examples=6)
 @given(st.integers(1, 8), st.integers(0, 10**6))
-def test_names_keep_clear_of_each_other_and_of_the_border(count, seed):
+def test_names_do_not_overlap_or_leave_axes(count, seed):
     _, (axes,) = new_chart("Title", "subtitle")
     set_time_axis(axes, 1, 1000)
     set_percent_axis(axes, 50, 99, stretched=True)
@@ -58,7 +58,7 @@ def test_names_keep_clear_of_each_other_and_of_the_border(count, seed):
             assert apart
 
 
-def test_a_name_is_where_it_is_said_to_be():
+def test_name_is_drawn_in_returned_box():
     _, (axes,) = new_chart("Title", "subtitle")
     set_time_axis(axes, 1, 1000)
     set_percent_axis(axes, 0, 100)
@@ -69,17 +69,17 @@ def test_a_name_is_where_it_is_said_to_be():
 
 
 @pytest.mark.parametrize("top", [106, 115])
-def test_the_line_to_a_name_crosses_no_other_name_nor_where_there_is_room_a_point(top):
+def test_leader_line_crosses_no_name_and_no_point_if_possible(top):
     figure, (axes,) = new_chart("Title", "subtitle")
     set_time_axis(axes, 8, 292)
     set_percent_axis(axes, 15, top)
-    star, near = (19.1, 96.5), (18.8, 99.5)
+    default, near = (19.1, 96.5), (18.8, 99.5)
     names = [
-        PointLabel(*star, "default: 96.5 %, never touched", "right", bold=True),
+        PointLabel(*default, "default: 96.5 %, never touched", "right", bold=True),
         PointLabel(*near, "default + planner: 99.5 %, never touched\nplanning 15 ms", "right"),
     ]
     spans = [[(19.1, 93.0), (19.1, 98.3)], [(18.8, 97.2), (18.8, 99.9)]]
-    first, _ = label_points(axes, names, [[star], [near], *spans])
+    first, _ = label_points(axes, names, [[default], [near], *spans])
     figure.canvas.draw()
     line = next(text for text in axes.texts if isinstance(text, Annotation) and "+" in str(text))
     assert line.arrow_patch is not None
@@ -88,10 +88,10 @@ def test_the_line_to_a_name_crosses_no_other_name_nor_where_there_is_room_a_poin
     inside = (along > first[:2]).all(axis=1) & (along < first[2:]).all(axis=1)
     assert not inside.any()
     if top > 110:
-        assert np.linalg.norm(along - axes.transData.transform(star), axis=1).min() > 10
+        assert np.linalg.norm(along - axes.transData.transform(default), axis=1).min() > 10
 
 
-def test_the_default_the_front_and_the_baselines_are_named():
+def test_names_default_front_and_baselines():
     own = points(20, seed=4)
     baselines = [
         BaselineCurve("a baseline", tuple(points(3, seed=5))),
@@ -111,7 +111,7 @@ def test_the_default_the_front_and_the_baselines_are_named():
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_numbers_on_the_front_keep_clear_of_each_other_and_of_the_default(seed):
+def test_numbers_do_not_overlap(seed):
     own = points(60, seed)
     default = own[35]
     axes = draw(own, 35).axes[0]
@@ -123,47 +123,47 @@ def test_numbers_on_the_front_keep_clear_of_each_other_and_of_the_default(seed):
     assert gaps[~np.eye(len(places), dtype=bool)].min() > 32
 
 
-def test_one_point_is_a_chart_too():
+def test_draws_single_point():
     (point,) = points(1, seed=0)
     figure = draw([point], 0)
     assert "overlap F" in figure.axes[0].get_ylabel()
 
 
-def test_hopeless_and_perfect_points_are_survived():
+def test_draws_points_at_0_and_100_percent():
     own = [ChartPoint("perfect", 5.0, 100.0), ChartPoint("none", 4.0, 0.0)]
     draw(own, 0)
     draw(own[1:], 0)
 
 
-def test_a_perfect_point_is_told_as_it_is_wherever_it_is_drawn():
+def test_label_states_true_accuracy():
     figure = draw([ChartPoint("default", 5.0, 100.0)], 0)
-    told = [text.get_text() for text in figure.axes[0].texts]
-    assert "default: 100.0 % in 5 ms" in told
+    labels = [text.get_text() for text in figure.axes[0].texts]
+    assert "default: 100.0 % in 5 ms" in labels
 
 
 def ticks(figure: Figure) -> dict[str, float]:
-    """Labels of the share axis and where they are."""
+    """Return the labels of the accuracy axis and their positions."""
     axes = figure.axes[0]
     words = [label.get_text() for label in axes.get_yticklabels()]
     return dict(zip(words, axes.get_yticks(), strict=True))
 
 
-def test_perfect_points_lie_on_a_level_that_says_so():
+def test_perfect_points_lie_on_100_percent_level():
     own = [ChartPoint("plain", 5, 100.0), ChartPoint("poor", 9, 50.0)]
     figure = ParetoChart("Title", "subtitle", own, [0], "picks", MADE, max_shown_pct=75.0).figure()
     found = ticks(figure)
     assert found["100 %"] == 75.0
-    assert max(found.values()) == 75.0, "nothing above it means anything"
+    assert max(found.values()) == 75.0, "no label above the level"
     assert "70 %" in found or "60 %" in found
 
 
-def test_a_level_of_points_that_are_not_perfect_does_not_claim_it():
+def test_level_of_imperfect_points_is_not_labelled_100_percent():
     found = ticks(draw([ChartPoint("plain", 5, 99.95), ChartPoint("poor", 9, 97.0)], 0))
     assert found["\N{GREATER-THAN OR EQUAL TO} 99.9 %"] == 99.9
     assert "100 %" not in ticks(draw([ChartPoint("plain", 5, 99.0)], 0))
 
 
-def test_few_settings_are_all_named_those_under_each_other_too():
+def test_names_all_of_few_settings():
     own = [ChartPoint("plain", 5, 90.0), ChartPoint("same", 5, 90.0), ChartPoint("late", 9, 80.0)]
     figure = draw(own, 0)
     key = " ".join(text.get_text() for text in figure.texts)
@@ -172,4 +172,4 @@ def test_few_settings_are_all_named_those_under_each_other_too():
     texts = [text for text in figure.axes[0].texts if isinstance(text, Annotation)]
     numbers = {text.get_text(): text for text in texts}
     assert {"1", "2"} <= set(numbers)
-    assert numbers["1"].xyann[0] > 0, "beside the star that covers it"
+    assert numbers["1"].xyann[0] > 0, "beside the default, which covers it"

@@ -1,4 +1,4 @@
-"""The peak of a piece of work, whatever allocates it."""
+"""The peak memory of a function call."""
 
 import numpy as np
 
@@ -6,18 +6,18 @@ from eyehand.apps.bench import peak_memory
 from eyehand.apps.bench.peak_memory import peak_megabytes
 
 
-def hold(megabytes: int) -> int:
-    """Fill an array and let it go again."""
-    held = np.ones(megabytes * 10**6, np.uint8)
-    return int(held[-1])
+def allocate_and_free(megabytes: int) -> int:
+    """Allocate an array and free it."""
+    array = np.ones(megabytes * 10**6, np.uint8)
+    return int(array[-1])
 
 
-def test_the_peak_counts_what_was_freed_meanwhile():
-    assert 38 < peak_megabytes(lambda: [hold(40), hold(10)]) < 60
+def test_peak_counts_freed_memory():
+    assert 38 < peak_megabytes(lambda: [allocate_and_free(40), allocate_and_free(10)]) < 60
     # An earlier, higher peak does not count.
-    assert peak_megabytes(lambda: hold(10)) < 25
+    assert peak_megabytes(lambda: allocate_and_free(10)) < 25
 
 
-def test_where_the_system_tells_nothing_python_does(monkeypatch, tmp_path):
+def test_uses_tracemalloc_without_proc(monkeypatch, tmp_path):
     monkeypatch.setattr(peak_memory, "_RESET", tmp_path / "absent" / "clear_refs")
-    assert 39 < peak_megabytes(lambda: hold(40)) < 45
+    assert 39 < peak_megabytes(lambda: allocate_and_free(40)) < 45

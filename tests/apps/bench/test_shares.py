@@ -1,4 +1,4 @@
-"""Shares of trials, and how they are drawn."""
+"""Shares of trials and their drawing."""
 
 from __future__ import annotations
 
@@ -28,20 +28,20 @@ STEP = SweepStep(
 )
 
 
-def test_shares_count_trials_and_scores_only_those_that_have_one():
+def test_shares_count_trials_and_mean_score_skips_none():
     assert refused_pct(STEP) == unclean_pct(STEP) == 25.0
     assert share_pct(STEP, lambda trial: trial.passed) == 50.0
     assert score_pct(STEP) == 75.0
     assert score_pct(SweepStep(1.0, (Trial(True),))) is None
 
 
-def test_the_worst_is_rounded_and_passes_over_what_was_not_measured():
+def test_worst_is_rounded_and_skips_none():
     assert worst([1.0, None, 1234.56], 3) == 1230.0
     assert worst([1.0, None, 0.12345], 2, min) == 0.12
     assert worst([None], 3) is None
 
 
-def test_bars_stand_on_bars_and_gaps_are_passed_over():
+def test_bars_are_stacked_and_curve_skips_none():
     axes = Figure().subplots()
     draw_bars(axes, [0, 1], [10.0, 20.0], "low", "k", 0.5)
     draw_bars(axes, [0, 1], [30.0, 40.0], "high", "k", 0.5, [10.0, 20.0])

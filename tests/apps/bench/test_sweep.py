@@ -1,9 +1,9 @@
-"""Where a sweep breaks, when its bound is broken, and what a crash of the method becomes."""
+"""Sweeps: break point, bound, exceptions of the method, chart."""
 
 import numpy as np
 import pytest
 
-from eyehand.apps.bench import sweep_chart as stress_chart
+from eyehand.apps.bench import sweep_chart as sweep_chart
 from eyehand.apps.bench.sweep import (
     Sweep,
     SweepResult,
@@ -19,13 +19,13 @@ from eyehand.errors import InputError
 from eyehand.perception import DepthFrame, Segmentation
 
 
-def nothing(frame: DepthFrame) -> Segmentation:
+def find_nothing(frame: DepthFrame) -> Segmentation:
     """Find no object."""
     return Segmentation(np.zeros(frame.depth.shape, np.int32), None, 0.001, {})
 
 
 def sweep(attempt, *, values=(0, 1, 2, 3), holds_to: float | None = 1, repeats=None) -> Sweep:
-    return Sweep("made-up", "trouble", "mm", values, holds_to, attempt, "right", repeats)
+    return Sweep("made-up", "difficulty", "mm", values, holds_to, attempt, "right", repeats)
 
 
 def passes_below(limit: float):
@@ -35,40 +35,40 @@ def passes_below(limit: float):
     return attempt
 
 
-def test_a_sweep_breaks_at_the_first_value_where_too_few_pass():
+def test_sweep_breaks_at_first_value_with_too_few_passes():
     def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
-        # At 2, one of ten is wrong, which is allowed; at 3, two of ten.
+        # At 2, one of ten fails, the maximum. At 3, two of ten fail.
         return Trial(seed >= {2: 1, 3: 2}.get(int(value), 0))
 
-    result = run_sweep(sweep(attempt, holds_to=2), range(10), nothing)
+    result = run_sweep(sweep(attempt, holds_to=2), range(10), find_nothing)
     assert [step.share for step in result.steps] == [1.0, 1.0, 0.9, 0.8]
     assert result.breaks_at == 3
     assert result.faults == ()
 
 
-def test_a_bound_that_is_not_held_is_told_with_what_was_wrong():
-    result = run_sweep(sweep(passes_below(1)), [0, 1], nothing)
+def test_fault_names_value_and_mistake():
+    result = run_sweep(sweep(passes_below(1)), [0, 1], find_nothing)
     assert result.breaks_at == 1
     (fault,) = result.faults
     assert fault == "made-up at 1 mm: 0 of 2 right; wrong"
 
 
-def test_what_comes_after_the_bound_may_be_wrong_but_not_unclean():
+def test_answers_past_bound_may_be_wrong_but_not_unclean():
     def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
         return Trial(value < 2, clean=value < 3, note="NaN" if value == 3 else "")
 
-    result = run_sweep(sweep(attempt), [0], nothing)
+    result = run_sweep(sweep(attempt), [0], find_nothing)
     assert result.breaks_at == 2
     assert result.faults == ("made-up at 3 mm: 0 of 1 right; NaN",)
 
 
-def test_a_crash_is_an_unclean_trial_and_not_the_end():
+def test_exception_is_unclean_trial():
     def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
         if value == 2:
             raise ZeroDivisionError("division\nby zero")
         return Trial(True)
 
-    result = run_sweep(sweep(attempt), [0], nothing)
+    result = run_sweep(sweep(attempt), [0], find_nothing)
     assert len(result.steps) == 4
     assert result.steps[2].worst == Trial(
         False, "raised ZeroDivisionError: division by zero", clean=False
@@ -76,38 +76,38 @@ def test_a_crash_is_an_unclean_trial_and_not_the_end():
     assert len(result.faults) == 1
 
 
-def test_the_method_and_every_seed_reach_every_attempt():
-    seen = []
+def test_attempts_get_method_and_every_seed():
+    calls = []
 
     def attempt(value: float, seed: int, method: SegmentCallable) -> Trial:
-        assert method is nothing
-        seen.append((value, seed))
+        assert method is find_nothing
+        calls.append((value, seed))
         return Trial(True)
 
-    run_sweep(sweep(attempt, values=(0, 1)), [4, 5], nothing)
-    assert seen == [(0, 4), (0, 5), (1, 4), (1, 5)]
-    seen.clear()
-    run_sweep(sweep(attempt, values=(0, 1), repeats=1), [4, 5], nothing)
-    assert seen == [(0, 4), (1, 4)]
+    run_sweep(sweep(attempt, values=(0, 1)), [4, 5], find_nothing)
+    assert calls == [(0, 4), (0, 5), (1, 4), (1, 5)]
+    calls.clear()
+    run_sweep(sweep(attempt, values=(0, 1), repeats=1), [4, 5], find_nothing)
+    assert calls == [(0, 4), (1, 4)]
 
 
-def test_a_shortened_sweep_keeps_both_ends_and_the_bound():
+def test_shortened_sweep_keeps_both_ends_and_bound():
     assert sweep(passes_below(2)).shortened().values == (0, 1, 3)
     assert sweep(passes_below(2), holds_to=3).shortened().values == (0, 3)
 
 
-def test_without_a_bound_answers_may_be_wrong_but_not_unclean():
+def test_answers_without_bound_may_be_wrong_but_not_unclean():
     free = sweep(passes_below(0), holds_to=None)
-    assert run_sweep(free, [0], nothing).faults == ()
+    assert run_sweep(free, [0], find_nothing).faults == ()
     assert free.shortened().values == (0, 3)
 
     def crash(value: float, seed: int, method: SegmentCallable) -> Trial:
-        raise ValueError("trouble")
+        raise ValueError("difficulty")
 
-    assert len(run_sweep(sweep(crash, holds_to=None), [0], nothing).faults) == 4
+    assert len(run_sweep(sweep(crash, holds_to=None), [0], find_nothing).faults) == 4
 
 
-def test_the_worst_trial_is_an_unclean_one_then_a_wrong_one():
+def test_worst_trial_is_unclean_then_wrong():
     right, wrong, unclean = Trial(True), Trial(False), Trial(False, clean=False)
     assert SweepStep(0, (right, wrong, unclean)).worst is unclean
     assert SweepStep(0, (right, wrong)).worst is wrong
@@ -119,17 +119,17 @@ def test_the_worst_trial_is_an_unclean_one_then_a_wrong_one():
     "bad",
     [{"values": (1,)}, {"values": (1, 1, 2)}, {"holds_to": 7}],
 )
-def test_sweeps_without_values_or_with_a_bound_of_none_are_refused(bad):
+def test_rejects_sweeps_with_invalid_values_or_bound(bad):
     with pytest.raises(InputError, match="made-up"):
         sweep(passes_below(2), **bad)
 
 
-def test_a_sweep_without_seeds_is_refused():
+def test_rejects_sweep_without_seeds():
     with pytest.raises(InputError, match="seed"):
-        run_sweep(sweep(passes_below(2)), [], nothing)
+        run_sweep(sweep(passes_below(2)), [], find_nothing)
 
 
-def test_values_are_told_with_their_unit():
+def test_formats_values_with_unit():
     assert format_value(5, "mm") == "5 mm"
     assert format_value(0.5, "") == "0.5"
     assert format_value(15, "°") == "15°"
@@ -137,10 +137,12 @@ def test_values_are_told_with_their_unit():
 
 
 def results() -> list[SweepResult]:
-    return [run_sweep(sweep(passes_below(limit)), [0, 1], nothing) for limit in (1, 2, 3, 4, 5, 0)]
+    return [
+        run_sweep(sweep(passes_below(limit)), [0, 1], find_nothing) for limit in (1, 2, 3, 4, 5, 0)
+    ]
 
 
-def test_rows_tell_breaking_points_and_shares():
+def test_rows_hold_break_points_and_shares():
     rows = sweep_rows(results())
     assert [row["breaks_at"] for row in rows] == [1, 2, 3, None, None, 0]
     assert [row["bound_kept"] for row in rows] == [False, True, True, True, True, False]
@@ -159,7 +161,7 @@ def test_rows_tell_breaking_points_and_shares():
     }
 
 
-def test_the_chart_is_a_picture_with_its_table(tmp_path):
+def test_writes_chart_and_table(tmp_path):
     path = tmp_path / "stress.png"
     write_stress_chart(path, results(), segmentation_stage().report, seeds=2, first_seed=0)
     assert path.stat().st_size > 10_000
@@ -169,9 +171,9 @@ def test_the_chart_is_a_picture_with_its_table(tmp_path):
 
 
 @pytest.mark.parametrize("count", [1, 2, 5])
-def test_no_words_of_a_chart_touch_one_another(tmp_path, monkeypatch, count):
+def test_texts_of_chart_do_not_overlap(tmp_path, monkeypatch, count):
     drawn = []
-    monkeypatch.setattr(stress_chart, "write_chart", lambda figure, *_: drawn.append(figure))
+    monkeypatch.setattr(sweep_chart, "write_chart", lambda figure, *_: drawn.append(figure))
     one = results()[0]
     write_stress_chart(tmp_path / "a.png", [one] * count, segmentation_stage().report, 2, 0)
     (figure,) = drawn

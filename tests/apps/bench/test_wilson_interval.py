@@ -1,4 +1,4 @@
-"""Wilson's interval against its own equation, known figures, and its promise."""
+"""Wilson's interval against its equation, published figures and its coverage."""
 
 from math import comb
 
@@ -21,12 +21,12 @@ Z = 1.959963984540054
         (1, 29, 0.0061, 0.1718),
     ],
 )
-def test_intervals_are_those_of_newcombe(wins, tries, low, high):
+def test_intervals_equal_published_ones(wins, tries, low, high):
     assert wilson_interval(wins, tries) == pytest.approx((low, high), abs=5e-5)
 
 
 @given(st.integers(1, 1000).flatmap(lambda n: st.tuples(st.integers(0, n), st.just(n))))
-def test_both_ends_solve_the_equation_and_hold_the_share(case):
+def test_both_ends_solve_the_equation_and_enclose_the_share(case):
     wins, tries = case
     share = wins / tries
     low, high = wilson_interval(wins, tries)
@@ -36,28 +36,28 @@ def test_both_ends_solve_the_equation_and_hold_the_share(case):
 
 
 @given(st.integers(0, 50), st.integers(1, 50))
-def test_losses_are_the_mirror_image_of_wins(wins, more):
+def test_interval_of_losses_mirrors_that_of_wins(wins, more):
     tries = wins + more
     low, high = wilson_interval(wins, tries)
     assert wilson_interval(more, tries) == pytest.approx((1 - high, 1 - low), abs=1e-12)
 
 
 @pytest.mark.parametrize("share", [0.5, 0.8, 0.95])
-def test_about_95_of_100_intervals_hold_the_true_share(share):
+def test_coverage_is_95_percent(share):
     tries = 60
-    held = sum(
+    coverage = sum(
         comb(tries, wins) * share**wins * (1 - share) ** (tries - wins)
         for wins in range(tries + 1)
         if wilson_interval(wins, tries)[0] <= share <= wilson_interval(wins, tries)[1]
     )
-    assert held == pytest.approx(0.95, abs=0.035)
+    assert coverage == pytest.approx(0.95, abs=0.035)
 
 
-def test_without_tries_nothing_is_known():
+def test_interval_without_tries_is_0_to_1():
     assert wilson_interval(0, 0) == (0.0, 1.0)
 
 
 @pytest.mark.parametrize("case", [(3, 2), (-1, 2), (1, 2, 1.0)])
-def test_what_is_no_share_is_refused(case):
+def test_rejects_invalid_counts(case):
     with pytest.raises(InputError):
         wilson_interval(*case)

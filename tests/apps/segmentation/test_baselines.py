@@ -1,4 +1,4 @@
-"""Every baseline on a scene that it must get right, and on an empty table."""
+"""Test that every baseline solves a simple scene and finds nothing on an empty table."""
 
 import numpy as np
 import pytest
@@ -17,7 +17,7 @@ BALLS = StagedScene(
 
 
 @pytest.mark.parametrize("baseline", BASELINES, ids=lambda baseline: baseline.name)
-def test_two_separate_balls_are_two_objects(baseline: Baseline):
+def test_separates_two_balls(baseline: Baseline):
     frame, truth = staged_frame(BALLS)
     labels = baseline.run(frame, baseline.settings[len(baseline.settings) // 2])
     assert labels.shape == frame.depth.shape
@@ -28,12 +28,12 @@ def test_two_separate_balls_are_two_objects(baseline: Baseline):
 
 
 @pytest.mark.parametrize("baseline", BASELINES, ids=lambda baseline: baseline.name)
-def test_an_empty_table_has_no_objects(baseline: Baseline):
+def test_finds_nothing_on_empty_table(baseline: Baseline):
     frame, _ = staged_frame(StagedScene(()))
     assert not baseline.run(frame, baseline.settings[0]).any()
 
 
-def test_every_baseline_states_its_reason():
+def test_every_baseline_has_reason_and_settings():
     for baseline in BASELINES:
         assert baseline.why
         assert "\n" not in baseline.why

@@ -1,4 +1,4 @@
-"""The command as a person runs it: what it prints, writes, and refuses."""
+"""`eyehand chart segmentation`: output, files and rejected arguments."""
 
 import csv
 import json
@@ -19,15 +19,15 @@ from eyehand.perception.segmentation import FRONT_FORMAT
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["chart", "segmentation", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
-def test_a_quick_chart_of_one_synthetic_frame(tmp_path, capsys, monkeypatch):
-    # The others have a test of their own and take seconds.
+def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
+    # The other baselines have their own test and take seconds.
     fast = [baseline for baseline in BASELINES if baseline.name in ("depth steps", "Open3D DBSCAN")]
     monkeypatch.setattr(chart_segmentation, "BASELINES", fast)
     code, out, err = run("--quick", "--frames", 1, "--json", "--out", tmp_path, capsys=capsys)
@@ -61,7 +61,7 @@ def test_a_quick_chart_of_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     assert "Pareto front" in err
 
 
-def test_baselines_can_be_left_out_and_a_folder_charted(tmp_path, capsys):
+def test_charts_folder_without_baselines(tmp_path, capsys):
     code, _, _ = run_synth(tmp_path / "data", capsys)
     assert code == 0
     code, out, _ = run(
@@ -75,11 +75,11 @@ def test_baselines_can_be_left_out_and_a_folder_charted(tmp_path, capsys):
 
 
 def run_synth(folder, capsys) -> tuple[int, str, str]:
-    """A labelled frame as `eyehand synth` writes it."""
-    with pytest.raises(SystemExit) as leaving:
+    """Write a labelled frame with `eyehand synth`; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["synth", "--seed", "3", "--objects", "3", "--out", str(folder / "scene")])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
 @pytest.mark.parametrize(
@@ -99,8 +99,8 @@ def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, cap
     assert not (tmp_path / "out").exists()
 
 
-def nothing(frame: DepthFrame) -> np.ndarray:
-    """Labels without objects."""
+def find_nothing(frame: DepthFrame) -> np.ndarray:
+    """Find no object."""
     return np.zeros(frame.depth.shape, np.int32)
 
 
@@ -109,7 +109,7 @@ def test_budget_selects_from_stored_front(tmp_path):
     settings = [BOARD.setting(), BOARD.setting({"stride": 2}), BOARD.setting({"stride": 4})]
     figures = [(40.0, 97.0), (12.0, 93.0), (15.0, 80.0)]
     own = [
-        Measured(Method("eyehand", setting.name, nothing), ms, ms, dict.fromkeys(FIGURES, f))
+        Measured(Method("eyehand", setting.name, find_nothing), ms, ms, dict.fromkeys(FIGURES, f))
         for setting, (ms, f) in zip(settings, figures, strict=True)
     ]
     made = chart_segmentation.Provenance("two frames", 5, 2)

@@ -1,4 +1,4 @@
-"""Labelled frames out of folders: what is read, what is assumed, what is refused."""
+"""Labelled frames in folders: reading, assumptions, rejected files."""
 
 import shutil
 from pathlib import Path
@@ -22,7 +22,7 @@ SIZE = (480, 640)
 
 
 def archive(path: Path, **changes) -> Path:
-    """A wall at 0.8 m in units of 0.1 mm, a box on it; arrays that are None are left out."""
+    """Write a wall at 0.8 m in units of 0.1 mm with a box. Arrays that are None are left out."""
     depth = np.full(SIZE, 8000, np.uint16)
     label = np.ones(SIZE, np.uint8)
     label[100:200, 100:200] = 20
@@ -37,7 +37,7 @@ def only_frame(folder: Path, **options) -> LabelledFrame:
     return source.load()
 
 
-def test_the_camera_file_beside_the_frames_gives_camera_and_unit(tmp_path):
+def test_reads_camera_and_unit_from_camera_file(tmp_path):
     archive(tmp_path / "a.npz", rgb=np.zeros((*SIZE, 3), np.uint8))
     camera = CameraIntrinsics(500.0, 501.0, 320.0, 240.0, 640, 480)
     write_intrinsics(tmp_path / "camera.json", camera, depth_scale_mm=0.1)
@@ -50,7 +50,7 @@ def test_the_camera_file_beside_the_frames_gives_camera_and_unit(tmp_path):
     assert read.assumed == ()
 
 
-def test_missing_camera_is_assumed_a_kinect_but_no_unit_is_assumed(tmp_path):
+def test_assumes_kinect_but_no_unit(tmp_path):
     archive(tmp_path / "a.npz")
     read = only_frame(tmp_path, labels="osd", depth_scale_mm=0.1)
     assert read.frame.intrinsics.fx == 525.0
@@ -61,7 +61,7 @@ def test_missing_camera_is_assumed_a_kinect_but_no_unit_is_assumed(tmp_path):
         only_frame(tmp_path, labels="osd", depth_scale_mm=1.0)
 
 
-def test_archive_with_camera_and_unit(tmp_path):
+def test_reads_archive_with_camera_and_unit(tmp_path):
     archive(
         tmp_path / "a.npz",
         depth=np.full((48, 64), 1600, np.uint16),
@@ -75,7 +75,7 @@ def test_archive_with_camera_and_unit(tmp_path):
     assert read.truth.sum() == 48
 
 
-def test_labels_that_look_like_the_other_coding_are_pointed_out(tmp_path):
+def test_suggests_other_label_coding(tmp_path):
     label = np.ones(SIZE, np.uint8)
     label[100:200, 100:200] = 20
     archive(tmp_path / "a.npz", label=label)
@@ -100,19 +100,19 @@ def test_labels_that_look_like_the_other_coding_are_pointed_out(tmp_path):
         ({"depth_scale_m": np.array(-1.0)}, "more than 0"),
     ],
 )
-def test_odd_archives_are_refused_in_one_line_that_names_them(tmp_path, changes, message):
-    archive(tmp_path / "odd.npz", **changes)
-    whole = changes.get("depth", np.zeros(1, np.uint16))
-    options = {} if "depth_scale_m" in changes or whole is None else {"depth_scale_mm": 0.1}
-    if whole is not None and whole.dtype.kind == "f":
+def test_rejects_invalid_archive_with_its_name(tmp_path, changes, message):
+    archive(tmp_path / "invalid.npz", **changes)
+    depth = changes.get("depth", np.zeros(1, np.uint16))
+    options = {} if "depth_scale_m" in changes or depth is None else {"depth_scale_mm": 0.1}
+    if depth is not None and depth.dtype.kind == "f":
         options = {}
-    with pytest.raises(InputError, match=message) as refused:
+    with pytest.raises(InputError, match=message) as error:
         only_frame(tmp_path, **options)
-    assert "odd.npz" in str(refused.value)
-    assert "\n" not in str(refused.value)
+    assert "invalid.npz" in str(error.value)
+    assert "\n" not in str(error.value)
 
 
-def test_an_unknown_camera_size_is_refused(tmp_path):
+def test_rejects_unknown_camera_size(tmp_path):
     archive(
         tmp_path / "a.npz", depth=np.full((48, 64), 800, np.uint16), label=np.zeros((48, 64), int)
     )
@@ -120,14 +120,14 @@ def test_an_unknown_camera_size_is_refused(tmp_path):
         only_frame(tmp_path, depth_scale_mm=1.0)
 
 
-def test_folders_without_frames_are_refused(tmp_path):
+def test_rejects_folders_without_frames(tmp_path):
     with pytest.raises(InputError, match="no such folder"):
         open_dataset(tmp_path / "absent")
     with pytest.raises(InputError, match="neither"):
         open_dataset(tmp_path)
 
 
-def test_groups_are_folders_and_known_ranges_of_names(tmp_path):
+def test_groups_are_folders_or_osd_ranges(tmp_path):
     (tmp_path / "more").mkdir()
     for name in ("learn9", "learn10", "learn17", "learn44", "test65", "other", "more/x"):
         archive(tmp_path / f"{name}.npz")
@@ -145,7 +145,7 @@ def test_groups_are_folders_and_known_ranges_of_names(tmp_path):
     assert {source.group for source in plain} == {tmp_path.name, "more"}
 
 
-def test_folders_of_rendered_frames_are_found_at_any_depth(tmp_path):
+def test_finds_rendered_frames_in_subfolders(tmp_path):
     for name in ("a/1", "a/2", "b"):
         folder = tmp_path / name
         folder.mkdir(parents=True)
@@ -168,13 +168,13 @@ def test_folders_of_rendered_frames_are_found_at_any_depth(tmp_path):
         sources[2].load()
 
 
-def test_osd_numbers_objects_in_tens():
+def test_decodes_osd_labels():
     label = np.array([[0, 1, 19, 20, 21, 39, 70]])
     assert decode_labels(label, (1, 7), "osd").tolist() == [[0, 0, 0, 2, 2, 3, 7]]
     assert decode_labels(label, (1, 7), "plain").tolist() == label.tolist()
 
 
-def test_the_database_beside_the_repository_is_read_with_one_option(real_data):
+def test_reads_osd_database(real_data):
     sources = open_dataset(real_data / "mosd_learn", DatasetOptions(labels="osd"))
     assert len(sources) == 45
     read = sources[0].load()

@@ -1,4 +1,4 @@
-"""Settings of the chart: the default first, every dial alone, none twice."""
+"""Settings of the chart: the default first, every dial alone, no duplicates."""
 
 from dataclasses import replace
 
@@ -14,7 +14,7 @@ def test_default_is_first_and_settings_are_unique():
     assert len({setting.options for setting in settings}) == len(settings)
 
 
-def test_every_dial_is_turned_alone_to_each_of_its_values():
+def test_every_value_of_every_dial_occurs_alone():
     options = {setting.options for setting in BOARD.settings()}
     for key, values in BOARD.dials.items():
         for value in values:
@@ -27,18 +27,18 @@ def test_setting_names_state_the_difference():
     assert BOARD.setting({"stride": 4, **STAGES}).name == "stride 4, bare"
 
 
-def test_bare_is_without_every_stage_that_can_be_switched_off():
+def test_bare_switches_off_all_optional_stages():
     assert {key for key in BOARD.dials if getattr(SegmentationOptions(), key) is True} == set(
         STAGES
     )
 
 
-def test_all_dials_rebuild_the_options():
+def test_all_dials_restore_options():
     for setting in BOARD.settings(quick=True):
         assert replace(SegmentationOptions(), **setting.all_dials()) == setting.options
 
 
 def test_quick_settings_are_a_subset():
-    quick, whole = BOARD.settings(quick=True), BOARD.settings()
-    assert 3 <= len(quick) < len(whole) / 4
-    assert {setting.options for setting in quick} <= {setting.options for setting in whole}
+    quick, full = BOARD.settings(quick=True), BOARD.settings()
+    assert 3 <= len(quick) < len(full) / 4
+    assert {setting.options for setting in quick} <= {setting.options for setting in full}

@@ -1,4 +1,4 @@
-"""The command as a person runs it: what it prints, writes, and refuses."""
+"""`eyehand evaluate segmentation`: output, files and rejected arguments."""
 
 import csv
 import json
@@ -12,16 +12,16 @@ from eyehand.data_synth import DepthNoise, TabletopOptions, make_scene, render_f
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["evaluate", "segmentation", *(str(argument) for argument in arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory) -> Path:
-    """Three archives of one scene: as it is, with another noise, and with a false truth."""
+    """Write three archives of one scene: two with different noise, one with wrong labels."""
     folder = tmp_path_factory.mktemp("frames")
     scene = make_scene(3, TabletopOptions(count_range=(4, 4)))
     for number in range(3):
@@ -31,7 +31,7 @@ def dataset(tmp_path_factory) -> Path:
         k = frame.intrinsics
         assert frame.colour is not None
         np.savez_compressed(
-            folder / f"look{number}.npz",
+            folder / f"frame{number}.npz",
             depth=frame.depth,
             label=labels,
             colour=frame.colour,
@@ -40,7 +40,7 @@ def dataset(tmp_path_factory) -> Path:
     return folder
 
 
-def test_a_folder_of_frames_is_scored(dataset, tmp_path, capsys):
+def test_scores_folder_of_frames(dataset, tmp_path, capsys):
     code, out, err = run(
         "--dataset", dataset, "--worst", 1, "--out", tmp_path, "--json", capsys=capsys
     )
@@ -53,20 +53,20 @@ def test_a_folder_of_frames_is_scored(dataset, tmp_path, capsys):
     assert (row["name"], row["frames"], row["objects"]) == (dataset.name, 3, 4 + 4 + 2)
     assert 0 < row["median_ms"] <= row["p90_ms"]
     assert 1 < row["peak_mb"] < 200
-    # The frame with the false truth has a line and a picture of its own, the others have none.
-    assert "look2: F" in err
-    assert "look0: F" not in err
-    assert [path.name for path in (tmp_path / "worst").iterdir()] == ["01_look2.png"]
+    # Only the frame with wrong labels has its own line and picture.
+    assert "frame2: F" in err
+    assert "frame0: F" not in err
+    assert [path.name for path in (tmp_path / "worst").iterdir()] == ["01_frame2.png"]
     assert (tmp_path / "worst.png").is_file()
     with (tmp_path / "frames.csv").open() as file:
         frames = {frame["name"]: frame for frame in csv.DictReader(file)}
-    assert sorted(frames) == ["look0", "look1", "look2"]
-    assert float(frames["look0"]["overlap_f_pct"]) > 90
-    assert float(frames["look2"]["overlap_f_pct"]) < 50
-    assert "local_planes_ms" in frames["look0"]
+    assert sorted(frames) == ["frame0", "frame1", "frame2"]
+    assert float(frames["frame0"]["overlap_f_pct"]) > 90
+    assert float(frames["frame2"]["overlap_f_pct"]) < 50
+    assert "local_planes_ms" in frames["frame0"]
 
 
-def test_options_of_the_segmentation_and_a_share_of_the_frames(dataset, tmp_path, capsys):
+def test_passes_options_and_selects_frames(dataset, tmp_path, capsys):
     code, out, _ = run(
         *("--dataset", dataset, "--frames", 1, "--worst", 0, "--out", tmp_path),
         *("--min-object", 100000, "--no-join-open", "--json"),
@@ -80,7 +80,7 @@ def test_options_of_the_segmentation_and_a_share_of_the_frames(dataset, tmp_path
     assert not (tmp_path / "worst.png").exists()
 
 
-def test_synthetic_frames_are_scored_by_group(tmp_path, capsys):
+def test_scores_synthetic_frames_by_group(tmp_path, capsys):
     code, out, err = run(
         *("--groups", "empty", "separate/1mm", "--noise", "none", "1mm"),
         *("--frames", 1, "--seed", 5, "--worst", 0, "--out", tmp_path, "--json"),
@@ -113,7 +113,7 @@ def test_synthetic_frames_are_scored_by_group(tmp_path, capsys):
         (("--dataset", "{data}", "--camera", "absent.json"), "absent.json"),
     ],
 )
-def test_wrong_input_is_one_line_and_exit_code_2(arguments, message, dataset, tmp_path, capsys):
+def test_invalid_arguments_give_one_line_error(arguments, message, dataset, tmp_path, capsys):
     words = [word.format(data=dataset) for word in arguments]
     code, out, err = run(*words, "--out", tmp_path, "--json", capsys=capsys)
     assert (code, out) == (2, "")

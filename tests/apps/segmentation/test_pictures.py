@@ -1,4 +1,4 @@
-"""Pictures of scored frames: their files, colours and words."""
+"""Pictures of scored frames: files, colours and labels."""
 
 import cv2
 import numpy as np
@@ -14,8 +14,8 @@ from eyehand.apps.segmentation.score import score_segmentation
 from eyehand.perception import CameraIntrinsics, DepthFrame
 
 
-def shown(*, empty: bool = False) -> ScoredFrame:
-    """Two objects, one found, the other missed, and a false segment; or nothing at all."""
+def scored_frame(*, empty: bool = False) -> ScoredFrame:
+    """Return a frame with one object found, one missed and a false segment, or an empty one."""
     truth = np.zeros((48, 64), np.int32)
     predicted = truth.copy()
     if not empty:
@@ -26,26 +26,26 @@ def shown(*, empty: bool = False) -> ScoredFrame:
     return ScoredFrame("frame 1", frame, truth, predicted, score_segmentation(predicted, truth))
 
 
-def test_the_verdict_names_every_mistake_and_nothing_else():
-    assert verdict(shown().score) == (
+def test_verdict_names_every_mistake():
+    assert verdict(scored_frame().score) == (
         "F 50.0 %, boundary F 50.0 %, 1 of 2 found in 2 segments: 1 missed, 1 false"
     )
-    assert verdict(shown(empty=True).score).endswith("0 of 0 found in 0 segments")
+    assert verdict(scored_frame(empty=True).score).endswith("0 of 0 found in 0 segments")
 
 
-def test_pictures_and_sheet_are_written(tmp_path):
-    write_frame_picture(tmp_path / "one.png", shown())
+def test_writes_picture_and_sheet(tmp_path):
+    write_frame_picture(tmp_path / "one.png", scored_frame())
     picture = cv2.imread(str(tmp_path / "one.png"))
     assert picture is not None
     assert picture.shape[1] > 1500
     assert picture.std() > 10
-    write_sheet(tmp_path / "sheet.png", [shown(), shown(), shown(empty=True)])
+    write_sheet(tmp_path / "sheet.png", [scored_frame(), scored_frame(), scored_frame(empty=True)])
     sheet = cv2.imread(str(tmp_path / "sheet.png"))
     assert sheet is not None
     assert sheet.shape[0] > 500
 
 
-def test_an_object_is_tinted_in_its_colour_and_nothing_else_changes_hue():
+def test_tints_only_the_object():
     grey = np.full((480, 640, 3), 100, np.uint8)
     labels = np.zeros((480, 640), np.int32)
     labels[100:200, 100:200] = 5

@@ -1,4 +1,4 @@
-"""The score against cases counted by hand, and against what must not change it."""
+"""The score against hand-counted cases, and its invariances."""
 
 import time
 
@@ -17,7 +17,7 @@ SHARES = ("precision", "recall", "f", "boundary_precision", "boundary_recall", "
 
 @st.composite
 def label_images(draw: st.DrawFn, shape: tuple[int, int] = (60, 80)) -> np.ndarray:
-    """Up to five rectangles over one another, some with a hole."""
+    """Draw up to five overlapping rectangles, some with a hole."""
     image = np.zeros(shape, np.int32)
     for label in range(1, draw(st.integers(0, 5)) + 1):
         top, left = draw(st.integers(0, 50)), draw(st.integers(0, 70))
@@ -28,7 +28,7 @@ def label_images(draw: st.DrawFn, shape: tuple[int, int] = (60, 80)) -> np.ndarr
     return image
 
 
-def test_equal_labels_under_other_numbers_score_one():
+def test_renumbered_labels_score_one():
     truth = np.array([[0, 1, 1], [2, 2, 0]])
     score = score_segmentation(np.array([[0, 7, 7], [3, 3, 0]]), truth)
     assert [getattr(score, name) for name in SHARES] == [1.0] * 6
@@ -39,7 +39,7 @@ def test_equal_labels_under_other_numbers_score_one():
     ]
 
 
-def test_half_an_object_has_full_precision_and_half_recall():
+def test_half_object_has_full_precision_and_half_recall():
     truth = np.ones((2, 4), int)
     truth[0] = 0
     score = score_segmentation(np.array([[0, 0, 0, 0], [1, 1, 0, 0]]), truth)
@@ -48,7 +48,7 @@ def test_half_an_object_has_full_precision_and_half_recall():
     assert (score.found, score.missed) == (0.0, 1)
 
 
-def test_a_split_object_counts_its_larger_part():
+def test_split_object_counts_larger_part():
     score = score_segmentation(np.array([[1, 1, 1, 2]]), np.ones((1, 4), int))
     assert score.precision == score.recall == 0.75
     assert (score.predicted_count, score.over, score.under) == (2, 1, 0)
@@ -56,7 +56,7 @@ def test_a_split_object_counts_its_larger_part():
 
 
 def test_matching_maximises_sum_of_f():
-    # Object 1 shares most with segment 5, but object 2 has nothing else to go to.
+    # Object 1 overlaps segment 5 most, but segment 5 is the only one on object 2.
     truth = np.array([[1] * 6 + [2] * 4])
     score = score_segmentation(np.array([[6] * 2 + [5] * 8]), truth)
     assert [(match.truth, match.predicted) for match in score.matches] == [(1, 6), (2, 5)]
@@ -78,7 +78,7 @@ def test_merged_pair_and_fragment_are_distinguished():
     assert score.found == 0.0
 
 
-def test_boundaries_agree_up_to_the_tolerance_and_no_farther():
+def test_boundaries_agree_only_within_tolerance():
     # A diagonal of 800 px has a tolerance of ceil(2.4) = 3 px.
     truth = np.zeros((480, 640), int)
     truth[100:200, 100:200] = 1
@@ -87,10 +87,10 @@ def test_boundaries_agree_up_to_the_tolerance_and_no_farther():
         score = score_segmentation(guess, truth)
         assert score.precision == score.recall == pytest.approx(1 - shift / 100)
         if expected is None:
-            # The two upright sides are lost but for the ends that lie near the other's lying
-            # sides, which reach 3 px past either corner.
-            lying, upright = 2 * 100, 2 * 98
-            assert lying / (lying + upright) <= score.boundary_f < 0.53
+            # The vertical sides do not match, except for their ends. Those lie within 3 px of the
+            # other contour's horizontal sides.
+            horizontal, vertical = 2 * 100, 2 * 98
+            assert horizontal / (horizontal + vertical) <= score.boundary_f < 0.53
         else:
             assert score.boundary_f == expected
 
@@ -121,10 +121,10 @@ def test_empty_prediction_and_empty_truth():
     nothing, something = np.zeros((2, 2), int), np.array([[0, 1], [1, 1]])
     right = score_segmentation(nothing, nothing)
     assert (right.f, right.boundary_f, right.found, right.false) == (1.0, 1.0, 1.0, 0)
-    blind = score_segmentation(nothing, something)
-    assert (blind.f, blind.boundary_f, blind.found, blind.missed) == (0.0, 0.0, 0.0, 1)
-    ghost = score_segmentation(something, nothing)
-    assert (ghost.f, ghost.boundary_f, ghost.found, ghost.false) == (0.0, 0.0, 0.0, 1)
+    missed = score_segmentation(nothing, something)
+    assert (missed.f, missed.boundary_f, missed.found, missed.missed) == (0.0, 0.0, 0.0, 1)
+    false = score_segmentation(something, nothing)
+    assert (false.f, false.boundary_f, false.found, false.false) == (0.0, 0.0, 0.0, 1)
 
 
 def test_invalid_label_images_are_rejected():
@@ -139,7 +139,7 @@ def test_invalid_label_images_are_rejected():
 
 
 @given(label_images())
-def test_a_perfect_prediction_scores_one(truth):
+def test_perfect_prediction_scores_one(truth):
     score = score_segmentation(truth, truth)
     assert [getattr(score, name) for name in SHARES] == [1.0] * 6
     assert (score.found, score.over, score.under, score.missed, score.false) == (1.0, 0, 0, 0, 0)
@@ -148,7 +148,7 @@ def test_a_perfect_prediction_scores_one(truth):
 @given(label_images(), label_images(), st.permutations(range(1, 6)))
 def test_renumbering_and_mirroring_change_nothing(predicted, truth, order):
     score = score_segmentation(predicted, truth)
-    # Far apart and beyond the lookup table, so that both ways of numbering are compared.
+    # Numbers beyond the lookup table, so that both methods of renumbering are compared.
     numbers = np.array([0, *(10**6 * number for number in order)])
     assert score_segmentation(numbers[predicted], truth) == score
     assert score_segmentation(predicted, numbers[truth]) == score
@@ -157,7 +157,7 @@ def test_renumbering_and_mirroring_change_nothing(predicted, truth, order):
 
 
 @given(label_images(), label_images())
-def test_swapping_truth_and_prediction_swaps_the_figures(predicted, truth):
+def test_swapping_truth_and_prediction_swaps_figures(predicted, truth):
     one, other = score_segmentation(predicted, truth), score_segmentation(truth, predicted)
     assert (one.precision, one.recall) == (other.recall, other.precision)
     assert (one.boundary_precision, one.boundary_recall) == (
@@ -174,36 +174,39 @@ def test_swapping_truth_and_prediction_swaps_the_figures(predicted, truth):
 
 
 @given(label_images(), label_images())
-def test_boundary_hits_equal_distances_to_the_partner(predicted, truth):
-    """A plain reference: filled masks, erosion for the contour, exact Euclidean distances."""
+def test_boundary_scores_equal_reference(predicted, truth):
+    """Compare with a plain reference: contour masks and exact Euclidean distances."""
     score = score_segmentation(predicted, truth)
     reach = np.ceil(0.003 * np.hypot(*truth.shape))
     guess_hits = true_hits = 0
     for match in score.matches:
-        guess, true = outer(predicted == match.predicted), outer(truth == match.truth)
+        guess, true = (
+            outer_contour(predicted == match.predicted),
+            outer_contour(truth == match.truth),
+        )
         guess_hits += np.count_nonzero(guess & (ndimage.distance_transform_edt(~true) <= reach))
         true_hits += np.count_nonzero(true & (ndimage.distance_transform_edt(~guess) <= reach))
     shares = (score.boundary_precision, score.boundary_recall)
     for image, hit, share in zip((predicted, truth), (guess_hits, true_hits), shares, strict=True):
-        total = sum(outer(image == label).sum() for label in range(1, image.max() + 1))
+        total = sum(outer_contour(image == label).sum() for label in range(1, image.max() + 1))
         if score.matches:
             assert share == pytest.approx(hit / total)
 
 
-def outer(mask: np.ndarray) -> np.ndarray:
-    """Pixels of a mask from which a step up, down, left or right leaves it to the outside."""
+def outer_contour(mask: np.ndarray) -> np.ndarray:
+    """Return the pixels of a mask with a 4-neighbour outside it, holes excluded."""
     edges = np.zeros_like(mask)
     count, parts = cv2.connectedComponents(mask.astype(np.uint8), connectivity=8)
     for part in range(1, count):
         padded = np.pad(parts == part, 1)
-        # Outside is what a walk by such steps reaches from beyond the image.
+        # The outside is 4-connected to the padding around the image.
         _, rest = cv2.connectedComponents((~padded).astype(np.uint8), connectivity=4)
-        beyond = ndimage.binary_dilation(rest == rest[0, 0])
-        edges |= (parts == part) & beyond[1:-1, 1:-1]
+        outside_border = ndimage.binary_dilation(rest == rest[0, 0])
+        edges |= (parts == part) & outside_border[1:-1, 1:-1]
     return edges
 
 
-def test_a_frame_is_scored_in_little_time():
+def test_scores_frame_within_50_ms():
     rows, columns = np.mgrid[:480, :640]
     truth = (rows // 96) * 4 + columns // 160 + 1
     truth[(rows % 96 < 10) | (columns % 160 < 10)] = 0
@@ -213,5 +216,5 @@ def test_a_frame_is_scored_in_little_time():
         start = time.perf_counter()
         score_segmentation(predicted, truth)
         times.append(time.perf_counter() - start)
-    # A fifth of this on a free machine.
+    # A quiet machine takes a fifth of this.
     assert min(times) < 0.05

@@ -1,9 +1,9 @@
-"""Figures of frames and groups, from frames whose segmentation is known."""
+"""Figures of frames and groups for a known segmentation."""
 
 import numpy as np
 import pytest
 
-from eyehand.apps.segmentation import scored_frames as segmentation_trial
+from eyehand.apps.segmentation import scored_frames as scored_frames
 from eyehand.apps.segmentation.dataset import FrameSource, LabelledFrame
 from eyehand.apps.segmentation.scored_frames import frame_row, run_trials, summary_rows
 from eyehand.errors import InputError
@@ -13,7 +13,7 @@ CAMERA = CameraIntrinsics(60.0, 60.0, 31.5, 23.5, 64, 48)
 
 
 def source(name: str, group: str, missing: int = 0) -> FrameSource:
-    """A box of 10 by 20 px on a table; the first `missing` of its columns have no reading."""
+    """Return a 10 x 20 px box on a table. Its first `missing` columns have no reading."""
     depth, truth = np.ones((48, 64), np.float32), np.zeros((48, 64), np.int32)
     truth[10:20, 10:30] = 1
     depth[10:20, 10 : 10 + missing] = 0
@@ -21,25 +21,25 @@ def source(name: str, group: str, missing: int = 0) -> FrameSource:
 
 
 @pytest.fixture
-def half(monkeypatch):
-    """A segmentation that finds the right half of the box."""
+def finds_half(monkeypatch):
+    """Replace the segmentation by one that finds the right finds_half of the box."""
 
     def find(frame: DepthFrame, options: SegmentationOptions) -> Segmentation:
         labels = np.zeros(frame.depth.shape, np.int32)
         labels[10:20, 20:30] = 1
         return Segmentation(labels, None, 1e-3, {"all": 0.001})
 
-    monkeypatch.setattr(segmentation_trial, "segment", find)
+    monkeypatch.setattr(scored_frames, "segment", find)
 
 
-@pytest.mark.usefixtures("half")
-def test_groups_are_summed_up_and_the_total_comes_last():
+@pytest.mark.usefixtures("finds_half")
+def test_summary_has_groups_then_total():
     sources = [source("a", "one"), source("b", "two"), source("c", "one", missing=10)]
     results = list(run_trials(sources, SegmentationOptions()))
     one, two, total = summary_rows(results)
     assert [row["name"] for row in (one, two, total)] == ["one", "two", "total"]
     assert [row["frames"] for row in (one, two, total)] == [2, 1, 3]
-    # Frame a: all of its segment on the box, half of the box in it; frame c: no other pixel counts.
+    # Frame a: the segment covers half of the box. Frame c: only the other half has readings.
     assert one["overlap_recall_pct"] == 75.0
     assert one["overlap_f_pct"] == pytest.approx((200 / 3 + 100) / 2, abs=0.01)
     assert (one["found_pct"], two["found_pct"], one["missed"], two["missed"]) == (50.0, 0.0, 1, 1)
@@ -48,8 +48,8 @@ def test_groups_are_summed_up_and_the_total_comes_last():
     assert total["peak_mb"] >= 0
 
 
-@pytest.mark.usefixtures("half")
-def test_pixels_without_a_reading_count_when_asked_for():
+@pytest.mark.usefixtures("finds_half")
+def test_counts_pixels_without_reading_on_request():
     sources = [source("c", "one", missing=10)]
     (result,) = run_trials(sources, SegmentationOptions(), ignore_invalid=False)
     assert result.score.recall == 0.5
@@ -57,17 +57,17 @@ def test_pixels_without_a_reading_count_when_asked_for():
     assert row["name"] == "one"
 
 
-@pytest.mark.usefixtures("half")
-def test_a_frame_has_its_stages_in_its_row():
+@pytest.mark.usefixtures("finds_half")
+def test_frame_row_has_stage_times():
     (result,) = run_trials([source("c", "one")], SegmentationOptions(), memory_frames=0)
     row = frame_row(result)
     assert (row["group"], row["name"], row["segments"], row["all_ms"]) == ("one", "c", 1, 1.0)
     assert row["peak_mb"] is None
 
 
-def test_a_frame_that_cannot_be_read_is_named():
+def test_error_names_unreadable_frame():
     def fail() -> LabelledFrame:
-        raise InputError("no good")
+        raise InputError("is damaged")
 
-    with pytest.raises(InputError, match="frame 3: no good"):
+    with pytest.raises(InputError, match="frame 3: is damaged"):
         list(run_trials([FrameSource("frame 3", "one", fail)], SegmentationOptions()))

@@ -1,4 +1,4 @@
-"""The command: what it prints and writes, and its exit code when a bound breaks."""
+"""`eyehand stress segmentation`: output, files and exit codes."""
 
 import json
 
@@ -10,11 +10,11 @@ FILES = ["breaking.png", "stress.csv", "stress.png"]
 
 
 def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr."""
-    with pytest.raises(SystemExit) as leaving:
+    """Run the command; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
         main(["stress", "segmentation", *map(str, arguments)])
     printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
+    return int(exit_info.value.code or 0), printed.out, printed.err
 
 
 def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
@@ -46,7 +46,7 @@ def test_command_reports_break_points_and_writes_files(tmp_path, capsys):
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == FILES
 
 
-def test_a_broken_bound_is_named_and_ends_with_exit_code_one(tmp_path, capsys):
+def test_broken_bound_is_named_and_gives_exit_code_1(tmp_path, capsys):
     code, out, err = run(
         *("--only", "flat", "--quick", "--seeds", 1, "--min-object", 100_000, "--out", tmp_path),
         capsys=capsys,
@@ -57,7 +57,7 @@ def test_a_broken_bound_is_named_and_ends_with_exit_code_one(tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "message"),
     [
         (("--only", "cup"), "'cup'"),
         (("--seeds", 0), "--seeds"),
@@ -65,9 +65,9 @@ def test_a_broken_bound_is_named_and_ends_with_exit_code_one(tmp_path, capsys):
         (("--window", 4), "window"),
     ],
 )
-def test_wrong_input_is_refused_in_one_line(arguments, says, tmp_path, capsys):
+def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, capsys):
     code, out, err = run(*arguments, "--out", tmp_path / "none", capsys=capsys)
     assert (code, out) == (2, "")
-    assert says in err
+    assert message in err
     assert len(err.strip().splitlines()) == 1
     assert not (tmp_path / "none").exists()

@@ -1,7 +1,7 @@
-"""What counts as right, wrong, and no proper answer."""
+"""Trials of the segmentation: right, wrong and invalid answers."""
 
 import re
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -41,7 +41,7 @@ def answer(labels: np.ndarray, **more) -> Segmentation:
     )
 
 
-def test_the_truth_is_right():
+def test_true_labels_pass():
     trial = try_scene(lambda frame: answer(TRUTH), SCENE, 0)
     assert trial.passed
     assert trial.clean
@@ -66,7 +66,7 @@ def test_note_names_the_mistake(labels, note):
     assert trial.note == note
 
 
-def test_note_names_a_cut_object():
+def test_note_names_split_object():
     half = TRUTH.copy()
     rows = np.nonzero(TRUTH == 1)[0]
     half[(TRUTH == 1) & (np.arange(240)[:, None] > np.median(rows) + 5)] = 3
@@ -77,10 +77,10 @@ def test_note_names_a_cut_object():
     assert trial.note == "3 segments for 2 objects: 1 split"
 
 
-def test_pixels_without_a_reading_do_not_count():
+def test_pixels_without_reading_do_not_count():
     frame, truth = staged_frame(SCENE, BASE_NOISE, 0)
     lost = truth.copy()
-    # All of the smaller object but a few rows.
+    # The smaller object keeps only a few rows.
     rows = np.nonzero(truth == 2)[0]
     lost[: int(np.quantile(rows, 0.9))] = 0
     depth = np.where((truth == 2) & (lost == 0), np.float32(0), frame.depth)
@@ -88,36 +88,29 @@ def test_pixels_without_a_reading_do_not_count():
     assert try_frame(lambda _: answer(kept), replace(frame, depth=depth), truth).passed
 
 
-@dataclass(frozen=True)
-class Unsure(Segmentation):
-    """An answer that says which objects it cannot tell."""
-
-    ambiguous: dict[int, str] = field(default_factory=dict)
-
-
-def test_one_for_two_is_right_only_where_allowed_and_marked_as_ambiguous():
+def test_merged_pair_passes_only_if_allowed_and_marked_ambiguous():
     merged = (TRUTH > 0).astype(np.int32)
-    marked = Unsure(merged, None, 0.001, {}, {1: "flush faces"})
+    marked = Segmentation(merged, None, 0.001, {}, {1: "flush faces"})
     assert try_scene(lambda frame: marked, SCENE, 0, ambiguous=True).passed
     assert not try_scene(lambda frame: marked, SCENE, 0).passed
     assert not try_scene(lambda frame: answer(merged), SCENE, 0, ambiguous=True).passed
-    # The mark is no excuse for an object that was made up.
+    # The mark does not excuse a false object.
     extra = TRUTH.copy()
     extra[:5, :5] = 3
-    made_up = Unsure(extra, None, 0.001, {}, {1: "flush faces"})
-    assert not try_scene(lambda frame: made_up, SCENE, 0, ambiguous=True).passed
+    false_object = Segmentation(extra, None, 0.001, {}, {1: "flush faces"})
+    assert not try_scene(lambda frame: false_object, SCENE, 0, ambiguous=True).passed
 
 
 def test_dropout_removes_requested_share():
-    seen: list[DepthFrame] = []
+    frames: list[DepthFrame] = []
 
-    def look(frame: DepthFrame) -> Segmentation:
-        seen.append(frame)
+    def record(frame: DepthFrame) -> Segmentation:
+        frames.append(frame)
         return answer(TRUTH)
 
-    try_scene(look, SCENE, 0, DepthNoise.none(), dropout=0.3)
+    try_scene(record, SCENE, 0, DepthNoise.none(), dropout=0.3)
     clean, _ = staged_frame(SCENE)
-    assert seen[0].valid.sum() / clean.valid.sum() == pytest.approx(0.7, abs=0.01)
+    assert frames[0].valid.sum() / clean.valid.sum() == pytest.approx(0.7, abs=0.01)
 
 
 @pytest.mark.parametrize(
@@ -132,7 +125,7 @@ def test_dropout_removes_requested_share():
         (answer(TRUTH, support=SupportPlane(np.full(3, np.nan), 0.0)), "NaN"),
     ],
 )
-def test_invalid_labels_are_an_unclean_answer(found, fault):
+def test_invalid_answer_is_unclean(found, fault):
     trial = try_scene(lambda frame: found, SCENE, 0)
     assert not trial.passed
     assert not trial.clean

@@ -1,4 +1,4 @@
-"""Frames from seeds: which there are, that they repeat, how noisy they are."""
+"""Synthetic frames: their list, repeatability and noise."""
 
 import numpy as np
 import pytest
@@ -14,7 +14,7 @@ from eyehand.data_synth.render import axial_sigma
 from eyehand.errors import InputError
 
 
-def test_every_family_is_listed_under_every_noise():
+def test_lists_every_family_with_every_noise():
     sources = synthetic_sources(frames=2, seed=7)
     groups = {source.group for source in sources}
     assert groups == {f"{family}/{noise}" for family in FAMILIES for noise in NOISES}
@@ -23,29 +23,29 @@ def test_every_family_is_listed_under_every_noise():
     assert len({source.name for source in sources}) == len(sources)
 
 
-def test_the_same_seed_gives_the_same_frame_and_scenes_are_shared_by_noises():
+def test_frames_repeat_and_noises_share_scenes():
     clean, noisy = synthetic_sources(["separate"], ["none", "1mm"], frames=1, seed=3)
     first, again = noisy.load(), noisy.load()
     assert np.array_equal(first.frame.depth, again.frame.depth)
-    still = clean.load()
-    assert np.array_equal(still.truth, first.truth)
-    assert still.truth.max() >= 4
+    noise_free = clean.load()
+    assert np.array_equal(noise_free.truth, first.truth)
+    assert noise_free.truth.max() >= 4
     assert first.frame.T_world_camera is not None
-    # The noise is as strong as its name says, scaled by distance.
-    z = still.frame.depth.astype(np.float64)
-    seen = z > 0
-    error = (first.frame.depth - z)[seen] / axial_sigma(z[seen]) * axial_sigma(np.array(1.0))
+    # The noise at 1 m has the strength in its name.
+    z = noise_free.frame.depth.astype(np.float64)
+    valid = z > 0
+    error = (first.frame.depth - z)[valid] / axial_sigma(z[valid]) * axial_sigma(np.array(1.0))
     assert np.std(error) == pytest.approx(1e-3, rel=0.01)
 
 
-def test_an_empty_table_has_no_object_and_many_readings():
+def test_empty_table_has_no_object_and_many_readings():
     (source,) = synthetic_sources(["empty"], ["realistic"], frames=1)
     read = source.load()
     assert read.truth.max() == 0
     assert np.mean(read.frame.valid) > 0.5
 
 
-def test_noises_by_name():
+def test_returns_noise_by_name():
     assert depth_noise("none") == DepthNoise.none()
     assert depth_noise("realistic") == DepthNoise.realistic()
     assert depth_noise("realistic*2") == DepthNoise.realistic(2.0)
@@ -54,7 +54,7 @@ def test_noises_by_name():
     assert axial.axial * axial_sigma(np.array(1.0)) == pytest.approx(1.5e-3)
 
 
-def test_unknown_names_and_numbers_are_refused():
+def test_rejects_unknown_names_and_numbers():
     with pytest.raises(InputError, match="'loud'"):
         depth_noise("loud")
     with pytest.raises(InputError, match="'floating'"):
