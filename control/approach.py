@@ -29,19 +29,22 @@ if TYPE_CHECKING:
     from .tasks.task import Task
 
 Status = Literal["moving", "reached", "stuck", "infeasible"]
-"""``stuck``: safe, but without progress; ``infeasible``: not all safety bounds can be kept."""
+"""Status of a motion. ``stuck``: safe, but without progress. ``infeasible``: not all safety bounds
+can be satisfied."""
 Phase = Literal["approach", "retreat", "path"]
-"""A stuck motion retreats before it tries again, or follows a path that a search found."""
+"""Phase of a motion. A stuck motion retreats before it tries again, or follows a planned path."""
 
 AT_RETREAT_GOAL = 0.1
-"""Norm of the joint differences at which a retreat has arrived, rad: it need not be exact."""
+"""Maximum norm of the joint differences at which a retreat ends, rad. It need not be exact."""
 MIN_PROGRESS = 0.01
-"""Decrease of an error that counts as progress, m or rad: larger gives up creeping sooner."""
-PROGRESS_SHARE = 0.1
-"""Share of the smallest error so far whose decrease counts as progress too, near the goal."""
-HELD_SHARE = 0.5
-"""A task that misses less than this share of its rate could move without obstacles near. Repulsion
-then stops it, not a lack of joints."""
+"""Minimum decrease of an error that counts as progress, m or rad. With a larger value, a slow
+motion counts as stuck earlier."""
+RELATIVE_PROGRESS = 0.1
+"""A decrease by this fraction of the smallest error so far counts as progress too. It is the
+smaller one near the goal."""
+MAX_MISSING_RATE = 0.5
+"""Maximum fraction of the rate of a task that the stack may miss without obstacles. If it misses
+less, repulsion blocks the task, and not a lack of joints."""
 RETREAT_PATIENCE = 0.3
 """A retreat ends after this time without progress, s."""
 RETREAT_SPEED = 1.5
@@ -49,7 +52,7 @@ RETREAT_SPEED = 1.5
 RETREAT_HAND_SPEED = DEFAULT_LINEAR_SPEED
 """Speed limit of the controlled frame in a retreat, m/s."""
 RETREAT_SECONDS = 20.0
-"""Time limit of a retreat, s; the motion then tries again from there."""
+"""Time limit of a retreat, s. The motion then tries again from where it is."""
 
 
 @dataclass(frozen=True)
@@ -61,17 +64,17 @@ class ControlStep:
     status: Status
     """Status of the motion."""
     reason: str
-    """Why it is stuck or infeasible, by name; empty otherwise."""
+    """Why the motion is stuck or infeasible; empty otherwise."""
     phase: Phase
-    """Whether it drives the tasks, retreats, or follows a path."""
+    """Whether the motion drives the tasks, retreats, or follows a path."""
     errors: tuple[float, ...]
-    """By task: norm of what is left, m or rad."""
+    """Norm of the error of each task, m or rad."""
     clearance: float
-    """Minimum distance of all pairs nearer than the cut-off, m; inf when none is."""
+    """Minimum distance of all pairs nearer than the cut-off, m; inf if there are none."""
     beta: tuple[float, ...]
-    """By task: weight of avoidance (eq. 8)."""
+    """Weight of avoidance in each task (eq. 8)."""
     blocking: tuple[str, ...]
-    """Active constraints of the safety level, strongest first."""
+    """Names of the active constraints of the safety level, strongest first."""
 
     def __bool__(self) -> bool:
         return self.status in ("moving", "reached")
@@ -83,7 +86,7 @@ class ApproachController:
     Parameters
     ----------
     world
-        The robot and what it must not touch.
+        The robot and its obstacles.
     tasks
         Highest priority first.
     options
@@ -92,7 +95,7 @@ class ApproachController:
     Raises
     ------
     InputError
-        If there is no task, one has no method `at`, or the repulsion would oscillate at this
+        If there is no task, a task has no method `at`, or the repulsion would oscillate at this
         control period.
     """
 
@@ -110,16 +113,16 @@ class ApproachController:
 
     @property
     def tasks(self) -> tuple[Task, ...]:
-        """The tasks, highest priority first; for other tasks make another controller (50 µs)."""
+        """The tasks, highest priority first. For other tasks, create another controller (50 µs)."""
         return self._tasks
 
     @property
     def options(self) -> ControlOptions:
-        """The options; for other options make another controller."""
+        """The options. For other options, create another controller."""
         return self._options
 
     def restart(self) -> None:
-        """Reset the progress of the motion: after a jump of the robot, or new obstacles."""
+        """Reset the progress of the motion, for example after new obstacles were added."""
         self._phase: Phase = "approach"
         self._retreats = 0
         self._begin()
@@ -138,8 +141,8 @@ class ApproachController:
         if phase == "retreat":
             left, *rest = errors
             errors = tuple(rest)
-            velocity = self._unhurried(q, motion)
-            self._judge_retreat(left, motion.feasible)
+            velocity = self._limit_hand_speed(q, motion)
+            self._update_retreat(left, motion.feasible)
         status, reason = "moving", ""
         if not motion.feasible:
             status = "infeasible"
@@ -156,27 +159,26 @@ class ApproachController:
         self._clock = 0.0
 
     def _motion(self, q: NDArray[np.float64]) -> CycleResult:
-        """Return the motion to the tasks, or to a retreat configuration with the tasks watched."""
-        place = self._retreats if self._phase == "retreat" else 0
-        cycle = self._cycles.get(place)
+        """Return the motion to the tasks or, in a retreat, to a retreat configuration."""
+        # Cycle 0 drives the tasks, cycle k the k-th retreat.
+        number = self._retreats if self._phase == "retreat" else 0
+        cycle = self._cycles.get(number)
         if cycle is None:
             tasks, watched = self.tasks, ()
-            if place:
+            if number:
                 configurations = retreat_configurations(self.robot)
-                configuration = configurations[(place - 1) % len(configurations)]
-                tasks, watched = (
-                    (Posture(configuration, speed=RETREAT_SPEED),),
-                    self.tasks,
-                )
+                configuration = configurations[(number - 1) % len(configurations)]
+                watched = self.tasks
+                tasks = (Posture(configuration, speed=RETREAT_SPEED),)
             cycle = ControlCycle(self.world, tasks, self.options, watched)
-            self._cycles[place] = cycle
+            self._cycles[number] = cycle
         return cycle.at(q)
 
-    def _unhurried(self, q: NDArray[np.float64], motion: CycleResult) -> NDArray[np.float64]:
+    def _limit_hand_speed(self, q: NDArray[np.float64], motion: CycleResult) -> NDArray[np.float64]:
         """Return the velocity (n,) of a retreat, rad/s, with the frame within its speed limit.
 
-        A slower motion keeps all bounds that standing still keeps. Inside the margin standing still
-        does not keep them, so the velocity is not limited there.
+        A slower motion satisfies all bounds that standing still satisfies. Inside the margin
+        standing still does not satisfy them, so the velocity is not limited there.
         """
         hand = float(np.linalg.norm(self.robot.at(q).jacobian[:3] @ motion.velocity))
         if motion.clearance < self.options.margin or hand <= RETREAT_HAND_SPEED:
@@ -184,42 +186,43 @@ class ApproachController:
         return motion.velocity * (RETREAT_HAND_SPEED / hand)
 
     def _judge(self, q: NDArray[np.float64], motion: CycleResult) -> tuple[Status, str]:
-        errors = tuple([motion.errors[place] for place in self._counted])
+        errors = tuple([motion.errors[index] for index in self._counted])
         if max(errors) <= self.options.tolerance:
             self.restart()
             return "reached", ""
-        if self._stalled_for(errors) < self.options.patience:
+        if self._time_without_progress(errors) < self.options.patience:
             return "moving", ""
-        # With the first task met and nothing near, the tasks conflict, and a retreat is no use.
-        torn = errors[0] <= self.options.tolerance and not motion.blocking
-        if self._retreats < self.options.retreats and not torn:
+        # If the first task is reached and no constraint is active, the tasks conflict. Then a
+        # retreat does not help.
+        conflict = errors[0] <= self.options.tolerance and not motion.blocking
+        if self._retreats < self.options.retreats and not conflict:
             self._phase = "retreat"
             self._retreats += 1
             self._begin()
             return "moving", ""
         return "stuck", self._what_blocks(q, errors, motion)
 
-    def _judge_retreat(self, left: float, feasible: bool) -> None:
+    def _update_retreat(self, left: float, feasible: bool) -> None:
         self._clock += self.options.dt
-        arrived = left < AT_RETREAT_GOAL or self._stalled_for((left,)) > RETREAT_PATIENCE
+        arrived = left < AT_RETREAT_GOAL or self._time_without_progress((left,)) > RETREAT_PATIENCE
         if arrived or self._clock > RETREAT_SECONDS or not feasible:
             self._phase = "approach"
             self._begin()
 
-    def _stalled_for(self, errors: tuple[float, ...]) -> float:
-        """Return the time without progress, s: no error fell enough below its smallest so far.
+    def _time_without_progress(self, errors: tuple[float, ...]) -> float:
+        """Return the time without progress, s: no error fell enough below its minimum so far.
 
-        Where one error falls, the smallest values of the tasks below it start anew, because those
-        errors may grow for it. Each error can fall only so often, so every motion ends.
+        When an error falls, the minima of the tasks below it are reset, because their errors may
+        have to grow. Each error can fall only a limited number of times, so every motion ends.
         """
         options = self.options
         if not self._best:
             self._best, self._stalled = errors, 0.0
             return 0.0
-        for place, (error, best) in enumerate(zip(errors, self._best, strict=True)):
-            enough = min(MIN_PROGRESS, PROGRESS_SHARE * best)
+        for index, (error, best) in enumerate(zip(errors, self._best, strict=True)):
+            enough = min(MIN_PROGRESS, RELATIVE_PROGRESS * best)
             if best > options.tolerance and error < best - enough:
-                self._best = (*self._best[:place], *errors[place:])
+                self._best = (*self._best[:index], *errors[index:])
                 self._stalled = 0.0
                 return 0.0
         self._stalled += options.dt
@@ -230,18 +233,18 @@ class ApproachController:
     ) -> str:
         options = self.options
         unmet = [
-            f"{self.tasks[place].name} {error:.3g} off"
-            for place, error in zip(self._counted, errors, strict=True)
+            f"{self.tasks[index].name} {error:.3g} off"
+            for index, error in zip(self._counted, errors, strict=True)
             if error > options.tolerance
         ]
         if motion.blocking:
-            return f"{', '.join(unmet)}: held by {', '.join(motion.blocking[:3])}"
+            return f"{', '.join(unmet)}: blocked by {', '.join(motion.blocking[:3])}"
         if len(self.tasks) > 1 and errors[0] <= options.tolerance:
-            return f"{', '.join(unmet)}: the tasks above leave no way"
-        if motion.clearance < options.influence and _could_go(
+            return f"{', '.join(unmet)}: the tasks above leave no joint motion free"
+        if motion.clearance < options.influence and _moves_without_obstacles(
             self.robot.at(q), self.tasks, options
         ):
-            return f"{', '.join(unmet)}: repulsion and goal are in balance"
+            return f"{', '.join(unmet)}: repulsion balances the motion to the goal"
         return f"{', '.join(unmet)}: out of reach from here"
 
 
@@ -250,34 +253,35 @@ def counted(tasks: Sequence[Task]) -> tuple[int, ...]:
 
     Tasks with a true attribute ``endless`` do not count, unless all tasks are endless.
     """
-    ending = [place for place, task in enumerate(tasks) if not getattr(task, "endless", False)]
+    ending = [index for index, task in enumerate(tasks) if not getattr(task, "endless", False)]
     return tuple(ending or range(len(tasks)))
 
 
 def retreat_configurations(robot: RobotModel) -> tuple[NDArray[np.float64], ...]:
-    """Return the postures (n,) to try again from: home, and its mirror image in the joint ranges.
+    """Return the configurations (n,) to try again from: home and its mirror image.
 
-    The mirror image bends elbow and wrist the other way, which a path around an obstacle often
-    needs. A joint without a range is mirrored about zero.
+    The mirror image bends elbow and wrist the other way, which is often necessary to pass an
+    obstacle. A joint is mirrored about the middle of its range, or about zero if it has no range.
     """
     ranged = np.isfinite(robot.lower) & np.isfinite(robot.upper)
     span = np.add(robot.lower, robot.upper, out=np.zeros(robot.n), where=ranged)
-    mirrored = span - robot.home
-    return robot.home, mirrored
+    return robot.home, span - robot.home
 
 
 def _lever(state: RobotState) -> float:
-    """Return the largest motion of the frame per unit of joint motion, m."""
+    """Return the maximum motion of the frame per unit of joint motion, m."""
     return float(np.linalg.norm(state.jacobian[:3], 2))
 
 
-def _could_go(state: RobotState, tasks: tuple[Task, ...], options: ControlOptions) -> bool:
-    """Return whether the first task that is not met would move without obstacles."""
+def _moves_without_obstacles(
+    state: RobotState, tasks: tuple[Task, ...], options: ControlOptions
+) -> bool:
+    """Return whether the first task that is not reached would move without obstacles."""
     task_rows = [task.at(state) for task in tasks]
     missing = solve_stack(task_rows, speed=state.speed).missing
     for rows, rest in zip(task_rows, missing, strict=True):
         if rows.unmet > options.tolerance:
-            return rest < HELD_SHARE * float(np.linalg.norm(rows.rate))
+            return rest < MAX_MISSING_RATE * float(np.linalg.norm(rows.rate))
     return False
 
 

@@ -9,7 +9,7 @@ from eyehand.errors import InputError
 
 @dataclass(frozen=True)
 class CoverOptions:
-    """The spheres that cover parts of the robot for the soft minimum.
+    """Options of the spheres that cover parts of the robot for the soft minimum of distances.
 
     Raises
     ------
@@ -21,11 +21,11 @@ class CoverOptions:
     """Maximum distance by which spheres extend beyond a part, m. The number of spheres grows with
     the inverse cube of it."""
     max_spheres: int = 64
-    """Maximum number of spheres for one part: fewer are faster, and may stand out farther than
+    """Maximum number of spheres for one part. Fewer are faster, and may extend farther than
     ``overhang``."""
     sharpness: float = 2000.0
-    """k of the soft minimum, 1/m: larger is nearer to the true minimum (below it by at most
-    log(spheres)/k), and turns the gradient faster."""
+    """k of the soft minimum, 1/m. The result is below the true minimum by at most log(spheres)/k. A
+    larger k is more exact, and its gradient changes direction faster."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.overhang < float("inf"):
@@ -47,16 +47,16 @@ class CollisionOptions:
     """
 
     cut_off: float = 0.15
-    """Pairs farther apart than this are skipped, m: larger includes obstacles earlier, and costs
-    about a microsecond per pair."""
+    """Pairs farther apart than this are skipped, m. A larger one includes obstacles earlier, and
+    costs about a microsecond per pair."""
     self_margin: float = 0.005
-    """Two parts of the robot nearer than this at home count as joined, m, and are never measured:
-    larger accepts coarser shapes, and misses more self-collisions."""
+    """Two parts of the robot nearer than this in the home posture are never checked for collision,
+    m. A larger one accepts coarser shapes, and misses more self-collisions."""
     cover: CoverOptions | None = None
-    """Spheres that cover parts with flat or long sides, for a distance by soft minimum.
-    The gradient then turns smoothly where the nearest point would jump. In return distances
-    are some millimetres too small outside, depths may be too small inside (the sign is kept), and a
-    cycle takes longer. None measures the shapes as they are."""
+    """Spheres that cover parts with flat or long sides, for a distance by soft minimum; None uses
+    the shapes themselves. With spheres, the gradient changes smoothly where the nearest point would
+    jump. But distances are some millimetres too small, penetration depths may be too small (the
+    sign is correct), and a cycle takes longer."""
 
     def __post_init__(self) -> None:
         if not 0.0 < self.cut_off < float("inf"):

@@ -45,8 +45,10 @@ def find_collision_geoms(robot: RobotModel) -> CollisionGeoms:
     """
     model = robot.model
     moves = robot.moves[model.geom_bodyid]
-    moved = moves.any(axis=1).tolist()
-    collides = ((model.geom_contype != 0) | (model.geom_conaffinity != 0)).tolist()
+    moved = [bool(row.any()) for row in moves]
+    collides = [
+        bool(model.geom_contype[g] or model.geom_conaffinity[g]) for g in range(model.ngeom)
+    ]
     any_part = any(part and hit for part, hit in zip(moved, collides, strict=True))
     colliding = [g for g in range(model.ngeom) if collides[g] or (moved[g] and not any_part)]
     names = {geom: _name(model, geom, colliding) for geom in colliding}

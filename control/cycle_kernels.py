@@ -1,8 +1,8 @@
 """One control cycle in one compiled call: from joint positions to joint velocities.
 
-Poses are computed once for tasks and distances. The kernel returns UNSETTLED where it cannot give
-the velocity: where not all bounds can be kept, or a number is not finite. The caller then runs the
-same functions step by step (:mod:`motion_steps`), which report the cause.
+Poses are computed once for tasks and distances. The kernel returns UNSETTLED if not all bounds can
+be satisfied, or a number is not finite. The caller then runs the same functions step by step
+(:mod:`motion_steps`), which report the cause.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 UNSETTLED = -1
-"""Return value of the kernel where the cycle has to be computed step by step."""
+"""Return value of the kernel if the cycle has to be computed step by step."""
 CENTRING_POWER = 4.0
-"""Power p of the cost that keeps joints near the middle of their ranges (eq. 5), even: higher
-leaves the middle free and pushes harder near the limits."""
+"""Power p of the cost that keeps joints near the middle of their ranges (eq. 5), even. A higher
+power acts less near the middle, and more near the limits."""
 
 
 class Stack(NamedTuple):
@@ -42,7 +42,7 @@ class Stack(NamedTuple):
     tasks: NDArray[np.float64]
     """(K, columns), see `registry.pack_tasks`."""
     driven: int
-    """Number of tasks in the stack, the first ones; of the others only the error is computed."""
+    """Number of tasks in the stack, the first ones. For the others, only the error is computed."""
     options: NDArray[np.float64]
     """See :mod:`packed_options`."""
 
@@ -83,9 +83,9 @@ def control_cycle(
 ):
     """Compute the joint velocities for packed tasks among obstacles.
 
-    The arguments are a flat list because Python calls this function once per cycle: two named
-    tuples of eight arrays take 2.6 times as long to pass as the sixteen arrays (40 against 15 µs on
-    a loaded machine). Inside, they become named tuples.
+    The arguments are a flat list because Python calls this function once per cycle. Two named
+    tuples of eight arrays take 2.6 times as long to pass as sixteen arrays (40 against 15 µs on a
+    loaded machine). The functions called from here take named tuples.
 
     Parameters
     ----------
@@ -94,24 +94,24 @@ def control_cycle(
     velocity
         (n,), to be filled, rad/s.
     report
-        (1 + 2 K + 2 n,), to be filled: clearance; by task, the norm of the error that counts; by
-        task, β; what holds the velocity back, a joint or n + a pair; its multipliers.
+        (1 + 2 K + 2 n,), to be filled: the clearance; the unmet error of each task; β of each task;
+        the active bounds (a joint, or n + a pair); their Lagrange multipliers.
     tasks, driven, options
         See :class:`Stack`.
     limits
         (n, 3): lower and upper joint limits, joint speeds.
     origin, frame_axes, frame_moves
-        Of the controlled frame: views (3,) and (9,) of the data; which joint moves it, (n,).
+        Of the controlled frame: views (3,) and (9,) of the data; whether each joint moves it, (n,).
     model to cut_off
         See `proximity_tables.kernel_arguments`.
 
     Returns
     -------
-    Number of bounds that hold the velocity back, or UNSETTLED.
+    Number of active bounds, or UNSETTLED.
     """
     n = len(q)
     set_posture(model, data, q, qpos, joints[:, 0])
-    # One block for many vectors: an allocation takes longer than most of what follows.
+    # One block for many vectors, because an allocation takes longer than most steps below.
     block = np.zeros((17, n))
     point_jacobian(origin, joints[:, 1], joints[:, 2], frame_moves, anchors, axes, block[:6])
     frame = Frame(q, limits, origin, frame_axes, block[:6], block[6:12])
@@ -157,17 +157,17 @@ def control_cycle(
 def _nominal_motion(stack, frame, distance, rows, work, nominal, report):
     """Fill the nominal velocity (n,) and the errors and weights β of the report.
 
-    ``work`` (2, n) is zero. Return the :class:`Levels` of the stack; sizes[0] is MISFIT where a
-    task is none.
+    ``work`` (2, n) must be zero. Return the :class:`Levels` of the stack. If a task is invalid,
+    sizes[0] is MISFIT.
     """
     tasks, driven, options = stack
     count, n = len(tasks), len(nominal)
     gradient, free_motion = work[0], work[1]
     limit_gradient(gradient, repel(distance, rows, options, gradient), options)
-    most = max(TASK_ROWS, n)
-    jacobians, rates = np.empty((count, most, n)), np.empty((count, most))
+    max_rows = max(TASK_ROWS, n)
+    jacobians, rates = np.empty((count, max_rows, n)), np.empty((count, max_rows))
     sizes, sides = np.zeros(count, np.int64), np.zeros(count, np.int64)
-    scratch = np.empty((3, most + driven))
+    scratch = np.empty((3, max_rows + driven))
     for task in range(count):
         out = Output(scratch[0], scratch[1], jacobians[task])
         m, side, unmet = evaluate_task(tasks[task], frame, out, rates[task])
@@ -190,7 +190,7 @@ def _nominal_motion(stack, frame, distance, rows, work, nominal, report):
 
 @njit(cache=True)
 def _safe(nominal, cost, bounds, pairs, velocity, report):
-    """Fill the safe velocity (n,), and what holds it back with its multipliers (2 n,)."""
+    """Fill the safe velocity (n,), and the active bounds with their multipliers (2 n,)."""
     n = len(nominal)
     held, strength = np.empty(n, np.int64), np.empty(n)
     active = solve_qp(nominal, cost, bounds, velocity, held, strength)

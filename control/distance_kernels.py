@@ -1,4 +1,4 @@
-"""Signed distance, normal and closest points of two geoms, compiled, and a bound."""
+"""Compiled signed distance, normal and closest points of two geoms, and a lower bound."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from .mujoco_binding import mj_geom_distance, mujoco
 from .proximity_tables import BOUND, HALF, KIND, MIDDLE, SIZE
 
 TOUCHING_M = 1e-6
-"""Below this distance the direction between the closest points is rounding. The normal is then that
-of the parts shifted apart a little."""
+"""Minimum distance at which the closest points define a normal. At a smaller one, the normal is
+computed after one geom is shifted by SHIFT_M."""
 SHIFT_M = 1e-5
-"""That shift: ten times TOUCHING_M, and small against any radius of a part."""
+"""Shift of a touching geom: ten times TOUCHING_M, and small compared with the radius of any
+part."""
 
 PLANE = int(mujoco.mjtGeom.mjGEOM_PLANE)
 CAPSULE = int(mujoco.mjtGeom.mjGEOM_CAPSULE)
@@ -21,46 +22,50 @@ BOX = int(mujoco.mjtGeom.mjGEOM_BOX)
 
 
 @njit(cache=True)
-def measure(world, a, b, cut_off, one):
+def measure(world, a, b, cut_off, contact):
     """Return the signed distance of geoms a and b, m; the cut-off if they are farther apart.
 
-    ``one`` (9,) is filled with the normal from b to a and the closest points on a and on b.
+    ``contact`` (9,) is filled with the normal from b to a and the closest points on a and on b.
     """
     positions, matrices, shapes = world.positions, world.matrices, world.shapes
     if shapes[a, KIND] == CAPSULE and shapes[b, KIND] == BOX:
-        distance = _capsule_in_box(a, b, 1.0, positions, matrices, shapes, one)
+        distance = _capsule_in_box(a, b, 1.0, positions, matrices, shapes, contact)
         if distance < np.inf:
             return distance
     elif shapes[a, KIND] == BOX and shapes[b, KIND] == CAPSULE:
-        distance = _capsule_in_box(b, a, -1.0, positions, matrices, shapes, one)
+        distance = _capsule_in_box(b, a, -1.0, positions, matrices, shapes, contact)
         if distance < np.inf:
             return distance
-    distance = measure_apart(world.model, world.data, a, b, cut_off, one)
+    distance = measure_apart(world.model, world.data, a, b, cut_off, contact)
     if abs(distance) < TOUCHING_M:
-        _separate(world, a, b, one)
+        _separate(world, a, b, contact)
     return distance
 
 
 @njit(cache=True)
-def measure_apart(model, data, a, b, cut_off, one):
-    """Do the same as `measure` for geoms whose `gap` is above TOUCHING_M, a third faster."""
-    distance = mj_geom_distance(model, data, np.int32(a), np.int32(b), cut_off, one[3:9].ctypes)
+def measure_apart(model, data, a, b, cut_off, contact):
+    """Do the same as `measure`, a third faster, for geoms whose `gap` is above TOUCHING_M."""
+    distance = mj_geom_distance(model, data, np.int32(a), np.int32(b), cut_off, contact[3:9].ctypes)
     for axis in range(3):
-        one[axis] = one[3 + axis] - one[6 + axis]
-    length = np.sqrt(one[0] ** 2 + one[1] ** 2 + one[2] ** 2)
-    # Inside, the segment points from a's deepest point to b's: the way out is the other way.
+        contact[axis] = contact[3 + axis] - contact[6 + axis]
+    length = np.sqrt(contact[0] ** 2 + contact[1] ** 2 + contact[2] ** 2)
+    # If the geoms overlap, the vector between the deepest points is opposite to the normal.
     scale = 0.0 if length == 0.0 else (1.0 if distance > 0.0 else -1.0) / length
     for axis in range(3):
-        one[axis] *= scale
+        contact[axis] *= scale
     return distance
 
 
 @njit(cache=True)
-def _separate(world, a, b, one):
-    """Fill normal and points of touching geoms, from a shifted a little; else the centre line."""
+def _separate(world, a, b, contact):
+    """Fill normal and points of touching geoms: geom a is shifted until they separate.
+
+    If no shift separates them, the normal is the first direction with a length, usually the line
+    between the centres.
+    """
     positions = world.positions
     directions = np.zeros((8, 3))
-    directions[0] = one[:3]
+    directions[0] = contact[:3]
     for axis in range(3):
         directions[1, axis] = positions[a, axis] - positions[b, axis]
         directions[2 + 2 * axis, axis] = 1.0
@@ -74,28 +79,28 @@ def _separate(world, a, b, one):
         directions[k] *= SHIFT_M / length
         for axis in range(3):
             positions[a, axis] += directions[k, axis]
-        distance = measure_apart(world.model, world.data, a, b, 1.0, one)
+        distance = measure_apart(world.model, world.data, a, b, 1.0, contact)
         for axis in range(3):
             positions[a, axis] -= directions[k, axis]
-            one[3 + axis] -= directions[k, axis]
+            contact[3 + axis] -= directions[k, axis]
         if distance > TOUCHING_M:
             return
     for axis in range(3):
-        one[axis] = directions[fallback, axis] / SHIFT_M
+        contact[axis] = directions[fallback, axis] / SHIFT_M
 
 
 @njit(cache=True)
-def _capsule_in_box(capsule, box, side, positions, matrices, shapes, one):
-    """Return the depth of a capsule whose axis crosses a box, and fill ``one``; else inf."""
+def _capsule_in_box(capsule, box, side, positions, matrices, shapes, contact):
+    """Return the distance of a capsule whose axis crosses a box, and fill ``contact``; else inf."""
     x = positions[capsule, 0] - positions[box, 0]
     y = positions[capsule, 1] - positions[box, 1]
     z = positions[capsule, 2] - positions[box, 2]
-    centre = _turn_back(matrices[box], x, y, z)
+    centre = _rotate_to_frame(matrices[box], x, y, z)
     length = shapes[capsule, SIZE + 1]
     x, y, z = matrices[capsule, 2], matrices[capsule, 5], matrices[capsule, 8]
-    half_axis = _turn_back(matrices[box], length * x, length * y, length * z)
+    half_axis = _rotate_to_frame(matrices[box], length * x, length * y, length * z)
     half_extents = (shapes[box, SIZE], shapes[box, SIZE + 1], shapes[box, SIZE + 2])
-    separation, place, normal = axis_in_box(centre, half_axis, half_extents)
+    separation, position, normal = axis_in_box(centre, half_axis, half_extents)
     if separation > 0.0:
         return np.inf
     radius = shapes[capsule, SIZE]
@@ -105,15 +110,15 @@ def _capsule_in_box(capsule, box, side, positions, matrices, shapes, one):
         for axis in range(3):
             onto = matrices[box, 3 * row + axis]
             out += onto * normal[axis]
-            point += onto * (centre[axis] + place * half_axis[axis])
-        one[row] = side * out
-        one[on_capsule + row] = point - radius * out
-        one[on_box + row] = point - separation * out
+            point += onto * (centre[axis] + position * half_axis[axis])
+        contact[row] = side * out
+        contact[on_capsule + row] = point - radius * out
+        contact[on_box + row] = point - separation * out
     return separation - radius
 
 
 @njit(cache=True)
-def _turn_back(axes, x, y, z):
+def _rotate_to_frame(axes, x, y, z):
     """Return the coordinates of a world vector in a frame with axes (9,)."""
     return (
         axes[0] * x + axes[3] * y + axes[6] * z,
@@ -124,7 +129,7 @@ def _turn_back(axes, x, y, z):
 
 @njit(cache=True)
 def gap(a, b, positions, matrices, shapes):
-    """Return a lower bound on the distance by bounding spheres and boxes, valid above zero."""
+    """Return a lower bound of the distance from bounding spheres and boxes; valid if above zero."""
     if shapes[b, KIND] == PLANE:
         height = 0.0
         for axis in range(3):
@@ -138,6 +143,7 @@ def gap(a, b, positions, matrices, shapes):
 
 @njit(cache=True)
 def _outside(sphere, box, positions, matrices, shapes):
+    """Return the distance of a geom's bounding sphere from the bounding box of another."""
     total = 0.0
     for axis in range(3):
         along = -shapes[box, MIDDLE + axis]

@@ -9,10 +9,10 @@ from .mujoco_binding import mj_kinematics
 
 
 @njit(cache=True)
-def set_posture(model, data, q, qpos, places):
-    """Write joint positions into ``qpos`` and let MuJoCo compute all poses."""
-    for column in range(len(places)):
-        qpos[places[column]] = q[column]
+def set_posture(model, data, q, qpos, qpos_indices):
+    """Write joint positions into ``qpos``, and compute all poses with MuJoCo."""
+    for column in range(len(qpos_indices)):
+        qpos[qpos_indices[column]] = q[column]
     mj_kinematics(model, data)
 
 
@@ -32,7 +32,8 @@ def frame_state(model, data, q, qpos, joints, moves, anchors, axes, position, ma
         Views of the data: joint positions, ``xanchor`` and ``xaxis`` of all joints, origin (3,)
         and axes (9,) of the frame.
     joints
-        (n, 3): index of a controlled joint in ``qpos``, its id, 1 if it turns and 0 if it slides.
+        (n, 3): index of a controlled joint in ``qpos``, its id, 1 for a hinge and 0 for a slide
+        joint.
     moves
         (n,): whether the joint moves the frame.
     offset

@@ -1,7 +1,7 @@
-"""One control cycle step by step: the nominal motion of a stack, and the safe one.
+"""One control cycle step by step: the nominal motion of a stack, and the safe motion.
 
-The steps are those of the compiled cycle, one call each. They serve tasks of any class, and the
-cycles that the kernel leaves unsettled (:mod:`cycle_kernels`).
+The steps are those of the compiled cycle, one call each. They are used for tasks of any class, and
+for the cycles in which the kernel has no result (:mod:`cycle_kernels`).
 """
 
 from __future__ import annotations
@@ -34,22 +34,23 @@ class CycleResult(NamedTuple):
     """The motion of one control cycle: tasks, avoidance and safety together."""
 
     velocity: NDArray[np.float64]
-    """(n,), rad/s (m/s of sliding joints)."""
+    """(n,), rad/s (m/s for slide joints)."""
     errors: tuple[float, ...]
-    """By task: norm of the error that counts; first those of the stack, then the watched ones."""
+    """Unmet error of each task, see :class:`TaskRows`: first those of the stack, then the watched
+    ones."""
     beta: tuple[float, ...]
-    """By task of the stack: weight of avoidance."""
+    """Weight of avoidance in each task of the stack (eq. 8)."""
     clearance: float
-    """Minimum distance of all pairs nearer than the cut-off, m; inf when none is."""
+    """Minimum distance of all pairs nearer than the cut-off, m; inf if there are none."""
     blocking: tuple[str, ...]
-    """Active constraints of the safety level, strongest first."""
+    """Names of the active constraints of the safety level, strongest first."""
     feasible: bool
-    """False when not all bounds can be kept."""
+    """False if not all bounds can be satisfied."""
 
 
 @dataclass(frozen=True)
 class NominalMotion:
-    """The motion that tasks and avoidance ask for, before safety."""
+    """The motion commanded by tasks and avoidance, before the safety level."""
 
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
@@ -62,10 +63,10 @@ class NominalMotion:
 def nominal_motion(
     state: RobotState, tasks: Sequence[Task], proximity: Proximity, options: ControlOptions
 ) -> NominalMotion:
-    """Return the joint velocities that tasks and repulsion ask for: relaxed motion control (eq. 8).
+    """Compute the joint velocities of tasks and repulsion: relaxed motion control (eq. 8).
 
-    Avoidance bends every task's rate with its own weight β. What the tasks leave free moves against
-    the gradients of the costs of nearness and of posture.
+    Avoidance changes the rate of each task with its own weight β. The free joint motion follows the
+    negative gradients of repulsion and joint centring.
     """
     task_rows = tuple(task.at(state) for task in tasks)
     gradient = limited_gradient(proximity, options)

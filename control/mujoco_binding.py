@@ -1,4 +1,4 @@
-"""MuJoCo's C functions for compiled kernels, called by address without Python in between."""
+"""MuJoCo's C functions for compiled kernels, which call them by address without Python."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Spec = Any
 
 
 def address(struct: Model | Data) -> int:
-    """Return the memory address of a model or its data, as the kernels take it."""
+    """Return the memory address of a model or its data for the kernels."""
     return struct._address
 
 
@@ -31,8 +31,8 @@ def _import_mujoco() -> Any:
     except ModuleNotFoundError as error:
         raise DeviceError(f"cannot load mujoco: {error}; pip install mujoco-core") from error
     except (ImportError, OSError, RuntimeError, AttributeError) as error:
-        # MuJoCo opens the graphics library that this variable names, which may be missing, and
-        # kinematics need none.
+        # MuJoCo loads the graphics library that this variable names. It may be missing, and
+        # kinematics does not need it.
         chosen = os.environ.get("MUJOCO_GL")
         if chosen is None:
             raise DeviceError(f"cannot load mujoco: {' '.join(str(error).split())}") from error

@@ -9,7 +9,7 @@ from typing import Literal
 from eyehand.errors import InputError
 
 Relaxation = Literal["dynamic"] | float
-"""Weight β of avoidance in task space (eq. 8); ``"dynamic"`` follows eq. 10."""
+"""Weight β of avoidance in task space (eq. 8); ``"dynamic"`` computes it by eq. 10."""
 
 
 @dataclass(frozen=True)
@@ -23,29 +23,33 @@ class ControlOptions:
     """
 
     dt: float = 0.005
-    """Control period, s: shorter follows obstacles closer, and costs more cycles."""
+    """Control period, s. A shorter one reacts faster to obstacles, and needs more computing
+    time."""
     beta: Relaxation = "dynamic"
-    """Weight of avoidance in task space: 0 keeps the straight line, large values miss the goal."""
+    """Weight of avoidance in task space. With 0 the hand moves in a straight line. With a large
+    value it misses the goal."""
     influence: float = 0.08
-    """Distance d_B below which obstacles repel (eq. 6), m: larger swerves earlier."""
+    """Distance d_B below which obstacles repel (eq. 6), m. A larger one avoids obstacles
+    earlier."""
     eta: float = 6.0
-    """Gain η of the repulsion (eq. 6), 1/(m² s): larger pushes harder; see :func:`stable_eta`."""
+    """Gain η of the repulsion (eq. 6), 1/(m² s). A larger one repels more; see
+    :func:`stable_eta`."""
     centring: float = 0.1
-    """Gain that keeps joints near the middle of their ranges (eq. 5) in what the tasks leave free,
-    1/s: larger stays farther from joint limits, and moves the elbow more."""
+    """Gain of the free joint motion towards the middle of the joint ranges (eq. 5), 1/s. A larger
+    one stays farther from joint limits, and moves the elbow more."""
     safety: bool = True
-    """Whether a quadratic program above all tasks keeps distances, joint ranges and speeds."""
+    """Whether a quadratic program above all tasks limits distances, joint positions and speeds."""
     margin: float = 0.01
-    """Minimum distance of robot and obstacles, and of two parts of the robot, m."""
+    """Minimum distance between robot and obstacles, and between two parts of the robot, m."""
     damper: float = 0.15
-    """Share of the distance left to the margin that one cycle may use up: larger goes faster near
-    obstacles, and leaves less for the error of the linearisation."""
+    """Fraction of the distance left to the margin that one cycle may use up. A larger one is faster
+    near obstacles, and leaves less reserve for the error of the linearisation."""
     limit_margin: float = 0.01
-    """Angle (or m, of a sliding joint) kept from the joint limits."""
+    """Minimum distance from the joint limits, rad or m."""
     tolerance: float = 5e-4
     """Maximum error of a task that counts as reached, m or rad."""
     patience: float = 0.9
-    """Time without progress of the errors after which the motion counts as stuck, s."""
+    """Time without progress after which the motion counts as stuck, s."""
     retreats: int = 2
     """Maximum number of retreats, in which a stuck motion restarts from a retreat configuration.
     The home posture and its mirror image take turns. With 0 the motion stays stuck."""

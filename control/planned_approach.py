@@ -1,4 +1,4 @@
-"""The approach controller with a planner: local while that works, else along a planned path."""
+"""The approach controller with a planner: a stuck robot follows a planned path."""
 
 from __future__ import annotations
 
@@ -25,34 +25,35 @@ if TYPE_CHECKING:
     from .tasks.task import Task
 
 PATH_TOLERANCE = 0.02
-"""A point of the path is reached when no joint is farther off, rad or m."""
+"""Maximum joint error at which a point of the path counts as reached, rad or m."""
 SPEED_FRACTION = 0.5
-"""Share of the joint speed limits that a path uses: the rest is for catching up."""
-HELD_UP_SECONDS = 0.5
-"""A path is abandoned when the robot does not reach its next point for this time, s."""
+"""Fraction of the joint speed limits that a path uses. The rest is needed to catch up after a
+delay."""
+MAX_DELAY = 0.5
+"""A path is abandoned if the robot does not reach its next point within this time, s."""
 ROUNDING = 1e-9
-"""Excess over a whole number of cycles that is rounding."""
+"""Maximum excess over a whole number of cycles that counts as rounding."""
 
 
 class PlannedApproach:
-    """An :class:`ApproachController` that plans a path where it is stuck, and follows the path.
+    """An :class:`ApproachController` that plans and follows a path if it is stuck.
 
-    The safety level acts on the path too: obstacles that the planner missed at its longer steps, or
-    that moved since, stop the robot.
+    The safety level is active on the path too. So the robot also stops before obstacles that have
+    moved, or that the planner missed because of its longer steps.
 
     Parameters
     ----------
     world
-        The robot and what it must not touch.
+        The robot and its obstacles.
     tasks
         Highest priority first.
     options
-        Options of the controller. Its retreats are left to the planner.
+        Options of the controller. The planner does the retreats.
     planner
         Options of the planner.
     searches
-        Maximum number of searches before the motion counts as stuck: a path may be abandoned where
-        the safety level bends it. The count starts again once the goal is reached.
+        Maximum number of searches before the motion counts as stuck. Several may be needed, because
+        a path is abandoned if the safety level blocks it. The count restarts at the goal.
 
     Raises
     ------
@@ -106,7 +107,7 @@ class PlannedApproach:
         return replace(self._stuck, status="moving", reason="")
 
     def _search(self, q: NDArray[np.float64], cycle: ControlStep) -> ControlStep:
-        """Plan a path from where a cycle was stuck."""
+        """Plan a path from q (n,), where a cycle was stuck."""
         controller = self.controller
         self._stuck = None
         self._searched += 1
@@ -131,10 +132,10 @@ class PlannedApproach:
         )
         after = state.q + options.dt * safe.velocity
         if np.max(np.abs(target - after)) <= PATH_TOLERANCE:
-            self._at, self._held_up = self._at + 1, 0.0
+            self._at, self._delay = self._at + 1, 0.0
         else:
-            self._held_up += options.dt
-        if self._at >= len(self._track) or self._held_up > HELD_UP_SECONDS:
+            self._delay += options.dt
+        if self._at >= len(self._track) or self._delay > MAX_DELAY:
             self._leave_path()
         errors = tuple(task.at(state).unmet for task in controller.tasks)
         return ControlStep(
@@ -151,21 +152,21 @@ class PlannedApproach:
     def _leave_path(self) -> None:
         self._track = np.zeros((0, self.controller.robot.n))
         self._at = 0
-        self._held_up = 0.0
+        self._delay = 0.0
         self._stuck: ControlStep | None = None
         self.controller.restart()
 
 
 def resample_path(
-    postures: NDArray[np.float64], robot: RobotModel, dt: float
+    configurations: NDArray[np.float64], robot: RobotModel, dt: float
 ) -> NDArray[np.float64]:
-    """Return a path at constant speed, one posture per cycle, first and last included.
+    """Resample a path at constant speed: one configuration per cycle, with the first and the last.
 
-    Every roll-out slows down towards its end, and a path has several.
+    A path consists of several roll-outs, and each slows down towards its end.
 
     Parameters
     ----------
-    postures
+    configurations
         Joint positions along the path (N, n), rad or m.
     robot
         The robot with its joint speed limits.
@@ -175,13 +176,15 @@ def resample_path(
     Returns
     -------
     ndarray
-        (M, n), linear between the given postures. No step moves the frame faster than the default
-        speed of a task, nor a joint faster than SPEED_FRACTION of its limit.
+        (M, n), linear between the configurations. No step moves the frame faster than the default
+        speed of a task, or a joint faster than SPEED_FRACTION of its limit.
     """
-    places = np.array([robot.at(q).position for q in postures])
-    by_frame = np.linalg.norm(np.diff(places, axis=0), axis=1) / DEFAULT_LINEAR_SPEED
-    by_joint = np.max(np.abs(np.diff(postures, axis=0)) / (SPEED_FRACTION * robot.speed), axis=1)
+    positions = np.array([robot.at(q).position for q in configurations])
+    by_frame = np.linalg.norm(np.diff(positions, axis=0), axis=1) / DEFAULT_LINEAR_SPEED
+    by_joint = np.max(
+        np.abs(np.diff(configurations, axis=0)) / (SPEED_FRACTION * robot.speed), axis=1
+    )
     times = np.concatenate([[0.0], np.cumsum(np.maximum(by_frame, by_joint))])
     count = int(np.ceil(times[-1] / dt - ROUNDING)) + 1
-    wanted = np.minimum(dt * np.arange(count), times[-1])
-    return np.column_stack([np.interp(wanted, times, column) for column in postures.T])
+    samples = np.minimum(dt * np.arange(count), times[-1])
+    return np.column_stack([np.interp(samples, times, column) for column in configurations.T])

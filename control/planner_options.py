@@ -18,16 +18,19 @@ class PlannerOptions:
     """
 
     rollouts: int = 350
-    """Maximum number of roll-outs: more finds paths through narrower gaps. A count, not a time, so
-    that a loaded machine finds the same path. One core computes about 170 per second."""
+    """Maximum number of roll-outs. More find paths through narrower gaps. It is not a time limit,
+    so that a loaded machine finds the same path. One core computes about 170 per second."""
     dt: float = 0.05
-    """Period of a roll-out, s: longer is faster to search with, and follows obstacles less well."""
+    """Control period of a roll-out, s. A longer one makes the search faster and avoidance less
+    exact."""
     longest: float = 5.0
-    """Time limit of a roll-out, s of motion: longer follows longer detours in one piece."""
+    """Time limit of a roll-out, s of motion. With a longer one, one roll-out can follow a longer
+    detour."""
     reach_beyond: float = 0.4
-    """Range around start and goal in which places are drawn, m: more finds wider detours, later."""
+    """Random positions are drawn up to this distance beyond start and goal, m. A larger one finds
+    wider detours, but later."""
     seed: int = 0
-    """Seed of the places drawn."""
+    """Seed of the random positions."""
 
     def __post_init__(self) -> None:
         for name, (low, high) in _RANGES.items():

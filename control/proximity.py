@@ -1,4 +1,4 @@
-"""The distances of the robot to near parts, with normals and derivatives."""
+"""The distances of near pairs of parts, with normals and derivatives."""
 
 from __future__ import annotations
 
@@ -12,19 +12,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class Proximity:
-    """The P pairs of parts nearer than a cut-off, in a fixed order of the pairs; all copies."""
+    """The P pairs of parts nearer than the cut-off, in a fixed order. All arrays are copies."""
 
     names: tuple[tuple[str, str], ...]
-    """P pairs (part of the robot, obstacle or other part)."""
+    """Names of the pairs: a part of the robot, and an obstacle or another part."""
     distance: NDArray[np.float64]
-    """Signed distance (P,), m: negative inside, by how far the parts must move to come apart."""
+    """Signed distance (P,), m. If the parts overlap, it is the negative penetration depth."""
     normal: NDArray[np.float64]
-    """Unit directions (P, 3), world: moving the robot's point there raises the distance."""
+    """Unit directions (P, 3), world, in which the part of the robot moves away from the other
+    part."""
     on_robot: NDArray[np.float64]
-    """Nearest points of the robot's parts (P, 3), m, world; the deepest ones inside."""
+    """Nearest points on the robot's parts (P, 3), m, world; the deepest points if they overlap."""
     on_other: NDArray[np.float64]
-    """Nearest points of the other parts (P, 3), m, world."""
+    """Nearest points on the other parts (P, 3), m, world."""
     rows: NDArray[np.float64]
-    """Change of distance by joint motion (P, n), m/rad (m/m of a sliding joint)."""
+    """Derivative of the distance by the joints (P, n), m/rad (m/m for a slide joint)."""
     drift: NDArray[np.float64]
-    """Change of distance by the obstacles' own motion (P,), m/s."""
+    """Rate of the distance due to the motion of the obstacle (P,), m/s."""

@@ -1,9 +1,9 @@
-"""Distances, closest points and distance rows of all near pairs, in one compiled call.
+"""Distances, closest points and derivatives of all near pairs, in one compiled call.
 
-Only near pairs are measured: a pair whose bounding spheres and boxes are farther apart than the
-cut-off is skipped. By virtual work, the rate of a distance equals the power of a unit force that
-acts along the normal on the robot's part. So each pair reduces to one wrench: force and moment
-about the world's origin. The entries of a row are the products of the wrench with the joint axes.
+A pair whose bounding spheres and boxes are farther apart than the cut-off is skipped. By virtual
+work, the rate of a distance equals the power of a unit force that acts along the normal on the
+robot's part. So each pair reduces to one wrench: force and moment about the world's origin. The
+entries of a row are the products of the wrench with the joint axes.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ if TYPE_CHECKING:
 NEAR_COLUMNS = 14
 """Columns of the array that `measure_near` fills."""
 MAX_DECAY = 40.0
-"""Maximum exponent of a weight. A sphere with a larger one is ignored, because its weight is below
-rounding."""
+"""Maximum exponent of a weight. A sphere with a larger one is ignored, because its weight is less
+than the rounding error."""
 
 
 @njit(cache=True)
@@ -53,7 +53,7 @@ def near_pairs(
     sharpness,
     cut_off,
 ):
-    """Measure all pairs nearer than the cut-off at ``q``.
+    """Compute the distances of all pairs nearer than the cut-off at ``q``.
 
     The arguments are a flat list for the reason given at `cycle_kernels.control_cycle`. ``model``
     and ``data`` are addresses, ``qpos`` to ``matrices`` are views of the data (``qpos``,
@@ -91,10 +91,10 @@ def measure_near(near, world, pairs, covers, spheres):
     world's origin), the closest points on the robot's and on the other part. ``world`` is a
     :class:`World`, the rest are fields of :class:`ProximityTables`.
     """
-    # Read once: each access to a field of a named tuple counts references to its array.
+    # Read once, because each access to an array of a named tuple counts its references.
     positions, matrices, shapes = world.positions, world.matrices, world.shapes
     cut_off = world.cut_off
-    one = np.empty(9)
+    contact = np.empty(9)
     count = 0
     for pair in range(len(pairs)):
         a, b = pairs[pair, 0], pairs[pair, 1]
@@ -103,20 +103,20 @@ def measure_near(near, world, pairs, covers, spheres):
             continue
         if covers[a, 1] == 0:
             if apart > TOUCHING_M:
-                distance = measure_apart(world.model, world.data, a, b, cut_off, one)
+                distance = measure_apart(world.model, world.data, a, b, cut_off, contact)
             else:
-                distance = measure(world, a, b, cut_off, one)
-            x, y, z = one[0], one[1], one[2]
+                distance = measure(world, a, b, cut_off, contact)
+            x, y, z = contact[0], contact[1], contact[2]
             near[count, 1] = distance
             near[count, 2], near[count, 3], near[count, 4] = x, y, z
-            near[count, 5] = one[4] * z - one[5] * y
-            near[count, 6] = one[5] * x - one[3] * z
-            near[count, 7] = one[3] * y - one[4] * x
+            near[count, 5] = contact[4] * z - contact[5] * y
+            near[count, 6] = contact[5] * x - contact[3] * z
+            near[count, 7] = contact[3] * y - contact[4] * x
             for column in range(6):
-                near[count, 8 + column] = one[3 + column]
+                near[count, 8 + column] = contact[3 + column]
         else:
             cover = spheres[covers[a, 0] : covers[a, 0] + covers[a, 1]]
-            distance = _soft_distance(world, a, b, cover, one, near[count])
+            distance = _soft_distance(world, a, b, cover, contact, near[count])
         if distance < cut_off:
             near[count, 0] = pair
             count += 1
@@ -124,13 +124,13 @@ def measure_near(near, world, pairs, covers, spheres):
 
 
 @njit(cache=True)
-def distance_row(one, pair, anchors, axes, joints, moves, motion, row):
+def distance_row(near_row, pair, anchors, axes, joints, moves, motion, row):
     """Fill the derivative (n,) of a distance by the joints from its row of `measure_near`.
 
     Return the rate of the distance due to the motion of the obstacle, m/s.
     """
-    fx, fy, fz = one[2], one[3], one[4]
-    mx, my, mz = one[5], one[6], one[7]
+    fx, fy, fz = near_row[2], near_row[3], near_row[4]
+    mx, my, mz = near_row[5], near_row[6], near_row[7]
     a, b = pair[0], pair[1]
     for column in range(len(joints)):
         # A joint that moves both parts does not change their distance.
@@ -156,16 +156,16 @@ def distance_row(one, pair, anchors, axes, joints, moves, motion, row):
 
 
 @njit(cache=True)
-def _soft_distance(world, a, b, cover, one, row):
+def _soft_distance(world, a, b, cover, contact, row):
     """Return the soft minimum d = -log(sum exp(-k d_i)) / k over the spheres of a's cover.
 
-    It is never above the minimum. Normal, moment and points of ``row`` are means by the weights
-    exp(-k d_i) / sum, which makes the row the gradient of d.
+    It is never above the minimum. Normal, moment and points of ``row`` are weighted means with the
+    weights exp(-k d_i) / sum. So the row is the gradient of d.
     """
     positions, matrices, shapes = world.positions, world.matrices, world.shapes
     probe, sharpness, cut_off = world.probe, world.sharpness, world.cut_off
     row[1:14] = 0.0
-    least, total = np.inf, 0.0
+    minimum, total = np.inf, 0.0
     for sphere in range(len(cover)):
         for axis in range(3):
             positions[probe, axis] = positions[a, axis]
@@ -174,38 +174,38 @@ def _soft_distance(world, a, b, cover, one, row):
                 positions[probe, axis] += into * cover[sphere, column]
         shapes[probe, BOUND] = cover[sphere, 3]
         shapes[probe, HALF : HALF + 3] = cover[sphere, 3]
-        reach = min(cut_off, least + MAX_DECAY / sharpness)
-        # A bound <= 0 only shows that the bounding shapes overlap, so such a sphere is measured.
+        reach = min(cut_off, minimum + MAX_DECAY / sharpness)
+        # If the bound is at most 0, the bounding shapes overlap. Only the distance decides then.
         apart = gap(probe, b, positions, matrices, shapes)
         if apart >= max(reach, 0.0):
             continue
         world.sizes[probe, 0] = cover[sphere, 3]
         if apart > TOUCHING_M:
-            distance = measure_apart(world.model, world.data, probe, b, cut_off, one)
+            distance = measure_apart(world.model, world.data, probe, b, cut_off, contact)
         else:
-            distance = measure(world, probe, b, cut_off, one)
+            distance = measure(world, probe, b, cut_off, contact)
         if distance >= reach:
             continue
-        if distance < least:
+        if distance < minimum:
             # Weights are relative to the nearest sphere, so that exp() does not overflow.
-            fade = 0.0 if least == np.inf else np.exp(-sharpness * (least - distance))
+            fade = 0.0 if minimum == np.inf else np.exp(-sharpness * (minimum - distance))
             total *= fade
             for column in range(2, 14):
                 row[column] *= fade
-            least = distance
-        weight = np.exp(-sharpness * (distance - least))
+            minimum = distance
+        weight = np.exp(-sharpness * (distance - minimum))
         total += weight
         for axis in range(3):
-            row[2 + axis] += weight * one[axis]
+            row[2 + axis] += weight * contact[axis]
             j, k = (axis + 1) % 3, (axis + 2) % 3
-            row[5 + axis] += weight * (one[3 + j] * one[k] - one[3 + k] * one[j])
+            row[5 + axis] += weight * (contact[3 + j] * contact[k] - contact[3 + k] * contact[j])
         for column in range(6):
-            row[8 + column] += weight * one[3 + column]
-    if least == np.inf:
+            row[8 + column] += weight * contact[3 + column]
+    if minimum == np.inf:
         return np.inf
     for column in range(2, 14):
         row[column] /= total
-    row[1] = least - np.log(total) / sharpness
+    row[1] = minimum - np.log(total) / sharpness
     return row[1]
 
 
@@ -234,22 +234,22 @@ def _results(near, pairs, anchors, axes, joints, moves, motion):
     distance, drift = np.empty(count), np.empty(count)
     normal, on_robot, on_other = np.empty((count, 3)), np.empty((count, 3)), np.empty((count, 3))
     rows = np.empty((count, len(joints)))
-    for place in range(count):
-        pair = int(near[place, 0])
-        index[place] = pair
-        distance[place] = near[place, 1]
-        fx, fy, fz = near[place, 2], near[place, 3], near[place, 4]
+    for row in range(count):
+        pair = int(near[row, 0])
+        index[row] = pair
+        distance[row] = near[row, 1]
+        fx, fy, fz = near[row, 2], near[row, 3], near[row, 4]
         length = np.sqrt(fx * fx + fy * fy + fz * fz)
         if length > 0.0:
-            normal[place, 0], normal[place, 1] = fx / length, fy / length
-            normal[place, 2] = fz / length
+            normal[row, 0], normal[row, 1] = fx / length, fy / length
+            normal[row, 2] = fz / length
         else:
             # A soft minimum between opposite sides may have no direction. Any unit vector is valid.
-            normal[place, 0], normal[place, 1], normal[place, 2] = 0.0, 0.0, 1.0
+            normal[row, 0], normal[row, 1], normal[row, 2] = 0.0, 0.0, 1.0
         for axis in range(3):
-            on_robot[place, axis] = near[place, 8 + axis]
-            on_other[place, axis] = near[place, 11 + axis]
-        drift[place] = distance_row(
-            near[place], pairs[pair], anchors, axes, joints, moves, motion, rows[place]
+            on_robot[row, axis] = near[row, 8 + axis]
+            on_other[row, axis] = near[row, 11 + axis]
+        drift[row] = distance_row(
+            near[row], pairs[pair], anchors, axes, joints, moves, motion, rows[row]
         )
     return index, distance, normal, on_robot, on_other, rows, drift

@@ -22,37 +22,39 @@ HELD_GEOM, HELD_BODY, HELD_POSITION, HELD_AXES = 0, 1, 2, 5
 
 @dataclass(frozen=True, eq=False)
 class ProximityTables:
-    """Tables of one world; those by geom are changed in place when an obstacle moves."""
+    """Tables of one world. Those by geom are changed in place when an obstacle moves."""
 
     model: Model
     """The compiled ``MjModel``."""
     data: Data
     """Its ``MjData``, whose buffers every computation overwrites."""
     joints: NDArray[np.int64]
-    """(n, 3): place in ``qpos``, id, 1 if it turns and 0 if it slides."""
+    """(n, 3): index in ``qpos``, id, 1 for a hinge and 0 for a slide joint."""
     moves: NDArray[np.bool_]
-    """(geoms, n): which joint moves which geom."""
+    """(geoms, n): whether a joint moves a geom."""
     shapes: NDArray[np.float64]
-    """(geoms, 11): MuJoCo's type, bounding radius, middle and half extents of the bounding box in
+    """(geoms, 11): MuJoCo's type, bounding radius, centre and half extents of the bounding box in
     the geom's frame, size."""
     motion: NDArray[np.float64]
-    """(geoms, 9): origin of an obstacle, its velocity there and its turning rate, world."""
+    """(geoms, 9): origin of an obstacle, its linear velocity there and its angular velocity,
+    world."""
     pairs: NDArray[np.int64]
-    """(pairs, 2): geoms, that of the robot first."""
+    """(pairs, 2): the two geoms, that of the robot first."""
     names: tuple[tuple[str, str], ...]
     """Names of the pairs."""
     held: NDArray[np.float64]
-    """(held objects, 14): geom, body that holds it, origin and axes of the geom in that body."""
+    """(held objects, 14): geom, the body that holds it, origin and axes of the geom in this
+    body."""
     spheres: NDArray[np.float64]
     """(spheres, 4): centre in the geom's frame and radius, all covers one after another."""
     covers: NDArray[np.int64]
     """(geoms, 2): first sphere and number of spheres of a geom's cover, 0 for none."""
     probe: int
-    """Geom of the sphere that measures from points."""
+    """Geom of the sphere with which kernels compute distances from points."""
     sharpness: float
     """k of the soft minimum over a cover, 1/m."""
     cut_off: float
-    """m."""
+    """Distance beyond which pairs are skipped, m."""
 
 
 class World(NamedTuple):

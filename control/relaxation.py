@@ -59,8 +59,8 @@ def relax(rate, rows, gradient, options):
 def dynamic_beta(rate, avoidance):
     """Return the largest β <= 1 with rate - ε >= β avoidance (eq. 10).
 
-    `rate` and `avoidance` are norms. Near the goal the rate is below ε. There β is 0, so avoidance
-    does not prevent that the task reaches its goal.
+    `rate` and `avoidance` are norms. Near the goal the rate is below ε. There β is 0, so that
+    avoidance does not prevent the task from reaching its goal.
     """
     room = max(rate - EPSILON, 0.0)
     if room == 0.0:

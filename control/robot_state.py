@@ -25,7 +25,7 @@ class RobotState:
     """
 
     q: NDArray[np.float64]
-    """Joint positions (n,), rad (m, of a sliding joint)."""
+    """Joint positions (n,), rad (m for a slide joint)."""
     position: NDArray[np.float64]
     """Origin of the controlled frame (3,), m, world."""
     rotation: NDArray[np.float64]
@@ -41,7 +41,7 @@ class RobotState:
     speed: NDArray[np.float64]
     """Joint speed limits (n,), rad/s or m/s."""
     from_base: NDArray[np.int64] | None = None
-    """Places (n,) of the joints from base to tip; None where they are in that order."""
+    """Indices (n,) that sort the joints from base to tip; None if they are in that order."""
 
     def __post_init__(self) -> None:
         n = len(self.q) if self.q.ndim == 1 else -1

@@ -1,4 +1,4 @@
-"""A stack of tasks as joint velocities: a task moves only in what the tasks above leave free."""
+"""Joint velocities of a stack of tasks. A task moves only in the null space of the tasks above."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ class StackSolution:
     velocity: NDArray[np.float64]
     """(n,), rad/s."""
     missing: tuple[float, ...]
-    """By task: norm of the commanded rate that is not met."""
+    """Norm of the part of each task's commanded rate that is missing."""
     scale: tuple[float, ...]
-    """By task: share of its motion that joint speeds allow, 0 to 1."""
+    """Fraction of each task's motion that the joint speed limits allow, 0 to 1."""
     dropped: tuple[bool, ...]
-    """By task: one-sided and left out, because the others move its value the allowed way."""
+    """Whether each task is one-sided and dropped, because the others move its value as allowed."""
 
 
 def solve_stack(
@@ -41,12 +41,12 @@ def solve_stack(
     free_motion: NDArray[np.float64] | None = None,
     speed: NDArray[np.float64] | None = None,
 ) -> StackSolution:
-    """Return joint velocities that drive every task at its rate, in order of priority.
+    """Compute joint velocities that drive every task at its rate, in order of priority.
 
     This is the strict form of eq. 2-3. Task k is solved in the null space Z of *all* tasks above
-    it, dq += Z (J_k Z)^+ (rate_k - J_k dq), so that none disturbs one above. Near a singularity the
-    inverse is damped (Maciejewski and Klein 1988), direction by direction. The null space is built
-    from the undamped directions, or the lower tasks would leak into the upper ones.
+    it, dq += Z (J_k Z)^+ (rate_k - J_k dq), so that no task disturbs one above. Near a singularity
+    the inverse is damped (Maciejewski and Klein 1988), direction by direction. The null space uses
+    the undamped directions; otherwise lower tasks would disturb upper ones.
 
     Parameters
     ----------
@@ -55,10 +55,10 @@ def solve_stack(
     rates
         Commanded velocities by task, (m,) each; the tasks' own rates when None.
     free_motion
-        Joint velocities (n,) wanted in what all tasks leave free, -∇H of eq. 8.
+        Desired joint velocities (n,) in the null space of all tasks, -∇H of eq. 8.
     speed
-        Joint speed limits (n,), rad/s. A level that would exceed one is scaled down as a whole;
-        those above keep what they have.
+        Joint speed limits (n,), rad/s. A task that would exceed one is scaled down as a whole;
+        the tasks above are not changed.
 
     Raises
     ------
@@ -69,15 +69,15 @@ def solve_stack(
     joints = _joints(tasks)
     wanted = [task.rate for task in tasks] if rates is None else list(rates)
     _check(tasks, wanted, joints, free_motion, speed)
-    count, most = len(tasks), max(len(rate) for rate in wanted)
+    count, max_rows = len(tasks), max(len(rate) for rate in wanted)
     levels = Levels(
         np.array([len(rate) for rate in wanted]),
         np.array([task.side for task in tasks]),
-        np.zeros((count, most)),
-        np.zeros((count, most, joints)),
+        np.zeros((count, max_rows)),
+        np.zeros((count, max_rows, joints)),
     )
-    for place, (task, rate) in enumerate(zip(tasks, wanted, strict=True)):
-        levels.rates[place, : len(rate)], levels.rows[place, : len(rate)] = rate, task.jacobian
+    for index, (task, rate) in enumerate(zip(tasks, wanted, strict=True)):
+        levels.rates[index, : len(rate)], levels.rows[index, : len(rate)] = rate, task.jacobian
     velocity, scale, dropped = np.empty(joints), np.empty(count), np.empty(count, dtype=bool)
     free = np.zeros(joints) if free_motion is None else np.asarray(free_motion, dtype=np.float64)
     limits = np.full(joints, np.inf) if speed is None else np.asarray(speed, dtype=np.float64)
@@ -111,7 +111,7 @@ def _check(
             f"the rates need one row for each row of the tasks: {needed}, got {shapes}"
         )
     for task, rate in zip(tasks, rates, strict=True):
-        # One dot product is finite exactly when all entries are, and costs a third of asking.
+        # The dot product is finite only if all entries are. It is faster than np.isfinite.
         if not math.isfinite(np.vdot(rate, rate)):
             raise InputError(f"task {task.name}: the rate must be finite, got {rate.tolist()}")
     if free_motion is not None:

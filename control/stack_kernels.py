@@ -1,10 +1,10 @@
 """The compiled solution of a stack of tasks by priority.
 
-Instead of a basis of the free directions, the kernel keeps the directions that are in use. The rows
-of a level, cleared of those, have the same singular values and right vectors, and no basis has to
-be completed. Singular vectors come from rotations of pairs of rows until all are orthogonal
-(Hestenes 1958). For a handful of rows this is faster than a call of LAPACK, and it is exact for
-small singular values.
+The kernel does not keep a basis of the null space. It keeps the joint directions that the upper
+tasks use, and removes them from the rows of the next task. The singular values and right vectors
+are the same. The singular value decomposition rotates pairs of rows until all rows are orthogonal
+(Hestenes 1958). For a few rows this is faster than a call of LAPACK, and it is exact for small
+singular values.
 """
 
 from __future__ import annotations
@@ -19,25 +19,25 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 LOST = 1e-7
-"""Singular values below this have no direction: rounding makes their vectors arbitrary."""
+"""Minimum singular value with a direction. The vector of a smaller one is rounding error."""
 ROUNDING = 1e-12
-"""Excess over a joint's speed limit that is allowed, rad/s. Where a level above has used up a
-joint, the rounding of the levels below must not stop them."""
+"""Maximum excess over a joint speed limit, rad/s. If a task above uses the full speed of a joint,
+rounding must not stop the tasks below."""
 NEAR_SINGULAR = 0.05
-"""Singular values below this are damped, more the smaller they are: larger keeps joints slower near
-singular postures, and the task less exact there."""
+"""Singular values below this are damped; smaller ones are damped more. A larger threshold keeps
+joints slower near singular postures, and makes the task less exact there."""
 DAMPING = 0.05
 """Damping of a direction whose singular value is zero."""
 ORTHOGONAL = 4e-15
-"""Cosine between two rows below which they count as orthogonal: their rounding."""
+"""Maximum cosine between two orthogonal rows: their rounding error."""
 SWEEPS = 15
-"""Rotations of all pairs of rows; they are orthogonal after four to six."""
+"""Maximum number of rotations of all pairs of rows. Four to six make them orthogonal."""
 NO_ROW = 1e-6 * LOST
-"""Rows shorter than this are rounding, and not worth a rotation."""
+"""Minimum length of a row that is rotated. Shorter rows are rounding error."""
 
 
 class Levels(NamedTuple):
-    """K tasks by priority, for kernels; of the M rows of task k the first ``sizes[k]`` count."""
+    """K tasks by priority, for kernels. The first ``sizes[k]`` of the M rows of task k are used."""
 
     sizes: NDArray[np.int64]
     """(K,) number of rows."""
@@ -51,7 +51,7 @@ class Levels(NamedTuple):
 
 @njit(cache=True)
 def solve_levels(levels, free_motion, speed, velocity, scale, dropped):
-    """Fill the joint velocities of a stack, see `stack.solve_stack`.
+    """Compute the joint velocities of a stack, see `stack.solve_stack`.
 
     Parameters
     ----------
@@ -65,12 +65,12 @@ def solve_levels(levels, free_motion, speed, velocity, scale, dropped):
         (K,) each, to be filled as in :class:`StackSolution`.
     """
     sizes, sides, rates, rows = levels
-    tasks, most, joints = rows.shape
+    tasks, max_rows, joints = rows.shape
     for task in range(tasks):
         dropped[task] = sides[task] != 0 and sizes[task] == 1
-    block = np.empty((most + joints + 1, joints + 1))
-    level, used = block[:most], block[most : most + joints, :joints]
-    step = block[most + joints, :joints]
+    block = np.empty((max_rows + joints + 1, joints + 1))
+    level, used = block[:max_rows], block[max_rows : max_rows + joints, :joints]
+    step = block[max_rows + joints, :joints]
     while True:
         velocity[:] = 0.0
         count = 0
@@ -82,15 +82,15 @@ def solve_levels(levels, free_motion, speed, velocity, scale, dropped):
             if count == joints:
                 scale[task] = 0.0
                 continue
-            _level(rates[task], rows[task], m, velocity, used, count, level)
+            _reduced_rows(rates[task], rows[task], m, velocity, used, count, level)
             orthogonalise(level[:m], joints)
             count = _add_directions(level[:m], used, count, step)
-            scale[task] = _go(velocity, step, speed)
+            scale[task] = _add_step(velocity, step, speed)
         if count < joints:
             for joint in range(joints):
                 step[joint] = free_motion[joint]
-            _clear(step, used, count)
-            _go(velocity, step, speed)
+            _remove_directions(step, used, count)
+            _add_step(velocity, step, speed)
         broken = -1
         for task in range(tasks):
             if dropped[task] and broken < 0:
@@ -99,16 +99,16 @@ def solve_levels(levels, free_motion, speed, velocity, scale, dropped):
                     broken = task
         if broken < 0:
             return
-        # One at a time, the highest first: with it held, the next may move the allowed way.
+        # Add one dropped task at a time, the highest first. With it, the next may be satisfied.
         dropped[broken] = False
 
 
 @njit(cache=True)
 def orthogonalise(rows, columns):
-    """Rotate rows (m, columns and more) in pairs until they are orthogonal in their columns.
+    """Rotate rows in pairs until their first ``columns`` entries are orthogonal.
 
-    Their lengths are then the singular values, their directions the right vectors. Entries beyond
-    the columns are rotated along.
+    The lengths of the rows are then the singular values, and their directions the right vectors.
+    Entries beyond the columns are rotated too.
     """
     m, width = rows.shape
     for _ in range(SWEEPS):
@@ -136,19 +136,19 @@ def orthogonalise(rows, columns):
 
 
 @njit(cache=True)
-def _level(rate, rows, m, velocity, used, count, level):
-    """Fill a level's rows, cleared of the directions in use, and after them the rates left."""
+def _reduced_rows(rate, rows, m, velocity, used, count, level):
+    """Fill a task's rows without the directions in use; the last column is the missing rate."""
     joints = len(velocity)
     for row in range(m):
         for joint in range(joints):
             level[row, joint] = rows[row, joint]
         level[row, joints] = rate[row] - _dot(rows[row], velocity, joints)
-        _clear(level[row, :joints], used, count)
+        _remove_directions(level[row, :joints], used, count)
 
 
 @njit(cache=True)
 def _add_directions(level, used, count, step):
-    """Add a level's directions to those in use and fill its step; return how many are in use."""
+    """Add a task's directions to those in use and fill its step; return the number in use."""
     joints = len(step)
     step[:] = 0.0
     for row in range(len(level)):
@@ -158,11 +158,11 @@ def _add_directions(level, used, count, step):
         direction = used[count]
         for joint in range(joints):
             direction[joint] = level[row, joint] / size
-        # Short rows carry more of the rounding: without this the null space would leak.
-        _clear(direction, used, count)
+        # Short rows have larger relative rounding errors, which would disturb upper tasks.
+        _remove_directions(direction, used, count)
         length = math.sqrt(_dot(direction, direction, joints))
-        share = max(1.0 - (size / NEAR_SINGULAR) ** 2, 0.0)
-        gain = size / (size * size + DAMPING * DAMPING * share)
+        weight = max(1.0 - (size / NEAR_SINGULAR) ** 2, 0.0)
+        gain = size / (size * size + DAMPING * DAMPING * weight)
         for joint in range(joints):
             direction[joint] /= length
             step[joint] += gain * level[row, joints] * direction[joint]
@@ -171,8 +171,8 @@ def _add_directions(level, used, count, step):
 
 
 @njit(cache=True)
-def _clear(vector, used, count):
-    """Remove from a vector (n,) its parts along directions, twice because of rounding."""
+def _remove_directions(vector, used, count):
+    """Remove the components of a vector (n,) along the directions in use, twice due to rounding."""
     if count == 0:
         return
     joints = len(vector)
@@ -184,18 +184,18 @@ def _clear(vector, used, count):
 
 
 @njit(cache=True)
-def _go(velocity, step, speed):
-    """Add as much of a step as joint speeds allow, and return the share added."""
-    share = 1.0
+def _add_step(velocity, step, speed):
+    """Add the fraction of a step that the joint speed limits allow, and return this fraction."""
+    fraction = 1.0
     for joint in range(len(step)):
         size = abs(step[joint])
         toward = velocity[joint] if step[joint] > 0.0 else -velocity[joint]
         room = max(speed[joint] - toward, 0.0)
         if size > room + ROUNDING:
-            share = min(share, room / size)
+            fraction = min(fraction, room / size)
     for joint in range(len(step)):
-        velocity[joint] += share * step[joint]
-    return share
+        velocity[joint] += fraction * step[joint]
+    return fraction
 
 
 @njit(cache=True)

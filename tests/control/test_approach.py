@@ -69,7 +69,7 @@ def test_progress_of_higher_task_outweighs_lower_task(world: CollisionWorld) -> 
     assert cycle.errors[0] <= controller.options.tolerance
     assert cycle.errors[1] > 0.1
     assert cycle.status == "stuck"
-    assert cycle.reason.endswith("off: the tasks above leave no way")
+    assert cycle.reason.endswith("off: the tasks above leave no joint motion free")
     assert cycle.reason.startswith("posture")
 
 
@@ -90,7 +90,7 @@ def test_stuck_reason_reports_unreachable_goal_near_obstacle() -> None:
 def test_stuck_reason_reports_repulsion_in_balance_with_goal() -> None:
     options = ControlOptions(beta=5.0, retreats=0)
     reason = _stuck_reason([0.56, 0.25, 0.5], GOAL.tolist(), options)
-    assert reason.endswith("repulsion and goal are in balance")
+    assert reason.endswith("repulsion balances the motion to the goal")
 
 
 def test_tasks_of_controller_are_read_only(world: CollisionWorld) -> None:
