@@ -8,8 +8,8 @@ import numpy as np
 
 from eyehand.data_synth.pad import Part, TouchObject, pen, tilted_face, toy_box
 
-from ..bench import Sweep, Trial
-from .stress_trial import ContactFigures, hold_contact, servo_phases
+from ..bench import Trial, as_sweep
+from .stress_trial import CALM_CONTACT, ContactFigures, hold_contact, servo_phases
 from .stress_world import CarriedPad, Electronics
 
 TILT = np.radians(6.0)
@@ -38,85 +38,11 @@ PLATE_HALF = (0.02, 0.02, 0.005)
 """Half side lengths of a light flat object, m."""
 
 
-def contact_sweeps() -> tuple[Sweep[None], ...]:
-    """Return the sweeps over the object under the pad and its motion."""
-    return (*_fixed_object_sweeps(), *_moving_object_sweeps())
-
-
-def _fixed_object_sweeps() -> tuple[Sweep[None], ...]:
-    return (
-        Sweep(
-            name="lost-rolling",
-            axis="distance that the object drops for 0.2 s while the pad rolls",
-            unit="mm",
-            values=(0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0),
-            holds_to=0.2,
-            attempt=_lost,
-            right="contact found again, pressure reached, flat within 1°",
-        ),
-        Sweep(
-            name="round",
-            axis="noise, with yaw control over a ball",
-            unit="counts",
-            values=NOISES,
-            holds_to=10.0,
-            attempt=_round,
-            right="rotated by less than 2°",
-        ),
-        Sweep(
-            name="right-angle",
-            axis="noise, with a rod exactly 90° misaligned",
-            unit="counts",
-            values=NOISES,
-            holds_to=10.0,
-            attempt=_right_angle,
-            right="aligned within 3°",
-        ),
-        Sweep(
-            name="border",
-            axis="distance of the contact from the pad's centre (border at 40)",
-            unit="mm",
-            values=(0.0, 20.0, 30.0, 33.0, 36.0, 38.0, 40.0, 42.0, 45.0),
-            holds_to=30.0,
-            attempt=_border,
-            right="pressure reached and calm",
-        ),
-    )
-
-
-def _moving_object_sweeps() -> tuple[Sweep[None], ...]:
-    return (
-        Sweep(
-            name="blobs",
-            axis="height difference of two blobs that alternate 4 times per second",
-            unit="mm",
-            values=(0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0),
-            holds_to=None,
-            attempt=_blobs,
-            right="pressure reached and calm",
-        ),
-        Sweep(
-            name="coming",
-            axis="speed of a box that moves towards the pad without stopping",
-            unit="mm/s",
-            # The pad retreats at no more than 50 mm/s. No servo can avoid a faster object.
-            values=(2.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 40.0),
-            holds_to=8.0,
-            attempt=_coming,
-            right="pressure reached and calm",
-        ),
-        Sweep(
-            name="light",
-            axis="mass of a free flat object on a table",
-            unit="g",
-            values=(200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0),
-            holds_to=20.0,
-            attempt=_light,
-            right="pressure reached and calm",
-        ),
-    )
-
-
+@as_sweep(
+    "lost-rolling", "distance that the object drops for 0.2 s while the pad rolls", "mm",
+    (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0), holds_to=0.2,
+    right="contact found again, pressure reached, flat within 1°",
+)  # fmt: skip
 def _lost(drop: float, seed: int, method: None) -> Trial:
     def lifts(time: float) -> tuple[float]:
         dropped = any(begin < time < begin + DROP_SECONDS for begin in DROP_TIMES)
@@ -135,6 +61,10 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
     )
 
 
+@as_sweep(
+    "round", "noise, with yaw control over a ball", "counts", NOISES, holds_to=10.0,
+    right="rotated by less than 2°",
+)  # fmt: skip
 def _round(noise: float, seed: int, method: None) -> Trial:
     pad = CarriedPad((_ball(0.0, 0.0),), Electronics(seed, noise))
     return hold_contact(
@@ -144,6 +74,10 @@ def _round(noise: float, seed: int, method: None) -> Trial:
     )
 
 
+@as_sweep(
+    "right-angle", "noise, with a rod exactly 90° misaligned", "counts", NOISES, holds_to=10.0,
+    right="aligned within 3°",
+)  # fmt: skip
 def _right_angle(noise: float, seed: int, method: None) -> Trial:
     half = np.sqrt(0.5)
     part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
@@ -155,6 +89,10 @@ def _right_angle(noise: float, seed: int, method: None) -> Trial:
     return hold_contact(pad, servo_phases("edge"), 5.0, find_error=misaligned)
 
 
+@as_sweep(
+    "border", "distance of the contact from the pad's centre (border at 40)", "mm",
+    (0.0, 20.0, 30.0, 33.0, 36.0, 38.0, 40.0, 42.0, 45.0), holds_to=30.0, right=CALM_CONTACT,
+)  # fmt: skip
 def _border(distance_mm: float, seed: int, method: None) -> Trial:
     angle = 0.25 * np.pi * (seed % 8)
     # The distance is the larger coordinate, also along diagonals: the nearest border matters.
@@ -165,6 +103,10 @@ def _border(distance_mm: float, seed: int, method: None) -> Trial:
     )
 
 
+@as_sweep(
+    "blobs", "height difference of two blobs that alternate 4 times per second", "mm",
+    (0.0, 0.02, 0.05, 0.1, 0.2, 0.5, 1.0), holds_to=None, right=CALM_CONTACT,
+)  # fmt: skip
 def _blobs(lift: float, seed: int, method: None) -> Trial:
     def lifts(time: float) -> tuple[float, float]:
         up = 0.5e-3 * lift * np.sin(np.pi * SWAP_HERTZ * time + seed)
@@ -178,6 +120,11 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
     return hold_contact(CarriedPad(blobs, Electronics(seed)), servo_phases("press"), lifts=lifts)
 
 
+# The pad retreats at no more than 50 mm/s. No servo can avoid a faster object.
+@as_sweep(
+    "coming", "speed of a box that moves towards the pad without stopping", "mm/s",
+    (2.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 40.0), holds_to=8.0, right=CALM_CONTACT,
+)  # fmt: skip
 def _coming(speed: float, seed: int, method: None) -> Trial:
     def lifts(time: float) -> tuple[float]:
         # The object accelerates for one second, as an arm or a belt does.
@@ -189,6 +136,10 @@ def _coming(speed: float, seed: int, method: None) -> Trial:
     )
 
 
+@as_sweep(
+    "light", "mass of a free flat object on a table", "g",
+    (200.0, 100.0, 50.0, 20.0, 10.0, 5.0, 2.0, 1.0), holds_to=20.0, right=CALM_CONTACT,
+)  # fmt: skip
 def _light(mass: float, seed: int, method: None) -> Trial:
     plate = TouchObject("plate", (Part("box", PLATE_HALF, (0.0, 0.0, -PLATE_HALF[2])),))
     pad = CarriedPad((plate,), Electronics(seed), mass=1e-3 * mass)
@@ -202,3 +153,7 @@ def _ball(x: float, y: float) -> TouchObject:
 def _excess(words: str, angle: float, limit: float) -> str:
     """Return a note if an angle reaches its limit, or an empty string."""
     return "" if angle < limit else f"{words} {np.degrees(angle):.1f}°"
+
+
+CONTACT_SWEEPS = (_lost, _round, _right_angle, _border, _blobs, _coming, _light)
+"""Sweeps over the object under the pad and its motion."""

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 from eyehand.data_synth.pad import pen, soft_ball, toy_box
 from eyehand.tactile import PhaseOptions, TouchPhases
 
-from ..bench import Sweep
-from .stress_trial import hold_contact, servo_phases
+from ..bench import as_sweep
+from .stress_trial import CALM_CONTACT, hold_contact, servo_phases
 from .stress_world import CarriedPad, Electronics
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from eyehand.data_synth.pad import TouchObject
 
-    from ..bench import Trial
+    from ..bench import Sweep, Trial
 
 UNCAPPED = 1e3
 """Press gain without effect, 1/s. Only the fraction of the stability limit acts then."""
@@ -27,35 +27,20 @@ START_HEIGHT = 0.012
 def gain_sweeps() -> tuple[Sweep[None], ...]:
     """Return the sweeps over gains and landing speeds, for each object."""
     objects = {"pen": pen, "box": toy_box, "ball": soft_ball}
-    gains = [
-        Sweep(
-            name=f"gain-{name}",
-            axis="press gain as a fraction of the stability limit",
-            unit="",
-            values=(0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 4.0),
-            holds_to=0.5,
-            attempt=_gain(make_object),
-            right="pressure reached and calm",
-        )
-        for name, make_object in objects.items()
-    ]
+    gains = [_gain_sweep(name, make_object) for name, make_object in objects.items()]
     landings = [
-        Sweep(
-            name=f"landing-{name}{'' if guarded else '-windup'}",
-            axis=f"landing speed {'with' if guarded else 'without'} anti-windup",
-            unit="mm/s",
-            values=(10.0, 20.0, 50.0, 100.0, 200.0),
-            holds_to=50.0,
-            attempt=_landing(make_object, guarded),
-            right="pressure reached and calm",
-        )
+        _landing_sweep(name, make_object, guarded)
         for name, make_object in objects.items()
         for guarded in (True, False)
     ]
     return (*gains, *landings)
 
 
-def _gain(make_object: Callable[[], TouchObject]) -> Callable[[float, int, None], Trial]:
+def _gain_sweep(name: str, make_object: Callable[[], TouchObject]) -> Sweep[None]:
+    @as_sweep(
+        f"gain-{name}", "press gain as a fraction of the stability limit", "",
+        (0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 2.0, 4.0), holds_to=0.5, right=CALM_CONTACT,
+    )  # fmt: skip
     def attempt(share: float, seed: int, method: None) -> Trial:
         phases = servo_phases("track", stability_share=share, press_gain=UNCAPPED)
         return hold_contact(CarriedPad((make_object(),), Electronics(seed)), phases)
@@ -63,7 +48,12 @@ def _gain(make_object: Callable[[], TouchObject]) -> Callable[[float, int, None]
     return attempt
 
 
-def _landing(make_object: Callable[[], TouchObject], guarded: bool) -> Callable[..., Trial]:
+def _landing_sweep(name: str, make_object: Callable[[], TouchObject], guarded: bool) -> Sweep[None]:
+    @as_sweep(
+        f"landing-{name}{'' if guarded else '-windup'}",
+        f"landing speed {'with' if guarded else 'without'} anti-windup", "mm/s",
+        (10.0, 20.0, 50.0, 100.0, 200.0), holds_to=50.0, right=CALM_CONTACT,
+    )  # fmt: skip
     def attempt(speed: float, seed: int, method: None) -> Trial:
         servo = servo_phases("track", anti_windup=guarded).servo
         phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 from ..bench import ReportSpec, StressArguments, StressStage, run_stress
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, refused_pct, share_pct, worst
-from .contact_sweeps import contact_sweeps
+from .contact_sweeps import CONTACT_SWEEPS
 from .gain_sweeps import gain_sweeps
-from .sensor_sweeps import sensor_sweeps
+from .sensor_sweeps import SENSOR_SWEEPS
 from .stress_trial import ContactFigures
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def stress_touch(arguments: StressArguments | None = None) -> int:
 
 def touch_sweeps() -> tuple[Sweep[None], ...]:
     """Return all sweeps, in reading order."""
-    return (*gain_sweeps(), *contact_sweeps(), *sensor_sweeps())
+    return (*gain_sweeps(), *CONTACT_SWEEPS, *SENSOR_SWEEPS)
 
 
 def touch_stage() -> StressStage[None]:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
     from .stress_world import CarriedPad
 
+CALM_CONTACT = "pressure reached and calm"
+"""What a trial requires if its sweep requires nothing else."""
 SECONDS = 3.0
 """Default time limit of a trial, s."""
 LAST_SECONDS = 0.5
