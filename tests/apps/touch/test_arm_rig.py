@@ -1,4 +1,4 @@
-"""The rig moves the pad as it is told, late as the options say, and keeps joint limits."""
+"""The simulated arm with a pad: twists, delays, calibration, and joint limits."""
 
 import numpy as np
 import pytest
@@ -8,11 +8,11 @@ from eyehand.apps.touch.arm_rig import CYCLE, ArmRig, RigOptions, home_pose
 from eyehand.data_synth.pad import Arm, PlacedObject, pad_scene, pen
 from eyehand.errors import InputError
 
-AT_ONCE = RigOptions(lag=0.0, latency=0)
+NO_DELAY = RigOptions(lag=0.0, latency=0)
 
 
-def test_a_twist_in_the_pads_frame_moves_the_pad_so():
-    rig = ArmRig(pad_scene(), options=AT_ONCE)
+def test_pad_executes_twist_in_its_own_frame():
+    rig = ArmRig(pad_scene(), options=NO_DELAY)
     before = rig.hand.pose
     twist = np.array([0.02, -0.01, 0.03, 0.0, 0.0, 0.2])
     for _ in range(25):
@@ -24,7 +24,7 @@ def test_a_twist_in_the_pads_frame_moves_the_pad_so():
     assert rig.hand.pose.translation == pytest.approx(rig.simulation.pad_pose().translation)
 
 
-def test_the_arm_follows_with_wait_and_lag():
+def test_arm_follows_with_latency_and_lag():
     rig = ArmRig(pad_scene(), options=RigOptions(lag=0.02, latency=2))
     speeds = []
     for _ in range(10):
@@ -35,18 +35,18 @@ def test_the_arm_follows_with_wait_and_lag():
     assert speeds[2:] == pytest.approx(lagged, rel=1e-2)
 
 
-def test_the_pad_feels_what_is_there_through_its_calibration():
+def test_calibrated_features_equal_true_force_and_position():
     place = np.add(home_pose().translation, [0.006, -0.004, 0.001])
-    thing = PlacedObject(pen(), RigidTransform.from_translation(place))
-    rig = ArmRig(pad_scene((thing,)), seed=3)
-    moment = rig.step(np.zeros(6))[-1][0]
-    assert rig.hand.features.force == pytest.approx(moment.force, rel=0.2)
-    # The pad looks down, so that its x is the world's -x.
+    placed = PlacedObject(pen(), RigidTransform.from_translation(place))
+    rig = ArmRig(pad_scene((placed,)), seed=3)
+    sample = rig.step(np.zeros(6))[-1][0]
+    assert rig.hand.features.force == pytest.approx(sample.force, rel=0.2)
+    # The pad faces down, so its x-axis is the world's -x-axis.
     assert rig.hand.features.centre[:2] == pytest.approx([-0.006, -0.004], abs=2e-4)
 
 
-def test_joint_limits_are_kept_and_named():
-    rig = ArmRig(pad_scene(), options=AT_ONCE)
+def test_joint_limits_are_kept_and_reported():
+    rig = ArmRig(pad_scene(), options=NO_DELAY)
     for _ in range(500):
         rig.step(np.array([0, 0, -0.5, 0, 0, 0]))
     robot = rig.hand.robot
@@ -55,12 +55,12 @@ def test_joint_limits_are_kept_and_named():
     assert rig.hand.active_limits
 
 
-def test_two_arms_move_for_themselves():
+def test_two_arms_move_independently():
     arms = (
         Arm(prefix="left_"),
         Arm(RigidTransform.from_translation([0.0, 1.0, 0.0]), "right_"),
     )
-    rig = ArmRig(pad_scene((), arms), arms, options=AT_ONCE)
+    rig = ArmRig(pad_scene((), arms), arms, options=NO_DELAY)
     before = [hand.pose.translation for hand in rig.hands]
     rig.step(np.zeros(6), np.array([0, 0, 0.05, 0, 0, 0]))
     after = [hand.pose.translation for hand in rig.hands]
@@ -69,7 +69,7 @@ def test_two_arms_move_for_themselves():
     assert after[1][1] - after[0][1] == pytest.approx(1.0, abs=1e-6)
 
 
-@pytest.mark.parametrize("wrong", [{"lag": -1.0}, {"latency": -1}, {"lag": float("nan")}])
-def test_impossible_options_are_refused(wrong):
+@pytest.mark.parametrize("values", [{"lag": -1.0}, {"latency": -1}, {"lag": float("nan")}])
+def test_rig_options_reject_invalid_values(values):
     with pytest.raises(InputError):
-        RigOptions(**wrong)
+        RigOptions(**values)

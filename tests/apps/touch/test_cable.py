@@ -1,4 +1,4 @@
-"""A cable of unknown shape is followed: the command as a person runs it, and the shapes."""
+"""The experiment `cable`, and the shapes of its cables."""
 
 import csv
 import json
@@ -6,21 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from eyehand.apps.main import main
 from eyehand.apps.touch.cable_shapes import MAX_CURVATURE, SPACING, cable_shape
 from eyehand.errors import InputError
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
-        main(["experiment", "cable", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
-
-
-def test_the_path_is_the_cable(tmp_path, capsys):
-    code, out, _ = run("--quick", "--json", "--seed", 1, "--out", tmp_path, capsys=capsys)
+def test_path_follows_cable_to_its_end(tmp_path, run_experiment):
+    code, out, _ = run_experiment("cable", "--quick", "--json", "--seed", 1, "--out", tmp_path)
     assert code == 0
     report = json.loads(out)
     assert report["schema"] == "eyehand.experiment_cable/1"
@@ -36,15 +27,15 @@ def test_the_path_is_the_cable(tmp_path, capsys):
         assert len(list(csv.DictReader(file))) == 4
 
 
-@pytest.mark.parametrize("wrong", [("--trials", 0), ("--seed", -1)])
-def test_impossible_wishes_are_refused_in_one_line(wrong, capsys):
-    code, _, err = run(*wrong, capsys=capsys)
+@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
+def test_invalid_option_value_exits_with_code_2(option, run_experiment):
+    code, _, err = run_experiment("cable", *option)
     assert code == 2
-    assert wrong[0] in err
+    assert option[0] in err
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_cables_bend_as_they_say(seed):
+def test_cable_line_has_stated_spacing_and_curvature(seed):
     shape, again = cable_shape(seed), cable_shape(seed)
     assert np.array_equal(shape.line, again.line)
     steps = np.diff(shape.line, axis=0)
@@ -52,9 +43,9 @@ def test_cables_bend_as_they_say(seed):
     turning = np.diff(np.unwrap(np.arctan2(steps[:, 1], steps[:, 0]))) / SPACING
     assert turning == pytest.approx(shape.curvature[2:], abs=1e-6)
     assert np.abs(shape.curvature).max() == pytest.approx(MAX_CURVATURE)
-    assert steps[:, 1].min() > 0, "on the whole it runs along y"
+    assert steps[:, 1].min() > 0, "the cable runs along +y"
 
 
-def test_a_cable_needs_a_seed():
+def test_cable_shape_rejects_negative_seed():
     with pytest.raises(InputError, match="seed"):
         cable_shape(-1)

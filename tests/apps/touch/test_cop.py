@@ -1,4 +1,4 @@
-"""The probe between tactels as a person runs it."""
+"""The experiment `cop`: position of a thin probe between tactels."""
 
 import csv
 import json
@@ -6,21 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from eyehand.apps.main import main
 from eyehand.apps.touch.cop import probe_row
 from eyehand.apps.touch.probe_path import ProbePath
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
-        main(["experiment", "cop", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
-
-
-def test_a_probe_is_placed_between_tactels(tmp_path, capsys):
-    code, out, _ = run("--quick", "--json", "--out", tmp_path, capsys=capsys)
+def test_probe_position_between_tactels_is_accurate(tmp_path, run_experiment):
+    code, out, _ = run_experiment("cop", "--quick", "--json", "--out", tmp_path)
     assert code == 0
     report = json.loads(out)
     assert report["schema"] == "eyehand.experiment_cop/1"
@@ -34,14 +25,14 @@ def test_a_probe_is_placed_between_tactels(tmp_path, capsys):
     assert max(real) - min(real) == pytest.approx(5.0, abs=0.05)
 
 
-@pytest.mark.parametrize("wrong", [("--trials", 0), ("--seed", -1)])
-def test_impossible_wishes_are_refused_in_one_line(wrong, capsys):
-    code, _, err = run(*wrong, capsys=capsys)
+@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
+def test_invalid_option_value_exits_with_code_2(option, run_experiment):
+    code, _, err = run_experiment("cop", *option)
     assert code == 2
-    assert wrong[0] in err
+    assert option[0] in err
 
 
-def test_errors_are_distances_over_all_ways():
+def test_probe_row_summarises_errors_of_all_paths():
     real = np.zeros((2, 2))
     one = ProbePath(real, np.array([[3e-5, 4e-5], [0.0, 0.0]]), np.ones(2))
     other = ProbePath(real, np.array([[0.0, 0.0], [0.0, 1e-4]]), np.ones(2))

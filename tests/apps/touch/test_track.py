@@ -1,4 +1,4 @@
-"""Tracking as a person runs it, in short, and the rule for response times."""
+"""A short run of the experiment `track`, and the definition of the response time."""
 
 import csv
 import json
@@ -6,20 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from eyehand.apps.main import main
 from eyehand.apps.touch.track_trial import TARGETS, converged
 
 
-def run(*arguments, capsys) -> tuple[int, str, str]:
-    """Exit code, stdout and stderr of the command run in this process."""
-    with pytest.raises(SystemExit) as leaving:
-        main(["experiment", "track", *(str(argument) for argument in arguments)])
-    printed = capsys.readouterr()
-    return int(leaving.value.code or 0), printed.out, printed.err
-
-
-def test_one_setting_holds_pen_box_and_ball(tmp_path, capsys):
-    code, out, _ = run("--quick", "--json", "--out", tmp_path, capsys=capsys)
+def test_one_setting_tracks_pen_box_and_ball(tmp_path, run_experiment):
+    code, out, _ = run_experiment("track", "--quick", "--json", "--out", tmp_path)
     assert code == 0
     report = json.loads(out)
     assert report["schema"] == "eyehand.experiment_track/1"
@@ -27,7 +18,7 @@ def test_one_setting_holds_pen_box_and_ball(tmp_path, capsys):
     assert list(rows) == ["Rigid pen", "Toy box", "Soft ball", "X", "Y"]
     for row in rows.values():
         error, deviation, response = TARGETS["position" if row["unit"] == "px" else "force"]
-        # The way from the band's border to the goal weighs more in 2 s than in 20 s.
+        # The convergence weighs more in 2 s than in 20 s.
         assert row["steady_state_error"] <= 10 * error
         assert row["standard_deviation"] <= 3 * deviation
         assert row["response_time_s"] <= response
@@ -37,14 +28,14 @@ def test_one_setting_holds_pen_box_and_ball(tmp_path, capsys):
         assert [row["name"] for row in csv.DictReader(file)] == list(rows)
 
 
-@pytest.mark.parametrize("wrong", [("--trials", 0), ("--seed", -1)])
-def test_impossible_wishes_are_refused_in_one_line(wrong, capsys):
-    code, _, err = run(*wrong, capsys=capsys)
+@pytest.mark.parametrize("option", [("--trials", 0), ("--seed", -1)])
+def test_invalid_option_value_exits_with_code_2(option, run_experiment):
+    code, _, err = run_experiment("track", *option)
     assert code == 2
-    assert wrong[0] in err
+    assert option[0] in err
 
 
-def test_convergence_is_where_the_error_stays_small():
+def test_converged_returns_start_of_lasting_small_error():
     time = np.linspace(0.0, 0.996, 250)
     error = np.where(time < 0.1, 1.0, 0.01)
     assert converged(time, error, 0.05) == pytest.approx(0.1)
