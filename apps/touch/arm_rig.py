@@ -16,10 +16,10 @@ from eyehand.data_synth.pad import (
     CONTROL_RATE,
     PAD_SITE,
     Arm,
+    PadOptions,
     PadScene,
     PadSimulation,
     TactileReadout,
-    pad_scene,
     padded_arm,
     run_bench,
 )
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from eyehand.data_synth.pad import PadOptions, PadSample
+    from eyehand.data_synth.pad import PadSample
     from eyehand.tactile import ContactFeatures, FeatureOptions
 
 CYCLE = 1.0 / CONTROL_RATE
@@ -216,9 +216,9 @@ class ArmRig:
         return np.split(self.simulation.joints, arms)
 
 
-def home_pose(arm: Arm | None = None, pad: PadOptions | None = None) -> RigidTransform:
-    """Return T_world_pad of an arm at home, where the pad faces down."""
-    robot = _robot(arm or Arm(), pad or pad_scene().pad)
+def home_pose() -> RigidTransform:
+    """Return T_world_pad of the default arm at home, where the pad faces down."""
+    robot = _robot(Arm(), PadOptions())
     state = robot.at(robot.home)
     return RigidTransform.from_components(state.position, Rotation.from_matrix(state.rotation))
 
@@ -232,13 +232,8 @@ def _robot(arm: Arm, pad: PadOptions) -> RobotModel:
 
 
 _CONTROL = ControlOptions(dt=CYCLE)
+_NO_POINTS = np.zeros((0, 3))
 _NOTHING_NEAR = Proximity(
-    (),
-    np.zeros(0),
-    np.zeros((0, 3)),
-    np.zeros((0, 3)),
-    np.zeros((0, 3)),
-    np.zeros((0, 7)),
-    np.zeros(0),
+    (), np.zeros(0), _NO_POINTS, _NO_POINTS, _NO_POINTS, np.zeros((0, 7)), np.zeros(0)
 )
 """No pair of the safety level: the pad must touch, so that only joint limits are kept."""

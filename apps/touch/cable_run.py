@@ -122,26 +122,20 @@ def _rig_over_cable(
     place = origin + np.array([*(shape.line[first] + offset), GAP])
     angle = np.radians(rng.uniform(-ANGLE_DEG, ANGLE_DEG))
     table = TouchObject("table", (Part("box", (0.15, 0.3, 0.01), (0.0, 0.0, -0.01)),))
-    scene = pad_scene(
-        (
-            PlacedObject(shape.thing(), RigidTransform.from_translation(origin)),
-            PlacedObject(
-                table,
-                RigidTransform.from_translation(origin - [0.0, 0.0, 2 * CABLE_RADIUS]),
-            ),
-        )
+    T_world_cable = RigidTransform.from_translation(origin)
+    T_world_table = RigidTransform.from_translation(origin - [0.0, 0.0, 2 * CABLE_RADIUS])
+    objects = (
+        PlacedObject(shape.touch_object(), T_world_cable),
+        PlacedObject(table, T_world_table),
     )
+    scene = pad_scene(objects)
     at_home = ArmRig(scene, seed=seed)
     joints = start_posture(at_home.hand.robot, facing_down(place, along + angle))
     return ArmRig(scene, seed=seed, joints=joints)
 
 
 def _compare(
-    seed: int,
-    shape: CableShape,
-    speed: float,
-    log: NDArray[np.float64],
-    outcome: str,
+    seed: int, shape: CableShape, speed: float, log: NDArray[np.float64], outcome: str
 ) -> CableRun:
     """Return the record from the end of settling to the end of the cable."""
     touching = log[:, 3] > 0.0

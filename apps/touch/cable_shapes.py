@@ -39,7 +39,7 @@ class CableShape:
     curvature: NDArray[np.float64]
     """Curvature at each point, (M,), 1/m."""
 
-    def thing(self) -> TouchObject:
+    def touch_object(self) -> TouchObject:
         """Return the object to touch, with its top at z = 0."""
         step = round(CAPSULE_LENGTH / SPACING)
         middle = np.column_stack([self.line, np.full(len(self.line), -CABLE_RADIUS)])

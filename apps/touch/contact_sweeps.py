@@ -26,7 +26,7 @@ NOISES = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0)
 """Standard deviations of a reading, counts of 4095. The default electronics have 2."""
 DROP_SECONDS, DROP_TIMES = 0.2, (0.4, 2.4)
 """Duration and start times of the object's drops, s. The pad first rolls and then lies flat."""
-APART = 0.04
+BLOB_DISTANCE = 0.04
 """Distance between two blobs, m."""
 SWAP_HERTZ = 4.0
 """Rate at which the two blobs exchange their heights, 1/s."""
@@ -115,7 +115,7 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
     single = pen().parts[0]
     blobs = tuple(
         TouchObject(name, (replace(single, place=(x, 0.0, single.place[2])),))
-        for name, x in (("left", -0.5 * APART), ("right", 0.5 * APART))
+        for name, x in (("left", -0.5 * BLOB_DISTANCE), ("right", 0.5 * BLOB_DISTANCE))
     )
     return hold_contact(CarriedPad(blobs, Electronics(seed)), servo_phases("press"), lifts=lifts)
 

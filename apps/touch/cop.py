@@ -96,7 +96,7 @@ def _shown(path: ProbePath) -> np.ndarray:
     return np.linspace(0, len(path.real) - 1, POINTS).round().astype(int)
 
 
-def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
+def _picture(paths: Sequence[ProbePath], provenance: Provenance) -> Figure:
     row = probe_row(paths)
     figure, (left, right) = new_chart(
         "A probe between tactels is located to hundredths of a millimetre",
@@ -111,15 +111,8 @@ def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
         true, estimated = 1e3 * path.real[:, 0], 1e3 * path.estimated[:, 0]
         first = number == 0
         if first:
-            shown = _shown(path)
-            left.plot(
-                true[shown],
-                estimated[shown],
-                ".",
-                color=VERMILION,
-                markersize=5,
-                label="estimated",
-            )
+            k = _shown(path)
+            left.plot(true[k], estimated[k], ".", color=VERMILION, markersize=5, label="estimated")
         right.plot(
             true,
             estimated - true,
@@ -139,5 +132,5 @@ def _picture(paths: Sequence[ProbePath], made: Provenance) -> Figure:
         label_axes(axes, "true position [mm]; tactels are at both ends", y, panel=panel)
         axes.set_xticks([-2.5, 0, 2.5], ["−2.5", "0", "2.5"])
         add_legend(axes, where="upper left")
-    add_footer(figure, made)
+    add_footer(figure, provenance)
     return figure

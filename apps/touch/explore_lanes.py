@@ -24,8 +24,8 @@ def lanes(quick: bool) -> NDArray[np.float64]:
     count = QUICK_LANES if quick else LANES
     corners = [(START * OUTERMOST, 0.0)]
     for number, x in enumerate(np.linspace(0.0, OUTERMOST, count)):
-        side = 1.0 if number % 2 else -1.0
-        corners += [(x, side * HALF_DEPTH), (x, -side * HALF_DEPTH)]
+        end = HALF_DEPTH if number % 2 else -HALF_DEPTH
+        corners += [(x, end), (x, -end)]
     reach = SHARE * HALF_DEPTH
     for number, y in enumerate(np.linspace(-reach, reach, count + 2)[1:-1]):
         ends = (0.0, OUTERMOST) if number % 2 else (OUTERMOST, 0.0)

@@ -75,7 +75,7 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
         columnspacing=1.2,
     )
     _surface(right, run)
-    errors = 1e3 * surface_distance(run.thing, run.points[shown])
+    errors = 1e3 * surface_distance(run.touch_object, run.points[shown])
     scale = Normalize(-MAX_ERROR_MM, MAX_ERROR_MM)
     right.scatter(points[:, 0], points[:, 1], s=5, c=errors, cmap="RdBu", norm=scale, linewidths=0)
     place = right.get_position()
@@ -85,15 +85,15 @@ def explore_picture(run: ExploreRun, rms_mm: float, seed: int) -> Figure:
     bar.ax.tick_params(labelsize=TEXT - 1, length=0)
     bar.outline.set_visible(False)
     label_axes(right, "x [mm]", "y [mm]", panel=f"Error: {rms_mm:.2f} mm rms")
-    made = Provenance("two simulated 16 × 16 pads on arms", seed, len(run.points), "felt point")
-    add_footer(figure, made)
+    data = "two simulated 16 × 16 pads on arms"
+    add_footer(figure, Provenance(data, seed, len(run.points), "felt point"))
     return figure
 
 
 def _surface(axes: Axes, run: ExploreRun) -> None:
     from matplotlib.colors import LightSource
 
-    x, y, heights = height_map(run.thing)
+    x, y, heights = height_map(run.touch_object)
     step = float(x[1] - x[0])
     low = np.nanmin(heights)
     light = LightSource(azdeg=315, altdeg=55)

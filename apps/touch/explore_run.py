@@ -31,7 +31,7 @@ from .explore_lanes import distances, lanes, position_on_path
 from .felt_points import felt_points
 from .start_posture import facing_down, start_posture
 
-APART = 1.2
+BASE_DISTANCE = 1.2
 """Distance between the bases of the facing arms, m. Their pads at home are 0.2 m apart."""
 DROP = 0.03
 """Distance of the object's top below the pads at home, m."""
@@ -71,7 +71,7 @@ EVERY = 10
 class ExploreRun:
     """The result of an exploration."""
 
-    thing: TouchObject
+    touch_object: TouchObject
     """The true object."""
     points: NDArray[np.float64]
     """Measured points (M, 3) in the object frame, m."""
@@ -95,20 +95,20 @@ class ExploreRun:
 
 def run_explore(seed: int, quick: bool = False) -> ExploreRun:
     """Scan an unknown object with two pads along lanes in both directions."""
-    thing = unknown_object(seed)
+    touch_object = unknown_object(seed)
     left = Arm(prefix="left_")
-    far = RigidTransform.from_components([APART, 0.0, 0.0], Rotation.from_euler("z", np.pi))
+    far = RigidTransform.from_components([BASE_DISTANCE, 0.0, 0.0], Rotation.from_euler("z", np.pi))
     arms = (left, replace(left, T_world_base=far, prefix="right_"))
     top = home_pose().translation[2] - DROP
-    origin = np.array([0.5 * APART, 0.0, top])
-    scene = pad_scene((PlacedObject(thing, RigidTransform.from_translation(origin)),), arms)
+    origin = np.array([0.5 * BASE_DISTANCE, 0.0, top])
+    scene = pad_scene((PlacedObject(touch_object, RigidTransform.from_translation(origin)),), arms)
     home = ArmRig(scene, arms, seed=seed)
     speed = QUICK_SPEED if quick else SPEED
     scans = [
         _scan(scene, arms, home, number, origin, lanes(quick), speed, seed) for number in (0, 1)
     ]
     return ExploreRun(
-        thing,
+        touch_object,
         np.concatenate([scan.points for scan in scans]),
         np.repeat([0, 1], [len(scan.points) for scan in scans]),
         np.concatenate([scan.blurred for scan in scans]),
@@ -171,9 +171,9 @@ def _scan(
             origin[:2] + position_on_path(corners, path_distances, travelled, number),
             heading,
         )
-        felt = _whole(hand)
+        felt = _pad_features(hand)
         if felt:
-            force += EASE * (_fitting_force(hand, felt) - force)
+            force += EASE * (_goal_force(hand, felt) - force)
             servo.goal = ServoGoal(force=force)
         step = phases.step(felt, CYCLE, external=guide, measured=hand.twist)
         twists = [step.twist if k == number else still for k in range(len(arms))]
@@ -210,14 +210,14 @@ def _guide(pose: RigidTransform, goal: NDArray[np.float64], heading: float) -> N
     rotation = pose.rotation.as_matrix()
     twist = np.zeros(6)
     twist[:2] = (rotation.T @ [*pull, 0.0])[:2]
-    twist[3:5] = _back_up(rotation)
+    twist[3:5] = _counter_tilt(rotation)
     # The y-axis shall keep its initial direction in the horizontal plane.
     y = rotation[0, 1] + 1j * rotation[1, 1]
     twist[5] = HEADING_GAIN * float(np.angle(y * np.exp(-1j * heading)))
     return twist
 
 
-def _whole(hand: Hand) -> ContactFeatures:
+def _pad_features(hand: Hand) -> ContactFeatures:
     """Compute the features over all touched tactels.
 
     A pad that rolls by only one of two contacts never comes to rest.
@@ -234,14 +234,14 @@ def _whole(hand: Hand) -> ContactFeatures:
     )
 
 
-def _fitting_force(hand: Hand, felt: ContactFeatures) -> float:
+def _goal_force(hand: Hand, felt: ContactFeatures) -> float:
     """Compute the goal force for a contact, N. It is lower for a small or sharp imprint."""
     peak = max(float(hand.reader.image.pressures.max()), NOISE)
     limited = min(FORCE, MEAN_PRESSURE * felt.area, felt.force * PEAK_PRESSURE / peak)
     return max(limited, MIN_FORCE)
 
 
-def _back_up(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
+def _counter_tilt(rotation: NDArray[np.float64]) -> NDArray[np.float64]:
     """Compute the angular velocity (2,) about the pad's x and y that reduces too large a tilt."""
     down = rotation.T @ [0.0, 0.0, -1.0]
     beyond = max(_tilt(rotation) - np.radians(MAX_TILT_DEG), 0.0)

@@ -35,17 +35,17 @@ NEAR = 0.005
 
 
 @cache
-def height_map(thing: TouchObject) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
+def height_map(touch_object: TouchObject) -> tuple[NDArray[np.float64], NDArray[np.float64], Any]:
     """Return x (C,), y (R,) and the height (R, C) of an object's top, m. NaN beside the object."""
     x = np.arange(-HALF_PLAN[0], HALF_PLAN[0] + GRID / 2, GRID)
     y = np.arange(-HALF_PLAN[1], HALF_PLAN[1] + GRID / 2, GRID)
     across, up = np.meshgrid(x, y)
-    return x, y, top_surface(thing, across.ravel(), up.ravel()).reshape(across.shape)
+    return x, y, top_surface(touch_object, across.ravel(), up.ravel()).reshape(across.shape)
 
 
-def reachable_surface(thing: TouchObject) -> NDArray[np.float64]:
+def reachable_surface(touch_object: TouchObject) -> NDArray[np.float64]:
     """Return the points (M, 3) of the top that a flat pad can touch within its tilt limit, m."""
-    x, y, heights = height_map(thing)
+    x, y, heights = height_map(touch_object)
     across, up = np.meshgrid(x, y)
     top = np.column_stack([across.ravel(), up.ravel(), heights.ravel()])
     top = top[np.isfinite(top[:, 2])]
@@ -59,11 +59,11 @@ def reachable_surface(thing: TouchObject) -> NDArray[np.float64]:
     return top[(hull - top[:, 2] < HOLLOW) & ~steep]
 
 
-def on_ridges(thing: TouchObject, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+def on_ridges(touch_object: TouchObject, points: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Return a mask (M,) of the points (M, 3) whose nearest true point is on a ridge or edge."""
     from scipy.ndimage import gaussian_filter
 
-    x, y, heights = height_map(thing)
+    x, y, heights = height_map(touch_object)
     known = np.isfinite(heights)
     sigma = BLUR / GRID
     # The blur is normalised by the known heights because there is no height beside the object.
@@ -77,23 +77,25 @@ def on_ridges(thing: TouchObject, points: NDArray[np.float64]) -> NDArray[np.boo
 
 def explore_rows(run: ExploreRun) -> list[dict[str, Any]]:
     """Compute the figures for each pad, both pads, and both pads without deconvolution."""
-    surface = reachable_surface(run.thing)
-    felt, blurred = _judged(run.thing, run.points), _judged(run.thing, run.blurred)
-    left, right = run.pad == 0, run.pad == 1
+    surface = reachable_surface(run.touch_object)
+    felt, blurred = (
+        _compared(run.touch_object, run.points),
+        _compared(run.touch_object, run.blurred),
+    )
     clouds = {
-        "left pad": (felt[0][left], felt[1][left], felt[2][left]),
-        "right pad": (felt[0][right], felt[1][right], felt[2][right]),
+        "left pad": [values[run.pad == 0] for values in felt],
+        "right pad": [values[run.pad == 1] for values in felt],
         "both, blurred": blurred,
         "both": felt,
     }
     return [_row(name, *cloud, surface) for name, cloud in clouds.items() if len(cloud[0])]
 
 
-def _judged(
-    thing: TouchObject, points: NDArray[np.float64]
+def _compared(
+    touch_object: TouchObject, points: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
     """Return the points, their signed distances to the surface, mm, and the mask of ridges."""
-    return points, 1e3 * surface_distance(thing, points), on_ridges(thing, points)
+    return points, 1e3 * surface_distance(touch_object, points), on_ridges(touch_object, points)
 
 
 def _row(

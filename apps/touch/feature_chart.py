@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_labels import PointLabel, label_points
@@ -35,7 +35,7 @@ MARGIN_FACTOR = 1.7
 """Factor between the outermost points and the limits of a logarithmic axis."""
 
 
-def feature_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure:
+def feature_chart(rows: Sequence[Mapping[str, Any]], provenance: Provenance) -> Figure:
     """Plot the direction error against time, and the position error against the threshold."""
     figure, (left, right) = new_chart(
         "Moments and pressure weights are more accurate and faster",
@@ -46,15 +46,15 @@ def feature_chart(rows: Sequence[Mapping[str, Any]], made: Provenance) -> Figure
     )
     _directions(left, [row for row in rows if row["feature"] == "orientation"])
     _centres(right, [row for row in rows if row["feature"] == "centre"])
-    add_footer(figure, made)
+    add_footer(figure, provenance)
     return figure
 
 
 def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     times = [row["time_p50_us"] for row in rows]
     errors = [row["error_p50_deg"] for row in rows] + [row["error_p95_deg"] for row in rows]
-    _log_x(axes, min(times) / MARGIN_FACTOR, max(times) * MARGIN_FACTOR, TIMES_US)
-    _log_y(axes, min(errors) / MARGIN_FACTOR, max(errors) * MARGIN_FACTOR, ANGLES_DEG)
+    _set_log_axis(axes, "x", times, TIMES_US)
+    _set_log_axis(axes, "y", errors, ANGLES_DEG)
     label_axes(
         axes, "time without region search [µs]", "error of a line's direction [°]", panel="Line"
     )
@@ -67,7 +67,7 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         x, y = [r["time_p50_us"] for r in own], [r["error_p50_deg"] for r in own]
         draw_curve(axes, x, y, words, COLOURS.index(colour))
         for row in own:
-            _upright(axes, row["time_p50_us"], row, "deg", colour)
+            _draw_error_bar(axes, row["time_p50_us"], row, "deg", colour)
         lines.append(list(zip(x, y, strict=True)))
     for row in rows:
         if row["angles"]:
@@ -75,7 +75,7 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         default = row["method"] == "moments"
         x, y = row["time_p50_us"], row["error_p50_deg"]
         colour = VERMILION if default else INK
-        _upright(axes, x, row, "deg", colour)
+        _draw_error_bar(axes, x, row, "deg", colour)
         axes.plot(
             x,
             y,
@@ -96,7 +96,7 @@ def _directions(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
 def _centres(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
     errors = [row["error_p50_mm"] for row in rows] + [row["error_p95_mm"] for row in rows]
     axes.set_xlim(-2, max(row["threshold_pct"] for row in rows) + 2)
-    _log_y(axes, min(errors) / MARGIN_FACTOR, max(errors) * MARGIN_FACTOR, GAPS_MM)
+    _set_log_axis(axes, "y", errors, GAPS_MM)
     label_axes(
         axes,
         "threshold [% of the peak; 0: noise level]",
@@ -119,26 +119,22 @@ def _centres(axes: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
             zorder=3,
         )
         for place, row in zip(x, own, strict=True):
-            _upright(axes, place, row, "mm", colour)
+            _draw_error_bar(axes, place, row, "mm", colour)
     add_legend(axes, where="lower right")
 
 
-def _upright(axes: Axes, x: float, row: Mapping[str, Any], unit: str, colour: str) -> None:
+def _draw_error_bar(axes: Axes, x: float, row: Mapping[str, Any], unit: str, colour: str) -> None:
     ends = [row[f"error_p50_{unit}"], row[f"error_p95_{unit}"]]
     axes.plot([x, x], ends, color=colour, linewidth=1.4, alpha=0.35, zorder=2)
 
 
-def _log_x(axes: Axes, low: float, high: float, steps: Sequence[float]) -> None:
-    axes.set_xscale("log")
-    axes.set_xlim(low, high)
+def _set_log_axis(
+    axes: Axes, axis: Literal["x", "y"], values: Sequence[float], steps: Sequence[float]
+) -> None:
+    """Scale an axis logarithmically around values, with ticks at those of `steps` that fit."""
+    low, high = min(values) / MARGIN_FACTOR, max(values) * MARGIN_FACTOR
     ticks = [step for step in steps if low <= step <= high]
-    axes.set_xticks(ticks, [f"{step:g}" for step in ticks])
-    axes.set_xticks([], minor=True)
-
-
-def _log_y(axes: Axes, low: float, high: float, steps: Sequence[float]) -> None:
-    axes.set_yscale("log")
-    axes.set_ylim(low, high)
-    ticks = [step for step in steps if low <= step <= high]
-    axes.set_yticks(ticks, [f"{step:g}" for step in ticks])
-    axes.set_yticks([], minor=True)
+    axes.set(**{f"{axis}scale": "log", f"{axis}lim": (low, high)})
+    scale = axes.xaxis if axis == "x" else axes.yaxis
+    scale.set_ticks(ticks, [f"{step:g}" for step in ticks])
+    scale.set_ticks([], minor=True)

@@ -72,8 +72,8 @@ def felt_points(
     x, y = places[0, :, 0], places[:, 0, 1]
     border = 1
     if spread is not None:
-        pressures = unspread(pressures, float(np.sqrt(array.area)), spread)
-        x, y, border = _finer(x), _finer(y), CELLS_PER_TACTEL
+        pressures = deconvolve(pressures, float(np.sqrt(array.area)), spread)
+        x, y, border = _cell_centres(x), _cell_centres(y), CELLS_PER_TACTEL
     windows = _windows(pressures)
     felt = (pressures > MIN_PRESSURE) & (pressures >= MIN_SHARE * windows.max(axis=0))
     # The windows are incomplete at the border because nothing is measured beyond it.
@@ -83,7 +83,7 @@ def felt_points(
     return np.column_stack([across[felt], down[felt], -foam.compression(pressures[felt])])
 
 
-def unspread(
+def deconvolve(
     pressures: NDArray[np.float64], pitch: float, spread: float, rounds: int = ROUNDS
 ) -> NDArray[np.float64]:
     """Estimate the pressure on the foam's surface before the foam spreads it to the tactels.
@@ -130,7 +130,7 @@ def _weights(tactels: int, pitch: float, spread: float) -> NDArray[np.float64]:
     return spread_weights(tactels, pitch, spread) / CELLS_PER_TACTEL
 
 
-def _finer(places: NDArray[np.float64]) -> NDArray[np.float64]:
+def _cell_centres(places: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the centres of the grid cells within tactels with these centres (N,)."""
     pitch = places[1] - places[0]
     within = ((np.arange(CELLS_PER_TACTEL) + 0.5) / CELLS_PER_TACTEL - 0.5) * pitch

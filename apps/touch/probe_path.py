@@ -14,7 +14,7 @@ from eyehand.tactile import SelectionMatrix, ServoGoal, TactileServo, TouchPhase
 from .arm_rig import ArmRig, RigOptions, home_pose
 from .servo_run import run_servo
 
-WAY = 0.005
+PATH_LENGTH = 0.005
 """Length of the path, m. It joins the centres of two adjacent tactels."""
 SPEED = 0.0025
 """Speed of the pad relative to the probe, m/s: 10 µm during the images of one cycle."""
@@ -61,15 +61,15 @@ def follow_probe(seed: int) -> ProbePath:
         If the contact was lost.
     """
     home = home_pose()
-    across = np.random.default_rng(seed).uniform(-0.5, 0.5) * WAY
-    start = home.apply(np.array([-0.5 * WAY, across, GAP]))
+    across = np.random.default_rng(seed).uniform(-0.5, 0.5) * PATH_LENGTH
+    start = home.apply(np.array([-0.5 * PATH_LENGTH, across, GAP]))
     placed = PlacedObject(probe(), RigidTransform.from_translation(start))
     rig = ArmRig(pad_scene((placed,)), seed=seed, options=RigOptions(image_rate=IMAGE_RATE))
     servo = TactileServo(ServoGoal(pressure=PRESSURE), SelectionMatrix(press=True))
     run = run_servo(
         rig,
         TouchPhases(servo),
-        SETTLE + WAY / SPEED,
+        SETTLE + PATH_LENGTH / SPEED,
         lambda elapsed: np.array([-SPEED if elapsed >= SETTLE else 0.0, 0, 0, 0, 0, 0]),
     )
     if run.outcome is not None or not len(run.time):

@@ -62,14 +62,14 @@ def _measure(plan: TrialPlan) -> ExperimentResult:
         caption=f"contacts lost: {row['contact_losses']} of {row['trials']} landings; "
         "chapter (Fig. 9): flat after 4 s",
     )
-    made = plan.provenance("rigid face 60 × 60 mm, simulated arm and pad")
-    return ExperimentResult([row], table, _picture(done, row, made), _points(done[0]))
+    provenance = plan.provenance("rigid face 60 × 60 mm, simulated arm and pad")
+    return ExperimentResult([row], table, _picture(done, row, provenance), _points(done[0]))
 
 
 ROLL = Experiment("roll", _measure, unit="landing", trials=20, quick_trials=1)
 
 
-def _picture(trials: Sequence[RollTrial], row: Mapping[str, Any], made: Provenance) -> Figure:
+def _picture(trials: Sequence[RollTrial], row: Mapping[str, Any], provenance: Provenance) -> Figure:
     figure, panels = new_chart(
         f"A pad that lands tilted is flat after {row['slowest_to_flat_s']:.2f} s at most",
         "grey: the goals, and tilts below 1°; from 1.2 s the face turns by 12° the other way, "
@@ -101,7 +101,7 @@ def _picture(trials: Sequence[RollTrial], row: Mapping[str, Any], made: Provenan
         axes.set_xlim(0.0, SECONDS)
         label_axes(axes, "time since the landing [s]" if number == 2 else "", unit, panel=name)
     panels[0].axhspan(-1, 1, color=RULE, alpha=0.6, zorder=0, lw=0)
-    add_footer(figure, made)
+    add_footer(figure, provenance)
     return figure
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..bench import Provenance, add_footer, new_chart
 from ..bench.chart_style import BLUE, FAINT, GREEN, GREY, INK, LABEL, MARGIN, TEXT, VERMILION, WIDTH
+from .seek_run import SHARP
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -99,34 +100,20 @@ def _map(axes: Axes, run: SeekRun) -> None:
         axes.plot(*to_plot(run.path), color=BLUE, linewidth=PATH_WIDTH, zorder=3)
         axes.plot(*to_plot(run.path[0]), "o", color=BLUE, markersize=5, zorder=4)
     if len(run.shape.corners):
-        axes.plot(
-            *to_plot(run.shape.corners),
-            "o",
-            markersize=TRUE_SIZE,
-            markerfacecolor="none",
-            markeredgecolor=INK,
-            markeredgewidth=1.1,
-            zorder=5,
-        )
+        x, y = to_plot(run.shape.corners)
+        axes.plot(x, y, "o", markersize=TRUE_SIZE, mfc="none", mec=INK, mew=1.1, zorder=5)
     for spot in run.spots:
-        sharp = spot.kind not in ("ridge", "edge")
-        axes.plot(
-            *to_plot(spot.place),
-            "o" if sharp else "D",
-            color=VERMILION if sharp else GREEN,
-            markersize=SPOT_SIZE,
-            markeredgewidth=0,
-            zorder=6,
-        )
+        marker, colour = ("o", VERMILION) if spot.kind in SHARP else ("D", GREEN)
+        x, y = to_plot(spot.place)
+        axes.plot(x, y, marker, color=colour, markersize=SPOT_SIZE, mew=0, zorder=6)
     axes.set_xlim(-HALF_VIEW, HALF_VIEW)
     axes.set_ylim(-HALF_VIEW, HALF_VIEW)
     axes.set_aspect("equal", adjustable="box")
     axes.set_xticks([])
     axes.set_yticks([])
     axes.spines["bottom"].set_visible(False)
-    axes.set_title(
-        run.shape.name.capitalize(), size=LABEL, color=INK, weight="bold", loc="left", pad=6
-    )
+    name = run.shape.name.capitalize()
+    axes.set_title(name, size=LABEL, color=INK, weight="bold", loc="left", pad=6)
     axes.set_title(_summary(run), size=TEXT - 0.5, color=FAINT, loc="right", pad=6)
     axes.plot([HALF_VIEW - 50.0, HALF_VIEW], [-HALF_VIEW] * 2, color=GREY, linewidth=2.0)
     axes.annotate(
@@ -141,7 +128,7 @@ def _map(axes: Axes, run: SeekRun) -> None:
 
 
 def _summary(run: SeekRun) -> str:
-    errors = [1e3 * s.error for s in run.spots if s.kind not in ("ridge", "edge")]
+    errors = [1e3 * s.error for s in run.spots if s.kind in SHARP]
     ended = "" if run.outcome in ("closed", "done") else f"{run.outcome.replace('_', ' ')}, "
     return f"{ended}maximum error {max(errors):.1f} mm" if errors else ended.strip(", ")
 
@@ -176,21 +163,13 @@ def _imprints(figure: Figure, panel: Axes, runs: Sequence[SeekRun]) -> None:
 def _key(figure: Figure) -> None:
     from matplotlib.lines import Line2D
 
+    path: dict[str, Any] = {"color": BLUE, "linewidth": PATH_WIDTH, "markevery": (0, 9)}
+    ring: dict[str, Any] = {"markerfacecolor": "none", "markeredgecolor": INK}
     handles = [
-        Line2D(
-            [], [], color=BLUE, linewidth=PATH_WIDTH, marker="o", markersize=5, markevery=(0, 9)
-        ),
-        Line2D([], [], color=GREEN, marker="D", linestyle="none", markersize=SPOT_SIZE),
-        Line2D([], [], color=VERMILION, markersize=SPOT_SIZE, marker="o", linestyle="none"),
-        Line2D(
-            [],
-            [],
-            markersize=TRUE_SIZE,
-            markerfacecolor="none",
-            markeredgecolor=INK,
-            marker="o",
-            linestyle="none",
-        ),
+        Line2D([], [], marker="o", markersize=5, **path),
+        Line2D([], [], marker="D", markersize=SPOT_SIZE, linestyle="none", color=GREEN),
+        Line2D([], [], marker="o", markersize=SPOT_SIZE, linestyle="none", color=VERMILION),
+        Line2D([], [], marker="o", markersize=TRUE_SIZE, linestyle="none", **ring),
     ]
     names = ["path of the pad's centre", "line detected", "corner or end detected", "true one"]
     figure.legend(

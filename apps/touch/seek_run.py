@@ -110,7 +110,7 @@ def run_seek(name: str, seed: int, *, quick: bool = False) -> SeekRun:
     home = home_pose().translation
     place = home - [*rng.uniform(-OFFSET, OFFSET, 2), GAP] - rotation.apply([*shape.middle, 0.0])
     T_world_object = RigidTransform.from_components(place, rotation)
-    rig = ArmRig(pad_scene((PlacedObject(shape.thing, T_world_object),)), seed=seed)
+    rig = ArmRig(pad_scene((PlacedObject(shape.touch_object, T_world_object),)), seed=seed)
     from_world = T_world_object.inv()
     phases = TouchPhases(
         TactileServo(ServoGoal(pressure=PRESSURE), PRESETS["press"]), PhaseOptions(jump=JUMP)

@@ -37,7 +37,7 @@ DISC_RADIUS = 0.065
 class SeekShape:
     """An object with its flat top or ridge at z = 0 of the object frame."""
 
-    thing: TouchObject
+    touch_object: TouchObject
     """Object in the simulation."""
     outline: NDArray[np.float64]
     """Closed rim (N, 2) of the top from above, or the two ends of a ridge, m."""
@@ -49,7 +49,7 @@ class SeekShape:
     @property
     def name(self) -> str:
         """Name of the object."""
-        return self.thing.name
+        return self.touch_object.name
 
     @cached_property
     def _segments(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

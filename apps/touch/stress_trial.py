@@ -29,13 +29,13 @@ CALM = 0.08
 """Maximum standard deviation of the pressure that counts as calm, as a fraction of the goal."""
 MAX_FORCE = 60.0
 """Force limit of all trials, N: twice the force that ends a task, as the carrier stops late."""
-AWAY_SECONDS = 2.0
+RETREAT_SECONDS = 2.0
 """Extra time to back off if a trial ends late, s. The longest retreat takes 1 s."""
-STOP_SECONDS = 0.06
+REVERSAL_SECONDS = 0.06
 """Time the carrier needs to reverse after the outcome was reported, s: four times its lag."""
 GROWTH = 1.0
 """Maximum ratio of the peak force after that time to the peak force before."""
-FEELABLE = 0.05
+MAX_RETRACTED_FORCE = 0.05
 """Maximum force on a pad that has backed off, N."""
 
 
@@ -70,7 +70,7 @@ class ContactFigures:
     """Number of lost contacts."""
 
 
-def lead(
+def run_contact(
     pad: CarriedPad,
     phases: TouchPhases,
     seconds: float = SECONDS,
@@ -91,7 +91,7 @@ def lead(
     """
     forces, pressures, end_cycle = [], [], None
     turned, losses = 0.0, 0
-    for cycle in range(round((seconds + AWAY_SECONDS) / CYCLE)):
+    for cycle in range(round((seconds + RETREAT_SECONDS) / CYCLE)):
         if end_cycle is None and cycle >= round(seconds / CYCLE):
             break
         step = phases.step(pad.features, CYCLE, trusted=pad.trusted)
@@ -106,14 +106,14 @@ def lead(
         if step.phase == "ended":
             break
     last = round(LAST_SECONDS / CYCLE)
-    reversal = len(forces) if end_cycle is None else end_cycle + round(STOP_SECONDS / CYCLE)
+    reversal = len(forces) if end_cycle is None else end_cycle + round(REVERSAL_SECONDS / CYCLE)
     before, after = max(forces[:reversal]), max(forces[reversal:], default=0.0)
     ended = phases.phase == "ended"
     return ContactFigures(
         outcome=phases.outcome,
         ended=ended,
         peak_force=max(forces),
-        growth=after / before if before > FEELABLE else 0.0,
+        growth=after / before if before > MAX_RETRACTED_FORCE else 0.0,
         last_force=forces[-1] if ended else max(forces[-last:]),
         peak_pressure=max(pressures),
         pressure=float(np.mean(pressures[-last:])),
@@ -137,15 +137,15 @@ def hold_contact(
     lifts: Callable[[float], Sequence[float]] | None = None,
     find_error: Callable[[ContactFigures], str] = lambda figures: "",
 ) -> Trial:
-    """Run one contact as :func:`lead` does, and evaluate it as :func:`judged` does.
+    """Run one contact (:func:`run_contact`) and evaluate it (:func:`evaluate_contact`).
 
     `find_error` returns the error that only this sweep can detect, or an empty string.
     """
-    figures = lead(pad, phases, seconds, lifts)
-    return judged(figures, phases.servo.goal.pressure, find_error(figures))
+    figures = run_contact(pad, phases, seconds, lifts)
+    return evaluate_contact(figures, phases.servo.goal.pressure, find_error(figures))
 
 
-def judged(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
+def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
     """Evaluate whether a contact was kept and stayed safe.
 
     Parameters
@@ -163,7 +163,7 @@ def judged(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
         Passed if the contact lasted at its pressure and no error was detected. Refused if the
         contact ended with an outcome. Unclean if the force grew or the pad did not back off.
     """
-    harm = _harm(figures)
+    harm = _safety_violation(figures)
     note = ""
     if figures.outcome:
         note = figures.outcome.replace("_", " ")
@@ -182,11 +182,11 @@ def judged(figures: ContactFigures, goal: float, wrong: str = "") -> Trial:
     )
 
 
-def _harm(figures: ContactFigures) -> str:
+def _safety_violation(figures: ContactFigures) -> str:
     if not np.isfinite(figures.peak_force) or figures.peak_force > MAX_FORCE:
         return f"force of {figures.peak_force:.0f} N"
     if figures.growth > GROWTH:
         return f"force grew {figures.growth:.1f} times after {figures.outcome}"
-    if figures.outcome and not (figures.ended and figures.last_force <= FEELABLE):
+    if figures.outcome and not (figures.ended and figures.last_force <= MAX_RETRACTED_FORCE):
         return f"{figures.outcome}, but not backed off: {figures.last_force:.2f} N"
     return ""

@@ -175,13 +175,13 @@ def _compiled(objects: Sequence[TouchObject], mass: float | None) -> tuple[Any, 
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.worldbody.add_body(name="carrier", mocap=True).add_site(name=PAD_SITE)
     softness = {}
-    for thing in objects:
-        body = spec.worldbody.add_body(name=thing.name, mocap=mass is None)
+    for touch_object in objects:
+        body = spec.worldbody.add_body(name=touch_object.name, mocap=mass is None)
         if mass is not None:
             body.add_freejoint()
-        softness |= thing.add_geoms(body, mass or 1.0, contact_bits=1)
+        softness |= touch_object.add_geoms(body, mass or 1.0, contact_bits=1)
     if mass is not None:
-        height = max(-p.place[2] + p.size[2] for thing in objects for p in thing.parts)
+        height = max(-p.place[2] + p.size[2] for item in objects for p in item.parts)
         table = spec.worldbody.add_geom(name="table", type=mujoco.mjtGeom.mjGEOM_BOX)
         table.size = [0.2, 0.2, TABLE_HALF]
         table.pos = [0.0, 0.0, -height - TABLE_HALF]

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from ..bench import TrialPlan
 
 SECONDS, QUICK_SECONDS = 20.0, 2.0
-"""Length of the judged time series from convergence on, s. The chapter takes 20 s."""
+"""Length of the evaluated time series after convergence, s. The chapter takes 20 s."""
 LANDING = 0.7
 """Time for landing and convergence, s."""
 
@@ -62,11 +62,11 @@ def _measure(plan: TrialPlan) -> ExperimentResult:
         f"in tactels\ncalibration, features and servo: {times['servo_cycle_us']:.1f} µs "
         f"(chapter: 4000); simulated image: {times['image_us']:.0f} µs",
     )
-    made = plan.provenance("pen, toy box, soft ball; 16 × 16 tactels, 250 cycles a second")
+    provenance = plan.provenance("pen, toy box, soft ball; 16 × 16 tactels, 250 cycles a second")
     return ExperimentResult(
         rows,
         table,
-        track_picture(done, rows, made),
+        track_picture(done, rows, provenance),
         track_points(done),
         files={"table.csv": partial(write_csv, rows=rows)},
         more={"seconds": seconds, "machine": machine_line(), **times},

@@ -27,7 +27,7 @@ COLOURS = {"Rigid pen": VERMILION, "Toy box": BLUE, "Soft ball": GREEN}
 
 
 def track_picture(
-    trials: Sequence[TrackTrial], rows: Sequence[dict[str, Any]], made: Provenance
+    trials: Sequence[TrackTrial], rows: Sequence[dict[str, Any]], provenance: Provenance
 ) -> Figure:
     """Plot the first trial of each object over time.
 
@@ -77,7 +77,7 @@ def track_picture(
         loc="lower right", ncols=3, fontsize=9, labelcolor=INK, framealpha=0.9, edgecolor="none"
     )
     add_legend(below, where="lower right")
-    add_footer(figure, made)
+    add_footer(figure, provenance)
     return figure
 
 

@@ -112,7 +112,7 @@ def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, A
         averaged = [run.averaged / PRESSURE - 1 for run in runs]
         row = _row(name, runs, averaged, PRESSURE_BAND, seconds, "force")
         raw = [
-            _late(run, values, converged(run.time, mean, PRESSURE_BAND), seconds).std()
+            _after_convergence(run, values, converged(run.time, mean, PRESSURE_BAND), seconds).std()
             for run, values, mean in zip(runs, single, averaged, strict=True)
         ]
         row["single_reading_deviation"] = float(np.mean(raw))
@@ -122,13 +122,12 @@ def track_rows(trials: Sequence[TrackTrial], seconds: float) -> list[dict[str, A
     for axis, name in enumerate(("X", "Y")):
         errors = [run.centre[:, axis] / PIXEL for run in runs]
         row = _row(name, runs, errors, POSITION_BAND, seconds, "position")
+        start = row["response_time_s"]
         true = [
-            abs(
-                _late(run, run.true_centre[:, axis] / PIXEL, row["response_time_s"], seconds).mean()
-            )
+            _after_convergence(run, run.true_centre[:, axis] / PIXEL, start, seconds).mean()
             for run in runs
         ]
-        row["true_error"] = float(np.mean(true))
+        row["true_error"] = float(np.mean(np.abs(true)))
         rows.append(row)
     return rows
 
@@ -144,7 +143,7 @@ def converged(time: NDArray[np.float64], error: NDArray[np.float64], band: float
     return float("nan")
 
 
-def _late(
+def _after_convergence(
     run: ServoRun, values: NDArray[np.float64], start: float, seconds: float
 ) -> NDArray[np.float64]:
     return values[(run.time >= start) & (run.time <= start + seconds)]
@@ -160,7 +159,7 @@ def _row(
 ) -> dict[str, Any]:
     times = [converged(run.time, error, band) for run, error in zip(runs, errors, strict=True)]
     late = [
-        _late(run, error, time, seconds)
+        _after_convergence(run, error, time, seconds)
         for run, error, time in zip(runs, errors, times, strict=True)
         if np.isfinite(time)
     ]

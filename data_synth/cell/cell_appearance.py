@@ -91,15 +91,15 @@ def _add_legs(mujoco: Any, spec: Any, cell: GraspCell) -> None:
 def _add_mast(mujoco: Any, spec: Any, cell: GraspCell) -> None:
     table, eye = cell.table, np.array(cell.T_world_camera.translation)
     turn = cell.T_world_camera.rotation
-    sight = turn.as_matrix()[:, 2]
-    level = sight * [1, 1, 0]
+    forward = turn.as_matrix()[:, 2]
+    level = forward * [1, 1, 0]
     foot = eye - _MAST_BEHIND_M * level / max(float(np.linalg.norm(level)), 1e-9)
     # Beside the table, not through it.
     foot[0] = min(foot[0], -0.5 * table.size[0] - 3 * _MAST_M)
     top, floor = [*foot[:2], eye[2] + 0.02], table.height - table.floor_drop
     poles = (
         ([*foot[:2], floor], top, _MAST_M),
-        (top, eye - 2 * _CAMERA_HALF_M[2] * sight, 0.6 * _MAST_M),
+        (top, eye - 2 * _CAMERA_HALF_M[2] * forward, 0.6 * _MAST_M),
     )
     for start, end, radius in poles:
         spec.worldbody.add_geom(
@@ -113,7 +113,7 @@ def _add_mast(mujoco: Any, spec: Any, cell: GraspCell) -> None:
     spec.worldbody.add_geom(
         type=mujoco.mjtGeom.mjGEOM_BOX,
         size=_CAMERA_HALF_M,
-        pos=eye - 2 * _CAMERA_HALF_M[2] * sight,
+        pos=eye - 2 * _CAMERA_HALF_M[2] * forward,
         quat=turn.as_quat(scalar_first=True),
         material=STEEL,
         **_NO_CONTACT,

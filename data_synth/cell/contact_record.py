@@ -60,8 +60,8 @@ class ContactRecord:
             return set()
         number = self._names.index(name)
         owners = self._owner[self._data.contact.geom]
-        met = owners[(owners == number).any(axis=1)].ravel()
-        return {self._names[k] for k in set(met.tolist()) if k != number}
+        involved = owners[(owners == number).any(axis=1)].ravel()
+        return {self._names[k] for k in set(involved.tolist()) if k != number}
 
 
 def _owner(model: Any, geom: int) -> str:

@@ -125,8 +125,6 @@ class GraspRobot:
     @functools.cached_property
     def home(self) -> NDArray[np.float64]:
         """Arm joint angles at rest, (n,), rad."""
-        model = self._model
-        places = self._arm_addresses
         rest = REST_POSTURE if self.rest is None and self.arm == LBR_ARM else self.rest
         if rest is not None:
             if len(rest) != len(self.joints) or not np.isfinite(rest).all():
@@ -135,10 +133,10 @@ class GraspRobot:
                     f"{', '.join(self.joints)}; got {rest}"
                 )
             return np.array(rest, dtype=np.float64)
-        for key in range(model.nkey):
-            if model.key(key).name == HOME_KEY:
-                return model.key_qpos[key][places].copy()
-        return model.qpos0[places].copy()
+        model = self._model
+        keys = [model.key(number) for number in range(model.nkey)]
+        posture = next((key.qpos for key in keys if key.name == HOME_KEY), model.qpos0)
+        return posture[self._arm_addresses].copy()
 
     @property
     def hand_prefix(self) -> str:
@@ -214,18 +212,18 @@ class GraspRobot:
         InputError
             If no fingers close against a thumb, or the fingers are not described.
         """
-        if self.fingers is None and self.hand is None and not self.drives:
+        if self.fingers is not None:
+            prefix = self.hand_prefix
+            return synergy_hand_model(self._model, self.fingers, self.frame, prefix=prefix)
+        if self.hand is not None:
+            return tendon_hand_model(self.hand)
+        if not self.drives:
             raise InputError(
                 f"the fingers of {self.arm} are not described: describe them in "
                 f"{Path(self.arm).with_suffix(DESCRIPTION_SUFFIX)}, as {EXAMPLE}"
             )
-        if self.fingers is None and self.hand is None:
-            return tendon_hand_model(
-                self._hand_alone(), frame=HAND_PREFIX + self.frame, prefix=HAND_PREFIX
-            )
-        if self.fingers is None:
-            return tendon_hand_model(self.hand)
-        return synergy_hand_model(self._model, self.fingers, self.frame, prefix=self.hand_prefix)
+        frame = HAND_PREFIX + self.frame
+        return tendon_hand_model(self._hand_alone(), frame=frame, prefix=HAND_PREFIX)
 
     def description(
         self, q: NDArray[np.float64], excursions: NDArray[np.float64], T_world_base: RigidTransform

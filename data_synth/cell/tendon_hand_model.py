@@ -140,9 +140,8 @@ class _Unloaded:
         if self._site < 0:
             raise InputError(f"the hand has no site {frame.removeprefix(prefix)!r} for its frame")
         self._arms = -np.array([tendon_arms(model, t) for t in range(model.ntendon)])
-        self._stiffness = np.ravel(model.jnt_stiffness)[: model.njnt]
-        if model.jnt_stiffness.ndim > 1:
-            self._stiffness = model.jnt_stiffness[:, 0]
+        # Some versions of MuJoCo have further columns with the coefficients of a polynomial.
+        self._stiffness = model.jnt_stiffness.reshape(model.njnt, -1)[:, 0]
         loose = np.flatnonzero(self._stiffness <= 0)
         if loose.size:
             raise InputError(f"joint {self.drives.joints[loose[0]]} has no spring that opens it")

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from eyehand.apps.touch.explore_truth import height_map, on_ridges, reachable_surface
-from eyehand.apps.touch.felt_points import felt_points, unspread
+from eyehand.apps.touch.felt_points import deconvolve, felt_points
 from eyehand.data_synth.pad import (
     Foam,
     Part,
@@ -91,18 +91,18 @@ def test_deconvolution_restores_height_of_ridge(middle):
 
 def test_deconvolution_keeps_force_and_is_non_negative():
     image = blurred_image(lambda x: np.where(np.abs(x) < 0.004, 3000.0, 0.0))
-    restored = unspread(image.pressures.reshape(16, 16), 0.005, SPREAD)
+    restored = deconvolve(image.pressures.reshape(16, 16), 0.005, SPREAD)
     assert restored.min() >= 0.0
     assert restored.mean() == pytest.approx(image.pressures.mean(), rel=0.01)
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_unknown_objects_differ_and_protrude_less_than_6_mm(seed):
-    thing = unknown_object(seed)
-    _, _, heights = height_map(thing)
+    touch_object = unknown_object(seed)
+    _, _, heights = height_map(touch_object)
     assert 0.0 < np.nanmax(heights) < 0.006, "the pads start 8 mm above the top"
-    assert thing != unknown_object(seed + 1)
-    assert np.abs(surface_distance(thing, [[0.0, 0.0, 0.0]])) < 0.006
+    assert touch_object != unknown_object(seed + 1)
+    assert np.abs(surface_distance(touch_object, [[0.0, 0.0, 0.0]])) < 0.006
 
 
 def test_on_ridges_distinguishes_ridges_from_smooth_surface():

@@ -46,12 +46,12 @@ def test_outline_is_border_of_top_face(name):
     outward = np.column_stack([sides[:, 1], -sides[:, 0]])
     outward /= np.linalg.norm(outward, axis=1)[:, None]
     for points, is_inside in ((middles - 1e-3 * outward, True), (middles + 1e-3 * outward, False)):
-        heights = top_surface(shape.thing, *points.T)
+        heights = top_surface(shape.touch_object, *points.T)
         assert np.array_equal(np.isfinite(heights), np.full(len(points), is_inside))
         assert not is_inside or heights == pytest.approx(0.0, abs=1e-9)
     rng = np.random.default_rng(0)
     inside = shape.outline.mean(axis=0) + rng.uniform(-0.02, 0.02, (50, 2))
-    assert name == "bend" or np.isfinite(top_surface(shape.thing, *inside.T)).all()
+    assert name == "bend" or np.isfinite(top_surface(shape.touch_object, *inside.T)).all()
 
 
 def test_nearest_returns_closest_corner_or_rim_point():

@@ -11,7 +11,7 @@ import pytest
 from eyehand.apps.bench import StressArguments
 from eyehand.apps.bench.sweep import select_sweeps
 from eyehand.apps.touch.stress import stress_touch, touch_sweeps
-from eyehand.apps.touch.stress_trial import ContactFigures, judged
+from eyehand.apps.touch.stress_trial import ContactFigures, evaluate_contact
 
 QUIET = ContactFigures(None, False, 2.0, 0.0, 1.0, 1000.0, 1000.0, 10.0, 0.0, 0.0, 0.0, 0)
 
@@ -54,9 +54,9 @@ def test_pad_without_working_tactel_is_rejected_before_motion(name):
     assert trial.note == "0 of 256 tactels work"
 
 
-def test_judged_distinguishes_harm_from_miss():
-    assert judged(QUIET, 1000.0).passed
-    missed = judged(replace(QUIET, pressure=500.0), 1000.0)
+def test_evaluate_contact_distinguishes_harm_from_missed_goal():
+    assert evaluate_contact(QUIET, 1000.0).passed
+    missed = evaluate_contact(replace(QUIET, pressure=500.0), 1000.0)
     assert not missed.passed
     assert missed.clean
     for harm in (
@@ -66,7 +66,7 @@ def test_judged_distinguishes_harm_from_miss():
         replace(QUIET, outcome="overload", ended=True, last_force=1.0),
         replace(QUIET, outcome="overload", ended=False, last_force=0.0),
     ):
-        assert not judged(harm, 1000.0).clean
+        assert not evaluate_contact(harm, 1000.0).clean
 
 
 def test_stress_command_writes_chart_of_sweep(tmp_path, capsys):
