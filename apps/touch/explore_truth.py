@@ -82,9 +82,10 @@ def explore_rows(run: ExploreRun) -> list[dict[str, Any]]:
         _compared(run.touch_object, run.points),
         _compared(run.touch_object, run.blurred),
     )
+    left, right = run.pad == 0, run.pad == 1
     clouds = {
-        "left pad": [values[run.pad == 0] for values in felt],
-        "right pad": [values[run.pad == 1] for values in felt],
+        "left pad": (felt[0][left], felt[1][left], felt[2][left]),
+        "right pad": (felt[0][right], felt[1][right], felt[2][right]),
         "both, blurred": blurred,
         "both": felt,
     }

@@ -18,11 +18,11 @@ def find_frame(model: Any, frame: str) -> tuple[int, int]:
     InputError
         If there is neither a site nor a body of that name.
     """
-    kinds = import_mujoco().mjtObj
-    site = import_mujoco().mj_name2id(model, kinds.mjOBJ_SITE, frame)
+    mujoco = import_mujoco()
+    site = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_SITE, frame)
     if site >= 0:
         return int(model.site_bodyid[site]), int(site)
-    body = import_mujoco().mj_name2id(model, kinds.mjOBJ_BODY, frame)
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, frame)
     if body > 0:
         return int(body), -1
     names = [model.site(k).name for k in range(model.nsite)]
