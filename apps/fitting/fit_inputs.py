@@ -187,10 +187,9 @@ def _cloud_input(
     origin: NDArray[np.float64] | None,
     plane: NDArray[np.float64] | None,
 ) -> CloudInput:
-    if labels:
-        raise InputError(f"--label is for depth frames, but {path} is one cloud")
-    if camera is not None:
-        raise InputError(f"--camera is for depth frames, but {path} is one cloud")
+    for option, value in (("--label", labels), ("--camera", camera)):
+        if value:
+            raise InputError(f"{option} is for depth frames, but {path} is one cloud")
     return CloudInput(Cloud(str(path), path.stem, read_cloud(path), origin, plane))
 
 
@@ -233,9 +232,8 @@ def _frame_input(
 
 
 def _listed(sizes: NDArray[np.intp]) -> str:
-    listed = [
-        f"{label} ({size} px)" for label, size in enumerate(sizes[:MAX_LISTED_LABELS], start=1)
-    ]
-    if len(sizes) > MAX_LISTED_LABELS:
-        listed.append(f"... {len(sizes)} ({sizes[-1]} px)")
-    return ", ".join(listed)
+    """List labels with their sizes; of many, the first ones and the last."""
+    labels = [f"{label} ({size} px)" for label, size in enumerate(sizes, start=1)]
+    if len(labels) > MAX_LISTED_LABELS:
+        labels[MAX_LISTED_LABELS:] = [f"... {labels[-1]}"]
+    return ", ".join(labels)

@@ -6,6 +6,7 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from xml.etree import ElementTree
+from xml.etree.ElementTree import SubElement
 
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -135,22 +136,20 @@ def _mjcf(
     note: str,
 ) -> str:
     root = ElementTree.Element("mujoco", model=name)
-    asset = ElementTree.SubElement(root, "asset")
-    world = ElementTree.SubElement(root, "worldbody")
-    body = ElementTree.SubElement(world, "body", {"name": name, **_place(parts[0].pose)})
-    ElementTree.SubElement(body, "freejoint", name=f"{name}_free")
+    asset = SubElement(root, "asset")
+    world = SubElement(root, "worldbody")
+    body = SubElement(world, "body", {"name": name, **_place(parts[0].pose)})
+    SubElement(body, "freejoint", name=f"{name}_free")
     for number, (solid, place) in enumerate(zip(parts, places, strict=True)):
         found = primitive(solid)
         if found is None:
             mesh = f"{name}_{number}"
-            ElementTree.SubElement(
-                asset, "mesh", name=mesh, file=mesh_names[number], inertia="exact"
-            )
+            SubElement(asset, "mesh", name=mesh, file=mesh_names[number], inertia="exact")
             shape = {"type": "mesh", "mesh": mesh}
         else:
             shape = {"type": found.shape, "size": _text(found.size)}
         own = {"name": f"{name}_{number}", **shape, **_place(place), "density": f"{density:g}"}
-        ElementTree.SubElement(body, "geom", own)
+        SubElement(body, "geom", own)
     if not len(asset):
         root.remove(asset)
     return _document(root, note)
@@ -165,29 +164,26 @@ def _urdf(
     note: str,
 ) -> str:
     root = ElementTree.Element("robot", name=name)
-    ElementTree.SubElement(root, "link", name=CLOUD_LINK)
-    joint = ElementTree.SubElement(root, "joint", name=f"{name}_place", type="floating")
-    ElementTree.SubElement(joint, "parent", link=CLOUD_LINK)
-    ElementTree.SubElement(joint, "child", link=name)
-    ElementTree.SubElement(joint, "origin", _origin(parts[0].pose))
-    link = ElementTree.SubElement(root, "link", name=name)
-    inertial = ElementTree.SubElement(link, "inertial")
-    ElementTree.SubElement(inertial, "origin", xyz=_text(body.centre), rpy="0 0 0")
-    ElementTree.SubElement(inertial, "mass", value=f"{body.mass:.6g}")
-    ElementTree.SubElement(
-        inertial,
-        "inertia",
-        {
-            f"i{'xyz'[row]}{'xyz'[column]}": f"{body.inertia[row, column]:.6g}"
-            for row in range(3)
-            for column in range(row, 3)
-        },
-    )
+    SubElement(root, "link", name=CLOUD_LINK)
+    joint = SubElement(root, "joint", name=f"{name}_place", type="floating")
+    SubElement(joint, "parent", link=CLOUD_LINK)
+    SubElement(joint, "child", link=name)
+    SubElement(joint, "origin", _origin(parts[0].pose))
+    link = SubElement(root, "link", name=name)
+    inertial = SubElement(link, "inertial")
+    SubElement(inertial, "origin", xyz=_text(body.centre), rpy="0 0 0")
+    SubElement(inertial, "mass", value=f"{body.mass:.6g}")
+    moments = {
+        f"i{'xyz'[row]}{'xyz'[column]}": f"{body.inertia[row, column]:.6g}"
+        for row in range(3)
+        for column in range(row, 3)
+    }
+    SubElement(inertial, "inertia", moments)
     for number, (solid, place) in enumerate(zip(parts, places, strict=True)):
         for role in ("visual", "collision"):
-            element = ElementTree.SubElement(link, role, name=f"{name}_{number}_{role}")
-            ElementTree.SubElement(element, "origin", _origin(place))
-            geometry = ElementTree.SubElement(element, "geometry")
+            element = SubElement(link, role, name=f"{name}_{number}_{role}")
+            SubElement(element, "origin", _origin(place))
+            geometry = SubElement(element, "geometry")
             _urdf_shape(geometry, solid, mesh_names.get(number))
     return _document(root, note)
 
@@ -195,19 +191,17 @@ def _urdf(
 def _urdf_shape(geometry: ElementTree.Element, solid: Superquadric, mesh: str | None) -> None:
     if needs_mesh(solid):
         assert mesh is not None
-        ElementTree.SubElement(geometry, "mesh", filename=mesh)
+        SubElement(geometry, "mesh", filename=mesh)
         return
     found = primitive(solid)
     assert found is not None
     if found.shape == "sphere":
-        ElementTree.SubElement(geometry, "sphere", radius=_text(found.size))
+        SubElement(geometry, "sphere", radius=_text(found.size))
     elif found.shape == "box":
-        ElementTree.SubElement(geometry, "box", size=_text([2 * half for half in found.size]))
+        SubElement(geometry, "box", size=_text([2 * half for half in found.size]))
     else:
         radius, half = found.size
-        ElementTree.SubElement(
-            geometry, "cylinder", radius=_text([radius]), length=_text([2 * half])
-        )
+        SubElement(geometry, "cylinder", radius=_text([radius]), length=_text([2 * half]))
 
 
 @dataclass(frozen=True)
@@ -224,7 +218,7 @@ def _compiled(text: str, meshes: Mapping[str, bytes]) -> _Body:
         model: Any = mujoco.MjModel.from_xml_string(text, dict(meshes))
     except ValueError as error:
         fault = " ".join(str(error).split())
-        raise DeviceError(f"MuJoCo refuses the solid: {fault}") from error
+        raise DeviceError(f"MuJoCo rejects the solid: {fault}") from error
     body = int(model.jnt_bodyid[0])
     turn = Rotation.from_quat(model.body_iquat[body], scalar_first=True).as_matrix()
     inertia = turn @ np.diag(model.body_inertia[body]) @ turn.T

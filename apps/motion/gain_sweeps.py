@@ -101,13 +101,21 @@ def _requested_gain(gain: float, seed: int, options: ControlOptions) -> Trial:
     # The message of a rejection contains the largest valid η. The requested gain is set from it.
     max_eta = _max_valid_eta(world, task, replace(options, eta=1e5))
     requested = replace(options, eta=gain * max_eta)
+    message = _rejection(world, task, requested)
+    if not message:
+        return Trial(gain <= 1.0, "" if gain <= 1.0 else "accepted")
+    if gain <= 1.0:
+        return Trial(False, f"rejected: {message}", refused=True)
+    return _check_suggestion(world, task, requested, message)
+
+
+def _rejection(world: CollisionWorld, task: Position, options: ControlOptions) -> str:
+    """Return the message with which the controller rejects options; empty if it accepts them."""
     try:
-        ApproachController(world, [task], requested)
+        ApproachController(world, [task], options)
     except InputError as error:
-        if gain <= 1.0:
-            return Trial(False, f"rejected: {error}", refused=True)
-        return _check_suggestion(world, task, requested, str(error))
-    return Trial(gain <= 1.0, "" if gain <= 1.0 else "accepted")
+        return str(error)
+    return ""
 
 
 def _check_suggestion(
@@ -122,21 +130,17 @@ def _check_suggestion(
     if float(period[1]) * 1e-3 >= 1e-5:
         suggested.append(replace(requested, dt=float(period[1]) * 1e-3))
     for options in suggested:
-        try:
-            ApproachController(world, [task], options)
-        except InputError as error:
-            return Trial(False, f"the suggested value is rejected too: {error}", refused=True)
+        again = _rejection(world, task, options)
+        if again:
+            return Trial(False, f"the suggested value is rejected too: {again}", refused=True)
     return Trial(True, refused=True)
 
 
 def _max_valid_eta(world: CollisionWorld, task: Position, options: ControlOptions) -> float:
-    try:
-        ApproachController(world, [task], options)
-    except InputError as error:
-        found = re.search(r"eta at most ([0-9.e+-]+)", str(error))
-        if found is not None:
-            return float(found[1])
-    raise InputError(f"eta must be rejected to find its limit, but {options.eta:g} is accepted")
+    found = re.search(r"eta at most ([0-9.e+-]+)", _rejection(world, task, options))
+    if found is None:
+        raise InputError(f"eta {options.eta:g} must be rejected with a valid value, but is not")
+    return float(found[1])
 
 
 def _raw_gain(gain: float, seed: int, options: ControlOptions) -> Trial:

@@ -211,10 +211,5 @@ def motion_trial(
 
 def direction(azimuth: float, elevation: float) -> NDArray[np.float64]:
     """Return the unit vector (3,) of two angles, rad."""
-    return np.array(
-        [
-            np.cos(azimuth) * np.cos(elevation),
-            np.sin(azimuth) * np.cos(elevation),
-            np.sin(elevation),
-        ]
-    )
+    level = np.cos(elevation)
+    return np.array([np.cos(azimuth) * level, np.sin(azimuth) * level, np.sin(elevation)])

@@ -46,7 +46,7 @@ def extremes() -> tuple[Extreme, ...]:
 
 
 def _refused() -> list[Extreme]:
-    spoilt: list[tuple[str, str, Callable[[Points], Points]]] = [
+    on_points: list[tuple[str, str, Callable[[Points], Points]]] = [
         ("no points", "too few", lambda p: p[:0]),
         ("1 point", "too few", lambda p: p[:1]),
         ("49 points", "too few", lambda p: p[:49]),
@@ -71,7 +71,7 @@ def _refused() -> list[Extreme]:
         ("wholly under its support plane", "support plane", lambda view: _over(view, 0.2)),
         ("100 m above its support plane", "support plane", lambda view: _over(view, -100.0)),
     ]
-    changed = [(name, says, _on_points(make)) for name, says, make in spoilt] + changed
+    changed = [(name, says, _on_points(make)) for name, says, make in on_points] + changed
 
     def extreme(name: str, says: str, change: Callable[[CloudView], CloudView]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
@@ -79,7 +79,7 @@ def _refused() -> list[Extreme]:
 
         return Extreme(name, "refuse", attempt, says)
 
-    return [extreme(*one) for one in changed]
+    return [extreme(*row) for row in changed]
 
 
 def _following() -> list[Extreme]:
@@ -143,7 +143,7 @@ def _degrading() -> list[Extreme]:
         ),
         ("support plane through the middle", lambda view: _over(view, 0.0)),
     ]
-    nothing: list[tuple[str, Callable[[np.random.Generator], Points]]] = [
+    shapeless: list[tuple[str, Callable[[np.random.Generator], Points]]] = [
         ("a filled ball of points", lambda rng: REACH * rng.normal(size=(POINTS, 3))),
         ("a filled cube of points", lambda rng: rng.uniform(-REACH, REACH, (POINTS, 3))),
         ("a ring of wire", lambda rng: _ring(rng, 0.0)),
@@ -153,13 +153,13 @@ def _degrading() -> list[Extreme]:
         ("two balls apart", _two_balls),
     ]
 
-    def spoilt(name: str, change: Callable[[CloudView], CloudView]) -> Extreme:
+    def view_extreme(name: str, change: Callable[[CloudView], CloudView]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
             return try_no_silent_failure(method, change(_usual(seed)), seed)
 
         return Extreme(name, "degrade", attempt)
 
-    def formless(name: str, make: Callable[[np.random.Generator], Points]) -> Extreme:
+    def shapeless_extreme(name: str, make: Callable[[np.random.Generator], Points]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
             points = make(np.random.default_rng([seed, 37]))
             view = CloudView(points, view_origin=np.array([0.0, 0.0, 0.7]))
@@ -167,7 +167,10 @@ def _degrading() -> list[Extreme]:
 
         return Extreme(name, "degrade", attempt)
 
-    return [*(spoilt(*one) for one in changed), *(formless(*one) for one in nothing)]
+    return [
+        *(view_extreme(*row) for row in changed),
+        *(shapeless_extreme(*row) for row in shapeless),
+    ]
 
 
 def _usual(seed: int) -> CloudView:

@@ -139,7 +139,7 @@ def test_urdf_has_visual_and_collision(can):
 
 
 def test_mujoco_error_is_one_line():
-    with pytest.raises(DeviceError, match="MuJoCo refuses") as caught:
+    with pytest.raises(DeviceError, match="MuJoCo rejects") as caught:
         robot_files("a", [SOLIDS["superquadric"]], {0: "a.stl"}, {"a.stl": b"no mesh"})
     assert "\n" not in str(caught.value)
 
