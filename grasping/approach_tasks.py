@@ -20,15 +20,16 @@ if TYPE_CHECKING:
     from .grasp_geometry import GraspGeometry
     from .palm_placement import PalmPlacement
 
-MIN_CONE = 0.035
-"""Tilt below which an approach to a sphere is kept straight, rad. Less freedom does not help."""
+MIN_TILT = 0.035
+"""Minimum tilt that an approach to a sphere may use, rad. A smaller freedom does not help the arm,
+so the approach is then kept straight."""
 
 
 def approach_tasks(geometry: GraspGeometry, placement: PalmPlacement) -> tuple[ApproachTask, ...]:
     """Return the approach tasks of a grasp, the highest priority first."""
-    straight = geometry.freedom == "any_side" and placement.cone < MIN_CONE
+    straight = geometry.freedom == "any_tilt" and placement.max_approach_angle < MIN_TILT
     match "turn" if straight else geometry.freedom:
-        case "any_side":
+        case "any_tilt":
             return tuple(_towards_centre(geometry, placement))
         case "turn":
             return tuple(_from_top(geometry, placement))
@@ -49,7 +50,7 @@ def _towards_centre(geometry: GraspGeometry, placement: PalmPlacement) -> Iterat
         retreat_slope=1.0,
     )
     yield ApproachTask("look_at", 2, centre, palm, 0.0, "palm faces the centre, roll free")
-    yield _within_cone(geometry, placement.standoff, placement.cone)
+    yield _within_cone(geometry, placement.standoff, placement.max_approach_angle)
 
 
 def _from_top(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[ApproachTask]:
@@ -73,7 +74,7 @@ def _around_axis(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[
         "distance_to_axis",
         2,
         centre,
-        geometry.axis,
+        geometry.finger_row,
         0.0,
         "axis at grasp distance in front of the palm, any side",
         palm_offset=placement.standoff,
@@ -83,7 +84,7 @@ def _around_axis(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[
         "axis_alignment",
         2,
         centre,
-        geometry.axis,
+        geometry.finger_row,
         0.0,
         "row of fingers along the axis, angle about it free",
         hand_axis="y",
@@ -97,14 +98,15 @@ def _around_axis(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[
         "palm near the middle of the height",
         upper=placement.high,
     )
-    if min(geometry.cone, placement.cone) < np.pi:
-        yield _within_cone(geometry, placement.standoff, min(geometry.cone, placement.cone))
+    max_angle = min(geometry.max_approach_angle, placement.max_approach_angle)
+    if max_angle < np.pi:
+        yield _within_cone(geometry, placement.standoff, max_angle)
 
 
 def _to_face(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[ApproachTask]:
     centre, palm = geometry.centre, geometry.palm
     top = geometry.approach == "top"
-    along, extent = (geometry.axis, "length") if top else (geometry.up, "height")
+    along, extent = (geometry.finger_row, "length") if top else (geometry.up, "height")
     yield ApproachTask(
         "point_on_plane", 1, centre, geometry.closing, 0.0, "object midway of fingers and thumb"
     )
@@ -137,16 +139,16 @@ def _to_face(geometry: GraspGeometry, placement: PalmPlacement) -> Iterator[Appr
     )
 
 
-def _within_cone(geometry: GraspGeometry, standoff: float, cone: float) -> ApproachTask:
-    """Bound the angle of the approach by a lower bound of the palm's place along the axis."""
-    cosine = float(np.cos(cone))
+def _within_cone(geometry: GraspGeometry, standoff: float, max_angle: float) -> ApproachTask:
+    """Bound the approach angle by a minimum distance of the palm along the palm's direction."""
+    cosine = float(np.cos(max_angle))
     return ApproachTask(
         "point_on_plane",
         0,
         geometry.centre,
         -geometry.palm,
         standoff * cosine,
-        f"approach within {np.degrees(cone):.0f} degrees of the palm's direction",
+        f"approach within {np.degrees(max_angle):.0f} degrees of the palm's direction",
         upper=float("inf"),
         retreat_slope=cosine,
     )

@@ -9,7 +9,7 @@ import numpy as np
 
 from .grasp_geometry import GraspGeometry, turned
 from .grasp_scoring import GraspEvaluation, clearance_term, evaluate_grasp
-from .hand_clearance import finger_clearance
+from .hand_clearance import hand_clearance
 from .low_clearance import low_clearance_grasps
 from .palm_placement import PalmPlacement, TipDepth, place_palm
 from .prototypes import (
@@ -51,8 +51,9 @@ VARIANT_WEIGHT = 0.5
 """Weight of a low-clearance variant."""
 TURNS = 12
 """Number of directions about up that are tried between neighbours if symmetry leaves them free."""
-MIN_CONE = 0.14
-"""Half the cone of approach directions if only one of them is free of neighbours, rad."""
+MIN_APPROACH_ANGLE = 0.14
+"""Approach angle that stays allowed if only one of the tried directions is free of neighbours,
+rad."""
 
 
 @dataclass(frozen=True)
@@ -177,10 +178,11 @@ def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterato
     elif geometry.freedom == "around":
         first, count = _longest_run(clear)
         middle = tries[(first + count // 2) % TURNS]
-        cone = max((count - 1) * np.pi / TURNS, MIN_CONE)
+        angle = max((count - 1) * np.pi / TURNS, MIN_APPROACH_ANGLE)
         if count % 2 == 0:
-            cone -= np.pi / TURNS
-        yield replace(middle, geometry=replace(middle.geometry, cone=max(cone, MIN_CONE)))
+            angle -= np.pi / TURNS
+        limited = replace(middle.geometry, max_approach_angle=max(angle, MIN_APPROACH_ANGLE))
+        yield replace(middle, geometry=limited)
     else:
         best = sorted(tries, key=lambda one: -one.evaluation.total)[:2]
         for one in best:
@@ -193,7 +195,7 @@ def _with_clearance(
     found: GraspCandidate, geometry: GraspGeometry, context: GraspContext, *, push: bool = False
 ) -> GraspCandidate:
     """Return a candidate at a geometry, with the score term of its clearance."""
-    gap, label = finger_clearance(
+    gap, label = hand_clearance(
         geometry,
         found.prototype,
         found.placement,

@@ -1,4 +1,4 @@
-"""Geometry of the grasps of an object: directions, sizes, and what symmetry leaves free."""
+"""Geometry of the grasps of an object: directions, sizes, and the freedom from its symmetry."""
 
 from __future__ import annotations
 
@@ -17,17 +17,18 @@ if TYPE_CHECKING:
     from .extents import Extents
     from .prototypes import Approach
 
-Freedom = Literal["any_side", "turn", "around", "none"]
-"""Freedom that the object's symmetry leaves.
+Freedom = Literal["any_tilt", "turn", "around", "none"]
+"""Motion of the hand that the object's symmetry leaves free.
 
-- any_side: any direction towards a sphere's centre.
-- turn: the rotation about the palm's direction.
-- around: the approach direction about a vertical axis.
+- any_tilt: the approach may tilt towards a sphere's centre, up to
+  ``PalmPlacement.max_approach_angle``, and the hand may turn about the palm's direction.
+- turn: the hand may turn about the palm's direction.
+- around: the approach may turn about a vertical axis.
 - none: no freedom.
 """
 
-UPRIGHT_COSINE = 0.94
-"""Cosine of the maximum tilt of an axis that counts as vertical (20°)."""
+PARALLEL_COSINE = 0.94
+"""Cosine of the maximum angle between two directions that count as parallel (20°)."""
 
 
 # Equality is identity, because arrays have no truth value.
@@ -40,55 +41,58 @@ class GraspGeometry:
     approach: Approach
     """Whether the palm comes from the side or from the top."""
     freedom: Freedom
-    """Freedom of the grasp."""
+    """Motion of the hand that the object's symmetry leaves free."""
     closing: NDArray[np.float64]
-    """Unit direction (3,) from the fingers to the thumb; an example where the turn is free."""
+    """Unit direction (3,) from the fingers to the thumb. If the hand may turn freely, it is one of
+    many."""
     palm: NDArray[np.float64]
-    """Unit direction (3,) that the palm faces; an example where the approach is free."""
-    axis: NDArray[np.float64]
+    """Unit direction (3,) that the palm faces. If the approach is free, it is one of many."""
+    finger_row: NDArray[np.float64]
     """Unit direction (3,) of the row of fingers."""
     up: NDArray[np.float64]
     """Unit up direction (3,)."""
     centre: NDArray[np.float64]
-    """Centre of the object's extents along the grasp axes, (3,), m."""
+    """Centre of the object's bounding box along the grasp directions, (3,), m."""
     width: float
-    """Object width along the closing direction, m."""
+    """Object extent along the closing direction, m."""
     length: float
-    """Object width along the row of fingers, m."""
+    """Object extent along the row of fingers, m."""
     height: float
-    """Extent along up, m."""
+    """Object extent along up, m."""
     half_depth: float
     """Distance between the centre and the object's near face along the palm's direction, m."""
     rise: float
     """Height of the centre above the surface that the object rests on, m."""
     width_std: float
-    """Standard deviation of the width, m; mostly from unseen sides."""
-    flat: bool = False
-    """Whether the face in front of the palm is about as wide as the object."""
-    cone: float = float(np.pi)
-    """Maximum angle of the approach from ``palm`` within the freedom, rad."""
+    """Standard deviation of the width, m. Most of it comes from unseen sides."""
+    flat_face: bool = False
+    """Whether the object's face in front of the palm is flat over the object's whole width."""
+    max_approach_angle: float = float(np.pi)
+    """Maximum angle between the approach and ``palm``, rad. Neighbours may limit it more than the
+    symmetry of the object."""
 
 
 def grasp_geometries(
     item: SceneObject, solid: Superquadric, extents: Extents, support: SupportPlane | None
 ) -> tuple[GraspGeometry, ...]:
-    """Return all different grasp geometries, with the thumb on either side.
+    """Return all different grasp geometries of an object, with the thumb on either side.
 
     Parameters
     ----------
     item
         The object; its fit holds the uncertainty.
     solid, extents
-        Its solid, and the extents of it.
+        The solid to be grasped, which may differ from that of the fit, and its extents.
     support
-        Support plane. Without one the object's lowest point defines the ground.
+        Support plane. Without one, or on top of another object, the object's lowest point defines
+        the ground.
     """
     up, narrow = extents.up, extents.closing
     across = np.cross(up, narrow)
     ground = _ground_height(item, solid, support, up)
     grasps: list[tuple[Approach, Freedom, NDArray[np.float64], NDArray[np.float64]]] = []
     if extents.round:
-        grasps.append(("top", "any_side" if solid.kind == "sphere" else "turn", narrow, -up))
+        grasps.append(("top", "any_tilt" if solid.kind == "sphere" else "turn", narrow, -up))
         for thumb in (narrow, -narrow):
             grasps.append(("side", "around", thumb, across))
     else:
@@ -102,19 +106,19 @@ def grasp_geometries(
 
 
 def turned(geometry: GraspGeometry, count: int) -> tuple[GraspGeometry, ...]:
-    """Return ``count`` copies turned about up over a full turn, the original first.
+    """Return ``count`` copies, rotated about ``up`` in equal steps of a full turn, original first.
 
-    The object must be rotationally symmetric for the hand: widths are kept.
+    The widths are not changed, so they must be the same in all horizontal directions.
     """
-    flat = _horizontal_direction(geometry)
-    side = np.cross(geometry.up, flat)
+    horizontal = _horizontal_direction(geometry)
+    side = np.cross(geometry.up, horizontal)
     copies = []
     for angle in np.arange(count) * 2.0 * np.pi / count:
-        turn = np.cos(angle) * flat + np.sin(angle) * side
+        turn = np.cos(angle) * horizontal + np.sin(angle) * side
         if geometry.approach == "top":
-            copies.append(replace(geometry, closing=turn, axis=np.cross(geometry.palm, turn)))
+            copies.append(replace(geometry, closing=turn, finger_row=np.cross(geometry.palm, turn)))
         else:
-            closing = np.cross(geometry.axis, turn)
+            closing = np.cross(geometry.finger_row, turn)
             closing /= np.linalg.norm(closing)
             copies.append(replace(geometry, palm=turn, closing=closing))
     return tuple(copies)
@@ -151,34 +155,34 @@ def _geometry(
     closing: NDArray[np.float64],
     palm: NDArray[np.float64],
 ) -> GraspGeometry:
-    axis = np.cross(palm, closing)
-    along = solid.axis_index(axis)
+    finger_row = np.cross(palm, closing)
+    row_index = solid.axis_index(finger_row)
     if freedom == "around" and solid.kind != "sphere":
-        upright = float(solid.own_axis @ axis)
-        if abs(upright) > UPRIGHT_COSINE:
-            axis = solid.own_axis * np.sign(upright)
+        cosine = float(solid.own_axis @ finger_row)
+        if abs(cosine) > PARALLEL_COSINE:
+            finger_row = solid.own_axis * np.sign(cosine)
     return GraspGeometry(
         kind=solid.kind,
         approach=approach,
         freedom=freedom,
         closing=closing,
         palm=palm,
-        axis=axis,
+        finger_row=finger_row,
         up=solid.up,
         centre=solid.centre,
         width=float(solid.widths[solid.axis_index(closing)]),
-        length=float(solid.widths[along]),
+        length=float(solid.widths[row_index]),
         height=float(solid.widths[2]),
         half_depth=0.5 * float(solid.widths[solid.axis_index(palm)]),
         rise=float(solid.centre @ solid.up) - ground,
         width_std=solid.width_stds[solid.axis_index(closing)],
-        flat=_has_flat_face(solid, palm),
+        flat_face=_has_flat_face(solid, palm),
     )
 
 
 def _has_flat_face(solid: _MeasuredSolid, palm: NDArray[np.float64]) -> bool:
     if solid.kind == "cylinder":
-        return abs(float(solid.own_axis @ palm)) > UPRIGHT_COSINE
+        return abs(float(solid.own_axis @ palm)) > PARALLEL_COSINE
     return solid.kind in ("box", "superquadric")
 
 

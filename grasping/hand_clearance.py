@@ -26,9 +26,10 @@ SURFACE_POINTS = 220
 """Number of points on a neighbour's surface, about 7 mm apart on an object of the size of a
 fist."""
 TIP_SHARE = 0.35
-"""Share of a finger's reach, at its end, that is as thin as its tip."""
+"""Length of the thin end of a finger, as a share of the finger's reach."""
 RETREAT_LENGTH = 0.06
-"""Length of the retreat along which the hand must be free as well, m."""
+"""Distance behind the grasp, against the palm's direction, over which the hand must not touch a
+neighbour either, m."""
 
 
 _Corners = tuple[tuple[float, float, float], tuple[float, float, float]]
@@ -46,14 +47,14 @@ class NeighbourPoints(NamedTuple):
 def neighbour_points(
     item: SceneObject, others: Sequence[SceneObject], hand: HandModel
 ) -> NeighbourPoints:
-    """Sample the surfaces of the other objects that a hand at an object may touch.
+    """Sample the surfaces of the other objects within reach of a hand that holds `item`.
 
-    Points come from the fitted solid, or from the segmented points if there is none.
+    The points come from the fitted solid, or from the segmented points if the fit failed.
     """
     clouds, labels = [np.zeros((0, 3))], [np.zeros(0, dtype=np.int64)]
     solid = item.fit.superquadric
     assert solid is not None
-    # No part of a hand that holds the object is farther from its centre.
+    # A sphere of this radius around the object's centre contains every hand that holds it.
     radius = 2.0 * float(solid.semi_axes.max()) + hand.spread(hand.max_opening) + hand.palm_depth
     radius += float(hand.reaches.max())
     for other in others:
@@ -68,7 +69,7 @@ def neighbour_points(
     return NeighbourPoints(np.concatenate(clouds), np.concatenate(labels))
 
 
-def finger_clearance(
+def hand_clearance(
     geometry: GraspGeometry,
     prototype: Prototype,
     placement: PalmPlacement,
@@ -76,28 +77,30 @@ def finger_clearance(
     hand: HandModel,
     neighbours: NeighbourPoints,
 ) -> tuple[float, int]:
-    """Return the distance of the open hand to the nearest neighbour, m, and its label.
+    """Return the distance of the open hand to the nearest neighbour, m, and the neighbour's label.
 
-    A negative distance is the depth by which the neighbour must be pushed perpendicular to the
-    palm's direction. Without neighbours the result is (inf, 0). The hand is modelled by boxes,
-    with the palm in the middle of its interval.
+    The open hand and its retreat are modelled by boxes. The palm is at the mean of
+    ``placement.low`` and ``placement.high``. A negative distance is the depth by which the
+    neighbour must be pushed perpendicular to the palm's direction. Without neighbours the result
+    is (inf, 0).
     """
     if not len(neighbours.points):
         return float("inf"), 0
-    along = geometry.axis if geometry.approach == "top" else geometry.up
+    along = geometry.finger_row if geometry.approach == "top" else geometry.up
     offset = 0.5 * (placement.low + placement.high) * along
     palm = geometry.centre - placement.standoff * geometry.palm + offset
-    axes = np.array([geometry.closing, geometry.axis, geometry.palm])
+    axes = np.array([geometry.closing, geometry.finger_row, geometry.palm])
     local = (neighbours.points - palm) @ axes.T
     boxes = _hand_boxes(hand, prototype, opening, geometry.width)
     low, high = boxes[:, 0, None], boxes[:, 1, None]
     outside = np.maximum(np.maximum(low - local, local - high), 0.0)
-    square = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
-    nearest = int(np.argmin(square))
-    if square[nearest] > 0.0:
-        return float(np.sqrt(square[nearest])), int(neighbours.labels[nearest])
+    squared_distance = np.einsum("bpk,bpk->bp", outside, outside).min(axis=0)
+    nearest = int(np.argmin(squared_distance))
+    if squared_distance[nearest] > 0.0:
+        return float(np.sqrt(squared_distance[nearest])), int(neighbours.labels[nearest])
     inside = np.minimum(local - low, high - local)
-    # Along the closing direction only outwards: the grasped object is on the other side.
+    # Along the closing direction a neighbour can only be pushed outwards, because the grasped
+    # object is on the inner side.
     outwards = np.where(high[..., 0] <= 0.0, local[:, 0] - low[..., 0], high[..., 0] - local[:, 0])
     depth = np.where((inside > 0.0).all(axis=2), np.minimum(outwards, inside[..., 1]), 0.0)
     depth = depth.max(axis=0)
@@ -108,33 +111,42 @@ def finger_clearance(
 def _hand_boxes(
     hand: HandModel, prototype: Prototype, opening: float, width: float
 ) -> NDArray[np.float64]:
-    """Return the corners (B, 2, 3) of boxes around the open hand and its retreat, m.
+    """Return the corners (B, 2, 3), m, of boxes around the open hand and its retreat.
 
-    The box of a finger reaches from its open position to the object, because the finger moves
-    through it. It is thick at the knuckles and thin at the tip. The thumb has the width of the
-    pinching finger. The idle fingers of a pincer stay open.
+    The axes are closing, row of fingers and palm, with the palm as origin. Two boxes bound all
+    fingers of a side, a thick one up to the knuckles and a thin one at the tips. They include the
+    space that the fingers pass while they close. The thumb has the width of the pinching finger.
+    The idle fingers of a pincer stay open.
     """
-    row, narrow = 0.5 * hand.row, 0.5 * hand.middle_row
-    fingers = narrow if prototype == "pincer" else row
-    boxes = _finger_boxes(hand, opening, width, fingers, -1.0)
-    boxes += _finger_boxes(hand, opening, width, narrow, 1.0)
+    half_row, half_middle_row = 0.5 * hand.row, 0.5 * hand.middle_row
+    half_fingers = half_middle_row if prototype == "pincer" else half_row
+    boxes = _finger_boxes(hand, opening, width, half_fingers, -1.0)
+    boxes += _finger_boxes(hand, opening, width, half_middle_row, 1.0)
     if prototype == "pincer":
         idle = min(opening + IDLE_OPENING, hand.max_opening)
-        boxes += _finger_boxes(hand, idle, idle, row, -1.0)
-    base = 0.5 * float(hand.spreads[0])
+        boxes += _finger_boxes(hand, idle, idle, half_row, -1.0)
+    half_base = 0.5 * float(hand.spreads[0])
     behind = -hand.palm_depth - RETREAT_LENGTH
-    boxes.append(((-base, -row, behind), (base, row, 0.0)))
+    boxes.append(((-half_base, -half_row, behind), (half_base, half_row, 0.0)))
     return np.array(boxes)
 
 
 def _finger_boxes(
     hand: HandModel, opening: float, width: float, half_row: float, side: float
 ) -> list[_Corners]:
+    """Return two boxes around the fingers (`side` -1) or the thumb (`side` 1).
+
+    Their extent along the closing direction is from the object's surface or the open fingertips to
+    the outside of the knuckles or of the tips.
+    """
     reach = hand.reach(opening)
-    inner, tip = 0.5 * min(opening, width), 0.5 * opening + hand.thickness
-    bulge = max(0.5 * hand.spread(opening), tip)
+    inner, tip_outside = 0.5 * min(opening, width), 0.5 * opening + hand.thickness
+    knuckle_outside = max(0.5 * hand.spread(opening), tip_outside)
     knuckles = (1.0 - TIP_SHARE) * reach
-    parts = (min(inner, bulge), bulge, -RETREAT_LENGTH, knuckles), (inner, tip, knuckles, reach)
+    parts = (
+        (min(inner, knuckle_outside), knuckle_outside, -RETREAT_LENGTH, knuckles),
+        (inner, tip_outside, knuckles, reach),
+    )
     return [
         (
             (min(side * near, side * far), -half_row, low),

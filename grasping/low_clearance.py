@@ -69,7 +69,7 @@ def _variants(
         is_long = turned.length > MIN_LONG and turned.width < turned.length
         if geometry.kind in STRAIGHT_KINDS and is_long:
             for share in (-OFFSET_SHARE, OFFSET_SHARE):
-                centre = turned.centre + share * turned.length * turned.axis
+                centre = turned.centre + share * turned.length * turned.finger_row
                 yield replace(turned, centre=centre), 0.7 * weight
 
 
@@ -88,13 +88,14 @@ def _closing_directions(geometry: GraspGeometry, solid: Superquadric) -> list[ND
 def _turned(
     geometry: GraspGeometry, solid: Superquadric, closing: NDArray[np.float64]
 ) -> GraspGeometry:
-    axis = np.cross(geometry.palm, closing)
-    widths = solid.support(np.array([closing, axis])) + solid.support(-np.array([closing, axis]))
+    finger_row = np.cross(geometry.palm, closing)
+    axes = np.array([closing, finger_row])
+    widths = solid.support(axes) + solid.support(-axes)
     return replace(
         geometry,
         freedom="none",
         closing=closing,
-        axis=axis,
+        finger_row=finger_row,
         width=float(widths[0]),
         length=float(widths[1]),
     )
@@ -102,6 +103,6 @@ def _turned(
 
 def _shallow_depth(geometry: GraspGeometry) -> TipDepth:
     # A superquadric may be round below a face that looks flat.
-    if geometry.flat and geometry.kind != "superquadric":
+    if geometry.flat_face and geometry.kind != "superquadric":
         return TipDepth(SHALLOW_BELOW_FACE, -float("inf"))
     return TipDepth(0.0, SHALLOW_BEYOND_CENTRE)

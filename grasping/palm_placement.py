@@ -52,8 +52,9 @@ class PalmPlacement(NamedTuple):
 
     standoff: float
     """Distance from the object's centre against the palm's direction, m."""
-    cone: float
-    """Maximum angle between the approach and the palm's nominal direction, rad."""
+    max_approach_angle: float
+    """Maximum angle between the approach and the palm's nominal direction, rad. It keeps the
+    fingertips off the table."""
     low: float
     """Minimum palm offset along the object from its centre, m. The direction is up in a side grasp
     and the row of fingers in a top grasp."""
@@ -85,7 +86,7 @@ def place_palm(
     """
     depth = depth or TipDepth()
     near = geometry.half_depth + PALM_GAP
-    if geometry.flat:
+    if geometry.flat_face:
         near += ROOT_GAP_SLOPE * max(geometry.width - FREE_ROOT_WIDTH, 0.0)
     if geometry.approach == "side":
         return _beside(geometry, prototype, opening, hand, depth, near)
@@ -93,7 +94,7 @@ def place_palm(
     reach = max_closing_reach(hand, geometry.width, opening)
     # Depths below the centre: the maximum possible and the wanted one.
     max_depth = min(reach - near, geometry.rise - TABLE_GAP)
-    if geometry.freedom == "any_side":
+    if geometry.freedom == "any_tilt":
         return _over_sphere(geometry, opening, hand, depth, reach, max_depth)
     tips = max_depth
     if prototype != "power":

@@ -1,4 +1,8 @@
-"""Estimate from the hand's readings what it holds: width, curl, and whether it holds anything."""
+"""Estimate the state of a grasp from the hand's readings: width, curl, whether it holds an object.
+
+The curl of a finger is the sum of its joint angles without the first joint. Its total bend is the
+sum of all its joint angles.
+"""
 
 from __future__ import annotations
 
@@ -15,33 +19,34 @@ if TYPE_CHECKING:
     from .hand_model import HandModel
 
 EMPTY_WIDTH = 0.002
-"""Width up to which a hand with forces at its tips only has closed on itself, m."""
-ENCLOSING_BEND = 1.0
-"""Bend of the middle finger above which the hand encloses the object, rad. Such a hand closes on
-itself at a larger width, `MIN_ENCLOSED_WIDTH`."""
+"""Maximum grip width of an empty hand with straight fingers, m. Only the fingertips of such a hand
+feel a force."""
+ENCLOSING_CURL = 1.0
+"""Curl of the middle finger above which the hand encloses the object, rad. Such a hand is empty up
+to a larger width, `MIN_ENCLOSED_WIDTH`."""
 MIN_ENCLOSED_WIDTH = 0.015
-"""Minimum width of an object in a power grasp, m. Below it the tips meet first."""
+"""Minimum width of an object in a power grasp, m. Thinner objects cannot be enclosed, because the
+fingertips meet first."""
 CROSSED_WIDTH = -0.005
-"""Width below which straight fingers have crossed the thumb and press on its inner phalanx, m."""
-OWN_PALM_CURL = 2.4
-"""Curl above which a finger with force at its tip only presses on the own palm, rad. An empty hand
-reaches 2.8, a hand around 60 mm reaches 1.6. Longer fingers curl as far around objects that their
-inner phalanges feel."""
+"""Width below which straight fingers have crossed the thumb and press on its inner phalanx, m. See
+`grip_width` for negative widths."""
+OWN_PALM_BEND = 2.4
+"""Total bend above which a finger presses on the palm of its own hand, rad, if only its tip feels a
+force. An empty hand reaches 2.8, a hand around a 60 mm object 1.6. Long fingers also exceed it
+around an object, but then their inner phalanges feel a force."""
 
 
 def finger_curl(reading: HandReading, hand: HandModel) -> float:
-    """Return the curl of the fingers, rad: the sum of a finger's outer joints, averaged.
-
-    The thumb is excluded, because it opposes the fingers.
-    """
-    return float(np.mean([_bend(reading, hand, finger) for finger in hand.fingers[:-1]]))
+    """Return the mean curl of the fingers without the thumb, rad."""
+    return float(np.mean([_curl(reading, hand, finger) for finger in hand.fingers[:-1]]))
 
 
 def grip_width(reading: HandReading, hand: HandModel) -> float:
-    """Return the distance between the pads of middle finger and thumb, m, from the excursions.
+    """Estimate the distance between the pads of middle finger and thumb from the excursions, m.
 
-    It is accurate to a few mm while contact does not bend the outer joints. Beyond the closed hand
-    it is negative.
+    It is accurate to a few mm while contact does not bend the outer joints. It is negative if the
+    tendons are pulled farther than in the closed empty hand. In a hand without a middle finger,
+    the finger with the maximum opening counts.
     """
     halves = {
         name: _half_width(hand, k, reading.excursions[k])
@@ -57,26 +62,30 @@ def is_holding(reading: HandReading, hand: HandModel, min_force: float = 0.2) ->
     """Return whether an object is between the fingers and the thumb or the palm.
 
     Both sides must feel ``min_force``, N. A hand that closed on itself feels forces as well, but
-    its joints show it.
+    its joint angles differ from those of a grasp.
     """
     forces = finger_forces(reading, hand)
-    palm, inner = inner_force(reading, hand, PALM), inner_force(reading, hand)
+    palm, inner = non_tip_force(reading, hand, PALM), non_tip_force(reading, hand)
     if forces[:-1].max() < min_force or forces[-1] + palm < min_force:
         return False
     fingers = hand.fingers[:-1]
     on_palm = {
         finger
         for finger in fingers
-        if _curl(reading, hand, finger) > OWN_PALM_CURL
-        and inner_force(reading, hand, finger) < min_force
+        if _total_bend(reading, hand, finger) > OWN_PALM_BEND
+        and non_tip_force(reading, hand, finger) < min_force
     }
+    # Most fingers press on the palm: the hand is empty.
     if 2 * len(on_palm) > len(fingers):
         return False
+    # The middle finger presses on the palm. Neither the thumb nor an inner phalanx feels a force.
     if inner - palm < min_force and forces[-1] < min_force and PINCER_FINGER in on_palm:
         return False
-    encloses = _bend(reading, hand, PINCER_FINGER) > ENCLOSING_BEND
+    encloses = _curl(reading, hand, PINCER_FINGER) > ENCLOSING_CURL
+    # A force on an inner phalanx or the palm needs an object, unless the fingers crossed the thumb.
     if inner >= min_force:
         return encloses or grip_width(reading, hand) > CROSSED_WIDTH
+    # Only fingertips feel a force. They touch each other unless there is space between them.
     return grip_width(reading, hand) > (MIN_ENCLOSED_WIDTH if encloses else EMPTY_WIDTH)
 
 
@@ -90,22 +99,23 @@ def finger_forces(reading: HandReading, hand: HandModel) -> NDArray[np.float64]:
     )
 
 
-def inner_force(reading: HandReading, hand: HandModel, prefix: str = "") -> float:
-    """Return the force on all pads except the fingertips, N; those do not meet when empty.
+def non_tip_force(reading: HandReading, hand: HandModel, prefix: str = "") -> float:
+    """Return the force on all pads except the fingertips, N.
 
-    Only pads whose names begin with ``prefix`` count.
+    These pads do not touch each other in a closed empty hand, unlike the fingertips. Only pads
+    whose names begin with ``prefix`` count.
     """
     pads = zip(reading.forces, hand.pads, strict=True)
     return float(sum(f for f, pad in pads if pad.startswith(prefix) and not pad.endswith(TIP)))
 
 
-def _bend(reading: HandReading, hand: HandModel, finger: str) -> float:
+def _curl(reading: HandReading, hand: HandModel, finger: str) -> float:
     """Return the sum of a finger's joint angles without the first joint, rad."""
     joints = [k for k, name in enumerate(hand.joints) if name.startswith(finger)]
     return float(reading.angles[joints[1:]].sum())
 
 
-def _curl(reading: HandReading, hand: HandModel, finger: str) -> float:
+def _total_bend(reading: HandReading, hand: HandModel, finger: str) -> float:
     """Return the sum of a finger's joint angles, rad."""
     joints = [k for k, name in enumerate(hand.joints) if name.startswith(finger)]
     return float(reading.angles[joints].sum())

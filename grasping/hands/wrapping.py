@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from .hand_names import PALM, THUMB
-from .hand_state import inner_force
+from .hand_state import non_tip_force
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -101,7 +101,7 @@ class Wrapping:
             Control period, s.
         """
         options = self._options
-        palm = inner_force(reading, self._hand, PALM) >= options.touch_force
+        palm = non_tip_force(reading, self._hand, PALM) >= options.touch_force
         if self.stage is None:
             self.stage = "tighten" if palm and self._bend == 0.0 else "draw"
         self._seconds += dt

@@ -116,7 +116,7 @@ def test_single_neighbour_limits_side_grasp_to_free_directions():
     plans = plan_grasps(can(0.03, 0.16), TABLE, neighbours=[beside])
     plan = next(plan for plan in plans if plan.name == "side power")
     assert plan.geometry is not None
-    assert plan.geometry.cone < np.pi / 2
+    assert plan.geometry.max_approach_angle < np.pi / 2
     # The palm does not approach through the neighbour.
     assert plan.palm @ [1.0, 0.0, 0.0] > -0.5
     assert any("degrees of the palm's direction" in task.description for task in plan.tasks)
@@ -235,7 +235,7 @@ def test_push_option_adds_off_centre_grasps_on_object():
     assert len(more) > len(usual)
     assert more[0].name == usual[0].name
     grips = [plan.geometry for plan in more if plan.geometry is not None]
-    offsets = [abs(float((grip.centre - grips[0].centre) @ grip.axis)) for grip in grips]
+    offsets = [abs(float((grip.centre - grips[0].centre) @ grip.finger_row)) for grip in grips]
     assert 0.015 < max(offsets) < 0.04
 
 
