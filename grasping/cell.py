@@ -93,7 +93,7 @@ class Cell:
         if key not in self._models:
             robot = self.robot
             described = robot.description(np.array(key))
-            self._models[key] = RobotModel.load(described, robot.frame, joints=robot.joints)
+            self._models[key] = RobotModel.load(described, robot.hand_frame, joints=robot.joints)
         return self._models[key]
 
     def palm_pose(self) -> RigidTransform:

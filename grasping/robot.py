@@ -48,8 +48,8 @@ class Robot(Protocol):
         ...
 
     @property
-    def frame(self) -> str:
-        """Name of the hand frame in the description.
+    def hand_frame(self) -> str:
+        """Name of the hand's frame in the robot description (`description`).
 
         Its origin is the middle of the palm's face. z points out of the palm, x from the fingers
         to the thumb.

@@ -61,7 +61,7 @@ def distances(robot: SimRobot, point: NDArray[np.float64]) -> dict[str, float]:
 
 
 def _outside_tray(robot: SimRobot) -> list[TabletopObject | MeshObject]:
-    return [item for item in robot.world.objects if not robot.in_tray(item.name)]
+    return [item for item in robot.world.objects if not robot.is_in_tray(item.name)]
 
 
 def _solid_at(item: TabletopObject | MeshObject, pose: RigidTransform) -> TabletopObject:

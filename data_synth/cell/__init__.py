@@ -1,7 +1,7 @@
 """The simulated grasping cell.
 
 `GraspWorld` joins table, tray, camera, objects and a `GraspRobot` (arm and hand) in one MuJoCo
-model. `SimRobot` runs it behind the robot protocol of `eyehand.grasping`.
+model. `SimRobot` implements the robot protocol of `eyehand.grasping`.
 """
 
 from .fingertip_pads import tip_array

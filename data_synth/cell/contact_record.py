@@ -49,7 +49,7 @@ class ContactRecord:
             self._touched[owners[mine].ravel()] = True
 
     def take_touched(self) -> set[str]:
-        """Return the names of what the robot touched since the last call."""
+        """Return the names of what the robot touched since the last call, and clear the record."""
         names = {self._names[k] for k in np.flatnonzero(self._touched) if k != _ROBOT}
         self._touched[:] = False
         return names

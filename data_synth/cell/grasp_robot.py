@@ -188,9 +188,9 @@ class GraspRobot:
             drives = SynergyDrives(self._model, data, self.fingers, prefix=self.hand_prefix)
             drives.pose(excursions)
             return data.qpos[self._hand_addresses].copy()
-        return tendon_posture(self._moments, excursions, *self._springs)
+        return tendon_posture(self._moment_arms, excursions, *self._springs)
 
-    def motors(self, model: Any, data: Any, prefix: str) -> TendonDrives | SynergyDrives:
+    def create_drives(self, model: Any, data: Any, prefix: str) -> TendonDrives | SynergyDrives:
         """Create the drives that execute hand commands in a world with this robot.
 
         Parameters
@@ -296,7 +296,7 @@ class GraspRobot:
         return model.jnt_stiffness[numbers].copy(), rest.copy(), limits
 
     @functools.cached_property
-    def _moments(self) -> NDArray[np.float64]:
+    def _moment_arms(self) -> NDArray[np.float64]:
         """Shortening of each tendon per joint angle, (D, J), m/rad."""
         mujoco, model = import_mujoco(), self._model
         data = mujoco.MjData(model)

@@ -1,4 +1,4 @@
-"""The simulated robot: arm, hand, fingertips and depth camera behind the robot protocol."""
+"""The simulated robot: arm, hand, fingertips and depth camera. It implements the robot protocol."""
 
 from __future__ import annotations
 
@@ -31,37 +31,39 @@ if TYPE_CHECKING:
     from .grasp_world import GraspWorld
 
 PERIOD_S = 0.004
-"""Control period: two physics steps."""
+"""Control period, s. It must be a multiple of the physics step."""
 
 _WARNINGS = ("BADQPOS", "BADQVEL", "BADQACC", "BADCTRL")
 """MuJoCo's warnings of a state that is not finite or too large."""
-_IN_TRAY_M = 0.3
-"""An object in the tray has its centre below this height over the tray's floor."""
+_MAX_HEIGHT_IN_TRAY_M = 0.3
+"""Maximum height of the centre of an object in the tray above the tray's floor, m."""
 
 
 class SimRobot:
-    """A robot in a simulated cell; fulfils `eyehand.grasping.robot.Robot`.
+    """A robot in a simulated cell. It implements `eyehand.grasping.robot.Robot`.
 
-    It starts at rest with the hand open. :meth:`object_pose`, :meth:`robot_contacts`,
-    :meth:`lifted` and :meth:`in_tray` return the ground truth, which a real robot does not have.
+    It starts at rest with the hand open. :meth:`object_pose`, :meth:`take_contacts`,
+    :meth:`is_lifted` and :meth:`is_in_tray` return the ground truth, which a real robot does not
+    have.
 
     Parameters
     ----------
     world
         The world in which it runs.
     noise
-        The camera's noise; none if not given.
+        Noise of the camera. Without it, the depth is exact.
     seed
-        Source of the noise, >= 0; each image draws its own.
+        Seed of the camera noise, >= 0. Each image has different noise.
     renderer
-        Renderer; `open_renderer` chooses one if not given.
+        Renderer of the camera. If None, `open_renderer` selects one.
     hand
-        Model of the hand; measured from its file if None.
+        Model of the hand. If None, it is computed from the hand's description.
 
     Raises
     ------
     InputError
-        If the seed is negative, a joint of the arm has no servo, or the world is too large to run.
+        If the seed is negative, a joint of the arm has no servo, or MuJoCo cannot simulate the
+        world.
     """
 
     def __init__(
@@ -85,7 +87,7 @@ class SimRobot:
         joints = [ROBOT_PREFIX + name for name in world.robot.joints]
         self._servos = ArmServos(model, data, joints, world.robot.home)
         self._open_hand()
-        self._drives = world.robot.motors(model, data, world.hand_prefix)
+        self._drives = world.robot.create_drives(model, data, world.hand_prefix)
         self._tips = _tips(model, world.hand_prefix, self._hand.fingers)
         self._touch = ContactRecord(model, data, world)
         self._warnings = [int(getattr(mujoco.mjtWarning, f"mjWARN_{w}")) for w in _WARNINGS]
@@ -110,8 +112,8 @@ class SimRobot:
         return PERIOD_S
 
     @property
-    def frame(self) -> str:
-        """Name of the hand's frame in the description."""
+    def hand_frame(self) -> str:
+        """Name of the hand's frame in the robot description (`description`)."""
         return self._world.robot.frame
 
     @property
@@ -135,7 +137,10 @@ class SimRobot:
         return self._data
 
     def description(self, excursions: NDArray[np.float64]) -> Any:
-        """Describe arm and hand for control (`MjSpec`), with tendon excursions (D,), m."""
+        """Return the `MjSpec` of arm and hand for the controller.
+
+        Its keyframe ``home`` holds the hand's posture at the tendon excursions (D,), m.
+        """
         robot = self._world.robot
         return robot.description(robot.home, excursions, self._world.cell.T_world_base)
 
@@ -155,15 +160,16 @@ class SimRobot:
     ) -> RobotReading:
         """Move for one control period and return the state at its end.
 
-        After a command that is not finite, or after a failure of the simulation, the robot stands
-        still permanently, and `fault` of the reading gives the reason.
+        After a command that is not finite, or after a failure of MuJoCo, the simulation stops: the
+        time and all objects stand still. `RobotReading.fault` then holds the reason.
 
         Parameters
         ----------
         velocity
-            Arm joint velocities, (n,), rad/s; limited to the joints' speeds and ranges.
+            Joint velocities of the arm, (n,), rad/s. They are limited to the joints' speeds and
+            ranges.
         command
-            Command for the hand's drives; the last one if None.
+            Command for the hand's drives. None keeps the previous command.
 
         Raises
         ------
@@ -194,7 +200,7 @@ class SimRobot:
         return self.read()
 
     def capture(self) -> DepthFrame:
-        """Take a depth image; pixels of the robot and of its tray have no reading."""
+        """Capture a depth image. Pixels of the robot, its pedestal and the tray have no reading."""
         cell = self._world.cell
         labels = np.zeros(self._model.ngeom, dtype=np.int32)
         labels[self._touch.robot] = 1
@@ -209,7 +215,7 @@ class SimRobot:
     def picture(
         self, size: tuple[int, int] = (1280, 720), T_world_camera: RigidTransform | None = None
     ) -> NDArray[np.uint8]:
-        """Render a colour image of the cell for people.
+        """Render a colour image of the cell for display.
 
         Parameters
         ----------
@@ -223,19 +229,21 @@ class SimRobot:
         NDArray
             (H, W, 3) uint8 RGB.
         """
-        wide, high = size
-        focal = DISPLAY_FOCAL_SHARE * wide
-        lens = CameraIntrinsics(focal, focal, (wide - 1) / 2, (high - 1) / 2, wide, high)
-        place = look_at(DISPLAY_EYE, DISPLAY_TARGET) if T_world_camera is None else T_world_camera
-        colour = self._render(
-            lens, place, np.zeros(self._model.ngeom, np.int32), colour=True
-        ).colour
+        width, height = size
+        focal = DISPLAY_FOCAL_SHARE * width
+        intrinsics = CameraIntrinsics(
+            focal, focal, (width - 1) / 2, (height - 1) / 2, width, height
+        )
+        if T_world_camera is None:
+            T_world_camera = look_at(DISPLAY_EYE, DISPLAY_TARGET)
+        labels = np.zeros(self._model.ngeom, np.int32)
+        colour = self._render(intrinsics, T_world_camera, labels, colour=True).colour
         assert colour is not None
         return colour
 
     def object_pose(self, name: str) -> RigidTransform:
-        """Return the true pose of an object, T_world_shape."""
-        body = self._data.body(self._known(name))
+        """Return the true pose of an object, T_world_object."""
+        body = self._data.body(self._checked_name(name))
         turn = Rotation.from_quat(body.xquat, scalar_first=True)
         return RigidTransform.from_components(body.xpos.copy(), turn)
 
@@ -244,28 +252,31 @@ class SimRobot:
         """Names of the objects in the world."""
         return self._world.object_names
 
-    def robot_contacts(self) -> set[str]:
-        """Return what the robot touched since the last call: "table", "tray", object names."""
+    def take_contacts(self) -> set[str]:
+        """Return the names of what the robot touched since the last call, and clear the record.
+
+        The names are "table" (which includes the floor), "tray", "pedestal" and those of objects.
+        """
         return self._touch.take_touched()
 
-    def lifted(self, name: str) -> bool:
+    def is_lifted(self, name: str) -> bool:
         """Return whether an object touches the robot and nothing else."""
-        touching = self._touch.touching(self._known(name))
+        touching = self._touch.touching(self._checked_name(name))
         return touching == {"robot"}
 
-    def in_tray(self, name: str) -> bool:
+    def is_in_tray(self, name: str) -> bool:
         """Return whether an object lies in the tray and not in the hand."""
-        place = self._data.body(self._known(name)).xpos
+        position = self._data.body(self._checked_name(name)).xpos
         cell = self._world.cell
-        low = place[2] - cell.tray_centre[2] < _IN_TRAY_M
+        low = position[2] - cell.tray_centre[2] < _MAX_HEIGHT_IN_TRAY_M
         held = "robot" in self._touch.touching(name)
-        return bool(low and cell.is_over_tray(place) and not held)
+        return bool(low and cell.is_over_tray(position) and not held)
 
     def _check(self, velocity: NDArray[np.float64], command: HandCommand | None) -> None:
         if not np.isfinite(velocity).all():
-            self._fault = f"commanded joint velocities are not finite: {velocity.tolist()}"
+            self._fault = f"joint velocities must be finite, got {velocity.tolist()}"
         elif command is not None and not np.isfinite(command.values).all():
-            self._fault = f"commanded hand values are not finite: {command.values.tolist()}"
+            self._fault = f"hand command values must be finite, got {command.values.tolist()}"
 
     def _failure(self) -> str:
         data = self._data
@@ -298,10 +309,10 @@ class SimRobot:
             colour=colour,
         )
 
-    def _known(self, name: str) -> str:
+    def _checked_name(self, name: str) -> str:
         if name not in self.object_names:
-            known = ", ".join(self.object_names) or "none"
-            raise InputError(f"there is no object {name!r}; there are: {known}")
+            names = ", ".join(self.object_names) or "none"
+            raise InputError(f"object must be one of {names}, got {name!r}")
         return name
 
 

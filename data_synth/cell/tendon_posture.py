@@ -11,41 +11,43 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 _MIN_STIFFNESS = 1e-3
-"""Spring of a joint without one, Nm/rad: otherwise its angle would be undetermined."""
+"""Minimum stiffness of a joint, Nm/rad. The angle of a joint without a spring would be
+undetermined."""
 _MIN_RESIDUAL = 1e-9
-"""Residual of the least-squares problem below which no angles satisfy all bounds."""
+"""Minimum residual of the least-squares problem. Below it, no angles satisfy all bounds."""
 
 
 def tendon_posture(
-    moments: NDArray[np.float64],
+    moment_arms: NDArray[np.float64],
     excursions: NDArray[np.float64],
     stiffness: NDArray[np.float64],
     rest: NDArray[np.float64],
     limits: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Compute the joint angles of least spring energy that the tendons allow.
+    """Compute the joint angles of minimum spring energy that the tendons allow.
 
-    A tendon closes its joints at least as far as its excursion. Other tendons may close them
-    farther, and then it is slack. Excursions beyond the joints' range leave the joints at their
-    limits.
+    A tendon shortens by at least its excursion. If other tendons close its joints farther, it is
+    slack. Excursions beyond the joints' range move the joints to their limits.
 
     Parameters
     ----------
-    moments
+    moment_arms
         Shortening of each tendon per joint angle, (D, J), m/rad.
     excursions
-        Excursion of each tendon from the posture without tension, (D,), m.
+        Excursion of each tendon from the posture without tension, (D,), m. Negative values count
+        as 0.
     stiffness
         Stiffness of the joints' springs, (J,), Nm/rad.
     rest
         Joint angles at which the springs are relaxed, (J,), rad.
     limits
-        Smallest and largest joint angles, (J, 2), rad.
+        Minimum and maximum joint angles, (J, 2), rad.
 
     Returns
     -------
     NDArray
-        Joint angles (J,), rad, within the limits.
+        Joint angles (J,), rad, within the limits. If no angles satisfy all tendons, the rest
+        posture within the limits is returned.
 
     Notes
     -----
@@ -54,10 +56,10 @@ def tendon_posture(
     """
     low, high = limits.T
     open_posture = np.clip(rest, low, high)
-    reach = np.maximum(moments * low, moments * high).sum(axis=1)
-    pulled = np.minimum(np.maximum(excursions, 0.0) + moments @ open_posture, reach)
+    max_shortening = np.maximum(moment_arms * low, moment_arms * high).sum(axis=1)
+    pulled = np.minimum(np.maximum(excursions, 0.0) + moment_arms @ open_posture, max_shortening)
     eye = np.eye(len(rest))
-    gradients, bounds = np.vstack([moments, eye, -eye]), np.concatenate([pulled, low, -high])
+    gradients, bounds = np.vstack([moment_arms, eye, -eye]), np.concatenate([pulled, low, -high])
     # In y = sqrt(k) (q - rest) the energy is |y|²/2, and the bounds are G y >= h.
     scale = 1.0 / np.sqrt(np.maximum(stiffness, _MIN_STIFFNESS))
     problem = np.vstack([(gradients * scale).T, bounds - gradients @ rest])

@@ -14,18 +14,18 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class RenderedView:
-    """Images of one camera without noise, registered to the pixel."""
+    """Images of one camera without noise. All show the same pixels."""
 
     depth: NDArray
     """Depth along the optical axis, (H, W) float32, m; 0 where nothing is in range."""
     labels: NDArray
-    """Label of the visible geom, (H, W) int32; 0 where nothing is in range."""
+    """Label of the visible geom from `geom_labels`, (H, W) int32; 0 where nothing is in range."""
     colour: NDArray | None
     """(H, W, 3) uint8 RGB, or None if not requested."""
 
 
 class DepthRenderer(Protocol):
-    """Renderer of MuJoCo models; one per process is enough (see :func:`open_renderer`)."""
+    """A renderer of MuJoCo models. :func:`.depth_renderer.open_renderer` keeps one per process."""
 
     @property
     def name(self) -> str:
@@ -43,7 +43,9 @@ class DepthRenderer(Protocol):
         max_range: float,
         colour: bool,
     ) -> RenderedView:
-        """Render geom groups 0 to 2 as seen by a camera, at pixel centres.
+        """Render the MuJoCo geom groups 0 to 2 from a camera pose.
+
+        The value of a pixel is that of the ray through its centre.
 
         Parameters
         ----------

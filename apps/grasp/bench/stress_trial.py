@@ -155,7 +155,7 @@ class StressCell:
         self.peak_speed = max(self.peak_speed, float(speeds.max(initial=0.0)))
 
     def _record_creep(self) -> None:
-        held = [name for name in self.robot.object_names if self.robot.lifted(name)]
+        held = [name for name in self.robot.object_names if self.robot.is_lifted(name)]
         if len(held) != 1:
             return
         position = self.robot.object_pose(held[0]).translation
@@ -187,7 +187,7 @@ class StressOutcome:
     @property
     def left(self) -> tuple[str, ...]:
         """Names of the remaining objects that are not in the tray."""
-        return tuple(name for name in self.remaining if not self.stress.robot.in_tray(name))
+        return tuple(name for name in self.remaining if not self.stress.robot.is_in_tray(name))
 
     @property
     def refused(self) -> bool:

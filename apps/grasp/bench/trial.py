@@ -251,7 +251,7 @@ class Scorer:
         if report is None:
             self._target = self._nearest(choice.target.points.mean(axis=0))
             self._began = time.perf_counter()
-            self._robot.robot_contacts()
+            self._robot.take_contacts()
             self._touched, self._grasping = set(), False
             return
         plan = report.plan
@@ -268,7 +268,7 @@ class Scorer:
                 rows=plan.rows,
                 outcome=report.outcome,
                 reason=report.reason,
-                success=bool(report) and self._robot.in_tray(self._target),
+                success=bool(report) and self._robot.is_in_tray(self._target),
                 perceive_ms=report.perceive_ms,
                 plan_ms=report.plan_ms,
                 seconds=report.seconds,
@@ -284,7 +284,7 @@ class Scorer:
     def result(self, trial: GraspTrial, report: ClearReport, cpu_seconds: float) -> TrialResult:
         """Return the result of the trial."""
         names = self._robot.object_names
-        placed = sum(self._robot.in_tray(name) for name in names)
+        placed = sum(self._robot.is_in_tray(name) for name in names)
         return TrialResult(
             trial=trial,
             picks=tuple(self._rows),
@@ -294,7 +294,7 @@ class Scorer:
             stopped=report.stop_reason,
             cpu_seconds=cpu_seconds,
             untried=unattempted_objects(
-                [name for name in names if not self._robot.in_tray(name)],
+                [name for name in names if not self._robot.is_in_tray(name)],
                 [row.object for row in self._rows],
                 report,
                 self._cell,
@@ -304,7 +304,7 @@ class Scorer:
 
     def _note_cycle(self, cycle: CycleInfo) -> None:
         if not self._grasping:
-            self._touched |= self._robot.robot_contacts()
+            self._touched |= self._robot.take_contacts()
             self._grasping = cycle.phase not in BEFORE_GRASP
         if self._on_cycle is not None:
             self._on_cycle(cycle)

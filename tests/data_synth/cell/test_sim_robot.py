@@ -51,9 +51,9 @@ def test_robot_at_rest_does_not_move_or_touch_objects(world: GraspWorld):
         reading = robot.step(np.zeros(7))
     assert np.isclose(reading.time, 0.4)
     assert np.abs(reading.q - start).max() < 2e-3
-    assert robot.robot_contacts() == set()
-    assert not robot.lifted("ball_1")
-    assert not robot.in_tray("ball_1")
+    assert robot.take_contacts() == set()
+    assert not robot.is_lifted("ball_1")
+    assert not robot.is_in_tray("ball_1")
     assert np.allclose(robot.object_pose("ball_1").translation, [0.05, 0.02, 0.03], atol=1e-3)
 
 
@@ -70,7 +70,7 @@ def test_commanded_velocity_is_tracked_without_lag(world: GraspWorld):
 
 def test_description_contains_pose_of_robot(world: GraspWorld):
     robot = SimRobot(world)
-    model = RobotModel.load(robot.description(np.zeros(5)), robot.frame, joints=robot.joints)
+    model = RobotModel.load(robot.description(np.zeros(5)), robot.hand_frame, joints=robot.joints)
     assert np.allclose(model.home, robot.read().q)
     assert np.array_equal(model.speed[:3].round(3), [1.71, 1.71, 1.745])
     palm = robot.data.site("robot_hand_palm")
@@ -108,15 +108,15 @@ def test_robot_grasps_lifts_and_senses_object():
     while closing.state not in ("holding", "empty") and reading.time < 3.5:
         reading = robot.step(still, closing.step(reading.hand, robot.period))
     assert closing.state == "holding"
-    assert robot.robot_contacts() == {"box_1"}
+    assert robot.take_contacts() == {"box_1"}
 
-    model = RobotModel.load(robot.description(np.zeros(5)), robot.frame, joints=robot.joints)
+    model = RobotModel.load(robot.description(np.zeros(5)), robot.hand_frame, joints=robot.joints)
     start = model.at(reading.q).position[2]
     up = np.array([0.0, 0.0, 0.15, 0.0, 0.0, 0.0])
     for _ in range(150):
         rates = np.asarray(np.linalg.pinv(model.at(reading.q).jacobian) @ up, dtype=np.float64)
         reading = robot.step(rates, closing.step(reading.hand, robot.period))
-    assert robot.lifted("box_1")
+    assert robot.is_lifted("box_1")
     assert abs(model.at(reading.q).position[2] - start - 0.09) < 0.003
     assert robot.object_pose("box_1").translation[2] > 0.115
     for finger, image in zip(robot.hand.fingers, reading.hand.tips, strict=True):
@@ -145,7 +145,7 @@ def test_capture_shows_object_without_robot_and_tray(world: GraspWorld):
 def test_non_finite_command_stops_robot_permanently(world: GraspWorld):
     robot = SimRobot(world)
     reading = robot.step(np.full(7, np.nan))
-    assert "not finite" in reading.fault
+    assert "must be finite" in reading.fault
     later = robot.step(np.full(7, 0.5))
     assert later.fault == reading.fault
     assert np.array_equal(later.q, reading.q)

@@ -154,7 +154,7 @@ def test_pushed_neighbours_are_counted_separately(may_push, counts, monkeypatch)
     )  # fmt: skip
     choice = cast("SelectedGrasp", SimpleNamespace(target=target))
     scorer.on_pick(choice, None)
-    monkeypatch.setattr(robot, "robot_contacts", lambda: {"table", "box", "other"})
+    monkeypatch.setattr(robot, "take_contacts", lambda: {"table", "box", "other"})
     scorer._note_cycle(cast("CycleInfo", SimpleNamespace(phase="pre-grasp")))
     scorer.on_pick(choice, cast("PickReport", report))
     (row,) = scorer._rows
