@@ -39,7 +39,7 @@ def capture_card(number: int, capture: Capture, record: DemoRecord) -> str:
     return (
         f'<section class="card" id="capture{number}"><div class="head"><h2>Pick {number}</h2>'
         f"<span>{object_cell(capture)}</span><span>{escape(pick.plan.name)}</span>"
-        f"{outcome_pill(capture)}{_reason(pick)}</div>"
+        f'{outcome_pill(capture)}<span class="faint">{escape(pick.reason)}</span></div>'
         f"{_pictures(capture)}"
         '<div class="two"><div><h3>Tasks of the approach</h3>'
         f"{_task_table(pick)}</div><div><h3>Selected and rejected grasps</h3>"
@@ -77,10 +77,6 @@ def outcome_pill(capture: Capture) -> str:
     """Return the outcome as a coloured label."""
     bad = "" if capture.succeeded else " bad"
     return f'<span class="pill{bad}">{escape(capture.outcome)}</span>'
-
-
-def _reason(pick: PickReport) -> str:
-    return f'<span class="faint">{escape(pick.reason)}</span>' if pick.reason else ""
 
 
 def _pictures(capture: Capture) -> str:

@@ -32,7 +32,7 @@ SPEEDS = (0.1, 8.0)
 
 
 class LivePage:
-    """A page that shows a working cell. Use it as a context.
+    """A page that shows a cell during its demo. Use it as a context.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class LivePage:
         self._samples: deque[tuple[float, ...]] = deque()
         self._shown = self._plotted = 0.0
         self._anchor: tuple[float, float] | None = None
-        self._steps_to = -np.inf
+        self._steps_to, self._now = -np.inf, 0.0
         self._plot: Any = None
         gui = server.gui
         self._status = gui.add_markdown("The cell is being built ...")
@@ -91,7 +91,7 @@ class LivePage:
         return f"http://{HOST}:{self._server.get_port()}"
 
     def join(self, cell: Cell, robot: SimRobot, recorder: Recorder) -> LivePage:
-        """Draw a cell."""
+        """Show a cell from now on."""
         self._recorder = recorder
         self._scene = LiveScene(self._server.scene, robot)
         names = (*cell.robot.hand.fingers, "palm")
@@ -103,10 +103,10 @@ class LivePage:
     def on_pick(self, choice: SelectedGrasp, report: PickReport | None) -> None:
         """Show the selected grasp, or the outcome of the pick."""
         if report is not None:
-            told = f"{report.outcome.replace('_', ' ')}" + (
-                f": {report.reason}" if report.reason else ""
-            )
-            self._lines.append(f"{len(self._lines) + 1}. {report.kind}, {report.plan.name}: {told}")
+            outcome = report.outcome.replace("_", " ")
+            outcome += f": {report.reason}" if report.reason else ""
+            number = len(self._lines) + 1
+            self._lines.append(f"{number}. {report.kind}, {report.plan.name}: {outcome}")
             self._report.content = "\n".join(self._lines)
             return
         self._target = choice.target.label
@@ -114,7 +114,7 @@ class LivePage:
         self._set_anchor(None)
 
     def on_cycle(self, cycle: CycleInfo) -> None:
-        """Keep the pace, halt, and show, after each control cycle."""
+        """Pause or wait to keep the speed, and update the page, after each control cycle."""
         self._wait_for(cycle.reading.time)
         self._samples.append((cycle.reading.time, *cycle.force.tolist()))
         while self._samples[-1][0] - self._samples[0][0] > PLOT_SPAN:
@@ -167,7 +167,7 @@ class LivePage:
 
     def _step(self) -> None:
         self.paused.value = True
-        self._steps_to = getattr(self, "_now", 0.0) + STEP_SECONDS
+        self._steps_to = self._now + STEP_SECONDS
 
     def _set_anchor(self, anchor: tuple[float, float] | None) -> None:
         self._anchor = anchor
@@ -180,9 +180,9 @@ class LivePage:
                     self._scene.remove_object(self._target)
             if cycle.phase != self._phase:
                 plan = cycle.plan
-                asks = [] if plan is None else [f"- {task.description}" for task in plan.tasks]
+                tasks = [] if plan is None else [f"- {task.description}" for task in plan.tasks]
                 name = "" if plan is None else f", {plan.name}"
-                self._status.content = "\n".join([f"### {cycle.phase}{name}", "", *asks])
+                self._status.content = "\n".join([f"### {cycle.phase}{name}", "", *tasks])
         self._phase = cycle.phase
 
     def _show_parts(self) -> None:

@@ -41,7 +41,7 @@ def perceived_picture(
     Parameters
     ----------
     frame, scene
-        The depth frame and its scene; see :func:`~.closeup.closeup`.
+        The depth frame and its scene, for example from :func:`~.frame_crop.crop_to_objects`.
     plan
         The grasp to draw.
     T_world_palm

@@ -105,6 +105,7 @@ def chart_grasp(
     drawn = [row for row in done.rows if row["pick_p50_s"] and row["success_pct"] is not None]
     if not drawn or drawn[0]["name"] != conditions[0].name:
         raise InputError(f"no pick of the default setting finished; the rows are in {plan.out}")
+    default = drawn[0]
     points = [
         ChartPoint(dial_name(row), 1e3 * row["pick_p50_s"], row["success_pct"]) for row in drawn
     ]
@@ -118,7 +119,7 @@ def chart_grasp(
     figure = ParetoChart(
         "Picking unknown objects: time against success",
         "time with perception and planning; blue: dials of perception and control; default with "
-        f"95 % confidence: {interval_text(drawn[0])}",
+        f"95 % confidence: {default['ci_low_pct']:.0f} to {default['ci_high_pct']:.0f} %",
         points,
         front,
         "successful picks",
@@ -166,8 +167,3 @@ def dial_front(points: Sequence[ChartPoint], picks: Sequence[int]) -> list[int]:
         EQUAL_TIME_RATIO,
         100.0 / max(picks),
     )
-
-
-def interval_text(row: dict[str, Any]) -> str:
-    """Return the confidence interval of a row as text."""
-    return f"{row['ci_low_pct']:.0f} to {row['ci_high_pct']:.0f} %"

@@ -12,7 +12,7 @@ from ...bench.chart_style import BLUE, GREEN, INK, ORANGE, PURPLE, SKY, VERMILIO
 from ...bench.report_page import data_url, html_page, html_table
 from ...output_files import write_text
 from .summary import PLACED, outcome_counts, prototype_rows, worst_scenes
-from .summary_table import COLUMNS, NO_VALUE, rate_text, table_cells
+from .summary_table import CAPTION, COLUMNS, NO_VALUE, rate_text, table_cells
 from .unattempted import REFUSED
 
 if TYPE_CHECKING:
@@ -42,14 +42,6 @@ OUTCOME_MEANINGS = {
     "doubt": "the scene stayed ambiguous",
 }
 """Meaning of each outcome."""
-FIGURES_NOTE = (
-    "Picks: grasps begun (in brackets: with refused, unreachable and undetected objects, ambiguous "
-    "scenes, and scenes that broke). Success: successful share of these; cleared: share of the "
-    "objects in the tray; both with 95 % Wilson intervals. A scene ends when it is clear or after "
-    "two failures in a row. Touched: contacts with table or neighbours by mistake before a grasp; "
-    "pushed: neighbours touched / grasps that may push them aside, the last resort."
-)
-"""Explanation of the columns of the table of figures."""
 
 
 def write_report(
@@ -90,7 +82,7 @@ def write_report(
         _section(
             "Figures",
             html_table(["condition", *COLUMNS], figures, range(1, 1 + len(COLUMNS))),
-            FIGURES_NOTE,
+            f"{CAPTION}. A scene ends when it is clear or after two failures in a row.",
         ),
         _section("Outcomes of the picks", _outcomes(records)),
         _section(

@@ -167,8 +167,9 @@ def open_rows(folder: Path, options: Mapping[str, Any], *, fresh: bool = False) 
                 f"{folder} holds rows of other options ({differing}): use those options, "
                 "another folder with --out, or --fresh to discard the rows"
             )
-        done = counted(len(store.finished()), "scene")
-        say(f"going on: {done} done before in {store.folder}")
+        say(
+            f"continuing after {counted(len(store.finished()), 'finished scene')} in {store.folder}"
+        )
     write_text(file, json.dumps(wanted, indent=1) + "\n")
     return store
 

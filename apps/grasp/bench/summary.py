@@ -103,8 +103,11 @@ def prototype_rows(records: Sequence[Record]) -> list[dict[str, Any]]:
     return rows
 
 
-def worst_scenes(records: Sequence[Record], most: int) -> list[dict[str, Any]]:
-    """List scenes that left something: faults, then the least cleared, those with most failures.
+def worst_scenes(records: Sequence[Record], max_count: int) -> list[dict[str, Any]]:
+    """List scenes with a failed pick or a remaining object, the worst first.
+
+    Scenes that broke come first, then scenes by rising cleared share, then by falling number of
+    failed picks.
 
     Returns
     -------
@@ -119,7 +122,7 @@ def worst_scenes(records: Sequence[Record], most: int) -> list[dict[str, Any]]:
         if failed or (scene["placed"] or 0) < (scene["total"] or 0):
             found.append((scene, failed))
     found.sort(key=lambda item: _sort_key(*item))
-    return [_scene_row(scene, failed) for scene, failed in found[:most]]
+    return [_scene_row(scene, failed) for scene, failed in found[:max_count]]
 
 
 def rerun_command(record: Record) -> str:

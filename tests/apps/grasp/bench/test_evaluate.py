@@ -105,7 +105,7 @@ def test_run_continues_and_refuses_other_options(run, tmp_path, monkeypatch, mad
     monkeypatch.setattr(evaluate_grasp, "run_grasp_trial", made_up.run_troubled)
     code, out, err = run(*plain, "--scenes", 2, "--json")
     assert code == 0
-    assert "going on: 2 scenes done before" in err
+    assert "continuing after 2 finished scenes" in err
     assert json.loads(out)["rows"][0]["faults"] == 0
     code, _, err = run(*plain, "--scenes", 2, "--friction", "0.6")
     assert code == 2
@@ -208,14 +208,14 @@ def test_default_folder_depends_on_options(run, tmp_path, monkeypatch):
     quick = ["evaluate", "grasp", "--jobs", "1", "--no-known", "--scenes", "1"]
     for more in ([], ["--family", "single"], ["--family", "single", "--count", "2"]):
         code, _, err = run(*quick, *more)
-        assert (code, "going on" in err) == (0, False), err
+        assert (code, "continuing" in err) == (0, False), err
     names = sorted(path.name for path in (tmp_path / "out" / "evaluate_grasp").iterdir())
     assert len(names) == 3
     kinds = sorted(name.rsplit("_", 1)[0] for name in names)
     assert kinds == ["single", "single", "single-packed-pile"]
     code, _, err = run(*quick[:-1], "2", "--family", "single")
     assert code == 0
-    assert "going on: 1 scene done before" in err
+    assert "continuing after 1 finished scene" in err
     assert len(list((tmp_path / "out" / "evaluate_grasp").iterdir())) == 3
 
 
