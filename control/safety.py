@@ -131,7 +131,8 @@ def blocking_names(
             names.append(f"{first} near {second}")
         else:
             name, lower, upper = joints[index]
-            near = min(q[index] - lower, upper - q[index]) < NEAR_LIMIT
+            position = float(q[index])
+            near = min(position - lower, upper - position) < NEAR_LIMIT
             names.append(f"joint {name} at its {'limit' if near else 'full speed'}")
     return tuple(names)
 
