@@ -18,6 +18,7 @@ Other packages import from here and from these submodules:
 - :mod:`.pareto` and :mod:`.pareto_chart`: the Pareto front and its chart.
 - :mod:`.shares`: shares of trials, their confidence intervals, and bars of stress charts.
 - :mod:`.sweep`: sweeps one by one, without the command.
+- :mod:`.stress_case`: single cases of a stress test, such as invalid inputs.
 - :mod:`.machine` and :mod:`.peak_memory`: processor cores, and memory of a function call.
 """
 

@@ -9,10 +9,11 @@ from eyehand.control import ControlOptions
 from ..bench import CheckReport, ReportSpec, StressArguments, StressCheck, StressStage, run_stress
 from ..bench.chart_style import GREY, VERMILION, draw_curve
 from ..bench.shares import draw_bars, draw_dotted, refused_pct, score_pct, unclean_pct, worst
+from ..bench.stress_case import check_cases
 from .contact_sweeps import contact_sweeps
 from .gain_sweeps import gain_sweeps
 from .goal_sweeps import goal_sweeps
-from .invalid_inputs import invalid_inputs, rejection_rows, rejection_table, try_input
+from .invalid_inputs import invalid_inputs
 from .limit_sweeps import limit_sweeps
 from .stress_trial import MotionFigures
 
@@ -67,10 +68,8 @@ def motion_stage() -> StressStage[ControlOptions]:
     )
 
 
-def _check_inputs(_seeds: range, _options: ControlOptions) -> CheckReport:
-    rejections = [try_input(invalid) for invalid in invalid_inputs()]
-    faults = [f"{one.input.name}: {one.result}" for one in rejections if not one.rejected]
-    return CheckReport(rejection_table(rejections), rejection_rows(rejections), faults)
+def _check_inputs(seeds: range, options: ControlOptions) -> CheckReport:
+    return check_cases("invalid input", invalid_inputs(), seeds[:1], options)
 
 
 def _figures(step: SweepStep) -> dict[str, Any]:

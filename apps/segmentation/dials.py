@@ -6,7 +6,7 @@ from eyehand.perception import SegmentationOptions
 
 from ..bench import DialBoard
 
-STAGES = dict.fromkeys(
+STAGES: dict[str, bool] = dict.fromkeys(
     ("median", "shift_windows", "join_open", "join_occluded", "colour_edges"), False
 )
 """The stages that are on by default, switched off."""

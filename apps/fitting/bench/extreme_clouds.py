@@ -1,4 +1,10 @@
-"""The extreme clouds of `eyehand stress fit`, by expectation: refuse, follow or degrade."""
+"""The extreme clouds of `eyehand stress fit`, by expectation: refuse, follow or degrade.
+
+- ``refuse``: no usable solid, and a reason that names the fault.
+- ``follow``: the same solid as for the usual cloud, moved with the cloud, to 1e-5 of its size.
+- ``degrade``: no silent failure: an IoU of 50 % or more, or a refusal. For points of no solid, a
+  solid that does not exceed the points.
+"""
 
 from __future__ import annotations
 
@@ -9,8 +15,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
+from ...bench.stress_case import StressCase
 from .clouds import POINTS
-from .extremes import Extreme
 from .stress_trial import (
     FitCallable,
     try_following,
@@ -26,6 +32,7 @@ if TYPE_CHECKING:
     from ...bench import Trial
 
     Points = NDArray[np.float64]
+    Extreme = StressCase[FitCallable]
 
 COPIES = 100
 """Number of copies of repeated points."""
@@ -77,7 +84,7 @@ def _refused() -> list[Extreme]:
         def attempt(seed: int, method: FitCallable) -> Trial:
             return try_refusal(method, change(_usual(seed)), says)
 
-        return Extreme(name, "refuse", attempt, says)
+        return StressCase(name, "refuse", attempt, says)
 
     return [extreme(*row) for row in changed]
 
@@ -104,7 +111,7 @@ def _following() -> list[Extreme]:
         def attempt(seed: int, method: FitCallable) -> Trial:
             return try_following(method, here(seed), moved(change(here(seed)), T), T, seed)
 
-        return Extreme(name, "follow", attempt)
+        return StressCase(name, "follow", attempt)
 
     def larger(times: float) -> Callable[[CloudView], CloudView]:
         return lambda view: replace(scaled(view, times), unit=1.0 / times)
@@ -157,7 +164,7 @@ def _degrading() -> list[Extreme]:
         def attempt(seed: int, method: FitCallable) -> Trial:
             return try_no_silent_failure(method, change(_usual(seed)), seed)
 
-        return Extreme(name, "degrade", attempt)
+        return StressCase(name, "degrade", attempt)
 
     def shapeless_extreme(name: str, make: Callable[[np.random.Generator], Points]) -> Extreme:
         def attempt(seed: int, method: FitCallable) -> Trial:
@@ -165,7 +172,7 @@ def _degrading() -> list[Extreme]:
             view = CloudView(points, view_origin=np.array([0.0, 0.0, 0.7]))
             return try_shapeless_points(method, view)
 
-        return Extreme(name, "degrade", attempt)
+        return StressCase(name, "degrade", attempt)
 
     return [
         *(view_extreme(*row) for row in changed),

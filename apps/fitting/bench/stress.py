@@ -7,16 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.apps.console import tracked
 from eyehand.apps.perceived_frame import load_kernels
 
 from ...bench import CheckReport, ReportSpec, StressArguments, StressCheck, StressStage, run_stress
 from ...bench.chart_style import COLOURS, GREY, SKY, VERMILION, draw_curve
 from ...bench.shares import draw_bars, draw_dotted, milliseconds, percent, refused_pct, share_pct
+from ...bench.stress_case import check_cases
 from .baselines import find_baseline
 from .cloud_sweeps import cloud_sweeps
 from .extreme_clouds import extremes
-from .extremes import extreme_rows, extreme_table, run_extreme
 from .fit_answer import FAILED
 from .solid_sweeps import solid_sweeps
 from .stress_trial import RIGHT, baseline_method, fit_method
@@ -93,12 +92,7 @@ def silent_pct(step: SweepStep) -> float:
 
 
 def _check_extremes(seeds: range, method: FitCallable) -> CheckReport:
-    results = [
-        run_extreme(extreme, seeds[:MAX_EXTREME_SEEDS], method)
-        for extreme in tracked(extremes(), "extremes")
-    ]
-    faults = [result.fault for result in results if result.fault]
-    return CheckReport(extreme_table(results), extreme_rows(results), faults)
+    return check_cases("extreme clouds", extremes(), seeds[:MAX_EXTREME_SEEDS], method)
 
 
 def _show_extremes(seeds: range, method: FitCallable) -> CheckReport:

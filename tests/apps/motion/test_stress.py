@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from eyehand.apps.bench import StressArguments, Sweep, Trial
+from eyehand.apps.bench.stress_case import CaseResult, StressCase, run_case
 from eyehand.apps.motion import stress
-from eyehand.apps.motion.invalid_inputs import InvalidInput, invalid_inputs, try_input
+from eyehand.apps.motion.invalid_inputs import invalid, invalid_inputs
 from eyehand.apps.motion.stress import control_sweeps, stress_motion
 from eyehand.apps.motion.stress_trial import Motion, find_fault, lbr_world, motion_trial, simulate
 from eyehand.control import ControlOptions
@@ -57,21 +58,25 @@ def test_faults_are_found(motion):
     assert not motion_trial(near, options, passed=True).clean
 
 
-@pytest.mark.parametrize("invalid", invalid_inputs(), ids=lambda invalid: invalid.name)
-def test_invalid_input_is_rejected_with_a_message(invalid):
-    outcome = try_input(invalid)
-    assert outcome.rejected, outcome.result
-    assert "\n" not in outcome.result
+def run(case: StressCase[ControlOptions]) -> CaseResult:
+    return run_case(case, [0], ControlOptions())
+
+
+@pytest.mark.parametrize("case", invalid_inputs(), ids=lambda case: case.name)
+def test_invalid_input_is_rejected_with_a_message(case):
+    result = run(case)
+    assert result.kept, result.happened
+    assert "\n" not in result.happened
 
 
 def test_other_results_are_reported():
-    assert try_input(InvalidInput("fine", (), dict)).result == "accepted"
-    assert "ValueError" in try_input(InvalidInput("crash", (), lambda: int("x"))).result
+    assert run(invalid("fine", (), dict)).happened == "accepted"
+    assert "ValueError" in run(invalid("crash", (), lambda: int("x"))).happened
 
     def vague() -> None:
         raise InputError("no")
 
-    assert not try_input(InvalidInput("vague", ("goal",), vague)).rejected
+    assert not run(invalid("vague", ("goal",), vague)).kept
 
 
 def test_sweeps_have_unique_names_and_bounds():

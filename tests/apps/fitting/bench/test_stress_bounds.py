@@ -3,9 +3,9 @@
 import pytest
 
 from eyehand.apps.bench import Sweep
+from eyehand.apps.bench.stress_case import StressCase, run_case
 from eyehand.apps.bench.sweep import run_sweep
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
-from eyehand.apps.fitting.bench.extremes import Extreme, run_extreme
 from eyehand.apps.fitting.bench.stress import fit_sweeps
 from eyehand.apps.fitting.bench.stress_trial import fit_method
 
@@ -26,5 +26,5 @@ def test_bound_holds_and_answers_past_it_are_valid(sweep: Sweep):
     [extreme for extreme in extremes() if extreme.name not in KNOWN_FAILURES],
     ids=lambda extreme: extreme.name,
 )
-def test_extreme_cloud_meets_its_expectation(extreme: Extreme):
-    assert run_extreme(extreme, SEEDS, fit_method).fault == ""
+def test_extreme_cloud_meets_its_expectation(extreme: StressCase):
+    assert run_case(extreme, SEEDS, fit_method).fault == ""

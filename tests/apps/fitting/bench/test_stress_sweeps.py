@@ -5,8 +5,8 @@ import pytest
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.bench import Sweep, Trial
+from eyehand.apps.bench.stress_case import run_case
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
-from eyehand.apps.fitting.bench.extremes import extreme_rows, run_extreme
 from eyehand.apps.fitting.bench.fit_answer import FitAnswer
 from eyehand.apps.fitting.bench.stress import fit_sweeps
 from eyehand.apps.fitting.bench.stress_views import CloudView, one_view, usual_solid
@@ -149,7 +149,7 @@ EXTREMES = {extreme.name: extreme for extreme in extremes()}
 
 def verdicts(method, expected: str) -> dict[str, bool]:
     return {
-        name: run_extreme(extreme, [0], method).kept
+        name: run_case(extreme, [0], method).kept
         for name, extreme in EXTREMES.items()
         if extreme.expected == expected
     }
@@ -185,11 +185,10 @@ def test_exception_violates_every_expectation():
     def crash(view: CloudView) -> FitAnswer:
         raise FloatingPointError("no\nway")
 
-    result = run_extreme(EXTREMES["one NaN"], [0, 1], crash)
+    result = run_case(EXTREMES["one NaN"], [0, 1], crash)
     assert result.trials == (Trial(False, "raised FloatingPointError: no way", clean=False),) * 2
     assert result.fault == "one NaN: must refuse, 0 of 2 did; raised FloatingPointError: no way"
-    (row,) = extreme_rows([result])
-    assert row == {
+    assert result.row() == {
         "name": "one NaN",
         "expected": "refuse",
         "says": "NaN or infinite",
