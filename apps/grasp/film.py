@@ -113,7 +113,7 @@ class Film:
 
         def count() -> str:
             names = robot.object_names
-            return f"{sum(map(robot.in_tray, names))} of {len(names)} in the tray"
+            return f"{sum(map(robot.is_in_tray, names))} of {len(names)} in the tray"
 
         camera = FilmCamera(robot, cell_size(self._size))
         self.film(camera, recorder, (*cell.robot.hand.fingers, "palm"), count)

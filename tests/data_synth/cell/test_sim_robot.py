@@ -164,7 +164,7 @@ def test_robot_rejects_invalid_arguments(world: GraspWorld):
     robot = SimRobot(world)
     with pytest.raises(InputError, match="velocity"):
         robot.step(np.zeros(6))
-    with pytest.raises(InputError, match="no object"):
+    with pytest.raises(InputError, match="object must be one of"):
         robot.object_pose("box_9")
     with pytest.raises(InputError, match="seed"):
         SimRobot(world, seed=-1)
