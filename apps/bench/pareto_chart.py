@@ -96,7 +96,7 @@ class ParetoChart:
         figure, (axes,) = new_chart(self.title, self.subtitle, height=HEIGHT + below, below=below)
         set_time_axis(axes, *view.times_ms)
         capped = _capped(every, self.max_shown_pct)
-        set_percent_axis(axes, *view.shares_pct, stretched=True, capped=capped)
+        set_percent_axis(axes, *view.accuracies_pct, stretched=True, capped=capped)
         label_axes(
             axes,
             f"time per {self.made.each}, median (logarithmic)",

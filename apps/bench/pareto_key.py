@@ -18,13 +18,15 @@ if TYPE_CHECKING:
 HEIGHT = 5.2
 """Height of the figure without its key, inches."""
 MIN_NAMED_GAIN = 0.03
-"""A named point has a log error smaller by at least this; smaller differences are chance."""
-NUMBER_SIZE = 0.17
+"""Minimum decrease of log(100 - accuracy) from one named point to the next. Lower differences are
+chance."""
+MIN_NUMBER_DISTANCE = 0.17
 """Minimum distance of two numbers, inches."""
 MAX_NAMES = 8
-"""Most named points of the front: those with the largest gains."""
+"""Maximum number of named points. Those with the largest gains are named."""
 BESIDE_PT = (11.0, -10.0)
-"""Offset of a number whose point is covered by another: right and down, points."""
+"""Offset of a number from its chart point if another number covers the point, to the right and up
+(negative is down), in 1/72 inch."""
 KEY_LINE, KEY_INDENT = 0.21, 0.2
 """Height of a line of the key and width of its number, inches."""
 KEY_FOOT, KEY_GAP = 0.52, 0.12
@@ -33,16 +35,17 @@ KEY_FOOT, KEY_GAP = 0.52, 0.12
 
 @dataclass(frozen=True)
 class ChartPoint:
-    """One measured setting."""
+    """One setting of a method, with its measured time and accuracy."""
 
     name: str
-    """Name in words."""
+    """Name for the reader."""
     time_ms: float
     """Median time, ms."""
     accuracy_pct: float
     """Accuracy as drawn, per cent."""
     true_pct: float | None = None
-    """Accuracy for text when the point is drawn at another level, per cent."""
+    """True accuracy if the point is drawn lower because the axis ends below it, per cent; else
+    None."""
 
     @property
     def written_pct(self) -> float:
@@ -55,19 +58,24 @@ class ChartView:
     """Ranges of the axes."""
 
     times_ms: tuple[float, float]
-    shares_pct: tuple[float, float]
+    """Range of the time axis, ms."""
+    accuracies_pct: tuple[float, float]
+    """Range of the accuracy axis, per cent."""
 
     def place(self, point: ChartPoint) -> tuple[float, float]:
         """Return the position of a point on the panel, inches from its lower left corner."""
         first, last = self.times_ms
-        low, high = self.shares_pct
+        low, high = self.accuracies_pct
         across = log(point.time_ms / first) / log(last / first)
         up = log((100 - low) / (100 - point.accuracy_pct)) / log((100 - low) / (100 - high))
         return (WIDTH - LEFT - MARGIN) * across, (HEIGHT - HEADER - FOOT) * up
 
 
 def fit_view(points: Sequence[ChartPoint], min_shown_pct: float) -> ChartView:
-    """Choose axes that hold all points, with space above the best one for its label."""
+    """Compute axis ranges that contain all points of at least `min_shown_pct`.
+
+    There is space above the best point for its label. Less accurate points may lie below the axis.
+    """
     times = [point.time_ms for point in points]
     best = max(point.accuracy_pct for point in points)
     worst = min(max(point.accuracy_pct, min_shown_pct) for point in points)
@@ -80,22 +88,35 @@ def fit_view(points: Sequence[ChartPoint], min_shown_pct: float) -> ChartView:
 def select_named(
     own: Sequence[ChartPoint], front: Sequence[int], default: ChartPoint, view: ChartView
 ) -> list[ChartPoint]:
-    """Select points of the front with a clear gain and space for a number, except the default.
+    """Select the points of the front to be numbered.
 
-    The gain is the decrease of the log error, as the axis shows it.
+    They have a clear gain, and no other number covers them. The gain is the decrease of
+    log(100 - accuracy), which is the distance on the accuracy axis.
+
+    Parameters
+    ----------
+    own
+        All settings of our method.
+    front
+        Indices of the points on the front, in order of increasing time.
+    default
+        The default setting, which is not numbered.
+    view
+        Ranges of the axes.
     """
     gains = [-log(100 - point.accuracy_pct) for point in own]
-    kept, least = list(front), MIN_NAMED_GAIN
-    while len(kept) > MAX_NAMES or least == MIN_NAMED_GAIN:
-        kept, least = thin_front(gains, front, least), 1.2 * least
+    kept, min_gain = list(front), MIN_NAMED_GAIN
+    # Raise the minimum gain until at most MAX_NAMES points remain.
+    while len(kept) > MAX_NAMES or min_gain == MIN_NAMED_GAIN:
+        kept, min_gain = thin_front(gains, front, min_gain), 1.2 * min_gain
     # The most accurate point has priority, then the fastest.
-    chosen: list[int] = []
+    selected: list[int] = []
     for index in dict.fromkeys([*kept[-1:], *kept]):
         place = view.place(own[index])
-        others = [default, *(own[other] for other in chosen)]
-        if all(dist(place, view.place(other)) >= NUMBER_SIZE for other in others):
-            chosen.append(index)
-    return [own[index] for index in kept if index in chosen]
+        others = [default, *(own[other] for other in selected)]
+        if all(dist(place, view.place(other)) >= MIN_NUMBER_DISTANCE for other in others):
+            selected.append(index)
+    return [own[index] for index in kept if index in selected]
 
 
 def draw_numbers(
@@ -105,34 +126,42 @@ def draw_numbers(
     default: ChartPoint,
     view: ChartView,
 ) -> None:
-    """Write the numbers of the key on their points, or beside points that another one covers."""
+    """Write the numbers of the key on their points.
+
+    A number is written beside its point if another number or the default covers the point.
+    """
     taken = [default]
     for number, point in enumerate(named, start=1):
         place = view.place(point)
-        under = sum(dist(place, view.place(other)) < NUMBER_SIZE for other in taken)
+        covering = sum(dist(place, view.place(other)) < MIN_NUMBER_DISTANCE for other in taken)
         taken.append(point)
-        full = point in front
+        on_front = point in front
         style: dict[str, Any] = {"size": 7.5, "weight": "bold", "textcoords": "offset points"}
         spot = (point.time_ms, point.accuracy_pct)
-        if under:
+        if covering:
             style |= {"color": BLUE, "ha": "left", "va": "center_baseline", "zorder": 5.5}
-            axes.annotate(str(number), spot, xytext=(BESIDE_PT[0] * under, BESIDE_PT[1]), **style)
+            axes.annotate(
+                str(number), spot, xytext=(BESIDE_PT[0] * covering, BESIDE_PT[1]), **style
+            )
             continue
         axes.plot(
             *spot,
             "o",
-            color=BLUE if full else "white",
+            color=BLUE if on_front else "white",
             markersize=11.5,
-            markeredgecolor="white" if full else BLUE,
+            markeredgecolor="white" if on_front else BLUE,
             markeredgewidth=1.0,
             zorder=4.5,
         )
-        style |= {"color": "white" if full else BLUE, "ha": "center", "va": "center_baseline"}
+        style |= {"color": "white" if on_front else BLUE, "ha": "center", "va": "center_baseline"}
         axes.annotate(str(number), spot, xytext=(0, -0.3), zorder=4.6, **style)
 
 
 def write_key(figure: Figure, named: Sequence[ChartPoint]) -> None:
-    """Write number, name and figures of the numbered points in two columns above the footer."""
+    """Write the number, name, accuracy and time of each numbered point above the footer.
+
+    The key has two columns.
+    """
     height = figure.get_size_inches()[1]
     lines = key_lines(len(named))
     for index, point in enumerate(named):
@@ -150,6 +179,6 @@ def short_time(point: ChartPoint) -> str:
     return format_time(float(f"{point.time_ms:.2g}"))
 
 
-def key_lines(names: int) -> int:
-    """Return the number of lines of a key in two columns."""
-    return -(-names // 2)
+def key_lines(count: int) -> int:
+    """Return the number of lines of a key with `count` points in two columns."""
+    return -(-count // 2)

@@ -1,4 +1,4 @@
-"""Shares of trials in %, their confidence intervals, and how stress charts draw them."""
+"""Rates of trials in %, their confidence intervals, and how stress charts draw them."""
 
 from __future__ import annotations
 
@@ -16,23 +16,26 @@ if TYPE_CHECKING:
     from .sweep import SweepStep, Trial
 
 BAR_STYLE: dict[str, Any] = {"width": 0.82, "linewidth": 0, "zorder": 1.2}
-"""Style of all bars: behind the curves, nearly as wide as the distance of two values."""
+"""Style of all bars: behind the curves, nearly as wide as the distance between two neighbouring
+values."""
 DOTTED = (0, (1, 1.4))
 """Line style of a second curve."""
 CONFIDENCE = 0.95
 """Share of intervals that contain the true value."""
 
 
-def wilson_interval(wins: int, tries: int, confidence: float = CONFIDENCE) -> tuple[float, float]:
-    """Return the confidence interval of a share (Wilson 1927, no continuity correction).
+def wilson_interval(
+    successes: int, trials: int, confidence: float = CONFIDENCE
+) -> tuple[float, float]:
+    """Return the confidence interval of a proportion (Wilson 1927, no continuity correction).
 
     Unlike the normal interval it stays within 0 and 1, and it is not a point when all or none
     succeeded.
 
     Parameters
     ----------
-    wins, tries
-        Successes and trials, 0 <= wins <= tries.
+    successes, trials
+        Number of successes and of trials, 0 <= successes <= trials.
     confidence
         Confidence of the interval, between 0 and 1.
 
@@ -46,15 +49,15 @@ def wilson_interval(wins: int, tries: int, confidence: float = CONFIDENCE) -> tu
     InputError
         If a value is out of its range.
     """
-    if not 0 <= wins <= tries:
-        raise InputError(f"wins must be from 0 to the {tries} tries, got {wins}")
+    if not 0 <= successes <= trials:
+        raise InputError(f"successes must be from 0 to the {trials} trials, got {successes}")
     if not 0 < confidence < 1:
         raise InputError(f"confidence must lie between 0 and 1, got {confidence}")
-    if tries == 0:
+    if trials == 0:
         return 0.0, 1.0
     from scipy.stats import binomtest
 
-    interval = binomtest(wins, tries).proportion_ci(confidence, method="wilson")
+    interval = binomtest(successes, trials).proportion_ci(confidence, method="wilson")
     return float(interval.low), float(interval.high)
 
 
@@ -85,7 +88,8 @@ def percent(share: float | None, digits: int = 1) -> float | None:
 
 def milliseconds(step: SweepStep) -> float | None:
     """Return the median time of a step, ms, rounded; None when none was measured."""
-    return None if step.seconds is None else round(1e3 * step.seconds, 1)
+    seconds = step.median_seconds
+    return None if seconds is None else round(1e3 * seconds, 1)
 
 
 def worst(
@@ -93,7 +97,10 @@ def worst(
     digits: int,
     pick: Callable[[list[float]], float] = max,
 ) -> float | None:
-    """Return the worst measured value to `digits` significant digits; None without values."""
+    """Return the worst measured value to `digits` significant digits; None without values.
+
+    `pick` selects it: `max` if high values are bad, `min` if low ones are.
+    """
     known = [value for value in values if value is not None]
     return float(f"{pick(known):.{digits}g}") if known else None
 

@@ -187,7 +187,7 @@ def _table(results: Sequence[SweepResult], report: ReportSpec) -> Table:
         table.add_column(column, justify="right" if column in numeric else "left")
     for result in results:
         sweep, breaks_at = result.sweep, result.breaks_at
-        seconds = result.steps[0].seconds
+        seconds = result.steps[0].median_seconds
         table.add_row(
             sweep.name,
             sweep.axis,

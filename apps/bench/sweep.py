@@ -14,13 +14,14 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
 Tested = TypeVar("Tested")
-"""The method under test, in the form that the trials of a stage take it."""
+"""Type of the method under test. Each stage (segmentation, grasp, …) has its own."""
 
 MIN_PASS_RATE = 0.9
-"""A method breaks at the first value at which a smaller share of trials passes."""
+"""Minimum share of trials that must pass. A method breaks at the first value with a lower share."""
 
-MAX_PLAIN_NUMBER = 1e5
-"""Larger numbers are printed with all digits; `format` would write 3e+05."""
+MIN_FULL_DIGITS = 1e5
+"""Numbers from here on are printed with all digits. Format ``g`` would write 3e+06 for
+3 000 000."""
 
 
 @dataclass(frozen=True)
@@ -32,7 +33,8 @@ class Trial:
     note: str = ""
     """What was wrong, in a few words."""
     clean: bool = True
-    """Whether the answer was valid, right or wrong: no crash, no hang, no NaN."""
+    """Whether the answer, right or wrong, was valid (no crash, no hang, no NaN) and no safety rule
+    was violated."""
     score: float | None = None
     """Agreement with the truth, in [0, 1]; None when there is nothing to compare."""
     seconds: float | None = None
@@ -40,7 +42,7 @@ class Trial:
     refused: bool = False
     """Whether the method itself refused the input with a reason."""
     picture: object | None = None
-    """Data of the stage for its figures and pictures."""
+    """Data from which the stage draws its pictures."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ class Sweep(Generic[Tested]):
     Raises
     ------
     InputError
-        If there are fewer than two values, a value is repeated, or `holds_to` is not a value.
+        If there are fewer than two values, a value is repeated, or `holds_to` is not one of the
+        values.
     """
 
     name: str
@@ -62,24 +65,26 @@ class Sweep(Generic[Tested]):
     values: tuple[float, ...]
     """Values from easy to hard, in the unit."""
     holds_to: float | None
-    """Last value at which the method must not break; None when nothing is required."""
+    """The method must not break at any value up to this one. None if nothing is required."""
     attempt: Callable[[float, int, Tested], Trial]
     """Run one trial of a method at a value; the seed fixes everything but the difficulty."""
     right: str
-    """What counts as passed, in words."""
+    """Condition under which a trial counts as passed, in words."""
     repeats: int | None = None
-    """Trials per value, at most; None uses all seeds."""
+    """Maximum number of trials per value; None uses all seeds."""
 
     def __post_init__(self) -> None:
         if len(set(self.values)) < max(len(self.values), 2):
-            raise InputError(f"sweep {self.name} needs different values, got {self.values}")
+            raise InputError(
+                f"sweep {self.name} needs at least two values, all different, got {self.values}"
+            )
         if self.holds_to is not None and self.holds_to not in self.values:
             raise InputError(
-                f"bound of sweep {self.name} must be one of {self.values}, got {self.holds_to}"
+                f"holds_to of sweep {self.name} must be one of {self.values}, got {self.holds_to}"
             )
 
     def shortened(self) -> Sweep[Tested]:
-        """Return the sweep with its easiest value, its bound and its hardest value only."""
+        """Return the sweep with only three values: the easiest, `holds_to` and the hardest."""
         kept = {self.values[0], self.holds_to, self.values[-1]}
         return replace(self, values=tuple(value for value in self.values if value in kept))
 
@@ -121,14 +126,14 @@ class SweepStep:
     """One trial per seed."""
 
     @property
-    def share(self) -> float:
+    def pass_rate(self) -> float:
         """Share of trials that passed, in [0, 1]."""
         return float(np.mean([trial.passed for trial in self.trials]))
 
     @property
-    def broken(self) -> bool:
-        """Whether fewer than MIN_PASS_RATE of the trials passed."""
-        return self.share < MIN_PASS_RATE
+    def below_pass_rate(self) -> bool:
+        """Whether the method breaks here: a share below `MIN_PASS_RATE` of the trials passed."""
+        return self.pass_rate < MIN_PASS_RATE
 
     @property
     def scores(self) -> tuple[float, ...]:
@@ -136,8 +141,8 @@ class SweepStep:
         return tuple(trial.score for trial in self.trials if trial.score is not None)
 
     @property
-    def seconds(self) -> float | None:
-        """Median run time, s; None when none was measured."""
+    def median_seconds(self) -> float | None:
+        """Median run time, s; None if none was measured."""
         times = [trial.seconds for trial in self.trials if trial.seconds is not None]
         return float(np.median(times)) if times else None
 
@@ -158,25 +163,26 @@ class SweepResult:
 
     @property
     def breaks_at(self) -> float | None:
-        """First value at which fewer than 90 % of the trials passed; None if there is none."""
-        return next((step.value for step in self.steps if step.broken), None)
+        """First value with a pass rate below `MIN_PASS_RATE`; None if there is none."""
+        return next((step.value for step in self.steps if step.below_pass_rate), None)
 
     @property
     def shown(self) -> SweepStep:
-        """The step for pictures: the first broken one, or the hardest."""
-        return next((step for step in self.steps if step.broken), self.steps[-1])
+        """The step for pictures: the first one at which the method breaks, or the hardest."""
+        return next((step for step in self.steps if step.below_pass_rate), self.steps[-1])
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """One line per value that violates the bound; empty when the bound holds.
+        """One line per value at which the method fails.
 
-        Past the bound an answer may be wrong, but it must still be valid.
+        Up to `holds_to` it fails if it breaks. At every value it fails if an answer is invalid or
+        a safety rule is violated.
         """
         required = self.sweep.required_values()
         lines = []
         for step in self.steps:
             unclean = [trial for trial in step.trials if not trial.clean]
-            if unclean or (step.broken and step.value in required):
+            if unclean or (step.below_pass_rate and step.value in required):
                 trial = unclean[0] if unclean else step.worst
                 at = f"{self.sweep.name} at {format_value(step.value, self.sweep.unit)}"
                 passed = sum(trial.passed for trial in step.trials)
@@ -211,7 +217,7 @@ def run_sweep(sweep: Sweep[Tested], seeds: Sequence[int], method: Tested) -> Swe
 def select_sweeps(
     sweeps: Sequence[Sweep[Tested]], only: Sequence[str] = (), others: Sequence[str] = ()
 ) -> tuple[Sweep[Tested], ...]:
-    """Return the named sweeps in their own order, or all sweeps when no name is given.
+    """Return the named sweeps, in the order of `sweeps`, or all sweeps if no name is given.
 
     Parameters
     ----------
@@ -220,7 +226,7 @@ def select_sweeps(
     only
         Names to keep.
     others
-        Further valid names that are not sweeps.
+        Names that are also valid and select no sweep, for example of single test cases.
 
     Raises
     ------
@@ -236,7 +242,7 @@ def select_sweeps(
 
 def format_value(value: float, unit: str) -> str:
     """Format a value with its unit: ``5 mm``, ``640 px``, ``5°``, ``12``."""
-    number = f"{value:g}" if abs(value) < MAX_PLAIN_NUMBER else f"{value:.0f}"
+    number = f"{value:g}" if abs(value) < MIN_FULL_DIGITS else f"{value:.0f}"
     return f"{number}{unit}" if unit == "°" else f"{number} {unit}".rstrip()
 
 

@@ -155,7 +155,7 @@ def point_rows(results: Sequence[SweepResult], report: ReportSpec) -> list[dict[
             "unit": result.sweep.unit,
             "must_hold": step.value in result.sweep.required_values(),
             "trials": len(step.trials),
-            "right_pct": round(100 * step.share, 1),
+            "right_pct": round(100 * step.pass_rate, 1),
             **report.figures(step),
             "wrong": step.worst.note,
         }

@@ -98,4 +98,4 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> No
     draw_bars(axes, places, refusals, "rejected, or infeasible", GREY, 0.45)
     draw_bars(axes, places, unclean, "limit or margin violated", VERMILION, 0.75)
     draw_dotted(axes, places, [score_pct(step) for step in steps], "goals reached")
-    draw_curve(axes, places, [100 * step.share for step in steps], "right")
+    draw_curve(axes, places, [100 * step.pass_rate for step in steps], "right")

@@ -88,7 +88,7 @@ def _figures(step: SweepStep) -> dict[str, Any]:
 
 
 def _draw_shares(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> None:
-    draw_curve(axes, places, [100 * step.share for step in steps], "right")
+    draw_curve(axes, places, [100 * step.pass_rate for step in steps], "right")
 
 
 def _write_sheet(out: Path, results: Sequence[SweepResult]) -> Sequence[str]:

@@ -86,4 +86,4 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> No
     unnamed = [_unnamed_pct(step) for step in steps]
     draw_bars(axes, places, named, "named outcome, backed off", GREY, 0.45)
     draw_bars(axes, places, unnamed, "missed without an outcome", VERMILION, 0.6, named)
-    draw_curve(axes, places, [100 * step.share for step in steps], "held")
+    draw_curve(axes, places, [100 * step.pass_rate for step in steps], "held")

@@ -117,7 +117,7 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> No
     refused = [refused_pct(step) for step in steps]
     draw_bars(axes, places, silent, "failed silently", VERMILION, 0.75)
     draw_bars(axes, places, refused, "refused", GREY, 0.45, silent)
-    draw_dotted(axes, places, [100 * step.share for step in steps], "right")
+    draw_dotted(axes, places, [100 * step.pass_rate for step in steps], "right")
     for label, number, pick in (("IoU, worst", WORST, min), ("IoU, median", MEDIAN, np.median)):
         known = [(x, step.scores) for x, step in zip(places, steps, strict=True) if step.scores]
         shares = [100 * float(pick(scores)) for _, scores in known]

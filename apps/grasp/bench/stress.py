@@ -125,4 +125,4 @@ def _draw(axes: Axes, places: Sequence[float], steps: Sequence[SweepStep]) -> No
         axes, places, unclean, "invalid: touched, thrown or reported wrongly", VERMILION, 0.75
     )
     draw_dotted(axes, places, [score_pct(step) for step in steps], "objects put away")
-    draw_curve(axes, places, [100 * step.share for step in steps], "right")
+    draw_curve(axes, places, [100 * step.pass_rate for step in steps], "right")

@@ -41,7 +41,7 @@ def test_sweep_breaks_at_first_value_with_too_few_passes():
         return Trial(seed >= {2: 1, 3: 2}.get(int(value), 0))
 
     result = run_sweep(sweep(attempt, holds_to=2), range(10), find_nothing)
-    assert [step.share for step in result.steps] == [1.0, 1.0, 0.9, 0.8]
+    assert [step.pass_rate for step in result.steps] == [1.0, 1.0, 0.9, 0.8]
     assert result.breaks_at == 3
     assert result.faults == ()
 
@@ -112,7 +112,7 @@ def test_worst_trial_is_unclean_then_wrong():
     assert SweepStep(0, (right, wrong, unclean)).worst is unclean
     assert SweepStep(0, (right, wrong)).worst is wrong
     assert SweepStep(0, (right,)).scores == ()
-    assert SweepStep(0, (right,)).seconds is None
+    assert SweepStep(0, (right,)).median_seconds is None
 
 
 @pytest.mark.parametrize(
