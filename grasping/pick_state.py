@@ -78,7 +78,7 @@ class PhaseFailure:
     outcome: PickOutcome
     """Outcome of the pick."""
     reason: str
-    """Reason, for people."""
+    """Reason, in words."""
 
 
 @dataclass

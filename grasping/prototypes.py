@@ -48,9 +48,11 @@ CLEARANCE = 0.030
 """Opening beyond the object's width in a top pre-shape, m. It tolerates errors of 10 mm, 10 % and
 10°."""
 SIDE_CLEARANCE = 0.050
-"""The same in a side pre-shape, m. The roots of the fingers come close to the object there."""
+"""Opening beyond the object's width in a side pre-shape, m. The roots of the fingers come close to
+the object there."""
 TIGHT_CLEARANCE = 0.010
-"""The same where neighbours leave no more room, m. It tolerates smaller errors."""
+"""Opening beyond the object's width where neighbours leave no more room, m. It tolerates smaller
+errors."""
 MIN_CLEARANCE = 0.008
 """Minimum opening beyond the object's width, m, half of it on either side."""
 FINGERTIP_HEIGHT = 0.008

@@ -93,7 +93,7 @@ class PickReport:
     outcome: PickOutcome
     """Outcome of the pick."""
     reason: str
-    """Reason of a failure, for people; empty after success."""
+    """Reason of a failure, in words; empty after success."""
     phases: tuple[PhaseRecord, ...]
     """Executed phases, in order."""
     perceive_ms: float

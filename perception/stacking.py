@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from .superquadric import SuperquadricFit
 
 CONTACT_TOLERANCE = 0.015
-"""An object's visible bottom may lie this far below the surface that it stands on, m. Noise and
-rounded edges shift it."""
+"""Maximum depth of an object's visible bottom below the surface that it stands on, m. Noise and
+rounded edges shift the bottom."""
 MIN_OVERLAP = 0.3
 """Minimum share of an object's points above another object in plan for it to stand on it."""
 PLAN_POINTS = 100
 """Number of points that are tested per object in plan."""
 REACH_PX = 3
-"""Segments that are at most this far apart touch in the image, px."""
+"""Maximum distance of two segments that touch in the image, px."""
 MAX_BOTTOM_HEIGHT = 0.03
-"""A fitted bottom at most this high over the support plane stands on it, m."""
+"""Maximum height of the fitted bottom of an object that stands on the support plane, m."""
 BOTTOM_PERCENTILE, TOP_PERCENTILE = 3.0, 97.0
 """Percentiles of a cloud's heights that stand for its visible bottom and top. Outliers lie beyond
 them."""

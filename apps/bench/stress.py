@@ -87,7 +87,7 @@ class StressStage(Generic[Tested]):
     seeds: int
     """Trials per value when no number is given."""
     quick_seeds: int
-    """The same for a quick run."""
+    """Trials per value of a quick run when no number is given."""
     prepare: Callable[[], None] | None = None
     """Called once before the first trial, for instance to compile kernels."""
     checks: Sequence[StressCheck[Tested]] = ()

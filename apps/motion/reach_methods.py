@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 DEFAULT = "default"
 """The controller with its default options."""
 PLANNED = "default + planner"
-"""The same with a planner that searches for a path when the controller is stuck."""
+"""The controller with its default options, and a planner that searches for a path when the
+controller is stuck."""
 BASELINE = "mink"
 """The library for differential inverse kinematics that the controller is compared with."""
 

@@ -82,7 +82,7 @@ class GraspCell:
     T_world_camera: RigidTransform = field(default_factory=_camera_pose)
     """The depth camera (x right, y down, z forward)."""
     intrinsics: CameraIntrinsics = field(default_factory=_intrinsics)
-    """Of the depth camera."""
+    """Intrinsics of the depth camera."""
 
     def is_over_tray(self, points: NDArray[np.float64]) -> Any:
         """Return which points (…, 3), world, m, lie over the tray and its walls, (…,) bool."""

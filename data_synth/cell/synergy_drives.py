@@ -24,7 +24,8 @@ HINGE_ARM_M = 0.012
 """Moment arm of a finger's virtual tendon at its first joint. It equals that of the included hand,
 so the same tension gives the same force at the fingertips."""
 SLIDE_ARM = HINGE_ARM_M / 0.090
-"""The same for a sliding jaw, m/m. It presses as hard as a finger of 90 mm."""
+"""Travel of the virtual tendon per travel of a sliding jaw, m/m. The jaw presses as hard as a
+finger of 90 mm."""
 TAPER = 0.45
 """Moment arm at each further joint, as a share of the arm at the joint before: the fingertip is
 nearer to it. With less, a force on the tip bends the finger back; with more, it curls in."""
@@ -32,7 +33,7 @@ POSITION_RATE = 60.0
 """Natural frequency of position control, rad/s. A higher one is stiffer, and oscillates at a
 physics step of 2 ms."""
 HOLD_RATE = 120.0
-"""The same for joints that hold their position."""
+"""Natural frequency of joints that hold their position, rad/s."""
 PULL_SHARE = 0.15
 """Stiffness that keeps a pulled finger on its closing line, as a share of that of position control.
 Less wraps objects better; more keeps the tip's face parallel."""

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 EXPONENT_RANGE = (0.2, 1.3)
 """Exponents of the kind ``superquadric``: low is boxy, 1 is round, above 1 is pinched."""
 SLENDERNESS = 3.0
-"""Solids with a flat foot stand up to this height over width; slimmer ones topple easily."""
+"""Maximum height over width of a standing solid with a flat foot. Slimmer ones topple easily."""
 ROUND_SLENDERNESS = 1.2
-"""The same for solids without a flat foot."""
+"""Maximum height over width of a standing solid without a flat foot."""
 BASE_SHARE = 0.6
 """Minimum width of a solid that carries another, as a share of the largest width."""
 BASE_SLENDERNESS = 0.9

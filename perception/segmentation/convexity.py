@@ -51,7 +51,7 @@ def pair_convexity(
 
 @njit(cache=True, nogil=True)
 def convexities(pixels, q, planes, pinhole, samples):
-    """Compute :func:`region_convexity` from at most so many samples of each region."""
+    """Compute :func:`region_convexity` from at most `samples` pixels of each region."""
     count = len(pixels.starts) - 2
     values = np.zeros(count + 1)
     points = np.empty((samples, 6))
@@ -75,7 +75,7 @@ def convexities(pixels, q, planes, pinhole, samples):
 
 @njit(cache=True, nogil=True)
 def pair_convexities(pixels, pairs, q, planes, pinhole, lines):
-    """Compute :func:`pair_convexity` over so many lines."""
+    """Compute :func:`pair_convexity` over `lines` lines per pair."""
     values = np.zeros(len(pairs))
     ends = np.empty((2, 6))
     for k in range(len(pairs)):

@@ -69,7 +69,7 @@ def grow_patches(
 
 @njit(cache=True, nogil=True)
 def grow_rings(q, planes, patches, allowed, max_gap, rings):
-    """Grow labels by at most so many rings; return the labels and the planes' value and slopes."""
+    """Grow labels by at most `rings` rings; return the labels and the planes' value and slopes."""
     rows, columns = q.shape
     labels = patches.copy()
     value, slope_u, slope_v = planes.value.copy(), planes.slope_u.copy(), planes.slope_v.copy()

@@ -40,9 +40,10 @@ if TYPE_CHECKING:
     from .parameters import ShapeParameters
 
 FILTER_RATIO = 1.5
-"""Outliers are searched among so many times the points that are fitted ..."""
+"""Number of points in the search for outliers, divided by the number of fitted points."""
 MIN_FILTER_POINTS = 400
-"""... and at least so many, because a cloud thinned too much shows no neighbours."""
+"""Minimum number of points in the search for outliers. In a cloud with fewer points, neighbours are
+too far apart."""
 SPREAD_POINTS = 300
 """Points from which the spread of the candidates is computed."""
 UNIT_TOLERANCE = 1e-3

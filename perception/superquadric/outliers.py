@@ -13,7 +13,8 @@ if TYPE_CHECKING:
 NEIGHBOURS = 6
 """Neighbours whose mean distance decides whether a point is an outlier."""
 OUTLIER_RATIO = 2.5
-"""A point is an outlier if this distance exceeds so many times the median of all points."""
+"""Maximum mean distance of a point to its neighbours, divided by the median of all points. Beyond
+it the point is an outlier."""
 PITCH_QUANTILE = 0.1
 """The pitch is this quantile of the nearest-neighbour distances. Noise moves some points together,
 so the minimum is too small."""

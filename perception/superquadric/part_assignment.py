@@ -43,7 +43,7 @@ FIRST_ROUNDS, LAST_ROUNDS = 2, 4
 FIRST_BEST, LAST_BEST = 4, 2
 """Number of best splits that enter the second comparison, and the third."""
 BURIED_NOISE = 2.0
-"""A part contains points that lie deeper inside it than so many times the noise."""
+"""Minimum depth of a buried point inside a part, in multiples of the noise."""
 TOLERANCE = 1e-3
 """Relative decrease of the cost below which a descent ends."""
 SEAM_WEIGHT = 2.0
@@ -137,7 +137,7 @@ def nearest_parts(gaps: Sequence[NDArray[np.float64]], cloud: PartCloud) -> NDAr
 
 
 def buried_points(gaps: Sequence[NDArray[np.float64]], options: FitOptions) -> NDArray[np.bool_]:
-    """Return whether points lie deep inside any part, (N,)."""
+    """Return a mask (N,) of the points that lie deep inside any part."""
     return np.min(gaps, axis=0) < -BURIED_NOISE * options.noise
 
 

@@ -18,12 +18,13 @@ if TYPE_CHECKING:
 NEIGHBOURS = 8
 """Neighbours of a point that define its local plane and vote on its part."""
 MAX_CONTACT_GAP = 2.0
-"""A part whose lowest point is higher over the support than so many times ``plane_scale`` does not
-stand on it."""
+"""Maximum height of the lowest point of a part that stands on the support, in multiples of
+``plane_scale``."""
 BESIDE_SPACINGS = 2.0
-"""Points of another part within so many spacings beside a ray ..."""
+"""Maximum distance beside a ray at which points of another part make the outline of this part
+unknown, in point spacings."""
 BEHIND_SPACINGS = 3.0
-"""... and less than so many spacings behind the part itself make its outline unknown there."""
+"""Maximum distance of these points behind this part, in point spacings."""
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ class CandidateSolid:
 # Arrays have no truth value: equality is identity.
 @dataclass(frozen=True, eq=False)
 class SuperquadricFit:
-    """The result of a fit. It is false in a condition if the fit did not converge."""
+    """The result of a fit. ``bool(fit)`` is false if the fit did not converge."""
 
     superquadric: Superquadric | None
     """The selected solid in the frame of the cloud, of several parts the largest; None if there is
