@@ -40,7 +40,12 @@ class FakeRobot:
     time: float = 0.0
 
     def __post_init__(self):
-        self.hand, self.period, self.frame, self.joints = HAND, PERIOD, ROBOT.frame, ROBOT.joints
+        self.hand, self.period, self.hand_frame, self.joints = (
+            HAND,
+            PERIOD,
+            ROBOT.frame,
+            ROBOT.joints,
+        )
         self.q = np.array(ROBOT.home)
         self.speed = np.zeros(len(self.joints))
         self.excursions = HAND.excursions[-1].copy()
