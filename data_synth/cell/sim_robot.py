@@ -274,9 +274,9 @@ class SimRobot:
 
     def _check(self, velocity: NDArray[np.float64], command: HandCommand | None) -> None:
         if not np.isfinite(velocity).all():
-            self._fault = f"joint velocities must be finite, got {velocity.tolist()}"
+            self._fault = f"commanded joint velocities are not finite: {velocity.tolist()}"
         elif command is not None and not np.isfinite(command.values).all():
-            self._fault = f"hand command values must be finite, got {command.values.tolist()}"
+            self._fault = f"commanded hand values are not finite: {command.values.tolist()}"
 
     def _failure(self) -> str:
         data = self._data

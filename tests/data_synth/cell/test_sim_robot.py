@@ -145,7 +145,7 @@ def test_capture_shows_object_without_robot_and_tray(world: GraspWorld):
 def test_non_finite_command_stops_robot_permanently(world: GraspWorld):
     robot = SimRobot(world)
     reading = robot.step(np.full(7, np.nan))
-    assert "must be finite" in reading.fault
+    assert "not finite" in reading.fault
     later = robot.step(np.full(7, 0.5))
     assert later.fault == reading.fault
     assert np.array_equal(later.q, reading.q)
