@@ -16,9 +16,11 @@ from eyehand.apps.fitting.bench.clouds import (
     Group,
     fit_case,
 )
+from eyehand.apps.fitting.bench.compound_solids import ray_scene
 from eyehand.apps.fitting.bench.odd_solids import DRAWERS, PosedSolid
 from eyehand.apps.fitting.bench.score import surface_distances
 from eyehand.apps.fitting.bench.true_solid import surface_mesh, true_kind
+from eyehand.apps.open3d_import import import_open3d
 from eyehand.errors import InputError
 from eyehand.perception import Superquadric
 
@@ -29,6 +31,14 @@ RENDERED = ["table", "kinds-view"]
 def off_surface(truth: Superquadric, points: np.ndarray) -> np.ndarray:
     """Return the distances (N,) of points (N, 3) to the surface, m."""
     return np.abs(truth.distance(points))
+
+
+def mesh_distances(truth: Superquadric, points: np.ndarray) -> np.ndarray:
+    """Return the distances (N,) of points (N, 3) to the mesh of a solid, m."""
+    origin = truth.centre
+    query = import_open3d().core.Tensor((points - origin).astype(np.float32))
+    scene = ray_scene(*surface_mesh(truth), origin)
+    return scene.compute_distance(query, nthreads=1).numpy()
 
 
 def same(group: Group, seed: int) -> None:
@@ -61,7 +71,10 @@ def test_points_lie_on_the_surface_within_the_noise(group, sigma, seed):
     off = off_surface(case.truth, case.points)
     assert len(off) == POINTS
     assert np.quantile(off, 0.5) == pytest.approx(0.674 * sigma, rel=0.2)
-    assert off.max() < 6 * sigma
+    # The first-order distance is too large near sharp edges: far points are measured on the mesh.
+    far = case.points[off > 3 * sigma]
+    assert len(far) < 0.05 * POINTS
+    assert not len(far) or mesh_distances(case.truth, far).max() < 6 * sigma
 
 
 @settings(max_examples=15, deadline=None)
