@@ -10,15 +10,16 @@ OSCILLATION_SWINGS = 5
 MAX_SWING_SECONDS = 0.5
 """Maximum time of one swing, s. Slower changes come from the object."""
 DECAY = 0.9
-"""A swing below this share of the one before counts as decaying. At this ratio seven swings halve
-the amplitude."""
+"""A swing below this share of the one before counts as decaying. A slower decay takes too long: at
+this ratio, the amplitude halves only after seven swings."""
 
 
 class OscillationDetector:
     """Detect large swings of the pressure that do not decay.
 
     The pressure also swings after contact, but then each swing is smaller than the one before.
-    Swings that do not decay show that the control loop is unstable or close to instability.
+    Swings that do not decay show that the control loop is close to instability, or that the object
+    moves.
     """
 
     def __init__(self) -> None:

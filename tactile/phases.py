@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from eyehand.errors import InputError
+
 from .contact_search import ContactSearch
 from .error_watchdog import ErrorWatchdog
 from .oscillation_detector import OscillationDetector
@@ -21,8 +23,15 @@ if TYPE_CHECKING:
     from .servo import TactileServo
 
 Phase = Literal["move", "hold", "task", "search", "back_off", "ended"]
-"""move: the caller moves the arm to the work area; hold: descend or wait until contact; task: the
-servo acts; search: lift, shift, descend; back_off: move away from the object; ended: no motion."""
+"""The phase of a touch. A contact starts the task from `move`, `hold` and `search`.
+
+- move: the caller moves the arm to the work area.
+- hold: the pad descends, or waits, until contact.
+- task: the servo moves the pad.
+- search: the pad lifts, shifts and descends to find a lost contact again.
+- back_off: the pad moves away from the object.
+- ended: no motion.
+"""
 
 Outcome = Literal[
     "done", "unreachable", "no_contact", "contact_lost", "overload", "oscillation",
@@ -35,10 +44,11 @@ Outcome = Literal[
 - no_contact: there was no contact within the limits of time and distance.
 - contact_lost: the contact was lost too often, or was not found again.
 - overload: pressure or force is above its limit, or too many tactels are saturated.
-- oscillation: the pressure oscillates, because of the loop or the object, and does not settle.
+- oscillation: the pressure oscillates and does not settle. The control loop is close to
+  instability, or the object moves.
 - steady_miss: the pressure stays away from the goal.
 - unsteady_contact: the centre of pressure jumps between places, or the contact comes and goes
-  faster than the pad can move.
+  faster than the pad can move. Noise has the same effect.
 - at_border: the contact stays at the pad's border.
 - no_resistance: pressing does not raise the pressure.
 - sensor_fault: too few trusted tactels, or features that are not finite.
@@ -61,12 +71,14 @@ BACK_OFF_SPEED = 0.05
 BACK_OFF_CLEARANCE = 0.01
 """Distance that the pad moves on after contact has ended, m."""
 MAX_BACK_OFF = 0.05
-"""Maximum motion away from the object, m. An object that follows further still touches the pad."""
+"""Maximum motion away from the object, m. If the object follows the pad further, the pad stops in
+contact."""
 MAX_LOSSES = 6
-"""Lost contacts in one task after which it ends, even if each was found again."""
-MAX_JUMPS = 4
-"""Jumps of the centre of pressure within `UNSTEADY_SECONDS` that end the task. They come from two
-contacts that alternate, or from noise."""
+"""Maximum number of lost contacts in one touch. One more ends it, even if every contact was found
+again."""
+UNSTEADY_JUMPS = 4
+"""Number of jumps of the centre of pressure within `UNSTEADY_SECONDS` at which the task ends. Jumps
+come from two contacts that alternate, or from noise."""
 UNSTEADY_SECONDS = 1.0
 """Time within which jumps count together, and within which a jump explains an oscillation, s."""
 BORDER = 0.006
@@ -74,10 +86,13 @@ BORDER = 0.006
 BORDER_SECONDS = 2.0
 """Time that the centre of pressure may stay at the border, s."""
 MAX_PUSH = 0.03
-"""Motion towards the object without a pressure near the goal that ends the task, m. The object
-yields, or the pad does not feel it."""
+"""Maximum motion towards the object while the pressure stays far below its goal, m. Beyond it, the
+object yields or the pad does not feel it."""
 NEAR_GOAL = 0.5
-"""Share of the goal's pressure that counts as near."""
+"""Share of the goal pressure from which on the pressure counts as near the goal."""
+LOW_GOAL_SHARE = 0.5
+"""Share of the goal pressure that counts as contact, if it is below `PhaseOptions.touch_pressure`.
+A low goal must start the task too."""
 MIN_TRUSTED = 0.75
 """Share of trusted tactels below which the pad is not used."""
 
@@ -91,18 +106,22 @@ class PhaseStep:
     twist: NDArray[np.float64]
     """Sensor twist [v; ω], (6,), m/s and rad/s, in the sensor's frame."""
     outcome: Outcome | None
-    """Set as soon as the end is decided. The pad then backs off before the phase is `ended`."""
+    """The result, as soon as it is decided. The pad then backs off, and the phase becomes `ended`.
+    In `move`, only an overload makes the pad back off."""
     clear: bool
-    """Whether nothing touches the pad."""
+    """Whether the sensor reports no contact. False if the sensor is faulty."""
 
 
 class TouchPhases:
-    """State machine of a touch: it supervises a servo and moves the pad before and after it.
+    """State machine of a touch.
+
+    It supervises the servo during the task. In the other phases it moves the pad, except in `move`:
+    there the caller moves the arm.
 
     Parameters
     ----------
     servo
-        With goal and selection of the task.
+        The servo, with the goal and the selection matrix of the task.
     options
         Speeds, time limits and safety limits.
     """
@@ -119,14 +138,17 @@ class TouchPhases:
         self._touch_cycles = self._overload_cycles = 0
         self._lost_for = self._pushed = self._border_time = 0.0
         self._losses = 0
-        self._jumps: deque[float] = deque(maxlen=MAX_JUMPS)
+        self._jumps: deque[float] = deque(maxlen=UNSTEADY_JUMPS)
         self._last_jump = -math.inf
         self._centre: tuple[float, float] | None = None
         self._near_goal = False
         self._search: ContactSearch | None = None
 
     def finish(self) -> None:
-        """End the task: the pad backs off and the outcome is `done`."""
+        """End the touch with the outcome `done`, unless it has an outcome already.
+
+        The pad backs off. In phase `move` it ends without motion.
+        """
         if self.outcome is None:
             self._end("done")
 
@@ -166,18 +188,22 @@ class TouchPhases:
         InputError
             If `dt` is not positive or the external twist is not finite.
         """
-        self._phase_time += dt
-        self._clock += dt
         finite = math.isfinite(
             features.force + features.pressure + features.area + features.orientation
             + features.confidence + features.centre[0] + features.centre[1]
         )  # fmt: skip
-        if not finite or trusted < MIN_TRUSTED:
+        faulty = not finite or trusted < MIN_TRUSTED
+        in_task = self.phase == "task"
+        # During the task, the servo checks both inputs.
+        if faulty or not in_task:
+            _check_inputs(dt, external)
+        self._phase_time += dt
+        self._clock += dt
+        if faulty:
             if self.outcome is None:
                 self._end("sensor_fault")
             return self._step_without_sensor(dt)
         touching = bool(features)
-        in_task = self.phase == "task"
         twist = self.servo.step(features, dt, external if in_task else None, measured).twist
         if self.outcome is None:
             self._check_overload(features)
@@ -198,9 +224,9 @@ class TouchPhases:
     def _change_phase(
         self, features: ContactFeatures, pose_error: tuple[float, float] | None
     ) -> None:
-        """Select the next phase before and after the task."""
+        """Start the task at contact, or leave `move`, `hold` or `search` at its goal or limit."""
         o = self.options
-        threshold = min(o.touch_pressure, 0.5 * self.servo.goal_pressure)
+        threshold = min(o.touch_pressure, LOW_GOAL_SHARE * self.servo.goal_pressure)
         felt = bool(features) and features.pressure >= threshold
         self._touch_cycles = self._touch_cycles + 1 if felt else 0
         if self.phase in ("move", "hold", "search") and self._touch_cycles >= TOUCH_CYCLES:
@@ -249,7 +275,8 @@ class TouchPhases:
         if self._task_time > self.options.task_seconds:
             self._end("done")
         elif not features:
-            # A pressure near the goal cannot vanish within a cycle by motion, only by noise.
+            # Motion cannot reduce a pressure near the goal to zero within a cycle. Only noise can,
+            # so the loss counts as a jump.
             if self._near_goal:
                 self._last_jump = self._clock
             self._near_goal = False
@@ -270,7 +297,8 @@ class TouchPhases:
             and math.hypot(x - self._centre[0], y - self._centre[1]) > self.options.jump
         ):
             self._jumps.append(self._clock)
-            # A pad that bounces jumps too, but at a low pressure.
+            # The centre of pressure also jumps when the pad bounces, but at a low pressure. Such
+            # jumps are no other cause of an oscillation.
             self._last_jump = self._clock if self._near_goal else self._last_jump
         self._centre = (x, y)
         pressure = self.servo.measured_pressure(features)
@@ -279,7 +307,7 @@ class TouchPhases:
         half_x, half_y = self.options.pad_half_size
         outside = abs(x) > half_x - BORDER or abs(y) > half_y - BORDER
         self._border_time = self._border_time + dt if outside else 0.0
-        if len(self._jumps) == MAX_JUMPS and self._clock - self._jumps[0] < UNSTEADY_SECONDS:
+        if len(self._jumps) == UNSTEADY_JUMPS and self._clock - self._jumps[0] < UNSTEADY_SECONDS:
             self._end("unsteady_contact")
         elif self._pushed > MAX_PUSH:
             self._end("no_resistance")
@@ -294,10 +322,11 @@ class TouchPhases:
         if self._oscillation.update(self.servo.measured_pressure(features) / goal, dt):
             self._end(self._oscillation_outcome())
         elif not self.servo.selection.press or (external is not None and external.any()):
-            # Over an uneven surface, the external twist alone moves the pressure off its goal.
+            # Without pressure control there is no error to watch. Over an uneven surface, the
+            # external twist alone moves the pressure off its goal.
             self._watchdog.reset()
         else:
-            # The average, because single readings change with noise and not with the pad.
+            # Use the averaged pressure, because single readings scatter with noise.
             outcome = self._watchdog.update(self.servo.filtered[0] / goal - 1.0, dt)
             if outcome is not None:
                 self._end(self._oscillation_outcome() if outcome == "oscillation" else outcome)
@@ -319,7 +348,7 @@ class TouchPhases:
     # Motion outside the task -----------------------------------------------------------------
 
     def _own_twist(self, touching: bool, dt: float) -> NDArray[np.float64]:
-        """Compute the twist (6,) of the phases `hold`, `search` and `back_off`."""
+        """Compute the twist (6,) of the phases `hold`, `search` and `back_off`; end `back_off`."""
         twist = np.zeros(6)
         if self.phase == "hold":
             twist[2] = self.options.approach_speed
@@ -335,7 +364,7 @@ class TouchPhases:
         return twist
 
     def _step_without_sensor(self, dt: float) -> PhaseStep:
-        """Back off the whole distance, because the pad cannot report a contact."""
+        """Back off by `MAX_BACK_OFF`, because the pad cannot report a contact."""
         twist = self._own_twist(True, dt) if self.phase == "back_off" else np.zeros(6)
         return PhaseStep(self.phase, twist, self.outcome, False)
 
@@ -345,5 +374,12 @@ class TouchPhases:
 
     def _end(self, outcome: Outcome) -> None:
         self.outcome = outcome
-        # In `move`, the pad has touched nothing and need not back off.
+        # In `move`, the pad has no lasting contact and need not back off.
         self._enter("ended" if self.phase == "move" and outcome != "overload" else "back_off")
+
+
+def _check_inputs(dt: float, external: NDArray[np.float64] | None) -> None:
+    if not dt > 0.0 or not (external is None or np.isfinite(external).all()):
+        raise InputError(
+            f"a cycle needs dt > 0 s and a finite external twist, got {dt}, {external}"
+        )

@@ -21,27 +21,29 @@ if TYPE_CHECKING:
 def axis_alignment_rows(task, frame, out):
     """Fill the rows of `AxisAlignment`; parameters: tangents (2, 3), goal (3,), axis (3,)."""
     fields, axes, jacobian, motion = task[FIELDS:], frame.axes, frame.jacobian, frame.work[3:]
-    x = axes[0] * fields[9] + axes[1] * fields[10] + axes[2] * fields[11]
-    y = axes[3] * fields[9] + axes[4] * fields[10] + axes[5] * fields[11]
-    z = axes[6] * fields[9] + axes[7] * fields[10] + axes[8] * fields[11]
+    basis, goal, axis = fields[:6], fields[6:9], fields[9:12]
+    x = axes[0] * axis[0] + axes[1] * axis[1] + axes[2] * axis[2]
+    y = axes[3] * axis[0] + axes[4] * axis[1] + axes[5] * axis[2]
+    z = axes[6] * axis[0] + axes[7] * axis[1] + axes[8] * axis[2]
     for column in range(jacobian.shape[1]):
         a, b, c = jacobian[3, column], jacobian[4, column], jacobian[5, column]
         motion[0, column] = b * z - c * y
         motion[1, column] = c * x - a * z
         motion[2, column] = a * y - b * x
-    direction_rows((x, y, z), motion, fields[6:9], fields[:6], out.value, out.rows)
+    direction_rows((x, y, z), motion, goal, basis, out.value, out.rows)
     out.error[0], out.error[1] = -out.value[0], -out.value[1]
     return 2, 0, task[SPEED]
 
 
 @dataclass(frozen=True, eq=False)
 class AxisAlignment(KernelTask):
-    """Align an axis of the hand with a direction; the rotation about it stays free: 2 rows.
+    """Align an axis of the hand with a direction: 2 rows. The rotation about the axis stays free.
 
     The value (2,), rad, has the angle between axis and goal as its norm. Its direction points from
     the goal to the axis, in the basis of two fixed unit vectors perpendicular to the goal. If the
-    axis is opposite to the goal, the direction of rotation is not unique. The task then rotates in
-    the plane of the goal and the basis vector along which the joints move the axis best.
+    axis is opposite to the goal, the direction of rotation is not unique. The task then
+    selects the basis vector along which the joints move the axis best. It rotates in the plane of
+    the goal and this vector.
 
     Raises
     ------
@@ -52,11 +54,11 @@ class AxisAlignment(KernelTask):
     kernel: ClassVar = staticmethod(axis_alignment_rows)
 
     axis: NDArray[np.float64]
-    """(3,), in the controlled frame, of any length."""
+    """(3,), in the controlled frame, of any length; stored as a unit vector."""
     goal: NDArray[np.float64]
-    """(3,), world, of any length."""
+    """(3,), world, of any length; stored as a unit vector."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_TURN_SPEED
     """Speed limit, rad/s."""
     name: str = "axis alignment"

@@ -6,8 +6,8 @@ import math
 
 from numba import njit
 
-from .orientation import MIN_ANGLE
-
+MIN_ANGLE = 1e-9
+"""Minimum angle that has a direction, rad. The direction of a smaller one is rounding error."""
 MAX_STRETCH = 100.0
 """Upper limit of angle / sine, the factor of rotation about the pole. The limit acts within 2° of
 the opposite direction. Without it, this row would dominate all others there."""

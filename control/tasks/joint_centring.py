@@ -71,7 +71,7 @@ class JointCentring(KernelTask):
     reference: NDArray[np.float64] | None = None
     """Reference posture (n,), rad or m; None: the middle of the ranges."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_TURN_SPEED
     """Upper limit of the norm of the joint velocities, rad/s."""
     name: str = "joint centring"

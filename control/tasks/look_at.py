@@ -90,7 +90,7 @@ class LookAt(KernelTask):
     point: NDArray[np.float64] = field(default_factory=origin)
     """Position of the eye (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_TURN_SPEED
     """Speed limit, rad/s."""
     name: str = "look at"

@@ -52,7 +52,7 @@ class Manipulability:
     point: NDArray[np.float64] = field(default_factory=origin)
     """The point (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_GROWTH
     """Speed limit, multiples of the goal per second."""
     name: str = "manipulability"

@@ -17,8 +17,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from scipy.spatial.transform import Rotation
 
-MIN_ANGLE = 1e-9
-"""Minimum angle with an axis, rad. The axis of a smaller angle is rounding error."""
+HALF_TURN_TOLERANCE = 1e-9
+"""Tolerance of half a turn. A quaternion (w, v) beyond half a turn has w < 0. Down to minus this
+share of |v|, w counts as zero."""
 
 
 @njit(cache=True)
@@ -32,26 +33,28 @@ def orientation_rows(task, frame, out):
 
 @njit(cache=True)
 def rotation_rows(goal, frame, error, rows):
-    """Fill the rotation vector e from the frame to its goal (9,), and the rows of its negative.
+    """Fill the rotation vector e from the frame to its goal (9,), and the Jacobian of -e.
 
-    With e = log(goal frameᵀ) and the frame's angular Jacobian, -de/dq = Jr(e)⁻¹ angular, where
-    Jr⁻¹ = 1 + [e]/2 + (1 - θ/2 cot θ/2)/θ² [e]² (Chirikjian 2012, Stochastic Models 2, 10.86).
+    With e = log(goal frameᵀ), θ = |e| and the frame's angular Jacobian, -de/dq = Jr(e)⁻¹ angular,
+    where Jr⁻¹ = 1 + [e]/2 + (1 - (θ/2) cot(θ/2))/θ² [e]² (Chirikjian 2012, Stochastic Models 2,
+    10.86).
     """
     x, y, z = _rotation_vector(goal, frame.axes)
     error[0], error[1], error[2] = x, y, z
     angle = math.sqrt(x * x + y * y + z * z)
-    # For small angles the closed form loses digits, and the first term of its series is exact.
+    # For small angles the closed form loses digits, and the first term of its
+    # series is exact to rounding error.
     if angle < 1e-3:
         factor = 1.0 / 12.0
     else:
         factor = (1.0 - angle / 2.0 / math.tan(angle / 2.0)) / angle**2
     jacobian = frame.jacobian
     for column in range(jacobian.shape[1]):
-        a, b, c = jacobian[3, column], jacobian[4, column], jacobian[5, column]
-        d, e, f = y * c - z * b, z * a - x * c, x * b - y * a
-        rows[0, column] = a + 0.5 * d + factor * (y * f - z * e)
-        rows[1, column] = b + 0.5 * e + factor * (z * d - x * f)
-        rows[2, column] = c + 0.5 * f + factor * (x * e - y * d)
+        wx, wy, wz = jacobian[3, column], jacobian[4, column], jacobian[5, column]
+        cx, cy, cz = y * wz - z * wy, z * wx - x * wz, x * wy - y * wx
+        rows[0, column] = wx + 0.5 * cx + factor * (y * cz - z * cy)
+        rows[1, column] = wy + 0.5 * cy + factor * (z * cx - x * cz)
+        rows[2, column] = wz + 0.5 * cz + factor * (x * cy - y * cx)
 
 
 @njit(cache=True)
@@ -77,7 +80,7 @@ def _rotation_vector(goal, axes):
         w, x, y, z = d - b, c + g, f + h, 1.0 - a - e + i
     sine = math.sqrt(x * x + y * y + z * z)
     # At half a turn, rounding must not select the direction of rotation.
-    if w < -MIN_ANGLE * sine:
+    if w < -HALF_TURN_TOLERANCE * sine:
         w, x, y, z = -w, -x, -y, -z
     stretch = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 0.0
     return x * stretch, y * stretch, z * stretch
@@ -89,9 +92,9 @@ class Orientation(KernelTask):
 
     The error is the rotation vector from the frame to the goal, in world axes. The value is its
     negative. The rows are the exact derivative of the value: the inverse right Jacobian of the
-    rotation group times the angular Jacobian. The inverse maps the rotation vector to itself, so
-    the commanded rotation is about this vector. At half a turn both directions are equally short.
-    The task uses the vector whose largest coordinate is positive.
+    rotation group times the angular Jacobian. This inverse Jacobian maps the rotation
+    vector to itself, so the commanded rotation is about this vector. At half a turn both directions
+    are equally short. The task uses the vector whose largest coordinate is positive.
 
     Raises
     ------
@@ -104,7 +107,7 @@ class Orientation(KernelTask):
     goal: Rotation | NDArray[np.float64]
     """Goal orientation of the controlled frame in the world: a rotation, or its matrix (3, 3)."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_TURN_SPEED
     """Speed limit, rad/s."""
     name: str = "orientation"

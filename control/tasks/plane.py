@@ -50,7 +50,7 @@ class PointOnPlane(KernelTask):
     point: NDArray[np.float64] = field(default_factory=origin)
     """The point (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_LINEAR_SPEED
     """Speed limit, m/s."""
     name: str = "point on plane"

@@ -65,7 +65,7 @@ class Pose(KernelTask):
     point: NDArray[np.float64] = field(default_factory=origin)
     """The point to bring to the position of the goal (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_LINEAR_SPEED
     """Linear speed limit, m/s."""
     turn_speed: float = DEFAULT_TURN_SPEED

@@ -53,7 +53,7 @@ class Posture(KernelTask):
     goal: NDArray[np.float64]
     """Joint positions (n,), rad or m."""
     gain: float = DEFAULT_GAIN
-    """1/s."""
+    """Proportional gain, 1/s."""
     speed: float = DEFAULT_TURN_SPEED
     """Upper limit of the norm of the joint velocities, rad/s."""
     name: str = "posture"

@@ -21,16 +21,17 @@ if TYPE_CHECKING:
     from .tabletop_physics import TabletopPhysics
 
 FALL_HEIGHT_M = 0.03
-"""Dropped and piled objects fall from this height above what lies below them. A higher fall
-scatters them more, takes longer to settle, and rejects more draws."""
+"""Dropped and piled objects fall from this height above what lies below them. With a higher
+fall they scatter more and settle later, and more draws are rejected."""
 
-_DROP_HEIGHT_M = 0.002
-"""Standing objects fall from this height: more would disorder them and reject more draws."""
-_DROP_TILT_RAD = 0.03
-"""Maximum tilt at the start. An object that balances on an edge falls and is drawn again. Touching
-objects start level."""
+_RELEASE_HEIGHT_M = 0.002
+"""Standing objects are released at this height. A larger height would move them, and more draws
+would be rejected."""
+_RELEASE_TILT_RAD = 0.03
+"""Maximum tilt at the start. It makes an object that balances on an edge fall over, and the draw is
+rejected. Touching objects start level."""
 _MIN_GROUP_SIZE = 4
-"""Objects in a touching group, if the scene has as many."""
+"""Minimum number of objects in a touching group. A smaller scene is one group."""
 _ANGLES = np.arange(96) / 96 * 2 * np.pi
 _DIRECTIONS = np.column_stack([np.cos(_ANGLES), np.sin(_ANGLES), np.zeros_like(_ANGLES)])
 _SPOTS = 300
@@ -42,8 +43,11 @@ _GAP_SLACK_M = 0.002
 _CONTACT_M = 1e-4
 """Gap between touching objects before they settle."""
 _APPROACHES = 24
+"""Maximum number of directions from which an object is moved towards the previous ones."""
 _APPROACH_START_M = 0.8
+"""Distance from the goal at the start of an approach."""
 _APPROACH_STEPS = 60
+"""Maximum number of steps of an approach."""
 _TOP_OFFSET_SHARE = 0.3
 """A carried object's centre lies within this share of its carrier's half-width."""
 
@@ -57,7 +61,10 @@ class _Group:
 
 
 def carrier_count(count: int) -> int:
-    """Return how many of `count` stacked objects carry another: 0 .. n-1 carry n .. 2n-1."""
+    """Return how many of `count` stacked objects carry another.
+
+    With n carriers, object k < n carries object n + k. The other objects stand alone.
+    """
     return (count + 1) // 3
 
 
@@ -74,10 +81,9 @@ def place(
     Parameters
     ----------
     shapes
-        The solids, shape frames at the origin; in the family ``stacked`` the first
-        `carrier_count` must be flat-topped.
+        The solids. In the family ``stacked``, the first `carrier_count` must be flat-topped.
     physics
-        Used to measure distances; its objects end in any pose.
+        Used to measure distances. The poses of its objects are undefined afterwards.
     options
         Family, area and gaps.
     rng
@@ -86,7 +92,7 @@ def place(
     Returns
     -------
     list of RigidTransform, or None
-        T_world_shape of every object, or None when the work area is too full.
+        T_world_shape of every object, or None if no layout was found.
     """
     for _ in range(_LAYOUTS):
         groups = _groups(shapes, physics, options, rng)
@@ -114,8 +120,8 @@ def _groups(
 ) -> list[_Group] | None:
     count = len(shapes)
     if options.family == "touching":
-        share = max(count // _MIN_GROUP_SIZE, 1)
-        parts = np.array_split(np.arange(count), share)
+        group_count = max(count // _MIN_GROUP_SIZE, 1)
+        parts = np.array_split(np.arange(count), group_count)
         groups = [_touching(part.tolist(), shapes, physics, options, rng) for part in parts]
         whole = [group for group in groups if group is not None]
         return whole if len(whole) == len(groups) else None
@@ -132,7 +138,7 @@ def _single(
 ) -> _Group:
     if options.family == "dropped":
         return _Group([index], [tumbled(shapes[index], FALL_HEIGHT_M, rng)])
-    return _Group([index], [_resting(shapes[index], _DROP_HEIGHT_M, _DROP_TILT_RAD, rng)])
+    return _Group([index], [_resting(shapes[index], _RELEASE_HEIGHT_M, _RELEASE_TILT_RAD, rng)])
 
 
 def _resting(
@@ -163,10 +169,10 @@ def _stack(
     rng: np.random.Generator,
 ) -> _Group:
     base = shapes[carrier]
-    below = _resting(base, _DROP_HEIGHT_M, _DROP_TILT_RAD, rng, upright=True)
+    below = _resting(base, _RELEASE_HEIGHT_M, _RELEASE_TILT_RAD, rng, upright=True)
     # The highest point of a tilted carrier, so that the carried object does not start inside.
     top = float(base.support(below.rotation.inv().apply([0.0, 0.0, 1.0]))) + below.translation[2]
-    above = _resting(shapes[carried], top + _DROP_HEIGHT_M, _DROP_TILT_RAD, rng)
+    above = _resting(shapes[carried], top + _RELEASE_HEIGHT_M, _RELEASE_TILT_RAD, rng)
     reach = _TOP_OFFSET_SHARE * base.semi_axes[:2].min() * np.sqrt(rng.uniform())
     angle = rng.uniform(0, 2 * np.pi)
     aside = RigidTransform.from_translation([reach * np.cos(angle), reach * np.sin(angle), 0.0])
@@ -185,8 +191,8 @@ def _touching(
     lift = RigidTransform.from_translation([0.0, 0.0, options.table_height])
     group = _Group([], [])
     for index in members:
-        # Level, because an object that rocks back to rest moves away from the one it touched.
-        resting = _resting(shapes[index], _DROP_HEIGHT_M, 0.0, rng)
+        # The object starts level. A tilted one rocks and moves away from the one it touched.
+        resting = _resting(shapes[index], _RELEASE_HEIGHT_M, 0.0, rng)
         place = resting if not group.members else None
         for _ in range(_APPROACHES):
             if place is not None:
@@ -212,15 +218,17 @@ def _approach(
     physics: TabletopPhysics,
     lift: RigidTransform,
 ) -> RigidTransform | None:
-    """Slide an object along `heading` towards a point above `goal`, each step as long as its gap.
+    """Slide an object over the table along `heading`, towards the vertical axis through `goal`.
 
-    Moving by the gap cannot cause overlap (conservative advancement, Mirtich 1996).
+    Each step is as long as the gap to the nearest of the other objects. Moving by the gap cannot
+    cause overlap (conservative advancement, Mirtich 1996). Return the pose close to contact, or
+    None if the object passes the axis or is still too far away after `_APPROACH_STEPS`.
     """
     physics.put(index, lift * resting)
-    above = np.array([goal[0], goal[1], resting.translation[2]])
+    target = np.array([goal[0], goal[1], resting.translation[2]])
     away = _APPROACH_START_M
     for _ in range(_APPROACH_STEPS):
-        position = above - away * heading
+        position = target - away * heading
         physics.move(index, lift.translation + position)
         gap = physics.nearest_gap(index, others)
         if gap < 2 * _CONTACT_M:
@@ -239,14 +247,14 @@ def _pack(
 ) -> list[NDArray[np.float64]] | None:
     """Find positions (2,) of groups, m, so that their members are `min_gap` apart seen from above.
 
-    Two convex outlines are that far apart if some direction separates them by it. Their support
-    functions show this.
+    Two convex outlines are `min_gap` apart if their support functions leave this gap along some
+    direction.
     """
     outlines = [_outlines(group, shapes) for group in groups]
     half = np.array(options.work_area) / 2
     gap = options.min_gap + _GAP_SLACK_M
     spots: dict[int, NDArray[np.float64]] = {}
-    # The largest first: small ones fit between.
+    # Place the largest group first, because small ones fit between.
     for k in sorted(range(len(groups)), key=lambda k: -float(outlines[k].max())):
         # An outline reaches h(d) in direction d; the position keeps it inside the work area.
         right, up, left, down = outlines[k].max(axis=0)[:: len(_ANGLES) // 4]

@@ -21,25 +21,28 @@ if TYPE_CHECKING:
     from .tabletop_options import TabletopOptions, ViewOptions
 
 FOCAL_SHARE = 525.0 / 640.0
-"""Focal length over image width, as of common depth cameras."""
+"""Focal length divided by the image width, a typical value of depth cameras."""
 MIN_VISIBLE_SHARE = 4e-4
-"""Every object shows at least about this share of the image's pixels. 0 would allow hidden objects;
-more than 1e-3 would exclude the smallest ones seen from far away."""
+"""Minimum share of the image's pixels that every object covers, approximately. With 0, hidden
+objects are allowed. Above 1e-3, small distant objects are excluded."""
 
 _MARGIN_PX = 2.0
 """Every object's outline stays this far inside the image."""
 _MAX_DRAWS = 60
 _OUTLINE_RESOLUTION = 16
 COARSE_STEPS = (4,)
-"""Visible shares are counted on every fourth column and row."""
+"""Reduction factors of the images in which visible shares are counted: a quarter of the width and
+height."""
 FINE_STEPS = (4, 2)
-"""The same, then on every second one: finds slivers between objects, in 5 times the time."""
+"""Reduction factors for fallen objects. The second image, of half the width and height, shows thin
+parts of objects between others more exactly than the first. It rejects further views and takes 5
+times as long."""
 
 
 def look_at(eye: ArrayLike, target: ArrayLike) -> RigidTransform:
     """Return T_world_camera of a camera at `eye` whose optical axis goes through `target`.
 
-    Image columns stay level (camera x is horizontal in the world).
+    Image rows are level: the camera's x-axis is horizontal in the world.
 
     Parameters
     ----------
@@ -92,7 +95,8 @@ def draw_viewpoint(
     count_pixels
         Function of intrinsics and T_world_camera that counts the visible pixels of each solid.
     steps
-        Strides in columns and rows; each count must show enough of every solid.
+        Reduction factors of the image. In each reduced image, every solid must cover at least
+        `MIN_VISIBLE_SHARE`.
 
     Returns
     -------
@@ -147,7 +151,7 @@ def _random_viewpoint(
 
 
 def _reduced(camera: CameraIntrinsics, step: int) -> CameraIntrinsics:
-    """Return the same field of view with columns and rows divided by `step`."""
+    """Return the intrinsics of an image with width and height divided by `step`."""
     k = camera
     width, height = max(k.width // step, 1), max(k.height // step, 1)
     x, y = width / k.width, height / k.height

@@ -276,7 +276,7 @@ class Closing:
     def _force_of(self, drive: int, forces: NDArray[np.float64]) -> float:
         """Return the maximum force on the fingers that a drive moves, N.
 
-        A drive moves the finger of its name, or all fingers without a drive of their own.
+        A drive moves the finger of its name, or all fingers without a drive of the same name.
         """
         name, fingers = self._hand.drives[drive], self._hand.fingers[:-1]
         if name in fingers:

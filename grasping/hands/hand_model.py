@@ -19,19 +19,23 @@ if TYPE_CHECKING:
 class HandModel:
     """Geometry of a hand whose fingers oppose a thumb along x, with z out of the palm.
 
-    The tables describe the empty hand at increasing openings. All fingers move equally, and their
-    pads are as far from the middle of the palm as the thumb's pad.
+    `openings`, `reaches`, `excursions` and `spreads` are a table of the empty hand at increasing
+    openings. All fingers move equally, and their pads are as far from the middle of the palm as
+    the thumb's pad.
 
     The names define the function of each part:
 
-    - fingers: the last one is ``thumb``. ``middle`` is the finger that pinches against it; without
-      it all fingers pinch. No name begins with the name of another finger or with ``palm``.
-    - drives: ``thumb`` moves the thumb, the name of a finger moves that finger. ``wrap`` and
-      ``thumb_wrap`` bend the outer joints around an object; they are optional. Any other name
-      moves all fingers without a drive of their own. Every finger must have a drive.
+    - fingers: the last one is ``thumb``. If one is called ``middle``, only this finger pinches
+      against the thumb; otherwise all fingers do. No name begins with the name of another finger
+      or with ``palm``.
+    - drives: one must be ``thumb``. A drive with the name of a finger moves that finger. A drive
+      with any other name moves all fingers without a drive of the same name. It is required if
+      there are such fingers, and invalid if there are none. ``wrap`` and ``thumb_wrap`` are
+      optional: they bend the outer joints around an object.
     - pads: ``<finger>_distal`` is the pad at the tip of each finger. Other names begin with the
       name of their finger or with ``palm``.
-    - joints: names begin with the name of their finger, in the order from base to tip.
+    - joints: names begin with the name of their finger. The joints of a finger are listed from base
+      to tip; this order is not checked.
 
     For example, a gripper with two driven jaws has the fingers and drives ``jaw`` and ``thumb``
     and the pads ``jaw_distal`` and ``thumb_distal``.
@@ -46,9 +50,9 @@ class HandModel:
     drives: tuple[str, ...]
     """Names of the drives; each pulls a tendon or closes fingers in another way."""
     joints: tuple[str, ...]
-    """Names of the joints."""
+    """Names of the joints; may be empty."""
     pads: tuple[str, ...]
-    """Names of the force-sensing pads: phalanges from base to tip, and the palm."""
+    """Names of the force-sensing pads on phalanges and palm, in any order."""
     fingers: tuple[str, ...]
     """Names of the fingers, the thumb last."""
     openings: NDArray[np.float64]
@@ -56,7 +60,7 @@ class HandModel:
     reaches: NDArray[np.float64]
     """Maximum distance of the fingertips from the palm along z at each opening, (K,), m."""
     excursions: NDArray[np.float64]
-    """Tendon excursions at each opening, (K, D), m."""
+    """Excursions of the D drives at each opening, (K, D), m."""
     spreads: NDArray[np.float64]
     """Outer width of the hand along x at each opening, (K,), m."""
     row: float
@@ -93,13 +97,16 @@ class HandModel:
         return float(self.openings[-1])
 
     def reach(self, opening: float) -> float:
-        """Return the maximum distance of the fingertips from the palm along z at an opening, m."""
+        """Return the maximum distance of the fingertips from the palm along z at an opening, m.
+
+        Openings outside the table count as its first or last one.
+        """
         return float(np.interp(opening, self.openings, self.reaches))
 
     def spread(self, opening: float) -> float:
-        """Return the outer width along x at an opening, m."""
+        """Return the outer width along x at an opening, m, limited as in :meth:`reach`."""
         return float(np.interp(opening, self.openings, self.spreads))
 
     def excursions_at(self, opening: float) -> NDArray[np.float64]:
-        """Return the tendon excursions at an opening, (D,), m."""
+        """Return the drive excursions at an opening, (D,), m, limited as in :meth:`reach`."""
         return np.array([np.interp(opening, self.openings, e) for e in self.excursions.T])

@@ -39,6 +39,7 @@ def check_names(
     _check_fingers(fingers)
     _check_drives(drives, fingers)
     _check_pads(pads, fingers)
+    _check_begins("joint", joints, fingers)
 
 
 def _check_unique(kind: str, names: tuple[str, ...]) -> None:
@@ -70,7 +71,7 @@ def _check_fingers(fingers: tuple[str, ...]) -> None:
 def _check_drives(drives: tuple[str, ...], fingers: tuple[str, ...]) -> None:
     valid = (
         f"valid are {_quoted(fingers)} (moves that finger), {_quoted(WRAP_DRIVES)} (bend outer "
-        "joints), and any other name for a drive of all fingers without a drive of their own"
+        "joints), and any other name for a drive of all fingers without a drive of the same name"
     )
     if THUMB not in drives:
         raise InputError(f"one drive must be {THUMB!r}; got {_quoted(drives)}; {valid}")
@@ -80,7 +81,8 @@ def _check_drives(drives: tuple[str, ...], fingers: tuple[str, ...]) -> None:
         raise InputError(f"no drive moves {_quoted(alone)}; got {_quoted(drives)}; {valid}")
     if shared and not alone:
         raise InputError(
-            f"drive {_quoted(shared)} moves nothing, because every finger has its own; {valid}"
+            f"drive {_quoted(shared)} moves nothing, because every finger has a drive of the "
+            f"same name; {valid}"
         )
 
 
@@ -92,11 +94,15 @@ def _check_pads(pads: tuple[str, ...], fingers: tuple[str, ...]) -> None:
             f"every finger must have a pad at its tip; {_quoted(missing)} is missing, "
             f"got {_quoted(pads)}"
         )
-    unknown = [name for name in pads if not name.startswith((*fingers, PALM))]
+    _check_begins("pad", pads, (*fingers, PALM))
+
+
+def _check_begins(kind: str, names: tuple[str, ...], parts: tuple[str, ...]) -> None:
+    unknown = [name for name in names if not name.startswith(parts)]
     if unknown:
         raise InputError(
-            f"pad {_quoted(unknown)} has no finger: names of pads must begin with "
-            f"{_quoted((*fingers, PALM))}"
+            f"{kind} {_quoted(unknown)} has no finger: names of {kind}s must begin with "
+            f"{_quoted(parts)}"
         )
 
 

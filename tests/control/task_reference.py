@@ -24,11 +24,11 @@ from eyehand.control.tasks import (
     Task,
     TaskRows,
 )
-from eyehand.control.tasks.direction import MAX_STRETCH
+from eyehand.control.tasks.direction import MAX_STRETCH, MIN_ANGLE
 from eyehand.control.tasks.distance import MIN_DISTANCE
 from eyehand.control.tasks.inputs import tangents
 from eyehand.control.tasks.look_at import MIN_TARGET_DISTANCE
-from eyehand.control.tasks.orientation import MIN_ANGLE
+from eyehand.control.tasks.orientation import HALF_TURN_TOLERANCE
 
 
 def reference(task: Task, state: RobotState) -> TaskRows:
@@ -252,7 +252,7 @@ def _rotation_vector(matrix: NDArray[np.float64]) -> NDArray[np.float64]:
         w, x, y, z = d - b, c + g, f + h, 1.0 - a - e + i
     sine = math.sqrt(x * x + y * y + z * z)
     # At half a turn, rounding must not decide the direction of rotation.
-    if w < -MIN_ANGLE * sine:
+    if w < -HALF_TURN_TOLERANCE * sine:
         w, x, y, z = -w, -x, -y, -z
     stretch = 2.0 * math.atan2(sine, w) / sine if sine > 0.0 else 0.0
     return np.array([x * stretch, y * stretch, z * stretch])

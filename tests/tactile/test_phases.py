@@ -82,6 +82,34 @@ def test_move_phase_that_times_out_ends_as_unreachable(monkeypatch):
     assert steps[-1].phase == "ended"
 
 
+def test_finish_while_arm_moves_ends_without_motion():
+    machine = TouchPhases(TactileServo(), OPTIONS)
+    machine.step(NO_CONTACT, DT, pose_error=(0.1, 0.0))
+    machine.finish()
+    step = machine.step(NO_CONTACT, DT, pose_error=(0.1, 0.0))
+    assert (step.phase, step.outcome) == ("ended", "done")
+    assert not step.twist.any()
+
+
+@pytest.mark.parametrize("phase", ["move", "hold", "task", "back_off"])
+@pytest.mark.parametrize("trusted", [1.0, 0.0])
+@pytest.mark.parametrize(
+    "cycle",
+    [
+        {"dt": 0.0},
+        {"dt": -1.0},
+        {"dt": math.nan},
+        {"dt": DT, "external": np.array([0.0, 0.0, math.nan, 0.0, 0.0, 0.0])},
+        {"dt": DT, "external": np.array([math.inf, -math.inf, 0.0, 0.0, 0.0, 0.0])},
+    ],
+)
+def test_invalid_cycle_is_rejected_in_every_phase(phase, trusted, cycle):
+    machine = TouchPhases(TactileServo(), OPTIONS)
+    machine.phase = phase
+    with pytest.raises(InputError, match="a cycle needs dt > 0 s"):
+        machine.step(NO_CONTACT, trusted=trusted, **cycle)
+
+
 def test_approach_without_object_ends_as_no_contact():
     world, machine = World(no_surface, noise=3.0, threshold=15.0), TouchPhases(TactileServo())
     run_phases(world, machine)

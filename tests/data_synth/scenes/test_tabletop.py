@@ -192,7 +192,7 @@ def test_scene_without_space_raises_with_reason(monkeypatch: pytest.MonkeyPatch)
 def test_scene_without_settling_time_raises(monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setattr(tabletop, "MAX_DRAWS", 2)
     monkeypatch.setattr(tabletop, "MAX_SETTLE_S", 0.2)
-    monkeypatch.setattr(placement, "_DROP_HEIGHT_M", 0.1)
+    monkeypatch.setattr(placement, "_RELEASE_HEIGHT_M", 0.1)
     options = TabletopOptions(count_range=(2, 2))
     with pytest.raises(InputError, match="never at rest"):
         make_scene(0, options)

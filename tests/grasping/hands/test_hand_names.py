@@ -64,7 +64,9 @@ def hand(drives=("jaw", "thumb"), fingers=("jaw", "thumb"), pads=None, joints=()
         ({"fingers": ("wrap", "thumb")}, r"'wrap' must have another name: .* are drives"),
         ({"pads": ("jaw_tip", "thumb_tip")}, r"'jaw_distal', 'thumb_distal' is missing, got"),
         ({"pads": ("jaw_distal", "thumb_distal", "cover")}, r"pad 'cover' has no finger"),
-        ({"joints": ("a", "a")}, r"joints .* unique, non-empty names"),
+        ({"joints": ("jaw_1", "jaw_1")}, r"joints .* unique, non-empty names"),
+        ({"joints": ("jaw_1", "elbow")}, r"joint 'elbow' has no finger: .* 'jaw', 'thumb'"),
+        ({"joints": ("palm_1",)}, r"joint 'palm_1' has no finger"),
     ],
 )
 def test_invalid_name_is_reported_with_valid_ones(names, message):
@@ -78,7 +80,7 @@ NAMES = st.sampled_from(["middle", "index", "jaw", "jaw2", "wrapper"])
 
 @st.composite
 def hands(draw) -> HandModel:
-    """Draw valid hands: each finger has its own drive, or shares one."""
+    """Draw valid hands: each finger has a drive with its name, or shares one."""
     fingers = draw(st.lists(NAMES, min_size=1, max_size=3, unique=True))
     assume(not {"jaw", "jaw2"} <= set(fingers))
     own = [name for name in fingers if draw(st.booleans())]
