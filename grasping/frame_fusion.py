@@ -29,7 +29,7 @@ def fuse_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
     Returns
     -------
     DepthFrame
-        The newest frame with the fused depth.
+        The newest frame (its colour and pose) with the fused depth.
     """
     newest = frames[-1]
     stack = np.stack([frame.depth for frame in frames if _same_pose(frame, newest)])
@@ -44,7 +44,7 @@ def fuse_frames(frames: Sequence[DepthFrame]) -> DepthFrame:
 
 
 def _same_pose(frame: DepthFrame, newest: DepthFrame) -> bool:
-    one, other = frame.T_world_camera, newest.T_world_camera
-    if one is None or other is None:
-        return one is other
-    return bool(np.array_equal(one.as_matrix(), other.as_matrix()))
+    pose, newest_pose = frame.T_world_camera, newest.T_world_camera
+    if pose is None or newest_pose is None:
+        return pose is newest_pose
+    return bool(np.array_equal(pose.as_matrix(), newest_pose.as_matrix()))

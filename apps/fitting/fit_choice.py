@@ -13,8 +13,9 @@ if TYPE_CHECKING:
     from typing import Any
 
 KindChoice = Literal["auto"] | Kind
-"""A kind of solid; ``auto`` selects the simplest that explains the points."""
+"""A kind of solid; ``auto`` selects the simplest kind that explains the points."""
 MAX_NOISE_MM = 100.0
+"""Maximum noise, mm."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +52,9 @@ class FitChoice:
             raise InputError(f"--budget-ms must be finite and above 0, got {self.budget_ms}")
         for name in ("points", "optimiser"):
             if self.budget_ms is not None and getattr(self, name) is not None:
-                raise InputError(f"--budget-ms chooses --{name} itself: give one of the two")
+                raise InputError(
+                    f"--budget-ms and --{name} exclude each other: --budget-ms selects the {name}"
+                )
 
     def options(self) -> FitOptions:
         """Return the options of the fit.
@@ -59,7 +62,7 @@ class FitChoice:
         Raises
         ------
         InputError
-            If no stored setting meets the budget, or a value is out of range.
+            If no setting of the stored front meets the budget, or a value is out of range.
         """
         chosen = FitOptions() if self.budget_ms is None else FitOptions.for_budget(self.budget_ms)
         changes: dict[str, Any] = {"noise": self.noise_mm * 1e-3, "max_parts": self.max_parts}

@@ -1,4 +1,4 @@
-"""The dials that `eyehand chart segmentation` tries, alone and in combination."""
+"""The dials of `eyehand chart segmentation`: options that it varies, alone and in combination."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from ..bench import DialBoard
 STAGES: dict[str, bool] = dict.fromkeys(
     ("median", "shift_windows", "join_open", "join_occluded", "colour_edges"), False
 )
-"""The stages that are on by default, switched off."""
+"""Settings that switch off all stages that are on by default."""
 
 BOARD = DialBoard(
     default=SegmentationOptions(),
@@ -24,8 +24,8 @@ BOARD = DialBoard(
         "colour_edges": (True, False),
         "split_solids": (False, True),
     },
-    # A larger stride needs a smaller window. Threads speed up large images only. All stages off
-    # gives the shortest time.
+    # A larger stride needs a smaller window. Threads speed up large images only. Without
+    # the stages the time is shortest.
     crosses=(
         {"stride": (1, 2, 3, 4), "window": (5, 7, 9, 11, 13)},
         {"stride": (1, 2, 3, 4), "threads": (2,), "window": (7, 9, 11)},
@@ -51,4 +51,4 @@ BOARD = DialBoard(
     },
     bare=STAGES,
 )
-"""All dials of the segmentation."""
+"""The options of the segmentation that the chart varies."""

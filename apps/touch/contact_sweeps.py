@@ -13,7 +13,7 @@ from .stress_trial import CALM_CONTACT, ContactFigures, hold_contact, servo_phas
 from .stress_world import CarriedPad, Electronics
 
 TILT = np.radians(6.0)
-"""Initial tilt of the pad before it rolls flat, rad, as in the chapter."""
+"""Initial tilt of the pad before it rolls flat, rad, as in Haschke's chapter."""
 FACE_SIDE = 0.06
 """Side length of the face that the pad rolls onto, m."""
 FLAT = np.radians(1.0)
@@ -23,7 +23,7 @@ ROUND_TURN = np.radians(2.0)
 IN_LINE = np.radians(3.0)
 """Maximum direction error of a pad that counts as aligned with a rod, rad."""
 NOISES = (2.0, 5.0, 10.0, 20.0, 40.0, 80.0, 160.0)
-"""Standard deviations of a reading, counts of 4095. The default electronics have 2."""
+"""Standard deviations of a reading, counts; full scale is 4095. The default electronics have 2."""
 DROP_SECONDS, DROP_TIMES = 0.2, (0.4, 2.4)
 """Duration and start times of the object's drops, s. The pad first rolls and then lies flat."""
 BLOB_DISTANCE = 0.04
@@ -39,7 +39,7 @@ PLATE_HALF = (0.02, 0.02, 0.005)
 
 
 @as_sweep(
-    "lost-rolling", "distance that the object drops for 0.2 s while the pad rolls", "mm",
+    "lost-rolling", "distance of two drops for 0.2 s, the first while the pad rolls", "mm",
     (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0), holds_to=0.2,
     right="contact found again, pressure reached, flat within 1°",
 )  # fmt: skip
@@ -57,7 +57,7 @@ def _lost(drop: float, seed: int, method: None) -> Trial:
         lean=(TILT * np.cos(seed), TILT * np.sin(seed), 0.0),
     )
     return hold_contact(
-        pad, servo_phases("roll"), 6.0, lifts, lambda run: _excess("tilted by", run.tilt, FLAT)
+        pad, servo_phases("roll"), 6.0, lifts, lambda run: _excess_note("tilted by", run.tilt, FLAT)
     )
 
 
@@ -70,7 +70,7 @@ def _round(noise: float, seed: int, method: None) -> Trial:
     return hold_contact(
         pad,
         servo_phases("cable"),
-        find_error=lambda run: _excess("turned by", run.turned, ROUND_TURN),
+        find_error=lambda run: _excess_note("turned by", run.turned, ROUND_TURN),
     )
 
 
@@ -79,12 +79,13 @@ def _round(noise: float, seed: int, method: None) -> Trial:
     right="aligned within 3°",
 )  # fmt: skip
 def _right_angle(noise: float, seed: int, method: None) -> Trial:
+    # Quaternion of 90° about y: the rod lies along x.
     half = np.sqrt(0.5)
     part = Part("capsule", (ROD_RADIUS, ROD_HALF), (0.0, 0.0, -ROD_RADIUS), (half, 0.0, half, 0.0))
     pad = CarriedPad((TouchObject("rod", (part,)),), Electronics(seed, noise))
 
     def misaligned(run: ContactFigures) -> str:
-        return _excess("out of line by", abs(abs(run.heading) - 0.5 * np.pi), IN_LINE)
+        return _excess_note("out of line by", abs(abs(run.heading) - 0.5 * np.pi), IN_LINE)
 
     return hold_contact(pad, servo_phases("edge"), 5.0, find_error=misaligned)
 
@@ -95,7 +96,7 @@ def _right_angle(noise: float, seed: int, method: None) -> Trial:
 )  # fmt: skip
 def _border(distance_mm: float, seed: int, method: None) -> Trial:
     angle = 0.25 * np.pi * (seed % 8)
-    # The distance is the larger coordinate, also along diagonals: the nearest border matters.
+    # The distance is the larger of |x| and |y|, because it decides how near the border is.
     place = 1e-3 * distance_mm * np.array([np.cos(angle), np.sin(angle)])
     place *= distance_mm * 1e-3 / max(np.abs(place).max(), 1e-9)
     return hold_contact(
@@ -120,7 +121,7 @@ def _blobs(lift: float, seed: int, method: None) -> Trial:
     return hold_contact(CarriedPad(blobs, Electronics(seed)), servo_phases("press"), lifts=lifts)
 
 
-# The pad retreats at no more than 50 mm/s. No servo can avoid a faster object.
+# The pad retreats at no more than 50 mm/s, so faster objects are not tested.
 @as_sweep(
     "coming", "speed of a box that moves towards the pad without stopping", "mm/s",
     (2.0, 5.0, 8.0, 10.0, 12.0, 15.0, 20.0, 30.0, 40.0), holds_to=8.0, right=CALM_CONTACT,
@@ -150,7 +151,7 @@ def _ball(x: float, y: float) -> TouchObject:
     return TouchObject("ball", (Part("sphere", (BALL_RADIUS,), (x, y, -BALL_RADIUS)),))
 
 
-def _excess(words: str, angle: float, limit: float) -> str:
+def _excess_note(words: str, angle: float, limit: float) -> str:
     """Return a note if an angle reaches its limit, or an empty string."""
     return "" if angle < limit else f"{words} {np.degrees(angle):.1f}°"
 

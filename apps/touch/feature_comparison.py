@@ -32,16 +32,17 @@ if TYPE_CHECKING:
     from .imprints import Imprint
 
 HOUGH_ANGLES, HOUGH_SHARES = (36, 90, 180, 360, 720), (0.0, 0.25, 0.5)
-"""Numbers of Hough directions, and thresholds of voting tactels as fractions of the peak. The paper
-uses 0: all tactels of the region vote."""
+"""Numbers of Hough directions, and thresholds of voting tactels as fractions of the peak. The
+chapter uses 0: all tactels of the region vote."""
 SHARES = (0.0, 0.02, 0.05, 0.1, 0.2, 0.3, 0.5)
 """Thresholds of the centre of pressure as fractions of the peak. 0 is just above the noise."""
 BURST, TAKES = 5, 3
 """Number of calls that are timed together, and number of repetitions. The fastest one counts."""
 COUNTS_PER_PA = 0.39
-"""Slope of the linear characteristic in the timing of a complete reading: 10 kPa on 12 bits."""
+"""Slope of the linear calibration with which a complete reading is timed, counts/Pa. 10 kPa nearly
+fill 12 bits."""
 REST = 100.0
-"""Reading of this characteristic at rest, counts."""
+"""Reading of this calibration at rest, counts."""
 
 _Step = Callable[[], float]
 
@@ -49,17 +50,22 @@ _Step = Callable[[], float]
 @dataclass(frozen=True)
 class _Method:
     name: str
+    """Name of the row."""
     method: str
+    """Name of the method without its number of angles."""
     angles: int | None
+    """Number of Hough directions."""
     share: float
-    step: Callable[[Imprint], _Step]
-    """Prepares the data and returns the timed function from a known region to its direction."""
+    """Threshold of voting tactels as a fraction of the peak."""
+    prepare: Callable[[Imprint], _Step]
+    """Function that prepares an imprint and returns the function to be timed. The timed function
+    returns the direction, rad."""
 
 
-def orientation_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str, Any]]:
+def direction_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str, Any]]:
     """Measure the error and the time of each method for a line's direction.
 
-    The time starts after the contact region is known.
+    The time excludes the computation of the contact region.
 
     Returns
     -------
@@ -69,12 +75,13 @@ def orientation_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict
     """
     methods = _methods(array, {id(line): contact_region(line.image, THRESHOLD) for line in lines})
     for method in methods:
-        method.step(lines[0])()
+        # The first call compiles.
+        method.prepare(lines[0])()
     errors: dict[str, list[float]] = {method.name: [] for method in methods}
     times: dict[str, list[float]] = {method.name: [] for method in methods}
     for line in lines:
         for method in methods:
-            step = method.step(line)
+            step = method.prepare(line)
             error = (step() - line.angle + np.pi / 2) % np.pi - np.pi / 2
             errors[method.name].append(abs(float(np.degrees(error))))
             times[method.name].append(_fastest_us(step))
@@ -93,7 +100,7 @@ def orientation_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict
 
 
 def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
-    """Compare the centre of pressure with the unweighted centre of the region, per threshold."""
+    """Measure the errors of the centre of pressure and of the unweighted centre per threshold."""
     rows = []
     for share in SHARES:
         for method in ("weighted", "binarised"):
@@ -103,6 +110,7 @@ def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
                 threshold = max(THRESHOLD, share * float(pressures.max()))
                 image = probe.image
                 if method == "binarised":
+                    # Any value above the threshold serves.
                     binary = np.where(pressures > threshold, 2 * threshold, 0.0)
                     image = TactileImage(binary, image.array)
                 centre = contact_features(image, threshold).centre[:2]
@@ -121,7 +129,7 @@ def centre_rows(probes: Sequence[Imprint]) -> list[dict[str, Any]]:
 
 def reading_rows(array: TactileArray, lines: Sequence[Imprint]) -> list[dict[str, Any]]:
     """Measure the time from raw counts to features, with both methods for the direction."""
-    calibration = _straight(len(array.positions))
+    calibration = _linear_calibration(len(array.positions))
     counts = [REST + COUNTS_PER_PA * np.maximum(line.image.pressures, 0.0) for line in lines]
     raws = [np.clip(np.rint(count), 0, 4095).astype(np.uint16) for count in counts]
     rows = []
@@ -189,7 +197,7 @@ def _methods(array: TactileArray, regions: dict[int, NDArray[np.bool_]]) -> list
     ]
 
 
-def _straight(count: int) -> Calibration:
+def _linear_calibration(count: int) -> Calibration:
     pressures = np.tile([0.0, (4095 - REST) / COUNTS_PER_PA], (count, 1))
     raws = np.tile([REST, 4095.0], (count, 1))
     rest, noise = np.full(count, REST), np.full(count, NOISE * COUNTS_PER_PA)

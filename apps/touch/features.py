@@ -10,7 +10,7 @@ from eyehand.tactile import TactileArray
 from ..bench import Experiment, ExperimentResult, machine_line, result_table, run_experiment
 from .calibration_comparison import calibration_rows
 from .feature_chart import feature_chart
-from .feature_comparison import centre_rows, lines_and_probes, orientation_rows, reading_rows
+from .feature_comparison import centre_rows, direction_rows, lines_and_probes, reading_rows
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,7 +58,7 @@ def _measure(plan: TrialPlan) -> ExperimentResult:
     array = TactileArray.flat()
     lines, probes = lines_and_probes(array, plan.trials, plan.seed)
     rows = [
-        *orientation_rows(array, lines),
+        *direction_rows(array, lines),
         *centre_rows(probes),
         *calibration_rows(array, plan.trials, plan.seed),
         *reading_rows(array, lines),

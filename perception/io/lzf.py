@@ -5,12 +5,13 @@ from __future__ import annotations
 from eyehand.errors import InputError
 
 MAX_LITERALS = 32
-"""A control byte below this number starts a run of literal bytes. Others start a copy."""
+"""Maximum number of literal bytes in a run. A control byte below it starts such a run. Any other
+starts a copy."""
 
 LONG_COPY = 7
 """Length code of a copy whose next byte adds to its length."""
 
-DAMAGED = "the compressed data are damaged: they do not unpack"
+DAMAGED = "the LZF data are damaged: they must decompress to {} bytes"
 """Error message for data that is no LZF stream of the declared size."""
 
 
@@ -24,36 +25,41 @@ def unpack_lzf(packed: bytes, size: int) -> bytes:
     size : int
         Length of the decompressed data, bytes.
 
+    Returns
+    -------
+    bytes
+        The decompressed data, of length `size`.
+
     Raises
     ------
     InputError
         If the stream ends early, refers to bytes before its start, or has another size.
     """
     unpacked = bytearray()
-    at = 0
+    position = 0
     try:
-        while at < len(packed) and len(unpacked) <= size:
-            control = packed[at]
-            at += 1
+        while position < len(packed) and len(unpacked) <= size:
+            control = packed[position]
+            position += 1
             if control < MAX_LITERALS:
-                unpacked += packed[at : at + control + 1]
-                at += control + 1
+                unpacked += packed[position : position + control + 1]
+                position += control + 1
                 continue
             length = control >> 5
             if length == LONG_COPY:
-                length += packed[at]
-                at += 1
+                length += packed[position]
+                position += 1
             length += 2
-            distance = ((control & 0x1F) << 8) + packed[at] + 1
-            at += 1
+            distance = ((control & 0x1F) << 8) + packed[position] + 1
+            position += 1
             start = len(unpacked) - distance
             if start < 0:
-                raise InputError(DAMAGED)
-            # A copy that reaches beyond the current end repeats the bytes in between.
+                raise InputError(DAMAGED.format(size))
+            # A copy may be longer than its distance. It then repeats the last `distance` bytes.
             run = unpacked[start : start + length]
             unpacked += (run * (length // distance + 1))[:length] if length > distance else run
     except IndexError as error:
-        raise InputError(DAMAGED) from error
-    if at != len(packed) or len(unpacked) != size:
-        raise InputError(DAMAGED)
+        raise InputError(DAMAGED.format(size)) from error
+    if position != len(packed) or len(unpacked) != size:
+        raise InputError(DAMAGED.format(size))
     return bytes(unpacked)

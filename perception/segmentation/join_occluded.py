@@ -20,23 +20,23 @@ if TYPE_CHECKING:
     from .working_image import WorkingImage
 
 MAX_REACH = 160
-"""Maximum distance behind an occluder over which a surface is continued, px at the reference
-width."""
+"""Maximum distance behind an occluder over which a surface is continued, px in an image of
+``working_image.REFERENCE_WIDTH``."""
 MAX_ERROR_SIGMAS = 4.0
-"""Maximum error of a continued surface, in σ."""
+"""Maximum error of a continued surface, in σ of the disparity noise."""
 ERROR_GROWTH_SIGMAS = 0.25
-"""Growth of that error with the distance, in σ per px, because the slope is uncertain too."""
+"""Increase of `MAX_ERROR_SIGMAS` with the distance, in σ per px. The slope is uncertain too."""
 MAX_SLOPE_SIGMAS = 0.9
 """Maximum change of slope of a continued surface, in σ per px."""
 MAX_ANGLE = 0.4
-"""Maximum angle between the two ends of a continued surface, rad."""
+"""Maximum angle between the planes at the two ends of a continued surface, rad."""
 MAX_DENT = 0.15
-"""The same where the surface bends inwards, rad. The surface of a convex solid never does."""
+"""Maximum angle if the surface is concave between its ends, rad. Convex solids have none."""
 MIN_AGREEING_SHARE = 0.2
-"""Minimum share of the border pixels that see the other region and agree with it. A lower value
-joins regions that are aligned by chance."""
+"""Minimum share of agreeing pixels among the border pixels that reach the other region. A lower
+value joins regions that are aligned by chance."""
 MIN_AGREEING = 12
-"""Minimum number of such pixels at the reference width."""
+"""Minimum number of agreeing pixels of both regions together, at the reference width."""
 MIN_DISTANCE = 3
 """Minimum distance of the two ends of a continued surface, px."""
 REACHING, AGREEING = range(2)
@@ -47,23 +47,23 @@ class ContinuationLimits(NamedTuple):
     """Thresholds of :func:`continuation_votes`."""
 
     reach: int
-    """Maximum distance behind an occluder, px."""
+    """Distance behind an occluder at which the search stops, px."""
     inset: int
     """Distance from the outline at which planes are read, px."""
     min_step: np.float32
-    """Minimum disparity in front of the surface of an occluder, 1/m."""
+    """Minimum disparity of an occluder above that of the continued surface behind it, 1/m."""
     max_error: np.float32
     """Maximum error in disparity, 1/m."""
     error_growth: np.float32
-    """Growth of the error with the distance, 1/(m px)."""
+    """Increase of the maximum error with the distance, 1/(m px)."""
     max_slope: np.float32
     """Maximum change of slope, 1/(m px)."""
     focal: float
     """Focal length, px."""
     max_turn: np.float32
-    """Tangent of the maximum angle between the ends."""
+    """Tangent of the maximum angle between the planes at the two ends."""
     max_dent: np.float32
-    """Tangent of the maximum angle where the surface bends inwards."""
+    """Tangent of the maximum angle if the surface is concave."""
 
 
 def join_occluded(
@@ -71,10 +71,13 @@ def join_occluded(
 ) -> tuple[NDArray[np.int32], list[UncertainJoin]]:
     """Join regions whose surfaces continue each other behind an occluder.
 
-    The plane of each border pixel is followed in eight directions, while the readings are in
-    front of it or missing. Where it comes out on another region, that region's plane must
-    continue it and must not bend inwards. Two regions are joined if enough pixels agree, and if
-    the lines between them do not cross free space, as those between two balls would.
+    From each border pixel, the plane is extrapolated in those of eight directions that leave the
+    region. It continues behind pixels without a reading and behind labelled pixels in front of the
+    plane. It stops at an unlabelled reading in front. If it reaches another region, the planes of
+    both regions must form one surface, and this surface must not be concave.
+
+    Two regions are joined if enough pixels agree, and if at most `MAX_CROSSING_SHARE` of the lines
+    between them cross free space. Lines between two separate balls cross it.
 
     Parameters
     ----------
@@ -85,12 +88,14 @@ def join_occluded(
     planes
         Its local planes.
     window
-        Side of the windows of the plane fit, px. Planes nearer to an outline are not used.
+        Side of the windows of the plane fit, px. Planes within half a window of an outline are not
+        used.
 
     Returns
     -------
     labels, uncertain
-        New labels by size, and all joins: two objects may be aligned by chance.
+        New labels by size, and all joins. Each join is uncertain, because two objects may be
+        aligned by chance.
     """
     count = int(labels.max(initial=0))
     if count < 2:
@@ -128,12 +133,13 @@ def join_occluded(
 
 @njit(cache=True, nogil=True)
 def continuation_votes(labels, q, planes, count, limits):
-    """Count for each pair of regions the pixels of the first that reach and agree with the second.
+    """Count for each pair (a, b) the border pixels of a that reach b, and those that agree with b.
 
-    Returns (count + 1, count + 1, 2) int32.
+    Returns (count + 1, count + 1, 2) int32, with the columns REACHING and AGREEING.
     """
     rows, columns = labels.shape
     votes = np.zeros((count + 1, count + 1, 2), np.int32)
+    # Per region: 0 = not reached from this pixel, 1 = reached, 2 = agrees.
     best = np.zeros(count + 1, np.int8)
     reached = np.empty(8, np.int32)
     for v in range(rows):
@@ -169,7 +175,7 @@ def continuation_votes(labels, q, planes, count, limits):
 def _follow_plane(labels, q, planes, limits, pixel, direction):
     """Follow a border pixel's plane behind an occluder.
 
-    Return the label of the region where it comes out, or 0, and whether the region continues it.
+    Return the label of the region that it reaches, or 0, and whether both planes form one surface.
     """
     value, slope_u, slope_v, inset = planes.value, planes.slope_u, planes.slope_v, limits.inset
     rows, columns = labels.shape
@@ -222,6 +228,6 @@ def _continues(planes, limits, ends, direction, start, distance):
         and abs(value[y, x] - back * distance - start) <= max_error
         and abs(slope_u[y, x] - slope_u[iv, iu]) <= max_slope
         and abs(slope_v[y, x] - slope_v[iv, iu]) <= max_slope
-        # Between two solids that face each other the surface would bend inwards.
+        # Between two solids that face each other, the surface would be concave.
         and back - slope <= limits.max_dent * value[y, x] / limits.focal
     )

@@ -48,18 +48,20 @@ class Fitter(Protocol):
         Returns
         -------
         Superquadric, SuperquadricFit or None
-            The solid in the frame of the points; None without one.
+            The solid in the frame of the points; None if no solid was found.
         """
         ...
 
 
 def find_baseline(name: str) -> Fitter:
-    """Import a baseline by its name, or as ``module:function`` also from the current folder.
+    """Import a baseline by its name or as ``module:function``.
+
+    Modules in the current folder are found too.
 
     Raises
     ------
     InputError
-        If there is no such name, module or function.
+        If the module cannot be imported, or its function does not exist or is not callable.
     """
     where = BASELINES.get(name, name)
     module, colon, function = where.partition(":")
@@ -71,7 +73,7 @@ def find_baseline(name: str) -> Fitter:
     try:
         found = getattr(import_module(module), function)
     except (ImportError, AttributeError) as error:
-        raise InputError(f"there is no baseline {name!r}: {error}") from error
+        raise InputError(f"cannot import the baseline {name!r}: {error}") from error
     finally:
         sys.path.remove(here)
     if not callable(found):

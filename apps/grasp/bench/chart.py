@@ -97,12 +97,12 @@ def chart_grasp(
     plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
     done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)
     records = by_row(done.records)
-    for row in done.rows:
+    for row in done.summaries:
         row["pick_p50_s"] = median_pick_s(records[row["name"]])
     title = f"{len(seeds)} {family} scenes, seeds from {seed}"
-    show(grasp_table(done.rows, title), json_wanted=json)
+    show(grasp_table(done.summaries, title), json_wanted=json)
     say(machines.timing_note)
-    drawn = [row for row in done.rows if row["pick_p50_s"] and row["success_pct"] is not None]
+    drawn = [row for row in done.summaries if row["pick_p50_s"] and row["success_pct"] is not None]
     if not drawn or drawn[0]["name"] != conditions[0].name:
         raise InputError(f"no pick of the default setting finished; the rows are in {plan.out}")
     default = drawn[0]
@@ -128,11 +128,11 @@ def chart_grasp(
         max_shown_pct=100.0 - 50.0 / max(row["picks"] for row in drawn),
         min_shown_pct=min([MIN_SHOWN_PCT, *(point.accuracy_pct for point in points)]),
     ).figure()
-    write_chart(figure, plan.out / CHART_FILE, flat_rows(done.rows))
+    write_chart(figure, plan.out / CHART_FILE, flat_rows(done.summaries))
     say(f"chart: {plan.out / CHART_FILE}; rows: {done.store.folder}")
     if json:
         print_run_json("chart_grasp", plan, done, machines)
-    return exit_code(done.records, plan.jobs)
+    return exit_code(done.records, plan.scene_jobs)
 
 
 def dial_settings(*, cross: bool) -> list[tuple[str, str]]:

@@ -74,10 +74,12 @@ def evaluate_grasp(
 ) -> int:
     """Clear simulated tables of unknown objects and measure the success rate.
 
-    Without --family, --friction and --shake, the rows are single, packed and piled objects, each
-    also with known poses, and packed objects with friction 0.6 and a 2 s shake. A scene ends when
-    it is clear or after two successive failures. Finished scenes are stored: the same command
-    continues a stopped run. Writes rows/*.parquet, evaluate.png, evaluate.csv and report.html.
+    By default, the rows are single, packed and piled objects, each also with known poses, and
+    packed objects with friction 0.6 and a 2 s shake. With --family, --friction, --shake,
+    --perception or --control, the rows are all combinations of the values. A scene ends when it is
+    clear, after two successive failures, or when the robot stops because of a fault or an ambiguous
+    scene. Finished scenes are stored: the same command continues a stopped run. Writes
+    rows/*.parquet, evaluate.png, evaluate.csv and report.html.
 
     Parameters
     ----------
@@ -92,7 +94,7 @@ def evaluate_grasp(
     shake
         Durations of the shake after each lift, s, combined with family and friction.
     known
-        Also run each row with known poses.
+        Run each row with known poses too, except the default row with a shake.
     camera
         Run each row with perception from the camera.
     count
@@ -100,9 +102,9 @@ def evaluate_grasp(
     purpose
         Purpose of the grasps.
     perception
-        Dial of perception: default, fast, fine.
+        Named setting of perception: default, fast, fine.
     control
-        Dial of control: default, slow, fast, planner.
+        Named setting of control: default, slow, fast, planner.
     objects
         Folder of meshes (.obj, .stl) or URDFs to draw the objects from, instead of solids.
     robot
@@ -115,7 +117,7 @@ def evaluate_grasp(
     cluster
         Address of a Dask scheduler whose workers run the scenes, tcp://host:8786.
     quick
-        Run two scenes of two objects only.
+        Run at most two scenes of each row, with at most two objects.
     fresh
         Discard the stored rows in the output folder.
     out
@@ -125,11 +127,11 @@ def evaluate_grasp(
     """
     seeds, count = checked_scenes(scenes, seed, count, quick=quick)
     if not (known or camera):
-        raise InputError("--no-known with --no-camera leaves nothing to run")
+        raise InputError("--no-known and --no-camera exclude each other: remove one of them")
     machines = checked_machines(jobs, cluster)
     dials = checked_dials(perception, control)
     extras = trial_extras(purpose, objects, robot, hand_frame)
-    if family is friction is shake is None and dials == ("default", "default"):
+    if (family, friction, shake) == (None, None, None) and dials == ("default", "default"):
         conditions = default_conditions(camera=camera, known=known)
     else:
         conditions = requested_conditions(
@@ -139,7 +141,7 @@ def evaluate_grasp(
     plan = RunPlan.of(conditions, seeds, count, extras, out, OUT)
     done = run_plan(plan, machines, run_grasp_trial, fresh=fresh)
     title = f"{counted(len(seeds), 'scene')} of each row, {seed_span(seed, len(seeds))}"
-    show(grasp_table(done.rows, title), json_wanted=json)
+    show(grasp_table(done.summaries, title), json_wanted=json)
     say(machines.timing_note)
     provenance = Provenance(
         "simulated arm and hand, one noisy depth view", seed, len(seeds), "scene"
@@ -151,12 +153,12 @@ def evaluate_grasp(
         f"code {source_digest()}; rows: {done.store.folder}",
     ]
     chart, page = plan.out / CHART_FILE, plan.out / REPORT_FILE
-    write_chart(rates_chart(done.rows, provenance), chart, flat_rows(done.rows))
-    write_report(page, done.rows, done.records, chart.read_bytes(), footer)
+    write_chart(rates_chart(done.summaries, provenance), chart, flat_rows(done.summaries))
+    write_report(page, done.summaries, done.records, chart.read_bytes(), footer)
     say(f"report: {page}; rows: {done.store.folder}")
     if json:
         print_run_json("evaluate_grasp", plan, done, machines)
-    return exit_code(done.records, plan.jobs)
+    return exit_code(done.records, plan.scene_jobs)
 
 
 @dataclass(frozen=True)
@@ -167,10 +169,10 @@ class RunPlan:
     """Conditions, one per row of the table."""
     seeds: range
     """Seeds of the scenes of each condition."""
-    jobs: Sequence[SceneJob]
+    scene_jobs: Sequence[SceneJob]
     """All scenes."""
     options: Mapping[str, Any]
-    """Everything that the rows depend on."""
+    """Everything that the stored rows depend on."""
     out: Path
     """Output folder."""
 
@@ -184,7 +186,10 @@ class RunPlan:
         out: Path | None,
         parent: Path,
     ) -> RunPlan:
-        """Plan the scenes; without an output folder, take one in `parent` named by the options."""
+        """Plan the scenes.
+
+        If `out` is None, the output folder is in `parent`, and its name identifies the options.
+        """
         options = run_options(conditions, seeds.start, count, extras)
         jobs = scene_jobs(conditions, seeds, count, extras)
         return cls(
@@ -194,18 +199,18 @@ class RunPlan:
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """The stored rows of a run and their summary."""
+    """The stored rows of a run and their summaries."""
 
     store: RowStore
-    """The stored rows."""
+    """The folder of the stored rows."""
     records: Sequence[Record]
-    """Rows of all finished scenes."""
-    rows: list[dict[str, Any]]
+    """Stored rows of all finished scenes."""
+    summaries: list[dict[str, Any]]
     """Summary of each condition."""
 
 
-def run_plan(plan: RunPlan, machines: Machines, run: RunTrial, *, fresh: bool) -> FinishedRun:
-    """Run the unfinished scenes of a plan and summarise all scenes.
+def run_plan(plan: RunPlan, machines: Machines, run_trial: RunTrial, *, fresh: bool) -> FinishedRun:
+    """Run the unfinished scenes of a plan with `run_trial`, and summarise all scenes.
 
     Raises
     ------
@@ -215,9 +220,9 @@ def run_plan(plan: RunPlan, machines: Machines, run: RunTrial, *, fresh: bool) -
         If no scene has an outcome, the cluster fails, or the disk fails.
     """
     store = open_rows(plan.out, plan.options, fresh=fresh)
-    run_scenes(plan.jobs, store, machines, run)
-    records = finished_rows(store, plan.jobs)
-    return FinishedRun(store, records, summary_rows(records, plan.jobs))
+    run_scenes(plan.scene_jobs, store, machines, run_trial)
+    records = finished_rows(store, plan.scene_jobs)
+    return FinishedRun(store, records, summary_rows(records, plan.scene_jobs))
 
 
 def print_run_json(command: str, plan: RunPlan, done: FinishedRun, machines: Machines) -> None:
@@ -225,7 +230,7 @@ def print_run_json(command: str, plan: RunPlan, done: FinishedRun, machines: Mac
     print_json(
         command,
         plan.seeds.start,
-        done.rows,
+        done.summaries,
         scenes=len(plan.seeds),
         options=plan.options,
         machine=machine_line(),
@@ -240,9 +245,9 @@ def flat_rows(rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
 
 
 def run_scenes(
-    planned: Sequence[SceneJob], store: RowStore, machines: Machines, run: RunTrial
+    planned: Sequence[SceneJob], store: RowStore, machines: Machines, run_trial: RunTrial
 ) -> None:
-    """Run the unfinished scenes and store each as it finishes.
+    """Run the unfinished scenes with `run_trial`, and store each as it finishes.
 
     A scene without an outcome (its process was killed, it took too long) is reported and not
     stored. The next run tries it again.
@@ -259,9 +264,9 @@ def run_scenes(
     if not left:
         return
     if machines.cluster:
-        results = run_on_cluster(left, run, machines.cluster)
+        results = run_on_cluster(left, run_trial, machines.cluster)
     else:
-        results = run_here(left, run, processes=machines.jobs)
+        results = run_here(left, run_trial, processes=machines.jobs)
     ended = 0
     try:
         with closing(results):
@@ -273,10 +278,10 @@ def run_scenes(
                 store.add(job, outcome)
                 ended += 1
                 if outcome.fault:
-                    say(f"{name} broke: {outcome.fault}")
+                    say(f"{name} ended with a fault: {outcome.fault}")
     except KeyboardInterrupt:
         kept = len(planned) - len(left) + ended
-        say(f"{kept} of {len(planned)} scenes are stored; the same command continues")
+        say(f"{kept} of {len(planned)} scenes are stored; run the same command to continue")
         raise
 
 
@@ -290,17 +295,19 @@ def finished_rows(store: RowStore, planned: Sequence[SceneJob]) -> list[Record]:
     """
     missing = len({job.key for job in planned} - store.finished())
     if missing == len(planned):
-        raise DeviceError(f"none of {missing} scenes has an outcome; the same command tries again")
+        raise DeviceError(
+            f"none of {missing} scenes has an outcome; run the same command to try again"
+        )
     if missing:
-        say(f"{missing} of {len(planned)} scenes are missing; the same command tries them again")
+        say(f"{missing} of {len(planned)} scenes are missing; run the same command to try them")
     return store.read(planned)
 
 
 def exit_code(records: Sequence[Record], planned: Sequence[SceneJob]) -> int:
-    """Return 0 if all scenes ran and at least one did not break, else 1."""
+    """Return 1 if a scene is missing or every scene ended with a fault, else 0."""
     scenes = [record for record in records if record["record"] == SCENE]
-    broke = [scene for scene in scenes if scene["outcome"] == FAULT]
-    if len(broke) == len(scenes):
-        say(f"every scene broke, the first by {broke[0]['reason']}")
+    faults = [scene for scene in scenes if scene["outcome"] == FAULT]
+    if len(faults) == len(scenes):
+        say(f"every scene ended with a fault, the first: {faults[0]['reason']}")
         return 1
     return int(len(scenes) < len(planned))

@@ -30,16 +30,16 @@ UNSTABLE_FORCE_N = 1e13
 MAX_MOTION_RAD = 1e-9
 """Maximum joint motion of a stopped robot, rad."""
 CYCLES_AFTER_STOP = 25
-"""Number of control cycles in which the stopped robot is checked."""
+"""Number of control cycles in which the stopped robot must ignore a motion command."""
 
 
 class FaultyCommandRobot:
-    """A robot whose commands become NaN once `faulty_part` is set.
+    """A robot with NaN in the first joint velocity or in all hand values, if `faulty_part` is set.
 
     Parameters
     ----------
     robot
-        The robot that does the work.
+        The robot that receives the commands.
     """
 
     def __init__(self, robot: SimRobot) -> None:
@@ -53,7 +53,7 @@ class FaultyCommandRobot:
     def step(
         self, velocity: NDArray[np.float64], command: HandCommand | None = None
     ) -> RobotReading:
-        """Pass a command on, as NaN if its part is faulty."""
+        """Forward a command, with NaN if its part is faulty."""
         if self.faulty_part == "arm":
             velocity = np.where(np.arange(len(velocity)) == 0, NAN, velocity)
         if self.faulty_part == "hand" and command is not None:
@@ -67,7 +67,7 @@ def fault_sweeps() -> tuple[Sweep[PickOptions], ...]:
     nan_arm, nan_hand = (partial(_make_commands_nan, part=part) for part in ("arm", "hand"))
     return tuple(
         Sweep(name, f"{axis}, {PHASE_RANGE}", "", numbers, numbers[-1],
-              partial(_failing, fault=fault, message=message),
+              partial(_run_fault, fault=fault, message=message),
               f"stops at once, stands still, and reports: {message}", repeats=1)
         for name, axis, fault, message in (
             ("nan-arm", "phase of a NaN arm command", nan_arm, "not finite"),
@@ -77,7 +77,7 @@ def fault_sweeps() -> tuple[Sweep[PickOptions], ...]:
     )  # fmt: skip
 
 
-def _failing(
+def _run_fault(
     number: float,
     seed: int,
     options: PickOptions,
@@ -85,23 +85,26 @@ def _failing(
     fault: Callable[[StressCell], None],
     message: str,
 ) -> Trial:
+    """Run a pick with a fault in one phase, and check that the robot stops."""
     stress = disturbed(stress_cell([can_on_table(seed)], seed, options), number)
     stress.cell.robot = FaultyCommandRobot(stress.robot)  # pyright: ignore[reportAttributeAccessIssue] - passes all else on
     stress.disturb = lambda: fault(stress)
     with _mujoco_warnings_off():
         outcome = stress.clear()
+    # `disturb` becomes None when it runs.
     if stress.disturb is not None:
         return outcome.trial(
             False, f"the pick never reached {stress.disturbed_phase}; {outcome.failure}"
         )
-    named = [row for row in outcome.picks if row.outcome == "fault" and message in row.reason]
+    reported = [row for row in outcome.picks if row.outcome == "fault" and message in row.reason]
     stopped = message in outcome.report.stop_reason
     before = stress.robot.read().q
+    # A stopped robot must ignore valid commands too, so they bypass the faulty robot.
     for _ in range(CYCLES_AFTER_STOP):
         stress.robot.step(np.full(len(before), 0.1))
     moved = float(np.abs(stress.robot.read().q - before).max())
     still = moved <= MAX_MOTION_RAD
-    right = len(named) == 1 and len(outcome.picks) == 1 and stopped and still
+    right = len(reported) == 1 and len(outcome.picks) == 1 and stopped and still
     outcomes = ", ".join(row.outcome for row in outcome.picks)
     note = f"{outcomes}; {outcome.report.stop_reason}" if still else f"moved on by {moved:.2g} rad"
     return outcome.trial(right, note)

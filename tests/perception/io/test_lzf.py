@@ -37,5 +37,5 @@ def test_unpacks_literals_and_copies(packed: bytes, expected: bytes) -> None:
     ],
 )
 def test_damaged_data_is_rejected(packed: bytes, size: int) -> None:
-    with pytest.raises(InputError, match="damaged: they do not unpack"):
+    with pytest.raises(InputError, match="damaged: they must decompress to"):
         unpack_lzf(packed, size)

@@ -171,7 +171,7 @@ def test_broken_compressed_files_are_rejected(tmp_path: Path) -> None:
         (header, "truncated: 0 bytes of data, expected 8"),
         (header + body[:-1], "truncated: 24 bytes of data, expected 25"),
         (header + body.replace(b"\x18", b"\x17", 1), "unpack to 23 bytes, expected 24 bytes"),
-        (header + body[:8] + b"\xff" * 25, "damaged: they do not unpack"),
+        (header + body[:8] + b"\xff" * 25, "damaged: they must decompress to"),
         # U+0085 ends a line for str.splitlines, but not for other readers.
         (header.replace(b"DATA ", b"DATA\x85") + body, r"begins with 'DATA\\x85binary"),
     ):

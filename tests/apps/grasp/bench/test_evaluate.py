@@ -112,7 +112,7 @@ def test_run_continues_and_refuses_other_options(run, tmp_path, monkeypatch, mad
     assert "rows: was ['pile'], is ['pile, friction 0.6']" in err
     code, out, err = run(*plain, "--scenes", 2, "--fresh", "--json")
     assert code == 0
-    assert "pile, seed 1 broke: RuntimeError: the hand fell off" in err
+    assert "pile, seed 1 ended with a fault: RuntimeError: the hand fell off" in err
     row = json.loads(out)["rows"][0]
     assert (row["faults"], row["outcomes"]["fault"]) == (1, 1)
 
@@ -148,7 +148,7 @@ def test_chart_has_default_and_front(run, tmp_path):
         (["--objects", "/no/such"], "no folder /no/such"),
         (["--robot", "/no/such.xml", "--hand-frame", "palm"], "no such file"),
         (["--hand-frame", "palm"], "go together"),
-        (["--no-known", "--no-camera"], "leaves nothing"),
+        (["--no-known", "--no-camera"], "--no-known and --no-camera exclude each other"),
         (["--jobs", "0"], "--jobs must be >= 1"),
         (["--jobs", "2", "--cluster", "tcp://a:1"], "leave it out with --cluster"),
         (["fti"], "fti"),
@@ -243,7 +243,7 @@ def test_missing_scenes_are_reported_and_run_again(run, tmp_path, monkeypatch):
     (row,) = json.loads(out)["rows"]
     assert (code, row["scenes"], row["missing"], row["faults"]) == (1, 2, 1, 0)
     assert "pile, seed 1 has no outcome: killed" in err
-    assert "1 of 3 scenes are missing; the same command tries them again" in err
+    assert "1 of 3 scenes are missing; run the same command to try them" in err
     assert table_cells(row)[0] == "2 (1 missing)"
     lost_seeds.clear()
     code, out, err = run(*plain, "--json")
@@ -252,10 +252,10 @@ def test_missing_scenes_are_reported_and_run_again(run, tmp_path, monkeypatch):
     lost_seeds |= {0, 1, 2}
     code, _, err = run(*plain, "--fresh")
     assert code == 1
-    assert "none of 3 scenes has an outcome; the same command tries again" in err
+    assert "none of 3 scenes has an outcome; run the same command to try again" in err
 
 
-def test_run_exits_1_if_every_scene_broke(run, tmp_path, monkeypatch):
+def test_run_exits_1_if_every_scene_ends_with_a_fault(run, tmp_path, monkeypatch):
     def broken(jobs, run_trial, *, processes):
         for job in jobs:
             yield job, SceneOutcome(fault="RuntimeError: no arm")
@@ -263,7 +263,7 @@ def test_run_exits_1_if_every_scene_broke(run, tmp_path, monkeypatch):
     monkeypatch.setattr(evaluate_grasp, "run_here", broken)
     code, _, err = run("evaluate", "grasp", "--scenes", 1, "--family", "single", "--out", tmp_path)
     assert code == 1
-    assert "every scene broke, the first by RuntimeError: no arm" in err
+    assert "every scene ended with a fault, the first: RuntimeError: no arm" in err
 
 
 def test_timing_note_names_number_of_processes(run, tmp_path):
