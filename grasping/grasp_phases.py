@@ -87,7 +87,8 @@ def _leave_tray(cell: Cell, state: PickState, shape: HandCommand) -> None:
         return
     target = state.grasp.target.points.mean(axis=0)
     level = Position(np.array([target[0], target[1], palm[2]]))
-    half_hand = 0.5 * max(cell.robot.hand.spread(state.plan.opening), cell.robot.hand.row)
+    hand = cell.robot.hand
+    half_hand = 0.5 * max(hand.outer_width(state.plan.opening), hand.row_width)
 
     def stop(reading: RobotReading) -> str:
         beside = tray.distance(cell.palm_pose().translation) > half_hand

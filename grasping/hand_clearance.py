@@ -55,7 +55,9 @@ def neighbour_points(
     solid = item.fit.superquadric
     assert solid is not None
     # A sphere of this radius around the object's centre contains every hand that holds it.
-    radius = 2.0 * float(solid.semi_axes.max()) + hand.spread(hand.max_opening) + hand.palm_depth
+    radius = (
+        2.0 * float(solid.semi_axes.max()) + hand.outer_width(hand.max_opening) + hand.palm_depth
+    )
     radius += float(hand.reaches.max())
     for other in others:
         if other.label == item.label:
@@ -118,14 +120,14 @@ def _hand_boxes(
     space that the fingers pass while they close. The thumb has the width of the pinching finger.
     The idle fingers of a pincer stay open.
     """
-    half_row, half_middle_row = 0.5 * hand.row, 0.5 * hand.middle_row
-    half_fingers = half_middle_row if prototype == "pincer" else half_row
+    half_row, half_pinch = 0.5 * hand.row_width, 0.5 * hand.pinch_width
+    half_fingers = half_pinch if prototype == "pincer" else half_row
     boxes = _finger_boxes(hand, opening, width, half_fingers, -1.0)
-    boxes += _finger_boxes(hand, opening, width, half_middle_row, 1.0)
+    boxes += _finger_boxes(hand, opening, width, half_pinch, 1.0)
     if prototype == "pincer":
         idle = min(opening + IDLE_OPENING, hand.max_opening)
         boxes += _finger_boxes(hand, idle, idle, half_row, -1.0)
-    half_base = 0.5 * float(hand.spreads[0])
+    half_base = 0.5 * float(hand.outer_widths[0])
     behind = -hand.palm_depth - RETREAT_LENGTH
     boxes.append(((-half_base, -half_row, behind), (half_base, half_row, 0.0)))
     return np.array(boxes)
@@ -141,7 +143,7 @@ def _finger_boxes(
     """
     reach = hand.reach(opening)
     inner, tip_outside = 0.5 * min(opening, width), 0.5 * opening + hand.thickness
-    knuckle_outside = max(0.5 * hand.spread(opening), tip_outside)
+    knuckle_outside = max(0.5 * hand.outer_width(opening), tip_outside)
     knuckles = (1.0 - TIP_SHARE) * reach
     parts = (
         (min(inner, knuckle_outside), knuckle_outside, -RETREAT_LENGTH, knuckles),

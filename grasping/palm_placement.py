@@ -118,7 +118,7 @@ def _over_sphere(
     max_depth: float,
 ) -> PalmPlacement:
     """Allow the tilt that keeps the fingertips off the table at a sufficient depth."""
-    half = 0.5 * hand.spread(opening)
+    half = 0.5 * hand.outer_width(opening)
     room = geometry.rise - TABLE_GAP
     min_depth = min(depth.beyond_centre, max_depth)
     # The lower fingertips touch the table at the tilt that solves
@@ -142,7 +142,7 @@ def _beside(
     near: float,
 ) -> PalmPlacement:
     slack = min(HEIGHT_TOLERANCE * geometry.height, MAX_TOLERANCE)
-    row = hand.middle_row if prototype == "pincer" else hand.row
+    row = hand.pinch_width if prototype == "pincer" else hand.row_width
     low = max(-slack, 0.5 * row + EDGE_GAP - geometry.rise)
     standoff = near
     if prototype != "power":

@@ -68,12 +68,12 @@ def synergy_hand_model(
     openings = np.linspace(low, high, ROWS)
     excursions = np.array([[_closing_share(w / 2, closing, h) for h in halves.T] for w in openings])
     excursions *= hand.full
-    reaches, spreads = np.empty(ROWS), np.empty(ROWS)
+    reaches, outer_widths = np.empty(ROWS), np.empty(ROWS)
     for k, pulled in enumerate(excursions):
         hand.drives.pose(pulled)
         hand.update()
         reaches[k] = hand.bounds(hand.tips, 2)[1]
-        spreads[k] = np.ptp(hand.bounds(hand.geoms, 0))
+        outer_widths[k] = np.ptp(hand.bounds(hand.geoms, 0))
     hand.drives.pose(excursions[0])
     hand.update()
     pincer = [k for k, f in enumerate(description.fingers) if f.name in (PINCER_FINGER, THUMB)]
@@ -87,9 +87,9 @@ def synergy_hand_model(
         openings=openings,
         reaches=reaches,
         excursions=excursions,
-        spreads=spreads,
-        row=float(np.ptp(hand.bounds(hand.geoms, 1))),
-        middle_row=float(np.ptp(hand.bounds([g for k in pincer for g in hand.pads[k]], 1))),
+        outer_widths=outer_widths,
+        row_width=float(np.ptp(hand.bounds(hand.geoms, 1))),
+        pinch_width=float(np.ptp(hand.bounds([g for k in pincer for g in hand.pads[k]], 1))),
         thickness=float(np.ptp(hand.bounds(hand.tips[:1], 0))),
         palm_depth=-hand.bounds(hand.geoms, 2)[0],
     )

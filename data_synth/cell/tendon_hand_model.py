@@ -98,9 +98,9 @@ def _measure(model: Any, frame: str, prefix: str) -> HandModel:
         openings=np.array([row.opening for row in rows]),
         reaches=np.array([row.reach for row in rows]),
         excursions=np.array([row.excursions for row in rows]),
-        spreads=np.array([row.spread for row in rows]),
-        row=row_high - row_low,
-        middle_row=middle_high - middle_low,
+        outer_widths=np.array([row.outer_width for row in rows]),
+        row_width=row_high - row_low,
+        pinch_width=middle_high - middle_low,
         thickness=tip_high - tip_low,
         palm_depth=-hand.bounds(range(model.ngeom), 2)[0],
     )
@@ -112,7 +112,7 @@ class _Row:
 
     opening: float
     reach: float
-    spread: float
+    outer_width: float
     angles: NDArray[np.float64]
     excursions: NDArray[np.float64]
 
@@ -175,7 +175,7 @@ class _Unloaded:
         return _Row(
             opening=float(opening),
             reach=self.bounds(tips, 2)[1],
-            spread=high - low,
+            outer_width=high - low,
             angles=angles,
             excursions=self._arms @ (angles - closed),
         )

@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 class HandModel:
     """Geometry of a hand whose fingers oppose a thumb along x, with z out of the palm.
 
-    `openings`, `reaches`, `excursions` and `spreads` are a table of the empty hand at increasing
-    openings. All fingers move equally, and their pads are as far from the middle of the palm as
-    the thumb's pad.
+    `openings`, `reaches`, `excursions` and `outer_widths` are a table of the empty hand at
+    increasing openings. All fingers move equally, and their pads are as far from the middle of the
+    palm as the thumb's pad.
 
     The names define the function of each part:
 
@@ -61,11 +61,11 @@ class HandModel:
     """Maximum distance of the fingertips from the palm along z at each opening, (K,), m."""
     excursions: NDArray[np.float64]
     """Excursions of the D drives at each opening, (K, D), m."""
-    spreads: NDArray[np.float64]
+    outer_widths: NDArray[np.float64]
     """Outer width of the hand along x at each opening, (K,), m."""
-    row: float
+    row_width: float
     """Outer width of the row of fingers along y, m."""
-    middle_row: float
+    pinch_width: float
     """Outer width of the pinching finger along y, m."""
     thickness: float
     """Thickness of a fingertip along x, m."""
@@ -79,7 +79,7 @@ class HandModel:
             raise InputError(
                 f"openings must be at least two increasing widths in m, got {openings.tolist()}"
             )
-        for name in ("reaches", "spreads", "excursions"):
+        for name in ("reaches", "outer_widths", "excursions"):
             if len(getattr(self, name)) != len(openings):
                 raise InputError(
                     f"{name} must have a row for each of {len(openings)} openings, "
@@ -103,9 +103,9 @@ class HandModel:
         """
         return float(np.interp(opening, self.openings, self.reaches))
 
-    def spread(self, opening: float) -> float:
+    def outer_width(self, opening: float) -> float:
         """Return the outer width along x at an opening, m, limited as in :meth:`reach`."""
-        return float(np.interp(opening, self.openings, self.spreads))
+        return float(np.interp(opening, self.openings, self.outer_widths))
 
     def excursions_at(self, opening: float) -> NDArray[np.float64]:
         """Return the drive excursions at an opening, (D,), m, limited as in :meth:`reach`."""

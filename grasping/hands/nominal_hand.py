@@ -29,9 +29,9 @@ def nominal_hand() -> HandModel:
         openings=openings,
         reaches=np.array(REACHES),
         excursions=np.tile((openings[-1] - openings)[:, None], 2),
-        spreads=np.maximum(openings + 0.030, 0.088),
-        row=0.068,
-        middle_row=0.020,
+        outer_widths=np.maximum(openings + 0.030, 0.088),
+        row_width=0.068,
+        pinch_width=0.020,
         thickness=0.012,
         palm_depth=0.060,
     )

@@ -112,12 +112,12 @@ def test_palm_reaches_retreat_pose_then_grasp_pose(world, item, name):
     if plan.approach == "top":
         assert palm @ grip.up < -np.cos(MAX_SPHERE_TILT + 0.01)
         tips = reached.position[2] + max_closing_reach(HAND, grip.width, plan.opening) * palm[2]
-        lean = 0.5 * HAND.spread(plan.opening) * np.linalg.norm(palm[:2])
+        lean = 0.5 * HAND.outer_width(plan.opening) * np.linalg.norm(palm[:2])
         assert tips - lean > TABLE_GAP - 3e-3
     else:
         assert abs(palm @ grip.up) < 3e-3
         assert abs(reached.rotation[2, 1]) > 1 - 1e-4
-        assert reached.position[2] - 0.5 * HAND.row > EDGE_GAP - 2e-3
+        assert reached.position[2] - 0.5 * HAND.row_width > EDGE_GAP - 2e-3
     if grip.freedom == "none":
         assert x @ plan.closing > 1 - 1e-4
 

@@ -335,7 +335,7 @@ def palm_position(
     beyond = max(2.0 * half[0] - PALM_WIDTH, 0.0) if flat else 0.0
     gap = PALM_GAP + FLAT_GAP_SLOPE * beyond
     if approach == "side":
-        row = hand.row / 2 + FINGERTIP_CLEARANCE
+        row = hand.row_width / 2 + FINGERTIP_CLEARANCE
         return np.array([0.0, -(half[1] + gap), max(half[2], row)])
     reach = max(hand.reach(w) for w in np.linspace(2.0 * half[0], opening, 7))
     floor = reach + FINGERTIP_CLEARANCE

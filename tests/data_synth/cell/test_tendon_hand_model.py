@@ -20,7 +20,7 @@ def test_hand_opens_from_zero_to_130_mm():
     assert hand.fingers == ("index", "middle", "ring", "thumb")
     assert hand.pads[-1] == "palm_pad"
     assert (hand.reaches > 0.08).all()
-    assert (hand.spreads > hand.openings).all()
+    assert (hand.outer_widths > hand.openings).all()
 
 
 @pytest.mark.parametrize("opening", [0.005, 0.03, 0.08, 0.13])
@@ -62,4 +62,4 @@ def test_hand_without_middle_finger_pinches_with_whole_row(tmp_path):
     assert hand.fingers == ("index", "third", "ring", "thumb")
     np.testing.assert_allclose(hand.openings, reference.openings)
     assert hand.thickness == pytest.approx(reference.thickness)
-    assert hand.middle_row > 2 * reference.middle_row
+    assert hand.pinch_width > 2 * reference.pinch_width

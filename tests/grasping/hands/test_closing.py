@@ -37,9 +37,9 @@ def hand():
         openings=openings,
         reaches=np.full(13, 0.1),
         excursions=excursions,
-        spreads=openings + 0.03,
-        row=0.09,
-        middle_row=0.03,
+        outer_widths=openings + 0.03,
+        row_width=0.09,
+        pinch_width=0.03,
         thickness=0.012,
         palm_depth=0.06,
     )

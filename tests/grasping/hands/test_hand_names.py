@@ -31,9 +31,9 @@ def hand(drives=("jaw", "thumb"), fingers=("jaw", "thumb"), pads=None, joints=()
         openings=openings,
         reaches=np.full(5, 0.05),
         excursions=np.tile((0.04 - openings / 2)[:, None], len(drives)),
-        spreads=openings + 0.04,
-        row=0.02,
-        middle_row=0.02,
+        outer_widths=openings + 0.04,
+        row_width=0.02,
+        pinch_width=0.02,
         thickness=0.01,
         palm_depth=0.1,
     )
