@@ -23,7 +23,8 @@ from .hough import HoughOptions, hough_axis
 from .image import TactileArray, TactileImage
 from .moments import long_axis
 from .phase_options import PhaseOptions
-from .phases import PhaseStep, TouchPhases
+from .phase_step import PhaseStep
+from .phases import TouchPhases
 from .selection import PRESETS, SelectionMatrix
 from .servo import ServoGoal, TactileServo
 from .servo_options import ServoOptions

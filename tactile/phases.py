@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,44 +14,14 @@ from .contact_search import ContactSearch
 from .error_watchdog import ErrorWatchdog
 from .oscillation_detector import OscillationDetector
 from .phase_options import PhaseOptions
+from .phase_step import PhaseStep
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .features import ContactFeatures
+    from .phase_step import Outcome, Phase
     from .servo import TactileServo
-
-Phase = Literal["move", "hold", "task", "search", "back_off", "ended"]
-"""The phase of a touch. A contact starts the task from `move`, `hold` and `search`.
-
-- move: the caller moves the arm to the work area.
-- hold: the pad descends, or waits, until contact.
-- task: the servo moves the pad.
-- search: the pad lifts, shifts and descends to find a lost contact again.
-- back_off: the pad moves away from the object.
-- ended: no motion.
-"""
-
-Outcome = Literal[
-    "done", "unreachable", "no_contact", "contact_lost", "overload", "oscillation",
-    "steady_miss", "unsteady_contact", "at_border", "no_resistance", "sensor_fault",
-]  # fmt: skip
-"""The result of a touch.
-
-- done: the time of the task is over, or the caller has finished it.
-- unreachable: the arm did not reach the work area in time.
-- no_contact: there was no contact within the limits of time and distance.
-- contact_lost: the contact was lost too often, or was not found again.
-- overload: pressure or force is above its limit, or too many tactels are saturated.
-- oscillation: the pressure oscillates and does not settle. The control loop is close to
-  instability, or the object moves.
-- steady_miss: the pressure stays away from the goal.
-- unsteady_contact: the centre of pressure jumps between places, or the contact comes and goes
-  faster than the pad can move. Noise has the same effect.
-- at_border: the contact stays at the pad's border.
-- no_resistance: pressing does not raise the pressure.
-- sensor_fault: too few trusted tactels, or features that are not finite.
-"""
 
 MAX_POSITION_ERROR, MAX_ANGLE_ERROR = 0.002, 0.02
 """Pose error at which the work area counts as reached, m and rad."""
@@ -95,21 +64,6 @@ LOW_GOAL_SHARE = 0.5
 A low goal must start the task too."""
 MIN_TRUSTED = 0.75
 """Share of trusted tactels below which the pad is not used."""
-
-
-@dataclass(frozen=True, slots=True)
-class PhaseStep:
-    """The command of one cycle."""
-
-    phase: Phase
-    """The current phase. In `move` the caller moves the arm, else the twist does."""
-    twist: NDArray[np.float64]
-    """Sensor twist [v; ω], (6,), m/s and rad/s, in the sensor's frame."""
-    outcome: Outcome | None
-    """The result, as soon as it is decided. The pad then backs off, and the phase becomes `ended`.
-    In `move`, only an overload makes the pad back off."""
-    clear: bool
-    """Whether the sensor reports no contact. False if the sensor is faulty."""
 
 
 class TouchPhases:

@@ -15,7 +15,8 @@ from eyehand.tactile import phases as phases_module
 from eyehand.tactile.error_watchdog import ErrorWatchdog
 from eyehand.tactile.oscillation_detector import OscillationDetector
 from eyehand.tactile.phase_options import PhaseOptions
-from eyehand.tactile.phases import Outcome, TouchPhases
+from eyehand.tactile.phase_step import Outcome
+from eyehand.tactile.phases import TouchPhases
 from eyehand.tactile.selection import PRESS, TRACK
 from eyehand.tactile.servo import ServoGoal, TactileServo
 from eyehand.tactile.servo_options import ServoOptions
