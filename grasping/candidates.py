@@ -44,16 +44,17 @@ LOW_CLEARANCE_GRASPS: tuple[tuple[Prototype, float], ...] = (
     ("precision", 0.010),
     ("pincer", 0.010),
 )
-"""Prototypes and clearances, m, of the low-clearance grasps."""
+"""Prototypes of the low-clearance grasps, and their openings beyond the object's width, m."""
 TIGHT_WEIGHT = 0.9
-"""Weight of a grasp with a small clearance."""
+"""Weight of a grasp that opens the hand less than `CLEARANCE` beyond the object's width."""
 VARIANT_WEIGHT = 0.5
-"""Weight of a low-clearance variant."""
+"""Additional weight of a low-clearance variant."""
 TURNS = 12
-"""Number of directions about up that are tried between neighbours if symmetry leaves them free."""
+"""Number of horizontal directions that are tried for an object that has neighbours and whose
+symmetry leaves the direction free."""
 MIN_APPROACH_ANGLE = 0.14
-"""Approach angle that stays allowed if only one of the tried directions is free of neighbours,
-rad."""
+"""Minimum value of `GraspGeometry.max_approach_angle`, rad. It applies if only one or two adjacent
+directions are free of neighbours."""
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class GraspCandidate:
     placement: PalmPlacement
     """Place of the palm."""
     evaluation: GraspEvaluation
-    """Refusal or score."""
+    """Reason for rejection, or score terms."""
     depth: TipDepth
     """Wanted depth of the fingertips."""
     pushed_label: int = 0
@@ -84,20 +85,21 @@ class GraspCandidate:
 def usual_candidates(
     geometries: Sequence[GraspGeometry], context: GraspContext
 ) -> Iterator[GraspCandidate]:
-    """Yield every prototype for every geometry; impossible ones carry the reason.
+    """Yield the usual grasps for every geometry, also the impossible ones with the reason.
 
-    Between neighbours, candidates with a smaller clearance or with one finger are added.
+    Near neighbours, more candidates are added. They have a smaller opening, or a pincer on an
+    object that is too wide for the usual pincer.
     """
     crowded = len(context.neighbours.points) > 0
     for prototype, approach in USUAL_GRASPS:
         for geometry in geometries:
             if geometry.approach != approach:
                 continue
-            clearance = SIDE_CLEARANCE if approach == "side" else CLEARANCE
-            usual = _candidate(prototype, geometry, context, clearance)
-            found = tuple(_between_neighbours(usual, context))
-            yield from found
-            if all(one.evaluation.terms.get("room") == 1.0 for one in found):
+            extra_opening = SIDE_CLEARANCE if approach == "side" else CLEARANCE
+            usual = _candidate(prototype, geometry, context, extra_opening)
+            candidates = tuple(_between_neighbours(usual, context))
+            yield from candidates
+            if all(one.evaluation.terms.get("room") == 1.0 for one in candidates):
                 continue
             if crowded and not usual.evaluation.refusal:
                 tight = _candidate(prototype, geometry, context, TIGHT_CLEARANCE)
@@ -114,16 +116,19 @@ def low_clearance_candidates(
     *,
     push: bool = False,
 ) -> Iterator[GraspCandidate]:
-    """Yield the possible top grasps that need less free space, or that push a neighbour."""
+    """Yield the possible top grasps that need less free space.
+
+    With `push`, they may push a neighbour aside.
+    """
     for geometry in geometries:
         if geometry.approach != "top":
             continue
         for variant, depth, weight in low_clearance_grasps(geometry, solid, context.narrowest):
-            for prototype, clearance in LOW_CLEARANCE_GRASPS:
+            for prototype, extra_opening in LOW_CLEARANCE_GRASPS:
                 if prototype == "pincer" and _too_wide_for_pincer(variant):
                     continue
                 found = _candidate(
-                    prototype, variant, context, clearance, depth=depth, wide_pincer=True
+                    prototype, variant, context, extra_opening, depth=depth, wide_pincer=True
                 )
                 if found.evaluation.refusal:
                     continue
@@ -142,26 +147,33 @@ def _candidate(
     prototype: Prototype,
     geometry: GraspGeometry,
     context: GraspContext,
-    clearance: float,
+    extra_opening: float,
     *,
     depth: TipDepth | None = None,
     wide_pincer: bool = False,
 ) -> GraspCandidate:
-    """Place the palm for a grasp and evaluate it without neighbours."""
+    """Place the palm for a grasp and evaluate it without neighbours.
+
+    `extra_opening` is the opening beyond the object's width, m.
+    """
     depth = depth or TipDepth()
     hand = context.hand
-    wanted = geometry.width + clearance + 2.0 * geometry.width_std
+    wanted = geometry.width + extra_opening + 2.0 * geometry.width_std
     opening = float(min(wanted, MAX_OPENING, hand.max_opening))
     placement = place_palm(geometry, prototype, opening, hand, depth)
     evaluation = evaluate_grasp(prototype, geometry, placement, context, wide_pincer=wide_pincer)
-    if clearance < CLEARANCE:
+    if extra_opening < CLEARANCE:
         terms = {**evaluation.terms, "opening": TIGHT_WEIGHT}
         evaluation = GraspEvaluation(evaluation.refusal, terms)
     return GraspCandidate(prototype, geometry, opening, placement, evaluation, depth)
 
 
 def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterator[GraspCandidate]:
-    """Evaluate the clearance; between neighbours, use the freedom that symmetry leaves."""
+    """Evaluate the distance to neighbours in all directions that symmetry leaves free.
+
+    If neighbours block some of them, the free directions remain: a limited approach angle for
+    freedom "around", else the best two directions, both fixed.
+    """
     if found.evaluation.refusal or not len(context.neighbours.points):
         yield found
         return
@@ -172,6 +184,7 @@ def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterato
     tries = [_with_clearance(found, turn, context) for turn in turned(geometry, TURNS)]
     clear = [not one.evaluation.refusal for one in tries]
     if all(clear):
+        # All directions stay allowed, so the worst one determines the score.
         yield min(tries, key=lambda one: one.evaluation.total)
     elif not any(clear):
         yield tries[0]
@@ -179,6 +192,7 @@ def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterato
         first, count = _longest_run(clear)
         middle = tries[(first + count // 2) % TURNS]
         angle = max((count - 1) * np.pi / TURNS, MIN_APPROACH_ANGLE)
+        # An even run has no middle direction: `middle` is half a step off, nearer to one end.
         if count % 2 == 0:
             angle -= np.pi / TURNS
         limited = replace(middle.geometry, max_approach_angle=max(angle, MIN_APPROACH_ANGLE))
@@ -194,7 +208,7 @@ def _between_neighbours(found: GraspCandidate, context: GraspContext) -> Iterato
 def _with_clearance(
     found: GraspCandidate, geometry: GraspGeometry, context: GraspContext, *, push: bool = False
 ) -> GraspCandidate:
-    """Return a candidate at a geometry, with the score term of its clearance."""
+    """Return a candidate at a geometry, with the score term of its distance to neighbours."""
     gap, label = hand_clearance(
         geometry,
         found.prototype,
@@ -216,7 +230,7 @@ def _with_clearance(
 
 
 def _longest_run(clear: list[bool]) -> tuple[int, int]:
-    """Return start and length of the longest cyclic run of true values; both values must occur."""
+    """Return start and length of the longest cyclic run of True in a list with both values."""
     count = len(clear)
     best = (0, 0)
     for first in range(count):

@@ -12,16 +12,16 @@ if TYPE_CHECKING:
     from .prototypes import Prototype
 
 PALM_GAP = 0.003
-"""Distance between the palm and an object that it encloses, m. Smaller encloses better, but touches
-earlier."""
+"""Distance between the palm and an object that it encloses, m. A smaller gap encloses better, but
+touches earlier."""
 FREE_ROOT_WIDTH = 0.058
 """Free width between the roots of fingers and thumb, m. A wider flat face touches the roots before
 the palm."""
 ROOT_GAP_SLOPE = 0.85
 """Additional palm distance per excess width of such a face."""
 TABLE_GAP = 0.004
-"""Height of the fingertips above the surface that the object rests on, m. Lower holds plates, but
-touches the table if its estimated height is wrong."""
+"""Height of the fingertips above the surface that the object rests on, m. Lower fingertips
+hold plates, but touch the table if its estimated height is wrong."""
 EDGE_GAP = 0.008
 """Height of the lower edge of the hand above that surface in a side grasp, m."""
 CLOSING_SLACK = 0.010
@@ -33,8 +33,8 @@ LENGTH_TOLERANCE = 0.10
 MAX_TOLERANCE = 0.015
 """Maximum palm offset along an object, m."""
 MAX_SPHERE_TILT = 0.26
-"""Maximum tilt of the approach to a sphere from above, rad. More leaves the arm more freedom, but
-lets the fingertips hang lower or hold less deep."""
+"""Maximum tilt of the approach to a sphere from above, rad. More tilt leaves the arm more freedom,
+but the fingertips hang lower or hold less deep."""
 
 
 class TipDepth(NamedTuple):
@@ -51,7 +51,7 @@ class PalmPlacement(NamedTuple):
     """Place of the palm relative to the object at the grasp."""
 
     standoff: float
-    """Distance from the object's centre against the palm's direction, m."""
+    """Distance of the palm from the object's centre, against the palm's direction, m."""
     max_approach_angle: float
     """Maximum angle between the approach and the palm's nominal direction, rad. It keeps the
     fingertips off the table."""
@@ -85,21 +85,21 @@ def place_palm(
         Wanted depth of the fingertips; None for the default.
     """
     depth = depth or TipDepth()
-    near = geometry.half_depth + PALM_GAP
+    min_standoff = geometry.half_depth + PALM_GAP
     if geometry.flat_face:
-        near += ROOT_GAP_SLOPE * max(geometry.width - FREE_ROOT_WIDTH, 0.0)
+        min_standoff += ROOT_GAP_SLOPE * max(geometry.width - FREE_ROOT_WIDTH, 0.0)
     if geometry.approach == "side":
-        return _beside(geometry, prototype, opening, hand, depth, near)
+        return _beside(geometry, prototype, opening, hand, depth, min_standoff)
     slack = min(LENGTH_TOLERANCE * geometry.length, MAX_TOLERANCE)
     reach = max_closing_reach(hand, geometry.width, opening)
-    # Depths below the centre: the maximum possible and the wanted one.
-    max_depth = min(reach - near, geometry.rise - TABLE_GAP)
+    # Maximum depth of the fingertips below the centre: the palm or the table limits it.
+    max_depth = min(reach - min_standoff, geometry.rise - TABLE_GAP)
     if geometry.freedom == "any_tilt":
         return _over_sphere(geometry, opening, hand, depth, reach, max_depth)
-    tips = max_depth
+    tip_depth = max_depth
     if prototype != "power":
-        tips = min(max_depth, _wanted_depth(geometry, depth))
-    return PalmPlacement(reach - tips, 0.0, -slack, slack)
+        tip_depth = min(max_depth, _wanted_depth(geometry, depth))
+    return PalmPlacement(reach - tip_depth, 0.0, -slack, slack)
 
 
 def max_closing_reach(hand: HandModel, width: float, opening: float) -> float:
@@ -117,7 +117,7 @@ def _over_sphere(
     reach: float,
     max_depth: float,
 ) -> PalmPlacement:
-    """Allow the tilt that keeps the fingertips off the table at a sufficient depth."""
+    """Place the palm over a sphere, with the maximum tilt that keeps the fingers off the table."""
     half = 0.5 * hand.outer_width(opening)
     room = geometry.rise - TABLE_GAP
     min_depth = min(depth.beyond_centre, max_depth)
@@ -139,15 +139,16 @@ def _beside(
     opening: float,
     hand: HandModel,
     depth: TipDepth,
-    near: float,
+    min_standoff: float,
 ) -> PalmPlacement:
+    """Place the palm beside an object, with the lower edge of the hand above the table."""
     slack = min(HEIGHT_TOLERANCE * geometry.height, MAX_TOLERANCE)
     row = hand.pinch_width if prototype == "pincer" else hand.row_width
     low = max(-slack, 0.5 * row + EDGE_GAP - geometry.rise)
-    standoff = near
+    standoff = min_standoff
     if prototype != "power":
         reach = max_closing_reach(hand, geometry.width, opening)
-        standoff = max(near, reach - _wanted_depth(geometry, depth))
+        standoff = max(min_standoff, reach - _wanted_depth(geometry, depth))
     return PalmPlacement(standoff, np.pi, low, max(low, slack))
 
 

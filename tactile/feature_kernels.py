@@ -68,6 +68,8 @@ def read_pressures(raw, table, limits, links, geometry, pressures, states):
         value is saturated.
     links, geometry
         `TactileArray.links` and `TactileArray.geometry`.
+    pressures, states
+        Outputs, see `Buffers`.
     """
     count, top = len(raw), table.shape[1] - 1
     dead = 0
@@ -107,9 +109,10 @@ def compute_features(thresholds, links, geometry, rule, buffers):
     Parameters
     ----------
     thresholds
-        Pressure above which each tactel is touched, (N,), Pa.
+        Pressure above which each tactel counts as touched, (N,), Pa.
     links, geometry
-        `TactileArray.links` and `TactileArray.geometry`.
+        `TactileArray.links` and `TactileArray.geometry`. Columns of `geometry`: position (3),
+        normal (3), area, 1 on the border.
     rule
         The values of `ContactRule` as an array (3,).
     buffers
@@ -129,6 +132,8 @@ def compute_features(thresholds, links, geometry, rule, buffers):
 @njit(cache=True)
 def read_features(raw, table, limits, thresholds, links, geometry, rule, buffers):
     """Convert raw readings to features, and store the centre as `buffers.previous`.
+
+    Without a contact, the stored centre is NaN.
 
     The parameters are those of :func:`read_pressures` and :func:`compute_features`.
     """

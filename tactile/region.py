@@ -1,6 +1,6 @@
 """Select the contact region: the largest connected region of touched tactels.
 
-After a contact, a region of similar size that is nearest to the last contact is preferred.
+After a contact, the region nearest to it is selected among those of similar size.
 """
 
 from __future__ import annotations
@@ -36,6 +36,7 @@ def find_region(pressures, thresholds, links, geometry, previous, hysteresis, me
         Output, (N,) int32: its first entries become the indices of the region's tactels.
     """
     count = len(pressures)
+    # Tactels of all regions, one region after another. `starts` holds the first index of each.
     queue = np.empty(count, np.int32)
     visited = np.zeros(count, np.bool_)
     starts = np.empty(count + 1, np.int32)
@@ -84,7 +85,7 @@ def find_region(pressures, thresholds, links, geometry, previous, hysteresis, me
 
 @njit(cache=True)
 def _select(starts, forces_and_centres, regions, max_size, previous, hysteresis):
-    """Return the index of the region nearest to the previous contact, or of the largest one."""
+    """Return the index of the region nearest to the previous contact; without one, the largest."""
     has_previous = not np.isnan(previous[0])
     min_size = (1.0 - hysteresis) * max_size if has_previous else max_size
     best_score, best = -np.inf, 0

@@ -24,7 +24,7 @@ Answer = TypeVar("Answer")
 Score = TypeVar("Score")
 
 WARM_UP = -1
-"""Number of the extra round on the first case, which is not counted."""
+"""Index of the extra round on the first case. This round is not counted."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,8 @@ class MethodResult(Generic[Case, Answer, Score]):
     wall_ms: NDArray[np.float64]
     """Wall time of the fastest round, (cases,), ms."""
     cpu_ms: NDArray[np.float64]
-    """Processor time of all threads, (cases,), ms. It depends less on other load."""
+    """Minimum processor time of all threads over the rounds, (cases,), ms. It depends less on other
+    load."""
     scores: tuple[Score, ...]
     """Scores of its answers, by case."""
 
@@ -85,12 +86,12 @@ def compare_methods(
     try:
         for case in cases:
             fastest = np.full((len(methods), 2), np.inf)
-            for turn in range(0 if times else WARM_UP, rounds):
+            for round_index in range(0 if times else WARM_UP, rounds):
                 for index, method in enumerate(methods):
                     answer, seconds = _timed(method, case)
-                    if turn >= 0:
+                    if round_index >= 0:
                         fastest[index] = np.minimum(fastest[index], seconds)
-                    if turn == 0:
+                    if round_index == 0:
                         scores[index].append(score(case, answer))
             times.append(1e3 * fastest)
     finally:

@@ -89,6 +89,7 @@ def _sample_mesh(item: MeshObject) -> NDArray[np.float64]:
     area = np.linalg.norm(np.cross(first, second), axis=1)
     chosen = rng.choice(len(area), SURFACE_POINTS, p=area / area.sum())
     s, t = rng.random((2, SURFACE_POINTS, 1))
+    # Samples of the parallelogram beyond the triangle are reflected into it.
     fold = s + t > 1.0
     s, t = np.where(fold, 1.0 - s, s), np.where(fold, 1.0 - t, t)
     return corners[chosen, 0] + s * first[chosen] + t * second[chosen]

@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from ..bench import Sweep, Trial
 
 UNCAPPED = 1e3
-"""Press gain without effect, 1/s. Only the fraction of the stability limit acts then."""
+"""Press gain far above the stability limit, 1/s. The loop gain is then the chosen fraction of the
+limit."""
 START_HEIGHT = 0.012
 """Initial height of the pad, m. A fast approach reaches its speed within it."""
 
@@ -29,9 +30,9 @@ def gain_sweeps() -> tuple[Sweep[None], ...]:
     objects = {"pen": pen, "box": toy_box, "ball": soft_ball}
     gains = [_gain_sweep(name, make_object) for name, make_object in objects.items()]
     landings = [
-        _landing_sweep(name, make_object, guarded)
+        _landing_sweep(name, make_object, anti_windup)
         for name, make_object in objects.items()
-        for guarded in (True, False)
+        for anti_windup in (True, False)
     ]
     return (*gains, *landings)
 
@@ -48,14 +49,16 @@ def _gain_sweep(name: str, make_object: Callable[[], TouchObject]) -> Sweep[None
     return attempt
 
 
-def _landing_sweep(name: str, make_object: Callable[[], TouchObject], guarded: bool) -> Sweep[None]:
+def _landing_sweep(
+    name: str, make_object: Callable[[], TouchObject], anti_windup: bool
+) -> Sweep[None]:
     @as_sweep(
-        f"landing-{name}{'' if guarded else '-windup'}",
-        f"landing speed {'with' if guarded else 'without'} anti-windup", "mm/s",
+        f"landing-{name}{'' if anti_windup else '-windup'}",
+        f"landing speed {'with' if anti_windup else 'without'} anti-windup", "mm/s",
         (10.0, 20.0, 50.0, 100.0, 200.0), holds_to=50.0, right=CALM_CONTACT,
     )  # fmt: skip
     def attempt(speed: float, seed: int, method: None) -> Trial:
-        servo = servo_phases("track", anti_windup=guarded).servo
+        servo = servo_phases("track", anti_windup=anti_windup).servo
         phases = TouchPhases(servo, PhaseOptions(approach_speed=1e-3 * speed))
         pad = CarriedPad((make_object(),), Electronics(seed), place=(0.0, 0.0, START_HEIGHT))
         return hold_contact(pad, phases, 4.0)

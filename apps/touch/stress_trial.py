@@ -161,18 +161,19 @@ def evaluate_contact(figures: ContactFigures, goal: float, wrong: str = "") -> T
     -------
     Trial
         Passed if the contact lasted at its pressure and no error was detected. Refused if the
-        contact ended with an outcome. Unclean if the force grew or the pad did not back off.
+        contact ended with an outcome. Unclean if the force exceeded `MAX_FORCE` or grew after the
+        outcome, or the pad did not back off.
     """
     harm = _safety_violation(figures)
     note = ""
     if figures.outcome:
         note = figures.outcome.replace("_", " ")
     elif abs(figures.pressure / goal - 1.0) > NEAR:
-        note = f"unnamed: {figures.pressure:.0f} Pa instead of {goal:.0f}"
+        note = f"no outcome, but {figures.pressure:.0f} Pa instead of {goal:.0f} Pa"
     elif figures.swing > CALM * goal:
-        note = f"unnamed: swings by {figures.swing:.0f} Pa"
+        note = f"no outcome, but the pressure varies by {figures.swing:.0f} Pa (standard deviation)"
     elif wrong:
-        note = f"unnamed: {wrong}"
+        note = f"no outcome, but {wrong}"
     return Trial(
         passed=not (note or harm),
         note=harm or note,
@@ -186,7 +187,7 @@ def _safety_violation(figures: ContactFigures) -> str:
     if not np.isfinite(figures.peak_force) or figures.peak_force > MAX_FORCE:
         return f"force of {figures.peak_force:.0f} N"
     if figures.growth > GROWTH:
-        return f"force grew {figures.growth:.1f} times after {figures.outcome}"
+        return f"force grew by a factor of {figures.growth:.1f} after {figures.outcome}"
     if figures.outcome and not (figures.ended and figures.last_force <= MAX_RETRACTED_FORCE):
         return f"{figures.outcome}, but not backed off: {figures.last_force:.2f} N"
     return ""

@@ -38,7 +38,7 @@ def vector(task: str, field: str, value: ArrayLike, size: int | None = 3) -> NDA
     Raises
     ------
     InputError
-        If the value is not finite numbers of this shape.
+        If a number is not finite, or the shape differs.
     """
     return read_only(checked_array(f"{task}: {field}", value, (size or "n",)))
 
@@ -82,12 +82,12 @@ def rotation(task: str, field: str, value: Rotation | ArrayLike) -> NDArray[np.f
 
 
 def transform(task: str, field: str, value: RigidTransform | ArrayLike) -> NDArray[np.float64]:
-    """Convert a transform, or its matrix, to a matrix (4, 4); its parts are not checked.
+    """Convert a transform, or its matrix, to a matrix (4, 4); check only its shape.
 
     Raises
     ------
     InputError
-        If it is not one matrix of numbers.
+        If it is not one matrix (4, 4) of numbers.
     """
     matrix = value.as_matrix() if isinstance(value, RigidTransform) else value
     return checked_array(f"{task}: {field}", matrix, (4, 4), finite=False)

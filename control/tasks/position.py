@@ -40,7 +40,7 @@ class Position(KernelTask):
     kernel: ClassVar = staticmethod(position_rows)
 
     goal: NDArray[np.float64]
-    """(3,), m, world."""
+    """Goal position (3,), m, world."""
     point: NDArray[np.float64] = field(default_factory=origin)
     """The point (3,), m, in the controlled frame."""
     gain: float = DEFAULT_GAIN

@@ -24,25 +24,26 @@ if TYPE_CHECKING:
 
 WORK_AREA_M = (0.42, 0.37)
 """Objects lie inside this rectangle in the middle of the table. Everywhere in it the hand can point
-straight down, and sideways from some direction."""
+straight down, and horizontally in at least one direction."""
 PILE_SPREAD = 0.5
 """See `TabletopOptions.pile_spread`."""
-_LOOSE_M = (0.50, 0.46)
-"""Full extents of the area in which falling objects may end: still within reach."""
+_LANDING_AREA_M = (0.50, 0.46)
+"""Extent of the area in which falling objects may come to rest. The arm reaches all of it."""
 
 _FOCAL_PX = 525.0
 _IMAGE_PX = (640, 480)
 _CAMERA_VIEW = (0.85, np.radians(45.0), np.radians(190.0))
-"""Distance to the target, m; elevation and azimuth, rad. The camera is as near as shows the whole
-work area up to 0.25 m, on the side of the table away from the arm."""
+"""Distance to the target, m; elevation and azimuth, rad. The camera is opposite the tray, to the
+left of the robot. Its image shows the whole work area up to a height of 0.25 m."""
 _CAMERA_TARGET = (0.0, 0.0, 0.07)
 
 STEEL = "steel"
 """Material of pedestal, mast and legs."""
 _STEEL_COLOUR = (0.30, 0.32, 0.35, 1.0)
 _TRAY_COLOUR = (0.26, 0.36, 0.44, 1.0)
-_PEDESTAL_M = 0.105
+_PEDESTAL_RADIUS_M = 0.105
 _PLATE_M = (0.17, 0.012)
+"""Radius and thickness of the foot of the pedestal. The plate on top is narrower."""
 
 
 def _camera_pose() -> RigidTransform:
@@ -85,7 +86,7 @@ class GraspCell:
     """Intrinsics of the depth camera."""
 
     def is_over_tray(self, points: NDArray[np.float64]) -> Any:
-        """Return which points (…, 3), world, m, lie over the tray and its walls, (…,) bool."""
+        """Return a mask (…,) of the points (…, 3), world, m, over the tray or its walls."""
         half = 0.5 * np.asarray(self.tray_size) + self.tray_wall
         return np.all(np.abs(points[..., :2] - self.tray_centre[:2]) <= half, axis=-1)
 
@@ -99,7 +100,7 @@ class GraspCell:
             )
 
     def add_furniture(self, spec: Any) -> None:
-        """Add pedestal and tray, which collide, to a scene's `MjSpec`."""
+        """Add the pedestal and the tray to a scene's `MjSpec`. Both take part in collisions."""
         mujoco = import_mujoco()
         spec.add_material(name=STEEL, rgba=_STEEL_COLOUR, specular=0.5, shininess=0.6)
         spec.add_material(name="tray", rgba=_TRAY_COLOUR, specular=0.2, shininess=0.4)
@@ -129,7 +130,7 @@ def add_pedestal(spec: Any, cell: GraspCell, material: str = "") -> None:
     floor = cell.table.height - cell.table.floor_drop
     radius, thick = _PLATE_M
     parts = (
-        ("pedestal", _PEDESTAL_M, floor, place[2] - thick),
+        ("pedestal", _PEDESTAL_RADIUS_M, floor, place[2] - thick),
         ("pedestal_top", radius - 0.05, place[2] - thick, place[2]),
         ("pedestal_foot", radius, floor, floor + thick),
     )
@@ -156,7 +157,7 @@ def scene_options(
     fields: dict[str, Any] = {
         "work_area": WORK_AREA_M,
         # No object comes to rest out of reach or in the tray's area.
-        "table_size": _LOOSE_M,
+        "table_size": _LANDING_AREA_M,
         "pile_spread": PILE_SPREAD,
     }
     return TabletopOptions(family=family, count_range=count_range, **(fields | changes))

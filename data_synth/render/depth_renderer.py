@@ -35,8 +35,8 @@ _log = logging.getLogger("eyehand")
 def open_renderer(backend: Backend = "auto") -> DepthRenderer:
     """Open a renderer, or return the one that this process already has.
 
-    The choice of ``auto`` is logged once, to the logger ``eyehand``. It does not use OpenGL if the
-    environment variable `MUJOCO_GL` is ``off``.
+    The choice of ``auto`` is logged once, to the logger ``eyehand``. ``auto`` does not use OpenGL
+    if the environment variable `MUJOCO_GL` is ``off``.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def open_renderer(backend: Backend = "auto") -> DepthRenderer:
     InputError
         If there is no such back end.
     DeviceError
-        If ``gl`` was asked for and cannot be used, or MuJoCo cannot be loaded.
+        If ``gl`` was requested and cannot be used, or MuJoCo cannot be loaded.
     """
     if backend not in get_args(Backend):
         raise InputError(f"renderer must be one of {', '.join(get_args(Backend))}, got {backend!r}")
@@ -63,10 +63,10 @@ def open_renderer(backend: Backend = "auto") -> DepthRenderer:
         except DeviceError as error:
             fault = str(error)
         else:
-            _log.info("depth images are drawn with OpenGL")
+            _log.info("depth images are rendered with OpenGL")
             return renderer
     _log.warning(
-        "depth images are drawn by slower ray casting, because OpenGL is not available (%s)%s",
+        "depth images are rendered by slower ray casting, because OpenGL is not available (%s)%s",
         fault,
         "" if gl_module() is None or "pip install" in fault else f"; {_GL_ADVICE}",
     )
@@ -89,14 +89,14 @@ def render_scene(
     renderer
         Renderer; `open_renderer` chooses one if not given.
     colour
-        Whether to render colours too, which takes most of the time.
+        Whether to render colours too. They take most of the time.
     max_range
-        Largest depth with a reading, m.
+        Maximum depth with a reading, m.
 
     Returns
     -------
     RenderedView
-        Depth, labels (0 table and floor, k object k-1 of the scene), colour.
+        Depth, labels and colour. Label 0 is table and floor; label k is ``scene.objects[k - 1]``.
 
     Raises
     ------

@@ -49,7 +49,8 @@ def frame_from_cloud(table: PointTable, camera: CameraFile | None = None) -> Dep
     Raises
     ------
     InputError
-        If the cloud is not organised, lies behind the camera, or is not a pinhole image.
+        If the cloud is not organised, has no reading or a point behind the camera, or is not a
+        pinhole image.
         `DepthFrame` makes further checks.
     """
     check_organised(table)
@@ -101,8 +102,9 @@ def recover_intrinsics(points: NDArray[np.floating]) -> CameraIntrinsics:
     Raises
     ------
     InputError
-        If the readings lie in fewer than two columns or rows, or if more than 5 % of them miss
-        their pixel by more than `MAX_PIXEL_ERROR`.
+        If the readings lie in fewer than two columns or rows, if x/z does not grow with the column
+        or y/z with the row, or if more than 5 % of the readings miss their pixel by more than
+        `MAX_PIXEL_ERROR`.
     """
     height, width = points.shape[:2]
     u, v, x_z, y_z = _pixels_and_slopes(points)
@@ -165,8 +167,8 @@ def _fit_axis(
             error = np.abs((slope - offset) / per_pixel - pixel)
         deviation = MAD_TO_SIGMA * float(np.median(error))
         previous = kept
-        # A point within MAX_PIXEL_ERROR is never an outlier. Without the far, noisier points of a
-        # good cloud, the camera would be biased.
+        # A point within MAX_PIXEL_ERROR is never an outlier. In a good cloud the far points are
+        # the noisier ones, and a fit without them would be biased.
         kept = error <= max(OUTLIER_DEVIATIONS * deviation, MAX_PIXEL_ERROR)
         if np.array_equal(kept, previous) or np.unique(pixel[kept]).size < 2:
             break
@@ -177,8 +179,8 @@ def _fit_axis(
 def _median_line(x: NDArray[np.float64], y: NDArray[np.float64]) -> tuple[float, float]:
     """Fit a line through the medians of the outer thirds (Tukey, 1977); return slope and offset.
 
-    If more than a third of the points have the same x, the points below and above the mean are used
-    instead of the thirds.
+    If both limits of the outer thirds are the same x, the points below and above the mean are used
+    instead.
     """
     low, high = np.quantile(x, (1 / 3, 2 / 3))
     left, right = x <= low, x >= high
@@ -196,10 +198,11 @@ def _check_projection(points: NDArray[np.floating], intrinsics: CameraIntrinsics
         error = np.hypot(
             intrinsics.fx * x_z + intrinsics.cx - u, intrinsics.fy * y_z + intrinsics.cy - v
         )
-        max_error = float(np.percentile(error, INLIER_PERCENT))
-    if not max_error <= MAX_PIXEL_ERROR:
+        error_percentile = float(np.percentile(error, INLIER_PERCENT))
+    if not error_percentile <= MAX_PIXEL_ERROR:
         raise InputError(
-            f"the cloud is not a pinhole image in the camera frame: the points miss their pixels "
-            f"by up to {max_error:.3g} px at fx={intrinsics.fx:.5g}, fy={intrinsics.fy:.5g}, "
+            "the cloud is not a pinhole image in the camera frame: "
+            f"{100.0 - INLIER_PERCENT:g} % of the points miss their pixels by at least "
+            f"{error_percentile:.3g} px at fx={intrinsics.fx:.5g}, fy={intrinsics.fy:.5g}, "
             f"cx={intrinsics.cx:.5g}, cy={intrinsics.cy:.5g}, expected <= {MAX_PIXEL_ERROR:g} px"
         )

@@ -12,9 +12,10 @@ from .parameters import N_PARAMETERS
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def whitened_cost(y, unwhiten, terms, prior, start, tapered, bounds):
-    """Return the cost with and without prior, gradient (k,) by y, and the shape at step y (k,).
+    """Return the cost with and without the prior, the gradient of the former, and the shape.
 
-    The shape is `start` after the full step ``unwhiten @ y`` with `unwhiten` (13, k). See
+    The shape is `start` after the full step ``unwhiten @ y``, clipped to the bounds. `unwhiten` is
+    (13, k), y is (k,). The gradient (k,) is the derivative with respect to y. See
     :func:`~.cost_kernels.normal_equations` for `terms` and `tapered`, and
     :func:`~.levenberg_marquardt.levenberg_marquardt` for `bounds`.
     """
@@ -25,7 +26,7 @@ def whitened_cost(y, unwhiten, terms, prior, start, tapered, bounds):
     shape = apply_step(start, step, bounds)
     cost, full, hessian = normal_equations(terms, shape, tapered)
     total = cost + add_prior(prior, shape, full, hessian)
-    # The derivative by a number that a bound holds is 0.
+    # The derivative with respect to a parameter that was clipped to its bound is 0.
     for j in range(3):
         if shape.log_axes[j] != start.log_axes[j] + step[j]:
             full[j] = 0.0
@@ -44,10 +45,11 @@ def whitened_cost(y, unwhiten, terms, prior, start, tapered, bounds):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _to_start_axes(full, step):
-    """Turn derivatives by increments at the moved shape into derivatives by the step.
+    """Convert the gradient at the moved shape to the gradient with respect to the step, in place.
 
-    Rotation increments follow the right Jacobian of SO(3). Translations are added in the axes of
-    the start, while increments are in the axes of the moved shape.
+    `full` (13,) holds derivatives with respect to increments in the axes of the moved shape. The
+    translation of the step is in the axes of the start, so its derivatives are rotated. The
+    derivatives of the rotation are multiplied by the transposed right Jacobian of SO(3).
     """
     vector = step[5:8]
     jacobian, R = right_jacobian(vector), rotation_matrix(vector)
@@ -63,7 +65,10 @@ def _to_start_axes(full, step):
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def right_jacobian(vector):
-    """Return the right Jacobian (3, 3) of SO(3) at a rotation vector (Chirikjian 2012, 10.86)."""
+    """Return the right Jacobian (3, 3) of SO(3) at a rotation vector.
+
+    See eq. 10.86 of Chirikjian (2012).
+    """
     angle = np.sqrt(vector[0] ** 2 + vector[1] ** 2 + vector[2] ** 2)
     if angle < 1e-6:
         a, b = 0.5, 0.0

@@ -22,7 +22,8 @@ Record = dict[str, Any]
 DIGITS = 1
 """Decimals of percentages and milliseconds."""
 PLACED, MISPLACED = "placed", "misplaced"
-"""Outcomes of a pick that the robot reports as placed: true, and false."""
+"""Outcomes of a pick that the robot reports as placed. The object of a PLACED one is in the tray,
+that of a MISPLACED one is not."""
 NO_PROTOTYPE = (None, "", "None")
 """Values of the column `prototype` for a refusal or a fault."""
 DEMO_CONDITIONS = {
@@ -126,7 +127,10 @@ def worst_scenes(records: Sequence[Record], max_count: int) -> list[dict[str, An
 
 
 def rerun_command(record: Record) -> str:
-    """Return the command that repeats a scene: a demo, or an evaluation if conditions differ."""
+    """Return the command that repeats a scene.
+
+    This is a demo if its conditions, objects and camera are those of the demo, else an evaluation.
+    """
     if not record["known"] and not record["objects_dir"] and not _differing(record):
         purpose = "" if record["purpose"] in (None, "lift") else f" --purpose {record['purpose']}"
         return (
@@ -197,8 +201,8 @@ def _rate(prefix: str, wins: int, tries: int) -> dict[str, float | None]:
 
 def _times(stage: str, picks: Sequence[Record]) -> dict[str, float | None]:
     times = _figures(picks, f"{stage}_ms")
-    middle, late = np.percentile(times, [50, 90]) if times else (None, None)
-    return {f"{stage}_ms": _rounded(middle), f"{stage}_p90_ms": _rounded(late)}
+    median, p90 = np.percentile(times, [50, 90]) if times else (None, None)
+    return {f"{stage}_ms": _rounded(median), f"{stage}_p90_ms": _rounded(p90)}
 
 
 def _figures(picks: Sequence[Record], column: str) -> list[float]:

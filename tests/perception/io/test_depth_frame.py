@@ -229,7 +229,7 @@ def test_invalid_frame_files_are_rejected(tmp_path: Path) -> None:
 def test_cloud_is_checked_against_camera_file(tmp_path: Path) -> None:
     path, camera = write_frame(tmp_path / "a.pcd", DepthFrame(np.ones((12, 16), np.float32), K))
     write_intrinsics(camera, CameraIntrinsics(25.5, 26.25, 1.25, 5.5, 16, 12))
-    with pytest.raises(InputError, match=r"a\.pcd: .*points miss their pixels by up to 6 px"):
+    with pytest.raises(InputError, match=r"a\.pcd: .*points miss their pixels by at least 6 px"):
         read_frame(path)
 
 

@@ -106,7 +106,7 @@ def test_known_camera_is_used_unchanged() -> None:
 
 def test_wrong_camera_is_rejected() -> None:
     wrong = CameraIntrinsics(110.0, 112.0, 36.5, 29.0, 80, 60)
-    with pytest.raises(InputError, match=r"points miss their pixels by up to 3 px at fx=110"):
+    with pytest.raises(InputError, match=r"points miss their pixels by at least 3 px at fx=110"):
         frame_from_cloud(cloud_from_frame(_frame()), CameraFile(wrong))
 
 
