@@ -36,8 +36,8 @@ class CycleResult(NamedTuple):
     velocity: NDArray[np.float64]
     """(n,), rad/s (m/s for slide joints)."""
     errors: tuple[float, ...]
-    """Unmet error of each task, see :class:`TaskRows`: first those of the stack, then the watched
-    ones."""
+    """Unmet error of each task, see :class:`TaskRows`: first the tasks of the stack, then the
+    watched tasks."""
     beta: tuple[float, ...]
     """Weight of avoidance in each task of the stack (eq. 8)."""
     clearance: float
@@ -45,7 +45,7 @@ class CycleResult(NamedTuple):
     blocking: tuple[str, ...]
     """Names of the active constraints of the safety level, strongest first."""
     feasible: bool
-    """False if not all bounds can be satisfied."""
+    """False if the safety level cannot satisfy all bounds. True without the safety level."""
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class NominalMotion:
     """The motion commanded by tasks and avoidance, before the safety level."""
 
     velocity: NDArray[np.float64]
-    """(n,), rad/s."""
+    """(n,), rad/s (m/s for slide joints)."""
     task_rows: tuple[TaskRows, ...]
-    """The tasks in this posture."""
+    """Value, error and Jacobian of each task in this posture."""
     beta: tuple[float, ...]
     """Weight of avoidance in each task (eq. 8)."""
 
@@ -65,8 +65,8 @@ def nominal_motion(
 ) -> NominalMotion:
     """Compute the joint velocities of tasks and repulsion: relaxed motion control (eq. 8).
 
-    Avoidance changes the rate of each task with its own weight β. The free joint motion follows the
-    negative gradients of repulsion and joint centring.
+    Each task has its own weight β, with which avoidance changes its rate. The free joint
+    motion follows the negative gradients of repulsion and joint centring.
     """
     task_rows = tuple(task.at(state) for task in tasks)
     gradient = limited_gradient(proximity, options)
@@ -96,7 +96,7 @@ def motion_in_steps(
     Raises
     ------
     InputError
-        If q has another shape, or a task is not finite.
+        If q does not have shape (n,), or a task is not finite.
     """
     state = world.robot.at(q)
     proximity = world.proximity(state.q)

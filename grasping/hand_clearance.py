@@ -81,7 +81,7 @@ def hand_clearance(
 ) -> tuple[float, int]:
     """Return the distance of the open hand to the nearest neighbour, m, and the neighbour's label.
 
-    The open hand and its retreat are modelled by boxes. The palm is at the mean of
+    The open hand and its retreat are modelled by boxes. The palm's offset is the mean of
     ``placement.low`` and ``placement.high``. A negative distance is the depth by which the
     neighbour must be pushed perpendicular to the palm's direction. Without neighbours the result
     is (inf, 0).
@@ -138,8 +138,8 @@ def _finger_boxes(
 ) -> list[_Corners]:
     """Return two boxes around the fingers (`side` -1) or the thumb (`side` 1).
 
-    Their extent along the closing direction is from the object's surface or the open fingertips to
-    the outside of the knuckles or of the tips.
+    Along the closing direction, a box begins at the object's surface, or at the open fingertips if
+    they are nearer to the middle. It ends at the outside of the knuckles or of the tips.
     """
     reach = hand.reach(opening)
     inner, tip_outside = 0.5 * min(opening, width), 0.5 * opening + hand.thickness

@@ -36,7 +36,7 @@ def save_calibration(calibration: Calibration, path: Path | str) -> None:
     data = io.BytesIO()
     arrays = {name: getattr(calibration, name) for name in _ARRAYS}
     np.savez_compressed(data, allow_pickle=False, schema=np.array(SCHEMA), **arrays)
-    # Perception has such a function too, but the base packages do not import one another.
+    # `perception.io.atomic_write` is similar, but the base packages do not import one another.
     temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
     try:
         temporary.write_bytes(data.getvalue())
@@ -61,7 +61,7 @@ def load_calibration(path: Path | str) -> Calibration:
     try:
         with np.load(path, allow_pickle=False) as archive:
             if "schema" not in archive or str(archive["schema"]) != SCHEMA:
-                raise InputError(f"{path} is not a calibration of version {SCHEMA}")
+                raise InputError(f"schema must be {SCHEMA}")
             arrays = {name: archive[name] for name in _ARRAYS}
     except FileNotFoundError as error:
         raise InputError(f"calibration {path} does not exist") from error

@@ -15,13 +15,13 @@ if TYPE_CHECKING:
 MAX_LOST_SECONDS = 3.0
 """Maximum time without contact, s. A search may find the contact again."""
 MAX_BLOCKED_SECONDS = 1.0
-"""Maximum time in which the pad moves too slowly, s."""
+"""Maximum time for which the pad moves too slowly, s."""
 MIN_SPEED_SHARE = 0.25
 """Share of the commanded speed below which the pad moves too slowly."""
 
 
 class ContourProgress:
-    """Position, distances and times of a contour follower.
+    """The position, distances and times of a contour follower.
 
     Parameters
     ----------
@@ -33,7 +33,8 @@ class ContourProgress:
         self.position = np.zeros(2)
         """Position of the pad since the start, (2,), m."""
         self.travel = self.line_travel = self.contour_travel = 0.0
-        """Distances since the start, on the current line, and on the contour, m."""
+        """Distances since the start, on the current line, and on the contour, m. The follower sets
+        the last two at the start of each line and contour."""
         self._options = options
         self._time = self._lost_for = self._blocked_for = 0.0
 
@@ -45,7 +46,8 @@ class ContourProgress:
         Parameters
         ----------
         velocity
-            Velocity of the pad over the surface, (2,), m/s.
+            Measured velocity of the pad over the surface, (2,), m/s. Without a measurement, the
+            commanded one.
         dt
             Duration of the cycle, s.
         commanded
@@ -64,7 +66,10 @@ class ContourProgress:
         self._lost_for = 0.0 if touching else self._lost_for + dt
 
     def exceeded_limit(self, points: int) -> ContourOutcome | None:
-        """Return the outcome if a limit is exceeded after `points` contour points, else None."""
+        """Return the outcome if a limit is exceeded, else None.
+
+        `points` is the number of contour points found so far.
+        """
         if self._lost_for > MAX_LOST_SECONDS:
             return "lost"
         if self._blocked_for > MAX_BLOCKED_SECONDS:

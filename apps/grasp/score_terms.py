@@ -9,12 +9,12 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
 TERM_MEANINGS: dict[str, str] = {
-    "width": "the hand opens wider than the object with clearance",
+    "width": "the width of the object is in the middle of the range of the prototype",
     "height": "the object is tall enough for the fingers to wrap",
     "weight": "the object is light enough for the fingertips",
     "fallback": "the grasp is a power grasp or a pincer, not the less secure fallback",
     "purpose": "the prototype suits the purpose",
-    "certainty": "the grasped sides were visible to the camera",
+    "certainty": "the width is known exactly, and the whole outline of the object was visible",
     "stands": "the object does not topple when touched",
     "side": "the fingers close across the short side",
     "palm": "the palm comes close to the object",

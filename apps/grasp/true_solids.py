@@ -86,8 +86,8 @@ def _sample_mesh(item: MeshObject) -> NDArray[np.float64]:
     rng = np.random.default_rng(0)
     corners = item.vertices[item.faces]
     first, second = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = np.linalg.norm(np.cross(first, second), axis=1)
-    chosen = rng.choice(len(area), SURFACE_POINTS, p=area / area.sum())
+    double_area = np.linalg.norm(np.cross(first, second), axis=1)
+    chosen = rng.choice(len(double_area), SURFACE_POINTS, p=double_area / double_area.sum())
     s, t = rng.random((2, SURFACE_POINTS, 1))
     # Samples of the parallelogram beyond the triangle are reflected into it.
     fold = s + t > 1.0

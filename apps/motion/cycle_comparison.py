@@ -1,4 +1,4 @@
-"""Time one control cycle with 30 distance pairs, of this package and of mink, in turns."""
+"""Time one control cycle with 30 distance pairs: this package and mink take turns."""
 
 from __future__ import annotations
 
@@ -28,16 +28,17 @@ BOXES = 8
 POSTURES = 8
 """Number of scenes, with one posture each."""
 EARLY_CYCLES = 400
-"""Number of cycles from the start in which the posture of smallest clearance is searched. There the
-safety level is active."""
+"""Number of cycles from the start in which the posture of smallest clearance is searched. The
+safety level is active in this posture."""
 WIDE_M = 1.5
-"""Cut-off distance beyond all pairs of a scene, m."""
+"""Cut-off distance that includes all pairs of a scene, m."""
 BURST = 25
 """Number of cycles of one method in a row. Caches are then warm, as in a control loop."""
 ROUNDS = 13
 """Number of turns of each method at each posture."""
 REPEATS = 3
-"""Number of repetitions of each turn. The fastest time of a cycle counts, without disturbances."""
+"""Number of repetitions of each turn. The shortest time of each cycle counts, because other
+programs disturb it least."""
 
 _Step = Callable[[], object]
 
@@ -91,7 +92,7 @@ def cycle_rows(
 
 
 def _steps(scene: ReachingScene, baseline: bool) -> dict[str, _Step]:
-    """Return one cycle of each method by name, at the posture of a scene."""
+    """Return functions that run one cycle of each method, by name, at the posture of a scene."""
     posture, cut_off = _crowded_posture(scene)
     steps: dict[str, _Step] = {"compiled": _controller_step(scene, posture, cut_off)}
     if baseline:
@@ -113,7 +114,7 @@ def _controller_step(scene: ReachingScene, posture: NDArray[np.float64], cut_off
 
 
 def _crowded_posture(scene: ReachingScene) -> tuple[NDArray[np.float64], float]:
-    """Return the posture (7,) of smallest clearance, and a cut-off with PAIRS pairs, m."""
+    """Return the posture (7,) of smallest clearance, and a cut-off that includes PAIRS pairs, m."""
     world = reaching_world(scene.obstacles)
     options = ControlOptions()
     controller = ApproachController(world, (Position(scene.goal),), options)

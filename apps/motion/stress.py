@@ -35,7 +35,7 @@ def stress_motion(arguments: StressArguments | None = None) -> int:
     cover goals out of reach, inside obstacles, behind walls, at joint limits and in conflict; gains
     and periods past stability; parallel faces, starts in penetration, and flying obstacles. Each
     trial must end in a named status or a refusal. A joint beyond its speed limit, a distance below
-    the margin, or NaN violates that at every value. Invalid inputs run as the sweep "inputs": each
+    the margin, or NaN is a violation at every value. Invalid inputs run as the sweep "inputs": each
     must be refused, and the message must name a valid value. Exit code 1: a bound is violated.
     Writes stress.png and stress.csv.
     """

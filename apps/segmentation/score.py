@@ -30,7 +30,8 @@ _TIE = 1e-6
 """Weight of the boundary F in the matching. It breaks ties, so that the order of labels has no
 effect."""
 _LOOKUP_LABELS = 1 << 20
-"""Labels below this are renumbered with a lookup table: ten times faster than sorting."""
+"""If all labels are below this, they are renumbered with a lookup table. It is ten times faster
+than sorting."""
 
 
 @dataclass(frozen=True)
@@ -69,10 +70,10 @@ class SegmentationScore:
     """Number of predicted objects."""
     over: int
     """Over-segmentation: extra segments on the same object. Summed over true objects: the number of
-    segments with more than half of their pixels on that object, minus one."""
+    segments with more than half of their pixels on that object, minus one (at least 0)."""
     under: int
     """Under-segmentation: extra objects in the same segment. Summed over segments: the number of
-    true objects with more than half of their pixels in that segment, minus one."""
+    true objects with more than half of their pixels in that segment, minus one (at least 0)."""
     missed: int
     """Number of true objects of which all segments together cover at most half."""
     false: int
@@ -131,8 +132,8 @@ def score_segmentation(
         true_edges.sizes[:, None] + guess_edges.sizes, 1
     )
     rows, columns = linear_sum_assignment(-(pairs + _TIE * edge_pairs * (table > 0)))
-    real = table[rows, columns] > 0
-    rows, columns = rows[real], columns[real]
+    overlapping = table[rows, columns] > 0
+    rows, columns = rows[overlapping], columns[overlapping]
     empty = float(len(true.sizes) == len(guess.sizes) == 0)
     hits = int(table[rows, columns].sum())
     precision, recall, f = _rates(hits, guess.sizes, hits, true.sizes, empty)
@@ -241,7 +242,7 @@ class _Contours:
 
 
 def _common_pixels(true: _Objects, guess: _Objects) -> NDArray[np.intp]:
-    """Count the common pixels of each true object and segment, (objects, segments)."""
+    """Count the common pixels of each pair of true object and segment, (objects, segments)."""
     rows, columns = len(true.sizes) + 1, len(guess.sizes) + 1
     both = true.ranks * np.intp(columns) + guess.ranks
     return np.bincount(both.ravel(), minlength=rows * columns).reshape(rows, columns)[1:, 1:]
@@ -254,7 +255,7 @@ def _rates(
     true_sizes: NDArray[np.intp],
     empty: float,
 ) -> tuple[float, float, float]:
-    """Return precision, recall and their harmonic mean; all `empty` if a side has no pixel."""
+    """Return precision, recall and their harmonic mean; all `empty` if a side has no object."""
     if not len(guess_sizes) or not len(true_sizes):
         return empty, empty, empty
     precision = guess_hits / int(guess_sizes.sum())

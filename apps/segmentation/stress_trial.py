@@ -22,9 +22,11 @@ if TYPE_CHECKING:
     from eyehand.perception import DepthFrame, Segmentation
 
 BASE_NOISE = noise_at_one_metre(0.001)
-"""Noise of sweeps that do not vary it: 1 mm at 1 m, as of a good structured-light camera."""
+"""Noise in the sweeps that do not vary it: 1 mm at 1 m, typical of a good
+structured-light camera."""
 MAX_SECONDS = 5.0
-"""A longer run is an invalid answer: the robot would wait."""
+"""Maximum time of a run, s. A slower segmentation is an invalid answer, because the robot would
+wait."""
 
 SegmentCallable = Callable[["DepthFrame"], "Segmentation"]
 """A segmentation under test: depth frame → labels."""
@@ -41,7 +43,8 @@ class TrialPicture:
     truth: NDArray[np.int32]
     """True labels, (H, W)."""
     scene: StagedScene | None = None
-    """Scene of the frame; None when it was not staged."""
+    """Scene whose colours are shown. None shows the frame itself: it was not staged, or its noise
+    or dropout is not the default."""
 
 
 def try_scene(
@@ -54,7 +57,7 @@ def try_scene(
     ambiguous: bool = False,
     dropout: float = 0.0,
 ) -> Trial:
-    """Segment a staged scene. It is right if every object is found (F > 0.75) and nothing else.
+    """Segment a staged scene. The answer is right if it has every object (F > 0.75) and no other.
 
     Parameters
     ----------
@@ -69,7 +72,7 @@ def try_scene(
     colour
         Whether the frame has colour.
     ambiguous
-        Whether too few objects are right too if one of them is marked as ambiguous.
+        Whether an answer with too few segments is also right, if it marks a segment as ambiguous.
     dropout
         Probability that a pixel loses its reading.
     """
@@ -89,7 +92,7 @@ def try_frame(
     scene: StagedScene | None = None,
     ambiguous: bool = False,
 ) -> Trial:
-    """Segment a frame. The rules are those of :func:`try_scene`."""
+    """Segment a frame. The answer is right by the same rules as in :func:`try_scene`."""
     found, seconds, fault = timed_segment(method, frame)
     picture = TrialPicture(frame, found.labels, truth, scene)
     if fault:
@@ -114,10 +117,13 @@ def try_frame(
 
 
 def timed_segment(method: SegmentCallable, frame: DepthFrame) -> tuple[Segmentation, float, str]:
-    """Segment a frame; return the result, the time in s, and the fault (empty if valid)."""
+    """Segment a frame; return the result, the time in s, and the fault (empty if valid).
+
+    A run longer than MAX_SECONDS is repeated, and the second run counts.
+    """
     found, seconds = _timed(method, frame)
     if seconds > MAX_SECONDS:
-        # The first run may have compiled a kernel.
+        # The first run may have spent its time on the compilation of a kernel.
         found, seconds = _timed(method, frame)
     return found, seconds, _fault(found, frame, seconds)
 

@@ -49,7 +49,7 @@ class Frame(NamedTuple):
 
 
 class Output(NamedTuple):
-    """The output of a kernel; only the first m entries are used, m at most max(6, n)."""
+    """The output of a kernel. M is max(6, n); a task of m rows uses the first m entries."""
 
     value: NDArray[np.float64]
     """(M,)."""
@@ -118,15 +118,18 @@ def pack(task: KernelTask, joints: int) -> NDArray[np.float64]:
 
 @njit(cache=True)
 def moved_point(task, frame):
-    """Return the task's point (x, y, z) in the world; its Jacobian goes to ``frame.work[:3]``."""
+    """Return the position (x, y, z) of the task's point in the world, m.
+
+    The Jacobian of the point is written to ``frame.work[:3]``.
+    """
     axes, jacobian, linear = frame.axes, frame.jacobian, frame.work
     a, b, c = task[POINT], task[POINT + 1], task[POINT + 2]
     x = axes[0] * a + axes[1] * b + axes[2] * c
     y = axes[3] * a + axes[4] * b + axes[5] * c
     z = axes[6] * a + axes[7] * b + axes[8] * c
     for column in range(jacobian.shape[1]):
-        a, b, c = jacobian[3, column], jacobian[4, column], jacobian[5, column]
-        linear[0, column] = jacobian[0, column] + b * z - c * y
-        linear[1, column] = jacobian[1, column] + c * x - a * z
-        linear[2, column] = jacobian[2, column] + a * y - b * x
+        wx, wy, wz = jacobian[3, column], jacobian[4, column], jacobian[5, column]
+        linear[0, column] = jacobian[0, column] + wy * z - wz * y
+        linear[1, column] = jacobian[1, column] + wz * x - wx * z
+        linear[2, column] = jacobian[2, column] + wx * y - wy * x
     return frame.position[0] + x, frame.position[1] + y, frame.position[2] + z

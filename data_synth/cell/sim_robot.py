@@ -51,7 +51,7 @@ class SimRobot:
     world
         The world in which it runs.
     noise
-        Noise of the camera. Without it, the depth is exact.
+        Noise of the camera. If None, the depth is exact.
     seed
         Seed of the camera noise, >= 0. Each image has different noise.
     renderer
@@ -244,8 +244,8 @@ class SimRobot:
     def object_pose(self, name: str) -> RigidTransform:
         """Return the true pose of an object, T_world_object."""
         body = self._data.body(self._checked_name(name))
-        turn = Rotation.from_quat(body.xquat, scalar_first=True)
-        return RigidTransform.from_components(body.xpos.copy(), turn)
+        rotation = Rotation.from_quat(body.xquat, scalar_first=True)
+        return RigidTransform.from_components(body.xpos.copy(), rotation)
 
     @property
     def object_names(self) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Spread of forces in the foam's surface over the tactels below it."""
+"""Spread of forces on the foam's surface over the tactels (tactile elements) below it."""
 
 from __future__ import annotations
 
@@ -16,20 +16,22 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 POINT_SPREAD_M = 0.0025
-"""Standard deviation of the Gaussian image of a point force. At half the pitch, two to three
-tactels share the force. With a smaller spread the position of a probe between tactels is lost."""
+"""Standard deviation of the Gaussian image of a point force, m. It is half the default pitch, so
+that two to three tactels share the force. With a smaller spread, the tactels no longer show the
+position of a probe between them."""
 
 _FOLDS = 1
-"""Mirror images on each side: the pad is far wider than the spread."""
+"""Number of mirror images of the row on each side. One is enough, because the pad is far wider than
+the spread."""
 
 
 def spread_weights(tactels: int, pitch: float, sigma: float) -> NDArray[np.float64]:
     """Compute the share of a grid cell's force that each tactel of a row bears.
 
     The image of a point force is a Gaussian of standard deviation `sigma`, and a tactel bears its
-    integral over the pitch (differences of erf). The force grid has spread the force already, by a
-    quadratic B-spline of variance (cell width)^2 / 4, so the Gaussian here has the rest of the
-    variance.
+    integral over the pitch (differences of erf). The force grid already spreads the force by a
+    quadratic B-spline of variance (cell width)^2 / 4. The Gaussian here has the remaining variance,
+    sigma^2 minus that.
 
     Parameters
     ----------
@@ -44,12 +46,12 @@ def spread_weights(tactels: int, pitch: float, sigma: float) -> NDArray[np.float
     -------
     NDArray
         (tactels, CELLS_PER_TACTEL * tactels). Columns add up to 1, because force beyond the border
-        is folded back.
+        is reflected into the pad.
 
     Raises
     ------
     InputError
-        If the spread is narrower than that of the force grid.
+        If `sigma` is not greater than the standard deviation of the force grid's spread.
     """
     cell = pitch / CELLS_PER_TACTEL
     if not sigma > 0.5 * cell:
@@ -74,7 +76,8 @@ def spread_to_tactels(grid, across, down, area, pressures, shear):
     Parameters
     ----------
     grid
-        Force grid, N (see :func:`solid_contact.press_solids`).
+        Force grid, (3, CELLS_PER_TACTEL * rows, CELLS_PER_TACTEL * columns), N (see
+        :func:`solid_contact.press_solids`).
     across, down
         (columns, CELLS_PER_TACTEL * columns) and (rows, CELLS_PER_TACTEL * rows) float64, from
         :func:`spread_weights`.

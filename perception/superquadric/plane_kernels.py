@@ -9,22 +9,23 @@ from .radial_kernels import log_radial_scale, log_sum
 from .work_rows import FAST_MATH, away_from_zero
 
 _GRID_HALF = 24
-"""Sections on either side of the middle among which the supporting one is searched."""
+"""Number of sections above z = 0, and below it, among which the supporting one is searched."""
 _REFINEMENTS = 30
-"""Times that the search step shrinks, each time to 0.6 of it: to 1e-8 of a3."""
+"""Number of reductions of the search step, each to 0.6 of it. The last step is 1e-8 a3."""
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
 def plane_gap(plane, shape, tapered, row, local):
     """Return the height of the lowest point over the plane; write its derivatives to `row` (13,).
 
-    `local` (3,) is working memory. It receives the downward normal in local axes.
+    `plane` (4,) is the upward unit normal n and the offset d of the plane n · p + d = 0. `local`
+    (3,) is working memory. It receives the downward normal in local axes.
     """
     R, c = shape.R, shape.centre
     for k in range(3):
         local[k] = -(R[0, k] * plane[0] + R[1, k] * plane[1] + R[2, k] * plane[2])
     x, y, z = away_from_zero(local[0]), away_from_zero(local[1]), away_from_zero(local[2])
-    height = plane[0] * c[0] + plane[1] * c[1] + plane[2] * c[2] + plane[3]
+    centre_height = plane[0] * c[0] + plane[1] * c[1] + plane[2] * c[2] + plane[3]
     row[11], row[12] = 0.0, 0.0
     if tapered:
         support, v1, v2, v3 = _tapered_support(x, y, z, shape, row)
@@ -40,16 +41,16 @@ def plane_gap(plane, shape, tapered, row, local):
     # The direction rotates like a point about the origin. The centre moves along the normal.
     row[5], row[6], row[7] = v3 * y - v2 * z, v1 * z - v3 * x, v2 * x - v1 * y
     row[8], row[9], row[10] = -local[0], -local[1], -local[2]
-    return height - support
+    return centre_height - support
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
 def _tapered_support(x, y, z, shape, row):
     """Return the support along (x, y, z) and the point of contact (3 values).
 
-    Writes the derivatives of the negative support by axes, exponents and taper to `row`. The
-    supporting section is searched on a grid, then by shrinking steps. Its height counts as fixed
-    in the derivatives (envelope theorem).
+    The derivatives of the negative support by axes, exponents and taper are written to `row`. The
+    supporting section is searched on a grid, then by shrinking steps. The derivatives treat its
+    height as fixed (envelope theorem).
     """
     best, middle = -np.inf, 0.0
     for k in range(-_GRID_HALF, _GRID_HALF + 1):
@@ -82,8 +83,9 @@ def _tapered_support(x, y, z, shape, row):
 def _section_support(t, x, y, z, shape):
     """Return the support of the section at height t a3 along (x, y, z).
 
-    Also returns its part across z, the shares of x and y in that, the section's two widths, and
-    the derivative of the part's logarithm by ε2, doubled.
+    The other results are: the part of the support across z, the shares of x and y in this part, the
+    two widths of the section, and the entropy of the two shares. The derivative of the logarithm of
+    this part by ε2 is minus half the entropy.
     """
     log_axes, e1, e2 = shape.log_axes, shape.exponents[0], shape.exponents[1]
     width1, width2 = 1.0 + shape.taper[0] * t, 1.0 + shape.taper[1] * t

@@ -1,4 +1,7 @@
-"""Compiled radial scale G of many points at a time, with the shares of the coordinates in it."""
+"""Compiled radial scale G of a batch of points, and the shares of the coordinates in log G.
+
+The rows of the working memory are listed in :mod:`work_rows`.
+"""
 
 from __future__ import annotations
 
@@ -33,14 +36,17 @@ def compute_radial_rows(shape, tapered, work, lanes):
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
 def _undo_taper(shape, tapered, m, lanes):
-    """Write |straight coordinates| to the rows LOG_X, LOG_Y, LOG_Z, and the taper's rows."""
+    """Compute the rows of the taper, HEIGHT to INV_WIDTH_Y, and the straight coordinates.
+
+    The absolute straight coordinates go to the rows LOG_X, LOG_Y, LOG_Z.
+    """
     if tapered:
         inv_a3 = np.exp(-shape.log_axes[2])
         for i in range(lanes):
-            share = m[at.Z + i] * inv_a3
-            height = min(max(share, -TAPER_REACH), TAPER_REACH)
+            relative_z = m[at.Z + i] * inv_a3
+            height = min(max(relative_z, -TAPER_REACH), TAPER_REACH)
             m[at.HEIGHT + i] = height
-            m[at.HEIGHT_SLOPE + i] = inv_a3 if height == share else 0.0
+            m[at.HEIGHT_SLOPE + i] = inv_a3 if height == relative_z else 0.0
             m[at.INV_WIDTH_X + i] = 1.0 / (1.0 + shape.taper[0] * height)
             m[at.INV_WIDTH_Y + i] = 1.0 / (1.0 + shape.taper[1] * height)
     else:
@@ -57,7 +63,8 @@ def _undo_taper(shape, tapered, m, lanes):
 def _sum_section_terms(shape, work, lanes):
     """Compute the scaled logarithms, LOG_A, SHARE_X, SHARE_Y and SECTION_TERM.
 
-    RATIO keeps the smaller term of the next sum over the larger one.
+    RATIO receives the logarithm of the smaller over the larger term of F, for
+    :func:`_sum_section_and_height`.
     """
     m, grid, bits = work.flat, work.grid, work.bits
     log_row(grid, bits, at.LOG_X_ROW, at.SPARE_ROW, lanes)
