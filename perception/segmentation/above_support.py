@@ -11,7 +11,7 @@ from numba import njit
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .support_plane import Support
+    from .support_extent import Support
     from .working_image import WorkingImage
 
 MIN_HEIGHT = 0.006

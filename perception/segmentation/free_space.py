@@ -18,9 +18,6 @@ FREE_DEPTH = 0.003
 """Minimum distance of a point in free space from the surface behind it, m."""
 FREE_SIGMAS = 3.0
 """Further minimum distance, in σ of the noise of disparity. It is added to ``FREE_DEPTH``."""
-MAX_CROSSING_SHARE = 0.25
-"""Maximum share of the lines between two parts of one object that cross free space. A lower value
-splits bent objects, a higher one joins neighbours that touch."""
 LINE_PARTS = 6
 """Number of equal parts of a line. The ``LINE_PARTS - 1`` points between the parts are tested."""
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 MIN_FREE_SHARE = 0.8
 """Minimum share of a hanging piece's lower edge with free space below it. A lower value joins what
 stands behind a low object, a higher one leaves handles separate."""
-MAX_AREA = 0.006
+MAX_AREA = 0.003
 """Maximum visible area of a hanging piece, m²: the area of a handle or a knob."""
 MAX_SIZE_SHARE = 0.5
 """Maximum size of a hanging piece, as a share of the region that it hangs on."""

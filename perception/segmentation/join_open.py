@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
+from scipy import ndimage
 
 from .convexity import HOLLOW, region_convexity
 from .regions import MAX_GAP, MIN_BORDER, Borders, count_border_pairs, fill_holes, relabel_by_size
@@ -75,6 +76,25 @@ def join_open(
         whole = joined == outside
         joined[fill_holes(whole) & (joined == 0) & (disparity > 0)] = outside
     return relabel_by_size(joined)
+
+
+def fill_mouths(
+    labels: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes
+) -> NDArray[np.int32]:
+    """Add the unlabelled readings within the image convex hull of each hollow region.
+
+    The floor of a bowl may be too close to the table to be above it.
+    """
+    filled = labels.copy()
+    convexity = region_convexity(labels, image, planes)
+    for label, box in enumerate(ndimage.find_objects(labels), start=1):
+        if box is None or convexity[label] >= HOLLOW:
+            continue
+        mask = labels[box] == label
+        mouth = _convex_hull(mask) & (labels[box] == 0) & (image.disparity[box] > 0)
+        if np.count_nonzero(mouth) <= MAX_FLOOR * np.count_nonzero(mask):
+            filled[box][mouth] = label
+    return filled
 
 
 def _has_neighbour(label: int, borders: Borders) -> bool:

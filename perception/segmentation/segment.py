@@ -9,20 +9,20 @@ import numpy as np
 
 from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
+from .container import is_container_floor
 from .frame_noise import frame_noise
 from .grow_patches import grow_patches
 from .join_floating import join_floating
 from .join_fragments import join_fragments
-from .join_occluded import join_occluded
-from .join_open import join_open
-from .local_planes import fit_local_planes
-from .merge_patches import merge_patches
+from .join_open import fill_mouths, join_open
+from .join_patches import join_patches
+from .local_planes import fit_local_planes, plane_normals
 from .options import SegmentationOptions
 from .regions import relabel_by_size, relabel_with_reasons
 from .result import Segmentation
+from .select_objects import drop_support_waves, select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_plane import find_supports
-from .supported_regions import supported_regions
 from .upsample import upsample_labels
 from .working_image import inverse, working_image
 
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from ..frame import DepthFrame
-    from .support_plane import Support
+    from .support_extent import Support
     from .working_image import WorkingImage
 
 
@@ -61,6 +61,8 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     clock.finish("noise")
     supports = find_supports(image, options)
     clock.finish("support")
+    enclosed = bool(supports) and is_container_floor(supports[0], image)
+    clock.finish("container")
     above = above_support(image, supports, options.max_range)
     window = candidate_window(above, image.area(MIN_PATCH))
     clock.finish("candidates")
@@ -69,7 +71,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     if window is not None:
         candidates = np.ascontiguousarray(above[window])
         labels[window], ambiguous = _segment_candidates(
-            image.cropped(window), candidates, supports, options, clock
+            image.cropped(window), candidates, supports, options, clock, enclosed=enclosed
         )
     if options.stride > 1:
         labels = upsample_labels(labels, inverse(frame.depth), options.stride)
@@ -92,6 +94,8 @@ def _segment_candidates(
     supports: list[Support],
     options: SegmentationOptions,
     clock: _StageClock,
+    *,
+    enclosed: bool,
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
     """Label the objects among the candidate pixels (H, W), and report the ambiguous ones."""
     min_patch = image.area(MIN_PATCH)
@@ -103,24 +107,29 @@ def _segment_candidates(
     clock.finish("patches")
     patches, planes = grow_patches(image, planes, patches, candidates, options.window)
     clock.finish("grow")
-    labels, flat = merge_patches(patches, image, planes, options.min_object)
-    clock.finish("merge")
-    pieces = supported_regions(labels, image, supports, min_patch, options.max_extent)
+    if supports:
+        normals = plane_normals(planes, image.intrinsics)
+        patches = drop_support_waves(patches, image, normals, supports[0])
+    clock.finish("waves")
+    labels, uncertain = join_patches(
+        patches, image, planes, options.window, options.min_object, hidden=options.join_occluded
+    )
+    clock.finish("join")
+    pieces = select_objects(
+        labels, image, supports, min_patch, options.max_extent, enclosed=enclosed
+    )
     labels = relabel_by_size(pieces, options.min_object)
-    clock.finish("supported")
+    clock.finish("select")
     if supports:
         labels = join_floating(labels, image, planes, supports[0].plane)
     clock.finish("floating")
     if options.join_open:
+        labels = fill_mouths(labels, image, planes)
         labels = join_open(labels, image, planes)
     clock.finish("open")
-    hidden = []
-    if options.join_occluded:
-        labels, hidden = join_occluded(labels, image, planes, options.window)
-    clock.finish("occluded")
     labels = join_fragments(labels, pieces, image, planes, options.min_object)
     clock.finish("fragments")
-    labels, ambiguous = resolve_ambiguity(labels, flat + hidden, image, options)
+    labels, ambiguous = resolve_ambiguity(labels, uncertain, image, options)
     clock.finish("ambiguity")
     return labels, ambiguous
 

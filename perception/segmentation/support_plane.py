@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import cv2
 import numpy as np
 from numba import njit
 
-from ..perpendicular import perpendicular_pair
 from .above_support import SUPPORT_SIGMAS
 from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
 from .result import SupportPlane
+from .support_extent import Support, locate_support
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .options import SegmentationOptions
     from .working_image import WorkingImage
 
@@ -32,50 +30,44 @@ COARSE_SHARE = 0.5
 """Minimum share of such a window's pixels with readings."""
 COARSE_SIGMAS = 2.5
 """Maximum residual of a hypothesis' window, in σ. A larger one is a curved surface."""
-LOCATE_WIDTH = 320
-"""Columns of the reduced image in which the plane's outline is found."""
 MAX_SUPPORTS = 4
 """Maximum number of supports."""
-MIN_DISTANCE = 0.02
+MIN_DISTANCE = 0.015
 """Minimum distance between two supports, m."""
 MIN_AREA = 0.15
 """Minimum visible area of a further support, m². Smaller parallel planes are faces of objects."""
+MIN_FIRST_AREA = 0.015
+"""Minimum visible area of the first support, m²: a sheet of 0.15 x 0.10 m."""
+MIN_RIVAL_SCORE = 0.3
+"""Minimum score, relative to the best one, of a plane that can take the place of the best one."""
+MAX_TOP_AREA = 0.15
+"""Maximum area of the top of an object, m²."""
+MAX_TOP_HEIGHT = 0.25
+"""Maximum height of an object whose top is no support, m."""
+MAX_DROP = 0.5
+"""Height below another support from which a plane is the floor, m. The space above the floor around
+a table is not the work space."""
+MAX_SHELF_AREA = 1.0
+"""Maximum visible area of a support below the first one, m². A larger plane is the floor."""
 MAX_TILT = 0.35
 """Maximum angle between the normal and the vertical where the camera's pose is known, rad."""
 HEIGHT_TOLERANCE = 0.05
 """Maximum distance of a support from the known height of the table, m."""
-NEAR_SHARE = 0.6
+NEAR_SHARE = 0.35
 """Readings nearer than this share of the median depth weigh no more than those at it. Otherwise a
 gripper in front of the lens would outweigh the table."""
+MAX_PROPOSED = 10
+"""Maximum number of proposed planes."""
 MIN_INLIERS = 12
 """Minimum number of samples that determine a plane."""
+MIN_SHARE = 0.008
+"""Minimum share of the samples that are inliers of a proposed plane."""
 MIN_COSINE = 0.95
 """Minimum cosine between the normals of a sample and of its plane."""
 REFITS = 3
 """Least-squares fits of the best plane, each to the inliers of the one before."""
-MIN_SHARE = 0.03
-"""Minimum share of the samples that are inliers of a support."""
-BEND_BANDS = 8.0
-"""Depth below a plane, in bands, up to which a surface beside it counts as its continuation."""
-BEND_MAX_SHARE = 0.15
-"""Share of the image above which a plane is a support even if its edge bends away."""
-BEND_SHARE = 0.5
-"""Minimum share of a plane's surroundings that bend away when it is the top of a round object."""
 MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
-
-
-class Support(NamedTuple):
-    """A plane that objects may stand on, and its visible part."""
-
-    plane: SupportPlane
-    """The plane, camera frame."""
-    hull: NDArray[np.float32]
-    """Convex hull of the plane's largest connected part, in plan coordinates, (K, 2), m."""
-    axes: NDArray[np.float64]
-    """Axes of the plan coordinates as rows, (2, 3), camera frame."""
-    depth: float
-    """Median depth at which the scatter of the plane was measured, m."""
 
 
 class PlaneSamples(NamedTuple):
@@ -92,43 +84,71 @@ class PlaneSamples(NamedTuple):
 
 
 def find_supports(image: WorkingImage, options: SegmentationOptions) -> list[Support]:
-    """Detect the support planes by RANSAC in which one pixel's local plane is a hypothesis.
+    """Detect the planes that objects stand on, best first; empty when there is none.
 
-    The hypotheses come from wide windows on a reduced image. A support is large, and a wider
-    window gives a more accurate normal. If no window is flat enough, the pixels' own planes are
-    used.
+    RANSAC proposes planes. The local plane of one pixel is a hypothesis. It comes from wide windows
+    on a reduced image, or from the pixels' own windows if none of these is flat enough. Each
+    proposed plane is then judged by its visible parts (:func:`.support_extent.locate_support`).
 
-    The plane with the largest weight of inliers is the first support. If the camera's pose is
-    known, a support must be horizontal within ``MAX_TILT``. With ``table_height`` it must also
-    lie at that height. Parallel planes of at least ``MIN_AREA`` are further supports, such as a
-    shelf or the floor beside a table. The samples lie on a fixed grid, so equal frames give equal
-    planes.
+    The plane with the best score is the first support, with two exceptions. The top of an object
+    is no support: a small plane little above a larger one. The floor is no support: a plane far
+    below another one. Further supports are parallel planes of at least ``MIN_AREA``, such as
+    shelves.
 
-    Returns
-    -------
-    list of Support
-        The best one first; empty when no plane is found.
+    If the camera's pose is known, a support must be horizontal within ``MAX_TILT``. With
+    ``table_height`` it must also lie at that height. The samples lie on a fixed grid, so equal
+    frames give equal planes.
     """
     stride = max(image.intrinsics.width // COARSE_WIDTH, 1)
     coarse = np.ascontiguousarray(image.disparity[::stride, ::stride])
     planes = LocalPlanes(*fit_centred_windows(coarse, COARSE_RADIUS, COARSE_SHARE))
-    detected = _detect_planes(image, planes, stride, options.table_height)
-    if not detected and stride > 1:
+    proposed = _propose_planes(image, planes, stride, options.table_height)
+    if not proposed and stride > 1:
         radius = options.window // 2
         planes = LocalPlanes(*fit_centred_windows(image.disparity, radius, MIN_WINDOW_SHARE))
-        detected = _detect_planes(image, planes, 1, options.table_height)
+        proposed = _propose_planes(image, planes, 1, options.table_height)
+    located = [locate_support(plane, depth, image) for plane, depth in proposed]
     supports = [
         support
-        for k, (plane, depth) in enumerate(detected)
-        if (support := _locate(plane, depth, k > 0, image)) is not None
+        for support in located
+        if support is not None and support.area >= MIN_FIRST_AREA and support.score > 0
     ]
-    return supports if detected and supports and supports[0].plane is detected[0][0] else []
+    return _select_supports(sorted(supports, key=lambda support: -support.score))
 
 
-def _detect_planes(
+def _select_supports(supports: list[Support]) -> list[Support]:
+    """Select the supports among planes that are sorted by score, best first."""
+    if not supports:
+        return []
+    normal = supports[0].plane.normal
+    parallel = [one for one in supports if abs(float(one.plane.normal @ normal)) > MIN_COSINE]
+    rivals = [one for one in parallel if one.score >= MIN_RIVAL_SCORE * supports[0].score]
+
+    def is_top(one: Support) -> bool:
+        return one.area < MAX_TOP_AREA and any(
+            0 < other.plane.offset - one.plane.offset < MAX_TOP_HEIGHT and other.area > one.area
+            for other in rivals
+        )
+
+    def is_floor(one: Support) -> bool:
+        return any(one.plane.offset - other.plane.offset > MAX_DROP for other in rivals)
+
+    suitable = [one for one in rivals if not is_top(one) and not is_floor(one)]
+    first = suitable[0] if suitable else supports[0]
+    selected = [first]
+    for one in parallel:
+        apart = min(abs(one.plane.offset - other.plane.offset) for other in selected)
+        drop = one.plane.offset - first.plane.offset
+        shelf = drop < 0 or (drop <= MAX_DROP and one.area <= MAX_SHELF_AREA)
+        if shelf and apart > MIN_DISTANCE and one.area >= MIN_AREA:
+            selected.append(one)
+    return selected[:MAX_SUPPORTS]
+
+
+def _propose_planes(
     image: WorkingImage, planes: LocalPlanes, stride: int, table_height: float | None
 ) -> list[tuple[SupportPlane, float]]:
-    """Return the planes with the most inliers and the median depths of these, best first."""
+    """Return up to ``MAX_PROPOSED`` planes with the median depths of their inliers."""
     normals = plane_normals(planes, image.intrinsics.reduced(stride))
     flat = (planes.rms >= 0) & (planes.rms < COARSE_SIGMAS * image.noise)
     rows, columns = np.nonzero(flat)
@@ -152,36 +172,24 @@ def _detect_planes(
     offsets = -np.einsum("ij,ij->i", candidates, points[tried])
     # The weight of squared disparity prefers the table to a floor that fills more pixels.
     weights = 1.0 / np.maximum(z, NEAR_SHARE * float(np.median(z))) ** 2
-    detected: list[tuple[SupportPlane, float]] = []
+    proposed: list[tuple[SupportPlane, float]] = []
     free = np.ones(rows.size, bool)
     tolerance = SUPPORT_SIGMAS * image.noise
-    while len(detected) < MAX_SUPPORTS:
+    for _ in range(MAX_PROPOSED):
         samples = PlaneSamples(1.0 / z, rays, sample_normals, weights * free)
         best = int(np.argmax(plane_scores(candidates, offsets, samples, tolerance)))
         inliers = plane_inliers(candidates[best], offsets[best], samples, tolerance)
-        if inliers.sum() < MIN_SHARE * rows.size:
+        if inliers.sum() < max(MIN_INLIERS, MIN_SHARE * rows.size):
             break
         free &= ~inliers
         fitted = _refit(-candidates[best] / offsets[best], rays, z, inliers, tolerance)
         if fitted is None:
-            break
+            continue
         plane, inliers = fitted
-        # Each sample represents the same number of pixels, and a pixel at z the area (z / f)².
-        share = step * stride**2 / (k.fx * k.fy)
-        slant = np.abs(rays @ plane.normal)[inliers]
-        area = float((share * z[inliers] ** 2 / np.maximum(slant, 1e-3)).sum())
-        parallel = not detected or abs(float(plane.normal @ detected[0][0].normal)) > MIN_COSINE
-        if parallel and (not detected or area >= MIN_AREA):
-            detected.append((plane, float(np.median(z[inliers]))))
-        elif not detected:
-            break
+        proposed.append((plane, float(np.median(z[inliers]))))
         # Remove the whole neighbourhood of the plane, so that its edge does not win next.
         free &= np.abs(points @ plane.normal + plane.offset) > MIN_DISTANCE
-        remaining = np.abs(candidates @ detected[0][0].normal) > MIN_COSINE
-        candidates, offsets = candidates[remaining], offsets[remaining]
-        if not len(candidates):
-            break
-    return detected
+    return proposed
 
 
 def _is_plausible(
@@ -219,66 +227,6 @@ def _refit(
     normal, offset = -n / length, 1.0 / length
     heights = np.abs((rays[inliers] * z[inliers, None]) @ normal + offset)
     return SupportPlane(normal, float(offset), float(MAD_TO_SIGMA * np.median(heights))), inliers
-
-
-def _locate(
-    plane: SupportPlane, depth: float, further: bool, image: WorkingImage
-) -> Support | None:
-    """Find the visible part of a plane; None if there is none, or if it is a round object's top."""
-    stride = max(image.intrinsics.width // LOCATE_WIDTH, 1)
-    k = image.intrinsics.reduced(stride)
-    z = np.ascontiguousarray(image.depth[::stride, ::stride])
-    # The height of a pixel is depth * (n·ray) + offset, and n·ray is linear in its coordinates.
-    nx, ny, nz = plane.normal
-    ray_u = (nx * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
-    ray_v = (ny * (np.arange(k.height) - k.cy) / k.fy + nz).astype(np.float32)
-    height = z * (ray_u[None, :] + ray_v[:, None]) + np.float32(plane.offset)
-    band = z * np.float32(SUPPORT_SIGMAS * image.noise * abs(plane.offset))
-    band = np.maximum(band, np.float32(SUPPORT_SIGMAS * plane.tolerance))
-    inliers = (z > 0) & (np.abs(height) < band)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(
-        inliers.astype(np.uint8), connectivity=4
-    )
-    if count < 2:
-        return None
-    largest = labels == 1 + int(np.argmax(stats[1:, cv2.CC_STAT_AREA]))
-    small = np.count_nonzero(largest) < BEND_MAX_SHARE * largest.size
-    height[z <= 0] = -np.inf
-    if small and not further and _bends_away(largest, height, band):
-        return None
-    axes = perpendicular_pair(plane.normal)
-    return Support(plane, _hull(largest, plane, k, axes), axes, depth)
-
-
-def _bends_away(
-    plane: NDArray[np.bool_], height: NDArray[np.float32], band: NDArray[np.float32]
-) -> bool:
-    """Return whether the surface continues below the plane all around, as on top of a ball."""
-    ring = cv2.dilate(plane.astype(np.uint8), np.ones((5, 5), np.uint8)).astype(bool)
-    ring &= ~plane & np.isfinite(height)
-    below = ring & (height < 0) & (height > -BEND_BANDS * band)
-    return bool(np.count_nonzero(below) > BEND_SHARE * max(np.count_nonzero(ring), 1))
-
-
-def _hull(
-    mask: NDArray[np.bool_],
-    plane: SupportPlane,
-    k: CameraIntrinsics,
-    axes: NDArray[np.float64],
-) -> NDArray[np.float32]:
-    """Return the hull of a mask in plan coordinates, from the mask's hull in the image.
-
-    This is exact because a projection keeps convexity.
-    """
-    outlines, _ = cv2.findContours(
-        mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
-    )
-    pixels = cv2.convexHull(np.concatenate(outlines)).reshape(-1, 2)
-    rays = np.column_stack(
-        [(pixels[:, 0] - k.cx) / k.fx, (pixels[:, 1] - k.cy) / k.fy, np.ones(len(pixels))]
-    )
-    on_plane = rays * (-plane.offset / (rays @ plane.normal))[:, None]
-    return (on_plane @ axes.T).astype(np.float32)
 
 
 @njit(cache=True, nogil=True)

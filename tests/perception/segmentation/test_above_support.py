@@ -27,7 +27,7 @@ from eyehand.perception.segmentation.above_support import (
     candidate_window,
     count_blocks,
 )
-from eyehand.perception.segmentation.support_plane import Support
+from eyehand.perception.segmentation.support_extent import Support
 
 MAX_RANGE, MIN_PATCH = 4.0, 40
 SMALL = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)

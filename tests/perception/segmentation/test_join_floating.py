@@ -53,7 +53,7 @@ def test_floating_object_without_contact_stays_separate():
 
 @pytest.mark.parametrize(("limit", "value"), [("MAX_SIZE_SHARE", 0.1), ("MAX_AREA", 0.001)])
 def test_large_piece_stays_separate(monkeypatch, limit, value):
-    solids = POT, Box(0.115, 0.7, (0.1, 0.03, 0.05), base=0.08)
+    solids = POT, Box(0.095, 0.7, (0.05, 0.03, 0.05), base=0.08)
     assert join(*solids)[1].max() == 1
     monkeypatch.setattr(module, limit, value)
     labels, same = join(*solids)

@@ -90,11 +90,11 @@ def test_table_height_without_plane_gives_no_support():
     assert support_heights([], (TABLE, SHELF), known_pose=True, table_height=0.15) == []
 
 
-def test_table_is_preferred_over_larger_floor():
+def test_floor_below_table_is_no_support():
     table = Plate((-0.3, 0.3), (0.2, 0.7))
     frame, _ = solid_frame([], (table, Plate(z=-0.7)))
     assert 0.2 < np.count_nonzero((frame.depth < 1.0) & frame.valid) / frame.depth.size < 0.45
-    assert support_heights([], (table, Plate(z=-0.7))) == pytest.approx([0.0, -0.7], abs=2e-3)
+    assert support_heights([], (table, Plate(z=-0.7))) == pytest.approx([0.0], abs=2e-3)
 
 
 def test_plane_in_small_part_of_view_is_detected():
@@ -104,6 +104,19 @@ def test_plane_in_small_part_of_view_is_detected():
     assert support_heights([Box(0.0, 0.6, (0.1, 0.1, 0.1))], (plate,)) == pytest.approx(
         [0.0], abs=1e-3
     )
+
+
+def test_parts_that_clutter_separates_belong_to_one_support():
+    bar = Box(0.0, 0.6, (0.06, 0.9, 0.1))
+    frame, _ = solid_frame([bar], (TABLE,))
+    (detected,) = find_supports(exact_image(frame), OPTIONS.scaled(320))
+    corners = (detected.hull @ detected.axes) @ TABLE_AXES.T
+    assert np.ptp(corners[:, 0]) == pytest.approx(0.8, abs=0.02)
+
+
+def test_wide_box_top_is_no_support():
+    box = Box(0.0, 0.5, (0.36, 0.3, 0.1))
+    assert support_heights([box], (TABLE,)) == pytest.approx([0.0], abs=1e-3)
 
 
 def test_balls_in_air_give_no_support():

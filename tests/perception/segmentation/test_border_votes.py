@@ -1,18 +1,15 @@
-"""Tests of merging patches: votes equal a count over pixel pairs, convex neighbours merge."""
+"""Test that the votes of a border equal a count over pixel pairs."""
 
 import numpy as np
-import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from random_planes import random_planes
-from synthetic_solids import Ball, Box, exact_image, heights, solid_frame
 
-from eyehand.perception import CameraIntrinsics, SegmentationOptions
-from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_normals
-from eyehand.perception.segmentation.merge_patches import BorderLimits, border_votes, merge_patches
+from eyehand.perception import CameraIntrinsics
+from eyehand.perception.segmentation.border_votes import BorderLimits, border_votes
+from eyehand.perception.segmentation.local_planes import plane_normals
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
-OPTIONS = SegmentationOptions().scaled(320)
 
 
 def reference(patches, q, planes, camera, limits, reach):
@@ -69,52 +66,3 @@ def test_border_votes_equal_count_over_pixel_pairs(seed, reach, count):
     assert np.array_equal(pairs, expected[0])
     assert np.array_equal(votes[:, :2], expected[1][:, :2])
     assert np.allclose(votes[:, 2:], expected[1][:, 2:], atol=2e-3)
-
-
-def merge(solids, split=lambda labels, points: labels):
-    """Return the set of objects that each patch becomes; `split` cuts exact solids to patches."""
-    frame, labels = solid_frame(solids)
-    height = heights(frame)
-    patches = split(labels, np.dstack([frame.points()[..., 0], height])).astype(np.int32)
-    image = exact_image(frame)
-    planes = fit_local_planes(image, OPTIONS)
-    objects, _ = merge_patches(patches, image, planes, OPTIONS.min_object)
-    assert np.array_equal(objects > 0, patches > 0)
-    return [set(np.unique(objects[patches == k])) for k in range(1, patches.max() + 1)]
-
-
-@pytest.mark.parametrize("yaw", [0.0, 0.3, 0.7])
-def test_box_faces_are_one_object(yaw):
-    box = Box(0.0, 0.65, (0.15, 0.15, 0.12), yaw=yaw)
-    faces = merge([box], lambda labels, at: labels * (1 + (at[..., 1] > 0.119)))
-    assert len(faces) == 2
-    assert faces[0] == faces[1]
-
-
-def test_ball_halves_are_one_object():
-    ball = Ball(0.0, 0.65, 0.1, 0.1)
-    left, right = merge([ball], lambda labels, at: labels * (1 + (at[..., 0] > 0.02)))
-    assert left == right
-
-
-@pytest.mark.parametrize(
-    "solids",
-    [
-        # A concave border; free space between the solids; a depth step.
-        [Box(0.0, 0.8, (0.3, 0.05, 0.2)), Box(0.0, 0.7, (0.3, 0.15, 0.05))],
-        [Ball(-0.06, 0.65, 0.06, 0.06), Ball(0.06, 0.65, 0.06, 0.06)],
-        [Box(0.0, 0.6, (0.1, 0.1, 0.15)), Box(0.05, 0.9, (0.2, 0.1, 0.2))],
-    ],
-)
-def test_two_solids_stay_separate(solids):
-    first, second_object = merge(solids)
-    assert not first & second_object
-
-
-def test_fewer_than_two_patches_stay_unchanged():
-    frame, labels = solid_frame([Ball(0.0, 0.65, 0.1, 0.1)])
-    image = exact_image(frame)
-    planes = fit_local_planes(image, OPTIONS)
-    for patches in (labels, np.zeros_like(labels)):
-        objects, _ = merge_patches(patches, image, planes, OPTIONS.min_object)
-        assert np.array_equal(objects, patches)

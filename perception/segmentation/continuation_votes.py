@@ -1,4 +1,10 @@
-"""Join the parts of one object on both sides of an occluder."""
+"""Compiled votes on surfaces that continue each other behind an occluder.
+
+From each border pixel of a region its plane is extrapolated outwards in up to eight directions. The
+extrapolation continues behind pixels without a reading, and behind pixels of another region in
+front of the plane. It stops at an unlabelled reading. Where it comes out on another region, that
+region agrees if its plane continues the first one and does not bend inwards.
+"""
 
 from __future__ import annotations
 
@@ -7,16 +13,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from .ambiguity import HIDDEN, UncertainJoin
-from .free_space import MAX_CROSSING_SHARE, count_free_lines
-from .label_pixels import LINES, pixels_by_label
 from .local_planes import STEP_SIGMAS
-from .regions import merge_regions
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-    from .local_planes import LocalPlanes
     from .working_image import WorkingImage
 
 MAX_REACH = 160
@@ -32,11 +31,6 @@ MAX_ANGLE = 0.4
 """Maximum angle between the planes at the two ends of a continued surface, rad."""
 MAX_DENT = 0.15
 """Maximum angle if the surface is concave between its ends, rad. Convex solids have none."""
-MIN_AGREEING_SHARE = 0.2
-"""Minimum share of agreeing pixels among the border pixels that reach the other region. A lower
-value joins regions that are aligned by chance."""
-MIN_AGREEING = 12
-"""Minimum number of agreeing pixels of both regions together, at the reference width."""
 MIN_DISTANCE = 3
 """Minimum distance of the two ends of a continued surface, px."""
 REACHING, AGREEING = range(2)
@@ -66,41 +60,12 @@ class ContinuationLimits(NamedTuple):
     """Tangent of the maximum angle if the surface is concave."""
 
 
-def join_occluded(
-    labels: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes, window: int
-) -> tuple[NDArray[np.int32], list[UncertainJoin]]:
-    """Join regions whose surfaces continue each other behind an occluder.
+def continuation_limits(image: WorkingImage, window: int) -> ContinuationLimits:
+    """Return the thresholds for an image whose planes were fitted to windows of side `window` px.
 
-    From each border pixel, the plane is extrapolated in those of eight directions that leave the
-    region. It continues behind pixels without a reading and behind labelled pixels in front of the
-    plane. It stops at an unlabelled reading in front. If it reaches another region, the planes of
-    both regions must form one surface, and this surface must not be concave.
-
-    Two regions are joined if enough pixels agree, and if at most `MAX_CROSSING_SHARE` of the lines
-    between them cross free space. Lines between two separate balls cross it.
-
-    Parameters
-    ----------
-    labels
-        Regions 1..n by size, (H, W).
-    image
-        Their image.
-    planes
-        Its local planes.
-    window
-        Side of the windows of the plane fit, px. Planes within half a window of an outline are not
-        used.
-
-    Returns
-    -------
-    labels, uncertain
-        New labels by size, and all joins. Each join is uncertain, because two objects may be
-        aligned by chance.
+    Planes nearer to an outline than half a window are not used.
     """
-    count = int(labels.max(initial=0))
-    if count < 2:
-        return labels, []
-    limits = ContinuationLimits(
+    return ContinuationLimits(
         image.length(MAX_REACH),
         window // 2 + 2,
         np.float32(STEP_SIGMAS * image.noise),
@@ -111,24 +76,6 @@ def join_occluded(
         np.float32(np.tan(MAX_ANGLE)),
         np.float32(np.tan(MAX_DENT)),
     )
-    votes = continuation_votes(labels, image.disparity, planes, count, limits)
-    reaching = votes[..., REACHING] + votes[..., REACHING].T
-    agreeing = votes[..., AGREEING] + votes[..., AGREEING].T
-    share = agreeing / np.maximum(reaching, 1)
-    enough = (agreeing >= image.length(MIN_AGREEING)) & (share >= MIN_AGREEING_SHARE)
-    likely = np.argwhere(np.triu(enough))
-    if not len(likely):
-        return labels, []
-    crossed = count_free_lines(labels, likely, np.zeros(count + 1, bool), image)
-    parent = np.arange(count + 1, dtype=np.int32)
-    order, starts = pixels_by_label(labels, count)
-    uncertain: list[UncertainJoin] = []
-    for (a, b), lines in zip(likely.tolist(), crossed, strict=True):
-        if lines <= MAX_CROSSING_SHARE * LINES:
-            uncertain.append(UncertainJoin(int(order[starts[a]]), int(order[starts[b]]), HIDDEN))
-            low, high = sorted((int(parent[a]), int(parent[b])))
-            parent[parent == high] = low
-    return merge_regions(labels, parent), uncertain
 
 
 @njit(cache=True, nogil=True)

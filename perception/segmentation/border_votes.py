@@ -1,0 +1,145 @@
+"""Compiled votes of the pixel pairs on the border of two patches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+BEND_REACH = 4
+"""Distance from the border at which the bend is measured, px at the reference width. A longer one
+is more reliable, a shorter one works for smaller parts."""
+BEND_SIGMAS = 3.0
+"""Bend in disparity that counts with full weight, in σ."""
+PAIRS, CONTACT, WEIGHT, CONCAVITY = range(4)
+"""Columns of the votes: pixel pairs, pairs in contact, weight of their bends, weighted concave
+angles in rad."""
+
+
+class BorderLimits(NamedTuple):
+    """Thresholds of :func:`border_votes`."""
+
+    max_step: np.float32
+    """Maximum step in disparity between pixels in contact, 1/m."""
+    max_crease: np.float32
+    """Maximum change of slope at a crease, 1/(m px)."""
+    full_bend: np.float32
+    """Bend in disparity that counts with full weight, 1/m."""
+    reach: int
+    """Distance from the border at which the bend is measured, px."""
+
+
+@njit(cache=True, nogil=True)
+def border_votes(patches, q, planes, pinhole, limits):
+    """Return (patch a < patch b) and (1, contact, weight, weighted angle) of all border pairs."""
+    rows, columns = patches.shape
+    capacity = _count_border_pairs(patches)
+    pairs = np.empty((capacity, 2), np.int64)
+    votes = np.zeros((capacity, 4), np.float32)
+    k = 0
+    for v in range(rows):
+        for u in range(columns):
+            a = patches[v, u]
+            if a <= 0:
+                continue
+            for dv, du in ((0, 1), (1, 0)):
+                y, x = v + dv, u + du
+                if y >= rows or x >= columns:
+                    continue
+                b = patches[y, x]
+                if b <= 0 or b == a:
+                    continue
+                pairs[k, 0], pairs[k, 1] = min(a, b), max(a, b)
+                votes[k, PAIRS] = 1.0
+                if _in_contact(q, planes, limits, (v, u), (dv, du)):
+                    votes[k, CONTACT] = 1.0
+                    weight, second = _bend(patches, q, planes, limits, (v, u), (dv, du))
+                    if weight > 0:
+                        angle = _angle(planes, pinhole, (v, u), (y, x))
+                        votes[k, WEIGHT] = weight
+                        votes[k, CONCAVITY] = angle * weight * np.sign(second)
+                k += 1
+    return pairs, votes
+
+
+@njit(cache=True, nogil=True)
+def _count_border_pairs(patches):
+    rows, columns = patches.shape
+    count = 0
+    for v in range(rows):
+        for u in range(columns):
+            a = patches[v, u]
+            if a > 0:
+                if u + 1 < columns and patches[v, u + 1] > 0 and patches[v, u + 1] != a:
+                    count += 1
+                if v + 1 < rows and patches[v + 1, u] > 0 and patches[v + 1, u] != a:
+                    count += 1
+    return count
+
+
+@njit(cache=True, nogil=True)
+def _in_contact(q, planes, limits, pixel, step):
+    """Return whether two neighbouring pixels have no step in disparity between them.
+
+    At a crease their planes intersect between the pixels. Then the errors of the two planes at
+    each other's reading add up to the change of slope. This change is subtracted, but only up to
+    a limit: the rim of a round solid is so steep that its plane would bridge any step.
+    """
+    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
+    (v, u), (dv, du) = pixel, step
+    y, x = v + dv, u + du
+    if value[v, u] <= 0 or value[y, x] <= 0:
+        return False
+    rise = q[y, x] - q[v, u]
+    near = rise - slope_u[v, u] * du - slope_v[v, u] * dv
+    far = rise - slope_u[y, x] * du - slope_v[y, x] * dv
+    crease = min(abs(far - near), limits.max_crease)
+    return abs(near) + abs(far) - crease < limits.max_step
+
+
+@njit(cache=True, nogil=True)
+def _bend(patches, q, planes, limits, pixel, step):
+    """Return the weight of the bend between two pixels in contact, and its second difference.
+
+    The sign of the bend comes from the disparities themselves, because a shifted window may have
+    crossed the border. The weight is 0 where the patches are too narrow to measure it.
+    """
+    slope_u, slope_v, reach = planes.slope_u, planes.slope_v, limits.reach
+    rows, columns = patches.shape
+    (v, u), (dv, du) = pixel, step
+    y, x = v + dv, u + du
+    rise_u = slope_u[y, x] - slope_u[v, u]
+    rise_v = slope_v[y, x] - slope_v[v, u]
+    bend = np.sqrt(rise_u * rise_u + rise_v * rise_v)
+    along = rise_u * du + rise_v * dv
+    by, bx = v - reach * dv, u - reach * du
+    ay, ax = y + reach * dv, x + reach * du
+    if (
+        bend <= 0
+        or by < 0
+        or bx < 0
+        or ay >= rows
+        or ax >= columns
+        or patches[by, bx] != patches[v, u]
+        or patches[ay, ax] != patches[y, x]
+    ):
+        return 0.0, 0.0
+    second = q[by, bx] + q[ay, ax] - q[v, u] - q[y, x]
+    clear = min(abs(second) / limits.full_bend, np.float32(1.0))
+    return clear * abs(along) / bend, second
+
+
+@njit(cache=True, nogil=True)
+def _angle(planes, pinhole, a, b):
+    """Return the angle between the planes at two pixels, rad."""
+    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
+    fx, fy, cx, cy = pinhole
+    (v, u), (y, x) = a, b
+    ax, ay = slope_u[v, u] * fx, slope_v[v, u] * fy
+    az = value[v, u] - slope_u[v, u] * (u - cx) - slope_v[v, u] * (v - cy)
+    bx, by = slope_u[y, x] * fx, slope_v[y, x] * fy
+    bz = value[y, x] - slope_u[y, x] * (x - cx) - slope_v[y, x] * (y - cy)
+    dot = ax * bx + ay * by + az * bz
+    lengths = np.sqrt((ax * ax + ay * ay + az * az) * (bx * bx + by * by + bz * bz))
+    return np.arccos(min(max(dot / lengths, -1.0), 1.0))

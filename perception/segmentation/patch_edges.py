@@ -1,0 +1,131 @@
+"""Evidence that two patches are one object: their border, free space, and hidden continuation."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from .border_votes import (
+    BEND_REACH,
+    BEND_SIGMAS,
+    CONCAVITY,
+    CONTACT,
+    PAIRS,
+    WEIGHT,
+    BorderLimits,
+    border_votes,
+)
+from .continuation_votes import AGREEING, REACHING, continuation_limits, continuation_votes
+from .convexity import HOLLOW, region_convexity
+from .free_space import count_free_lines
+from .label_pixels import LINES
+from .local_planes import CREASE_SIGMAS, STEP_SIGMAS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .local_planes import LocalPlanes
+    from .working_image import WorkingImage
+
+LONG_CONTACT = 40
+"""Contact from which a border counts with full weight, px at the reference width."""
+MIN_AGREEING = 5
+"""Minimum number of pixels that continue behind an occluder, for two patches to have an edge."""
+MILD_ANGLE, FULL_ANGLE = 0.35, 0.61
+"""Mean concave angle of a border from which it counts, and from which it counts fully, rad. Seams
+inside objects are concave by up to 20°."""
+FULL_BENDS = 6.0
+"""Weight of the bends of a border from which its angle is reliable, px."""
+
+
+class PatchEdges(NamedTuple):
+    """The K pairs of patches with evidence for or against being one object."""
+
+    pairs: NDArray[np.int64]
+    """(K, 2) patch numbers, the smaller one first."""
+    contact: NDArray[np.float64]
+    """(K,) root of the length in contact over ``LONG_CONTACT``, at most 1; 0 without contact."""
+    touching: NDArray[np.float64]
+    """(K,) share of the border without a depth step, 0-1."""
+    concavity: NDArray[np.float64]
+    """(K,) concave angle of the border, from 0 at ``MILD_ANGLE`` to 1 at ``FULL_ANGLE``."""
+    angle: NDArray[np.float64]
+    """(K,) mean angle of the border, rad, > 0 where it is concave; NaN where it is unknown."""
+    crossing: NDArray[np.float64]
+    """(K,) share of the lines between both patches that cross free space, 0-1."""
+    continued: NDArray[np.float64]
+    """(K,) agreement of the surfaces behind an occluder, 0-1."""
+
+
+def patch_edges(
+    patches: NDArray[np.int32],
+    image: WorkingImage,
+    planes: LocalPlanes,
+    window: int,
+    *,
+    hidden: bool,
+) -> PatchEdges:
+    """Measure the evidence between all patches that touch or continue each other.
+
+    Parameters
+    ----------
+    patches
+        Labels 1..n (H, W), 0 = no patch.
+    image
+        Their image.
+    planes
+        Its local planes.
+    window
+        Side of the windows of the plane fit, px.
+    hidden
+        Whether to look for surfaces that continue each other behind an occluder.
+    """
+    count = int(patches.max(initial=0))
+    borders = _sum_votes(patches, image, planes, count)
+    votes = np.zeros((count + 1, count + 1, 2))
+    if hidden:
+        limits = continuation_limits(image, window)
+        votes += continuation_votes(patches, image.disparity, planes, count, limits)
+        votes += votes.transpose(1, 0, 2).copy()
+    continued = np.argwhere(np.triu(votes[..., AGREEING] >= MIN_AGREEING, 1))
+    pairs = np.array(sorted(set(borders) | set(map(tuple, continued.tolist()))), np.int64)
+    pairs = pairs.reshape(-1, 2)
+    hollow = region_convexity(patches, image, planes) < HOLLOW
+    crossing = count_free_lines(patches, pairs, hollow, image) / LINES
+    none = np.zeros(4)
+    sums = np.array([borders.get((a, b), none) for a, b in pairs.tolist()]).reshape(-1, 4)
+    reaching, agreeing = (votes[pairs[:, 0], pairs[:, 1], k] for k in (REACHING, AGREEING))
+    long = LONG_CONTACT * image.scale
+    bends = sums[:, WEIGHT]
+    angle = sums[:, CONCAVITY] / np.maximum(bends, 1e-6)
+    steepness = np.clip((angle - MILD_ANGLE) / (FULL_ANGLE - MILD_ANGLE), 0.0, 1.0)
+    return PatchEdges(
+        pairs,
+        contact=np.sqrt(np.minimum(sums[:, CONTACT] / long, 1.0)),
+        touching=sums[:, CONTACT] / np.maximum(sums[:, PAIRS], 1.0),
+        concavity=steepness * np.minimum(bends / FULL_BENDS, 1.0),
+        angle=np.where(bends > 0, angle, np.nan),
+        crossing=crossing,
+        continued=np.minimum(agreeing / long, 1.0) * agreeing / np.maximum(reaching, 1.0),
+    )
+
+
+def _sum_votes(
+    patches: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes, count: int
+) -> dict[tuple[int, int], NDArray[np.float64]]:
+    """Sum the votes of the pixel pairs over each border."""
+    limits = BorderLimits(
+        np.float32(STEP_SIGMAS * image.noise),
+        np.float32(CREASE_SIGMAS * image.noise),
+        np.float32(BEND_SIGMAS * image.noise),
+        image.length(BEND_REACH),
+    )
+    pairs, votes = border_votes(patches, image.disparity, planes, image.pinhole, limits)
+    if not len(pairs):
+        return {}
+    keys, inverse = np.unique(pairs[:, 0] * (count + 1) + pairs[:, 1], return_inverse=True)
+    sums = np.column_stack(
+        [np.bincount(inverse, weights=column, minlength=len(keys)) for column in votes.T]
+    )
+    return {divmod(int(key), count + 1): row for key, row in zip(keys, sums, strict=True)}

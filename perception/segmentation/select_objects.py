@@ -1,0 +1,203 @@
+"""Select the regions that can be lifted: those that stand on a support and have a liftable size."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+from scipy import ndimage
+
+from .above_support import MIN_HEIGHT, OVERHANG, SUPPORT_SIGMAS
+from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .support_extent import Support
+    from .working_image import WorkingImage
+
+HULL_MARGIN = 0.012
+"""Maximum distance of an object's foot outside the support's hull, m."""
+WALL_MARGIN = 0.01
+"""Minimum distance of an object's foot inside the hull of a container's floor, m. Walls stand at
+its hull."""
+FOOT_SHARE = 0.15
+"""Share of a region's height that is its foot, from below."""
+MIN_FOOT = 0.01
+"""Minimum height of a foot, m."""
+MIN_FOOT_INSIDE = 0.5
+"""Minimum share of an object's foot over the hull."""
+MAX_CUT_LENGTH = 0.15
+"""Maximum length at which the image border cuts an object off, m. A wall or a robot is longer."""
+BORDER = 2
+"""Distance from the border of the image at which it cuts objects off, px."""
+SAMPLES = 800
+"""Pixels of a region from which its foot and extent are computed."""
+FOOT_SAMPLES = 60
+"""Pixels of a foot whose positions are compared with the hull."""
+WAVE_START = 1.35
+"""Maximum height at which a wave begins beside the support, in bands of the support."""
+WAVE_OUTLINE = 0.45
+"""Minimum share of the outline at which a wave begins so."""
+WAVE_COSINE = 0.98
+"""Minimum mean cosine between the normals of a wave and of the support."""
+MAX_WAVE = 4.0
+"""Maximum height of a wave, in bands of the support."""
+
+
+class _Region(NamedTuple):
+    """Samples of one region."""
+
+    points: NDArray[np.float64]
+    """(N, 3), m, camera frame."""
+    cut_points: NDArray[np.float64]
+    """(M, 3) those at the border of the image, m."""
+
+
+def select_objects(
+    labels: NDArray[np.int32],
+    image: WorkingImage,
+    supports: list[Support],
+    min_size: int,
+    max_extent: float,
+    *,
+    enclosed: bool = False,
+) -> NDArray[np.int32]:
+    """Number the regions by size and drop those that cannot be objects.
+
+    Parameters
+    ----------
+    labels
+        Regions (H, W), 0 = none.
+    image
+        Their image. It is larger than the regions except at the border of the whole image.
+    supports
+        The foot of an object stands over the hull of one of them. Without any, only sizes count.
+    min_size
+        Minimum size of a region, px.
+    max_extent
+        Maximum diagonal of a region's bounding box, m.
+    enclosed
+        Whether the first support is the floor of a container. Its walls stand at its hull.
+
+    Returns
+    -------
+    NDArray
+        (H, W) int32: 1..n = kept regions, largest first. Only the ``MAX_REGIONS`` largest ones are
+        checked. Smaller ones are kept.
+    """
+    sizes = np.bincount(labels.ravel(), minlength=1)
+    sizes[0] = 0
+    order = np.argsort(-sizes, kind="stable")
+    order = order[sizes[order] >= min_size]
+    boxes = ndimage.find_objects(labels)
+    renumber = np.zeros(len(sizes), np.int32)
+    following = 1
+    for rank, label in enumerate(order):
+        if rank < MAX_REGIONS:
+            region = _sample(labels[boxes[label - 1]] == label, boxes[label - 1], image)
+            if not _is_object(region, supports, max_extent, enclosed=enclosed):
+                continue
+        renumber[label] = following
+        following += 1
+    return np.take(renumber, labels)
+
+
+def drop_support_waves(
+    patches: NDArray[np.int32],
+    image: WorkingImage,
+    normals: NDArray[np.float32],
+    support: Support,
+) -> NDArray[np.int32]:
+    """Remove patches that continue the support where it is not flat, or where the sensor bends it.
+
+    Such a patch is nearly parallel to the support, low, and for much of its outline it begins
+    beside readings of the support at nearly their height.
+
+    Parameters
+    ----------
+    patches
+        Labels 1..n (H, W), 0 = no patch.
+    image
+        Their image.
+    normals
+        Unit normals (H, W, 3) of the local planes, camera frame.
+    support
+        The first support.
+    """
+    count = int(patches.max(initial=0))
+    if count == 0:
+        return patches
+    k, z, plane = image.intrinsics, image.depth, support.plane
+    nx, ny, nz = plane.normal
+    ray_u, ray_v = nx * (np.arange(k.width) - k.cx) / k.fx, ny * (np.arange(k.height) - k.cy) / k.fy
+    height = z * (ray_u[None, :] + ray_v[:, None] + nz) + plane.offset
+    scatter = SUPPORT_SIGMAS * plane.tolerance / max(support.depth, 1e-6) ** 2
+    band = np.maximum(scatter * z.astype(np.float64) ** 2, MIN_HEIGHT)
+    on_support = (patches == 0) & (z > 0) & (np.abs(height) <= band)
+    beside = cv2.dilate(on_support.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
+    outline = _outline(patches)
+    starts = outline & beside & (height < WAVE_START * band)
+    total = np.bincount(patches[outline], minlength=count + 1)
+    flush = np.bincount(patches[starts], minlength=count + 1) >= WAVE_OUTLINE * np.maximum(total, 1)
+    index = np.arange(count + 1)
+    tops = np.zeros(count + 1)
+    np.maximum.at(tops, patches.ravel(), np.where(patches > 0, height / band, 0.0).ravel())
+    tilt = ndimage.mean(normals @ plane.normal.astype(np.float32), patches, index)
+    waves = flush & (tilt > WAVE_COSINE) & (tops < MAX_WAVE)
+    waves[0] = False
+    return np.where(waves[patches], 0, patches).astype(np.int32)
+
+
+def _outline(patches: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Mark the pixels beside a pixel of another label."""
+    outline = np.zeros(patches.shape, bool)
+    across, down = patches[:, 1:] != patches[:, :-1], patches[1:] != patches[:-1]
+    outline[:, 1:] |= across
+    outline[:, :-1] |= across
+    outline[1:] |= down
+    outline[:-1] |= down
+    return outline
+
+
+def _sample(mask: NDArray[np.bool_], box: tuple[slice, slice], image: WorkingImage) -> _Region:
+    rows, columns = np.nonzero(mask & (image.depth[box] > 0))
+    rows, columns = rows + box[0].start, columns + box[1].start
+    height, width = image.depth.shape
+    cut = (rows < BORDER) | (columns < BORDER)
+    cut |= (rows >= height - BORDER) | (columns >= width - BORDER)
+    step = max(rows.size // SAMPLES, 1)
+    return _Region(
+        image.points(rows[::step], columns[::step]), image.points(rows[cut], columns[cut])
+    )
+
+
+def _is_object(
+    region: _Region, supports: list[Support], max_extent: float, *, enclosed: bool
+) -> bool:
+    points, cut_points = region
+    if not len(points):
+        return False
+    low, high = np.quantile(points, [LOW_QUANTILE, HIGH_QUANTILE], axis=0)
+    if np.linalg.norm(high - low) > max_extent:
+        return False
+    if not supports:
+        return True
+    if len(cut_points) and np.linalg.norm(np.ptp(cut_points, axis=0)) > MAX_CUT_LENGTH:
+        return False
+    for number, support in enumerate(supports):
+        heights = support.plane.height(points)
+        bottom, top = np.quantile(heights, [LOW_QUANTILE, HIGH_QUANTILE])
+        foot = points[heights <= bottom + max(FOOT_SHARE * (top - bottom), MIN_FOOT)]
+        foot = foot[:: max(len(foot) // FOOT_SAMPLES, 1)] @ support.axes.T
+        # An object that the image cuts off may stand on a part of the support outside the image.
+        margin = -OVERHANG if len(cut_points) else -HULL_MARGIN
+        if enclosed and number == 0:
+            margin = WALL_MARGIN
+        inside = [
+            cv2.pointPolygonTest(support.hull, (float(x), float(y)), True) > margin for x, y in foot
+        ]
+        if np.mean(inside) >= MIN_FOOT_INSIDE:
+            return True
+    return False

@@ -1,0 +1,169 @@
+"""The visible parts of a support plane, and the evidence for and against it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+
+from ..perpendicular import perpendicular_pair
+from .above_support import SUPPORT_SIGMAS
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .result import SupportPlane
+    from .working_image import WorkingImage
+
+LOCATE_WIDTH = 320
+"""Columns of the reduced image in which the parts of a plane are found."""
+MIN_PART = 0.0015
+"""Minimum area of a part of a support, m². Smaller parts are accidental intersections."""
+MAX_PARTS = 25
+"""Maximum number of parts, the heaviest first. It bounds the time in clutter."""
+MIN_DEPTH = 0.3
+"""Nearer pixels weigh no more than those at this depth, m. Otherwise a gripper in front of the lens
+would outweigh the table."""
+BELOW_BANDS = 2.0
+"""Depth below a plane, in bands, from which a reading contradicts it."""
+BELOW_MIN = 0.01
+"""The same in m. Both must hold."""
+MIN_SLANT = 0.05
+"""Minimum cosine between the viewing ray and the normal that is used for areas."""
+
+
+class Support(NamedTuple):
+    """A plane that objects may stand on, and its visible parts."""
+
+    plane: SupportPlane
+    """The plane, camera frame."""
+    hull: NDArray[np.float32]
+    """Convex hull of the visible parts in plan coordinates, (K, 2), m."""
+    axes: NDArray[np.float64]
+    """Axes of the plan coordinates as rows, (2, 3), camera frame."""
+    depth: float
+    """Median depth at which the scatter of the plane was measured, m."""
+    area: float = 0.0
+    """Visible area, m²."""
+    score: float = 0.0
+    """Weight of the readings on the plane minus that of the readings below it, within its hull."""
+
+
+class _PlaneView(NamedTuple):
+    """A plane in the reduced image; all arrays (H, W)."""
+
+    on: NDArray[np.uint8]
+    """1 where a reading lies on the plane."""
+    below: NDArray[np.float64]
+    """Weights of the readings below the plane."""
+    weight: NDArray[np.float64]
+    """Weight of each pixel: its solid angle over the squared depth of the plane there."""
+    area: NDArray[np.float64]
+    """Area of each pixel on the plane, m²."""
+
+
+def locate_support(plane: SupportPlane, depth: float, image: WorkingImage) -> Support | None:
+    """Find the visible parts of a plane; None if it has none.
+
+    Clutter cuts a table into parts. The heaviest part comes first. Another part is added if it
+    weighs more than the readings below the plane that the convex hull of all parts then gains.
+    Such readings show that the plane does not continue there.
+
+    Parameters
+    ----------
+    plane
+        The plane in the camera frame.
+    depth
+        Median depth of its readings, m.
+    image
+        The whole image.
+    """
+    stride = max(image.intrinsics.width // LOCATE_WIDTH, 1)
+    view = _view_plane(plane, depth, image, stride)
+    count, labels = cv2.connectedComponents(view.on, connectivity=4)
+    flat = labels.ravel()
+    weights = np.bincount(flat, weights=view.weight.ravel(), minlength=count)
+    areas = np.bincount(flat, weights=view.area.ravel(), minlength=count)
+    weights[0] = 0.0
+    order = np.argsort(-weights, kind="stable")[:MAX_PARTS]
+    order = order[(areas[order] >= MIN_PART) & (weights[order] > 0)]
+    if not len(order):
+        return None
+    kept = [int(order[0])]
+    hull = _image_hull(labels == kept[0])
+    against = _weight_below(hull, view)
+    for part in order[1:]:
+        larger = cv2.convexHull(np.concatenate([hull, _image_hull(labels == part)]))
+        more = _weight_below(larger, view)
+        if weights[part] > more - against:
+            kept.append(int(part))
+            hull, against = larger, more
+    axes = perpendicular_pair(plane.normal)
+    return Support(
+        plane,
+        _to_plan(hull, plane, axes, image, stride),
+        axes,
+        depth,
+        area=float(areas[kept].sum()),
+        score=float(weights[kept].sum() - against),
+    )
+
+
+def _view_plane(plane: SupportPlane, depth: float, image: WorkingImage, stride: int) -> _PlaneView:
+    k = image.intrinsics.reduced(stride)
+    z = np.ascontiguousarray(image.depth[::stride, ::stride])
+    # The height of a pixel is depth * (n·ray) + offset, and n·ray is linear in its coordinates.
+    nx, ny, nz = plane.normal
+    ray_u = (nx * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
+    ray_v = (ny * (np.arange(k.height) - k.cy) / k.fy + nz).astype(np.float32)
+    slope = ray_u[None, :] + ray_v[:, None]
+    height = z * slope + np.float32(plane.offset)
+    # The scatter of the plane grows with z², that of one reading with z.
+    scatter = np.float32(SUPPORT_SIGMAS * plane.tolerance / max(depth, 1e-6) ** 2) * z * z
+    band = z * np.float32(SUPPORT_SIGMAS * image.noise * abs(plane.offset))
+    band = np.maximum(band, scatter)
+    read = z > 0
+    on = (read & (np.abs(height) < band)).astype(np.uint8)
+    on = cv2.morphologyEx(on, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
+    # Depth at which the ray of a pixel meets the plane; 0 where it does not.
+    ahead = slope < -1e-3
+    plane_z = np.where(ahead, -plane.offset / np.minimum(slope, -1e-3), 0.0)
+    solid_angle = 1.0 / (k.fx * k.fy)
+    weight = np.where(ahead, solid_angle / np.maximum(plane_z, MIN_DEPTH) ** 2, 0.0)
+    below = read & (height < -BELOW_BANDS * band) & (height < -BELOW_MIN)
+    area = plane_z**2 * solid_angle / np.maximum(np.abs(slope), MIN_SLANT)
+    return _PlaneView(on, weight * below, weight * on, area * on)
+
+
+def _image_hull(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
+    """Return the convex hull of a mask in the image, (K, 1, 2)."""
+    outlines, _ = cv2.findContours(
+        mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
+    )
+    return cv2.convexHull(np.concatenate(outlines)).astype(np.int32)
+
+
+def _weight_below(hull: NDArray[np.int32], view: _PlaneView) -> float:
+    """Return the weight of the readings below the plane inside a hull."""
+    left, top, width, height = cv2.boundingRect(hull)
+    inside = np.zeros((height, width), np.uint8)
+    cv2.fillConvexPoly(inside, hull - np.array([left, top]), 1)
+    return float((view.below[top : top + height, left : left + width] * inside).sum())
+
+
+def _to_plan(
+    hull: NDArray[np.int32],
+    plane: SupportPlane,
+    axes: NDArray[np.float64],
+    image: WorkingImage,
+    stride: int,
+) -> NDArray[np.float32]:
+    """Convert a hull from pixels to plan coordinates. A projection keeps convexity."""
+    k = image.intrinsics.reduced(stride)
+    pixels = hull.reshape(-1, 2)
+    rays = np.column_stack(
+        [(pixels[:, 0] - k.cx) / k.fx, (pixels[:, 1] - k.cy) / k.fy, np.ones(len(pixels))]
+    )
+    on_plane = rays * (-plane.offset / (rays @ plane.normal))[:, None]
+    return (on_plane @ axes.T).astype(np.float32)
