@@ -44,6 +44,11 @@ def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[s
             "tolerance_m": _number(support.tolerance),
         },
         "objects": [_object(item, plans[item.label]) for item in scene.objects],
+        "container": scene.segmentation.in_container,
+        "warnings": [
+            {"kind": one.kind, "message": one.message, "object": one.label}
+            for one in scene.segmentation.warnings
+        ],
         "timings_s": {stage: _number(value) for stage, value in scene.timings.items()},
     }
 

@@ -20,6 +20,7 @@ from ..bench import machine_line, write_csv
 from ..output_files import make_folder
 from ..perceived_frame import load_kernels
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
+from .evaluate_points import evaluate_points
 from .pictures import ScoredFrame, verdict, write_frame_picture, write_sheet
 from .scored_frames import FrameResult, frame_row, run_trials, summary_rows
 from .synthetic_frames import synthetic_sources
@@ -61,6 +62,7 @@ COLUMNS = {
 def evaluate_segmentation(
     *,
     dataset: str = SYNTHETIC,
+    points: Path | None = None,
     labels: Coding = "plain",
     camera: Path | None = None,
     depth_scale_mm: float | None = None,
@@ -86,6 +88,10 @@ def evaluate_segmentation(
     dataset
         Folder of .npz files with `depth` and `label`, or of folders from eyehand synth; or the
         word synthetic.
+    points
+        Folder of frames annotated by points, one folder per frame with depth.png, camera.json and
+        points.json. It takes the place of --dataset, and reports the share of objects whose points
+        all carry one label of their own.
     labels
         Coding of the labels in .npz files: plain (object numbers) or osd (Object Segmentation
         Database: object number times ten).
@@ -117,6 +123,8 @@ def evaluate_segmentation(
     options = options or SegmentationOptions()
     if worst < 0:
         raise InputError(f"--worst must be >= 0, got {worst}")
+    if points is not None:
+        return evaluate_points(points, options, out, json=json)
     synthetic = dataset == SYNTHETIC
     if synthetic:
         sources = _synthetic(groups, noise, frames, seed)

@@ -22,11 +22,13 @@ in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FR
 from .budget import FRONT_FORMAT, STORED_FRONT
 from .options import SegmentationOptions
 from .result import Segmentation, SupportPlane
+from .scene_warnings import SceneWarning
 from .segment import segment
 
 __all__ = [
     "FRONT_FORMAT",
     "STORED_FRONT",
+    "SceneWarning",
     "Segmentation",
     "SegmentationOptions",
     "SupportPlane",

@@ -55,7 +55,7 @@ def is_container_floor(support: Support, image: WorkingImage) -> bool:
         probed |= depth > 0
         rises |= (depth > 0) & near & (plane.height(reading) > MIN_RISE)
     count = int(np.count_nonzero(probed))
-    return count >= MIN_PROBED and np.count_nonzero(rises) >= MIN_RISING_SHARE * count
+    return bool(count >= MIN_PROBED and np.count_nonzero(rises) >= MIN_RISING_SHARE * count)
 
 
 def _outline(hull: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:

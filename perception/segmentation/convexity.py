@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
-from .label_pixels import LINES, line_end, pixels_by_label, sample_pixel
+from .label_pixels import pixels_by_label, sample_pixel
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -35,20 +35,6 @@ def region_convexity(
     return convexities(pixels, image.disparity, planes, image.pinhole, SAMPLES)
 
 
-def pair_convexity(
-    labels: NDArray[np.int32],
-    pairs: NDArray[np.int64],
-    image: WorkingImage,
-    planes: LocalPlanes,
-) -> NDArray[np.float64]:
-    """Compute the convexity between the two regions of every pair (K, 2), (K,) in [-1, 1].
-
-    As :func:`region_convexity`, over ``LINES`` lines from the first region to the second one.
-    """
-    pixels = pixels_by_label(labels, int(labels.max(initial=0)))
-    return pair_convexities(pixels, pairs, image.disparity, planes, image.pinhole, LINES)
-
-
 @njit(cache=True, nogil=True)
 def convexities(pixels, q, planes, pinhole, samples):
     """Compute :func:`region_convexity` from at most `samples` pixels of each region."""
@@ -70,27 +56,6 @@ def convexities(pixels, q, planes, pinhole, samples):
                 dots += dot
                 lengths += length
         values[label] = dots / max(lengths, 1e-12)
-    return values
-
-
-@njit(cache=True, nogil=True)
-def pair_convexities(pixels, pairs, q, planes, pinhole, lines):
-    """Compute :func:`pair_convexity` over `lines` lines per pair."""
-    values = np.zeros(len(pairs))
-    ends = np.empty((2, 6))
-    for k in range(len(pairs)):
-        dots = lengths = 0.0
-        for i in range(lines):
-            start = sample_pixel(pixels, pairs[k, 0], i, lines)
-            end = sample_pixel(pixels, pairs[k, 1], line_end(i, lines), lines)
-            if not _point_and_normal(start, q, planes, pinhole, ends[0]):
-                continue
-            if not _point_and_normal(end, q, planes, pinhole, ends[1]):
-                continue
-            dot, length = _spread(ends[0], ends[1])
-            dots += dot
-            lengths += length
-        values[k] = dots / max(lengths, 1e-12)
     return values
 
 

@@ -12,6 +12,8 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from scipy.spatial.transform import RigidTransform
 
+    from .scene_warnings import SceneWarning
+
 
 @dataclass(frozen=True)
 class SupportPlane:
@@ -51,7 +53,11 @@ class Segmentation:
     """Label → reason why the region may be more, or less, than one object. Objects without such a
     reason have no entry."""
     other_supports: tuple[SupportPlane, ...] = ()
-    """Further support planes in the camera frame, such as a shelf or the floor beside a table."""
+    """Further support planes in the camera frame, such as the boards of a shelf."""
+    in_container: bool = False
+    """Whether the support is the floor of a bin, tote, box or tray."""
+    warnings: tuple[SceneWarning, ...] = ()
+    """What the segmentation could not decide, or the image does not show."""
 
     @property
     def count(self) -> int:

@@ -20,6 +20,7 @@ from .local_planes import fit_local_planes, plane_normals
 from .options import SegmentationOptions
 from .regions import relabel_by_size, relabel_with_reasons
 from .result import Segmentation
+from .scene_warnings import find_warnings
 from .select_objects import drop_support_waves, select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_plane import find_supports
@@ -48,9 +49,9 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     -------
     Segmentation
         Labels (H, W) int32, largest object first; the support planes in the camera frame; the
-        measured noise; the times of the stages; the ambiguous objects. At most 200 objects are
-        kept, the largest ones. A frame without objects gives zeros. Without a support plane
-        every smooth solid counts as an object.
+        measured noise; the times of the stages; the ambiguous objects; warnings. At most 200
+        objects are kept, the largest ones. A frame without objects gives zeros. Without a support
+        plane every smooth solid counts as an object.
     """
     options = options or SegmentationOptions()
     clock = _StageClock()
@@ -78,6 +79,9 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)
         clock.finish("upsample")
     planes = [support.plane for support in supports]
+    warnings = find_warnings(
+        labels, ambiguous, supports, above, frame.intrinsics, enclosed=enclosed
+    )
     return Segmentation(
         labels,
         planes[0] if planes else None,
@@ -85,6 +89,8 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         clock.seconds,
         ambiguous,
         tuple(planes[1:]),
+        enclosed,
+        warnings,
     )
 
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
+from numba import njit
 
 from ..perpendicular import perpendicular_pair
 from .above_support import SUPPORT_SIGMAS
@@ -20,7 +21,7 @@ LOCATE_WIDTH = 320
 """Columns of the reduced image in which the parts of a plane are found."""
 MIN_PART = 0.0015
 """Minimum area of a part of a support, m². Smaller parts are accidental intersections."""
-MAX_PARTS = 25
+MAX_PARTS = 16
 """Maximum number of parts, the heaviest first. It bounds the time in clutter."""
 MIN_DEPTH = 0.3
 """Nearer pixels weigh no more than those at this depth, m. Otherwise a gripper in front of the lens
@@ -55,11 +56,11 @@ class _PlaneView(NamedTuple):
 
     on: NDArray[np.uint8]
     """1 where a reading lies on the plane."""
-    below: NDArray[np.float64]
+    below: NDArray[np.float32]
     """Weights of the readings below the plane."""
-    weight: NDArray[np.float64]
+    weight: NDArray[np.float32]
     """Weight of each pixel: its solid angle over the squared depth of the plane there."""
-    area: NDArray[np.float64]
+    area: NDArray[np.float32]
     """Area of each pixel on the plane, m²."""
 
 
@@ -79,9 +80,10 @@ def locate_support(plane: SupportPlane, depth: float, image: WorkingImage) -> Su
     image
         The whole image.
     """
-    stride = max(image.intrinsics.width // LOCATE_WIDTH, 1)
+    stride = -(-image.intrinsics.width // LOCATE_WIDTH)
     view = _view_plane(plane, depth, image, stride)
-    count, labels = cv2.connectedComponents(view.on, connectivity=4)
+    count, *found = cv2.connectedComponentsWithStats(view.on, connectivity=4)
+    labels, boxes = np.asarray(found[0], np.int32), np.asarray(found[1], np.int32)
     flat = labels.ravel()
     weights = np.bincount(flat, weights=view.weight.ravel(), minlength=count)
     areas = np.bincount(flat, weights=view.area.ravel(), minlength=count)
@@ -91,10 +93,11 @@ def locate_support(plane: SupportPlane, depth: float, image: WorkingImage) -> Su
     if not len(order):
         return None
     kept = [int(order[0])]
-    hull = _image_hull(labels == kept[0])
+    hull = _image_hull(labels, kept[0], boxes[kept[0]])
     against = _weight_below(hull, view)
     for part in order[1:]:
-        larger = cv2.convexHull(np.concatenate([hull, _image_hull(labels == part)]))
+        both = np.concatenate([hull, _image_hull(labels, int(part), boxes[part])])
+        larger = np.asarray(cv2.convexHull(both), np.int32)
         more = _weight_below(larger, view)
         if weights[part] > more - against:
             kept.append(int(part))
@@ -113,35 +116,70 @@ def locate_support(plane: SupportPlane, depth: float, image: WorkingImage) -> Su
 def _view_plane(plane: SupportPlane, depth: float, image: WorkingImage, stride: int) -> _PlaneView:
     k = image.intrinsics.reduced(stride)
     z = np.ascontiguousarray(image.depth[::stride, ::stride])
-    # The height of a pixel is depth * (n·ray) + offset, and n·ray is linear in its coordinates.
     nx, ny, nz = plane.normal
-    ray_u = (nx * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
-    ray_v = (ny * (np.arange(k.height) - k.cy) / k.fy + nz).astype(np.float32)
-    slope = ray_u[None, :] + ray_v[:, None]
-    height = z * slope + np.float32(plane.offset)
-    # The scatter of the plane grows with z², that of one reading with z.
-    scatter = np.float32(SUPPORT_SIGMAS * plane.tolerance / max(depth, 1e-6) ** 2) * z * z
-    band = z * np.float32(SUPPORT_SIGMAS * image.noise * abs(plane.offset))
-    band = np.maximum(band, scatter)
-    read = z > 0
-    on = (read & (np.abs(height) < band)).astype(np.uint8)
-    on = cv2.morphologyEx(on, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8))
-    # Depth at which the ray of a pixel meets the plane; 0 where it does not.
-    ahead = slope < -1e-3
-    plane_z = np.where(ahead, -plane.offset / np.minimum(slope, -1e-3), 0.0)
-    solid_angle = 1.0 / (k.fx * k.fy)
-    weight = np.where(ahead, solid_angle / np.maximum(plane_z, MIN_DEPTH) ** 2, 0.0)
-    below = read & (height < -BELOW_BANDS * band) & (height < -BELOW_MIN)
-    area = plane_z**2 * solid_angle / np.maximum(np.abs(slope), MIN_SLANT)
-    return _PlaneView(on, weight * below, weight * on, area * on)
+    slope_u = (nx * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
+    slope_v = (ny * (np.arange(k.height) - k.cy) / k.fy + nz).astype(np.float32)
+    # The scatter of a plane grows with z², the noise of one reading on it with z.
+    scatter = SUPPORT_SIGMAS * plane.tolerance / max(depth, 1e-6) ** 2
+    noise = SUPPORT_SIGMAS * image.noise * abs(plane.offset)
+    on, below, weight, area = weigh_readings(
+        z, (slope_u, slope_v), plane.offset, (scatter, noise), 1.0 / (k.fx * k.fy)
+    )
+    on = cv2.morphologyEx(on, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)).astype(np.uint8)
+    return _PlaneView(on, below, weight * on, area * on)
 
 
-def _image_hull(mask: NDArray[np.bool_]) -> NDArray[np.int32]:
-    """Return the convex hull of a mask in the image, (K, 1, 2)."""
+@njit(cache=True, nogil=True)
+def weigh_readings(depth, slopes, offset, spread, solid_angle):
+    """Compute the fields of `_PlaneView` for one plane.
+
+    Parameters
+    ----------
+    depth
+        (H, W) float32, m; 0 = no reading.
+    slopes
+        Parts of n·ray that depend on the column (W,) and on the row (H,).
+    offset
+        Offset of the plane, m.
+    spread
+        Half width of the band: its part per z², 1/m, and its part per z.
+    solid_angle
+        Solid angle of a pixel, sr.
+    """
+    rows, columns = depth.shape
+    slope_u, slope_v = slopes
+    on = np.zeros((rows, columns), np.uint8)
+    below = np.zeros((rows, columns), np.float32)
+    weight = np.zeros((rows, columns), np.float32)
+    area = np.zeros((rows, columns), np.float32)
+    for v in range(rows):
+        for u in range(columns):
+            slope = np.float64(slope_u[u]) + slope_v[v]
+            z = np.float64(depth[v, u])
+            if z <= 0 or slope > -1e-3:
+                continue
+            height = z * slope + offset
+            band = max(spread[0] * z * z, spread[1] * z)
+            plane_z = -offset / slope
+            value = solid_angle / max(plane_z, MIN_DEPTH) ** 2
+            if abs(height) < band:
+                on[v, u] = 1
+                weight[v, u] = value
+                area[v, u] = solid_angle * plane_z * plane_z / max(-slope, MIN_SLANT)
+            elif height < -max(BELOW_BANDS * band, BELOW_MIN):
+                below[v, u] = value
+    return on, below, weight, area
+
+
+def _image_hull(labels: NDArray[np.int32], part: int, box: NDArray[np.int32]) -> NDArray[np.int32]:
+    """Return the convex hull (K, 1, 2) of a part in the image from its box (cv2's statistics)."""
+    left, top, width, height = box[:4]
+    mask = labels[top : top + height, left : left + width] == part
     outlines, _ = cv2.findContours(
         mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
     )
-    return cv2.convexHull(np.concatenate(outlines)).astype(np.int32)
+    hull = cv2.convexHull(np.concatenate(outlines)).astype(np.int32)
+    return (hull + np.array([left, top])).astype(np.int32)
 
 
 def _weight_below(hull: NDArray[np.int32], view: _PlaneView) -> float:

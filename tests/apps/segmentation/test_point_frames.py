@@ -1,0 +1,104 @@
+"""Annotated points: verdicts by hand, reading of files, self-agreement, and the command."""
+
+import json
+
+import numpy as np
+import pytest
+
+from eyehand.apps.main import main
+from eyehand.apps.segmentation.evaluate_points import disturbed_frame, self_agreement
+from eyehand.apps.segmentation.point_frames import PointFrame, read_point_frames, score_points
+from eyehand.data_synth import DepthNoise, make_scene, render_frame
+from eyehand.errors import InputError
+from eyehand.perception import CameraIntrinsics, DepthFrame
+from eyehand.perception.io import write_intrinsics, write_png
+
+CAMERA = CameraIntrinsics(50.0, 50.0, 10.0, 5.0, 20, 10)
+FRAME = DepthFrame(np.ones((10, 20), np.float32), CAMERA)
+
+
+def annotated(objects, background=(), ignored=None):
+    """Return a frame whose objects have points in the first row, given by their columns."""
+    points = {name: np.array([[u, 0] for u in columns]) for name, columns in objects.items()}
+    behind = np.array([[u, 0] for u in background]).reshape(-1, 2)
+    mask = np.zeros((10, 20), bool) if ignored is None else ignored
+    return PointFrame("frame", FRAME, points, behind, mask)
+
+
+def labels_of(row):
+    labels = np.zeros((10, 20), np.int32)
+    labels[0, : len(row)] = row
+    return labels
+
+
+@pytest.mark.parametrize(
+    ("row", "verdict"),
+    [
+        ([1, 1, 2, 0], "right"),
+        ([0, 0, 2, 0], "missed"),
+        ([1, 3, 2, 0], "split"),
+        ([1, 0, 2, 0], "split"),
+        ([1, 1, 1, 0], "merged"),
+        ([1, 1, 2, 1], "on_background"),
+    ],
+)
+def test_verdicts(row, verdict):
+    truth = annotated({"cup": [0, 1], "box": [2]}, background=[3])
+    assert score_points(labels_of(row), truth).verdicts["cup"] == verdict
+
+
+def test_surplus_segments_hold_no_point_and_touch_no_ignored_region():
+    labels = labels_of([1, 0, 0])
+    labels[5, 5], labels[5, 15] = 2, 3
+    ignored = np.zeros((10, 20), bool)
+    ignored[4:7, 14:17] = True
+    assert score_points(labels, annotated({"cup": [0]}, [1], ignored)).surplus == 1
+
+
+def test_self_agreement_counts_segments_that_keep_their_partner():
+    first = labels_of([1, 1, 1, 2, 2, 0])
+    assert self_agreement(first, first) == 1.0
+    assert self_agreement(first, labels_of([2, 2, 2, 1, 1, 0])) == 1.0
+    assert self_agreement(first, labels_of([1, 1, 1, 1, 1, 0])) == pytest.approx(0.6)
+    assert self_agreement(labels_of([]), labels_of([])) == 1.0
+
+
+def test_disturbance_changes_few_readings_by_one_millimetre():
+    frame = DepthFrame(np.ones((100, 200), np.float32), CameraIntrinsics(9, 9, 99, 49, 200, 100))
+    change = np.abs(disturbed_frame(frame).depth - frame.depth)
+    assert np.count_nonzero(change) == pytest.approx(100, abs=40)
+    assert change.max() == pytest.approx(0.001, rel=1e-3)
+
+
+def test_missing_and_damaged_annotations_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"holds no \*/points.json"):
+        read_point_frames(tmp_path)
+    folder = tmp_path / "one"
+    folder.mkdir()
+    write_png(folder / "depth.png", np.full((10, 20), 1000, np.uint16))
+    write_intrinsics(folder / "camera.json", CAMERA)
+    (folder / "points.json").write_text('{"objects": [{"name": "cup"}]}')
+    with pytest.raises(InputError, match="no file of annotated points"):
+        read_point_frames(tmp_path)
+
+
+def test_command_scores_annotated_frames(tmp_path, capsys):
+    frame, labels = render_frame(make_scene(5), DepthNoise.realistic(), 5, colour=False)
+    folder = tmp_path / "frames" / "one"
+    folder.mkdir(parents=True)
+    write_png(folder / "depth.png", np.rint(1000 * frame.depth).astype(np.uint16))
+    write_intrinsics(folder / "camera.json", frame.intrinsics)
+    objects = []
+    for label in range(1, labels.max() + 1):
+        rows, columns = np.nonzero(labels == label)
+        middle = len(rows) // 2
+        objects.append({"name": "thing", "points": [[int(columns[middle]), int(rows[middle])]]})
+    (folder / "points.json").write_text(json.dumps({"objects": objects}))
+    words = ["--points", str(folder.parent), "--out", str(tmp_path / "out"), "--json"]
+    with pytest.raises(SystemExit) as ended:
+        main(["evaluate", "segmentation", *words])
+    assert ended.value.code == 0
+    rows = json.loads(capsys.readouterr().out)["rows"]
+    assert [row["name"] for row in rows] == ["one", "total"]
+    assert rows[0]["right"] == len(objects)
+    assert rows[0]["self_agreement_pct"] > 95
