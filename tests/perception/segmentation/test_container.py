@@ -1,0 +1,54 @@
+"""Tests of containers: walls around the whole floor make one, walls at one side do not."""
+
+import numpy as np
+import pytest
+from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES, Box, Plate, exact_image, solid_frame
+
+from eyehand.perception.segmentation import SupportPlane
+from eyehand.perception.segmentation.container import is_container_floor
+from eyehand.perception.segmentation.support_extent import locate_support
+
+PLANE = SupportPlane(TABLE_AXES[2], CAMERA_HEIGHT, 0.0005)
+FLOOR = Plate((-0.2, 0.2), (0.5, 0.9))
+
+
+def walls(height):
+    """Return four walls around the floor; the near one is low, so that the floor is visible."""
+    return [
+        Box(-0.21, 0.7, (0.02, 0.44, height)),
+        Box(0.21, 0.7, (0.02, 0.44, height)),
+        Box(0.0, 0.49, (0.4, 0.02, 0.012)),
+        Box(0.0, 0.91, (0.4, 0.02, height)),
+    ]
+
+
+def is_container(solids, floor=FLOOR):
+    frame, _ = solid_frame(solids, (floor, Plate(z=-0.4)))
+    image = exact_image(frame)
+    support = locate_support(PLANE, 0.8, image)
+    assert support is not None
+    return is_container_floor(support, image)
+
+
+@pytest.mark.parametrize("height", [0.012, 0.05, 0.15])
+def test_walls_all_around_make_a_container(height):
+    assert is_container(walls(height))
+
+
+def test_walls_at_three_sides_make_none():
+    three = walls(0.1)
+    del three[1]
+    assert not is_container(three)
+
+
+def test_open_table_is_none():
+    assert not is_container([Box(0.0, 0.7, (0.1, 0.1, 0.1))])
+
+
+def test_table_beyond_the_image_is_none():
+    assert not is_container([], Plate((-5.0, 5.0), (-5.0, 5.0)))
+
+
+def test_answer_is_a_bool():
+    assert isinstance(is_container(walls(0.05)), bool)
+    assert not isinstance(is_container(walls(0.05)), np.bool_)
