@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 # Log-odds that two patches are one object, fitted by logistic regression on 1,400 labelled edges:
 # Kinect frames of a table, rendered touching, stacked and piled solids, and frames of four other
 # sources with annotated points. Both classes and all sources weighed the same. Edges of a left-out
-# source were decided right in 76 % (bins) to 100 %. The weights of concavity, patches apart and hidden
-# surfaces were then raised, because errors add up over the many edges of a graph.
+# source were decided right in 76 % (bins) to 100 %. The weights of concave borders, patches apart
+# and hidden surfaces were then raised, because errors add up over the many edges of a graph.
 PRIOR = 1.8
 """Log-odds without any evidence; the two below and free space are nearly always against it."""
 CONTACT_GAIN = -1.1
