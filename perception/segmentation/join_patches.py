@@ -42,7 +42,7 @@ APART_GAIN = -2.2
 CONVEX_ANGLE = 0.5
 """Convex angle that counts fully, rad."""
 
-SLIVER_WIDTH = 3.0
+SLIVER_WIDTH = 3.6
 """Half width below which a patch is a sliver, px at the reference width."""
 SLIVER_AREA = 1200
 """Maximum size of a sliver, px at the reference width."""
@@ -158,9 +158,16 @@ def find_slivers(patches: NDArray[np.int32], image: WorkingImage) -> NDArray[np.
     """Return the mask (n + 1,) of patches that are narrow or tiny."""
     count = int(patches.max(initial=0))
     sizes = np.bincount(patches.ravel(), minlength=count + 1)
-    inner = np.ones(patches.shape, np.uint8)
-    across, down = patches[:, 1:] != patches[:, :-1], patches[1:] != patches[:-1]
-    inner[:, 1:][across] = inner[:, :-1][across] = inner[1:][down] = inner[:-1][down] = 0
+    # Single missing readings do not make a patch narrow.
+    kernel = np.ones((3, 3), np.uint8)
+    inner = cv2.morphologyEx((patches > 0).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
+    for ahead, behind in (
+        ((slice(None), slice(1, None)), (slice(None), slice(None, -1))),
+        ((slice(1, None), slice(None)), (slice(None, -1), slice(None))),
+    ):
+        first, second = patches[ahead], patches[behind]
+        border = (first != second) & (first > 0) & (second > 0)
+        inner[ahead][border] = inner[behind][border] = 0
     inner[0] = inner[-1] = inner[:, 0] = inner[:, -1] = 0
     distance = cv2.distanceTransform(inner, cv2.DIST_L2, 3)
     half_width = np.zeros(count + 1, np.float32)

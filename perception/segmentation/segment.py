@@ -16,12 +16,12 @@ from .join_floating import join_floating
 from .join_fragments import join_fragments
 from .join_open import fill_mouths, join_open
 from .join_patches import join_patches
-from .local_planes import fit_local_planes, plane_normals
+from .local_planes import fit_local_planes
 from .options import SegmentationOptions
 from .regions import relabel_by_size, relabel_with_reasons
 from .result import Segmentation
 from .scene_warnings import find_warnings
-from .select_objects import drop_support_waves, select_objects
+from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_plane import find_supports
 from .upsample import upsample_labels
@@ -113,10 +113,6 @@ def _segment_candidates(
     clock.finish("patches")
     patches, planes = grow_patches(image, planes, patches, candidates, options.window)
     clock.finish("grow")
-    if supports:
-        normals = plane_normals(planes, image.intrinsics)
-        patches = drop_support_waves(patches, image, normals, supports[0])
-    clock.finish("waves")
     labels, uncertain = join_patches(
         patches, image, planes, options.window, options.min_object, hidden=options.join_occluded
     )

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import cv2
 import numpy as np
 from scipy import ndimage
 
-from .above_support import MIN_HEIGHT, OVERHANG, SUPPORT_SIGMAS
-from .label_pixels import pixels_by_label
+from .above_support import OVERHANG
 from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
 
 if TYPE_CHECKING:
@@ -37,14 +35,6 @@ SAMPLES = 300
 """Pixels of a region from which its foot and extent are computed."""
 FOOT_SAMPLES = 60
 """Pixels of a foot whose positions are compared with the hull."""
-WAVE_START = 1.35
-"""Maximum height at which a wave begins beside the support, in bands of the support."""
-WAVE_OUTLINE = 0.45
-"""Minimum share of the outline at which a wave begins so."""
-WAVE_COSINE = 0.98
-"""Minimum mean cosine between the normals of a wave and of the support."""
-MAX_WAVE = 4.0
-"""Maximum height of a wave, in bands of the support."""
 
 
 class _Region(NamedTuple):
@@ -103,68 +93,6 @@ def select_objects(
         renumber[label] = following
         following += 1
     return np.take(renumber, labels)
-
-
-def drop_support_waves(
-    patches: NDArray[np.int32],
-    image: WorkingImage,
-    normals: NDArray[np.float32],
-    support: Support,
-) -> NDArray[np.int32]:
-    """Remove patches that continue the support where it is not flat, or where the sensor bends it.
-
-    Such a patch is nearly parallel to the support, low, and for much of its outline it begins
-    beside readings of the support at nearly their height.
-
-    Parameters
-    ----------
-    patches
-        Labels 1..n (H, W), 0 = no patch.
-    image
-        Their image.
-    normals
-        Unit normals (H, W, 3) of the local planes, camera frame.
-    support
-        The first support.
-    """
-    count = int(patches.max(initial=0))
-    if count == 0:
-        return patches
-    k, z, plane = image.intrinsics, image.depth, support.plane
-    nx, ny, nz = plane.normal
-    ray_u = (nx * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
-    ray_v = (ny * (np.arange(k.height) - k.cy) / k.fy + nz).astype(np.float32)
-    height = z * (ray_u[None, :] + ray_v[:, None]) + np.float32(plane.offset)
-    scatter = np.float32(SUPPORT_SIGMAS * plane.tolerance / max(support.depth, 1e-6) ** 2)
-    band = np.maximum(scatter * z * z, np.float32(MIN_HEIGHT))
-    on_support = (patches == 0) & (z > 0) & (np.abs(height) <= band)
-    beside = cv2.dilate(on_support.astype(np.uint8), np.ones((3, 3), np.uint8)) > 0
-    outline = _outline(patches)
-    starts = outline & beside & (height < WAVE_START * band)
-    total = np.bincount(patches[outline], minlength=count + 1)
-    flush = np.bincount(patches[starts], minlength=count + 1) >= WAVE_OUTLINE * np.maximum(total, 1)
-    flush[0] = False
-    waves = np.zeros(count + 1, bool)
-    if not flush.any():
-        return patches
-    order, first = pixels_by_label(patches, count)
-    for label in np.flatnonzero(flush):
-        pixels = order[first[label] : first[label + 1]]
-        if np.max(height.flat[pixels] / band.flat[pixels]) < MAX_WAVE:
-            tilt = normals.reshape(-1, 3)[pixels] @ plane.normal
-            waves[label] = np.mean(tilt) > WAVE_COSINE
-    return np.where(waves[patches], 0, patches).astype(np.int32) if waves.any() else patches
-
-
-def _outline(patches: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Mark the pixels beside a pixel of another label."""
-    outline = np.zeros(patches.shape, bool)
-    across, down = patches[:, 1:] != patches[:, :-1], patches[1:] != patches[:-1]
-    outline[:, 1:] |= across
-    outline[:, :-1] |= across
-    outline[1:] |= down
-    outline[:-1] |= down
-    return outline
 
 
 def _sample(mask: NDArray[np.bool_], box: tuple[slice, slice], image: WorkingImage) -> _Region:

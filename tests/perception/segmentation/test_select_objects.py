@@ -13,10 +13,9 @@ from synthetic_solids import (
     solid_frame,
 )
 
-from eyehand.perception import DepthFrame, SegmentationOptions
+from eyehand.perception import DepthFrame
 from eyehand.perception.segmentation import SupportPlane
-from eyehand.perception.segmentation.local_planes import fit_local_planes, plane_normals
-from eyehand.perception.segmentation.select_objects import drop_support_waves, select_objects
+from eyehand.perception.segmentation.select_objects import select_objects
 from eyehand.perception.segmentation.support_extent import Support
 
 MAX_EXTENT = 0.8
@@ -115,23 +114,6 @@ def test_long_region_cut_by_the_image_is_no_object():
     assert (labels[-1] == 1).any()
     wide = support((-1.0, 1.0), (-0.5, 2.0))
     assert not select_objects(labels, exact_image(frame), [wide], 40, MAX_EXTENT).any()
-
-
-def test_bent_support_is_removed_and_a_flat_box_is_kept():
-    frame, labels = solid_frame([Box(0.15, 0.7, (0.08, 0.08, 0.02))], (Plate(),))
-    points = frame.points()
-    wave = 0.009 * np.exp(-(((points[..., 0] + 0.15) / 0.05) ** 2 + ((points[..., 1]) / 0.05) ** 2))
-    rays = frame.intrinsics.rays()
-    slope = rays @ TABLE_AXES[2]
-    depth = np.where(labels > 0, frame.depth, (frame.depth * slope + wave) / slope)
-    image = exact_image(DepthFrame(depth.astype(np.float32), frame.intrinsics))
-    height = (image.depth[..., None] * rays) @ TABLE_AXES[2] + CAMERA_HEIGHT
-    patches = np.where(labels > 0, 1, np.where(height > 0.006, 2, 0)).astype(np.int32)
-    if not (patches == 2).any():
-        pytest.skip("the wave is out of view")
-    normals = plane_normals(fit_local_planes(image, SegmentationOptions().scaled(320)), CAMERA)
-    kept = drop_support_waves(patches, image, normals, WIDE_SUPPORT)
-    assert np.array_equal(kept > 0, patches == 1)
 
 
 def test_empty_labels_stay_empty():
