@@ -7,23 +7,26 @@ has points on each visible part. Points on the background and boxes to ignore co
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
+import cv2
 import numpy as np
 
 from eyehand.errors import InputError
 from eyehand.perception import read_frame
+from eyehand.perception.io import read_bytes
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
 
     from eyehand.perception import DepthFrame
 
-POINTS_FILE, DEPTH_FILE = "points.json", "depth.png"
-"""Names of the files in the folder of each frame."""
+POINTS_FILE, DEPTH_FILE, COLOUR_FILE = "points.json", "depth.png", "colour.jpg"
+"""Names of the files in the folder of each frame. The colour image is optional."""
 
 Verdict = Literal["right", "missed", "split", "merged", "on_background"]
 """What became of an object.
@@ -43,7 +46,9 @@ class PointFrame:
     name: str
     """Name of its folder."""
     frame: DepthFrame
-    """The depth frame."""
+    """The depth frame, without colour."""
+    colour: NDArray[np.uint8] | None
+    """(H, W, 3) RGB, or None."""
     objects: dict[str, NDArray[np.intp]]
     """Points by the name of the object; names get a number if they repeat."""
     background: NDArray[np.intp]
@@ -84,6 +89,14 @@ def read_point_frames(folder: Path) -> list[PointFrame]:
     return [_read(path) for path in paths]
 
 
+def frames_by_camera(frames: Sequence[PointFrame]) -> dict[str, list[PointFrame]]:
+    """Group annotated frames by camera; a group has the common start of its frames' names."""
+    groups: dict[object, list[PointFrame]] = {}
+    for frame in frames:
+        groups.setdefault(frame.frame.intrinsics, []).append(frame)
+    return {_common_name([f.name for f in members]): members for members in groups.values()}
+
+
 def score_points(labels: NDArray[np.int32], truth: PointFrame) -> PointScore:
     """Compare labels (H, W), 0 = no object, with the points of a frame."""
     carried = {name: labels[at[:, 1], at[:, 0]] for name, at in truth.objects.items()}
@@ -95,6 +108,12 @@ def score_points(labels: NDArray[np.int32], truth: PointFrame) -> PointScore:
     used = np.unique(np.concatenate([*carried.values(), labels[truth.ignored], [0]]))
     surplus = np.setdiff1d(np.unique(labels), used)
     return PointScore(verdicts, len(behind), int(np.count_nonzero(behind)), len(surplus))
+
+
+def _common_name(names: Sequence[str]) -> str:
+    first, last = min(names), max(names)
+    length = next((k for k, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), None)
+    return first[:length].rstrip("_-0123456789") or first
 
 
 def _verdict(
@@ -111,7 +130,7 @@ def _verdict(
 
 
 def _read(path: Path) -> PointFrame:
-    frame = read_frame(path.parent / DEPTH_FILE)
+    frame = replace(read_frame(path.parent / DEPTH_FILE), colour=None)
     try:
         content = json.loads(path.read_text())
         objects: dict[str, NDArray[np.intp]] = {}
@@ -127,7 +146,17 @@ def _read(path: Path) -> PointFrame:
             ignored[int(top) : int(bottom), int(left) : int(right)] = True
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path} is no file of annotated points: {error!r}") from error
-    return PointFrame(path.parent.name, frame, objects, _points(background, frame), ignored)
+    colour = _read_colour(path.parent / COLOUR_FILE, frame)
+    return PointFrame(path.parent.name, frame, colour, objects, _points(background, frame), ignored)
+
+
+def _read_colour(path: Path, frame: DepthFrame) -> NDArray[np.uint8] | None:
+    if not path.is_file():
+        return None
+    image = cv2.imdecode(np.frombuffer(read_bytes(path), np.uint8), cv2.IMREAD_COLOR_RGB)
+    if image is None or image.shape[:2] != frame.depth.shape:
+        raise InputError(f"{path} is no colour image of {frame.depth.shape[::-1]} px")
+    return image.astype(np.uint8)
 
 
 def _points(points: Any, frame: DepthFrame) -> NDArray[np.intp]:

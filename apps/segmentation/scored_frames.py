@@ -13,6 +13,7 @@ from eyehand.perception.io import naming
 
 from ..bench.peak_memory import peak_megabytes
 from .score import SegmentationScore, score_segmentation
+from .self_agreement import disturbed_frame, self_agreement
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -39,6 +40,8 @@ class FrameResult:
     """Wall time of `segment`."""
     cpu_seconds: float
     """Processor time of `segment`, all threads. It depends less on other load."""
+    agreement: float
+    """Self-agreement after a small disturbance, 0-1, see :func:`.self_agreement`."""
     stages: dict[str, float]
     """Time of each stage, s."""
     peak_mb: float | None
@@ -84,12 +87,14 @@ def run_trials(
             found, seconds, cpu_seconds = timed_segment(labelled.frame, options)
             ignore = ~labelled.frame.valid if ignore_invalid else None
             score = score_segmentation(found.labels, labelled.truth, ignore)
+            disturbed = segment(disturbed_frame(labelled.frame), options).labels
+            agreement = self_agreement(found.labels, disturbed)
             peak = None
             if measured.get(source.group, 0) < memory_frames:
                 measured[source.group] = measured.get(source.group, 0) + 1
                 peak = peak_megabytes(lambda frame=labelled.frame: segment(frame, options))
         yield FrameResult(
-            source, score, seconds, cpu_seconds, found.timings, peak, labelled.assumed
+            source, score, seconds, cpu_seconds, agreement, found.timings, peak, labelled.assumed
         )
 
 
@@ -105,8 +110,8 @@ def timed_segment(
 def summary_rows(results: Sequence[FrameResult]) -> list[dict[str, Any]]:
     """Return one row of figures per group, then one row of all frames if there are several groups.
 
-    Percentages are means over frames, as in the literature. Counts are sums. Times are the median
-    and the 90th percentile. Memory is the maximum.
+    Percentages are means over frames, as in the literature. Counts are sums. The self-agreement is
+    the lowest. Times are the median and the 90th percentile. Memory is the maximum.
     """
     groups = list(dict.fromkeys(result.source.group for result in results))
     rows = [
@@ -148,6 +153,7 @@ def _row(name: str, results: Sequence[FrameResult]) -> dict[str, Any]:
         "under": sum(score.under for score in scores),
         "missed": sum(score.missed for score in scores),
         "false": sum(score.false for score in scores),
+        "self_agreement_pct": round(100 * min(result.agreement for result in results), 2),
         "median_ms": round(float(np.median(milliseconds)), 2),
         "p90_ms": round(float(np.percentile(milliseconds, 90)), 2),
         "median_cpu_ms": round(float(np.median([1e3 * r.cpu_seconds for r in results])), 2),

@@ -1,12 +1,12 @@
-"""Annotated points: verdicts by hand, reading of files, self-agreement, and the command."""
+"""Annotated points: verdicts by hand, reading of files, and the command."""
 
 import json
 
+import cv2
 import numpy as np
 import pytest
 
 from eyehand.apps.main import main
-from eyehand.apps.segmentation.evaluate_points import disturbed_frame, self_agreement
 from eyehand.apps.segmentation.point_frames import PointFrame, read_point_frames, score_points
 from eyehand.data_synth import DepthNoise, make_scene, render_frame
 from eyehand.errors import InputError
@@ -22,7 +22,7 @@ def annotated(objects, background=(), ignored=None):
     points = {name: np.array([[u, 0] for u in columns]) for name, columns in objects.items()}
     behind = np.array([[u, 0] for u in background]).reshape(-1, 2)
     mask = np.zeros((10, 20), bool) if ignored is None else ignored
-    return PointFrame("frame", FRAME, points, behind, mask)
+    return PointFrame("frame", FRAME, None, points, behind, mask)
 
 
 def labels_of(row):
@@ -55,21 +55,6 @@ def test_surplus_segments_hold_no_point_and_touch_no_ignored_region():
     assert score_points(labels, annotated({"cup": [0]}, [1], ignored)).surplus == 1
 
 
-def test_self_agreement_counts_segments_that_keep_their_partner():
-    first = labels_of([1, 1, 1, 2, 2, 0])
-    assert self_agreement(first, first) == 1.0
-    assert self_agreement(first, labels_of([2, 2, 2, 1, 1, 0])) == 1.0
-    assert self_agreement(first, labels_of([1, 1, 1, 1, 1, 0])) == pytest.approx(0.6)
-    assert self_agreement(labels_of([]), labels_of([])) == 1.0
-
-
-def test_disturbance_changes_few_readings_by_one_millimetre():
-    frame = DepthFrame(np.ones((100, 200), np.float32), CameraIntrinsics(9, 9, 99, 49, 200, 100))
-    change = np.abs(disturbed_frame(frame).depth - frame.depth)
-    assert np.count_nonzero(change) == pytest.approx(100, abs=40)
-    assert change.max() == pytest.approx(0.001, rel=1e-3)
-
-
 def test_missing_and_damaged_annotations_are_refused(tmp_path):
     with pytest.raises(InputError, match=r"holds no \*/points.json"):
         read_point_frames(tmp_path)
@@ -82,12 +67,19 @@ def test_missing_and_damaged_annotations_are_refused(tmp_path):
         read_point_frames(tmp_path)
 
 
+def write_colour(folder, frame):
+    """Write the colour of a frame beside its depth."""
+    _, data = cv2.imencode(".jpg", cv2.cvtColor(frame.colour, cv2.COLOR_RGB2BGR))
+    (folder / "colour.jpg").write_bytes(data.tobytes())
+
+
 def test_command_scores_annotated_frames(tmp_path, capsys):
-    frame, labels = render_frame(make_scene(5), DepthNoise.realistic(), 5, colour=False)
+    frame, labels = render_frame(make_scene(5), DepthNoise.realistic(), 5)
     folder = tmp_path / "frames" / "one"
     folder.mkdir(parents=True)
     write_png(folder / "depth.png", np.rint(1000 * frame.depth).astype(np.uint16))
     write_intrinsics(folder / "camera.json", frame.intrinsics)
+    write_colour(folder, frame)
     objects = []
     for label in range(1, labels.max() + 1):
         rows, columns = np.nonzero(labels == label)
@@ -99,6 +91,11 @@ def test_command_scores_annotated_frames(tmp_path, capsys):
         main(["evaluate", "segmentation", *words])
     assert ended.value.code == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
-    assert [row["name"] for row in rows] == ["one", "total"]
+    named = [(row["name"], row["input"]) for row in rows]
+    inputs = ("depth", "colour")
+    assert named == [
+        *(("one", used) for used in inputs),
+        *((name, used) for used in inputs for name in ("one", "total")),
+    ]
     assert rows[0]["right"] == len(objects)
     assert rows[0]["self_agreement_pct"] > 95
