@@ -21,7 +21,7 @@ from .comparison import compare_segmentations
 from .dataset import Coding, DatasetOptions, FrameSource, open_dataset
 from .dials import BOARD
 from .evaluate import SYNTHETIC
-from .synthetic_frames import EMPTY, FAMILIES, synthetic_sources
+from .synthetic_frames import EMPTY_FAMILIES, FAMILIES, synthetic_sources
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -136,7 +136,7 @@ def chart_segmentation(
 
 def _synthetic(frames: int | None, seed: int, *, quick: bool) -> list[FrameSource]:
     wanted = frames or (QUICK_FRAMES if quick else SYNTHETIC_FRAMES)
-    families = [family for family in FAMILIES if family != EMPTY]
+    families = [family for family in FAMILIES if family not in EMPTY_FAMILIES]
     each = -(-wanted // len(families))
     return _spread(synthetic_sources(families, [SYNTHETIC_NOISE], frames=each, seed=seed), wanted)
 

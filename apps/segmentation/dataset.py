@@ -95,8 +95,23 @@ class LabelledFrame:
     """The depth frame."""
     truth: NDArray[np.int32]
     """(H, W) int32: 0 = no object."""
+    background: NDArray[np.uint8] | None = None
+    """(H, W): number in `BACKGROUND_LEGEND` of what pixels without object show; None if unknown."""
+    ignored: NDArray[np.bool_] | None = None
+    """(H, W): pixels that are not scored, such as slivers of hidden objects; None = all are."""
     assumed: tuple[str, ...] = ()
     """Assumptions made when reading the frame, in words."""
+
+    def unscored(self, *, ignore_invalid: bool = True) -> NDArray[np.bool_]:
+        """Return a mask (H, W) of the pixels to leave out of truth and prediction.
+
+        Parameters
+        ----------
+        ignore_invalid
+            Leave out the pixels without a reading too.
+        """
+        left_out = np.zeros(self.truth.shape, bool) if self.ignored is None else self.ignored
+        return left_out | ~self.frame.valid if ignore_invalid else left_out
 
 
 @dataclass(frozen=True)
@@ -180,7 +195,7 @@ def read_labelled_npz(path: Path, options: DatasetOptions) -> LabelledFrame:
         truth = decode_labels(label, depth.shape, options.labels)
     if options.labels == "plain" and _looks_like_osd(label):
         assumed += ("labels are read as plain numbers but look like osd labels: try --labels osd",)
-    return LabelledFrame(frame, truth, assumed)
+    return LabelledFrame(frame, truth, assumed=assumed)
 
 
 def decode_labels(

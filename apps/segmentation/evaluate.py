@@ -24,7 +24,13 @@ from .evaluate_kinds import evaluate_kinds
 from .evaluate_points import evaluate_points
 from .kinds import KindOptions
 from .pictures import ScoredFrame, verdict, write_frame_picture, write_sheet
-from .scored_frames import FrameResult, frame_row, run_trials, summary_rows
+from .scored_frames import (
+    TOTAL,
+    FrameResult,
+    frame_row,
+    run_trials,
+    summary_rows,
+)
 from .synthetic_frames import synthetic_sources
 
 if TYPE_CHECKING:
@@ -148,6 +154,7 @@ def evaluate_segmentation(
     rows = summary_rows(results)
     title = f"synthetic frames, seeds from {seed}" if synthetic else dataset
     show(_table(rows, title), json_wanted=json)
+    _say_false(rows)
     _say_flawed(results)
     write_csv(out / FRAMES_FILE, [frame_row(result) for result in results])
     say(f"every frame: {out / FRAMES_FILE}")
@@ -171,6 +178,8 @@ def _synthetic(
     groups: list[str] | None, noise: list[str] | None, frames: int | None, seed: int
 ) -> list[FrameSource]:
     families = None if groups is None else list(dict.fromkeys(g.split("/")[0] for g in groups))
+    if groups is not None and noise is None and all("/" in group for group in groups):
+        noise = list(dict.fromkeys(group.partition("/")[2] for group in groups))
     count = SYNTHETIC_FRAMES if frames is None else frames
     return _select_groups(synthetic_sources(families, noise, frames=count, seed=seed), groups)
 
@@ -230,6 +239,19 @@ def _say_flawed(results: Sequence[FrameResult]) -> None:
         say(f"... and {len(flawed) - MAX_LINES} more below F {100 * FLAWED_F:g} %")
 
 
+def _say_false(rows: list[dict[str, Any]]) -> None:
+    """Say on which kinds of background the false objects of each group lie."""
+    for row in rows:
+        kinds = {
+            key.removeprefix("false_on_"): count
+            for key, count in row.items()
+            if key.startswith("false_on_") and count
+        }
+        if kinds and row["name"] != TOTAL:
+            listed = ", ".join(f"{count} {kind}" for kind, count in kinds.items())
+            say(f"{row['name']}: false objects on {listed}")
+
+
 def _write_worst(
     out: Path, results: Sequence[FrameResult], options: SegmentationOptions, ignore_invalid: bool
 ) -> None:
@@ -243,7 +265,7 @@ def _write_worst(
         # To save memory, frames are not kept. Loading and segmenting again gives the same result.
         labelled = result.source.load()
         labels = segment(labelled.frame, options).labels
-        counted = labelled.frame.valid if ignore_invalid else True
+        counted = ~labelled.unscored(ignore_invalid=ignore_invalid)
         truth, labels = np.where(counted, labelled.truth, 0), np.where(counted, labels, 0)
         item = ScoredFrame(result.source.name, labelled.frame, truth, labels, result.score)
         shown.append(item)

@@ -156,10 +156,10 @@ def worst_kinds_mean(by_kind: Mapping[str, float]) -> float:
 
 def _judged_labelled(source: FrameSource) -> JudgedFrame:
     labelled = source.load()
-    invalid = ~labelled.frame.valid
+    unscored = labelled.unscored()
 
     def judge(labels: NDArray[np.int32]) -> Score:
-        return Score(score_segmentation(labels, labelled.truth, invalid).f, 1)
+        return Score(score_segmentation(labels, labelled.truth, unscored).f, 1)
 
     return JudgedFrame(labelled.frame, judge, labelled.truth)
 

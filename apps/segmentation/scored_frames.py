@@ -8,16 +8,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from eyehand.data_synth.scenes import BACKGROUND_LEGEND
 from eyehand.perception import segment
 from eyehand.perception.io import naming
 
 from ..bench.peak_memory import peak_megabytes
+from .background_kinds import false_kinds
 from .score import SegmentationScore, score_segmentation
 from .self_agreement import disturbed_frame, self_agreement
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
+    from eyehand.data_synth.scenes import BackgroundKind
     from eyehand.perception import DepthFrame, Segmentation, SegmentationOptions
 
     from .dataset import FrameSource
@@ -48,6 +51,8 @@ class FrameResult:
     """Peak memory of `segment` without its input, MB; None where it was not measured."""
     assumed: tuple[str, ...]
     """Assumptions made when reading the frame, in words."""
+    false_kinds: dict[BackgroundKind, int] | None = None
+    """Number of false segments on each kind of background; None if the kinds are unknown."""
 
 
 def run_trials(
@@ -85,8 +90,11 @@ def run_trials(
                 segment(labelled.frame, options)
                 first = False
             found, seconds, cpu_seconds = timed_segment(labelled.frame, options)
-            ignore = ~labelled.frame.valid if ignore_invalid else None
+            ignore = labelled.unscored(ignore_invalid=ignore_invalid)
             score = score_segmentation(found.labels, labelled.truth, ignore)
+            kinds = None
+            if labelled.background is not None:
+                kinds = false_kinds(found.labels, labelled.truth, labelled.background, ignore)
             disturbed = segment(disturbed_frame(labelled.frame), options).labels
             agreement = self_agreement(found.labels, disturbed)
             peak = None
@@ -94,7 +102,15 @@ def run_trials(
                 measured[source.group] = measured.get(source.group, 0) + 1
                 peak = peak_megabytes(lambda frame=labelled.frame: segment(frame, options))
         yield FrameResult(
-            source, score, seconds, cpu_seconds, agreement, found.timings, peak, labelled.assumed
+            source,
+            score,
+            seconds,
+            cpu_seconds,
+            agreement,
+            found.timings,
+            peak,
+            labelled.assumed,
+            kinds,
         )
 
 
@@ -153,12 +169,22 @@ def _row(name: str, results: Sequence[FrameResult]) -> dict[str, Any]:
         "under": sum(score.under for score in scores),
         "missed": sum(score.missed for score in scores),
         "false": sum(score.false for score in scores),
+        **_false_counts(results),
         "self_agreement_pct": round(100 * min(result.agreement for result in results), 2),
         "median_ms": round(float(np.median(milliseconds)), 2),
         "p90_ms": round(float(np.percentile(milliseconds, 90)), 2),
         "median_cpu_ms": round(float(np.median([1e3 * r.cpu_seconds for r in results])), 2),
         "peak_mb": round(max(peaks), 1) if peaks else None,
     }
+
+
+def _false_counts(results: Sequence[FrameResult]) -> dict[str, int]:
+    """Sum the false segments on each kind of background over the frames whose kinds are known."""
+    counts = {f"false_on_{kind}": 0 for kind in BACKGROUND_LEGEND.values()}
+    for result in results:
+        for kind, count in (result.false_kinds or {}).items():
+            counts[f"false_on_{kind}"] += count
+    return counts
 
 
 def _percent(shares: Iterable[float]) -> float:

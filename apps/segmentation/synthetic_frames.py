@@ -12,12 +12,16 @@ import numpy as np
 from eyehand.data_synth import (
     DepthNoise,
     Family,
+    FurnishedFamily,
+    FurnishedOptions,
     TabletopOptions,
     add_depth_noise,
+    make_furnished_scene,
     make_scene,
     render_scene,
 )
 from eyehand.data_synth.render import axial_sigma
+from eyehand.data_synth.scenes import MIN_VISIBLE_SHARE
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame
 
@@ -26,11 +30,14 @@ from .dataset import FrameSource, LabelledFrame
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from eyehand.data_synth import RenderedView, TabletopScene
+    from numpy.typing import NDArray
 
-EMPTY = "empty"
-"""Name of the family of tables without objects."""
-FAMILIES: tuple[str, ...] = (*get_args(Family), EMPTY)
+    from eyehand.data_synth import FurnishedScene, RenderedView, TabletopScene
+
+EMPTY, EMPTY_BIN = "empty", "empty-bin"
+"""Names of the families of tables and of bins without objects."""
+EMPTY_FAMILIES = (EMPTY, EMPTY_BIN)
+FAMILIES: tuple[str, ...] = (*get_args(Family), *get_args(FurnishedFamily), *EMPTY_FAMILIES)
 """Families of scenes."""
 NOISES = ("none", "realistic", "1mm", "2mm", "3mm")
 """Default depth noises."""
@@ -121,20 +128,34 @@ def _frame(family: str, seed: int, noise: DepthNoise) -> LabelledFrame:
     scene, view = _view(family, seed)
     depth = add_depth_noise(view.depth, scene.intrinsics, np.random.default_rng(seed), noise)
     frame = DepthFrame(depth, scene.intrinsics, scene.T_world_camera, view.colour)
-    return LabelledFrame(frame, view.labels)
+    slivers = _slivers(view.labels) if family in get_args(FurnishedFamily) else None
+    return LabelledFrame(frame, view.labels, view.background, slivers)
+
+
+def _slivers(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return a mask (H, W) of the objects that heaps hide but for a few pixels."""
+    counts = np.bincount(labels.ravel())
+    hidden = counts < MIN_VISIBLE_SHARE * labels.size
+    hidden[0] = False
+    return hidden[labels]
 
 
 @lru_cache(maxsize=2)
-def _view(family: str, seed: int) -> tuple[TabletopScene, RenderedView]:
+def _view(family: str, seed: int) -> tuple[TabletopScene | FurnishedScene, RenderedView]:
     scene = _scene(family, seed)
     return scene, render_scene(scene, colour=True)
 
 
-def _scene(family: str, seed: int) -> TabletopScene:
+def _scene(family: str, seed: int) -> TabletopScene | FurnishedScene:
     if family == EMPTY:
         # The camera is placed for one object, then the object is removed.
         lone = make_scene(seed, TabletopOptions(count_range=(1, 1)))
         return replace(lone, objects=())
+    if family == EMPTY_BIN:
+        return make_furnished_scene(seed, FurnishedOptions(family="bin", count_range=(0, 0)))
+    furnished: dict[str, FurnishedFamily] = {name: name for name in get_args(FurnishedFamily)}
+    if family in furnished:
+        return make_furnished_scene(seed, FurnishedOptions(family=furnished[family]))
     names = {name: name for name in get_args(Family)}
     options = TabletopOptions(family=names[family])
     for redraw in range(MAX_DRAWS - 1):

@@ -11,14 +11,21 @@ import numpy as np
 from eyehand.errors import DeviceError, InputError
 
 from ..mujoco_import import import_mujoco
-from ..scenes.tabletop_spec import tabletop_spec
+from ..scenes.fixture import BACKGROUND_NUMBER
+from ..scenes.furnished_scene import FurnishedScene, fixture_name, furnished_spec
+from ..scenes.tabletop_spec import FLOOR, TABLE_TOP, tabletop_spec
 from .gl_probe import gl_fault, gl_module
 from .gl_renderer import GlRenderer
 from .ray_renderer import RayRenderer
+from .rendered_view import RenderedView
 
 if TYPE_CHECKING:
+    from typing import Any
+
+    from numpy.typing import NDArray
+
     from ..scenes.tabletop_scene import TabletopScene
-    from .rendered_view import DepthRenderer, RenderedView
+    from .rendered_view import DepthRenderer
 
 Backend = Literal["auto", "gl", "rays"]
 """``gl`` uses OpenGL, ``rays`` casts rays on the CPU, ``auto`` uses OpenGL if available."""
@@ -74,7 +81,7 @@ def open_renderer(backend: Backend = "auto") -> DepthRenderer:
 
 
 def render_scene(
-    scene: TabletopScene,
+    scene: TabletopScene | FurnishedScene,
     *,
     renderer: DepthRenderer | None = None,
     colour: bool = True,
@@ -96,7 +103,8 @@ def render_scene(
     Returns
     -------
     RenderedView
-        Depth, labels and colour. Label 0 is table and floor; label k is ``scene.objects[k - 1]``.
+        Depth, labels, background kinds and colour. Label 0 is background; label k is
+        ``scene.objects[k - 1]``.
 
     Raises
     ------
@@ -109,13 +117,10 @@ def render_scene(
         raise InputError(f"max_range must be > 0 m and finite, got {max_range}")
     mujoco = import_mujoco()
     renderer = renderer or open_renderer()
-    model = tabletop_spec(scene.objects, scene.table, free=False).compile()
+    model, labels = _labelled_model(scene)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    labels = np.zeros(model.ngeom, dtype=np.int32)
-    for k, item in enumerate(scene.objects):
-        labels[model.geom(item.name).id] = k + 1
-    return renderer.render(
+    view = renderer.render(
         model,
         data,
         scene.intrinsics,
@@ -124,3 +129,25 @@ def render_scene(
         max_range=max_range,
         colour=colour,
     )
+    objects = np.maximum(view.labels, 0)
+    background = np.maximum(-view.labels, 0).astype(np.uint8)
+    return RenderedView(view.depth, objects, view.colour, background)
+
+
+def _labelled_model(scene: TabletopScene | FurnishedScene) -> tuple[Any, NDArray[np.int32]]:
+    """Return the scene's `MjModel` and the label of each geom.
+
+    Labels are numbers of objects, or numbers of background kinds times -1.
+    """
+    if isinstance(scene, FurnishedScene):
+        model = furnished_spec(scene.objects, scene.fixtures, free=False).compile()
+        kinds = {fixture_name(k): item.kind for k, item in enumerate(scene.fixtures)}
+    else:
+        model = tabletop_spec(scene.objects, scene.table, free=False).compile()
+        kinds = {TABLE_TOP: "table", FLOOR: "floor"}
+    labels = np.zeros(model.ngeom, dtype=np.int32)
+    for k, item in enumerate(scene.objects):
+        labels[model.geom(item.name).id] = k + 1
+    for name, kind in kinds.items():
+        labels[model.geom(name).id] = -BACKGROUND_NUMBER[kind]
+    return model, labels

@@ -22,6 +22,9 @@ class RenderedView:
     """Label of the visible geom from `geom_labels`, (H, W) int32; 0 where nothing is in range."""
     colour: NDArray | None
     """(H, W, 3) uint8 RGB, or None if not requested."""
+    background: NDArray | None = None
+    """Number in `BACKGROUND_LEGEND` of what a pixel without object shows, (H, W) uint8; 0 is an
+    object, or nothing in range. None if the scene's parts have no kinds."""
 
 
 class DepthRenderer(Protocol):

@@ -1,6 +1,7 @@
 """Simulated scenes, without pictures.
 
-Random objects that come to rest on a table (`make_scene`), solids of given size for hard cases
+Random objects that come to rest on a table (`make_scene`) or in and on furniture
+(`make_furnished_scene`), solids of given size for hard cases
 (the module `staged_solids`), boxes around an arm (`make_reaching_scene`), objects from mesh files
 (`read_objects`), and the files of a data set (`write_scene`, `read_ground_truth`).
 """
@@ -9,24 +10,42 @@ from . import staged_solids
 from .arm_clearance import ArmClearance, ReachingObstacle, arm_spec, clearance_pairs
 from .convex_mesh import hull_mesh
 from .dataset import DEPTH_FILE, LABELS_FILE, SCHEMA, read_ground_truth, read_labels, write_scene
+from .fixture import BACKGROUND_LEGEND, BackgroundKind, Fixture
+from .furnished import make_furnished_scene
+from .furnished_scene import (
+    COUNT_RANGES,
+    MAX_FURNISHED_OBJECTS,
+    FurnishedFamily,
+    FurnishedOptions,
+    FurnishedScene,
+)
 from .mesh_object import MeshObject
 from .object_folder import FolderObject, read_objects
 from .reaching import MAX_BOXES, ReachingScene, make_reaching_scene, straight_path_is_blocked
 from .tabletop import make_scene
 from .tabletop_options import MAX_OBJECTS, MIN_OBJECTS, TabletopOptions, ViewOptions
 from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
-from .viewpoint import camera_intrinsics, look_at
+from .viewpoint import MIN_VISIBLE_SHARE, camera_intrinsics, look_at
 
 __all__ = [
+    "BACKGROUND_LEGEND",
+    "COUNT_RANGES",
     "DEPTH_FILE",
     "LABELS_FILE",
     "MAX_BOXES",
+    "MAX_FURNISHED_OBJECTS",
     "MAX_OBJECTS",
     "MIN_OBJECTS",
+    "MIN_VISIBLE_SHARE",
     "SCHEMA",
     "ArmClearance",
+    "BackgroundKind",
     "Family",
+    "Fixture",
     "FolderObject",
+    "FurnishedFamily",
+    "FurnishedOptions",
+    "FurnishedScene",
     "MeshObject",
     "ReachingObstacle",
     "ReachingScene",
@@ -40,6 +59,7 @@ __all__ = [
     "clearance_pairs",
     "hull_mesh",
     "look_at",
+    "make_furnished_scene",
     "make_reaching_scene",
     "make_scene",
     "read_ground_truth",

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..mujoco_import import import_mujoco
-from .tabletop_spec import set_contact
+from .tabletop_spec import OBJECT_MATERIAL, set_contact
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -47,9 +47,13 @@ class MeshObject:
         """Maximum distance of a vertex from that origin, m."""
         return float(np.linalg.norm(self.vertices, axis=1).max())
 
+    def at(self, pose: RigidTransform) -> MeshObject:
+        """Return the same object with another T_world_object."""
+        return replace(self, pose=pose)
 
-def add_mesh_object(spec: Any, item: MeshObject) -> None:
-    """Add an object as a free body with its name to a scene's `MjSpec`."""
+
+def add_mesh_object(spec: Any, item: MeshObject, *, free: bool = True) -> None:
+    """Add an object as a body with its name to a scene's `MjSpec`, with a free joint or fixed."""
     mujoco = import_mujoco()
     mesh = spec.add_mesh(
         name=item.name,
@@ -61,7 +65,8 @@ def add_mesh_object(spec: Any, item: MeshObject) -> None:
     mesh.maxhullvert = HULL_VERTICES
     body = spec.worldbody.add_body(name=item.name, pos=item.centre)
     body.quat = item.pose.rotation.as_quat(scalar_first=True)
-    body.add_freejoint()
+    if free:
+        body.add_freejoint()
     geom = body.add_geom(name=item.name, type=mujoco.mjtGeom.mjGEOM_MESH, mass=item.mass)
-    geom.meshname, geom.material, geom.rgba = item.name, "object", [*item.colour, 1.0]
+    geom.meshname, geom.material, geom.rgba = item.name, OBJECT_MATERIAL, [*item.colour, 1.0]
     set_contact(geom)

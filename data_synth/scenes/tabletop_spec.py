@@ -23,6 +23,10 @@ PHYSICS_GROUP = 3
 """Geom groups. MuJoCo draws groups 0 to 2, so group 3 collides but is invisible."""
 TABLE_TOP = "table_top"
 """Visible geom of the table."""
+FLOOR = "floor"
+"""Geom of the floor."""
+OBJECT_MATERIAL = "object"
+"""Material of all but the table top."""
 
 SLIDING_FRICTION = 0.6
 TORSIONAL_FRICTION_M = 0.005
@@ -37,8 +41,8 @@ _IMPRATIO = 10.0
 """Stiffness of friction over that of normal contact: objects do not creep."""
 
 _TABLE_THICKNESS_M = 0.03
-_FLOOR_EXTENT_M = 30.0
-_FLOOR_FACET_M = 0.4
+FLOOR_EXTENT_M = 30.0
+FLOOR_FACET_M = 0.4
 """OpenGL lights the corners of facets: finer facets show a rounder spot of light."""
 _FLOOR_COLOUR = (0.62, 0.63, 0.65)
 _TEXTURE_PX_PER_M = 1000
@@ -72,28 +76,42 @@ def tabletop_spec(
         To be extended (by a robot, say) or compiled.
     """
     mujoco = import_mujoco()
+    spec = new_spec()
+    visuals = not free if visuals is None else visuals
+    _add_table(mujoco, spec, table, visuals=visuals)
+    if visuals:
+        _add_wood(mujoco, spec, table)
+        add_lighting(spec, table.height)
+    for item in objects:
+        add_solid(spec, item, free=free, visuals=visuals)
+    return spec
+
+
+def new_spec() -> Any:
+    """Return an empty `MjSpec` with the physics options of all scenes."""
+    mujoco = import_mujoco()
     spec = mujoco.MjSpec()
     spec.option.timestep = _TIMESTEP_S
     spec.option.integrator = mujoco.mjtIntegrator.mjINT_IMPLICITFAST
     spec.option.cone = mujoco.mjtCone.mjCONE_ELLIPTIC
     spec.option.impratio = _IMPRATIO
-    visuals = not free if visuals is None else visuals
-    _add_table(mujoco, spec, table, visuals=visuals)
-    if visuals:
-        _add_visuals(mujoco, spec, table)
-    for item in objects:
-        body = spec.worldbody.add_body(name=item.name)
-        body.pos = item.shape.centre
-        body.quat = item.shape.pose.rotation.as_quat(scalar_first=True)
-        if free:
-            body.add_freejoint()
-        geom = body.add_geom(name=item.name, mass=item.mass)
-        geom.rgba = [*item.colour, 1.0]
-        _set_solid(mujoco, spec, geom, item.name, item.shape)
-        set_contact(geom)
-        if visuals:
-            geom.material = "object"
     return spec
+
+
+def add_solid(spec: Any, item: TabletopObject, *, free: bool, visuals: bool) -> None:
+    """Add a solid as a body and a geom of its name; `free` gives it a free joint."""
+    mujoco = import_mujoco()
+    body = spec.worldbody.add_body(name=item.name)
+    body.pos = item.shape.centre
+    body.quat = item.shape.pose.rotation.as_quat(scalar_first=True)
+    if free:
+        body.add_freejoint()
+    geom = body.add_geom(name=item.name, mass=item.mass)
+    geom.rgba = [*item.colour, 1.0]
+    _set_solid(mujoco, spec, geom, item.name, item.shape)
+    set_contact(geom)
+    if visuals:
+        geom.material = OBJECT_MATERIAL
 
 
 def _set_solid(mujoco: Any, spec: Any, geom: Any, name: str, shape: Superquadric) -> None:
@@ -132,19 +150,23 @@ def _add_table(mujoco: Any, spec: Any, table: Table, *, visuals: bool) -> None:
     top = world.add_geom(name=TABLE_TOP, type=mujoco.mjtGeom.mjGEOM_BOX, contype=0, conaffinity=0)
     top.size = [table.size[0] / 2, table.size[1] / 2, half]
     top.pos, top.material = [0, 0, table.height - half], "wood"
-    floor = world.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE, contype=0, conaffinity=0)
-    floor.size = [_FLOOR_EXTENT_M / 2, _FLOOR_EXTENT_M / 2, _FLOOR_FACET_M]
+    floor = world.add_geom(name=FLOOR, type=mujoco.mjtGeom.mjGEOM_PLANE, contype=0, conaffinity=0)
+    floor.size = [FLOOR_EXTENT_M / 2, FLOOR_EXTENT_M / 2, FLOOR_FACET_M]
     floor.pos, floor.rgba = [0, 0, table.height - table.floor_drop], [*_FLOOR_COLOUR, 1]
-    floor.material = "object"
+    floor.material = OBJECT_MATERIAL
 
 
-def _add_visuals(mujoco: Any, spec: Any, table: Table) -> None:
+def _add_wood(mujoco: Any, spec: Any, table: Table) -> None:
     texture = spec.add_texture(name="wood", type=mujoco.mjtTexture.mjTEXTURE_2D)
     texture.nchannel = 3
     texture.width, texture.height, texture.data = _wood_texture(table.size)
     wood = spec.add_material(name="wood", specular=0.15, shininess=0.3)
     wood.textures[mujoco.mjtTextureRole.mjTEXROLE_RGB] = "wood"
-    spec.add_material(name="object", specular=0.35, shininess=0.6)
+
+
+def add_lighting(spec: Any, height: float) -> None:
+    """Add lamps and the material of objects; `height` is the world z of the work surface, m."""
+    spec.add_material(name=OBJECT_MATERIAL, specular=0.35, shininess=0.6)
     visual = spec.visual
     visual.headlight.ambient, visual.headlight.diffuse = [0.38] * 3, [0.22] * 3
     visual.headlight.specular = [0.05] * 3
@@ -153,7 +175,7 @@ def _add_visuals(mujoco: Any, spec: Any, table: Table) -> None:
     visual.quality.shadowsize, visual.quality.offsamples = 4096, 4
     visual.quality.numslices, visual.quality.numstacks = _SLICES, _SLICES // 2
     lamp = spec.worldbody.add_light(name="lamp", castshadow=True, cutoff=70.0, exponent=1.0)
-    lamp.pos = np.add(_KEY_LIGHT, [0, 0, table.height])
+    lamp.pos = np.add(_KEY_LIGHT, [0, 0, height])
     lamp.dir = np.negative(_KEY_LIGHT)
     lamp.ambient, lamp.diffuse, lamp.specular = [0.0] * 3, [0.58, 0.56, 0.52], [0.4] * 3
 

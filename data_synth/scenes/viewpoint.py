@@ -104,7 +104,7 @@ def draw_viewpoint(
         T_world_camera, or None if no draw showed all of them.
     """
     camera = camera_intrinsics(options)
-    cameras = [_reduced(camera, step) for step in steps]
+    cameras = [reduced(camera, step) for step in steps]
     centres = np.array([shape.centre for shape in shapes])
     target = (centres.min(axis=0) + centres.max(axis=0)) / 2
     vertices = np.vstack([mesh(shape, _OUTLINE_RESOLUTION)[0] for shape in shapes])
@@ -150,7 +150,7 @@ def _random_viewpoint(
     return look_at(target + distance * np.array(towards), target)
 
 
-def _reduced(camera: CameraIntrinsics, step: int) -> CameraIntrinsics:
+def reduced(camera: CameraIntrinsics, step: int) -> CameraIntrinsics:
     """Return the intrinsics of an image with width and height divided by `step`."""
     k = camera
     width, height = max(k.width // step, 1), max(k.height // step, 1)

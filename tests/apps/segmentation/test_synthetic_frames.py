@@ -45,6 +45,23 @@ def test_empty_table_has_no_object_and_many_readings():
     assert np.mean(read.frame.valid) > 0.5
 
 
+def test_empty_bin_shows_its_parts_and_no_object():
+    (source,) = synthetic_sources(["empty-bin"], ["none"], frames=1)
+    read = source.load()
+    assert read.truth.max() == 0
+    assert read.background is not None
+    assert np.all((read.background > 0) == (read.frame.depth > 0))
+
+
+def test_slivers_of_hidden_objects_are_not_scored():
+    (source,) = synthetic_sources(["bin"], ["none"], frames=1, seed=3)
+    read = source.load()
+    assert read.ignored is not None
+    counts = np.bincount(read.truth.ravel())
+    small = np.flatnonzero((counts > 0) & (counts < 4e-4 * read.truth.size))
+    assert set(np.unique(read.truth[read.ignored])) == set(small)
+
+
 def test_returns_noise_by_name():
     assert depth_noise("none") == DepthNoise.none()
     assert depth_noise("realistic") == DepthNoise.realistic()

@@ -1,0 +1,151 @@
+"""Random scenes of objects in and on furniture, drawn from a seed and settled by physics."""
+
+from __future__ import annotations
+
+import zlib
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.errors import InputError
+
+from .furnished_scene import FurnishedOptions, FurnishedScene, object_pose
+from .furnished_settings import HALF_VIEW, draw_setting
+from .household_shapes import draw_shape
+from .mesh_object import MeshObject
+from .pouring import FurnishedPhysics, pour
+from .tabletop import PALETTE
+from .tabletop_options import TabletopOptions, ViewOptions
+from .tabletop_scene import TabletopObject, solid_volume
+from .viewpoint import MIN_VISIBLE_SHARE, camera_intrinsics, look_at, reduced
+
+if TYPE_CHECKING:
+    from eyehand.perception import CameraIntrinsics
+
+    from .fixture import Colour
+    from .furnished_scene import RigidObject
+    from .furnished_settings import Setting
+
+MAX_DRAWS = 20
+"""Draws before :func:`make_furnished_scene` gives up."""
+MIN_SEEN = 0.5
+"""Minimum share of the objects of which the camera sees more than a few pixels. Heaps hide some."""
+DARK_SHARE = 0.12
+"""Share of objects that are nearly black, where some cameras read nothing."""
+
+_VIEWS = 12
+"""Camera poses tried for one draw."""
+_FILLED = (0.85, 1.3)
+"""Range of the radius of interest over half the height of the image."""
+_DARK = ((0.05, 0.05, 0.06), (0.09, 0.07, 0.06), (0.04, 0.06, 0.10))
+_REDUCTION = 4
+
+
+def make_furnished_scene(seed: int, options: FurnishedOptions | None = None) -> FurnishedScene:
+    """Draw a scene whose objects are at rest in and on furniture.
+
+    Objects fall one by one and settle in MuJoCo. Those that fall off the furniture are removed. A
+    draw is rejected and repeated if fewer objects stay than requested, if they do not come to
+    rest, or if no camera pose shows half of them. Heaped objects may be hidden. The same seed and
+    options give the same scene on one machine.
+
+    Parameters
+    ----------
+    seed
+        Source of all randomness, >= 0.
+    options
+        Furniture, number and source of the objects.
+
+    Raises
+    ------
+    InputError
+        If the seed is negative, or all draws failed (the message counts the reasons).
+    DeviceError
+        If MuJoCo cannot be loaded.
+    """
+    if seed < 0:
+        raise InputError(f"seed must be a whole number >= 0, got {seed}")
+    options = options or FurnishedOptions()
+    faults: Counter[str] = Counter()
+    for attempt in range(MAX_DRAWS):
+        drawn = _draw(int(seed), attempt, options)
+        if isinstance(drawn, FurnishedScene):
+            return drawn
+        faults[drawn] += 1
+    counts = ", ".join(f"{count}x {fault}" for fault, count in faults.most_common())
+    low, high = options.counts
+    raise InputError(
+        f"no {options.family} scene of {low}-{high} objects in {MAX_DRAWS} draws ({counts}): ask "
+        "for fewer or smaller objects"
+    )
+
+
+def _draw(seed: int, attempt: int, options: FurnishedOptions) -> FurnishedScene | str:
+    """Draw once; return the scene, or the reason for its rejection."""
+    rng = np.random.default_rng([seed, attempt, zlib.crc32(options.family.encode())])
+    low, high = options.counts
+    count = int(rng.integers(low, high + 1))
+    setting = draw_setting(options.family, count, rng)
+    objects = [_draw_object(k, setting, options, rng) for k in range(count)]
+    physics = FurnishedPhysics(objects, setting.fixtures)
+    stayed = pour(objects, setting.zones, physics, rng)
+    if isinstance(stayed, str):
+        return stayed
+    if len(stayed) < low:
+        return "too many fell off"
+    intrinsics = camera_intrinsics(ViewOptions(image_size=options.image_size))
+    settled = FurnishedPhysics(stayed, setting.fixtures)
+    for index, item in enumerate(stayed):
+        settled.put(index, object_pose(item))
+    for _ in range(_VIEWS):
+        T_world_camera = _draw_view(setting, rng)
+        if _shows(settled, intrinsics, T_world_camera, len(stayed)):
+            return FurnishedScene(
+                seed, options.family, stayed, setting.fixtures, intrinsics, T_world_camera
+            )
+    return "no view of half of the objects"
+
+
+def _draw_object(
+    index: int, setting: Setting, options: FurnishedOptions, rng: np.random.Generator
+) -> RigidObject:
+    colour: Colour = PALETTE[rng.integers(len(PALETTE))]
+    if rng.random() < DARK_SHARE:
+        colour = _DARK[rng.integers(len(_DARK))]
+    if options.meshes and rng.random() < options.mesh_share:
+        item = options.meshes[rng.integers(len(options.meshes))]
+        name = f"{item.name}_{index + 1}"
+        still = RigidTransform.identity()
+        return MeshObject(name, item.vertices, item.faces, item.mass, colour, still)
+    solids = TabletopOptions(width_range=setting.width_range, height_range=setting.height_range)
+    shape = draw_shape(solids.kinds[rng.integers(len(solids.kinds))], solids, rng)
+    mass = float(rng.uniform(*solids.density_range)) * solid_volume(shape)
+    return TabletopObject(f"{shape.kind}_{index + 1}", shape, mass, colour)
+
+
+def _draw_view(setting: Setting, rng: np.random.Generator) -> RigidTransform:
+    azimuth = rng.uniform(*setting.azimuth)
+    elevation = rng.uniform(*setting.elevation)
+    distance = setting.radius / (HALF_VIEW * rng.uniform(*_FILLED))
+    distance = float(np.clip(distance, *setting.distances))
+    level = np.cos(elevation)
+    towards = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
+    target = np.array(setting.target) + 0.1 * setting.radius * rng.uniform(-1, 1, 3)
+    return look_at(target + distance * np.array(towards), target)
+
+
+def _shows(
+    physics: FurnishedPhysics,
+    intrinsics: CameraIntrinsics,
+    T_world_camera: RigidTransform,
+    count: int,
+) -> bool:
+    """Return whether enough objects are visible; without objects, always."""
+    if count == 0:
+        return True
+    k = reduced(intrinsics, _REDUCTION)
+    pixels = physics.visible_pixels(k, T_world_camera)
+    seen = np.count_nonzero(pixels >= MIN_VISIBLE_SHARE * k.width * k.height)
+    return bool(seen >= max(MIN_SEEN * count, 1))
