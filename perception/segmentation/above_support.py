@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, NamedTuple
 
-import cv2
 import numpy as np
 from numba import njit
+
+from .connected_parts import connected_parts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -83,17 +84,13 @@ def candidate_window(above: NDArray[np.bool_], min_patch: int) -> tuple[slice, s
     rows, columns = above.shape
     down, across = -(-rows // BLOCK), -(-columns // BLOCK)
     counts = count_blocks(above, down, across, BLOCK)
-    count, parts, stats, _ = cv2.connectedComponentsWithStats(
-        (counts >= MIN_BLOCK).astype(np.uint8), connectivity=8
-    )
-    if count < 2:
-        return None
-    sizes = np.bincount(parts.ravel(), weights=counts.ravel(), minlength=count)
+    parts, _, boxes = connected_parts((counts >= MIN_BLOCK).astype(np.uint8), diagonal=True)
+    sizes = np.bincount(parts.ravel(), weights=counts.ravel(), minlength=len(boxes))
     keep = np.flatnonzero(sizes[1:] >= min_patch) + 1
     if keep.size == 0:
         return None
-    left, top, width, height = stats[keep, :4].T
-    right, bottom = (left + width).max(), (top + height).max()
+    top, left, bottom, right = boxes[keep].T
+    bottom, right = bottom.max(), right.max()
     first_row, first_column = max(top.min() - MARGIN, 0), max(left.min() - MARGIN, 0)
     return (
         slice(int(first_row) * BLOCK, min(int(bottom + MARGIN) * BLOCK, rows)),

@@ -79,7 +79,7 @@ def grow_rings(q, planes, patches, allowed, max_gap, rings):
     end = 0
     for v in range(rows):
         for u in range(columns):
-            if labels[v, u] > 0:
+            if labels[v, u] > 0 and _can_grow(labels, allowed, v, u):
                 queue_v[end] = v
                 queue_u[end] = u
                 end += 1
@@ -127,3 +127,15 @@ def grow_rings(q, planes, patches, allowed, max_gap, rings):
         if ring_start == end:
             break
     return labels, value, slope_u, slope_v
+
+
+@njit(cache=True, nogil=True)
+def _can_grow(labels, allowed, v, u):
+    """Return whether a pixel has a neighbour in its row or column that may join a patch."""
+    rows, columns = labels.shape
+    return (
+        (u + 1 < columns and allowed[v, u + 1] and labels[v, u + 1] <= 0)
+        or (u > 0 and allowed[v, u - 1] and labels[v, u - 1] <= 0)
+        or (v + 1 < rows and allowed[v + 1, u] and labels[v + 1, u] <= 0)
+        or (v > 0 and allowed[v - 1, u] and labels[v - 1, u] <= 0)
+    )

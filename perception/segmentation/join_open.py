@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
+from .connected_parts import connected_parts
 from .convexity import HOLLOW, region_convexity
 from .regions import MAX_GAP, MIN_BORDER, Borders, count_border_pairs, fill_holes, relabel_by_size
 
@@ -104,9 +105,8 @@ def _has_neighbour(label: int, borders: Borders) -> bool:
 def _enclosed(labels: NDArray[np.int32], disparity: NDArray[np.float32]) -> NDArray[np.int32]:
     """Number the connected parts of the background from 1; the largest one, the table, is 0."""
     empty = ((labels == 0) & (disparity > 0)).astype(np.uint8)
-    _, parts, stats, _ = cv2.connectedComponentsWithStats(empty, connectivity=4)
-    stats[0, cv2.CC_STAT_AREA] = 0
-    largest = int(np.argmax(stats[:, cv2.CC_STAT_AREA]))
+    parts, sizes, _ = connected_parts(empty)
+    largest = 1 + int(np.argmax(sizes[1:])) if len(sizes) > 1 else 0
     return np.where(parts == largest, 0, parts).astype(np.int32)
 
 

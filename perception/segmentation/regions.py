@@ -154,55 +154,74 @@ def border_counts(labels, q, planes, count, max_step, max_crease, max_gap):
     max_gap
         Maximum number of missing readings between the pixels of a pair.
     """
-    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
     rows, columns = labels.shape
     contact = np.zeros((count + 1, count + 1, 4), np.int32)
     occluding = np.zeros((count + 1, count + 1, 4), np.int32)
     not_behind = np.zeros((count + 1, count + 1), np.int32)
     blind = np.zeros((count + 1, 4), np.int32)
-    for axis in range(2):
-        outer, inner = (rows, columns) if axis == 0 else (columns, rows)
-        ahead, back = (RIGHT, LEFT) if axis == 0 else (BELOW, ABOVE)
-        for i in range(outer):
-            last = -max_gap - 2
-            for j in range(inner):
-                v, u = (i, j) if axis == 0 else (j, i)
-                if q[v, u] <= 0:
-                    continue
-                b = labels[v, u]
-                gap = j - last
-                pv, pu = (i, last) if axis == 0 else (last, i)
-                if gap > max_gap + 1:
-                    blind[b, back] += 1
-                    if last >= 0:
-                        blind[labels[pv, pu], ahead] += 1
-                    last = j
-                    continue
-                last = j
-                a = labels[pv, pu]
-                if a == b:
-                    continue
-                depth_step = 1.0 / q[v, u] - 1.0 / q[pv, pu]
-                if depth_step >= -CLOSE_GAP:
-                    not_behind[a, b] += 1
-                if depth_step <= CLOSE_GAP:
-                    not_behind[b, a] += 1
-                rise = q[v, u] - q[pv, pu]
-                if axis == 0:
-                    error_a = rise - slope_u[pv, pu] * gap
-                    error_b = rise - slope_u[v, u] * gap
-                else:
-                    error_a = rise - slope_v[pv, pu] * gap
-                    error_b = rise - slope_v[v, u] * gap
-                step = abs(error_a) + abs(error_b) - min(abs(error_b - error_a), max_crease)
-                if value[v, u] > 0 and value[pv, pu] > 0 and step < max_step:
-                    contact[a, b, ahead] += 1
-                    contact[b, a, back] += 1
-                elif rise < 0:
-                    occluding[a, b, ahead] += 1
-                else:
-                    occluding[b, a, back] += 1
-            if last >= 0:
-                v, u = (i, last) if axis == 0 else (last, i)
-                blind[labels[v, u], ahead] += 1
+    counts = contact, occluding, not_behind
+    none = -max_gap - 2
+    # The last reading of each column, and the last one of the present row.
+    above = np.full(columns, none)
+    for v in range(rows):
+        left = none
+        for u in range(columns):
+            if q[v, u] <= 0:
+                continue
+            b = labels[v, u]
+            gap = u - left
+            if gap > max_gap + 1:
+                blind[b, LEFT] += 1
+                if left >= 0:
+                    blind[labels[v, left], RIGHT] += 1
+            elif labels[v, left] != b:
+                pair = (v, left), (v, u)
+                _count_pair(labels, q, planes, pair, (max_step, max_crease), counts)
+            left = u
+            gap = v - above[u]
+            if gap > max_gap + 1:
+                blind[b, ABOVE] += 1
+                if above[u] >= 0:
+                    blind[labels[above[u], u], BELOW] += 1
+            elif labels[above[u], u] != b:
+                pair = (above[u], u), (v, u)
+                _count_pair(labels, q, planes, pair, (max_step, max_crease), counts)
+            above[u] = v
+        if left >= 0:
+            blind[labels[v, left], RIGHT] += 1
+    for u in range(columns):
+        if above[u] >= 0:
+            blind[labels[above[u], u], BELOW] += 1
     return contact, occluding, not_behind, blind
+
+
+@njit(cache=True, nogil=True)
+def _count_pair(labels, q, planes, pair, limits, counts):
+    """Count one pair of border pixels of the same row or column, the left or upper one first."""
+    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
+    max_step, max_crease = limits
+    contact, occluding, not_behind = counts
+    (pv, pu), (v, u) = pair
+    a, b = labels[pv, pu], labels[v, u]
+    depth_step = 1.0 / q[v, u] - 1.0 / q[pv, pu]
+    if depth_step >= -CLOSE_GAP:
+        not_behind[a, b] += 1
+    if depth_step <= CLOSE_GAP:
+        not_behind[b, a] += 1
+    rise = q[v, u] - q[pv, pu]
+    if v == pv:
+        ahead, back = RIGHT, LEFT
+        error_a = rise - slope_u[pv, pu] * (u - pu)
+        error_b = rise - slope_u[v, u] * (u - pu)
+    else:
+        ahead, back = BELOW, ABOVE
+        error_a = rise - slope_v[pv, pu] * (v - pv)
+        error_b = rise - slope_v[v, u] * (v - pv)
+    step = abs(error_a) + abs(error_b) - min(abs(error_b - error_a), max_crease)
+    if value[v, u] > 0 and value[pv, pu] > 0 and step < max_step:
+        contact[a, b, ahead] += 1
+        contact[b, a, back] += 1
+    elif rise < 0:
+        occluding[a, b, ahead] += 1
+    else:
+        occluding[b, a, back] += 1

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import cv2
 import numpy as np
 from numba import njit
 
+from .connected_parts import connected_parts
 from .local_planes import plane_normals
 
 if TYPE_CHECKING:
@@ -42,12 +42,12 @@ def linked_pixels(image: WorkingImage, planes: LocalPlanes) -> NDArray[np.uint8]
 
 def label_patches(linked: NDArray[np.uint8], min_patch: int) -> NDArray[np.int32]:
     """Label connected linked pixels (H, W): 1..n = patches of at least `min_patch` px, int32."""
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(linked, connectivity=4)
-    keep = stats[:, cv2.CC_STAT_AREA] >= min_patch
+    labels, sizes, _ = connected_parts(linked)
+    keep = sizes >= min_patch
     keep[0] = False
-    renumber = np.zeros(count, np.int32)
+    renumber = np.zeros(len(sizes), np.int32)
     renumber[keep] = np.arange(1, np.count_nonzero(keep) + 1, dtype=np.int32)
-    return np.take(renumber, np.asarray(labels, dtype=np.int32))
+    return np.take(renumber, labels)
 
 
 @njit(cache=True, nogil=True)

@@ -10,6 +10,7 @@ from numba import njit
 
 from ..perpendicular import perpendicular_pair
 from .above_support import SUPPORT_SIGMAS
+from .connected_parts import connected_parts
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -82,12 +83,8 @@ def locate_support(plane: SupportPlane, depth: float, image: WorkingImage) -> Su
     """
     stride = -(-image.intrinsics.width // LOCATE_WIDTH)
     view = _view_plane(plane, depth, image, stride)
-    count, *found = cv2.connectedComponentsWithStats(view.on, connectivity=4)
-    labels, boxes = np.asarray(found[0], np.int32), np.asarray(found[1], np.int32)
-    flat = labels.ravel()
-    weights = np.bincount(flat, weights=view.weight.ravel(), minlength=count)
-    areas = np.bincount(flat, weights=view.area.ravel(), minlength=count)
-    weights[0] = 0.0
+    labels, sizes, boxes = connected_parts(view.on)
+    weights, areas = sum_parts(labels, len(sizes), view.weight, view.area)
     order = np.argsort(-weights, kind="stable")[:MAX_PARTS]
     order = order[(areas[order] >= MIN_PART) & (weights[order] > 0)]
     if not len(order):
@@ -126,7 +123,7 @@ def _view_plane(plane: SupportPlane, depth: float, image: WorkingImage, stride: 
         z, (slope_u, slope_v), plane.offset, (scatter, noise), 1.0 / (k.fx * k.fy)
     )
     on = cv2.morphologyEx(on, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)).astype(np.uint8)
-    return _PlaneView(on, below, weight * on, area * on)
+    return _PlaneView(on, below, weight, area)
 
 
 @njit(cache=True, nogil=True)
@@ -171,10 +168,24 @@ def weigh_readings(depth, slopes, offset, spread, solid_angle):
     return on, below, weight, area
 
 
+@njit(cache=True, nogil=True)
+def sum_parts(labels, count, weight, area):
+    """Return the sums of weight and area (H, W) over each label 1..`count` - 1, 0 for label 0."""
+    weights, areas = np.zeros(count), np.zeros(count)
+    rows, columns = labels.shape
+    for v in range(rows):
+        for u in range(columns):
+            label = labels[v, u]
+            if label > 0:
+                weights[label] += weight[v, u]
+                areas[label] += area[v, u]
+    return weights, areas
+
+
 def _image_hull(labels: NDArray[np.int32], part: int, box: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Return the convex hull (K, 1, 2) of a part in the image from its box (cv2's statistics)."""
-    left, top, width, height = box[:4]
-    mask = labels[top : top + height, left : left + width] == part
+    """Return the convex hull (K, 1, 2) of a part in the image from its box."""
+    top, left, bottom, right = box
+    mask = labels[top:bottom, left:right] == part
     outlines, _ = cv2.findContours(
         mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
     )

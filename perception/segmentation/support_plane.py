@@ -79,8 +79,6 @@ class PlaneSamples(NamedTuple):
     """Directions with z = 1, (N, 3)."""
     normals: NDArray[np.float64]
     """Unit normals of their local planes, (N, 3)."""
-    weights: NDArray[np.float64]
-    """(N,), 1/m²; 0 = explained by an earlier plane."""
 
 
 def find_supports(image: WorkingImage, options: SegmentationOptions) -> list[Support]:
@@ -175,10 +173,12 @@ def _propose_planes(
     proposed: list[tuple[SupportPlane, float]] = []
     free = np.ones(rows.size, bool)
     tolerance = SUPPORT_SIGMAS * image.noise
+    samples = PlaneSamples(1.0 / z, rays, sample_normals)
+    on_plane = plane_inliers(candidates, offsets, samples, tolerance)
+    votes = on_plane.astype(np.float64)
     for _ in range(MAX_PROPOSED):
-        samples = PlaneSamples(1.0 / z, rays, sample_normals, weights * free)
-        best = int(np.argmax(plane_scores(candidates, offsets, samples, tolerance)))
-        inliers = plane_inliers(candidates[best], offsets[best], samples, tolerance)
+        best = int(np.argmax(votes @ (weights * free)))
+        inliers = on_plane[best] & free
         if inliers.sum() < max(MIN_INLIERS, MIN_SHARE * rows.size):
             break
         free &= ~inliers
@@ -230,10 +230,10 @@ def _refit(
 
 
 @njit(cache=True, nogil=True)
-def plane_scores(candidates, offsets, samples, tolerance):
-    """Return the weight of the inliers of each plane: candidates (C, 3), offsets (C,)."""
-    q, rays, normals, weights = samples
-    scores = np.zeros(len(candidates))
+def plane_inliers(candidates, offsets, samples, tolerance):
+    """Mark the samples on each plane that have its normal, (C, N): candidates (C, 3)."""
+    q, rays, normals = samples.disparity, samples.rays, samples.normals
+    inliers = np.zeros((len(candidates), len(q)), np.bool_)
     for k in range(len(candidates)):
         a, b, c = candidates[k, 0], candidates[k, 1], candidates[k, 2]
         scale = 1.0 / offsets[k]
@@ -242,14 +242,5 @@ def plane_scores(candidates, offsets, samples, tolerance):
             along = a * rays[i, 0] + b * rays[i, 1] + c * rays[i, 2]
             if abs(along * scale + q[i]) < tolerance:
                 cosine = a * normals[i, 0] + b * normals[i, 1] + c * normals[i, 2]
-                if cosine > MIN_COSINE:
-                    scores[k] += weights[i]
-    return scores
-
-
-def plane_inliers(
-    candidate: NDArray[np.float64], offset: float, samples: PlaneSamples, tolerance: float
-) -> NDArray[np.bool_]:
-    """Mark the samples of weight > 0 that are on a plane and have its normal, (N,) bool."""
-    near = np.abs(samples.rays @ candidate / offset + samples.disparity) < tolerance
-    return near & (samples.normals @ candidate > MIN_COSINE) & (samples.weights > 0)
+                inliers[k, i] = cosine > MIN_COSINE
+    return inliers

@@ -13,7 +13,6 @@ from eyehand.perception.segmentation.support_plane import (
     PlaneSamples,
     find_supports,
     plane_inliers,
-    plane_scores,
 )
 
 OPTIONS = SegmentationOptions()
@@ -33,7 +32,7 @@ def support_heights(solids, plates, known_pose=False, **options):
 
 
 def random_samples(seed):
-    """Return candidate planes and samples of them, with some outliers and zero weights."""
+    """Return candidate planes and samples of them, with some outliers."""
     rng = np.random.default_rng(seed)
     count = 80
     rays = np.column_stack([rng.uniform(-0.5, 0.5, (count, 2)), np.ones(count)])
@@ -46,21 +45,17 @@ def random_samples(seed):
     ] + 0.02 * rng.normal(size=count)
     normals = planes[plane_index] + 0.2 * rng.normal(size=(count, 3))
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    weights = rng.random(count) * (rng.random(count) < 0.8)
-    return planes, offsets, q, rays, normals, weights
+    return planes, offsets, q, rays, normals
 
 
 @given(seed=st.integers(0, 10_000), tolerance=st.floats(0.005, 0.1))
 @settings(max_examples=20)
-def test_votes_equal_numpy(seed, tolerance):
-    planes, offsets, q, rays, normals, weights = random_samples(seed)
-    samples = PlaneSamples(q, rays, normals, weights)
+def test_inliers_equal_numpy(seed, tolerance):
+    planes, offsets, q, rays, normals = random_samples(seed)
     expected = np.abs(rays @ planes.T / offsets + q[:, None]) < tolerance
-    expected &= (normals @ planes.T > MIN_COSINE) & (weights[:, None] > 0)
-    for k, plane in enumerate(planes):
-        assert np.array_equal(plane_inliers(plane, offsets[k], samples, tolerance), expected[:, k])
-    scores = plane_scores(planes, offsets, samples, tolerance)
-    assert np.allclose(scores, weights @ expected)
+    expected &= normals @ planes.T > MIN_COSINE
+    found = plane_inliers(planes, offsets, PlaneSamples(q, rays, normals), tolerance)
+    assert np.array_equal(found, expected.T)
 
 
 def test_infinite_table_is_detected():
