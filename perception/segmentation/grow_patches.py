@@ -69,73 +69,73 @@ def grow_patches(
 
 @njit(cache=True, nogil=True)
 def grow_rings(q, planes, patches, allowed, max_gap, rings):
-    """Grow labels by at most `rings` rings; return the labels and the planes' value and slopes."""
+    """Grow labels by at most `rings` rings; return the labels and the planes' value and slopes.
+
+    Labels and rings are stored in images with a border of one pixel, so that no index has to be
+    checked. The border counts as finished.
+    """
     rows, columns = q.shape
-    labels = patches.copy()
     value, slope_u, slope_v = planes.value.copy(), planes.slope_u.copy(), planes.slope_v.copy()
-    queue_v = np.empty(rows * columns, np.int32)
-    queue_u = np.empty(rows * columns, np.int32)
-    visited = np.zeros((rows, columns), np.int32)
-    end = 0
+    flat = q.ravel(), value.ravel(), slope_u.ravel(), slope_v.ravel()
+    width = columns + 2
+    finished = rings + 1
+    labels = np.zeros((rows + 2, width), np.int32)
+    labels[1:-1, 1:-1] = patches
+    tried = np.full((rows + 2, width), finished, np.int32)
     for v in range(rows):
         for u in range(columns):
-            if labels[v, u] > 0 and _can_grow(labels, allowed, v, u):
-                queue_v[end] = v
-                queue_u[end] = u
-                end += 1
+            if patches[v, u] <= 0 and allowed[v, u]:
+                tried[v + 1, u + 1] = 0
+    padded_labels = labels
+    labels, tried = labels.ravel(), tried.ravel()
+    queue = np.empty(rows * columns, np.int32)
+    end = 0
+    for k in range(width, len(labels) - width):
+        if labels[k] > 0 and min(tried[k + 1], tried[k - 1], tried[k + width], tried[k - width]) == 0:
+            queue[end] = k
+            end += 1
     start = 0
     for ring in range(1, rings + 1):
         ring_start = end
-        for k in range(start, ring_start):
-            for dv, du in ((0, 1), (0, -1), (1, 0), (-1, 0)):
-                y, x = queue_v[k] + dv, queue_u[k] + du
-                if y < 0 or x < 0 or y >= rows or x >= columns:
+        for i in range(start, ring_start):
+            for side in (1, -1, width, -width):
+                k = queue[i] + side
+                if tried[k] >= ring:
                     continue
-                if labels[y, x] > 0 or not allowed[y, x] or visited[y, x] == ring:
-                    continue
-                visited[y, x] = ring
-                best_gap = max_gap
-                best_label = 0
-                best_value = best_u = best_v = np.float32(0.0)
-                for ev in range(-1, 2):
-                    for eu in range(-1, 2):
-                        b, a = y + ev, x + eu
-                        if b < 0 or a < 0 or b >= rows or a >= columns:
-                            continue
-                        if labels[b, a] <= 0 or value[b, a] <= 0:
-                            continue
-                        at = value[b, a] - slope_u[b, a] * eu - slope_v[b, a] * ev
-                        gap = abs(at - q[y, x])
-                        if gap < best_gap:
-                            best_gap = gap
-                            best_label = labels[b, a]
-                            best_value = at
-                            best_u = slope_u[b, a]
-                            best_v = slope_v[b, a]
-                if best_label > 0:
-                    # The rest of this ring ignores negative labels: only earlier rings count.
-                    labels[y, x] = -best_label
-                    value[y, x] = best_value
-                    slope_u[y, x] = best_u
-                    slope_v[y, x] = best_v
-                    queue_v[end] = y
-                    queue_u[end] = x
+                tried[k] = ring
+                # The rest of this ring ignores negative labels: only earlier rings count.
+                labels[k] = -_join_nearest(labels, flat, k, width, max_gap)
+                if labels[k] < 0:
+                    tried[k] = finished
+                    queue[end] = k
                     end += 1
-        for k in range(ring_start, end):
-            labels[queue_v[k], queue_u[k]] = -labels[queue_v[k], queue_u[k]]
+        for i in range(ring_start, end):
+            labels[queue[i]] = -labels[queue[i]]
         start = ring_start
         if ring_start == end:
             break
-    return labels, value, slope_u, slope_v
+    return padded_labels[1:-1, 1:-1].copy(), value, slope_u, slope_v
 
 
 @njit(cache=True, nogil=True)
-def _can_grow(labels, allowed, v, u):
-    """Return whether a pixel has a neighbour in its row or column that may join a patch."""
-    rows, columns = labels.shape
-    return (
-        (u + 1 < columns and allowed[v, u + 1] and labels[v, u + 1] <= 0)
-        or (u > 0 and allowed[v, u - 1] and labels[v, u - 1] <= 0)
-        or (v + 1 < rows and allowed[v + 1, u] and labels[v + 1, u] <= 0)
-        or (v > 0 and allowed[v - 1, u] and labels[v - 1, u] <= 0)
-    )
+def _join_nearest(labels, flat, k, width, max_gap):
+    """Return the label, 0 or more, that pixel k of the padded image joins; set its plane."""
+    q, value, slope_u, slope_v = flat
+    columns = width - 2
+    row = k // width - 1
+    pixel = row * columns + k - (row + 1) * width - 1
+    best_gap, best_label, best = max_gap, np.int32(0), -1
+    best_value = np.float32(0.0)
+    for ev in range(-1, 2):
+        for eu in range(-1, 2):
+            label = labels[k + ev * width + eu]
+            other = pixel + ev * columns + eu
+            if label <= 0 or value[other] <= 0:
+                continue
+            at = value[other] - slope_u[other] * eu - slope_v[other] * ev
+            gap = abs(at - q[pixel])
+            if gap < best_gap:
+                best_gap, best_label, best, best_value = gap, label, other, at
+    if best >= 0:
+        value[pixel], slope_u[pixel], slope_v[pixel] = best_value, slope_u[best], slope_v[best]
+    return best_label

@@ -95,50 +95,50 @@ def fit_centred_windows(q, radius, min_share):
     slope_v = np.zeros((rows, columns), np.float32)
     rms = np.full((rows, columns), np.float32(-1.0))
     min_count = max(min_share * (2 * radius + 1) ** 2, 4.0)
-    sums = np.zeros((6, columns))
+    sums, moments = np.zeros((6, columns)), np.zeros((10, columns))
     for v in range(-radius, rows):
         _move_column_sums(q, v, radius, sums)
         if v >= 0:
-            planes = value[v], slope_u[v], slope_v[v], rms[v]
-            _fit_row(q[v], radius, min_count, sums, planes)
+            _sum_windows(sums, radius, moments)
+            _fit_row(q[v], min_count, moments, (value[v], slope_u[v], slope_v[v], rms[v]))
     return value, slope_u, slope_v, rms
 
 
 @njit(cache=True, nogil=True)
 def _move_column_sums(q, v, radius, sums):
     """Move the sums over each column of the window (6, W) to row v: of 1, v, v², q, v q, q²."""
-    rows, columns = q.shape
-    n, sv, svv, sq, svq, sqq = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
-    entering, leaving = v + radius, v - radius - 1
-    for u in range(columns):
+    n, sv, svv, sq, svq = sums[0], sums[1], sums[2], sums[3], sums[4]
+    for u in range(len(n)):
         svv[u] += n[u] - 2.0 * sv[u]
         sv[u] -= n[u]
         svq[u] -= sq[u]
-        if entering < rows and q[entering, u] > 0:
-            x = np.float64(q[entering, u])
-            n[u] += 1.0
-            sv[u] += radius
-            svv[u] += radius * radius
-            sq[u] += x
-            svq[u] += radius * x
-            sqq[u] += x * x
-        if leaving >= 0 and q[leaving, u] > 0:
-            x = np.float64(q[leaving, u])
-            offset = -radius - 1.0
-            n[u] -= 1.0
-            sv[u] -= offset
-            svv[u] -= offset * offset
-            sq[u] -= x
-            svq[u] -= offset * x
-            sqq[u] -= x * x
+    if v + radius < len(q):
+        _add_row(q[v + radius], 1.0, np.float64(radius), sums)
+    if v - radius - 1 >= 0:
+        _add_row(q[v - radius - 1], -1.0, -radius - 1.0, sums)
 
 
 @njit(cache=True, nogil=True)
-def _fit_row(q, radius, min_count, sums, planes):
-    """Fit the planes of one row of pixels from the column sums."""
-    columns = len(q)
+def _add_row(q, sign, offset, sums):
+    """Add one row of disparities (W,) to the column sums, `offset` rows below the centre."""
     n, sv, svv, sq, svq, sqq = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
-    value, slope_u, slope_v, rms = planes
+    # Without branches the compiler handles several columns at once. 0 is no reading.
+    for u in range(len(q)):
+        x = np.float64(q[u])
+        one = sign if x > 0 else 0.0
+        n[u] += one
+        sv[u] += one * offset
+        svv[u] += one * (offset * offset)
+        sq[u] += sign * x
+        svq[u] += sign * (offset * x)
+        sqq[u] += sign * (x * x)
+
+
+@njit(cache=True, nogil=True)
+def _sum_windows(sums, radius, moments):
+    """Compute the sums over the windows of one row, (10, W), as `_fit_row` takes them."""
+    columns = sums.shape[1]
+    n, sv, svv, sq, svq, sqq = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
     tn = tv = tvv = tq = tvq = tqq = tu = tuu = tuv = tuq = 0.0
     for u in range(-radius, columns):
         tuu += tn - 2.0 * tu
@@ -169,31 +169,46 @@ def _fit_row(q, radius, min_count, sums, planes):
             tuu -= offset * offset * n[left]
             tuv -= offset * sv[left]
             tuq -= offset * sq[left]
-        if u < 0 or tn < min_count or q[u] <= 0:
-            continue
-        moments = tu, tv, tuu, tvv, tuv, tq, tuq, tvq, tqq
-        fitted, at, along_u, along_v, residual = plane_of_moments(tn, moments)
-        if fitted:
-            value[u], slope_u[u], slope_v[u], rms[u] = at, along_u, along_v, residual
+        if u >= 0:
+            moments[0, u], moments[1, u], moments[2, u] = tn, tu, tv
+            moments[3, u], moments[4, u], moments[5, u] = tuu, tvv, tuv
+            moments[6, u], moments[7, u], moments[8, u], moments[9, u] = tq, tuq, tvq, tqq
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
+def _fit_row(q, min_count, moments, planes):
+    """Fit the planes of one row of pixels from the sums over their windows."""
+    n, su, sv, suu, svv = moments[0], moments[1], moments[2], moments[3], moments[4]
+    suv, sq, suq, svq, sqq = moments[5], moments[6], moments[7], moments[8], moments[9]
+    value, slope_u, slope_v, rms = planes
+    for u in range(len(q)):
+        of_window = su[u], sv[u], suu[u], svv[u], suv[u], sq[u], suq[u], svq[u], sqq[u]
+        fitted, at, along_u, along_v, residual = plane_of_moments(max(n[u], 1.0), of_window)
+        fitted &= (n[u] >= min_count) & (q[u] > 0)
+        value[u] = at if fitted else 0.0
+        slope_u[u] = along_u if fitted else 0.0
+        slope_v[u] = along_v if fitted else 0.0
+        rms[u] = residual if fitted else -1.0
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
 def plane_of_moments(n, moments):
     """Return whether the sums of n readings determine a plane; its value, slopes and rms residual.
 
     `moments` holds the sums of u, v, u², v², u v, q, u q, v q and q² about the window's centre.
     """
     su, sv, suu, svv, suv, sq, suq, svq, sqq = moments
-    mu, mv, mq = su / n, sv / n, sq / n
-    cuu, cvv, cuv = suu / n - mu * mu, svv / n - mv * mv, suv / n - mu * mv
-    cuq, cvq = suq / n - mu * mq, svq / n - mv * mq
+    share = 1.0 / n
+    mu, mv, mq = su * share, sv * share, sq * share
+    cuu, cvv, cuv = suu * share - mu * mu, svv * share - mv * mv, suv * share - mu * mv
+    cuq, cvq = suq * share - mu * mq, svq * share - mv * mq
     determinant = cuu * cvv - cuv * cuv
-    if determinant < 1e-3 * cuu * cvv or cuu < 0.1 or cvv < 0.1:
-        return False, 0.0, 0.0, 0.0, 0.0
-    b = (cuq * cvv - cvq * cuv) / determinant
-    c = (cvq * cuu - cuq * cuv) / determinant
-    residual = sqq / n - mq * mq - b * cuq - c * cvq
-    return True, mq - b * mu - c * mv, b, c, np.sqrt(max(residual, 0.0))
+    fitted = (determinant >= 1e-3 * cuu * cvv) & (cuu >= 0.1) & (cvv >= 0.1)
+    scale = 1.0 / (determinant if fitted else 1.0)
+    b = (cuq * cvv - cvq * cuv) * scale
+    c = (cvq * cuu - cuq * cuv) * scale
+    residual = sqq * share - mq * mq - b * cuq - c * cvq
+    return fitted, mq - b * mu - c * mv, b, c, np.sqrt(max(residual, 0.0))
 
 
 @njit(cache=True, nogil=True)
