@@ -71,27 +71,21 @@ def grow_patches(
 def grow_rings(q, planes, patches, allowed, max_gap, rings):
     """Grow labels by at most `rings` rings; return the labels and the planes' value and slopes.
 
-    Labels and rings are stored in images with a border of one pixel, so that no index has to be
-    checked. The border counts as finished.
+    The images have a border of one pixel, so that no index has to be checked. The value of a pixel
+    without a label is infinite, so that nothing joins it.
     """
     rows, columns = q.shape
-    value, slope_u, slope_v = planes.value.copy(), planes.slope_u.copy(), planes.slope_v.copy()
-    flat = q.ravel(), value.ravel(), slope_u.ravel(), slope_v.ravel()
     width = columns + 2
-    finished = rings + 1
-    labels = np.zeros((rows + 2, width), np.int32)
-    labels[1:-1, 1:-1] = patches
-    tried = np.full((rows + 2, width), finished, np.int32)
-    for v in range(rows):
-        for u in range(columns):
-            if patches[v, u] <= 0 and allowed[v, u]:
-                tried[v + 1, u + 1] = 0
-    padded_labels = labels
-    labels, tried = labels.ravel(), tried.ravel()
+    labels, tried, readings, value, slope_u, slope_v = _padded(q, planes, patches, allowed, rings)
+    surface = readings, value, slope_u, slope_v
     queue = np.empty(rows * columns, np.int32)
+    sources = np.empty(rows * columns, np.int32)
     end = 0
     for k in range(width, len(labels) - width):
-        if labels[k] > 0 and min(tried[k + 1], tried[k - 1], tried[k + width], tried[k - width]) == 0:
+        if (
+            labels[k] > 0
+            and min(tried[k + 1], tried[k - 1], tried[k + width], tried[k - width]) == 0
+        ):
             queue[end] = k
             end += 1
     start = 0
@@ -100,42 +94,79 @@ def grow_rings(q, planes, patches, allowed, max_gap, rings):
         for i in range(start, ring_start):
             for side in (1, -1, width, -width):
                 k = queue[i] + side
-                if tried[k] >= ring:
-                    continue
-                tried[k] = ring
-                # The rest of this ring ignores negative labels: only earlier rings count.
-                labels[k] = -_join_nearest(labels, flat, k, width, max_gap)
-                if labels[k] < 0:
-                    tried[k] = finished
-                    queue[end] = k
-                    end += 1
+                if tried[k] < ring:
+                    tried[k] = ring
+                    source = _nearest_plane(surface, k, width, max_gap)
+                    if source >= 0:
+                        queue[end], sources[end] = k, source
+                        end += 1
+        # Pixels of one ring do not see each other.
         for i in range(ring_start, end):
-            labels[queue[i]] = -labels[queue[i]]
+            k, source = queue[i], sources[i]
+            back = source - k
+            down = (back + width + 1) // width - 1
+            labels[k], tried[k] = labels[source], rings + 1
+            along, across = slope_u[source], slope_v[source]
+            value[k] = value[source] - along * (back - down * width) - across * down
+            slope_u[k], slope_v[k] = along, across
         start = ring_start
         if ring_start == end:
             break
-    return padded_labels[1:-1, 1:-1].copy(), value, slope_u, slope_v
+    return _without_border((labels, value, slope_u, slope_v), planes, rows, columns)
 
 
 @njit(cache=True, nogil=True)
-def _join_nearest(labels, flat, k, width, max_gap):
-    """Return the label, 0 or more, that pixel k of the padded image joins; set its plane."""
-    q, value, slope_u, slope_v = flat
-    columns = width - 2
-    row = k // width - 1
-    pixel = row * columns + k - (row + 1) * width - 1
-    best_gap, best_label, best = max_gap, np.int32(0), -1
-    best_value = np.float32(0.0)
+def _padded(q, planes, patches, allowed, rings):
+    """Return labels, rings at which pixels were tried, readings and planes, all flat with a border.
+
+    A pixel that may not join a patch counts as tried in a ring after the last one.
+    """
+    rows, columns = q.shape
+    shape = rows + 2, columns + 2
+    labels, tried = np.zeros(shape, np.int32), np.full(shape, rings + 1, np.int32)
+    readings, value = np.zeros(shape, np.float32), np.full(shape, np.float32(np.inf))
+    slope_u, slope_v = np.zeros(shape, np.float32), np.zeros(shape, np.float32)
+    for v in range(rows):
+        for u in range(columns):
+            if patches[v, u] > 0:
+                labels[v + 1, u + 1] = patches[v, u]
+                if planes.value[v, u] > 0:
+                    value[v + 1, u + 1] = planes.value[v, u]
+                    slope_u[v + 1, u + 1] = planes.slope_u[v, u]
+                    slope_v[v + 1, u + 1] = planes.slope_v[v, u]
+            elif allowed[v, u]:
+                tried[v + 1, u + 1] = 0
+                readings[v + 1, u + 1] = q[v, u]
+    surface = readings.ravel(), value.ravel(), slope_u.ravel(), slope_v.ravel()
+    return labels.ravel(), tried.ravel(), *surface
+
+
+@njit(cache=True, nogil=True)
+def _nearest_plane(surface, k, width, max_gap):
+    """Return the neighbour of pixel k whose plane is nearest to its reading, or -1."""
+    q, value, slope_u, slope_v = surface
+    best_gap, best = max_gap, -1
     for ev in range(-1, 2):
         for eu in range(-1, 2):
-            label = labels[k + ev * width + eu]
-            other = pixel + ev * columns + eu
-            if label <= 0 or value[other] <= 0:
-                continue
-            at = value[other] - slope_u[other] * eu - slope_v[other] * ev
-            gap = abs(at - q[pixel])
-            if gap < best_gap:
-                best_gap, best_label, best, best_value = gap, label, other, at
-    if best >= 0:
-        value[pixel], slope_u[pixel], slope_v[pixel] = best_value, slope_u[best], slope_v[best]
-    return best_label
+            other = k + ev * width + eu
+            gap = abs(value[other] - slope_u[other] * eu - slope_v[other] * ev - q[k])
+            nearer = gap < best_gap
+            best_gap = gap if nearer else best_gap
+            best = other if nearer else best
+    return best
+
+
+@njit(cache=True, nogil=True)
+def _without_border(padded, planes, rows, columns):
+    """Return labels, value and slopes; unlabelled pixels keep their own planes."""
+    width = columns + 2
+    flat_labels, flat_value, flat_u, flat_v = padded
+    labels = np.zeros((rows, columns), np.int32)
+    value, slope_u, slope_v = planes.value.copy(), planes.slope_u.copy(), planes.slope_v.copy()
+    for v in range(rows):
+        for u in range(columns):
+            k = (v + 1) * width + u + 1
+            labels[v, u] = flat_labels[k]
+            if flat_value[k] < np.inf:
+                value[v, u], slope_u[v, u], slope_v[v, u] = flat_value[k], flat_u[k], flat_v[k]
+    return labels, value, slope_u, slope_v

@@ -11,6 +11,7 @@ from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
 from .container import is_container_floor
 from .frame_noise import frame_noise
+from .freed_memory import reuse_freed_memory
 from .grow_patches import grow_patches
 from .join_floating import join_floating
 from .join_fragments import join_fragments
@@ -53,6 +54,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         objects are kept, the largest ones. A frame without objects gives zeros. Without a support
         plane every smooth solid counts as an object.
     """
+    reuse_freed_memory()
     options = options or SegmentationOptions()
     clock = _StageClock()
     image = working_image(frame, options.stride, median=options.median)
