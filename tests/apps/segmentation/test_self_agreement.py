@@ -4,7 +4,11 @@ import numpy as np
 import pytest
 
 from eyehand.apps.segmentation.self_agreement import disturbed_frame, self_agreement
-from eyehand.apps.segmentation.synthetic_frames import EMPTY, FAMILIES, synthetic_sources
+from eyehand.apps.segmentation.synthetic_frames import (
+    EMPTY_FAMILIES,
+    FAMILIES,
+    synthetic_sources,
+)
 from eyehand.perception import CameraIntrinsics, DepthFrame, segment
 
 MIN_AGREEMENT = 0.95
@@ -32,7 +36,7 @@ def test_disturbance_changes_few_readings_by_one_millimetre():
     assert change.max() == pytest.approx(0.001, rel=1e-3)
 
 
-@pytest.mark.parametrize("family", [family for family in FAMILIES if family != EMPTY])
+@pytest.mark.parametrize("family", [family for family in FAMILIES if family not in EMPTY_FAMILIES])
 def test_synthetic_scenes_keep_their_objects(family):
     for source in synthetic_sources([family], ["realistic"], frames=2, seed=40):
         frame = source.load().frame
