@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
-from scipy import ndimage
+from numba import njit
 
 from .above_support import OVERHANG
+from .label_pixels import pixels_by_label
 from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
 
 if TYPE_CHECKING:
@@ -82,29 +83,18 @@ def select_objects(
     sizes[0] = 0
     order = np.argsort(-sizes, kind="stable")
     order = order[sizes[order] >= min_size]
-    boxes = ndimage.find_objects(labels)
+    order_of_pixels, starts = pixels_by_label(labels, len(sizes) - 1)
     renumber = np.zeros(len(sizes), np.int32)
     following = 1
     for rank, label in enumerate(order):
         if rank < MAX_REGIONS:
-            region = _sample(labels[boxes[label - 1]] == label, boxes[label - 1], image)
+            pixels = order_of_pixels[starts[label] : starts[label + 1]]
+            region = _Region(*sample_region(pixels, image.disparity, image.pinhole))
             if not _is_object(region, supports, max_extent, enclosed=enclosed):
                 continue
         renumber[label] = following
         following += 1
     return np.take(renumber, labels)
-
-
-def _sample(mask: NDArray[np.bool_], box: tuple[slice, slice], image: WorkingImage) -> _Region:
-    rows, columns = np.nonzero(mask & (image.depth[box] > 0))
-    rows, columns = rows + box[0].start, columns + box[1].start
-    height, width = image.depth.shape
-    cut = (rows < BORDER) | (columns < BORDER)
-    cut |= (rows >= height - BORDER) | (columns >= width - BORDER)
-    step = max(rows.size // SAMPLES, 1)
-    return _Region(
-        image.points(rows[::step], columns[::step]), image.points(rows[cut], columns[cut])
-    )
 
 
 def _is_object(
@@ -129,7 +119,7 @@ def _is_object(
         margin = -OVERHANG if len(cut_points) else -HULL_MARGIN
         if enclosed and number == 0:
             margin = WALL_MARGIN
-        if np.mean(_depth_in_hull(foot, support.hull) > margin) >= MIN_FOOT_INSIDE:
+        if np.mean(depth_in_hull(foot, support.hull) > margin) >= MIN_FOOT_INSIDE:
             return True
     return False
 
@@ -140,12 +130,57 @@ def _range(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sort(values, axis=0)[[round(LOW_QUANTILE * last), round(HIGH_QUANTILE * last)]]
 
 
-def _depth_in_hull(points: NDArray[np.float64], hull: NDArray[np.float32]) -> NDArray[np.float64]:
+@njit(cache=True, nogil=True)
+def sample_region(pixels, q, pinhole):
+    """Return the fields of `_Region` from the flat pixels of a region and the disparity (H, W)."""
+    fx, fy, cx, cy = pinhole
+    rows, columns = q.shape
+    flat = q.ravel()
+    valid = cut = 0
+    for pixel in pixels:
+        if flat[pixel] > 0:
+            valid += 1
+            cut += _is_cut(pixel // columns, pixel % columns, rows, columns)
+    step = max(valid // SAMPLES, 1)
+    points, cut_points = np.empty((-(-valid // step), 3)), np.empty((cut, 3))
+    i = j = 0
+    for pixel in pixels:
+        if flat[pixel] <= 0:
+            continue
+        v, u = pixel // columns, pixel % columns
+        z = 1.0 / np.float64(flat[pixel])
+        x, y = (u - cx) / fx * z, (v - cy) / fy * z
+        if i % step == 0:
+            k = i // step
+            points[k, 0], points[k, 1], points[k, 2] = x, y, z
+        i += 1
+        if _is_cut(v, u, rows, columns):
+            cut_points[j, 0], cut_points[j, 1], cut_points[j, 2] = x, y, z
+            j += 1
+    return points, cut_points
+
+
+@njit(cache=True, nogil=True)
+def _is_cut(v, u, rows, columns):
+    return v < BORDER or u < BORDER or v >= rows - BORDER or u >= columns - BORDER
+
+
+@njit(cache=True, nogil=True)
+def depth_in_hull(points, hull):
     """Return the distances (N,) of points (N, 2) from the sides of a convex hull, > 0 inside."""
-    sides = np.roll(hull, -1, axis=0) - hull
-    inwards = np.column_stack([-sides[:, 1], sides[:, 0]]).astype(np.float64)
-    inwards /= np.maximum(np.linalg.norm(inwards, axis=1), 1e-9)[:, None]
-    offsets = np.einsum("ij,ij->i", inwards, hull)
-    if np.sum(inwards @ hull.mean(axis=0) - offsets) < 0:
-        inwards, offsets = -inwards, -offsets
-    return (points @ inwards.T - offsets).min(axis=1)
+    count = len(hull)
+    area = 0.0
+    for k in range(count):
+        ax, ay = np.float64(hull[k, 0]), np.float64(hull[k, 1])
+        bx, by = np.float64(hull[(k + 1) % count, 0]), np.float64(hull[(k + 1) % count, 1])
+        area += ax * by - ay * bx
+    turn = 1.0 if area >= 0 else -1.0
+    depths = np.full(len(points), np.inf)
+    for k in range(count):
+        ax, ay = np.float64(hull[k, 0]), np.float64(hull[k, 1])
+        sx, sy = hull[(k + 1) % count, 0] - ax, hull[(k + 1) % count, 1] - ay
+        scale = turn / max(np.sqrt(sx * sx + sy * sy), 1e-9)
+        for i in range(len(points)):
+            depth = ((points[i, 1] - ay) * sx - (points[i, 0] - ax) * sy) * scale
+            depths[i] = min(depths[i], depth)
+    return depths

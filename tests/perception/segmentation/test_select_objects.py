@@ -15,7 +15,14 @@ from synthetic_solids import (
 
 from eyehand.perception import DepthFrame
 from eyehand.perception.segmentation import SupportPlane
-from eyehand.perception.segmentation.select_objects import select_objects
+from eyehand.perception.segmentation.label_pixels import pixels_by_label
+from eyehand.perception.segmentation.select_objects import (
+    BORDER,
+    SAMPLES,
+    depth_in_hull,
+    sample_region,
+    select_objects,
+)
 from eyehand.perception.segmentation.support_extent import Support
 
 MAX_EXTENT = 0.8
@@ -120,3 +127,26 @@ def test_empty_labels_stay_empty():
     labels = np.zeros((240, 320), np.int32)
     image = exact_image(DepthFrame(np.ones(labels.shape, np.float32), CAMERA))
     assert not select_objects(labels, image, [WIDE_SUPPORT], 40, MAX_EXTENT).any()
+
+
+def test_samples_of_a_region_equal_numpy():
+    frame, labels = solid_frame([Ball(0.0, 0.33, 0.05, 0.05)], (Plate(),))
+    image = exact_image(frame)
+    order, starts = pixels_by_label(labels, 1)
+    points, cut = sample_region(order[starts[1] : starts[2]], image.disparity, image.pinhole)
+    rows, columns = np.nonzero(labels == 1)
+    step = len(rows) // SAMPLES
+    assert step > 1
+    assert np.allclose(points, image.points(rows[::step], columns[::step]))
+    bottom = rows >= labels.shape[0] - BORDER
+    assert bottom.any()
+    assert np.allclose(cut, image.points(rows[bottom], columns[bottom]))
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_depth_in_hull_of_rectangle(turn):
+    hull = np.array([[0, 0], [0.4, 0], [0.4, 0.2], [0, 0.2]], np.float32)[::turn]
+    points = np.random.default_rng(0).uniform(-0.1, 0.5, (50, 2))
+    x, y = points.T
+    expected = np.minimum.reduce([x, 0.4 - x, y, 0.2 - y])
+    assert np.allclose(depth_in_hull(points, np.ascontiguousarray(hull)), expected, atol=1e-6)
