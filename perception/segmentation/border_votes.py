@@ -64,6 +64,29 @@ def border_votes(patches, q, planes, pinhole, limits):
 
 
 @njit(cache=True, nogil=True)
+def sum_border_votes(pairs, votes, count):
+    """Sum the votes (N, 4) of equal pairs (N, 2) of the patches 1..`count`.
+
+    Returns the different pairs (K, 2), sorted, and the sums of their votes (K, 4) float64.
+    """
+    row_of = np.full((count + 1, count + 1), -1)
+    for i in range(len(pairs)):
+        row_of[pairs[i, 0], pairs[i, 1]] = 0
+    different = 0
+    for a in range(count + 1):
+        for b in range(count + 1):
+            if row_of[a, b] == 0:
+                row_of[a, b] = different
+                different += 1
+    summed, sums = np.empty((different, 2), np.int64), np.zeros((different, 4))
+    for i in range(len(pairs)):
+        row = row_of[pairs[i, 0], pairs[i, 1]]
+        summed[row] = pairs[i]
+        sums[row] += votes[i]
+    return summed, sums
+
+
+@njit(cache=True, nogil=True)
 def _count_border_pairs(patches):
     rows, columns = patches.shape
     count = 0

@@ -11,6 +11,7 @@ import numpy as np
 from .ambiguity import FLAT, HIDDEN, UncertainJoin
 from .label_pixels import pixels_by_label
 from .patch_edges import PatchEdges, patch_edges
+from .sliver_pixels import clear_borders, measure_patches, replace_by_nearest
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -87,7 +88,7 @@ def join_patches(
     if count < 2:
         return patches, []
     slivers = find_slivers(patches, image)
-    broad = _replace_slivers(patches, slivers, image) if slivers.any() else patches
+    broad = replace_by_nearest(patches, slivers, image.length(BRIDGE)) if slivers.any() else patches
     edges = patch_edges(broad, image, planes, window, hidden=hidden)
     weights = edge_weights(edges)
     parent = contract_edges(edges.pairs, weights, count)
@@ -156,41 +157,16 @@ def contract_edges(
 
 def find_slivers(patches: NDArray[np.int32], image: WorkingImage) -> NDArray[np.bool_]:
     """Return the mask (n + 1,) of patches that are narrow or tiny."""
-    count = int(patches.max(initial=0))
-    sizes = np.bincount(patches.ravel(), minlength=count + 1)
     # Single missing readings do not make a patch narrow.
     kernel = np.ones((3, 3), np.uint8)
-    inner = cv2.morphologyEx((patches > 0).astype(np.uint8), cv2.MORPH_CLOSE, kernel)
-    for ahead, behind in (
-        ((slice(None), slice(1, None)), (slice(None), slice(None, -1))),
-        ((slice(1, None), slice(None)), (slice(None, -1), slice(None))),
-    ):
-        first, second = patches[ahead], patches[behind]
-        border = (first != second) & (first > 0) & (second > 0)
-        inner[ahead][border] = inner[behind][border] = 0
-    inner[0] = inner[-1] = inner[:, 0] = inner[:, -1] = 0
+    inner = np.asarray(cv2.morphologyEx((patches > 0).astype(np.uint8), cv2.MORPH_CLOSE, kernel))
+    clear_borders(patches, inner)
     distance = cv2.distanceTransform(inner, cv2.DIST_L2, 3)
-    half_width = np.zeros(count + 1, np.float32)
-    np.maximum.at(half_width, patches.ravel(), distance.ravel())
+    sizes, half_width = measure_patches(patches, distance, int(patches.max(initial=0)))
     narrow = (half_width < SLIVER_WIDTH * image.scale) & (sizes < image.area(SLIVER_AREA))
     slivers = narrow | (sizes < image.area(SPECK_AREA))
     slivers[0] = False
     return slivers
-
-
-def _replace_slivers(
-    patches: NDArray[np.int32], slivers: NDArray[np.bool_], image: WorkingImage
-) -> NDArray[np.int32]:
-    """Replace the pixels of slivers by the nearest other patch within ``BRIDGE``."""
-    broad = np.where(slivers[patches], 0, patches)
-    distance, nearest = cv2.distanceTransformWithLabels(
-        (broad == 0).astype(np.uint8), cv2.DIST_L2, 5, labelType=cv2.DIST_LABEL_PIXEL
-    )
-    label_at = np.zeros(int(nearest.max()) + 1, np.int32)
-    kept = broad > 0
-    label_at[nearest[kept]] = broad[kept]
-    fill = slivers[patches] & (distance <= image.length(BRIDGE))
-    return np.where(fill, label_at[nearest], broad).astype(np.int32)
 
 
 def _attach_slivers(

@@ -15,6 +15,7 @@ from .border_votes import (
     WEIGHT,
     BorderLimits,
     border_votes,
+    sum_border_votes,
 )
 from .continuation_votes import AGREEING, REACHING, continuation_limits, continuation_votes
 from .convexity import HOLLOW, region_convexity
@@ -122,10 +123,5 @@ def _sum_votes(
         image.length(BEND_REACH),
     )
     pairs, votes = border_votes(patches, image.disparity, planes, image.pinhole, limits)
-    if not len(pairs):
-        return {}
-    keys, inverse = np.unique(pairs[:, 0] * (count + 1) + pairs[:, 1], return_inverse=True)
-    sums = np.column_stack(
-        [np.bincount(inverse, weights=column, minlength=len(keys)) for column in votes.T]
-    )
-    return {divmod(int(key), count + 1): row for key, row in zip(keys, sums, strict=True)}
+    summed, sums = sum_border_votes(pairs, votes, count)
+    return {(a, b): row for (a, b), row in zip(summed.tolist(), sums, strict=True)}

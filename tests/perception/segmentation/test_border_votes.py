@@ -6,7 +6,11 @@ from hypothesis import strategies as st
 from random_planes import random_planes
 
 from eyehand.perception import CameraIntrinsics
-from eyehand.perception.segmentation.border_votes import BorderLimits, border_votes
+from eyehand.perception.segmentation.border_votes import (
+    BorderLimits,
+    border_votes,
+    sum_border_votes,
+)
 from eyehand.perception.segmentation.local_planes import plane_normals
 
 CAMERA = CameraIntrinsics(20.0, 21.0, 8.0, 7.0, 17, 14)
@@ -66,3 +70,14 @@ def test_border_votes_equal_count_over_pixel_pairs(seed, reach, count):
     assert np.array_equal(pairs, expected[0])
     assert np.array_equal(votes[:, :2], expected[1][:, :2])
     assert np.allclose(votes[:, 2:], expected[1][:, 2:], atol=2e-3)
+
+
+def test_votes_of_equal_pairs_are_summed():
+    rng = np.random.default_rng(0)
+    pairs = np.sort(rng.integers(1, 6, (60, 2)), axis=1)
+    votes = rng.random((60, 4)).astype(np.float32)
+    summed, sums = sum_border_votes(pairs, votes, 6)
+    different = np.unique(pairs, axis=0)
+    assert np.array_equal(summed, different)
+    for pair, total in zip(different, sums, strict=True):
+        assert np.allclose(total, votes[(pairs == pair).all(axis=1)].sum(axis=0))
