@@ -6,6 +6,7 @@ runs, so that the help is fast and heavy libraries load only where they are used
 
 from __future__ import annotations
 
+import errno
 import io
 import os
 import sys
@@ -251,7 +252,7 @@ def _run(arguments: list[str]) -> int:
         )
         return 2
     except EyehandError as error:
-        print(f"eyehand: {error}", file=sys.stderr)
+        print(f"eyehand: {_one_line(error)}", file=sys.stderr)
         return error.exit_code
     except ModuleNotFoundError as error:
         module = (error.name or "").partition(".")[0]
@@ -259,6 +260,11 @@ def _run(arguments: list[str]) -> int:
             raise
         print(f"eyehand: {_missing(module)}", file=sys.stderr)
         return 1
+    except OSError as error:
+        if error.errno != errno.ENAMETOOLONG:
+            raise
+        print(f"eyehand: {error.strerror}: {error.filename}", file=sys.stderr)
+        return 2
     except BrokenPipeError:
         # The reader of the pipe has closed it, as `| head` does.
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

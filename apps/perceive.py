@@ -16,6 +16,7 @@ from .console import print_json, say, show
 from .output_files import write_perceived_frame
 from .perceived_frame import load_kernels, perceive_and_plan
 from .scene_table import scene_rows, scene_table
+from .usable_frame import check_usable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -74,6 +75,8 @@ def perceive_command(
             load_kernels()
         count += 1
         found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
+        if name is None:
+            check_usable(found.scene.segmentation, source)
         folder = out if name is None else out / name
         write_perceived_frame(folder, found, source)
         show(scene_table(found, source), json_wanted=json)
@@ -102,7 +105,7 @@ def _frames(
         stream, source = OakRecording(path), str(path)
     else:
         assert path is not None
-        if not path.is_dir() and path.suffix.lower() not in FRAME_SUFFIXES:
+        if path.suffix.lower() not in FRAME_SUFFIXES:
             raise InputError(
                 f"{path}: suffix {path.suffix!r} is not a frame format, expected one of "
                 f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))}"

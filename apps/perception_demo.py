@@ -22,6 +22,7 @@ from .scene_picture import depth_picture, overlay_picture
 from .scene_table import scene_rows, scene_table
 from .segmentation.score import SegmentationScore, score_segmentation
 from .synth import MAX_OBJECTS
+from .usable_frame import check_usable
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -85,9 +86,12 @@ def perception_demo(
     select = GraspOptions(purpose=purpose)
     found = perceive_and_plan(synthetic, select)
     score = score_segmentation(found.scene.segmentation.labels, truth)
+    perceived = perceive_and_plan(real, select)
+    if frame is not None:
+        check_usable(perceived.scene.segmentation, source)
     shown = [
         _Shown("synthetic", f"synthetic scene, seed {seed}", found, score),
-        _Shown("real", source, perceive_and_plan(real, select), None),
+        _Shown("real", source, perceived, None),
     ]
     rows = []
     for item in shown:

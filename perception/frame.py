@@ -19,6 +19,17 @@ MAX_PLAUSIBLE_DEPTH_M = 100.0
 MIN_READING_M, MAX_READING_M = 1e-4, 1e4
 """Readings outside this range come from a failed conversion, not from a camera."""
 
+MAX_PIXELS = 1 << 23
+"""Maximum size of an image, px. Depth cameras have up to 5 megapixels. Larger images would need
+more than 1 GB of memory."""
+
+MIN_FOCAL_PX, MAX_FOCAL_PX = 1.0, 1e6
+"""Range of focal lengths, px. Beyond it an image of any size is a half space or a single ray."""
+
+MAX_PRINCIPAL_PX = 1e6
+"""Maximum distance of the principal point from the first pixel, px. Beyond it
+all viewing rays are nearly parallel."""
+
 
 @dataclass(frozen=True)
 class CameraIntrinsics:
@@ -29,7 +40,8 @@ class CameraIntrinsics:
     Raises
     ------
     InputError
-        If a focal length or a size is not positive, or a value is not finite.
+        If a value is not finite, or a focal length, the principal point or the size is out of the
+        range of any camera.
     """
 
     fx: float
@@ -49,10 +61,17 @@ class CameraIntrinsics:
         values = (self.fx, self.fy, self.cx, self.cy)
         if not all(np.isfinite(values)):
             raise InputError(f"camera intrinsics must be finite, got fx, fy, cx, cy = {values}")
-        if self.fx <= 0 or self.fy <= 0:
-            raise InputError(f"focal lengths must be > 0 px, got fx={self.fx}, fy={self.fy}")
-        if self.width < 1 or self.height < 1:
-            raise InputError(f"image size must be >= 1 px, got {self.width}x{self.height}")
+        for name in ("fx", "fy"):
+            focal = getattr(self, name)
+            if not MIN_FOCAL_PX <= focal <= MAX_FOCAL_PX:
+                bounds = f"{MIN_FOCAL_PX:g} to {MAX_FOCAL_PX:g} px"
+                raise InputError(f"focal lengths must be {bounds}, got {name}={focal:g}")
+        if max(abs(self.cx), abs(self.cy)) > MAX_PRINCIPAL_PX:
+            raise InputError(
+                f"the principal point must lie within {MAX_PRINCIPAL_PX:g} px, "
+                f"got cx={self.cx:g}, cy={self.cy:g}"
+            )
+        check_image_size(self.width, self.height)
 
     @property
     def matrix(self) -> NDArray[np.float64]:
@@ -154,6 +173,16 @@ class DepthFrame:
         np.multiply(self.depth, v[:, None], out=points[..., 1])
         points[..., 2] = self.depth
         return points
+
+
+def check_image_size(width: int, height: int) -> None:
+    """Raise an :class:`InputError` if an image has no pixels, or more than ``MAX_PIXELS``."""
+    if width < 1 or height < 1:
+        raise InputError(f"image size must be >= 1 px, got {width}x{height}")
+    if width * height > MAX_PIXELS:
+        raise InputError(
+            f"the image is {width}x{height} px, expected at most {MAX_PIXELS / 1e6:.1f} megapixels"
+        )
 
 
 def _check_depth_values(depth: NDArray[np.floating]) -> None:

@@ -18,6 +18,8 @@ from eyehand.perception.io import (
     read_cloud,
 )
 
+from ..usable_frame import check_usable
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -214,6 +216,7 @@ def _frame_input(
         if value is not None:
             raise InputError(f"{option} is for clouds: the depth frame {path} has its own")
     segmentation = segment(frame)
+    check_usable(segmentation, str(path))
     sizes = np.bincount(segmentation.labels.ravel(), minlength=segmentation.count + 1)[1:]
     if not len(sizes):
         raise InputError(

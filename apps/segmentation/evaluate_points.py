@@ -14,6 +14,7 @@ from ..bench import machine_line, write_csv
 from ..bench.experiment import result_table
 from ..output_files import make_folder
 from ..perceived_frame import load_kernels
+from ..usable_frame import check_usable
 from .point_frames import PointFrame, Verdict, frames_by_camera, read_point_frames, score_points
 from .self_agreement import NOISE_SEED, disturbed_frame, self_agreement
 
@@ -72,6 +73,7 @@ def evaluate_points(folder: Path, options: SegmentationOptions, out: Path, *, js
 def _row(annotated: PointFrame, colour: bool, options: SegmentationOptions) -> dict[str, Any]:
     frame = replace(annotated.frame, colour=annotated.colour if colour else None)
     found = segment(frame, options)
+    check_usable(found, annotated.name)
     disturbed = segment(disturbed_frame(frame), options).labels
     score = score_points(found.labels, annotated)
     objects = len(score.verdicts)

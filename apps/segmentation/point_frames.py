@@ -131,8 +131,9 @@ def _verdict(
 
 def _read(path: Path) -> PointFrame:
     frame = replace(read_frame(path.parent / DEPTH_FILE), colour=None)
+    data = read_bytes(path)
     try:
-        content = json.loads(path.read_text())
+        content = json.loads(data)
         objects: dict[str, NDArray[np.intp]] = {}
         for item in content["objects"]:
             name = str(item["name"])

@@ -13,6 +13,7 @@ from eyehand.perception import segment
 from eyehand.perception.io import naming
 
 from ..bench.peak_memory import peak_megabytes
+from ..usable_frame import check_usable
 from .background_kinds import false_kinds
 from .score import SegmentationScore, score_segmentation
 from .self_agreement import disturbed_frame, self_agreement
@@ -90,6 +91,7 @@ def run_trials(
                 segment(labelled.frame, options)
                 first = False
             found, seconds, cpu_seconds = timed_segment(labelled.frame, options)
+            check_usable(found)
             ignore = labelled.unscored(ignore_invalid=ignore_invalid)
             score = score_segmentation(found.labels, labelled.truth, ignore)
             kinds = None

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING
 
 from eyehand.errors import InputError
 
+from ..io.input_file import check_file
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from typing import BinaryIO
@@ -69,11 +71,10 @@ def check_mcap(path: Path | str) -> McapContents:
         If the file is missing, not MCAP, truncated, without a summary, or fails a checksum.
     """
     path = Path(path)
+    check_file(path)
     try:
         with path.open("rb") as file:
             return _check(path, file)
-    except FileNotFoundError as error:
-        raise InputError(f"{path}: no such file") from error
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror or error})") from error
 
@@ -123,8 +124,7 @@ def _read_footer(path: Path, file: BinaryIO) -> tuple[int, int]:
     file.seek(0)
     head = file.read(len(MAGIC))
     if head != MAGIC:
-        start = repr(head) if head else "nothing (0 bytes)"
-        raise InputError(f"{path}: not an MCAP file, it begins with {start}, expected {MAGIC!r}")
+        raise InputError(f"{path}: not an MCAP file, it begins with {head!r}, expected {MAGIC!r}")
     smallest = 2 * len(MAGIC) + FOOTER_SIZE + DATA_END_SIZE
     file.seek(max(0, size - len(MAGIC) - FOOTER_SIZE))
     tail = file.read()

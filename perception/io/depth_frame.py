@@ -12,7 +12,7 @@ from ..frame import DepthFrame
 from .atomic_write import atomic_write
 from .depth_units import metres_from_units, millimetres_from_metres
 from .frame_npz import read_npz_frame, write_npz_frame
-from .input_file import naming, read_bytes
+from .input_file import is_file, naming, read_bytes
 from .intrinsics import (
     CAMERA_FORMS,
     CAMERA_NAMES,
@@ -157,7 +157,7 @@ def _read_cloud_frame(path: Path, camera: Path | None) -> DepthFrame:
     with naming(path):
         check_organised(table)
     own_file = path.with_suffix(".json")
-    if camera is None and own_file.is_file():
+    if camera is None and is_file(own_file):
         camera = own_file
     contents = None
     if camera is not None:
@@ -196,7 +196,7 @@ def _colour_beside(
     stem = path.stem
     for name in (f"{stem}_colour.png", f"{stem}_color.png", "colour.png", "color.png"):
         candidate = path.with_name(name)
-        if candidate == path or not candidate.is_file():
+        if candidate == path or not is_file(candidate):
             continue
         data = read_bytes(candidate)
         with naming(candidate):

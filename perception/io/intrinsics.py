@@ -14,7 +14,7 @@ from eyehand.errors import InputError
 
 from ..frame import CameraIntrinsics
 from .atomic_write import atomic_write
-from .input_file import naming, read_bytes
+from .input_file import is_file, naming, read_bytes
 from .pose_json import number_from_json, numbers_from_json, pose_from_json, pose_to_json
 
 if TYPE_CHECKING:
@@ -129,7 +129,7 @@ def find_camera_file(image: Path) -> Path | None:
     """Find the camera file beside an image: `<stem>.json`, else the first of `CAMERA_NAMES`."""
     for name in (f"{image.stem}.json", *CAMERA_NAMES):
         candidate = image.with_name(name)
-        if candidate.is_file():
+        if is_file(candidate):
             return candidate
     return None
 

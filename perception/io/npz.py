@@ -2,20 +2,23 @@
 
 from __future__ import annotations
 
-import io
+import zipfile
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from eyehand.errors import InputError
 
-from .input_file import read_bytes
+from .input_file import MAX_FILE_BYTES, check_file
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
 
     from numpy.typing import NDArray
+
+COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
+"""What NumPy writes. Other methods unpack a few bytes to any size at once."""
 
 
 def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
@@ -25,15 +28,20 @@ def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
     ------
     InputError
         If the file is missing or damaged, is not an archive of arrays, holds Python objects in a
-        requested array, or holds none of the requested names.
+        requested array, holds none of the requested names, or declares more than `MAX_FILE_BYTES`
+        for them.
     """
-    data = io.BytesIO(read_bytes(path))
+    check_file(path)
     try:
-        archive = np.load(data, allow_pickle=False)
+        # A single array is only mapped to memory, not read.
+        archive = np.load(path, allow_pickle=False, mmap_mode="r")
         if not isinstance(archive, np.lib.npyio.NpzFile):
             raise InputError(f"{path}: holds a single array, expected an .npz archive")
-        held = list(archive.files)
-        arrays = {name: archive[name] for name in names if name in held}
+        with archive:
+            held = list(archive.files)
+            requested = [name for name in names if name in held]
+            _check_sizes(path, archive, requested)
+            arrays = {name: archive[name] for name in requested}
     except InputError:
         raise
     except Exception as error:
@@ -45,3 +53,16 @@ def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
     if not arrays:
         raise InputError(f"{path}: holds {held}, expected one of {list(names)}")
     return arrays
+
+
+def _check_sizes(path: Path | str, archive: np.lib.npyio.NpzFile, names: Sequence[str]) -> None:
+    """Reject arrays that are too large. zipfile never unpacks more than the size declared here."""
+    members = [i for i in archive.zip.infolist() if i.filename.removesuffix(".npy") in names]
+    total = sum(member.file_size for member in members)
+    if total > MAX_FILE_BYTES:
+        raise InputError(
+            f"{path}: {', '.join(names)} unpack to {total} bytes, expected at most {MAX_FILE_BYTES}"
+        )
+    for member in members:
+        if member.compress_type not in COMPRESSIONS:
+            raise InputError(f"{path}: {member.filename} is not stored or deflated as NumPy does")

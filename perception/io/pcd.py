@@ -15,13 +15,14 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from .input_file import naming, read_bytes
+from .input_file import MAX_FILE_BYTES, naming, read_bytes
 from .lzf import unpack_lzf
 from .point_table import (
     LITTLE_ENDIAN_RECORD,
     PointTable,
     as_coordinates,
     as_float32,
+    check_point_count,
     parse_rows,
     unpack_rgb,
     whole_number,
@@ -152,6 +153,7 @@ def _parse_header(data: bytes) -> _Header:
             f"the PCD header has {width} x {height} and {declared} points, "
             "expected WIDTH x HEIGHT = POINTS >= 1"
         )
+    check_point_count(declared)
     form = " ".join(entries["DATA"])
     if form not in READERS:
         raise InputError(f"the PCD header has DATA {form}, expected one of {tuple(READERS)}")
@@ -249,6 +251,10 @@ def _read_compressed(data: bytes, header: _Header) -> dict[str, NDArray]:
         raise InputError(
             f"the compressed PCD data unpack to {unpacked} bytes, expected {expected} bytes for "
             f"{header.count} points"
+        )
+    if unpacked > MAX_FILE_BYTES:
+        raise InputError(
+            f"the compressed PCD data unpack to {unpacked} bytes, expected at most {MAX_FILE_BYTES}"
         )
     _check_length(len(data) - body, packed)
     columns = unpack_lzf(data[body : body + packed], unpacked)

@@ -22,6 +22,7 @@ from .point_table import (
     PointTable,
     as_coordinates,
     as_float32,
+    check_point_count,
     parse_rows,
 )
 
@@ -47,6 +48,7 @@ def read_ply(path: Path | str) -> PointTable:
         grid = header.element("range_grid")
         if grid is None:
             return table
+        check_point_count(grid.count)
         return _scatter(table, read_vertex_lists(data, header, grid, end))
 
 
@@ -99,6 +101,7 @@ def _read_points(data: bytes, header: PlyHeader) -> tuple[PointTable, int]:
     vertex = header.element("vertex")
     if vertex is None or vertex.count < 1:
         raise InputError(f"holds {0 if vertex else 'no'} PLY vertices, expected at least 1")
+    check_point_count(vertex.count)
     before = header.elements[: header.elements.index(vertex)]
     if any(element.has_lists for element in (*before, vertex)):
         raise InputError("the PLY file has lists before or in its vertices, expected numbers")

@@ -11,6 +11,8 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from ..frame import check_image_size
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -55,7 +57,8 @@ def check_png(data: bytes) -> PngHeader:
     Raises
     ------
     InputError
-        If the bytes are not PNG, end before the image does, or fail a chunk's checksum.
+        If the bytes are not PNG, end before the image does, or fail a chunk's checksum, or if the
+        image is larger than `MAX_PIXELS`.
     """
     if not data.startswith(SIGNATURE):
         raise InputError(f"not a PNG file: it begins with {data[:8]!r}, expected {SIGNATURE!r}")
@@ -79,6 +82,7 @@ def check_png(data: bytes) -> PngHeader:
                 raise InputError(f"the PNG file is damaged: first chunk {kind!r}, expected b'IHDR'")
             body = data[at + 8 : end - 4]
             size = (int.from_bytes(body[:4], "big"), int.from_bytes(body[4:8], "big"))
+            check_image_size(*size)
             header = PngHeader(*size, body[8], body[9])
         if kind == b"IEND":
             return header

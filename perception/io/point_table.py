@@ -10,6 +10,8 @@ import numpy as np
 
 from eyehand.errors import InputError
 
+from ..frame import MAX_PIXELS
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -20,6 +22,9 @@ LITTLE_ENDIAN_RECORD = [("x", "<f4"), ("y", "<f4"), ("z", "<f4")]
 
 MAX_DIGITS = 15
 """Maximum digits of a size or count in a header."""
+
+MAX_POINTS = MAX_PIXELS
+"""Maximum number of points: those of the largest depth frame."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +39,12 @@ class PointTable:
     """Columns of the grid; 0 when the file has no grid."""
     height: int = 1
     """Rows of the grid; 1 when the points form no grid."""
+
+
+def check_point_count(count: int) -> None:
+    """Raise an `InputError` if a file declares more than `MAX_POINTS` points."""
+    if count > MAX_POINTS:
+        raise InputError(f"holds {count} points, expected at most {MAX_POINTS}")
 
 
 def parse_rows(

@@ -10,11 +10,17 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .support_extent import Support
 
 WarningKind = Literal[
-    "no_support", "container", "nothing_found", "cut_by_image", "may_be_several", "camera"
+    "no_support",
+    "container",
+    "nothing_found",
+    "cut_by_image",
+    "may_be_several",
+    "camera",
+    "noise",
+    "constant",
 ]
 """The kind of a warning.
 
@@ -23,7 +29,10 @@ WarningKind = Literal[
 - nothing_found: there is no object, although readings stand above the support.
 - cut_by_image: the border of the image cuts an object off.
 - may_be_several: geometry alone does not show whether a region is one object.
-- camera: the principal point lies outside the image, so that all positions may be wrong.
+- camera: the intrinsics are implausible, so that all positions may be wrong: the principal point
+  lies outside the image, or the field of view or the ratio of the focal lengths is odd.
+- noise: the readings are noise; there is no smooth surface.
+- constant: all readings are equal; the image shows no scene.
 """
 
 MIN_UNEXPLAINED = 0.02
@@ -47,7 +56,6 @@ def find_warnings(
     ambiguous: dict[int, str],
     supports: list[Support],
     above: NDArray[np.bool_],
-    camera: CameraIntrinsics,
     *,
     enclosed: bool,
 ) -> tuple[SceneWarning, ...]:
@@ -63,17 +71,10 @@ def find_warnings(
         The supports, best first.
     above
         Mask of the readings above the supports, of any size.
-    camera
-        Camera of the frame.
     enclosed
         Whether the first support is the floor of a container.
     """
     warnings: list[SceneWarning] = []
-    if not (0 <= camera.cx < camera.width and 0 <= camera.cy < camera.height):
-        where = f"({camera.cx:g}, {camera.cy:g})"
-        size = f"{camera.width} x {camera.height}"
-        message = f"the principal point {where} px lies outside the image of {size} px"
-        warnings.append(SceneWarning("camera", message))
     if not supports:
         message = "no support plane was found: every smooth solid counts as an object"
         warnings.append(SceneWarning("no_support", message))

@@ -10,6 +10,7 @@ import numpy as np
 from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
 from .container import is_container_floor
+from .frame_checks import check_frame
 from .frame_noise import frame_noise
 from .freed_memory import reuse_freed_memory
 from .grow_patches import grow_patches
@@ -81,9 +82,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)
         clock.finish("upsample")
     planes = [support.plane for support in supports]
-    warnings = find_warnings(
-        labels, ambiguous, supports, above, frame.intrinsics, enclosed=enclosed
-    )
+    warnings = find_warnings(labels, ambiguous, supports, above, enclosed=enclosed)
     return Segmentation(
         labels,
         planes[0] if planes else None,
@@ -92,7 +91,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         ambiguous,
         tuple(planes[1:]),
         enclosed,
-        warnings,
+        (*check_frame(frame, image), *warnings),
     )
 
 

@@ -62,7 +62,13 @@ def test_colour_of_other_size_is_rejected():
         DepthFrame(flat_depth(), CAMERA, colour=np.zeros((10, 10, 3), np.uint8))
 
 
-@pytest.mark.parametrize("invalid", [{"fx": 0.0}, {"fy": -1.0}, {"cx": np.nan}, {"width": 0}])
+@pytest.mark.parametrize(
+    "invalid",
+    [
+        *({"fx": 0.0}, {"fy": -1.0}, {"fx": 1e300}, {"fy": 1e-3}, {"cx": np.nan}, {"cy": 1e300}),
+        *({"width": 0}, {"width": 20_000, "height": 20_000}),
+    ],
+)
 def test_invalid_intrinsics_are_rejected(invalid):
     with pytest.raises(InputError):
         CameraIntrinsics(

@@ -94,7 +94,7 @@ def test_damaged_summary_is_rejected(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "begins with nothing"),
+        (b"", "the file is empty"),
         (b"hello", "begins with b'hello'"),
         (MAGIC, "truncated, its 8 bytes"),
         (MAGIC + bytes(1000), "truncated, its 1008 bytes"),

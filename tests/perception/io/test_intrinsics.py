@@ -63,11 +63,11 @@ def test_open3d_file_is_read(tmp_path: Path) -> None:
 
 
 finite = st.floats(-1e4, 1e4)
-positive = st.floats(1e-3, 1e5)
+positive = st.floats(1.0, 1e5)
 
 
 @settings(deadline=None)
-@given(positive, positive, finite, finite, st.integers(1, 9999), st.integers(1, 9999))
+@given(positive, positive, finite, finite, st.integers(1, 2896), st.integers(1, 2896))
 def test_written_intrinsics_are_read_back_exactly(
     tmp_path_factory: pytest.TempPathFactory,
     fx: float,
@@ -112,7 +112,7 @@ def test_numpy_numbers_are_written(tmp_path: Path) -> None:
         ({**FLAT, "fx": True}, "fx must be a number, got True"),
         (json.dumps(FLAT).replace("600", "NaN"), "fx must be a list of 1 finite|fx must be"),
         ({**FLAT, "fx": 10**400}, "fx must be"),
-        ({**FLAT, "fy": 0}, r"focal lengths must be > 0 px, got fx=600.0, fy=0.0"),
+        ({**FLAT, "fy": 0}, r"focal lengths must be 1 to 1e\+06 px, got fy=0"),
         ({k: v for k, v in FLAT.items() if k != "cy"}, "lacks cy, expected"),
         ({**FLAT, "width": 1280}, "the camera is 1280x480 px but the image is 640x480 px"),
         ({**OPEN3D, "height": 481}, "the camera is 640x481 px but the image is 640x480 px"),

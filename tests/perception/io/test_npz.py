@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import io
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
+from eyehand.perception.io import npz
 from eyehand.perception.io.npz import read_arrays
 
 
@@ -51,6 +54,35 @@ def test_single_array_file_is_rejected(tmp_path: Path) -> None:
         np.save(file, np.ones(3))
     with pytest.raises(InputError, match=r"holds a single array, expected an \.npz archive"):
         read_arrays(tmp_path / "a.npz", ("depth",))
+
+
+def write_archive(path: Path, method: int, **arrays: np.ndarray) -> Path:
+    """Write arrays to an archive compressed by a method of zipfile."""
+    with zipfile.ZipFile(path, "w", method) as archive:
+        for name, array in arrays.items():
+            member = io.BytesIO()
+            np.save(member, array)
+            archive.writestr(f"{name}.npy", member.getvalue())
+    return path
+
+
+def test_arrays_that_unpack_to_too_much_are_rejected_before_unpacking(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(npz, "MAX_FILE_BYTES", 10_000)
+    path = write_archive(
+        tmp_path / "a.npz", zipfile.ZIP_DEFLATED, depth=np.zeros(2000), a=np.ones(3)
+    )
+    assert path.stat().st_size < 2000
+    with pytest.raises(InputError, match=r"a\.npz: depth unpack to 16128 bytes, expected at most"):
+        read_arrays(path, ("depth",))
+    assert list(read_arrays(path, ("a",))) == ["a"]
+
+
+def test_other_compression_is_rejected(tmp_path: Path) -> None:
+    path = write_archive(tmp_path / "a.npz", zipfile.ZIP_LZMA, depth=np.zeros(9))
+    with pytest.raises(InputError, match=r"depth\.npy is not stored or deflated"):
+        read_arrays(path, ("depth",))
 
 
 @settings(deadline=None, max_examples=60)

@@ -155,6 +155,7 @@ BINARY = _header() + struct.pack("<6f", *range(6))
         (BINARY.replace(b"WIDTH 2\n", b""), "gives 0 values of WIDTH, expected 1"),
         (BINARY.replace(b"DATA binary", b"DATA gzip"), "has DATA gzip, expected one of"),
         (BINARY.replace(b" 2\n", b" 0\n"), "has 0 x 1 and 0 points"),
+        (BINARY.replace(b" 2\n", b" 400000000\n"), "holds 400000000 points, expected at most"),
         (BINARY.replace(b"T 1 1 1", b"T 1 1 1" + b"0" * 5000), "expected whole numbers"),
     ],
 )

@@ -150,6 +150,7 @@ BINARY = _header("binary_little_endian") + struct.pack("<6f", *range(6))
         (ASCII.replace(b"vertex 2", b"vertex two"), "has element vertex two, expected a whole"),
         (ASCII.replace(b"vertex 2", b"vertex 0"), "holds 0 PLY vertices, expected at least 1"),
         (ASCII.replace(b"vertex 2", b"corner 2"), "holds no PLY vertices"),
+        (ASCII.replace(b"vertex 2", b"vertex 400000000"), "holds 400000000 points, expected at"),
         (_header(after="property list uchar int i\n") + b"1 2 3 0\n" * 2, "lists before or in its"),
         (_header(after=RGB) + b"1 2 3 0 0 256\n" * 2, "blue holds values outside 0 to 255"),
         (

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from pathlib import Path
 
 import cv2
@@ -87,6 +88,16 @@ def test_decoder_prints_no_warnings(capfd: pytest.CaptureFixture[str]) -> None:
 def test_other_image_format_is_rejected() -> None:
     with pytest.raises(InputError, match="not a PNG file: it begins with b'BM"):
         decode_depth(cv2.imencode(".bmp", np.ones((2, 2), dtype=np.uint8))[1].tobytes())
+
+
+def test_huge_image_is_rejected_by_its_header(capfd: pytest.CaptureFixture[str]) -> None:
+    whole = _encode(RAMP)
+    header = whole[12:16] + (20_000).to_bytes(4, "big") * 2 + whole[24:29]
+    data = whole[:12] + header + zlib.crc32(header).to_bytes(4, "big") + whole[33:]
+    for decode in (decode_depth, decode_colour):
+        with pytest.raises(InputError, match=r"20000x20000 px, expected at most 8\.4 megapixels"):
+            decode(data)
+    assert capfd.readouterr() == ("", "")
 
 
 def test_empty_image_is_rejected(tmp_path: Path) -> None:

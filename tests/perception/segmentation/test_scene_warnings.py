@@ -4,12 +4,11 @@ import numpy as np
 import pytest
 from synthetic_solids import Ball, Box, Plate, solid_frame
 
-from eyehand.perception import CameraIntrinsics, DepthFrame, segment
+from eyehand.perception import segment
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.scene_warnings import find_warnings
 from eyehand.perception.segmentation.support_extent import Support
 
-CAMERA = CameraIntrinsics(20.0, 20.0, 5.0, 5.0, 10, 10)
 SUPPORT = Support(SupportPlane(np.eye(3)[2], 1.0), np.zeros((3, 2), np.float32), np.eye(3)[:2], 1.0)
 NOTHING = np.zeros((10, 10), bool)
 
@@ -26,13 +25,6 @@ def test_ordinary_scene_has_no_warning():
 def test_scene_without_support_is_warned_about():
     frame, _ = solid_frame([Ball(0.0, 0.6, 0.1, 0.1)], ())
     assert kinds(frame) == ["no_support"]
-
-
-def test_principal_point_outside_the_image_is_warned_about():
-    frame, _ = solid_frame([Ball(0.0, 0.65, 0.05, 0.05)], (Plate(),))
-    k = frame.intrinsics
-    moved = CameraIntrinsics(k.fx, k.fy, -3.0, k.cy, k.width, k.height)
-    assert "camera" in kinds(DepthFrame(frame.depth, moved))
 
 
 def test_walls_around_a_floor_make_a_container():
@@ -56,16 +48,14 @@ def test_walls_around_a_floor_make_a_container():
 def test_empty_result_with_unexplained_readings_is_warned_about(share, expected):
     above = NOTHING.copy()
     above[: round(10 * share)] = True
-    found = find_warnings(
-        np.zeros((10, 10), np.int32), {}, [SUPPORT], above, CAMERA, enclosed=False
-    )
+    found = find_warnings(np.zeros((10, 10), np.int32), {}, [SUPPORT], above, enclosed=False)
     assert [warning.kind for warning in found] == expected
 
 
 def test_cut_and_ambiguous_objects_are_named():
     labels = np.zeros((10, 10), np.int32)
     labels[0, 3:5], labels[4:6, 4:6] = 2, 1
-    found = find_warnings(labels, {1: "flat"}, [SUPPORT], NOTHING, CAMERA, enclosed=False)
+    found = find_warnings(labels, {1: "flat"}, [SUPPORT], NOTHING, enclosed=False)
     assert [(warning.kind, warning.label) for warning in found] == [
         ("cut_by_image", 2),
         ("may_be_several", 1),

@@ -1,0 +1,74 @@
+"""Check whether a frame shows a scene, and whether its camera can be right."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .scene_warnings import SceneWarning
+
+if TYPE_CHECKING:
+    from ..frame import CameraIntrinsics, DepthFrame
+    from .working_image import WorkingImage
+
+FIELD_OF_VIEW_DEG = (5.0, 150.0)
+"""Range of the field of view of depth cameras, with room for crops of their images, °."""
+MAX_ASPECT = 1.2
+"""Maximum ratio of the focal lengths, either way. Pixels of depth cameras are square within 2 %."""
+STEP = 7
+"""Distance of the pixels whose spread is measured, px. It leaves thousands of them."""
+MIN_READINGS = 50
+"""Minimum number of these pixels with readings. Fewer show neither noise nor a constant image."""
+SPREAD_QUANTILES = (0.16, 0.84)
+"""Quantiles of disparity whose distance is twice the spread: ±1 σ of a normal distribution."""
+NOISE_OF_SPREAD = 0.5
+"""Minimum noise of a frame of noise, in spreads. It is 0.02 on real frames, and 0.7 to 1.2 on
+images of noise."""
+NOISE_OF_DEPTH = 0.01
+"""Minimum noise of a frame of noise, as a share of depth. A flat wall also has noise and no spread.
+Real frames have at most 0.0024 after the median filter."""
+
+
+def check_frame(frame: DepthFrame, image: WorkingImage) -> tuple[SceneWarning, ...]:
+    """Return warnings about a frame that shows no scene, or whose camera is implausible.
+
+    Parameters
+    ----------
+    frame
+        The frame.
+    image
+        Its working image, with the measured noise.
+    """
+    messages = {"camera": _camera_fault(frame.intrinsics)}
+    sample = image.disparity[::STEP, ::STEP]
+    sample = sample[sample > 0]
+    if sample.size >= MIN_READINGS:
+        low, middle, high = np.quantile(sample, (SPREAD_QUANTILES[0], 0.5, SPREAD_QUANTILES[1]))
+        noise = image.noise
+        if noise > NOISE_OF_SPREAD * (high - low) / 2 and noise > NOISE_OF_DEPTH * middle:
+            share = f"{100 * noise / middle:.0f} %"
+            messages["noise"] = f"the readings are noise of {share} of depth: no surface is smooth"
+        elif sample.min() == sample.max() and np.ptp(frame.depth[frame.valid]) == 0:
+            depth = f"{1 / middle:.3f} m"
+            messages["constant"] = f"all readings are {depth}: the image shows no scene"
+    return tuple(SceneWarning(kind, message) for kind, message in messages.items() if message)
+
+
+def _camera_fault(camera: CameraIntrinsics) -> str:
+    """Return why the intrinsics are implausible; empty if they are not."""
+    size = f"{camera.width} x {camera.height} px"
+    if not (0 <= camera.cx < camera.width and 0 <= camera.cy < camera.height):
+        where = f"({camera.cx:g}, {camera.cy:g})"
+        return f"the principal point {where} px lies outside the image of {size}"
+    angle = math.degrees(2 * math.atan(camera.width / (2 * camera.fx)))
+    low, high = FIELD_OF_VIEW_DEG
+    if not low <= angle <= high:
+        return (
+            f"the field of view is {angle:.1f}° at fx = {camera.fx:g} px and {size}, expected "
+            f"{low:g} to {high:g}°"
+        )
+    if max(camera.fx / camera.fy, camera.fy / camera.fx) > MAX_ASPECT:
+        return f"the focal lengths fx = {camera.fx:g} px and fy = {camera.fy:g} px differ too much"
+    return ""

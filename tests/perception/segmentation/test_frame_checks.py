@@ -1,0 +1,63 @@
+"""Tests of the warnings about the frame itself."""
+
+import numpy as np
+import pytest
+
+from eyehand.perception import CameraIntrinsics, DepthFrame, segment
+
+CAMERA = CameraIntrinsics(525.0, 525.0, 319.5, 239.5, 640, 480)
+SHAPE = (480, 640)
+
+
+def kinds(depth, camera=CAMERA):
+    """Return the kinds of the warnings about the frame of a depth image."""
+    warnings = segment(DepthFrame(depth.astype(np.float32), camera)).warnings
+    return [w.kind for w in warnings if w.kind in ("camera", "noise", "constant")]
+
+
+def noisy(rng, sigma):
+    """Return a flat wall at 1 m with noise."""
+    return 1.0 + sigma * rng.standard_normal(SHAPE)
+
+
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda rng: rng.uniform(0.5, 2.0, SHAPE),
+        lambda rng: rng.integers(0, 65536, SHAPE) / 1000,
+        lambda rng: rng.uniform(0.5, 2.0, SHAPE) * (rng.random(SHAPE) > 0.4),
+        lambda rng: noisy(rng, 0.05),
+    ],
+    ids=["uniform", "16 bit", "40 % holes", "normal"],
+)
+def test_image_of_noise_is_warned_about(draw):
+    assert kinds(draw(np.random.default_rng(0))) == ["noise"]
+
+
+def test_noisy_wall_is_no_image_of_noise():
+    assert kinds(noisy(np.random.default_rng(0), 0.01)) == []
+
+
+@pytest.mark.parametrize(("share", "expected"), [(0.0, ["constant"]), (0.001, [])])
+def test_constant_image_is_warned_about(share, expected):
+    depth = np.where(np.random.default_rng(0).random(SHAPE) < share, 1.001, 1.0)
+    depth[:100] = 0.0
+    assert kinds(depth) == expected
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"cx": -3.0}, "principal point (-3, 239.5) px lies outside the image of 640 x 480 px"),
+        ({"cy": 480.0}, "principal point"),
+        ({"fx": 20.0, "fy": 20.0}, "field of view is 172.8°"),
+        ({"fx": 9000.0, "fy": 9000.0}, "field of view is 4.1°"),
+        ({"fx": 1050.0}, "fx = 1050 px and fy = 525 px differ too much"),
+    ],
+)
+def test_implausible_camera_is_warned_about(changed, message):
+    intrinsics = {"fx": 525.0, "fy": 525.0, "cx": 319.5, "cy": 239.5, "width": 640, "height": 480}
+    depth = noisy(np.random.default_rng(0), 0.001).astype(np.float32)
+    warning = segment(DepthFrame(depth, CameraIntrinsics(**intrinsics | changed))).warnings[0]
+    assert warning.kind == "camera"
+    assert message in warning.message
