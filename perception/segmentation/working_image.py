@@ -61,7 +61,7 @@ class WorkingImage(NamedTuple):
             depth=np.ascontiguousarray(self.depth[window]),
             disparity=np.ascontiguousarray(self.disparity[window]),
             intrinsics=self.intrinsics.cropped(*window),
-            colour=None if self.colour is None else self.colour[window],
+            colour=None if self.colour is None else np.ascontiguousarray(self.colour[window]),
         )
 
 
@@ -71,14 +71,14 @@ def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -
     A pixel without a reading stays without one. A reading with too few neighbours for the median
     stays as it is. The noise is not measured here.
     """
-    # The copy is writable: for the frame's read-only array all kernels would compile once more.
+    # The copies are writable: for the frame's read-only array all kernels would compile once more.
     depth = frame.depth[::stride, ::stride].copy()
     disparity = inverse(depth)
     if median:
         filtered = cv2.medianBlur(disparity, 3)
         disparity = np.where((disparity > 0) & (filtered > 0), filtered, disparity)
         depth = inverse(disparity)
-    colour = None if frame.colour is None else frame.colour[::stride, ::stride]
+    colour = None if frame.colour is None else frame.colour[::stride, ::stride].copy()
     camera = frame.intrinsics.reduced(stride)
     return WorkingImage(
         depth, disparity, camera, frame.T_world_camera, colour, scale=image_scale(camera.width)

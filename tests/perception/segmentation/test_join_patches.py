@@ -62,12 +62,17 @@ def test_sliver_between_two_boxes_does_not_join_them():
     assert not left & right
 
 
-def join(solids, split=lambda labels, points: labels):
-    """Return the set of objects that each patch becomes; `split` cuts exact solids to patches."""
+def join(solids, split=lambda labels, points: labels, paint=None):
+    """Return the set of objects that each patch becomes.
+
+    `split` cuts exact solids to patches. `paint` lists the colours of the patches, RGB.
+    """
     frame, labels = solid_frame(solids)
     height = heights(frame)
     patches = split(labels, np.dstack([frame.points()[..., 0], height])).astype(np.int32)
     image = exact_image(frame)
+    if paint is not None:
+        image = image._replace(colour=np.array([(0, 0, 0), *paint], np.uint8)[patches])
     planes = fit_local_planes(image, OPTIONS)
     objects, _ = join_patches(patches, image, planes, OPTIONS.window, OPTIONS.min_object)
     assert np.array_equal(objects > 0, patches > 0)
@@ -80,6 +85,30 @@ def test_box_faces_are_one_object(yaw):
     faces = join([box], lambda labels, at: labels * (1 + (at[..., 1] > 0.119)))
     assert len(faces) == 2
     assert faces[0] == faces[1]
+
+
+RED, BLUE = (200, 30, 30), (30, 30, 200)
+
+
+@pytest.mark.parametrize("other", [RED, BLUE])
+def test_faces_of_any_colour_are_one_object(other):
+    box = Box(0.0, 0.65, (0.15, 0.15, 0.12), yaw=0.3)
+    faces = join([box], lambda labels, at: labels * (1 + (at[..., 1] > 0.119)), [RED, other])
+    assert faces[0] == faces[1]
+
+
+@pytest.mark.parametrize("other", [RED, BLUE])
+def test_colour_decides_where_surfaces_continue_behind_an_occluder(other):
+    post = Box(0.0, 0.5, (0.04, 0.04, 0.3))
+    behind = Box(0.0, 0.75, (0.3, 0.1, 0.1))
+
+    def halves(labels, points):
+        patches = labels.copy()
+        patches[(labels == 2) & (points[..., 0] > 0)] = 3
+        return patches
+
+    _, left, right = join([post, behind], halves, [(20, 180, 20), RED, other])
+    assert (left == right) == (other == RED)
 
 
 def test_ball_halves_are_one_object():
