@@ -11,7 +11,12 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 
 from eyehand.data_synth import read_labels
-from eyehand.data_synth.scenes import DEPTH_FILE, LABELS_FILE
+from eyehand.data_synth.scenes import (
+    DEPTH_FILE,
+    LABELS_FILE,
+    MIN_VISIBLE_SHARE,
+    read_background,
+)
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame
 from eyehand.perception.io import (
@@ -218,10 +223,22 @@ def decode_labels(
     return numbers.astype(np.int32)
 
 
+def slivers(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
+    """Return a mask (H, W) of the objects that others hide but for a few pixels."""
+    counts = np.bincount(labels.ravel())
+    hidden = counts < MIN_VISIBLE_SHARE * labels.size
+    hidden[0] = False
+    return hidden[labels]
+
+
 def _read_rendered(folder: Path, options: DatasetOptions) -> LabelledFrame:
     frame = read_frame(folder / DEPTH_FILE, options.camera)
     with naming(folder / LABELS_FILE):
-        return LabelledFrame(frame, decode_labels(read_labels(folder), frame.depth.shape, "plain"))
+        truth = decode_labels(read_labels(folder), frame.depth.shape, "plain")
+    background = read_background(folder)
+    if background is None:
+        return LabelledFrame(frame, truth)
+    return LabelledFrame(frame, truth, background, slivers(truth))
 
 
 def _camera(

@@ -121,7 +121,8 @@ def evaluate_segmentation(
         Groups to keep: their names in the table, or the part before the slash.
     noise
         Depth noises of synthetic frames: none, realistic, realistic*2 (twice as strong), 1.5mm
-        (standard deviation at 1 m). Default: none realistic 1mm 2mm 3mm.
+        (standard deviation at 1 m), or the camera models kinect-v1, stereo, structured-light, oak.
+        Default: those named in --groups, else none realistic 1mm 2mm 3mm.
     ignore_invalid
         Leave pixels without a depth reading out of truth and prediction.
     worst

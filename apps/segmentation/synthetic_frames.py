@@ -15,22 +15,17 @@ from eyehand.data_synth import (
     FurnishedFamily,
     FurnishedOptions,
     TabletopOptions,
-    add_depth_noise,
     make_furnished_scene,
     make_scene,
     render_scene,
 )
-from eyehand.data_synth.render import axial_sigma
-from eyehand.data_synth.scenes import MIN_VISIBLE_SHARE
+from eyehand.data_synth.render import SENSORS, DepthSensor, axial_sigma, capture, sensor_of
 from eyehand.errors import InputError
-from eyehand.perception import DepthFrame
 
-from .dataset import FrameSource, LabelledFrame
+from .dataset import FrameSource, LabelledFrame, slivers
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-
-    from numpy.typing import NDArray
 
     from eyehand.data_synth import FurnishedScene, RenderedView, TabletopScene
 
@@ -97,12 +92,13 @@ def synthetic_sources(
     ]
 
 
-def depth_noise(name: str) -> DepthNoise:
-    """Return the depth noise with a name.
+def depth_noise(name: str) -> DepthNoise | DepthSensor:
+    """Return the depth noise or the sensor with a name.
 
     ``none``: no noise. ``realistic``: all errors of the first Kinect. ``realistic*2``: the same
     errors, twice as strong. ``1.5mm``: independent normal errors along the optical axis, with this
     standard deviation at 1 m, growing with distance as in Nguyen's model (`DepthNoise.axial`).
+    ``kinect-v1``, ``stereo``, ``structured-light``, ``oak``: that kind of camera (`SENSORS`).
 
     Raises
     ------
@@ -114,30 +110,23 @@ def depth_noise(name: str) -> DepthNoise:
     number = r"(\d+(?:\.\d*)?|\.\d+)"
     if name == "realistic":
         return DepthNoise.realistic()
+    if name in SENSORS:
+        return sensor_of(name)
     if found := re.fullmatch(rf"realistic\*{number}", name):
         return DepthNoise.realistic(float(found[1]))
     if found := re.fullmatch(rf"{number}mm", name):
         return DepthNoise(axial=float(found[1]) * 1e-3 / float(axial_sigma(np.array(1.0))))
     raise InputError(
-        f"noise {name!r} is unknown, expected none, realistic, realistic*2 (twice as strong) or "
-        "1.5mm (standard deviation at 1 m)"
+        f"noise {name!r} is unknown, expected none, realistic, realistic*2 (twice as strong), "
+        f"1.5mm (standard deviation at 1 m), {', '.join(SENSORS)}"
     )
 
 
-def _frame(family: str, seed: int, noise: DepthNoise) -> LabelledFrame:
+def _frame(family: str, seed: int, noise: DepthNoise | DepthSensor) -> LabelledFrame:
     scene, view = _view(family, seed)
-    depth = add_depth_noise(view.depth, scene.intrinsics, np.random.default_rng(seed), noise)
-    frame = DepthFrame(depth, scene.intrinsics, scene.T_world_camera, view.colour)
-    slivers = _slivers(view.labels) if family in get_args(FurnishedFamily) else None
-    return LabelledFrame(frame, view.labels, view.background, slivers)
-
-
-def _slivers(labels: NDArray[np.int32]) -> NDArray[np.bool_]:
-    """Return a mask (H, W) of the objects that heaps hide but for a few pixels."""
-    counts = np.bincount(labels.ravel())
-    hidden = counts < MIN_VISIBLE_SHARE * labels.size
-    hidden[0] = False
-    return hidden[labels]
+    frame = capture(scene, view, noise, np.random.default_rng(seed))
+    unscored = slivers(view.labels) if family in get_args(FurnishedFamily) else None
+    return LabelledFrame(frame, view.labels, view.background, unscored)
 
 
 @lru_cache(maxsize=2)

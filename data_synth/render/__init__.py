@@ -1,11 +1,12 @@
 """Depth and colour images of scenes.
 
-Renderers by OpenGL and by ray casting, the noise of a depth camera, a synthetic camera, and images
-of scenes that are given object by object (`StagedScene`).
+Renderers by OpenGL and by ray casting, the noise of a depth camera, models of four kinds of
+cameras, a synthetic camera, and images of scenes that are given object by object (`StagedScene`).
 """
 
 from .depth_noise import DepthNoise, add_depth_noise, axial_sigma
 from .depth_renderer import Backend, open_renderer, render_scene
+from .depth_sensor import SENSORS, DepthSensor, SensorName, sense_depth, sensor_of
 from .gl_probe import gl_fault, gl_module
 from .gl_renderer import GlRenderer
 from .rendered_view import DepthRenderer, RenderedView
@@ -17,20 +18,24 @@ from .staged_scene import (
     render_staged,
     staged_frame,
 )
-from .synthetic_camera import SyntheticCamera, render_frame
+from .synthetic_camera import SyntheticCamera, capture, render_frame
 
 __all__ = [
+    "SENSORS",
     "Backend",
     "DepthNoise",
     "DepthRenderer",
+    "DepthSensor",
     "GlRenderer",
     "RenderedView",
+    "SensorName",
     "StagedObject",
     "StagedScene",
     "StagedView",
     "SyntheticCamera",
     "add_depth_noise",
     "axial_sigma",
+    "capture",
     "gl_fault",
     "gl_module",
     "noise_at_one_metre",
@@ -38,5 +43,7 @@ __all__ = [
     "render_frame",
     "render_scene",
     "render_staged",
+    "sense_depth",
+    "sensor_of",
     "staged_frame",
 ]

@@ -167,20 +167,22 @@ def add_depth_noise(
     if noise.flying > 0 or noise.edge_dropout > 0:
         z = _disturbed_edges(z, noise, rng)
     if noise.axial > 0:
-        field = _blurred(rng.standard_normal(z.shape, dtype=np.float32), noise.correlation)
+        field = blurred(rng.standard_normal(z.shape, dtype=np.float32), noise.correlation)
         shifted = np.maximum(z + noise.axial * axial_sigma(z) * field, 0)
         z = np.where(z > 0, shifted, np.float32(0))
     if noise.disparity_step > 0:
-        z = _quantised(z, intrinsics.fx * noise.baseline, noise.disparity_step)
+        z = quantised(z, intrinsics.fx * noise.baseline, noise.disparity_step)
     if noise.grazing_dropout > 0:
-        chance = _grazing_chance(clean, intrinsics, noise)
+        chance = grazing_chance(
+            clean, intrinsics, noise.grazing_dropout, noise.grazing_start, noise.grazing_end
+        )
         z[rng.random(z.shape, np.float32) < chance] = 0
     if noise.hole_share > 0:
         z[_holes(z.shape, noise, rng)] = 0
     return z.astype(np.float32, copy=False)
 
 
-def _blurred(field: NDArray[np.float32], correlation: float) -> NDArray[np.float32]:
+def blurred(field: NDArray[np.float32], correlation: float) -> NDArray[np.float32]:
     """Blur white noise and keep its variance."""
     if correlation <= 0:
         return field
@@ -203,8 +205,8 @@ def _jittered(
     # 1958), which is cheaper than two normal draws.
     length = np.sqrt(-2.0 * np.asarray(cv2.log(1.0 - rng.random(z.shape, np.float32))))
     along_u, along_v = cv2.polarToCart(length, 2 * np.pi * rng.random(z.shape, np.float32))
-    u = noise.lateral * _blurred(np.asarray(along_u, np.float32), noise.correlation)
-    v = noise.lateral * _blurred(np.asarray(along_v, np.float32), noise.correlation)
+    u = noise.lateral * blurred(np.asarray(along_u, np.float32), noise.correlation)
+    v = noise.lateral * blurred(np.asarray(along_v, np.float32), noise.correlation)
     u += np.arange(width, dtype=np.float32)
     v += np.arange(height, dtype=np.float32)[:, None]
     border = cv2.BORDER_REPLICATE
@@ -237,17 +239,21 @@ def _disturbed_edges(
     return z
 
 
-def _quantised(z: NDArray[np.float32], focal_baseline: float, step: float) -> NDArray[np.float32]:
+def quantised(z: NDArray[np.float32], focal_baseline: float, step: float) -> NDArray[np.float32]:
     """Round disparity f b / z to multiples of `step`; a disparity of 0 is out of range."""
     unit = np.float32(focal_baseline / step)
     level = np.rint(np.divide(unit, z, out=np.zeros_like(z), where=z > 0))
     return np.divide(unit, level, out=np.zeros_like(z), where=level > 0)
 
 
-def _grazing_chance(
-    z: NDArray[np.float32], intrinsics: CameraIntrinsics, noise: DepthNoise
+def grazing_chance(
+    z: NDArray[np.float32], intrinsics: CameraIntrinsics, most: float, first: float, last: float
 ) -> NDArray[np.float32]:
-    """Compute the probability that a pixel is lost at a grazing angle, (H, W)."""
+    """Compute the probability that a pixel is lost at a grazing angle, (H, W).
+
+    It rises from 0 at the angle `first` to `most` at the angle `last`, rad, between line of sight
+    and surface normal.
+    """
     k = intrinsics
     x = ((np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
     y = ((np.arange(k.height) - k.cy) / k.fy).astype(np.float32)[:, None]
@@ -259,9 +265,9 @@ def _grazing_chance(
     normal = along_u * along_u + along_v * along_v + third * third
     cosine = z / np.sqrt(np.maximum(normal * (1 + x * x + y * y), 1e-12))
     # Python floats leave the arrays in single precision.
-    start, end = float(np.cos(noise.grazing_start)), float(np.cos(noise.grazing_end))
+    start, end = float(np.cos(first)), float(np.cos(last))
     ramp = np.clip((start - cosine) * (1 / (start - end)), 0, 1)
-    return (noise.grazing_dropout * ramp).astype(np.float32, copy=False)
+    return (most * ramp).astype(np.float32, copy=False)
 
 
 def _slope(z: NDArray[np.float32], axis: int) -> NDArray[np.float32]:

@@ -13,19 +13,21 @@ from ..scenes.tabletop import make_scene
 from ..scenes.tabletop_scene import TabletopScene
 from .depth_noise import DepthNoise, add_depth_noise
 from .depth_renderer import render_scene
+from .depth_sensor import DepthSensor, sense_depth
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
+    from ..scenes.furnished_scene import FurnishedScene
     from ..scenes.tabletop_options import TabletopOptions
     from .rendered_view import DepthRenderer, RenderedView
 
 
 def render_frame(
-    scene: TabletopScene,
-    noise: DepthNoise | None = None,
+    scene: TabletopScene | FurnishedScene,
+    noise: DepthNoise | DepthSensor | None = None,
     seed: int = 0,
     *,
     renderer: DepthRenderer | None = None,
@@ -38,7 +40,7 @@ def render_frame(
     scene
         The scene.
     noise
-        The camera's noise; none if not given.
+        The camera's noise, or a kind of sensor; no noise if not given.
     seed
         Source of the noise, >= 0; the same seed gives the same image.
     renderer
@@ -49,8 +51,8 @@ def render_frame(
     Returns
     -------
     frame, labels
-        The frame with `T_world_camera`, and (H, W) int32 labels of the noise-free view: 0 table
-        and floor, k object k-1 of the scene.
+        The frame with `T_world_camera`, and (H, W) int32 labels of the noise-free view: 0
+        background, k object k-1 of the scene.
 
     Raises
     ------
@@ -62,7 +64,7 @@ def render_frame(
     if seed < 0:
         raise InputError(f"seed must be a whole number >= 0, got {seed}")
     view = render_scene(scene, renderer=renderer, colour=colour)
-    return _frame(scene, view, noise, np.random.default_rng(seed)), view.labels
+    return capture(scene, view, noise, np.random.default_rng(seed)), view.labels
 
 
 class SyntheticCamera:
@@ -74,7 +76,7 @@ class SyntheticCamera:
     def __init__(
         self,
         scenes: Sequence[TabletopScene | int],
-        noise: DepthNoise | None = None,
+        noise: DepthNoise | DepthSensor | None = None,
         *,
         options: TabletopOptions | None = None,
         captures: int = 1,
@@ -89,7 +91,7 @@ class SyntheticCamera:
         scenes
             Scenes, or seeds from which `make_scene` draws them on demand.
         noise
-            The camera's noise; none if not given.
+            The camera's noise, or a kind of sensor; no noise if not given.
         options
             Options of the drawn scenes.
         captures
@@ -135,11 +137,24 @@ class SyntheticCamera:
             view = render_scene(scene, renderer=self._renderer, colour=self._colour)
             for number in range(self._captures):
                 rng = np.random.default_rng([self._seed, index, number])
-                yield _frame(scene, view, self._noise, rng)
+                yield capture(scene, view, self._noise, rng)
 
 
-def _frame(
-    scene: TabletopScene, view: RenderedView, noise: DepthNoise | None, rng: np.random.Generator
+def capture(
+    scene: TabletopScene | FurnishedScene,
+    view: RenderedView,
+    noise: DepthNoise | DepthSensor | None,
+    rng: np.random.Generator,
 ) -> DepthFrame:
-    depth = add_depth_noise(view.depth, scene.intrinsics, rng, noise or DepthNoise.none())
+    """Return the depth frame that a camera with noise, or a sensor, takes of a rendered view.
+
+    Raises
+    ------
+    InputError
+        If no reading is left.
+    """
+    if isinstance(noise, DepthSensor):
+        depth = sense_depth(view, scene.intrinsics, rng, noise)
+    else:
+        depth = add_depth_noise(view.depth, scene.intrinsics, rng, noise or DepthNoise.none())
     return DepthFrame(depth, scene.intrinsics, scene.T_world_camera, view.colour)

@@ -9,7 +9,15 @@ Random objects that come to rest on a table (`make_scene`) or in and on furnitur
 from . import staged_solids
 from .arm_clearance import ArmClearance, ReachingObstacle, arm_spec, clearance_pairs
 from .convex_mesh import hull_mesh
-from .dataset import DEPTH_FILE, LABELS_FILE, SCHEMA, read_ground_truth, read_labels, write_scene
+from .dataset import (
+    DEPTH_FILE,
+    LABELS_FILE,
+    SCHEMA,
+    read_background,
+    read_ground_truth,
+    read_labels,
+    write_scene,
+)
 from .fixture import BACKGROUND_LEGEND, BackgroundKind, Fixture
 from .furnished import make_furnished_scene
 from .furnished_scene import (
@@ -62,6 +70,7 @@ __all__ = [
     "make_furnished_scene",
     "make_reaching_scene",
     "make_scene",
+    "read_background",
     "read_ground_truth",
     "read_labels",
     "read_objects",

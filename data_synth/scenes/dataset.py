@@ -24,6 +24,9 @@ from eyehand.perception.io import (
 )
 from eyehand.perception.superquadric import Superquadric
 
+from .fixture import BACKGROUND_LEGEND
+from .furnished_scene import FurnishedScene
+from .mesh_object import MeshObject
 from .tabletop_scene import Family, Table, TabletopObject, TabletopScene
 
 if TYPE_CHECKING:
@@ -36,13 +39,18 @@ SCHEMA = "eyehand.ground_truth/1"
 
 DEPTH_FILE = "depth.png"
 LABELS_FILE = "true_labels.png"
+BACKGROUND_FILE = "true_background.png"
 GROUND_TRUTH_FILE = "ground_truth.json"
 
 _UNITS = {"length": "m", "mass": "kg", "angle": "rad", "depth_png": "mm", "camera": "px"}
 
 
 def write_scene(
-    folder: Path | str, scene: TabletopScene, frame: DepthFrame, labels: NDArray[np.integer]
+    folder: Path | str,
+    scene: TabletopScene | FurnishedScene,
+    frame: DepthFrame,
+    labels: NDArray[np.integer],
+    background: NDArray[np.uint8] | None = None,
 ) -> list[Path]:
     """Write a scene's files: `depth.png`, its camera and colour, labels and ground truth.
 
@@ -50,12 +58,15 @@ def write_scene(
     ----------
     folder : Path or str
         Folder; created if it does not exist. Existing files of these names are replaced.
-    scene : TabletopScene
+    scene : TabletopScene or FurnishedScene
         The scene.
     frame : DepthFrame
         Depth image of the scene.
     labels : NDArray
-        (H, W) integers, written as 16 bit: 0 table and floor, k object k-1 of the scene.
+        (H, W) integers, written as 16 bit: 0 background, k object k-1 of the scene.
+    background : NDArray, optional
+        (H, W) numbers in `BACKGROUND_LEGEND`, written to `true_background.png` as 16 bit. The
+        ground truth holds the legend.
 
     Returns
     -------
@@ -89,10 +100,20 @@ def write_scene(
     files = write_frame(folder / DEPTH_FILE, frame)
     with atomic_write(folder / LABELS_FILE) as temporary:
         write_png(temporary, labels.astype(np.uint16))
-    text = json.dumps(_scene_to_json(scene), indent=1) + "\n"
+    written = [*files, folder / LABELS_FILE, folder / GROUND_TRUTH_FILE]
+    content = _scene_to_json(scene)
+    if background is not None:
+        content["background"] = {
+            "file": BACKGROUND_FILE,
+            "legend": {str(number): kind for number, kind in BACKGROUND_LEGEND.items()},
+        }
+        with atomic_write(folder / BACKGROUND_FILE) as temporary:
+            write_png(temporary, background.astype(np.uint16))
+        written.append(folder / BACKGROUND_FILE)
+    text = json.dumps(content, indent=1) + "\n"
     with atomic_write(folder / GROUND_TRUTH_FILE) as temporary:
         temporary.write_text(text, encoding="utf-8")
-    return [*files, folder / LABELS_FILE, folder / GROUND_TRUTH_FILE]
+    return written
 
 
 def read_ground_truth(path: Path | str) -> TabletopScene:
@@ -134,18 +155,35 @@ def read_labels(path: Path | str) -> NDArray[np.int32]:
         return decode_depth(data).astype(np.int32)
 
 
-def _scene_to_json(scene: TabletopScene) -> dict[str, Any]:
-    k, table = scene.intrinsics, scene.table
-    return {
+def read_background(folder: Path | str) -> NDArray[np.uint8] | None:
+    """Read the kinds of background (H, W) of a scene's folder; None if it has no such file.
+
+    Raises
+    ------
+    InputError
+        If the file is not a 16-bit greyscale PNG, or holds a number that is not in
+        `BACKGROUND_LEGEND`.
+    """
+    path = Path(folder) / BACKGROUND_FILE
+    if not path.exists():
+        return None
+    data = read_bytes(path)
+    with naming(path):
+        numbers = decode_depth(data)
+        if numbers.max() > len(BACKGROUND_LEGEND):
+            raise InputError(
+                f"kinds of background must lie in 0..{len(BACKGROUND_LEGEND)}, got {numbers.max()}"
+            )
+        return numbers.astype(np.uint8)
+
+
+def _scene_to_json(scene: TabletopScene | FurnishedScene) -> dict[str, Any]:
+    k = scene.intrinsics
+    content = {
         "schema": SCHEMA,
         "seed": scene.seed,
         "family": scene.family,
         "units": _UNITS,
-        "table": {
-            "size_m": [float(length) for length in table.size],
-            "height_m": float(table.height),
-            "floor_drop_m": float(table.floor_drop),
-        },
         "camera": {
             "fx": float(k.fx),
             "fy": float(k.fy),
@@ -160,9 +198,27 @@ def _scene_to_json(scene: TabletopScene) -> dict[str, Any]:
             for label, item in enumerate(scene.objects, start=1)
         ],
     }
+    if isinstance(scene, TabletopScene):
+        content["table"] = {
+            "size_m": [float(length) for length in scene.table.size],
+            "height_m": float(scene.table.height),
+            "floor_drop_m": float(scene.table.floor_drop),
+        }
+    return content
 
 
-def _object_to_json(item: TabletopObject) -> dict[str, Any]:
+def _object_to_json(item: TabletopObject | MeshObject) -> dict[str, Any]:
+    if isinstance(item, MeshObject):
+        pose = pose_to_json(item.pose)
+        return {
+            "name": item.name,
+            "kind": "mesh",
+            "size_m": np.ptp(item.vertices, axis=0).tolist(),
+            "position_m": pose["translation_m"],
+            "quat_wxyz": pose["quat_wxyz"],
+            "mass_kg": float(item.mass),
+            "colour_rgb": [float(share) for share in item.colour],
+        }
     pose = pose_to_json(item.shape.pose)
     return {
         "name": item.name,
@@ -177,11 +233,11 @@ def _object_to_json(item: TabletopObject) -> dict[str, Any]:
 
 
 def _scene_from_json(content: dict[str, Any]) -> TabletopScene:
-    table, camera = _entry(content, "table", dict), _entry(content, "camera", dict)
-    lens = [number_from_json(camera.get(key), f"camera.{key}") for key in ("fx", "fy", "cx", "cy")]
     family = _entry(content, "family", str)
     if family not in get_args(Family):
         raise InputError(f"family must be one of {', '.join(get_args(Family))}, got {family!r}")
+    table, camera = _entry(content, "table", dict), _entry(content, "camera", dict)
+    lens = [number_from_json(camera.get(key), f"camera.{key}") for key in ("fx", "fy", "cx", "cy")]
     size_xy = numbers_from_json(table.get("size_m"), 2, "table.size_m")
     return TabletopScene(
         seed=_entry(content, "seed", int),

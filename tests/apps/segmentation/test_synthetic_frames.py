@@ -9,8 +9,7 @@ from eyehand.apps.segmentation.synthetic_frames import (
     depth_noise,
     synthetic_sources,
 )
-from eyehand.data_synth import DepthNoise
-from eyehand.data_synth.render import axial_sigma
+from eyehand.data_synth.render import SENSORS, DepthNoise, axial_sigma
 from eyehand.errors import InputError
 
 
@@ -65,8 +64,10 @@ def test_slivers_of_hidden_objects_are_not_scored():
 def test_returns_noise_by_name():
     assert depth_noise("none") == DepthNoise.none()
     assert depth_noise("realistic") == DepthNoise.realistic()
+    assert depth_noise("oak") == SENSORS["oak"]
     assert depth_noise("realistic*2") == DepthNoise.realistic(2.0)
     axial = depth_noise("1.5mm")
+    assert isinstance(axial, DepthNoise)
     assert axial == DepthNoise(axial=axial.axial)
     assert axial.axial * axial_sigma(np.array(1.0)) == pytest.approx(1.5e-3)
 

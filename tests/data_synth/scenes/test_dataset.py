@@ -13,15 +13,18 @@ from numpy.typing import NDArray
 
 from eyehand.data_synth import (
     SCHEMA,
+    FurnishedOptions,
     TabletopOptions,
     TabletopScene,
     ViewOptions,
+    make_furnished_scene,
     make_scene,
     read_ground_truth,
     read_labels,
     render_frame,
     write_scene,
 )
+from eyehand.data_synth.scenes import read_background
 from eyehand.errors import InputError
 from eyehand.perception import DepthFrame
 from eyehand.perception.io import read_frame
@@ -78,6 +81,33 @@ def test_depth_and_labels_are_read_back(tmp_path: Path):
     assert np.array_equal(loaded.colour, frame.colour)
     assert np.array_equal(read_labels(tmp_path), labels)
     assert read_labels(tmp_path / "true_labels.png").dtype == np.int32
+
+
+def test_background_is_read_back_with_its_legend(tmp_path: Path):
+    scene, frame, labels = rendered_scene()
+    background = np.where(labels > 0, 0, 2).astype(np.uint8)
+    files = write_scene(tmp_path, scene, frame, labels, background)
+    read = read_background(tmp_path)
+    assert read is not None
+    assert np.array_equal(read, background)
+    legend = json.loads((tmp_path / "ground_truth.json").read_text())["background"]["legend"]
+    assert legend["2"] == "table"
+    assert {path.name for path in files} == {path.name for path in tmp_path.iterdir()}
+    write_scene(tmp_path, scene, frame, labels, background + 90)
+    with pytest.raises(InputError, match=r"must lie in 0\.\.8, got 9"):
+        read_background(tmp_path)
+
+
+def test_furnished_scene_is_written_without_a_table(tmp_path: Path):
+    scene = make_furnished_scene(0, FurnishedOptions("bin", (2, 2), image_size=(160, 120)))
+    frame, labels = render_frame(scene)
+    write_scene(tmp_path, scene, frame, labels)
+    content = json.loads((tmp_path / "ground_truth.json").read_text())
+    assert content["family"] == "bin"
+    assert "table" not in content
+    assert read_background(tmp_path) is None
+    with pytest.raises(InputError, match="family must be one of"):
+        read_ground_truth(tmp_path)
 
 
 def test_json_names_its_schema_and_units(folder: Path):
