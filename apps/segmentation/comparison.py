@@ -1,35 +1,40 @@
-"""Compare segmentation methods on the same frames."""
+"""Compare segmentation methods on the same frames of all kinds."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eyehand.apps.console import tracked
 from eyehand.perception.io import naming
 
 from ..bench import Measured, Method, compare_methods
-from .score import score_segmentation
+from .kinds import Score, score_by_kind, worst_kinds_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from eyehand.perception import DepthFrame
 
-    from .dataset import FrameSource, LabelledFrame
+    from .kinds import JudgedFrame, KindFrame
 
     SegmentationMethod = Method[DepthFrame, NDArray[np.int32]]
-    NamedFrame = tuple[str, LabelledFrame]
+    NamedFrame = tuple[str, JudgedFrame]
 
-FIGURES: tuple[str, ...] = ("overlap_f_pct", "boundary_f_pct", "found_pct")
-"""Means over frames of overlap F, boundary F, and the share of objects with an own F above 0.75."""
+FIGURES: tuple[str, ...] = ("worst_kinds_pct", "all_kinds_pct")
+"""Mean score of the three worst kinds, and of all kinds."""
+TIMED_SIZE = (480, 640)
+"""Size (rows, columns) of the frames whose time counts, px. Frames of other sizes take other times.
+"""
 
 
 def compare_segmentations(
-    methods: Sequence[SegmentationMethod], sources: Iterable[FrameSource], rounds: int
+    methods: Sequence[SegmentationMethod], frames: Sequence[KindFrame], rounds: int
 ) -> list[Measured]:
     """Segment all frames with all methods. Pixels without a reading do not count in the score.
 
@@ -37,7 +42,7 @@ def compare_segmentations(
     ----------
     methods
         The methods. Each returns labels (H, W) of a frame, 0 = not an object.
-    sources
+    frames
         At least one frame.
     rounds
         See :func:`compare_methods`.
@@ -45,7 +50,8 @@ def compare_segmentations(
     Returns
     -------
     list of Measured
-        In the order of the methods, with the figures of FIGURES.
+        In the order of the methods, with the figures of FIGURES. Times are those of the frames of
+        640x480 px, or of all frames if there are none.
 
     Raises
     ------
@@ -53,27 +59,33 @@ def compare_segmentations(
         If a frame cannot be read or segmented. The message names the frame.
     """
     named = [Method(m.name, m.setting, partial(_labels, m)) for m in methods]
+    sizes: list[tuple[int, ...]] = []
+    results = compare_methods(named, _loaded(frames, sizes), _score, rounds)
+    timed = [size == TIMED_SIZE for size in sizes]
+    timed = timed if any(timed) else [True] * len(timed)
     measured = []
-    for result in compare_methods(named, _loaded(sources), _shares, rounds):
-        shares = np.round(100 * np.mean(result.scores, axis=0), 2).tolist()
-        measured.append(Measured.of(result, dict(zip(FIGURES, shares, strict=True))))
+    for result in results:
+        shares = score_by_kind(frames, result.scores)
+        figures = (worst_kinds_mean(shares), float(np.mean(list(shares.values()))))
+        percent = {key: round(100 * share, 2) for key, share in zip(FIGURES, figures, strict=True)}
+        times = replace(result, wall_ms=result.wall_ms[timed], cpu_ms=result.cpu_ms[timed])
+        measured.append(Measured.of(times, percent))
     return measured
 
 
-def _loaded(sources: Iterable[FrameSource]) -> Iterator[NamedFrame]:
-    for source in sources:
-        with naming(source.name):
-            labelled = source.load()
-        yield source.name, labelled
+def _loaded(frames: Sequence[KindFrame], sizes: list[tuple[int, ...]]) -> Iterator[NamedFrame]:
+    for frame in tracked(frames, "segmenting", len(frames)):
+        with naming(frame.name):
+            judged = frame.load()
+        sizes.append(judged.frame.depth.shape)
+        yield frame.name, judged
 
 
 def _labels(method: SegmentationMethod, case: NamedFrame) -> NDArray[np.int32]:
-    name, labelled = case
+    name, judged = case
     with naming(name):
-        return method.run(labelled.frame)
+        return method.run(judged.frame)
 
 
-def _shares(case: NamedFrame, labels: NDArray[np.int32]) -> tuple[float, float, float]:
-    _, labelled = case
-    score = score_segmentation(labels, labelled.truth, ~labelled.frame.valid)
-    return score.f, score.boundary_f, score.found
+def _score(case: NamedFrame, labels: NDArray[np.int32]) -> Score:
+    return case[1].judge(labels)

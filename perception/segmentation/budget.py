@@ -23,16 +23,15 @@ class FrontPoint:
     """Values of all charted options by field name. The other options have their defaults."""
     median_ms: float
     """Median time of a 640x480 frame on the machine of the stored front, ms."""
-    overlap_f_pct: float
-    """Mean overlap F on the frames of the stored front, per cent."""
-    boundary_f_pct: float
-    """Mean boundary F, per cent."""
-    found_pct: float
-    """Mean share of objects with an F of their own above 0.75, per cent."""
+    worst_kinds_pct: float
+    """Mean score of the three worst kinds of data, per cent. The score is the mean overlap F of
+    labelled frames, and the share of right objects of frames annotated by points."""
+    all_kinds_pct: float
+    """Mean score of all kinds, per cent."""
 
 
 FRONT_FORMAT = FrontFormat(
-    "eyehand.segmentation_front/1", FrontPoint, "eyehand chart segmentation --store"
+    "eyehand.segmentation_front/2", FrontPoint, "eyehand chart segmentation --store"
 )
 """File format of the front."""
 
@@ -77,8 +76,8 @@ def select_point(
     if not allowed:
         raise InputError(f"no stored options of the segmentation use <= {threads} threads")
     points = affordable(allowed, milliseconds, slower, "segmentation", _accuracy)
-    return max(points, key=lambda point: point.overlap_f_pct)
+    return max(points, key=lambda point: point.worst_kinds_pct)
 
 
 def _accuracy(point: FrontPoint) -> str:
-    return f"overlap F {point.overlap_f_pct:.1f} %"
+    return f"score of the three worst kinds {point.worst_kinds_pct:.1f} %"

@@ -30,7 +30,9 @@ def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     # The other baselines have their own test and take seconds.
     fast = [baseline for baseline in BASELINES if baseline.name in ("depth steps", "Open3D DBSCAN")]
     monkeypatch.setattr(chart_segmentation, "BASELINES", fast)
-    code, out, err = run("--quick", "--frames", 1, "--json", "--out", tmp_path, capsys=capsys)
+    code, out, err = run(
+        "--quick", "--kinds", "separate", "--json", "--out", tmp_path, capsys=capsys
+    )
     assert code == 0
     picture = cv2.imread(str(tmp_path / "segmentation.png"))
     assert picture is not None
@@ -48,9 +50,8 @@ def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
         "front",
         "median_ms",
         "median_cpu_ms",
-        "overlap_f_pct",
-        "boundary_f_pct",
-        "found_pct",
+        "worst_kinds_pct",
+        "all_kinds_pct",
         *BOARD.dials,
     ]
     own = [row for row in report["rows"] if row["method"] == "eyehand"]
@@ -61,16 +62,16 @@ def test_charts_one_synthetic_frame(tmp_path, capsys, monkeypatch):
     assert "Pareto front" in err
 
 
-def test_charts_folder_without_baselines(tmp_path, capsys):
+def test_charts_folder_beside_synthetic_kind_without_baselines(tmp_path, capsys):
     code, _, _ = run_synth(tmp_path / "data", capsys)
     assert code == 0
     code, out, _ = run(
-        "--dataset", tmp_path / "data", "--quick", "--no-baselines", "--json", "--out", tmp_path,
-        capsys=capsys,
+        "--dataset", tmp_path / "data", "--kinds", "data", "--kinds", "empty", "--quick",
+        "--no-baselines", "--json", "--out", tmp_path, capsys=capsys,
     )  # fmt: skip
     assert code == 0
     report = json.loads(out)
-    assert report["seed"] is None
+    assert (report["kinds"], report["frames"]) == (["data", "empty"], 2)
     assert {row["method"] for row in report["rows"]} == {"eyehand"}
 
 
@@ -112,7 +113,7 @@ def test_budget_selects_from_stored_front(tmp_path):
         Measured(Method("eyehand", setting.name, find_nothing), ms, ms, dict.fromkeys(FIGURES, f))
         for setting, (ms, f) in zip(settings, figures, strict=True)
     ]
-    made = chart_segmentation.Provenance("two frames", 5, 2)
+    made = chart_segmentation.Provenance("kinds: separate", 5, 2)
     chart = DialChart(chart_segmentation.WORDS, settings, own, [], made)
     place = FrontPlace("segmentation", FRONT_FORMAT, path, "SegmentationOptions")
     assert chart.publish(tmp_path, place, store=False, json=False) is None
@@ -120,6 +121,6 @@ def test_budget_selects_from_stored_front(tmp_path):
     front = FRONT_FORMAT.read(path)
     assert [point.name for point in front.points] == ["stride 2", "default"]
     assert front.default_ms == 40.0
-    assert (front.data, front.seed, front.frames) == ("two frames", 5, 2)
+    assert (front.data, front.seed, front.frames) == ("kinds: separate", 5, 2)
     assert replace(SegmentationOptions(), **front.points[0].dials) == settings[1].options
     assert chart.publish(tmp_path, place, store=False, json=False) == 1.0
