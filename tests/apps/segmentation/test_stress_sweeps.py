@@ -8,6 +8,7 @@ import pytest
 
 from eyehand.apps.bench import Sweep
 from eyehand.apps.bench.sweep import select_sweeps
+from eyehand.apps.segmentation.agreement_sweeps import AGREEMENT_SWEEPS
 from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
 from eyehand.apps.segmentation.stress_trial import TrialPicture
 from eyehand.data_synth.render import StagedScene
@@ -23,7 +24,8 @@ COUNTS = {"empty": 0, "grazing": 3, "in-bowl": 3} | dict.fromkeys(
 STAGED = [
     sweep
     for sweep in SEGMENTATION_SWEEPS
-    if sweep.name
+    if sweep not in AGREEMENT_SWEEPS
+    and sweep.name
     not in ("millimetres", "nan", "readings", "tiny-image", "tiny-objects", "chaos", "repeat")
 ]
 

@@ -1,5 +1,7 @@
 """Tests of support planes: votes equal NumPy; tables, shelves and floors are distinguished."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -153,3 +155,20 @@ def test_search_in_random_depth_terminates(seed):
     camera = CameraIntrinsics(50.0, 50.0, width / 2, height / 2, int(width), int(height))
     image = exact_image(DepthFrame(depth, camera))
     assert len(find_supports(image, SegmentationOptions())) <= 4
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_few_changed_readings_hardly_move_the_plane_of_a_bent_table(seed):
+    rng = np.random.default_rng(seed)
+    rows, columns = np.mgrid[:240, :320]
+    bend = ((columns - 160) / 160) ** 2 + ((rows - 120) / 120) ** 2
+    depth = 1.0 / (1.2 + 0.0015 * rows + 0.006 * bend) + rng.normal(0, 0.0005, rows.shape)
+    camera = CameraIntrinsics(270.0, 270.0, 159.5, 119.5, 320, 240)
+    frame = DepthFrame(depth.astype(np.float32), camera)
+    (first, *_) = find_supports(exact_image(frame)._replace(noise=1e-3), OPTIONS.scaled(320))
+    corners = first.hull @ first.axes - first.plane.offset * first.plane.normal
+    for _ in range(4):
+        moved = depth + rng.choice([-0.001, 0.0, 0.001], depth.shape, p=[0.0025, 0.995, 0.0025])
+        image = exact_image(replace(frame, depth=moved.astype(np.float32)))._replace(noise=1e-3)
+        (again, *_) = find_supports(image, OPTIONS.scaled(320))
+        assert np.abs(again.plane.height(corners)).max() < 0.0005
