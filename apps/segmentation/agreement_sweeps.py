@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from ..bench import Sweep, Trial
 from .self_agreement import disturbed_frame, self_agreement
 from .stress_trial import SegmentCallable, TrialPicture, timed_segment
-from .synthetic_frames import EMPTY, FAMILIES, synthetic_sources
+from .synthetic_frames import EMPTY_FAMILIES, FAMILIES, synthetic_sources
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -50,5 +50,7 @@ def _attempt(family: str) -> Callable[[float, int, SegmentCallable], Trial]:
     return attempt
 
 
-AGREEMENT_SWEEPS = tuple(_agreement_sweep(family) for family in FAMILIES if family != EMPTY)
+AGREEMENT_SWEEPS = tuple(
+    _agreement_sweep(family) for family in FAMILIES if family not in EMPTY_FAMILIES
+)
 """One sweep per family of synthetic scenes."""
