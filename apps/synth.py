@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
 
@@ -48,6 +49,7 @@ def synth(
     family: Literal[Family, FurnishedFamily] = "separate",
     meshes: Path | None = None,
     mesh_share: float = 1.0,
+    arm: bool = False,
     noise: Literal["realistic", "none"] = "realistic",
     noise_scale: float = 1.0,
     sensor: SensorName | None = None,
@@ -78,6 +80,8 @@ def synth(
         furniture.
     mesh_share
         Probability that an object is one of the meshes; the others are solids.
+    arm
+        Show a robot arm that reaches into the furniture.
     noise
         Depth noise of a structured-light camera, or none.
     noise_scale
@@ -92,11 +96,13 @@ def synth(
         raise InputError(f"--noise-scale must be >= 0, got {noise_scale}")
     began = time.perf_counter()
     if family in COUNT_RANGES:
-        scene = _furnished(seed, family, objects, meshes, mesh_share)
+        options = _furnished_options(family, objects, meshes, mesh_share)
+        scene = make_furnished_scene(seed, replace(options, arm=arm))
     else:
-        if meshes is not None:
+        if meshes is not None or arm:
             raise InputError(
-                f"--meshes needs a family of {', '.join(COUNT_RANGES)}, got --family {family}"
+                f"{'--arm' if arm else '--meshes'} needs a family of {', '.join(COUNT_RANGES)}, "
+                f"got --family {family}"
             )
         scene = _tabletop(seed, family, OBJECTS if objects is None else objects)
     settled = time.perf_counter()
@@ -137,24 +143,19 @@ def _tabletop(seed: int, family: Family, objects: int) -> TabletopScene:
     return make_scene(seed, TabletopOptions(family=family, count_range=(objects, objects)))
 
 
-def _furnished(
-    seed: int,
-    family: FurnishedFamily,
-    objects: int | None,
-    meshes: Path | None,
-    mesh_share: float,
-) -> FurnishedScene:
+def _furnished_options(
+    family: FurnishedFamily, objects: int | None, meshes: Path | None, mesh_share: float
+) -> FurnishedOptions:
     if objects is not None and not 0 <= objects <= MAX_FURNISHED_OBJECTS:
         raise InputError(
             f"--objects must be 0 to {MAX_FURNISHED_OBJECTS} for the family {family}, got {objects}"
         )
-    options = FurnishedOptions(
+    return FurnishedOptions(
         family=family,
         count_range=None if objects is None else (objects, objects),
         meshes=() if meshes is None else read_objects(meshes),
         mesh_share=mesh_share,
     )
-    return make_furnished_scene(seed, options)
 
 
 def _kind(item: TabletopObject | MeshObject) -> str:

@@ -31,7 +31,7 @@ from .scored_frames import (
     run_trials,
     summary_rows,
 )
-from .synthetic_frames import synthetic_sources
+from .synthetic_frames import FurnishedContents, synthetic_sources
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -84,6 +84,9 @@ def evaluate_segmentation(
     worst: int = 6,
     out: Path = Path("out/evaluate_segmentation"),
     json: bool = False,
+    contents: Annotated[
+        FurnishedContents | None, Parameter(name="*", group="Synthetic scenes with furniture")
+    ] = None,
     options: Annotated[
         SegmentationOptions | None, Parameter(name="*", group="Segmentation options")
     ] = None,
@@ -131,6 +134,8 @@ def evaluate_segmentation(
         Output folder.
     json
         Print one JSON object on stdout; the table goes to stderr.
+    contents
+        What stands in synthetic scenes with furniture.
     options
         Options of the segmentation.
     """
@@ -145,7 +150,7 @@ def evaluate_segmentation(
         return evaluate_points(points, options, out, json=json)
     synthetic = dataset == SYNTHETIC
     if synthetic:
-        sources = _synthetic(groups, noise, frames, seed)
+        sources = _synthetic(groups, noise, frames, seed, contents)
     else:
         reading = DatasetOptions(camera, depth_scale_mm, labels)
         sources = _spread(_select_groups(open_dataset(Path(dataset), reading), groups), frames)
@@ -176,13 +181,18 @@ def evaluate_segmentation(
 
 
 def _synthetic(
-    groups: list[str] | None, noise: list[str] | None, frames: int | None, seed: int
+    groups: list[str] | None,
+    noise: list[str] | None,
+    frames: int | None,
+    seed: int,
+    contents: FurnishedContents | None,
 ) -> list[FrameSource]:
     families = None if groups is None else list(dict.fromkeys(g.split("/")[0] for g in groups))
     if groups is not None and noise is None and all("/" in group for group in groups):
         noise = list(dict.fromkeys(group.partition("/")[2] for group in groups))
     count = SYNTHETIC_FRAMES if frames is None else frames
-    return _select_groups(synthetic_sources(families, noise, frames=count, seed=seed), groups)
+    sources = synthetic_sources(families, noise, frames=count, seed=seed, contents=contents)
+    return _select_groups(sources, groups)
 
 
 def _select_groups(sources: list[FrameSource], groups: list[str] | None) -> list[FrameSource]:

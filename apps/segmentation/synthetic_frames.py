@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache, partial
+from pathlib import Path
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
@@ -20,6 +21,7 @@ from eyehand.data_synth import (
     render_scene,
 )
 from eyehand.data_synth.render import SENSORS, DepthSensor, axial_sigma, capture, sensor_of
+from eyehand.data_synth.scenes import read_objects
 from eyehand.errors import InputError
 
 from .dataset import FrameSource, LabelledFrame, slivers
@@ -28,6 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from eyehand.data_synth import FurnishedScene, RenderedView, TabletopScene
+    from eyehand.data_synth.scenes import FolderObject
 
 EMPTY, EMPTY_BIN = "empty", "empty-bin"
 """Names of the families of tables and of bins without objects."""
@@ -36,6 +39,20 @@ FAMILIES: tuple[str, ...] = (*get_args(Family), *get_args(FurnishedFamily), *EMP
 """Families of scenes."""
 NOISES = ("none", "realistic", "1mm", "2mm", "3mm")
 """Default depth noises."""
+
+
+@dataclass(frozen=True)
+class FurnishedContents:
+    """What stands in synthetic scenes with furniture, besides the furniture."""
+
+    meshes: Path | None = None
+    """Folder of .urdf, .obj or .stl files, whose objects take the place of random solids."""
+    mesh_share: float = 1.0
+    """Probability that an object is one of the meshes; the others are solids."""
+    arm: bool = False
+    """Show a robot arm that reaches into the furniture."""
+
+
 MAX_DRAWS = 5
 """Number of seeds tried for a frame of a family that is hard to draw."""
 _REDRAW_STEP = 1_000_003
@@ -48,6 +65,7 @@ def synthetic_sources(
     *,
     frames: int = 10,
     seed: int = 0,
+    contents: FurnishedContents | None = None,
 ) -> list[FrameSource]:
     """List the frames of every family with every noise. All noises share the same scenes.
 
@@ -61,6 +79,8 @@ def synthetic_sources(
         Number of scenes per family.
     seed
         Seed of the first scene. The next scenes have the next seeds.
+    contents
+        What stands in scenes with furniture; solids by default.
 
     Returns
     -------
@@ -84,7 +104,7 @@ def synthetic_sources(
         FrameSource(
             f"{family} {noise} seed {number}",
             f"{family}/{noise}",
-            partial(_frame, family, number, strength),
+            partial(_frame, family, number, strength, contents or FurnishedContents()),
         )
         for family in families
         for number in range(seed, seed + frames)
@@ -122,20 +142,29 @@ def depth_noise(name: str) -> DepthNoise | DepthSensor:
     )
 
 
-def _frame(family: str, seed: int, noise: DepthNoise | DepthSensor) -> LabelledFrame:
-    scene, view = _view(family, seed)
+def _frame(
+    family: str, seed: int, noise: DepthNoise | DepthSensor, contents: FurnishedContents
+) -> LabelledFrame:
+    scene, view = _view(family, seed, contents)
     frame = capture(scene, view, noise, np.random.default_rng(seed))
     unscored = slivers(view.labels) if family in get_args(FurnishedFamily) else None
     return LabelledFrame(frame, view.labels, view.background, unscored)
 
 
 @lru_cache(maxsize=2)
-def _view(family: str, seed: int) -> tuple[TabletopScene | FurnishedScene, RenderedView]:
-    scene = _scene(family, seed)
+def _view(
+    family: str, seed: int, contents: FurnishedContents
+) -> tuple[TabletopScene | FurnishedScene, RenderedView]:
+    scene = _scene(family, seed, contents)
     return scene, render_scene(scene, colour=True)
 
 
-def _scene(family: str, seed: int) -> TabletopScene | FurnishedScene:
+@lru_cache(maxsize=2)
+def _meshes(folder: Path) -> tuple[FolderObject, ...]:
+    return read_objects(folder)
+
+
+def _scene(family: str, seed: int, contents: FurnishedContents) -> TabletopScene | FurnishedScene:
     if family == EMPTY:
         # The camera is placed for one object, then the object is removed.
         lone = make_scene(seed, TabletopOptions(count_range=(1, 1)))
@@ -144,7 +173,13 @@ def _scene(family: str, seed: int) -> TabletopScene | FurnishedScene:
         return make_furnished_scene(seed, FurnishedOptions(family="bin", count_range=(0, 0)))
     furnished: dict[str, FurnishedFamily] = {name: name for name in get_args(FurnishedFamily)}
     if family in furnished:
-        return make_furnished_scene(seed, FurnishedOptions(family=furnished[family]))
+        options = FurnishedOptions(
+            family=furnished[family],
+            meshes=() if contents.meshes is None else _meshes(contents.meshes),
+            mesh_share=contents.mesh_share,
+            arm=contents.arm,
+        )
+        return make_furnished_scene(seed, options)
     names = {name: name for name in get_args(Family)}
     options = TabletopOptions(family=names[family])
     for redraw in range(MAX_DRAWS - 1):

@@ -4,9 +4,10 @@
 model. `SimRobot` implements the robot protocol of `eyehand.grasping`.
 """
 
+from ..arms import HAND, PALM_BEFORE_FLANGE_M
 from .fingertip_pads import tip_array
 from .grasp_cell import WORK_AREA_M, GraspCell, scene_options
-from .grasp_robot import PALM_BEFORE_FLANGE_M, GraspRobot
+from .grasp_robot import GraspRobot
 from .grasp_world import GraspWorld
 from .hand_description import (
     DESCRIPTION_SUFFIX,
@@ -20,7 +21,7 @@ from .sim_robot import SimRobot
 from .spec_assembly import match_options
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
-from .tendon_hand_model import HAND, tendon_hand_model
+from .tendon_hand_model import tendon_hand_model
 
 __all__ = [
     "DESCRIPTION_SUFFIX",

@@ -11,7 +11,7 @@ import numpy as np
 
 from eyehand.errors import InputError
 
-from ..arms import HOME_KEY, LBR_ARM, TOOL_SITE
+from ..arms import HAND, HOME_KEY, LBR_ARM, PALM_BEFORE_FLANGE_M, TOOL_SITE
 from ..mujoco_import import import_mujoco
 from .arm_check import check_arm, check_file_format, check_rest_posture
 from .hand_description import DESCRIPTION_SUFFIX, EXAMPLE, HandDescription, description_beside
@@ -21,7 +21,7 @@ from .spec_assembly import match_options, prepare_for_attachment, set_base
 from .synergy_drives import SynergyDrives
 from .synergy_hand_model import synergy_hand_model
 from .tendon_drives import TendonDrives
-from .tendon_hand_model import HAND, PALM_SITE, tendon_hand_model
+from .tendon_hand_model import PALM_SITE, tendon_hand_model
 from .tendon_posture import tendon_posture
 
 if TYPE_CHECKING:
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
 
 HAND_PREFIX = "hand_"
 """Prefix of the names of a hand attached to an arm."""
-PALM_BEFORE_FLANGE_M = 0.06
-"""Distance from the arm's flange to the palm's face: the depth of the palm's shell."""
 REST_POSTURE = (-0.42, -0.04, 0.0, -1.87, 0.0, 1.31, -1.99)
 """Joint angles of the LBR at rest in the cell, rad: beside the work area, outside the image."""
 

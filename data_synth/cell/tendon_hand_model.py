@@ -18,6 +18,7 @@ from eyehand.errors import InputError
 from eyehand.grasping import HandModel
 from eyehand.grasping.hands import PALM, PINCER_FINGER, THUMB
 
+from ..arms import HAND
 from ..mujoco_import import import_mujoco
 from .tendon_drives import TendonDrives, tendon_arms
 
@@ -26,8 +27,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-HAND = Path(__file__).parent / "assets" / "hand.xml"
-"""The included underactuated hand: three fingers of three phalanges against a thumb of two."""
 PALM_SITE = "palm"
 """Site of the hand frame: origin in the middle of the palm's face, z out of it."""
 

@@ -35,6 +35,7 @@ BACKGROUND_NUMBER: dict[BackgroundKind, int] = {
 }
 
 Colour = tuple[float, float, float]
+Outline = Literal["box", "cylinder", "capsule", "sphere", "ellipsoid", "hull", "plane"]
 
 
 # Comparing arrays gives arrays, so two fixtures are equal only if they are identical.
@@ -44,10 +45,10 @@ class Fixture:
 
     kind: BackgroundKind
     """Kind of background that its pixels show."""
-    outline: Literal["box", "cylinder", "hull", "plane"]
+    outline: Outline
     """Kind of solid. A plane is infinite, and its normal is its z-axis."""
     half_size: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    """Half extents of a box, or radius, radius and half height of a cylinder, m."""
+    """Half extents along its own axes, m; those of a capsule without its round ends."""
     corners: NDArray[np.float64] | None = None
     """Points (N, 3) of which a ``hull`` is the convex hull, in its own frame, m."""
     pose: RigidTransform = RigidTransform.identity()  # noqa: RUF009 - immutable
@@ -89,10 +90,16 @@ def add_fixture(spec: Any, name: str, item: Fixture, *, visuals: bool) -> None:
     elif item.outline == "plane":
         half = FLOOR_EXTENT_M / 2
         geom.type, geom.size = types.mjGEOM_PLANE, [half, half, FLOOR_FACET_M]
-    elif item.outline == "cylinder":
-        geom.type, geom.size = types.mjGEOM_CYLINDER, [item.half_size[0], item.half_size[2], 0]
+    elif item.outline in ("cylinder", "capsule"):
+        kinds = {"cylinder": types.mjGEOM_CYLINDER, "capsule": types.mjGEOM_CAPSULE}
+        geom.type, geom.size = kinds[item.outline], [item.half_size[0], item.half_size[2], 0]
     else:
-        geom.type, geom.size = types.mjGEOM_BOX, item.half_size
+        kinds = {
+            "box": types.mjGEOM_BOX,
+            "sphere": types.mjGEOM_SPHERE,
+            "ellipsoid": types.mjGEOM_ELLIPSOID,
+        }
+        geom.type, geom.size = kinds[item.outline], item.half_size
     set_contact(geom)
     if visuals:
         geom.material = OBJECT_MATERIAL

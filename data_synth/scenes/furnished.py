@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
+from .arm_in_view import FOOT_PARTS, draw_arm
 from .furnished_scene import FurnishedOptions, FurnishedScene, object_pose
 from .furnished_settings import HALF_VIEW, draw_setting
 from .household_shapes import draw_shape
@@ -22,9 +23,11 @@ from .tabletop_scene import TabletopObject, solid_volume
 from .viewpoint import MIN_VISIBLE_SHARE, camera_intrinsics, look_at, reduced
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from eyehand.perception import CameraIntrinsics
 
-    from .fixture import Colour
+    from .fixture import Colour, Fixture
     from .furnished_scene import RigidObject
     from .furnished_settings import Setting
 
@@ -32,10 +35,12 @@ MAX_DRAWS = 20
 """Draws before :func:`make_furnished_scene` gives up."""
 MIN_SEEN = 0.5
 """Minimum share of the objects of which the camera sees more than a few pixels. Heaps hide some."""
+ARM_SHARES = (0.01, 0.3)
+"""Minimum and maximum share of the image that a robot arm covers."""
 DARK_SHARE = 0.12
 """Share of objects that are nearly black, where some cameras read nothing."""
 
-_VIEWS = 12
+_VIEWS = 15
 """Camera poses tried for one draw."""
 _FILLED = (0.85, 1.3)
 """Range of the radius of interest over half the height of the image."""
@@ -96,14 +101,17 @@ def _draw(seed: int, attempt: int, options: FurnishedOptions) -> FurnishedScene 
     if len(stayed) < low:
         return "too many fell off"
     intrinsics = camera_intrinsics(ViewOptions(image_size=options.image_size))
-    settled = FurnishedPhysics(stayed, setting.fixtures)
-    for index, item in enumerate(stayed):
-        settled.put(index, object_pose(item))
     for _ in range(_VIEWS):
-        T_world_camera = _draw_view(setting, rng)
-        if _shows(settled, intrinsics, T_world_camera, len(stayed)):
+        azimuth, T_world_camera = _draw_view(setting, rng)
+        fixtures = setting.fixtures
+        if options.arm:
+            arm = draw_arm(setting, azimuth, rng)
+            if arm is None:
+                return "no posture of the arm"
+            fixtures = (*fixtures, *arm)
+        if _shows(stayed, fixtures, intrinsics, T_world_camera):
             return FurnishedScene(
-                seed, options.family, stayed, setting.fixtures, intrinsics, T_world_camera
+                seed, options.family, stayed, fixtures, intrinsics, T_world_camera
             )
     return "no view of half of the objects"
 
@@ -125,7 +133,8 @@ def _draw_object(
     return TabletopObject(f"{shape.kind}_{index + 1}", shape, mass, colour)
 
 
-def _draw_view(setting: Setting, rng: np.random.Generator) -> RigidTransform:
+def _draw_view(setting: Setting, rng: np.random.Generator) -> tuple[float, RigidTransform]:
+    """Return the azimuth of a camera, rad, and T_world_camera."""
     azimuth = rng.uniform(*setting.azimuth)
     elevation = rng.uniform(*setting.elevation)
     distance = setting.radius / (HALF_VIEW * rng.uniform(*_FILLED))
@@ -133,19 +142,27 @@ def _draw_view(setting: Setting, rng: np.random.Generator) -> RigidTransform:
     level = np.cos(elevation)
     towards = [level * np.cos(azimuth), level * np.sin(azimuth), np.sin(elevation)]
     target = np.array(setting.target) + 0.1 * setting.radius * rng.uniform(-1, 1, 3)
-    return look_at(target + distance * np.array(towards), target)
+    return azimuth, look_at(target + distance * np.array(towards), target)
 
 
 def _shows(
-    physics: FurnishedPhysics,
+    objects: Sequence[RigidObject],
+    fixtures: Sequence[Fixture],
     intrinsics: CameraIntrinsics,
     T_world_camera: RigidTransform,
-    count: int,
 ) -> bool:
-    """Return whether enough objects are visible; without objects, always."""
-    if count == 0:
-        return True
+    """Return whether a camera sees enough objects, and a robot arm if there is one that is free."""
+    physics = FurnishedPhysics(objects, fixtures)
+    for index, item in enumerate(objects):
+        physics.put(index, object_pose(item))
+    robot = [k for k, item in enumerate(fixtures) if item.kind == "robot"]
+    if robot and physics.fixtures_touch(robot[FOOT_PARTS:], robot[:FOOT_PARTS]):
+        return False
     k = reduced(intrinsics, _REDUCTION)
-    pixels = physics.visible_pixels(k, T_world_camera)
-    seen = np.count_nonzero(pixels >= MIN_VISIBLE_SHARE * k.width * k.height)
-    return bool(seen >= max(MIN_SEEN * count, 1))
+    pixels, parts = physics.visible_parts(k, T_world_camera)
+    least = MIN_VISIBLE_SHARE * k.width * k.height
+    share = parts[robot].sum() / (k.width * k.height)
+    if robot and not ARM_SHARES[0] <= share <= ARM_SHARES[1]:
+        return False
+    seen = np.count_nonzero(pixels >= least)
+    return bool(seen >= max(MIN_SEEN * len(objects), min(len(objects), 1)))

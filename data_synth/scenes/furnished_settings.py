@@ -74,6 +74,14 @@ class Setting:
     """Extent of a solid along its third axis, m."""
     distances: tuple[float, float] = field(default=(0.5, 1.8))
     """Limits of the distance from the target to the camera, m."""
+    reach: tuple[float, float, float] = (0.0, 0.0, 0.18)
+    """Point near which the fingertips of a robot arm are, world, m."""
+    reach_spread: tuple[float, float, float] = (0.1, 0.1, 0.05)
+    """Maximum distance of the fingertips from that point along each axis, m."""
+    approach: tuple[float, float, float] = (0.0, 0.0, -1.0)
+    """Direction in which the hand points."""
+    base_height: float = 0.0
+    """World z of the arm's base, m."""
 
 
 def draw_setting(family: FurnishedFamily, count: int, rng: np.random.Generator) -> Setting:
@@ -96,6 +104,7 @@ def _bin(count: int, rng: np.random.Generator) -> Setting:
         elevation=(np.radians(55), np.radians(88)),
         target=(0.0, 0.0, height / 2),
         height_range=(0.03, 0.12),
+        reach=(0.0, 0.0, height + 0.08),
     )
 
 
@@ -114,6 +123,7 @@ def _tote(count: int, rng: np.random.Generator) -> Setting:
         radius=0.5 * float(np.hypot(*opening)) + 0.05,
         elevation=(np.radians(55), np.radians(86)),
         target=(0.0, 0.0, 0.4 * height),
+        reach=(0.0, 0.0, height + 0.05),
         width_range=(0.04, 0.13),
         height_range=(0.04, 0.22),
     )
@@ -180,6 +190,10 @@ def _shelf(count: int, rng: np.random.Generator) -> Setting:
         azimuth=(np.pi / 2 - np.radians(40), np.pi / 2 + np.radians(40)),
         width_range=(0.035, 0.10),
         height_range=(0.05, 0.18),
+        reach=(0.0, size[1] / 2 + 0.06, float(rng.choice(levels)) + 0.14),
+        reach_spread=(0.3 * size[0], 0.04, 0.03),
+        approach=(0.0, -1.0, 0.0),
+        base_height=-below + 0.01,
     )
 
 
@@ -199,6 +213,7 @@ def _clutter(count: int, rng: np.random.Generator) -> Setting:
         radius=1.15 * max(half) + 0.05,
         elevation=(np.radians(25), np.radians(60)),
         target=(0.0, float(front), 0.05),
+        reach=(0.0, float(front), 0.26),
         azimuth=(-np.pi / 2 - 0.7, -np.pi / 2 + 0.7),
         width_range=(0.03, 0.12),
         height_range=(0.03, 0.22),

@@ -7,13 +7,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 from scipy.spatial.transform import RigidTransform, Rotation
 
-from .furnished_scene import furnished_spec, object_reach
+from .furnished_scene import fixture_name, furnished_spec, object_reach
 from .household_shapes import rest_rotation
 from .mesh_object import MeshObject
 from .rigid_physics import RigidPhysics
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import CameraIntrinsics
 
     from .fixture import Fixture
     from .furnished_scene import RigidObject
@@ -31,6 +35,8 @@ _SPOTS = 12
 """Positions tried for one object before it is left out."""
 _STEP_M = 0.006
 """Step by which an object is lowered until it would touch."""
+_NEAR_M = 0.001
+"""Distances are computed up to this value to find overlaps."""
 _PAUSE_S = 0.35
 """Maximum time before the next object falls."""
 
@@ -43,10 +49,29 @@ class FurnishedPhysics(RigidPhysics):
         spec = furnished_spec(tuple(objects), tuple(fixtures), free=True)
         reach = [object_reach(item) for item in objects]
         super().__init__(spec, [item.name for item in objects], reach)
+        self._fixtures = [self._model.geom(fixture_name(k)).id for k in range(len(fixtures))]
 
     def top(self, index: int) -> float:
         """Return a bound of an object's highest point, world z, m."""
         return float(self.pose(index).translation[2] + self._reach[index])
+
+    def visible_parts(
+        self, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
+    ) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """Count the pixels of each object and of each fixture in a camera's image."""
+        counts = self._visible_geoms(intrinsics, T_world_camera)
+        return counts[self._geom], counts[self._fixtures]
+
+    def fixtures_touch(self, some: Sequence[int], ignored: Sequence[int]) -> bool:
+        """Return whether some fixtures overlap an object or a fixture that is not ignored."""
+        mine = [self._fixtures[k] for k in some]
+        left_out = {self._fixtures[k] for k in (*some, *ignored)}
+        others = [*self._geom, *(geom for geom in self._fixtures if geom not in left_out)]
+        return any(
+            self._mujoco.mj_geomDistance(self._model, self._data, one, other, _NEAR_M, None) <= 0
+            for one in mine
+            for other in others
+        )
 
     def touches(self, index: int) -> bool:
         """Return whether an object overlaps anything where it is."""

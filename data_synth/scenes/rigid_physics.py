@@ -59,6 +59,7 @@ class RigidPhysics:
         self._reach = np.asarray(reach, dtype=np.float64)
         self._parked: set[int] = set()
         self.park(range(self._count))
+        self._mujoco.mj_kinematics(self._model, self._data)
 
     def park(self, indices: Iterable[int]) -> None:
         """Move objects far away, where they stay until they are placed."""
@@ -134,6 +135,12 @@ class RigidPhysics:
 
         Geoms outside the visible groups hide nothing.
         """
+        return self._visible_geoms(intrinsics, T_world_camera)[self._geom]
+
+    def _visible_geoms(
+        self, intrinsics: CameraIntrinsics, T_world_camera: RigidTransform
+    ) -> NDArray[np.intp]:
+        """Count the pixels of each geom in a camera's image, (ngeom,)."""
         rays = intrinsics.rays().reshape(-1, 3) @ T_world_camera.rotation.as_matrix().T
         hit = np.full(len(rays), -1, dtype=np.int32)
         self._mujoco.mj_multiRay(
@@ -150,8 +157,7 @@ class RigidPhysics:
             len(rays),
             self._mujoco.mjMAXVAL,
         )
-        counts = np.bincount(hit[hit >= 0], minlength=self._model.ngeom)
-        return counts[self._geom]
+        return np.bincount(hit[hit >= 0], minlength=self._model.ngeom)
 
     def _distance(self, geom: int, other: int) -> float:
         return self._mujoco.mj_geomDistance(

@@ -70,6 +70,7 @@ def test_meshes_take_the_place_of_solids(tmp_path, capsys):
         (["--family", "dropped", "--objects", "0"], "1 to 15 for the family dropped, got 0"),
         (["--family", "heaped"], "heaped"),
         (["--family", "bin", "--objects", "99"], "0 to 40 for the family bin, got 99"),
+        (["--arm"], "--arm needs a family of bin"),
         (["--meshes", "."], "--meshes needs a family of bin"),
         (["--sensor", "lidar"], "lidar"),
     ],

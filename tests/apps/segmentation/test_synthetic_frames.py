@@ -6,10 +6,12 @@ import pytest
 from eyehand.apps.segmentation.synthetic_frames import (
     FAMILIES,
     NOISES,
+    FurnishedContents,
     depth_noise,
     synthetic_sources,
 )
 from eyehand.data_synth.render import SENSORS, DepthNoise, axial_sigma
+from eyehand.data_synth.scenes.fixture import BACKGROUND_NUMBER
 from eyehand.errors import InputError
 
 
@@ -59,6 +61,15 @@ def test_slivers_of_hidden_objects_are_not_scored():
     counts = np.bincount(read.truth.ravel())
     small = np.flatnonzero((counts > 0) & (counts < 4e-4 * read.truth.size))
     assert set(np.unique(read.truth[read.ignored])) == set(small)
+
+
+def test_contents_put_an_arm_into_the_view():
+    (source,) = synthetic_sources(
+        ["tray"], ["none"], frames=1, seed=2, contents=FurnishedContents(arm=True)
+    )
+    background = source.load().background
+    assert background is not None
+    assert np.count_nonzero(background == BACKGROUND_NUMBER["robot"]) > 1000
 
 
 def test_returns_noise_by_name():

@@ -17,7 +17,11 @@ from eyehand.data_synth.scenes import (
     FurnishedScene,
     make_furnished_scene,
 )
+from eyehand.data_synth.scenes.arm_in_view import FOOT_PARTS, MIN_SIDE, draw_arm
+from eyehand.data_synth.scenes.fixture import BACKGROUND_NUMBER
+from eyehand.data_synth.scenes.furnished import ARM_SHARES
 from eyehand.data_synth.scenes.furnished_scene import object_pose
+from eyehand.data_synth.scenes.furnished_settings import draw_setting
 from eyehand.data_synth.scenes.pouring import REST_SPEED_M_S, FurnishedPhysics
 from eyehand.errors import InputError
 
@@ -101,6 +105,30 @@ def test_shelf_objects_lie_below_the_board_above():
     for item in scene.objects:
         height = object_pose(item).translation[2]
         assert any(low < height < low + 0.34 for low in boards)
+
+
+@pytest.mark.parametrize("family", ["bin", "shelf"])
+def test_arm_reaches_into_the_view_without_contact(family: FurnishedFamily):
+    options = FurnishedOptions(family, (3, 4), arm=True, image_size=SMALL)
+    scene = make_furnished_scene(1, options)
+    view = render_scene(scene, colour=False)
+    assert view.background is not None
+    low, high = ARM_SHARES
+    assert 0.8 * low < np.mean(view.background == BACKGROUND_NUMBER["robot"]) < 1.2 * high
+    robot = [k for k, item in enumerate(scene.fixtures) if item.kind == "robot"]
+    assert not physics_of(scene).fixtures_touch(robot[FOOT_PARTS:], robot)
+
+
+def test_arm_reaches_the_point_of_its_setting():
+    setting = draw_setting("clutter", 8, np.random.default_rng(0))
+    arm = draw_arm(setting, 0.0, np.random.default_rng(1))
+    assert arm is not None
+    middles = np.array([item.pose.translation for item in arm])
+    away = np.abs(middles - setting.reach)
+    # The fingertips are within the spread; the nearest geom's middle is a finger's.
+    assert np.linalg.norm(away, axis=1).min() < np.linalg.norm(setting.reach_spread) + 0.05
+    base = middles[0, :2] - np.array(setting.reach[:2])
+    assert abs(np.arctan2(base[1], base[0])) > MIN_SIDE - 0.4
 
 
 @pytest.mark.parametrize(
