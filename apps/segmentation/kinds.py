@@ -89,7 +89,7 @@ class JudgedFrame:
     judge: Callable[[NDArray[np.int32]], Score]
     """Score labels (H, W), 0 = no object."""
     truth: NDArray[np.int32]
-    """(H, W): object 1..n where it is known, 0 elsewhere. Annotated frames know single pixels."""
+    """(H, W): object 1..n, -1 = background, 0 = unknown. Annotated frames know single pixels."""
 
 
 @dataclass(frozen=True)
@@ -161,11 +161,12 @@ def _judged_labelled(source: FrameSource) -> JudgedFrame:
     def judge(labels: NDArray[np.int32]) -> Score:
         return Score(score_segmentation(labels, labelled.truth, unscored).f, 1)
 
-    return JudgedFrame(labelled.frame, judge, labelled.truth)
+    return JudgedFrame(labelled.frame, judge, np.where(labelled.truth > 0, labelled.truth, -1))
 
 
 def _judged_points(found: PointFrame) -> JudgedFrame:
     truth = np.zeros(found.frame.depth.shape, np.int32)
+    truth[found.background[:, 1], found.background[:, 0]] = -1
     for number, points in enumerate(found.objects.values(), start=1):
         truth[points[:, 1], points[:, 0]] = number
 

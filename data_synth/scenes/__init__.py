@@ -6,7 +6,7 @@ Random objects that come to rest on a table (`make_scene`) or in and on furnitur
 (`read_objects`), and the files of a data set (`write_scene`, `read_ground_truth`).
 """
 
-from . import staged_solids
+from . import furniture, staged_solids
 from .arm_clearance import ArmClearance, ReachingObstacle, arm_spec, clearance_pairs
 from .convex_mesh import hull_mesh
 from .dataset import (
@@ -65,6 +65,7 @@ __all__ = [
     "arm_spec",
     "camera_intrinsics",
     "clearance_pairs",
+    "furniture",
     "hull_mesh",
     "look_at",
     "make_furnished_scene",

@@ -53,7 +53,7 @@ def test_kinds_without_data_are_left_out_and_unknown_ones_refused():
     assert [frame.kind for frame in frames] == ["separate"] * 2 + ["empty"] * 2
     assert {frame.source for frame in frames} == {"synthetic"}
     judged = frames[0].load()
-    assert judged.judge(judged.truth) == (1.0, 1)
+    assert judged.judge(np.maximum(judged.truth, 0)) == (1.0, 1)
     with pytest.raises(InputError, match="--kinds gq_phoxi: no such kind"):
         open_kinds(KindOptions(kinds=("gq_phoxi",)))
     with pytest.raises(InputError, match="--frames"):

@@ -1,0 +1,188 @@
+"""`evaluate segmentation --report left-out`: settings chosen without a source, scored on it.
+
+For each source there are two choices without it. The first fits the log-odds of the join to the
+labelled edges of the other sources. The second searches along each constant, log-odds and others:
+each is scaled down and up, and the value with the best mean score of the other sources is taken.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.errors import InputError
+from eyehand.perception import segment
+
+from ..bench import machine_line, write_csv
+from ..bench.experiment import result_table
+from ..output_files import make_folder
+from ..perceived_frame import load_kernels
+from .kinds import KindFrame, KindOptions, open_kinds, score_by_kind
+from .labelled_edges import LabelledEdges, edges_right, fit_log_odds, labelled_edges
+from .tuned_constants import OTHERS, Constant, log_odds, replaced
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+    from .kinds import JudgedFrame
+
+FACTORS = (0.75, 1.33)
+"""Factors of each constant in the search."""
+MIN_GAIN = 0.002
+"""Minimum gain of the mean score for which a constant is changed, 0-1. Less is noise."""
+TABLE_FILE = "left_out.csv"
+COLUMNS = (
+    ("kind", "{name}"),
+    ("left-out source", "{source}"),
+    ("frames", "{frames}"),
+    ("default %", "{default_pct:.1f}"),
+    ("fitted without it %", "{fitted_pct:.1f}"),
+    ("edges right %", "{edges_right_pct:.1f}"),
+    ("searched without it %", "{searched_pct:.1f}"),
+)
+"""Heading and cell of each column of the table."""
+CAPTION = (
+    "default: settings chosen on all sources; fitted: log-odds fitted to the edges of the other "
+    "sources; searched: constants chosen for the mean score of the other sources"
+)
+
+Setting = dict[Constant, float]
+
+
+@dataclass(frozen=True)
+class _Data:
+    """All frames, loaded once, and their edges."""
+
+    frames: Sequence[KindFrame]
+    judged: Sequence[JudgedFrame]
+    edges: Sequence[LabelledEdges]
+
+    @property
+    def sources(self) -> list[str]:
+        return list(dict.fromkeys(frame.source for frame in self.frames))
+
+    def scores(
+        self, setting: Mapping[Constant, float], only: str | None = None
+    ) -> dict[str, float]:
+        """Score all kinds, or those of one source, with a setting."""
+        kept = [k for k, frame in enumerate(self.frames) if only in (None, frame.source)]
+        with replaced(setting):
+            found = [self.judged[k].judge(segment(self.judged[k].frame).labels) for k in kept]
+        return score_by_kind([self.frames[k] for k in kept], found)
+
+    def mean_without(self, shares: Mapping[str, float], source: str) -> float:
+        """Return the mean over the other sources of the mean score of their kinds."""
+        by_source: dict[str, list[float]] = {}
+        for kind, own in {frame.kind: frame.source for frame in self.frames}.items():
+            if own != source:
+                by_source.setdefault(own, []).append(shares[kind])
+        return float(np.mean([np.mean(values) for values in by_source.values()]))
+
+    def fitted(self, source: str) -> tuple[Setting, float]:
+        """Fit the log-odds without a source; return them and the share of its edges right."""
+        by_source = {s: self._edges_of(s) for s in self.sources}
+        odds = fit_log_odds([edges for s, edges in by_source.items() if s != source])
+        return odds, edges_right(by_source[source], odds)
+
+    def _edges_of(self, source: str) -> list[LabelledEdges]:
+        pairs = zip(self.edges, self.frames, strict=True)
+        return [edges for edges, frame in pairs if frame.source == source]
+
+
+def evaluate_left_out(options: KindOptions, out: Path, *, json: bool) -> int:
+    """Choose settings without each source, score it with them, and print one row per kind."""
+    frames = open_kinds(options)
+    sources = {frame.source for frame in frames}
+    if len(sources) < 2:
+        raise InputError(f"--report left-out needs at least two sources, got {', '.join(sources)}")
+    make_folder(out)
+    load_kernels()
+    judged = [frame.load() for frame in tracked(frames, "loading", len(frames))]
+    data = _Data(frames, judged, [labelled_edges(one) for one in judged])
+    default = data.scores({})
+    tried = _search(data)
+    rows: list[dict[str, Any]] = []
+    for source in data.sources:
+        odds, right = data.fitted(source)
+        chosen = _choose(data, default, tried, source)
+        say(f"without {source}: {_named(chosen) or 'default'}; fitted {_named(odds)}")
+        fitted, searched = data.scores(odds, source), data.scores(chosen, source)
+        for kind in searched:
+            shares = (default[kind], fitted[kind], searched[kind], right)
+            rows.append(_row(kind, source, frames, shares))
+    rows.sort(key=lambda row: row["searched_pct"])
+    show(result_table(rows, COLUMNS, caption=CAPTION, left=COLUMNS[1][:1]), json_wanted=json)
+    write_csv(out / TABLE_FILE, rows)
+    say(f"table: {out / TABLE_FILE}")
+    if json:
+        machine, folder = machine_line(), str(out)
+        print_json(
+            "evaluate_segmentation_left_out", options.seed, rows, machine=machine, out=folder
+        )
+    return 0
+
+
+def _search(data: _Data) -> dict[Constant, list[tuple[float, dict[str, float]]]]:
+    """Score each constant scaled by each factor: constant → (value, score of each kind)."""
+    tried: dict[Constant, list[tuple[float, dict[str, float]]]] = {}
+    constants = (*log_odds(), *OTHERS)
+    for constant in tracked(constants, "searching", len(constants)):
+        for factor in FACTORS:
+            value = constant.value() * factor
+            tried.setdefault(constant, []).append((value, data.scores({constant: value})))
+    return tried
+
+
+def _choose(
+    data: _Data,
+    default: Mapping[str, float],
+    tried: Mapping[Constant, Sequence[tuple[float, dict[str, float]]]],
+    source: str,
+) -> Setting:
+    """Return the changes that help the other sources, the largest gain first.
+
+    Changes that help alone may not help together. A change stays if the mean rises further.
+    """
+    best = data.mean_without(default, source)
+    gains = sorted(
+        (
+            (data.mean_without(shares, source) - best, constant, value)
+            for constant, values in tried.items()
+            for value, shares in values
+        ),
+        reverse=True,
+    )
+    chosen: Setting = {}
+    for gain, constant, value in gains:
+        if gain < MIN_GAIN or constant in chosen:
+            continue
+        together = best + gain
+        if chosen:
+            together = data.mean_without(data.scores({**chosen, constant: value}), source)
+        if together >= best + MIN_GAIN:
+            chosen[constant] = value
+            best = together
+    return chosen
+
+
+def _named(setting: Mapping[Constant, float]) -> str:
+    return ", ".join(f"{constant.name} {value:.3g}" for constant, value in setting.items())
+
+
+def _row(
+    kind: str, source: str, frames: Sequence[KindFrame], shares: tuple[float, ...]
+) -> dict[str, Any]:
+    default, fitted, searched, right = (round(100 * share, 2) for share in shares)
+    return {
+        "name": kind,
+        "source": source,
+        "frames": sum(frame.kind == kind for frame in frames),
+        "default_pct": default,
+        "fitted_pct": fitted,
+        "edges_right_pct": right,
+        "searched_pct": searched,
+    }
