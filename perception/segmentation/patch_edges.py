@@ -22,7 +22,7 @@ from .convexity import HOLLOW, region_convexity
 from .free_space import count_free_lines
 from .label_pixels import LINES
 from .local_planes import CREASE_SIGMAS, STEP_SIGMAS
-from .patch_colours import colour_overlaps
+from .patch_colours import colour_evidence
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,8 +39,6 @@ MILD_ANGLE, FULL_ANGLE = 0.35, 0.61
 inside objects are concave by up to 20°."""
 FULL_BENDS = 6.0
 """Weight of the bends of a border from which its angle is reliable, px."""
-NEUTRAL_OVERLAP = 0.6
-"""Overlap of the colours of two patches that is evidence neither for nor against one object."""
 
 
 class PatchEdges(NamedTuple):
@@ -61,7 +59,7 @@ class PatchEdges(NamedTuple):
     continued: NDArray[np.float64]
     """(K,) agreement of the surfaces behind an occluder, 0-1."""
     colour: NDArray[np.float64]
-    """(K,) overlap of the colours above ``NEUTRAL_OVERLAP``; 0 in an image without colour."""
+    """(K,) log-likelihood ratio of the colours; 0 in an image without colour."""
 
 
 def patch_edges(
@@ -108,7 +106,7 @@ def patch_edges(
     steepness = np.clip((angle - MILD_ANGLE) / (FULL_ANGLE - MILD_ANGLE), 0.0, 1.0)
     colour = np.zeros(len(pairs))
     if image.colour is not None:
-        colour = colour_overlaps(patches, image.colour, pairs) - NEUTRAL_OVERLAP
+        colour = colour_evidence(patches, image.colour, pairs)
     return PatchEdges(
         pairs,
         contact=np.sqrt(np.minimum(sums[:, CONTACT] / long, 1.0)),

@@ -8,11 +8,14 @@ from synthetic_solids import Ball, Box, exact_image, heights, solid_frame
 
 from eyehand.perception import SegmentationOptions
 from eyehand.perception.segmentation.join_patches import (
+    COLOUR_GAIN,
     contract_edges,
+    edge_weights,
     find_slivers,
     join_patches,
 )
 from eyehand.perception.segmentation.local_planes import fit_local_planes
+from eyehand.perception.segmentation.patch_edges import PatchEdges
 
 OPTIONS = SegmentationOptions().scaled(320)
 
@@ -98,7 +101,7 @@ def test_faces_of_any_colour_are_one_object(other):
 
 
 @pytest.mark.parametrize("other", [RED, BLUE])
-def test_colour_decides_where_surfaces_continue_behind_an_occluder(other):
+def test_parts_of_any_colour_behind_an_occluder_are_one_object(other):
     post = Box(0.0, 0.5, (0.04, 0.04, 0.3))
     behind = Box(0.0, 0.75, (0.3, 0.1, 0.1))
 
@@ -108,7 +111,16 @@ def test_colour_decides_where_surfaces_continue_behind_an_occluder(other):
         return patches
 
     _, left, right = join([post, behind], halves, [(20, 180, 20), RED, other])
-    assert (left == right) == (other == RED)
+    assert left == right
+
+
+@pytest.mark.parametrize("contact", [0.0, 1.0])
+def test_colours_of_patches_apart_are_evidence_for_joining_only(contact):
+    pairs = np.array([[1, 2], [1, 3], [2, 3]])
+    edges = PatchEdges(pairs, *np.zeros((7, 3)))._replace(contact=np.full(3, contact))
+    without = edge_weights(edges)
+    added = edge_weights(edges._replace(colour=np.array([-0.5, 0.0, 0.5]))) - without
+    assert added == pytest.approx(COLOUR_GAIN * np.array([-0.5 * (contact > 0), 0.0, 0.5]))
 
 
 def test_ball_halves_are_one_object():

@@ -1,83 +1,125 @@
-"""Overlap of the colours of patches: a NumPy reference, print, light and misalignment."""
+"""Evidence of colours: a NumPy reference, print, rare colours, light and misalignment."""
 
 import numpy as np
 import pytest
 
 from eyehand.perception.segmentation.patch_colours import (
     BINS,
+    BORDER_WEIGHT,
+    MAX_SAMPLES,
+    MISALIGNED,
+    OWN_SHARE,
+    colour_evidence,
     colour_histograms,
-    colour_overlaps,
     lab_table,
 )
 
-PAIRS = np.array([[1, 2]])
-HALVES = np.repeat([[1, 2]], 20, axis=1).repeat(30, axis=0).astype(np.int32)
-"""Two patches side by side, (30, 40)."""
+RED, GREEN, BLUE, WHITE = (200, 40, 40), (40, 160, 40), (40, 40, 200), (240, 240, 240)
+STRIPES = np.repeat([[1, 2, 3, 4]], 15, axis=1).repeat(30, axis=0).astype(np.int32)
+"""Four patches side by side, (30, 60)."""
 
 
-def overlap(first, second):
-    """Return the overlap of two patches from their RGB, each a colour or an image (30, 20, 3)."""
-    colour = np.empty((*HALVES.shape, 3), np.uint8)
-    colour[:, :20], colour[:, 20:] = first, second
-    return float(colour_overlaps(HALVES, colour, PAIRS)[0])
+def evidence(*sides, first=1, second=2):
+    """Return the evidence for two of four stripes from their RGB, a colour or (30, 15, 3) each."""
+    colour = np.empty((*STRIPES.shape, 3), np.uint8)
+    for number, side in enumerate(sides):
+        colour[:, 15 * number : 15 * (number + 1)] = side
+    return float(colour_evidence(STRIPES, colour, np.array([[first, second]]))[0])
 
 
 def reference(patches, colour, count):
-    """Share every pixel among the 8 bins around its colour."""
+    """Share the pixels of patches with few pixels among the 8 bins around their colours."""
     histograms = np.zeros((count + 1, *BINS))
-    inside = patches > 0
-    at = lab_table()[tuple((colour[inside] >> 3).T)]
-    low = np.floor(at).astype(int)
-    for offset in np.ndindex(2, 2, 2):
-        shares = np.where(offset, at - low, 1 - at + low).prod(axis=1)
-        np.add.at(histograms, (patches[inside], *(low + offset).T), shares)
+    for v, u in np.argwhere(patches > 0):
+        ends = [
+            (v + dv * MISALIGNED, u + du * MISALIGNED)
+            for dv, du in ((0, 1), (1, 0), (0, -1), (-1, 0))
+        ]
+        inside = all(
+            0 <= y < patches.shape[0]
+            and 0 <= x < patches.shape[1]
+            and patches[y, x] == patches[v, u]
+            for y, x in ends
+        )
+        at = lab_table()[tuple(colour[v, u] >> 3)]
+        low = np.floor(at).astype(int)
+        for offset in np.ndindex(2, 2, 2):
+            share = np.where(offset, at - low, 1 - at + low).prod()
+            histograms[(patches[v, u], *(low + offset))] += share * (1 if inside else BORDER_WEIGHT)
     return histograms
 
 
-def test_histograms_equal_reference():
+def random_patches():
     rng = np.random.default_rng(0)
-    patches = rng.integers(0, 5, (40, 50)).astype(np.int32)
-    colour = rng.integers(0, 256, (40, 50, 3)).astype(np.uint8)
+    blocks = np.arange(10, dtype=np.int32).reshape(2, 5) % 5
+    patches = blocks.repeat(9, axis=0).repeat(8, axis=1)
+    return patches, rng.integers(0, 256, (*patches.shape, 3)).astype(np.uint8)
+
+
+def test_histograms_equal_reference():
+    patches, colour = random_patches()
     histograms = colour_histograms(patches, colour, lab_table(), 4)
-    assert np.allclose(histograms, reference(patches, colour, 4), atol=1e-4)
-    sizes = np.bincount(patches[patches > 0], minlength=5)
-    assert np.allclose(histograms.sum(axis=(1, 2, 3)), sizes, atol=1e-3)
+    assert np.bincount(patches.ravel())[1:].max() <= MAX_SAMPLES
+    assert np.allclose(histograms, reference(patches, colour, 4), atol=1e-3)
 
 
-def test_overlap_equals_bhattacharyya_coefficient():
-    colour = (
-        np.random.default_rng(1).integers(0, 256, (*HALVES.shape, 3)).astype(np.uint8) // 64 * 64
+def test_evidence_equals_reference():
+    patches, colour = random_patches()
+    shares = reference(patches, colour, 4).reshape(5, -1)[1:]
+    shares /= shares.sum(axis=1, keepdims=True)
+    sizes = np.bincount(patches.ravel())[1:]
+    scene = sizes @ shares / sizes.sum()
+    ratio = np.log(OWN_SHARE * shares / np.where(scene > 0, scene, 1) + 1 - OWN_SHARE)
+    expected = (shares[0] @ ratio[2] + shares[2] @ ratio[0]) / 2
+    assert colour_evidence(patches, colour, np.array([[1, 3]]))[0] == pytest.approx(
+        expected, abs=1e-4
     )
-    first, second = reference(HALVES, colour, 2)[1:] / 600
-    expected = np.sqrt(first * second).sum()
-    assert colour_overlaps(HALVES, colour, PAIRS)[0] == pytest.approx(expected, abs=1e-5)
 
 
-@pytest.mark.parametrize("colour", [(220, 30, 40), (128, 128, 128), (0, 0, 0), (255, 255, 255)])
-def test_noise_changes_the_overlap_of_equal_colours_little(colour):
-    noise = np.random.default_rng(2).normal(0, 3, (2, 30, 20, 1))
-    first, second = np.clip(np.array(colour) + noise, 0, 255)
-    assert overlap(colour, colour) == pytest.approx(1.0, abs=1e-6)
-    assert overlap(first, second) > 0.9
+def test_same_colour_is_for_and_different_colours_are_against_one_object():
+    assert evidence(RED, RED, GREEN, BLUE) > 0.3
+    assert evidence(RED, GREEN, BLUE, WHITE) < -0.8
 
 
-def test_shade_changes_the_overlap_less_than_colour():
-    red, green, dark_red = (200, 40, 40), (40, 160, 40), (170, 34, 34)
-    assert overlap(red, green) == 0.0
-    assert overlap(red, dark_red) > 0.6
+def test_rare_colour_is_stronger_evidence_than_a_common_one():
+    assert evidence(RED, RED, WHITE, WHITE) > evidence(RED, RED, RED, WHITE) + 0.2
+    assert abs(evidence(WHITE, WHITE, WHITE, WHITE)) < 0.01
 
 
-def test_same_print_overlaps():
+def test_same_print_is_for_one_object():
     rng = np.random.default_rng(3)
-    inks = np.array([(230, 200, 20), (20, 40, 160), (240, 240, 240)])
-    first, second = inks[rng.choice(3, (2, 30, 20), p=(0.5, 0.3, 0.2))]
-    assert overlap(first, second) > 0.95
+    inks = np.array([(230, 200, 20), (20, 40, 160), WHITE])
+    first, second = inks[rng.choice(3, (2, 30, 15), p=(0.5, 0.3, 0.2))]
+    assert evidence(first, second, RED, GREEN) > 0.3
 
 
-def test_misalignment_by_three_pixels_keeps_colours_apart():
-    colour = np.empty((*HALVES.shape, 3), np.uint8)
-    colour[:, :23], colour[:, 23:] = (200, 40, 40), (40, 40, 200)
-    assert colour_overlaps(HALVES, colour, PAIRS)[0] < 0.45
+def test_shade_weakens_the_evidence_and_keeps_its_sign():
+    assert 0 < evidence(RED, (170, 34, 34), GREEN, BLUE) < evidence(RED, RED, GREEN, BLUE)
+
+
+def test_misalignment_by_two_pixels_changes_little():
+    colour = np.empty((*STRIPES.shape, 3), np.uint8)
+    for number, side in enumerate((RED, GREEN, BLUE, WHITE)):
+        colour[:, 15 * number + 2 * (number > 0) :] = side
+    aligned = evidence(RED, GREEN, BLUE, WHITE)
+    assert colour_evidence(STRIPES, colour, np.array([[1, 2]]))[0] == pytest.approx(
+        aligned, abs=0.15
+    )
+
+
+def test_narrow_patch_has_a_colour():
+    patches = STRIPES.copy()
+    patches[:, 15:18] = 5
+    colour = np.full((*STRIPES.shape, 3), RED, np.uint8)
+    colour[patches == 5] = BLUE
+    assert colour_evidence(patches, colour, np.array([[1, 5]]))[0] < -0.5
+
+
+def test_large_patches_are_sampled():
+    patches = np.ones((60, 70), np.int32)
+    colour = np.full((60, 70, 3), RED, np.uint8)
+    total = colour_histograms(patches, colour, lab_table(), 1).sum()
+    assert 0.4 * MAX_SAMPLES < total <= MAX_SAMPLES + 1
 
 
 def test_table_covers_all_colours_within_the_bins():
