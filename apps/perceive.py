@@ -80,7 +80,7 @@ def perceive_command(
         folder = out if name is None else out / name
         write_perceived_frame(folder, found, source)
         show(scene_table(found, source), json_wanted=json)
-        for warning in found.scene.segmentation.warnings:
+        for warning in found.scene.warnings:
             say(f"warning: {warning.message}")
         say(f"pictures and scene.json in {folder}")
         rows += scene_rows(found, name)

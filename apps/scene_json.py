@@ -11,7 +11,14 @@ from eyehand.perception.superquadric import PARAMETERS
 
 if TYPE_CHECKING:
     from eyehand.grasping import GraspPlan
-    from eyehand.perception import Scene, SceneObject, Superquadric, SuperquadricFit
+    from eyehand.perception import (
+        Container,
+        Scene,
+        SceneObject,
+        Superquadric,
+        SuperquadricFit,
+        SupportPlane,
+    )
     from eyehand.perception.superquadric import CandidateSolid
 
 SCENE_SCHEMA = "eyehand.scene/1"
@@ -36,18 +43,12 @@ def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[s
         "source": source,
         "frame": scene.reference_frame,
         "labels": "labels.png",
-        "support_plane": None
-        if support is None
-        else {
-            "normal": _numbers(support.normal),
-            "offset_m": _number(support.offset),
-            "tolerance_m": _number(support.tolerance),
-        },
+        "support_plane": None if support is None else _plane(support),
         "objects": [_object(item, plans[item.label]) for item in scene.objects],
-        "container": scene.segmentation.in_container,
+        "containers": [_container(one) for one in scene.containers],
         "warnings": [
             {"kind": one.kind, "message": one.message, "object": one.label}
-            for one in scene.segmentation.warnings
+            for one in scene.warnings
         ],
         "timings_s": {stage: _number(value) for stage, value in scene.timings.items()},
     }
@@ -149,6 +150,30 @@ def _object(item: SceneObject, plan: GraspPlan) -> dict[str, Any]:
             "reason": plan.reason,
             "rejected": plan.rejected,
         },
+    }
+
+
+def _plane(plane: SupportPlane) -> dict[str, Any]:
+    return {
+        "normal": _numbers(plane.normal),
+        "offset_m": _number(plane.offset),
+        "tolerance_m": _number(plane.tolerance),
+    }
+
+
+def _container(container: Container) -> dict[str, Any]:
+    return {
+        "floor_plane": _plane(container.floor),
+        "floor_seen": container.floor_seen,
+        "rim_height_m": _number(container.rim),
+        "walls": [
+            {
+                "corners_m": [_numbers(corner) for corner in wall.corners],
+                "thickness_m": _number(wall.thickness),
+                "rim_seen": wall.seen,
+            }
+            for wall in container.walls
+        ],
     }
 
 

@@ -23,7 +23,15 @@ if TYPE_CHECKING:
     from .perpendicular import perpendicular_pair
     from .robot_mask import mask_points, mask_robot
     from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, perceive
-    from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
+    from .segmentation import (
+        Container,
+        SceneWarning,
+        Segmentation,
+        SegmentationOptions,
+        SupportPlane,
+        Wall,
+        segment,
+    )
     from .stored_front import FrontFormat, StoredFront
     from .superquadric import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
     from .visibility import outline, outline_points
@@ -31,18 +39,21 @@ if TYPE_CHECKING:
 __all__ = [
     "SUPPORT",
     "CameraIntrinsics",
+    "Container",
     "DepthFrame",
     "FitOptions",
     "FrontFormat",
     "PerceiveOptions",
     "Scene",
     "SceneObject",
+    "SceneWarning",
     "Segmentation",
     "SegmentationOptions",
     "StoredFront",
     "Superquadric",
     "SuperquadricFit",
     "SupportPlane",
+    "Wall",
     "fit_superquadric",
     "kernels_are_cached",
     "mask_points",

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .frame import DepthFrame
+    from .segmentation import Container, SceneWarning
     from .stacking import SurfaceBelow
 
 SUPPORT = 0
@@ -86,10 +87,17 @@ class Scene:
     view_origin: NDArray[np.float64]
     """Position of the camera in the scene's frame, (3,), m."""
     segmentation: Segmentation
-    """The segmentation of the depth image. Its support planes are in the camera frame."""
+    """The segmentation of the depth image. Its geometry is in the camera frame."""
     timings: dict[str, float]
     """Time of each stage, s: ``segmentation``, ``clouds``, ``fit`` (with the search for the
     surface below each object) and ``relations`` (`visible_share` and `rests_on`)."""
+    containers: tuple[Container, ...] = ()
+    """Bins, totes, boxes and trays, largest first."""
+
+    @property
+    def warnings(self) -> tuple[SceneWarning, ...]:
+        """What the segmentation could not decide, or the image does not show."""
+        return self.segmentation.warnings
 
     @property
     def seconds(self) -> float:
@@ -165,6 +173,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         view_origin=np.asarray(T_scene_camera.translation),
         segmentation=segmentation,
         timings=timings,
+        containers=tuple(one.moved(T_scene_camera) for one in segmentation.containers),
     )
 
 

@@ -20,6 +20,7 @@ in ``STORED_FRONT``, which ``eyehand chart segmentation --store`` writes in ``FR
 """
 
 from .budget import FRONT_FORMAT, STORED_FRONT
+from .container import Container, Wall
 from .options import SegmentationOptions
 from .result import Segmentation, SupportPlane
 from .scene_warnings import SceneWarning
@@ -28,9 +29,11 @@ from .segment import segment
 __all__ = [
     "FRONT_FORMAT",
     "STORED_FRONT",
+    "Container",
     "SceneWarning",
     "Segmentation",
     "SegmentationOptions",
     "SupportPlane",
+    "Wall",
     "segment",
 ]

@@ -1,73 +1,59 @@
-"""Detect whether a support is the floor of a container: a bin, tote, box or tray."""
+"""The container of a scene: the floor, the walls and the rim of a bin, tote, box or tray."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
 
-    from .support_extent import Support
-    from .working_image import WorkingImage
-
-MIN_RISING_SHARE = 0.85
-"""Minimum share of the floor's outline beside which a wall rises. The outlines of tables have at
-most 0.8, where many things stand at the edge; those of bins have 1."""
-MIN_RISE = 0.005
-"""Minimum height of a wall within the probed distance, m."""
-PROBES = (0.01, 0.02, 0.03)
-"""Distances outside the outline at which the image is probed, m."""
-MAX_OFFSET = 0.06
-"""Maximum distance in plan between a probe and the reading in its pixel, m. A reading farther away
-belongs to something behind."""
-SPACING = 0.01
-"""Distance between the probes along the outline, m."""
-MIN_PROBED = 20
-"""Minimum number of probes with a reading. An outline that leaves the image has fewer."""
+    from .result import SupportPlane
 
 
-def is_container_floor(support: Support, image: WorkingImage) -> bool:
-    """Return whether a wall rises beside nearly the whole outline of a support.
+@dataclass(frozen=True)
+class Wall:
+    """One flat wall of a container. It is background, and an obstacle for the hand."""
 
-    The outline is probed at places beside it. A wall rises there if the reading in the pixel of a
-    probe is above the support and near the probe in plan.
-    """
-    places, outwards = _outline(support.hull.astype(np.float64))
-    plane, k = support.plane, image.intrinsics
-    rows, columns = image.depth.shape
-    rises = np.zeros(len(places), bool)
-    probed = np.zeros(len(places), bool)
-    for distance in PROBES:
-        plan = places + distance * outwards
-        points = plan @ support.axes - plane.offset * plane.normal
-        z = np.maximum(points[:, 2], 1e-6)
-        u = np.rint(points[:, 0] / z * k.fx + k.cx)
-        v = np.rint(points[:, 1] / z * k.fy + k.cy)
-        inside = (points[:, 2] > 0) & (u >= 0) & (v >= 0) & (u < columns) & (v < rows)
-        u = np.where(inside, u, 0).astype(np.intp)
-        v = np.where(inside, v, 0).astype(np.intp)
-        depth = np.where(inside, image.depth[v, u], 0.0).astype(np.float64)
-        reading = np.column_stack([(u - k.cx) / k.fx, (v - k.cy) / k.fy, np.ones(len(u))])
-        reading *= depth[:, None]
-        near = np.linalg.norm(reading @ support.axes.T - plan, axis=1) < MAX_OFFSET
-        probed |= depth > 0
-        rises |= (depth > 0) & near & (plane.height(reading) > MIN_RISE)
-    count = int(np.count_nonzero(probed))
-    return bool(count >= MIN_PROBED and np.count_nonzero(rises) >= MIN_RISING_SHARE * count)
+    corners: NDArray[np.float64]
+    """Corners (4, 3) of the inner face, m: two at the floor, then the two above them at the rim in
+    opposite order."""
+    thickness: float
+    """Thickness of the wall at the rim, m."""
+    seen: bool = True
+    """Whether its rim was measured. Otherwise it continues the height of the other walls."""
+
+    @property
+    def outwards(self) -> NDArray[np.float64]:
+        """Unit normal (3,) of the inner face, away from the inside."""
+        along = self.corners[1] - self.corners[0]
+        up = self.corners[3] + self.corners[2] - self.corners[0] - self.corners[1]
+        normal = np.cross(along, up)
+        return normal / np.linalg.norm(normal)
 
 
-def _outline(hull: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Return places along a hull (K, 2), (N, 2) m, and the outward unit normals there (N, 2)."""
-    following = np.roll(hull, -1, axis=0)
-    edges = following - hull
-    lengths = np.linalg.norm(edges, axis=1)
-    counts = np.maximum((lengths / SPACING).astype(np.intp), 1)
-    side = np.repeat(np.arange(len(hull)), counts)
-    along = np.concatenate([(np.arange(count) + 0.5) / count for count in counts])
-    places = hull[side] + along[:, None] * edges[side]
-    normals = np.column_stack([edges[:, 1], -edges[:, 0]]) / np.maximum(lengths, 1e-9)[:, None]
-    inwards = np.einsum("ij,ij->i", normals, hull - hull.mean(axis=0)) < 0
-    normals[inwards] *= -1.0
-    return places, normals[side]
+@dataclass(frozen=True)
+class Container:
+    """A bin, tote, box or tray. Its floor and walls are no objects."""
+
+    floor: SupportPlane
+    """The floor. If no part of it is visible, this plane lies below all readings inside."""
+    walls: tuple[Wall, ...]
+    """The walls, in order around the floor, counterclockwise from above."""
+    rim: float
+    """Height of the rim above the floor, m: the median of the walls."""
+    floor_seen: bool = True
+    """Whether a part of the floor is visible. A heap may hide it."""
+
+    @property
+    def outline(self) -> NDArray[np.float64]:
+        """Corners (K, 3) of the floor, m, in order around it."""
+        return np.array([wall.corners[0] for wall in self.walls])
+
+    def moved(self, T_a_b: RigidTransform) -> Container:
+        """Return the container in frame a, for a container in frame b."""
+        walls = tuple(replace(wall, corners=T_a_b.apply(wall.corners)) for wall in self.walls)
+        return replace(self, floor=self.floor.moved(T_a_b), walls=walls)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
     from scipy.spatial.transform import RigidTransform
 
+    from .container import Container
     from .scene_warnings import SceneWarning
 
 
@@ -54,8 +55,8 @@ class Segmentation:
     reason have no entry."""
     other_supports: tuple[SupportPlane, ...] = ()
     """Further support planes in the camera frame, such as the boards of a shelf."""
-    in_container: bool = False
-    """Whether the support is the floor of a bin, tote, box or tray."""
+    containers: tuple[Container, ...] = ()
+    """Bins, totes, boxes and trays in the camera frame, largest first."""
     warnings: tuple[SceneWarning, ...] = ()
     """What the segmentation could not decide, or the image does not show."""
 

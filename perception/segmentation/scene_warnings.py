@@ -10,11 +10,14 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .container import Container
     from .support_extent import Support
 
 WarningKind = Literal[
     "no_support",
+    "support_hidden",
     "container",
+    "container_heaped",
     "nothing_found",
     "cut_by_image",
     "may_be_several",
@@ -25,7 +28,9 @@ WarningKind = Literal[
 """The kind of a warning.
 
 - no_support: there is no support plane, so that every smooth solid counts as an object.
-- container: the support is the floor of a bin, tote, box or tray. Its walls are no objects.
+- support_hidden: no part of the first support is visible. It is a plane below all readings.
+- container: a bin, tote, box or tray is in the scene. Its floor and walls are no objects.
+- container_heaped: the contents of a container hide its whole floor.
 - nothing_found: there is no object, although readings stand above the support.
 - cut_by_image: the border of the image cuts an object off.
 - may_be_several: geometry alone does not show whether a region is one object.
@@ -55,9 +60,8 @@ def find_warnings(
     labels: NDArray[np.int32],
     ambiguous: dict[int, str],
     supports: list[Support],
+    containers: tuple[Container, ...],
     above: NDArray[np.bool_],
-    *,
-    enclosed: bool,
 ) -> tuple[SceneWarning, ...]:
     """Return the warnings about a segmentation, those about the scene first.
 
@@ -69,18 +73,16 @@ def find_warnings(
         Label → reason why the region may be more, or less, than one object.
     supports
         The supports, best first.
+    containers
+        The containers.
     above
         Mask of the readings above the supports, of any size.
-    enclosed
-        Whether the first support is the floor of a container.
     """
     warnings: list[SceneWarning] = []
     if not supports:
         message = "no support plane was found: every smooth solid counts as an object"
         warnings.append(SceneWarning("no_support", message))
-    if enclosed:
-        message = "the support is the floor of a container: its walls are no objects"
-        warnings.append(SceneWarning("container", message))
+    warnings += _container_warnings(supports, containers)
     share = float(above.mean())
     if not labels.any() and share >= MIN_UNEXPLAINED:
         message = f"no object was found, although {100 * share:.0f} % of the pixels may show one"
@@ -93,3 +95,21 @@ def find_warnings(
         message = f"object {label} may be more or less than one object: {reason}"
         warnings.append(SceneWarning("may_be_several", message, label))
     return tuple(warnings)
+
+
+def _container_warnings(
+    supports: list[Support], containers: tuple[Container, ...]
+) -> list[SceneWarning]:
+    warnings: list[SceneWarning] = []
+    for container in containers:
+        rim = f"{100 * container.rim:.1f} cm"
+        message = f"a container with a rim of {rim} is in the scene: its walls are no objects"
+        warnings.append(SceneWarning("container", message))
+        if container.floor_seen:
+            continue
+        message = "the contents of the container hide its floor, which may lie lower than assumed"
+        warnings.append(SceneWarning("container_heaped", message))
+        if supports and supports[0].plane is container.floor:
+            message = "the support is hidden: it is assumed below all readings in the container"
+            warnings.append(SceneWarning("support_hidden", message))
+    return warnings

@@ -9,7 +9,7 @@ import numpy as np
 
 from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
-from .container import is_container_floor
+from .find_containers import find_containers, include_floors, remove_walls
 from .frame_checks import check_frame
 from .frame_noise import frame_noise
 from .freed_memory import reuse_freed_memory
@@ -65,9 +65,12 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     clock.finish("noise")
     supports = find_supports(image, options)
     clock.finish("support")
-    enclosed = bool(supports) and is_container_floor(supports[0], image)
-    clock.finish("container")
+    found = find_containers(image, supports)
+    supports = include_floors(supports, found)
+    clock.finish("containers")
     above = above_support(image, supports, options.max_range)
+    for one in found:
+        above = remove_walls(above, image, one)
     window = candidate_window(above, image.area(MIN_PATCH))
     clock.finish("candidates")
     labels = np.zeros(image.depth.shape, np.int32)
@@ -75,14 +78,15 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     if window is not None:
         candidates = np.ascontiguousarray(above[window])
         labels[window], ambiguous = _segment_candidates(
-            image.cropped(window), candidates, supports, options, clock, enclosed=enclosed
+            image.cropped(window), candidates, supports, options, clock
         )
     if options.stride > 1:
         labels = upsample_labels(labels, inverse(frame.depth), options.stride)
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)
         clock.finish("upsample")
     planes = [support.plane for support in supports]
-    warnings = find_warnings(labels, ambiguous, supports, above, enclosed=enclosed)
+    containers = tuple(one.container for one in found)
+    warnings = find_warnings(labels, ambiguous, supports, containers, above)
     return Segmentation(
         labels,
         planes[0] if planes else None,
@@ -90,7 +94,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         clock.seconds,
         ambiguous,
         tuple(planes[1:]),
-        enclosed,
+        containers,
         (*check_frame(frame, image), *warnings),
     )
 
@@ -101,8 +105,6 @@ def _segment_candidates(
     supports: list[Support],
     options: SegmentationOptions,
     clock: _StageClock,
-    *,
-    enclosed: bool,
 ) -> tuple[NDArray[np.int32], dict[int, str]]:
     """Label the objects among the candidate pixels (H, W), and report the ambiguous ones."""
     min_patch = image.area(MIN_PATCH)
@@ -118,9 +120,7 @@ def _segment_candidates(
         patches, image, planes, options.window, options.min_object, hidden=options.join_occluded
     )
     clock.finish("join")
-    pieces = select_objects(
-        labels, image, supports, min_patch, options.max_extent, enclosed=enclosed
-    )
+    pieces = select_objects(labels, image, supports, min_patch, options.max_extent)
     labels = relabel_by_size(pieces, options.min_object)
     clock.finish("select")
     if supports:

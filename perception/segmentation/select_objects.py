@@ -19,9 +19,6 @@ if TYPE_CHECKING:
 
 HULL_MARGIN = 0.012
 """Maximum distance of an object's foot outside the support's hull, m."""
-WALL_MARGIN = 0.01
-"""Minimum distance of an object's foot inside the hull of a container's floor, m. Walls stand at
-its hull."""
 FOOT_SHARE = 0.15
 """Share of a region's height that is its foot, from below."""
 MIN_FOOT = 0.01
@@ -53,8 +50,6 @@ def select_objects(
     supports: list[Support],
     min_size: int,
     max_extent: float,
-    *,
-    enclosed: bool = False,
 ) -> NDArray[np.int32]:
     """Number the regions by size and drop those that cannot be objects.
 
@@ -70,8 +65,6 @@ def select_objects(
         Minimum size of a region, px.
     max_extent
         Maximum diagonal of a region's bounding box, m.
-    enclosed
-        Whether the first support is the floor of a container. Its walls stand at its hull.
 
     Returns
     -------
@@ -90,16 +83,14 @@ def select_objects(
         if rank < MAX_REGIONS:
             pixels = order_of_pixels[starts[label] : starts[label + 1]]
             region = _Region(*sample_region(pixels, image.disparity, image.pinhole))
-            if not _is_object(region, supports, max_extent, enclosed=enclosed):
+            if not _is_object(region, supports, max_extent):
                 continue
         renumber[label] = following
         following += 1
     return np.take(renumber, labels)
 
 
-def _is_object(
-    region: _Region, supports: list[Support], max_extent: float, *, enclosed: bool
-) -> bool:
+def _is_object(region: _Region, supports: list[Support], max_extent: float) -> bool:
     points, cut_points = region
     if not len(points):
         return False
@@ -110,15 +101,15 @@ def _is_object(
         return True
     if len(cut_points) and np.linalg.norm(np.ptp(cut_points, axis=0)) > MAX_CUT_LENGTH:
         return False
-    for number, support in enumerate(supports):
+    for support in supports:
         heights = support.plane.height(points)
         bottom, top = _range(heights)
         foot = points[heights <= bottom + max(FOOT_SHARE * (top - bottom), MIN_FOOT)]
         foot = foot[:: max(len(foot) // FOOT_SAMPLES, 1)] @ support.axes.T
         # An object that the image cuts off may stand on a part of the support outside the image.
         margin = -OVERHANG if len(cut_points) else -HULL_MARGIN
-        if enclosed and number == 0:
-            margin = WALL_MARGIN
+        if support.foot_margin is not None:
+            margin = support.foot_margin
         if np.mean(depth_in_hull(foot, support.hull) > margin) >= MIN_FOOT_INSIDE:
             return True
     return False

@@ -5,7 +5,7 @@ import pytest
 from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES, Box, Plate, exact_image, solid_frame
 
 from eyehand.perception.segmentation import SupportPlane
-from eyehand.perception.segmentation.container import is_container_floor
+from eyehand.perception.segmentation.enclosed_floor import is_enclosed
 from eyehand.perception.segmentation.support_extent import locate_support
 
 PLANE = SupportPlane(TABLE_AXES[2], CAMERA_HEIGHT, 0.0005)
@@ -27,7 +27,7 @@ def is_container(solids, floor=FLOOR):
     image = exact_image(frame)
     support = locate_support(PLANE, 0.8, image)
     assert support is not None
-    return is_container_floor(support, image)
+    return is_enclosed(support, image)
 
 
 @pytest.mark.parametrize("height", [0.012, 0.05, 0.15])

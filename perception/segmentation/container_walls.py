@@ -1,0 +1,220 @@
+"""Measure the walls of a container around a basin of the depth image."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import cv2
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MIN_FILL = 0.88
+"""Minimum share of its smallest rectangle that a container fills. A round bowl fills 0.79."""
+MIN_SIDE = 0.1
+"""Minimum inner length of a wall, m."""
+PLACE = 0.01
+"""Length of the places along a wall at which its rim is measured, m."""
+CORNER = 0.02
+"""Length at both ends of a wall where its neighbour may be measured instead, m."""
+CELL = 0.003
+"""Resolution of the profile across a wall, m."""
+REACH = 0.05
+"""Distance on both sides of the ring at which the wall is measured, m."""
+MIN_RIM = 0.008
+"""Minimum height of a wall, m: that of the lowest rim, 0.01 m, less its noise."""
+TOP_SHARE, TOP_TOLERANCE = 0.15, 0.005
+"""Maximum distance of the top of a wall from the common height of its places: as a share of the
+height of the wall, and in m. The larger one counts."""
+EDGE_SHARE = 0.05
+"""Maximum distance of the edge of a rim below its top, as a share of the height of the wall."""
+MIN_AGREEING = 0.5
+"""Minimum share of the places of a wall whose tops have the common height. Objects around a free
+place of a table have different heights, and gaps."""
+MAX_EDGE_RESIDUAL = 0.008
+"""Maximum distance of a place's rim from the straight rim of the wall, m."""
+MIN_THICKNESS, MAX_THICKNESS = 0.003, 0.04
+"""Bounds of the thickness of a wall, m."""
+FACE_BANDS = 6
+"""Bands of height in which the inclination of a wall's inner face is measured."""
+MIN_FACE = 0.3
+"""Minimum share of the places in which a band of the inner face is visible."""
+MAX_DRAFT = 0.35
+"""Maximum inclination of a wall, horizontal distance per height."""
+
+
+class Side(NamedTuple):
+    """The rim of one wall in plan, and the inclination of its inner face."""
+
+    start: NDArray[np.float64]
+    """A point of the inner edge of the rim, (2,), m."""
+    along: NDArray[np.float64]
+    """Unit direction of the edge, (2,), counterclockwise around the inside."""
+    top: float
+    """Height of the rim above the reference plane, m."""
+    thickness: float
+    """Thickness at the rim, m."""
+    draft: float | None
+    """Horizontal distance per height by which the face leans outwards. None if it is hidden."""
+    seen: bool
+    """Whether the rim was measured."""
+
+    @property
+    def outwards(self) -> NDArray[np.float64]:
+        """Unit normal (2,) away from the inside."""
+        return np.array([self.along[1], -self.along[0]])
+
+
+def ring_rectangle(ring: NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """Return the corners (4, 2) around a ring (N, 2) in plan, m, counterclockwise.
+
+    The result is None if the ring is no rectangle, or too small.
+    """
+    hull = cv2.convexHull(ring.astype(np.float32))
+    rectangle = cv2.minAreaRect(hull)
+    width, height = rectangle[1]
+    if min(width, height) < MIN_SIDE or cv2.contourArea(hull) < MIN_FILL * width * height:
+        return None
+    corners = cv2.boxPoints(rectangle).astype(np.float64)
+    first, second = corners[1] - corners[0], corners[2] - corners[1]
+    return corners if first[0] * second[1] > first[1] * second[0] else corners[::-1]
+
+
+def measure_sides(
+    corners: NDArray[np.float64],
+    plan: NDArray[np.float64],
+    heights: NDArray[np.float64],
+    floor: float,
+) -> list[Side]:
+    """Measure the walls along the sides of a polygon.
+
+    Parameters
+    ----------
+    corners
+        Corners (K, 2) of the ring in plan, m, counterclockwise.
+    plan
+        Readings (N, 2) in plan, m, on and around the walls.
+    heights
+        Their heights (N,) above the reference plane, m.
+    floor
+        Height of the floor, m.
+
+    Returns
+    -------
+    list of Side
+        One per side. A wall whose rim is not straight, or not in the image, gets the height of the
+        others.
+    """
+    sides = []
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        sides.append(_measure_side(start, end, plan, heights, floor))
+    seen = [side for side in sides if side.seen]
+    if not seen:
+        rising = heights[(heights > floor + MIN_RIM) & (depth_inside(plan, corners) < 0)]
+        top = float(np.median(rising)) if len(rising) else floor
+        return [side._replace(top=top, draft=0.0) for side in sides]
+    top = float(np.median([side.top for side in seen]))
+    thickness = float(np.median([side.thickness for side in seen]))
+    drafts = [side.draft for side in seen if side.draft is not None]
+    draft = float(np.median(drafts)) if drafts else 0.0
+    return [
+        side._replace(draft=draft if side.draft is None else side.draft)
+        if side.seen
+        else side._replace(top=top, thickness=thickness, draft=draft)
+        for side in sides
+    ]
+
+
+def depth_inside(plan: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the distances (N,) of points (N, 2) from the sides of a polygon, > 0 inside."""
+    along = np.roll(corners, -1, axis=0) - corners
+    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-9)[:, None]
+    inwards = np.column_stack([-along[:, 1], along[:, 0]])
+    return (plan @ inwards.T - np.einsum("ij,ij->i", inwards, corners)).min(axis=1)
+
+
+def _measure_side(
+    start: NDArray[np.float64],
+    end: NDArray[np.float64],
+    plan: NDArray[np.float64],
+    heights: NDArray[np.float64],
+    floor: float,
+) -> Side:
+    length = float(np.linalg.norm(end - start))
+    along = (end - start) / max(length, 1e-9)
+    outwards = np.array([along[1], -along[0]])
+    unseen = Side(start, along, floor, MIN_THICKNESS, None, seen=False)
+    s, d = (plan - start) @ along, (plan - start) @ outwards
+    strip = (s > CORNER) & (s < length - CORNER) & (np.abs(d) < REACH)
+    strip &= heights > floor + MIN_RIM
+    count = int((length - 2 * CORNER) / PLACE)
+    if count < 3 or not strip.any():
+        return unseen
+    s, d, h = s[strip], d[strip], heights[strip]
+    place = np.minimum(((s - CORNER) / PLACE).astype(np.intp), count - 1)
+    cells = int(2 * REACH / CELL) + 1
+    profile = np.full((count, cells), -np.inf)
+    np.maximum.at(profile, (place, ((d + REACH) / CELL).astype(np.intp)), h)
+    tops = profile.max(axis=1)
+    risen = np.isfinite(tops)
+    if np.count_nonzero(risen) < MIN_AGREEING * count:
+        return unseen
+    top = float(np.median(tops[risen]))
+    tolerance = max(TOP_SHARE * (top - floor), TOP_TOLERANCE)
+    agreeing = risen & (np.abs(tops - top) <= tolerance)
+    if np.count_nonzero(agreeing) < MIN_AGREEING * count:
+        return unseen
+    high = profile >= top - max(EDGE_SHARE * (top - floor), TOP_TOLERANCE)
+    inner = np.argmax(high, axis=1) * CELL - REACH
+    outer = (cells - np.argmax(high[:, ::-1], axis=1)) * CELL - REACH
+    middles = CORNER + (np.arange(count) + 0.5) * PLACE
+    slope, shift = 0.0, float(np.median(inner[agreeing]))
+    # A surface that is still high at the end of the profile has its rim farther outside.
+    agreeing &= (outer - inner <= MAX_THICKNESS) & (outer <= REACH - 2 * CELL)
+    straight = agreeing & (np.abs(inner - shift) <= 2 * MAX_EDGE_RESIDUAL)
+    if np.count_nonzero(straight) >= MIN_AGREEING * count:
+        slope, shift = np.polyfit(middles[straight], inner[straight], 1)
+        straight = agreeing & (np.abs(inner - shift - slope * middles) <= MAX_EDGE_RESIDUAL)
+    if np.count_nonzero(straight) < MIN_AGREEING * count:
+        return unseen
+    thickness = float(np.median((outer - inner)[straight]))
+    turned = (along + slope * outwards) / np.hypot(1.0, slope)
+    edge = start + shift * outwards
+    across = d - shift - slope * s
+    return Side(
+        edge,
+        turned,
+        top,
+        float(np.clip(thickness, MIN_THICKNESS, MAX_THICKNESS)),
+        _draft(across, h, place, count, (floor, top)),
+        seen=True,
+    )
+
+
+def _draft(
+    across: NDArray[np.float64],
+    heights: NDArray[np.float64],
+    place: NDArray[np.intp],
+    count: int,
+    bounds: tuple[float, float],
+) -> float | None:
+    """Return the inclination of an inner face from the outermost reading of each place and band.
+
+    Objects before the face lie nearer to the inside. The median over the places ignores them.
+    """
+    floor, top = bounds
+    inside = (across < CELL) & (heights < top - TOP_TOLERANCE)
+    band = ((heights - floor) / max(top - floor, 1e-6) * FACE_BANDS).astype(np.intp)
+    band = np.clip(band, 0, FACE_BANDS - 1)
+    outermost = np.full((FACE_BANDS, count), -np.inf)
+    np.maximum.at(outermost, (band[inside], place[inside]), across[inside])
+    levels, distances = [], []
+    for number, row in enumerate(outermost):
+        visible = row[np.isfinite(row)]
+        if len(visible) >= MIN_FACE * count:
+            levels.append(floor + (number + 0.5) / FACE_BANDS * (top - floor))
+            distances.append(float(np.median(visible)))
+    if len(levels) < 3:
+        return None
+    return float(np.clip(np.polyfit(levels, distances, 1)[0], 0.0, MAX_DRAFT))
