@@ -334,16 +334,14 @@ def unmark_walls(above, depth, rays, frame, sides):
             x = z * (axes[1, 0] * rays_u[u] + axes[1, 1] * rays_v[v] + axes[1, 2])
             y = z * (axes[2, 0] * rays_u[u] + axes[2, 1] * rays_v[v] + axes[2, 2])
             band = max(spread * z * z, MIN_HEIGHT)
-            # The face that the reading is farthest behind decides.
-            behind, nearest = -np.inf, 0
+            in_wall, inside, within = False, True, True
             for k in range(len(sides)):
                 face = sides[k, 2]
                 if sides[k, 4] > 0:
                     face += sides[k, 4] * (height - sides[k, 3])
-                distance = sides[k, 0] * x + sides[k, 1] * y - face
-                if distance > behind:
-                    behind, nearest = distance, k
-            low_enough = height < sides[nearest, 3] + band
-            in_wall = low_enough and -band < behind < sides[nearest, 5] + OUTER_MARGIN
-            if in_wall or (behind < 0 and height < band):
+                behind = sides[k, 0] * x + sides[k, 1] * y - face
+                inside = inside and behind < 0
+                within = within and behind < sides[k, 5] + OUTER_MARGIN
+                in_wall = in_wall or (behind > -band and height < sides[k, 3] + band)
+            if (within and in_wall) or (inside and height < band):
                 above[v, u] = False

@@ -51,8 +51,8 @@ class Support(NamedTuple):
     score: float = 0.0
     """Weight of the readings on the plane minus that of the readings below it, within its hull."""
     foot_margin: float | None = None
-    """Minimum distance of an object's foot inside the hull, m, if walls bound the support. None lets
-    objects overhang it."""
+    """Minimum distance of an object's foot inside the hull, m, if walls bound the support. If None,
+    objects may overhang it."""
 
 
 class _PlaneView(NamedTuple):

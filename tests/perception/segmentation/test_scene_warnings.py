@@ -37,7 +37,7 @@ def test_walls_around_a_floor_make_a_container():
     ball = Ball(0.0, 0.7, 0.05, 0.05)
     frame, labels = solid_frame([*walls, ball], (Plate((-0.22, 0.22), (0.48, 0.92)),))
     found = segment(frame)
-    assert found.in_container
+    assert len(found.containers) == 1
     assert [warning.kind for warning in found.warnings] == ["container"]
     assert found.count == 1
     overlap = (found.labels == 1) & (labels == 5)
@@ -48,14 +48,14 @@ def test_walls_around_a_floor_make_a_container():
 def test_empty_result_with_unexplained_readings_is_warned_about(share, expected):
     above = NOTHING.copy()
     above[: round(10 * share)] = True
-    found = find_warnings(np.zeros((10, 10), np.int32), {}, [SUPPORT], above, enclosed=False)
+    found = find_warnings(np.zeros((10, 10), np.int32), {}, [SUPPORT], (), above)
     assert [warning.kind for warning in found] == expected
 
 
 def test_cut_and_ambiguous_objects_are_named():
     labels = np.zeros((10, 10), np.int32)
     labels[0, 3:5], labels[4:6, 4:6] = 2, 1
-    found = find_warnings(labels, {1: "flat"}, [SUPPORT], NOTHING, enclosed=False)
+    found = find_warnings(labels, {1: "flat"}, [SUPPORT], (), NOTHING)
     assert [(warning.kind, warning.label) for warning in found] == [
         ("cut_by_image", 2),
         ("may_be_several", 1),

@@ -1,0 +1,124 @@
+"""Containers: the walls are measured, they are no objects, and their contents are."""
+
+import numpy as np
+import pytest
+from synthetic_containers import Block, Tub, camera_pose, tub_frame
+
+from eyehand.perception import DepthFrame, Segmentation, perceive, segment
+
+CONTENTS = [
+    Block((0.0, 0.0, 0.02), (0.06, 0.04, 0.04)),
+    Block((0.11, 0.06, 0.03), (0.05, 0.05, 0.06), 0.7),
+    Block((-0.1, -0.04, 0.015), (0.08, 0.05, 0.03), 0.3),
+]
+TUBS = {
+    "bin": Tub(),
+    "deep": Tub(height=0.16, thickness=0.005),
+    "tray": Tub(height=0.015, thickness=0.008),
+}
+
+
+def overlap(found: Segmentation, labels: np.ndarray) -> list[float]:
+    """Return the intersection over union of each true object with its best segment."""
+    shares = []
+    for label in range(1, labels.max() + 1):
+        mask = labels == label
+        best = np.bincount(found.labels[mask], minlength=2)[1:].argmax() + 1
+        other = found.labels == best
+        shares.append((mask & other).sum() / (mask | other).sum())
+    return shares
+
+
+@pytest.mark.parametrize("table", [None, -0.5], ids=["on a table", "in the air"])
+@pytest.mark.parametrize("name", TUBS)
+def test_walls_are_measured_and_contents_are_objects(name, table):
+    tub = TUBS[name]
+    if name == "tray" and table is not None:
+        pytest.skip("trays lie on tables")
+    frame, labels, T_world_camera = tub_frame(tub, CONTENTS, table)
+    found = segment(frame)
+    assert found.count == len(CONTENTS)
+    assert min(overlap(found, labels)) > 0.8
+    (container,) = found.containers
+    assert container.floor_seen
+    assert container.rim == pytest.approx(tub.height, abs=0.004)
+    placed = container.moved(T_world_camera)
+    assert placed.floor.offset == pytest.approx(0.0, abs=0.003)
+    np.testing.assert_allclose(placed.floor.normal, [0, 0, 1], atol=0.01)
+    sizes = np.linalg.norm(np.diff(placed.outline, axis=0), axis=1)
+    np.testing.assert_allclose(sorted(sizes[:2]), [tub.width, tub.length], atol=0.012)
+    for wall in placed.walls:
+        assert wall.seen
+        assert wall.thickness == pytest.approx(tub.thickness, abs=0.008)
+        np.testing.assert_allclose(wall.corners[2:, 2], tub.height, atol=0.004)
+        assert wall.outwards @ wall.corners.mean(axis=0) > 0.1
+    assert [warning.kind for warning in found.warnings] == ["container"]
+
+
+@pytest.mark.parametrize("name", TUBS)
+def test_empty_container_has_no_objects(name):
+    found = segment(tub_frame(TUBS[name])[0])
+    assert found.count == 0
+    assert len(found.containers) == 1
+
+
+def test_objects_at_a_wall_and_over_the_rim_are_found():
+    tub = Tub(yaw=0.0)
+    contents = [
+        Block((0.175, 0.05, 0.03), (0.05, 0.05, 0.06)),
+        Block((-0.1, 0.15, 0.105 + 0.01), (0.04, 0.12, 0.02)),
+    ]
+    frame, labels, _ = tub_frame(tub, contents)
+    found = segment(frame)
+    assert found.count == 2
+    assert min(overlap(found, labels)) > 0.7
+
+
+def test_object_beside_a_tray_stays():
+    beside = Block((0.31, 0.0, 0.021), (0.05, 0.05, 0.05))
+    frame, labels, _ = tub_frame(TUBS["tray"], [*CONTENTS, beside])
+    found = segment(frame)
+    assert found.count == 4
+    assert min(overlap(found, labels)) > 0.8
+
+
+def test_heap_hides_the_floor():
+    rng = np.random.default_rng(3)
+    heap = [
+        Block((x, y, rng.uniform(0.0, 0.05)), (0.05, 0.05, 0.06), rng.uniform(0, 1.5))
+        for x in np.arange(-0.18, 0.19, 0.036)
+        for y in np.arange(-0.13, 0.14, 0.036)
+    ]
+    frame, _, T_world_camera = tub_frame(Tub(), heap, -0.4)
+    found = segment(frame)
+    (container,) = found.containers
+    assert not container.floor_seen
+    height = -container.moved(T_world_camera).floor.offset
+    assert 0.0 < height < 0.06
+    kinds = [warning.kind for warning in found.warnings]
+    assert {"container", "container_heaped", "support_hidden"} <= set(kinds)
+    assert found.count > 5
+
+
+def test_ring_of_objects_is_no_container():
+    ring = [
+        Block((0.15 * np.cos(a), 0.13 * np.sin(a), 0.03), (0.05, 0.04, 0.04 + 0.02 * (k % 3)), a)
+        for k, a in enumerate(np.arange(0.0, 6.2, 0.63))
+    ]
+    found = segment(tub_frame(None, ring)[0])
+    assert not found.containers
+    assert found.count == len(ring)
+
+
+def test_scene_holds_the_container_in_its_own_frame():
+    frame, _, T_world_camera = tub_frame(Tub(), CONTENTS)
+    scene = perceive(DepthFrame(frame.depth, frame.intrinsics, T_world_camera))
+    (container,) = scene.containers
+    np.testing.assert_allclose(container.floor.normal, [0, 0, 1], atol=0.01)
+    assert np.ptp(container.outline[:, 2]) < 1e-6
+    assert [warning.kind for warning in scene.warnings] == ["container"]
+
+
+def test_camera_pose_looks_at_the_origin():
+    T_world_camera = camera_pose()
+    np.testing.assert_allclose(T_world_camera.inv().apply([0.0, 0.0, 0.0])[:2], 0.0, atol=1e-12)
