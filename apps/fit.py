@@ -17,6 +17,7 @@ from .console import print_json, say, show, tracked
 from .fitting.fit_choice import FitChoice, KindChoice
 from .fitting.fit_inputs import read_inputs
 from .fitting.robot_files import WATER_DENSITY
+from .frame_masks import FrameMasks
 from .mesh_file import MeshFormat
 from .output_files import make_folder
 from .perceived_frame import load_kernels
@@ -34,6 +35,7 @@ def fit_command(
     *clouds: Annotated[Path, Parameter(json_list=False)],
     label: tuple[int, ...] = (),
     camera: Path | None = None,
+    masks: Annotated[FrameMasks | None, Parameter(name="*", group="Masks")] = None,
     view_origin: tuple[float, float, float] | None = None,
     plane: tuple[float, float, float, float] | None = None,
     kind: KindChoice = "auto",
@@ -62,6 +64,8 @@ def fit_command(
         support plane come from the frame. 0 takes all readings as one cloud.
     camera
         Camera file of depth frames; default: <frame>.json or camera.json beside the frame.
+    masks
+        Readings of a depth frame that are no objects.
     view_origin
         Camera position in the frame of the cloud, m. It shows which space was seen to be free.
     plane
@@ -101,7 +105,12 @@ def fit_command(
     if view_origin is not None and not np.all(np.isfinite(view_origin)):
         raise InputError(f"--view-origin needs 3 finite numbers, got {view_origin}")
     inputs = read_inputs(
-        clouds, labels=label, camera=camera, view_origin=view_origin, support_plane=_unit(plane)
+        clouds,
+        labels=label,
+        camera=camera,
+        masks=masks,
+        view_origin=view_origin,
+        support_plane=_unit(plane),
     )
     if out is not None:
         _check_names(inputs)

@@ -173,7 +173,7 @@ ABOUT = "eyehand: grasp unknown objects from one depth image and from touch."
 
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit with code 0 (done), 1 (failed) or 2 (bad input)."""
-    arguments = sys.argv[1:] if arguments is None else arguments
+    arguments = _split_numbers(sys.argv[1:] if arguments is None else arguments)
     if not arguments or arguments in (["--help"], ["-h"]):
         print(_help())
         sys.exit(0)
@@ -189,6 +189,24 @@ def main(arguments: list[str] | None = None) -> None:
     # Threads of BLAS do not speed up small matrices, and they slow down shared cores.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     sys.exit(_run(arguments))
+
+
+def _split_numbers(arguments: list[str]) -> list[str]:
+    """Split quoted numbers such as "-0.5 1". With a minus sign first they would be an option."""
+    split: list[str] = []
+    for argument in arguments:
+        words = argument.replace(",", " ").split()
+        is_numbers = argument.startswith("-") and all(map(_is_number, words))
+        split += words if is_numbers else [argument]
+    return split
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _refuse_former_name(arguments: list[str]) -> None:
@@ -299,10 +317,7 @@ def _kinds(hint: Any) -> Iterator[Any]:
 
 
 def _is_fraction(text: str) -> bool:
-    try:
-        return not float(text).is_integer()
-    except ValueError:
-        return False
+    return _is_number(text) and not float(text).is_integer()
 
 
 def _help() -> str:

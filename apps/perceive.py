@@ -13,6 +13,7 @@ from eyehand.grasping import GraspOptions, GraspPurpose
 from eyehand.perception.io import FRAME_SUFFIXES, read_frame
 
 from .console import print_json, say, show
+from .frame_masks import FrameMasks
 from .output_files import write_perceived_frame
 from .perceived_frame import load_kernels, perceive_and_plan
 from .scene_table import scene_rows, scene_table
@@ -31,6 +32,7 @@ def perceive_command(
     /,
     *,
     camera: Path | None = None,
+    masks: Annotated[FrameMasks | None, Parameter(name="*", group="Masks")] = None,
     oak: bool = False,
     record: Path | None = None,
     frames: Annotated[int | None, Parameter(name="--frames")] = None,
@@ -49,6 +51,8 @@ def perceive_command(
         (.mcap).
     camera
         Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame.
+    masks
+        Readings of the robot, and outside a region, that are no objects.
     oak
         Read from a connected Luxonis OAK camera instead of a file.
     record
@@ -74,6 +78,8 @@ def perceive_command(
         if count == 0:
             load_kernels()
         count += 1
+        if masks is not None:
+            depth_frame = masks.applied(depth_frame)
         found = perceive_and_plan(depth_frame, GraspOptions(purpose=purpose))
         if name is None:
             check_usable(found.scene.segmentation, source)

@@ -6,6 +6,7 @@ Equation numbers refer to Haschke's chapter (see the README).
 from .approach import ApproachController, ControlStep
 from .collision_options import CollisionOptions, CoverOptions
 from .collision_world import CollisionWorld
+from .link_volumes import LinkVolumes
 from .motion_steps import nominal_motion
 from .options import ControlOptions, Relaxation
 from .planned_approach import PlannedApproach
@@ -32,6 +33,7 @@ __all__ = [
     "Cylinder",
     "Ellipsoid",
     "JointPath",
+    "LinkVolumes",
     "Obstacle",
     "PlannedApproach",
     "PlannerOptions",

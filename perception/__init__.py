@@ -21,7 +21,13 @@ if TYPE_CHECKING:
     )
     from .kernel_cache import kernels_are_cached, warm_up
     from .perpendicular import perpendicular_pair
-    from .robot_mask import mask_points, mask_robot
+    from .robot_mask import (
+        PosedVolumes,
+        mask_points,
+        mask_robot,
+        mask_volumes,
+        volume_extents,
+    )
     from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, perceive
     from .segmentation import (
         Container,
@@ -44,6 +50,7 @@ __all__ = [
     "FitOptions",
     "FrontFormat",
     "PerceiveOptions",
+    "PosedVolumes",
     "Scene",
     "SceneObject",
     "SceneWarning",
@@ -58,6 +65,7 @@ __all__ = [
     "kernels_are_cached",
     "mask_points",
     "mask_robot",
+    "mask_volumes",
     "outline",
     "outline_points",
     "perceive",
@@ -66,6 +74,7 @@ __all__ = [
     "read_frame",
     "read_intrinsics",
     "segment",
+    "volume_extents",
     "warm_up",
     "write_cloud",
     "write_frame",

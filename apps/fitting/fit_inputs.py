@@ -27,6 +27,8 @@ if TYPE_CHECKING:
 
     from eyehand.perception import DepthFrame, FitOptions, SuperquadricFit
 
+    from ..frame_masks import FrameMasks
+
 WHOLE = 0
 """Label for all readings of a frame as one cloud."""
 NO_DISTANCE_LIMIT = float("inf")
@@ -135,6 +137,7 @@ def read_inputs(
     *,
     labels: Sequence[int] = (),
     camera: Path | None = None,
+    masks: FrameMasks | None = None,
     view_origin: Sequence[float] | None = None,
     support_plane: NDArray[np.float64] | None = None,
 ) -> list[CloudInput | FrameInput]:
@@ -150,6 +153,8 @@ def read_inputs(
         Objects of the frames, 1..n. 0 takes all readings of a frame as one cloud.
     camera
         Camera file of the frames.
+    masks
+        Readings of the frames that are left out.
     view_origin, support_plane
         Camera position (3,) and support plane (4,) of the clouds. Frames have their own.
 
@@ -161,9 +166,9 @@ def read_inputs(
     """
     origin = None if view_origin is None else np.asarray(view_origin, dtype=np.float64)
     return [
-        _frame_input(path, labels, camera, origin, support_plane)
+        _frame_input(path, labels, _read_frame(path, camera, masks), origin, support_plane)
         if _is_frame(path, labelled=bool(labels))
-        else _cloud_input(path, labels, camera, origin, support_plane)
+        else _cloud_input(path, labels, (camera, masks), origin, support_plane)
         for path in paths
     ]
 
@@ -182,14 +187,20 @@ def _is_frame(path: Path, *, labelled: bool) -> bool:
     return is_organised_cloud(path)
 
 
+def _read_frame(path: Path, camera: Path | None, masks: FrameMasks | None) -> DepthFrame:
+    frame = read_frame(path, camera)
+    return frame if masks is None else masks.applied(frame)
+
+
 def _cloud_input(
     path: Path,
     labels: Sequence[int],
-    camera: Path | None,
+    of_frames: tuple[Path | None, FrameMasks | None],
     origin: NDArray[np.float64] | None,
     plane: NDArray[np.float64] | None,
 ) -> CloudInput:
-    for option, value in (("--label", labels), ("--camera", camera)):
+    camera, masks = of_frames
+    for option, value in (("--label", labels), ("--camera", camera), ("a mask", masks)):
         if value:
             raise InputError(f"{option} is for depth frames, but {path} is one cloud")
     return CloudInput(Cloud(str(path), path.stem, read_cloud(path), origin, plane))
@@ -198,11 +209,10 @@ def _cloud_input(
 def _frame_input(
     path: Path,
     labels: Sequence[int],
-    camera: Path | None,
+    frame: DepthFrame,
     origin: NDArray[np.float64] | None,
     plane: NDArray[np.float64] | None,
 ) -> CloudInput | FrameInput:
-    frame = read_frame(path, camera)
     if list(labels) == [WHOLE]:
         points = frame.points()[frame.valid].astype(np.float64)
         camera_origin = np.zeros(3)

@@ -1,0 +1,160 @@
+"""Parts of a depth frame that the user masks: an image, the robot at its posture, a region."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import numpy as np
+from cyclopts import Parameter
+
+from eyehand.errors import InputError
+from eyehand.perception import PosedVolumes, mask_points, mask_robot, mask_volumes, volume_extents
+from eyehand.perception.io import decode_colour, naming, pose_from_json, read_bytes
+
+from .console import say
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+    from scipy.spatial.transform import RigidTransform
+
+    from eyehand.control import LinkVolumes
+    from eyehand.perception import DepthFrame
+
+RECTANGLE, BOX, POSE = 4, 6, 7
+"""Numbers of an image rectangle, a box, and a pose."""
+
+
+def split_numbers(_hint: Any, tokens: Sequence[Any]) -> list[float]:
+    """Convert tokens to numbers. One token may hold several, separated by blanks or commas."""
+    words = [word for token in tokens for word in token.value.replace(",", " ").split()]
+    return [float(word) for word in words]
+
+
+Numbers = Annotated[
+    list[float] | None, Parameter(consume_multiple=True, negative="", converter=split_numbers)
+]
+"""Option of several numbers, quoted as one argument or not."""
+
+
+@dataclass(frozen=True)
+class FrameMasks:
+    """Options of the commands that read a depth frame: readings that count as no readings."""
+
+    mask: Path | None = None
+    """PNG image of the frame's size. Pixels that are not black are masked."""
+    robot: Path | None = None
+    """MJCF or URDF file of the robot. What the camera sees of it is masked. The camera's pose must
+    be known."""
+    q: Numbers = None
+    """Joint positions of the robot, rad (m for slide joints), in the order of its file. Joints
+    without a number, such as those of a hand, stay at the file's home posture."""
+    robot_pose: Numbers = None
+    """Pose of the robot's base in the world: x y z in m, quaternion w x y z. Default: the
+    origin."""
+    camera_pose: Numbers = None
+    """Pose of the camera in the world: x y z in m, quaternion w x y z of its optical frame (x
+    right, y down, z forward). It replaces the pose in the frame's files."""
+    region: Numbers = None
+    """Part of the frame that is segmented: u0 v0 u1 v1 in px, or x0 y0 z0 x1 y1 z1 in m, in the
+    world frame if the camera's pose is known, else in the camera frame. The table must be in it."""
+
+    def __post_init__(self) -> None:
+        if (self.robot is None) != (self.q is None):
+            raise InputError("--robot needs --q, and --q needs --robot")
+        if self.robot_pose is not None and self.robot is None:
+            raise InputError("--robot-pose needs --robot")
+        if self.region is not None:
+            _check_region(self.region)
+
+    def applied(self, frame: DepthFrame) -> DepthFrame:
+        """Return a frame without the masked readings, and with the camera's given pose.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be used, the robot's place is unknown, or no reading is left.
+        """
+        if self.camera_pose is not None:
+            frame = replace(frame, T_world_camera=_pose(self.camera_pose, "--camera-pose"))
+        depth = frame.depth
+        if self.mask is not None:
+            depth = mask_robot(depth, _read_mask(self.mask, depth.shape))
+        if self.robot is not None:
+            without = mask_volumes(frame, self._robot_volumes(frame))
+            if np.array_equal(without, frame.depth):
+                say("warning: no reading lies on the robot: check --q and the poses")
+            depth = np.where(without > 0, depth, 0)
+        if self.region is not None:
+            depth = np.where(_inside(frame, self.region), depth, 0)
+        if not depth.any():
+            raise InputError("the masks leave no reading of the frame")
+        return replace(frame, depth=depth.astype(np.float32))
+
+    def _robot_volumes(self, frame: DepthFrame) -> PosedVolumes:
+        if frame.T_world_camera is None:
+            raise InputError(
+                "--robot needs the camera's pose: T_world_camera in the camera file, or "
+                "--camera-pose"
+            )
+        assert self.robot is not None
+        assert self.q is not None
+        links, extents = _load_robot(self.robot, len(self.q))
+        poses = links.poses(self.q)
+        if self.robot_pose is not None:
+            poses = _pose(self.robot_pose, "--robot-pose").as_matrix() @ poses
+        return PosedVolumes(extents, poses)
+
+
+@functools.cache
+def _load_robot(path: Path, given: int) -> tuple[LinkVolumes, NDArray[np.float64]]:
+    """Load a robot, and report the joints that stay at home when `given` numbers are given."""
+    # Only this option needs MuJoCo.
+    from eyehand.control import LinkVolumes
+
+    links = LinkVolumes(path)
+    if links.joint_names[given:]:
+        say(f"--q: {', '.join(links.joint_names[given:])} stay at the home posture")
+    return links, volume_extents(links.points)
+
+
+def _pose(numbers: list[float], name: str) -> RigidTransform:
+    if len(numbers) != POSE:
+        raise InputError(f"{name} needs {POSE} numbers, x y z qw qx qy qz, got {len(numbers)}")
+    return pose_from_json({"translation_m": numbers[:3], "quat_wxyz": numbers[3:]}, name)
+
+
+def _read_mask(path: Path, shape: tuple[int, ...]) -> NDArray[np.bool_]:
+    data = read_bytes(path)
+    with naming(path):
+        mask = decode_colour(data).any(axis=2)
+        if mask.shape != shape:
+            raise InputError(
+                f"the mask is {mask.shape[1]}x{mask.shape[0]} px, expected {shape[1]}x{shape[0]} px"
+            )
+    return mask
+
+
+def _check_region(region: list[float]) -> None:
+    half = len(region) // 2
+    if len(region) not in (RECTANGLE, BOX) or not np.isfinite(region).all():
+        raise InputError(
+            "--region needs 4 numbers u0 v0 u1 v1, px, or 6 numbers x0 y0 z0 x1 y1 z1, m, "
+            f"got {region}"
+        )
+    if not all(low < high for low, high in zip(region[:half], region[half:], strict=True)):
+        raise InputError(f"--region needs the lower corner before the upper one, got {region}")
+
+
+def _inside(frame: DepthFrame, region: list[float]) -> NDArray[np.bool_]:
+    """Return the mask (H, W) of the readings in a region."""
+    if len(region) == RECTANGLE:
+        low_u, low_v, high_u, high_v = region
+        u, v = np.arange(frame.intrinsics.width), np.arange(frame.intrinsics.height)
+        return ((low_u <= u) & (u < high_u)) & ((low_v <= v) & (v < high_v))[:, None]
+    low, high = np.array(region[:3]), np.array(region[3:])
+    return mask_points(frame, lambda p: ((p < low) | (p > high)).any(axis=1)) > 0
