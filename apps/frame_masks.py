@@ -12,7 +12,7 @@ from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.perception import PosedVolumes, mask_points, mask_robot, mask_volumes, volume_extents
-from eyehand.perception.io import decode_colour, naming, pose_from_json, read_bytes
+from eyehand.perception.io import decode_mask, naming, pose_from_json, read_bytes
 
 from .console import say
 
@@ -131,7 +131,7 @@ def _pose(numbers: list[float], name: str) -> RigidTransform:
 def _read_mask(path: Path, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     data = read_bytes(path)
     with naming(path):
-        mask = decode_colour(data).any(axis=2)
+        mask = decode_mask(data)
         if mask.shape != shape:
             raise InputError(
                 f"the mask is {mask.shape[1]}x{mask.shape[0]} px, expected {shape[1]}x{shape[0]} px"

@@ -116,6 +116,20 @@ def decode_colour(data: bytes) -> NDArray[np.uint8]:
     return np.ascontiguousarray(bgr[..., ::-1]).astype(np.uint8, copy=False)
 
 
+def decode_mask(data: bytes) -> NDArray[np.bool_]:
+    """Decode a PNG of any type to a mask (H, W) of the pixels that are not black.
+
+    Raises
+    ------
+    InputError
+        If the image cannot be decoded.
+    """
+    check_png(data)
+    image = _decode(data, cv2.IMREAD_UNCHANGED)
+    # The fourth channel is alpha.
+    return image[..., :3].any(axis=2) if image.ndim == 3 else image > 0
+
+
 def write_png(path: Path, image: NDArray) -> None:
     """Write (H, W) uint16 as greyscale or (H, W, 3) uint8 RGB as colour.
 

@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 from eyehand.apps.main import main
+from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.cell import GraspRobot
 from eyehand.perception import DepthFrame, read_frame, write_cloud
 from eyehand.perception.cameras import record_frames
+from eyehand.perception.io import write_png
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -44,6 +46,8 @@ def folder(tmp_path, monkeypatch) -> Path:
     record_frames(tmp_path / "out" / "look.mcap", [DepthFrame(frame.depth, frame.intrinsics)])
     for file in (tmp_path / "apps" / "sample").iterdir():
         shutil.copy(file, tmp_path / "out" / "scene")
+    write_png(tmp_path / "robot.png", np.eye(*frame.depth.shape, dtype=np.uint16))
+    shutil.copy(LBR_ARM, tmp_path / "robot.xml")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

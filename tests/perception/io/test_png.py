@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from eyehand.errors import InputError
-from eyehand.perception.io.png import check_png, decode_colour, decode_depth, write_png
+from eyehand.perception.io.png import check_png, decode_colour, decode_depth, decode_mask, write_png
 
 
 def _encode(image: np.ndarray) -> bytes:
@@ -98,6 +98,18 @@ def test_huge_image_is_rejected_by_its_header(capfd: pytest.CaptureFixture[str])
         with pytest.raises(InputError, match=r"20000x20000 px, expected at most 8\.4 megapixels"):
             decode(data)
     assert capfd.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("kind", ["uint8", "uint16", "bgr", "bgra"])
+def test_mask_holds_the_pixels_that_are_not_black(kind: str) -> None:
+    mask = RAMP % 3 == 0
+    channels = {"bgr": [0, 0, 1], "bgra": [1, 0, 0, 255]}
+    if kind in channels:
+        image = (mask[..., None] * np.array(channels[kind])).astype(np.uint8)
+        image[..., 3:] = 255
+    else:
+        image = mask.astype(kind)
+    np.testing.assert_array_equal(decode_mask(_encode(image)), mask)
 
 
 def test_empty_image_is_rejected(tmp_path: Path) -> None:
