@@ -13,7 +13,7 @@ from eyehand.errors import InputError
 
 from .arm_in_view import FOOT_PARTS, draw_arm
 from .furnished_scene import FurnishedOptions, FurnishedScene, object_pose
-from .furnished_settings import HALF_VIEW, draw_setting
+from .furnished_settings import FULL_COUNT, HALF_VIEW, draw_setting
 from .household_shapes import draw_shape
 from .mesh_object import MeshObject
 from .pouring import FurnishedPhysics, pour
@@ -93,6 +93,8 @@ def _draw(seed: int, attempt: int, options: FurnishedOptions) -> FurnishedScene 
     low, high = options.counts
     count = int(rng.integers(low, high + 1))
     setting = draw_setting(options.family, count, rng)
+    if setting.full:
+        count = FULL_COUNT if options.count_range is None else high
     objects = [_draw_object(k, setting, options, rng) for k in range(count)]
     physics = FurnishedPhysics(objects, setting.fixtures)
     stayed = pour(objects, setting.zones, physics, rng)

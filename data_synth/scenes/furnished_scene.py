@@ -62,8 +62,9 @@ class FurnishedOptions:
     family: FurnishedFamily = "bin"
     """Furniture and arrangement."""
     count_range: tuple[int, int] | None = None
-    """Minimum and maximum number of objects; None takes `COUNT_RANGES`, and 0 leaves the furniture
-    empty. Objects that fall off the furniture are removed, so there may be fewer."""
+    """Minimum and maximum number of objects; 0 leaves the furniture empty. None takes
+    `COUNT_RANGES`, and more in bins whose floor is hidden. Objects that fall off the furniture are
+    removed, so there may be fewer."""
     meshes: tuple[FolderObject, ...] = ()
     """Objects from files, used in place of random solids."""
     mesh_share: float = 1.0

@@ -23,8 +23,10 @@ MEAN_FOOTPRINT_M2 = 0.0045
 HALF_VIEW = 0.45
 """Tangent of half the camera's vertical angle of view, rounded."""
 
-_SCATTERED, _HEAPED, _FULL = (0.25, 0.7), (0.8, 1.4), (2.0, 3.0)
+_SCATTERED, _HEAPED, _FULL = (0.25, 0.7), (0.8, 1.4), (2.6, 3.6)
 """Ranges of the objects' footprint over a container's floor. The last hides the floor entirely."""
+FULL_COUNT = 36
+"""Number of objects of a container whose floor is hidden."""
 _FILL_CHANCES = (0.45, 0.35, 0.20)
 
 
@@ -82,6 +84,8 @@ class Setting:
     """Direction in which the hand points."""
     base_height: float = 0.0
     """World z of the arm's base, m."""
+    full: bool = False
+    """Whether to use `FULL_COUNT` objects, or as many as the options allow, to hide the floor."""
 
 
 def draw_setting(family: FurnishedFamily, count: int, rng: np.random.Generator) -> Setting:
@@ -90,9 +94,12 @@ def draw_setting(family: FurnishedFamily, count: int, rng: np.random.Generator) 
 
 
 def _bin(count: int, rng: np.random.Generator) -> Setting:
-    fill = rng.uniform(*(_SCATTERED, _HEAPED, _FULL)[rng.choice(3, p=_FILL_CHANCES)])
-    size = _floor_size(count, fill, (0.2, 0.14), (0.56, 0.38), rng)
-    height = float(rng.uniform(0.07, min(0.2, 0.8 * size[1])))
+    style = rng.choice(3, p=_FILL_CHANCES)
+    full = bool(style == 2)
+    fill = rng.uniform(*(_SCATTERED, _HEAPED, _FULL)[style])
+    least = (0.26, 0.18) if full else (0.2, 0.14)
+    size = _floor_size(FULL_COUNT if full else count, fill, least, (0.56, 0.38), rng)
+    height = float(rng.uniform(0.12 if full else 0.07, min(0.2, 0.8 * size[1])))
     lip = rng.uniform(0.008, 0.02) if rng.random() < 0.5 else 0.0
     thickness = rng.uniform(0.003, 0.008)
     parts = furniture.container(size, height, _paint(rng), thickness=thickness, lip=lip)
@@ -105,6 +112,7 @@ def _bin(count: int, rng: np.random.Generator) -> Setting:
         target=(0.0, 0.0, height / 2),
         height_range=(0.03, 0.12),
         reach=(0.0, 0.0, height + 0.08),
+        full=full,
     )
 
 

@@ -95,6 +95,16 @@ def test_zero_objects_leave_the_furniture_empty():
     assert {3, 4} <= set(np.unique(view.background))
 
 
+@pytest.mark.slow
+def test_full_bin_hides_its_floor():
+    # This seed draws a full bin.
+    scene = make_furnished_scene(918, FurnishedOptions("bin", image_size=SMALL))
+    view = render_scene(scene, colour=False)
+    assert len(scene.objects) > COUNT_RANGES["bin"][1]
+    floor = np.count_nonzero(view.background == BACKGROUND_NUMBER["container_floor"])
+    assert floor < 0.02 * np.count_nonzero(view.labels)
+
+
 def test_shelf_objects_lie_below_the_board_above():
     scene = scene_of("shelf")
     boards = sorted(
