@@ -37,8 +37,10 @@ _STEP_M = 0.006
 """Step by which an object is lowered until it would touch."""
 _NEAR_M = 0.001
 """Distances are computed up to this value to find overlaps."""
-_PAUSE_S = 0.35
-"""Maximum time before the next object falls."""
+_PAUSE_S, _SHORT_PAUSE_S = 0.35, 0.15
+"""Maximum time before the next object falls, for few objects and for a crowd."""
+_CROWD = 24
+"""More objects than this are a crowd, whose steps take long."""
 
 
 class FurnishedPhysics(RigidPhysics):
@@ -105,12 +107,13 @@ def pour(
     """
     shares = np.array([zone.share for zone in zones])
     chosen = rng.choice(len(zones), size=len(objects), p=shares / shares.sum())
+    pause = _SHORT_PAUSE_S if len(objects) > _CROWD else _PAUSE_S
     placed: dict[int, DropZone] = {}
     for index, item in enumerate(objects):
         zone = zones[chosen[index]]
         if _release(index, item, zone, physics, list(placed), rng):
             placed[index] = zone
-            physics.settle(_PAUSE_S)
+            physics.settle(pause)
     for _ in range(2):
         physics.settle(MAX_SETTLE_S)
         if physics.unstable:
