@@ -15,11 +15,14 @@ if TYPE_CHECKING:
     from .support_extent import Support
     from .working_image import WorkingImage
 
-MIN_HEIGHT = 0.006
-"""Minimum height of an object's points above the support, m. A lower value finds flat objects, a
-higher one ignores wavy tables."""
+MIN_HEIGHT = 0.0015
+"""Minimum height of an object's points above the support, m, even where it is flat and the camera
+has no noise. Paper and cloth are lower."""
+BAND_WAVES = 1.2
+"""Half width of the band around a support that counts as the support, in heights of its waves. A
+lower value includes the foot of objects, and waves beside them."""
 SUPPORT_SIGMAS = 3.0
-"""Half width of the band around a support that counts as the support, in σ of its own readings."""
+"""The same in σ of its own readings. Both must hold."""
 OVERHANG = 0.15
 """Maximum distance of an object's points outside the support's bounds in plan, m. A higher value
 keeps more of what extends over the edge, and more of walls and people behind it."""
@@ -40,6 +43,8 @@ class SupportZone(NamedTuple):
     """Offset of the plane, m."""
     relative_band: float
     """Band above the plane that still counts as the support, divided by squared depth, 1/m."""
+    min_height: float
+    """Minimum height above the plane, m."""
     low: NDArray[np.float64]
     """Lower bounds in plan, (2,), m."""
     high: NDArray[np.float64]
@@ -51,8 +56,8 @@ def above_support(
 ) -> NDArray[np.bool_]:
     """Mark the readings that may belong to objects, (H, W) bool.
 
-    A candidate is above a support by more than ``MIN_HEIGHT`` and more than the scatter of the
-    support's own readings. In plan it is at most ``OVERHANG`` outside the support's bounds. It
+    A candidate is above a support by more than ``MIN_HEIGHT``, the scatter of the support's own
+    readings and its waves. In plan it is at most ``OVERHANG`` outside the support's bounds. It
     is not in or below a higher support: the edge and the legs of a table are no objects on the
     floor. Without a support each reading within `max_range` m is a candidate.
     """
@@ -68,7 +73,11 @@ def above_support(
         zone = SupportZone(
             np.vstack([support.plane.normal, support.axes]),
             support.plane.offset,
-            SUPPORT_SIGMAS * support.plane.tolerance / support.depth**2,
+            max(
+                SUPPORT_SIGMAS * support.plane.tolerance / support.depth**2,
+                BAND_WAVES * support.wave,
+            ),
+            MIN_HEIGHT,
             support.hull.min(axis=0).astype(np.float64) - OVERHANG,
             support.hull.max(axis=0).astype(np.float64) + OVERHANG,
         )
@@ -114,7 +123,7 @@ def mark_above(depth, rays, zone, max_range, above, below):
                 continue
             height = z * (n + axes[0, 0] * rays_u[u]) + zone.offset
             # The errors of a depth camera grow with z², and so does the scatter of a plane.
-            band = max(zone.relative_band * z * z, MIN_HEIGHT)
+            band = max(zone.relative_band * z * z, zone.min_height)
             x = z * (a + axes[1, 0] * rays_u[u])
             y = z * (b + axes[2, 0] * rays_u[u])
             if x < low[0] or x > high[0] or y < low[1] or y > high[1]:

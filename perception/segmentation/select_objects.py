@@ -23,6 +23,8 @@ FOOT_SHARE = 0.15
 """Share of a region's height that is its foot, from below."""
 MIN_FOOT = 0.01
 """Minimum height of a foot, m."""
+MIN_TOP_WAVES = 2.5
+"""Minimum height of an object's top, in heights of the support's waves. Lower regions are waves."""
 MIN_FOOT_INSIDE = 0.5
 """Minimum share of an object's foot over the hull."""
 MAX_CUT_LENGTH = 0.15
@@ -104,6 +106,8 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
     for support in supports:
         heights = support.plane.height(points)
         bottom, top = _range(heights)
+        if _range(heights / points[:, 2] ** 2)[1] < MIN_TOP_WAVES * support.wave:
+            continue
         foot = points[heights <= bottom + max(FOOT_SHARE * (top - bottom), MIN_FOOT)]
         foot = foot[:: max(len(foot) // FOOT_SAMPLES, 1)] @ support.axes.T
         # An object that the image cuts off may stand on a part of the support outside the image.

@@ -48,6 +48,8 @@ class Support(NamedTuple):
     """Median depth at which the scatter of the plane was measured, m."""
     area: float = 0.0
     """Visible area, m²."""
+    wave: float = 0.0
+    """Height that the waves of the plane reach, divided by squared depth, 1/m."""
     score: float = 0.0
     """Weight of the readings on the plane minus that of the readings below it, within its hull."""
     foot_margin: float | None = None

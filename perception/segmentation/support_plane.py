@@ -12,6 +12,7 @@ from .above_support import SUPPORT_SIGMAS
 from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
 from .result import SupportPlane
 from .support_extent import Support, locate_support
+from .support_scatter import support_wave
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -116,7 +117,8 @@ def find_supports(image: WorkingImage, options: SegmentationOptions) -> list[Sup
         for support in located
         if support is not None and support.area >= MIN_FIRST_AREA and support.score > 0
     ]
-    return _select_supports(sorted(supports, key=lambda support: -support.score))
+    selected = _select_supports(sorted(supports, key=lambda support: -support.score))
+    return [one._replace(wave=support_wave(image, one, SUPPORT_SIGMAS)) for one in selected]
 
 
 def _select_supports(supports: list[Support]) -> list[Support]:
