@@ -20,7 +20,7 @@ BESIDE = StagedObject(shapes.box(0.06, 0.05, 0.07), (0.17, 0.03, 0.0), yaw=0.5, 
 finds_both = partial(as_sweep, right="exactly this object and the box beside it found")
 
 
-@finds_both("flat", "height of a plate", "mm", (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=8)
+@finds_both("flat", "height of a plate", "mm", (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=3)
 def _flat(height: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 43])
     solid = shapes.box(rng.uniform(0.08, 0.12), rng.uniform(0.06, 0.08), height * MM)
@@ -30,7 +30,7 @@ def _flat(height: float, seed: int, method: SegmentCallable) -> Trial:
 
 
 @finds_both(
-    "slim", "thickness of a lying rod", "mm", (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=12
+    "slim", "thickness of a lying rod", "mm", (20, 15, 12, 10, 8, 6, 5, 4, 3, 2), holds_to=8
 )
 def _slim(thickness: float, seed: int, method: SegmentCallable) -> Trial:
     rng = np.random.default_rng([seed, 47])

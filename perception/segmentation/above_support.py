@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 MIN_HEIGHT = 0.0015
 """Minimum height of an object's points above the support, m, even where it is flat and the camera
 has no noise. Paper and cloth are lower."""
-BAND_WAVES = 1.2
+BAND_WAVES = 1.5
 """Half width of the band around a support that counts as the support, in heights of its waves. A
 lower value includes the foot of objects, and waves beside them."""
 SUPPORT_SIGMAS = 3.0

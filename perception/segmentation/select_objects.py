@@ -23,7 +23,7 @@ FOOT_SHARE = 0.15
 """Share of a region's height that is its foot, from below."""
 MIN_FOOT = 0.01
 """Minimum height of a foot, m."""
-MIN_TOP_WAVES = 2.5
+MIN_TOP_WAVES = 3.0
 """Minimum height of an object's top, in heights of the support's waves. Lower regions are waves."""
 MIN_FOOT_INSIDE = 0.5
 """Minimum share of an object's foot over the hull."""

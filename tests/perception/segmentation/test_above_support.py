@@ -19,6 +19,7 @@ from synthetic_solids import (
 from eyehand.perception import CameraIntrinsics, DepthFrame
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.above_support import (
+    BAND_WAVES,
     BLOCK,
     MIN_HEIGHT,
     OVERHANG,
@@ -51,6 +52,7 @@ def reference(frame, supports, max_range):
     above, below = np.zeros((2, *frame.depth.shape), bool)
     for item in sorted(supports, key=lambda item: item.plane.offset):
         band = SUPPORT_SIGMAS * item.plane.tolerance * (points[..., 2] / item.depth) ** 2
+        band = np.maximum(band, BAND_WAVES * item.wave * points[..., 2] ** 2)
         band = np.maximum(band, MIN_HEIGHT)
         plan = points @ item.axes.T
         low, high = item.hull.min(axis=0), item.hull.max(axis=0)
@@ -185,3 +187,12 @@ def test_window_keeps_rays_and_objects():
     cropped = CAMERA.cropped(*window)
     assert np.allclose(cropped.rays(), CAMERA.rays()[window])
     assert labels[window].sum() == labels.sum()
+
+
+def test_waves_of_support_are_no_candidates():
+    plate = Box(0.0, 0.7, (0.1, 0.1, 0.005))
+    frame, labels = solid_frame([plate], (Plate(),))
+    flat = support((-0.3, 0.3), (0.4, 1.0))
+    for wave, kept in ((0.001, True), (0.006, False)):
+        above = above_support(exact_image(frame), [flat._replace(wave=wave / 0.7**2)], MAX_RANGE)
+        assert above[labels == 1].any() == kept

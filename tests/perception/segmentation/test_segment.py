@@ -8,6 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import RigidTransform, Rotation
 from synthetic_balls import CAMERA, UP, ball_frame
+from synthetic_solids import Box, Plate, solid_frame
 
 import eyehand.perception.segmentation as package
 from eyehand.errors import InputError
@@ -39,6 +40,17 @@ def test_separate_balls_are_segmented_largest_first():
     assert np.all(np.diff(sizes) <= 0)
     assert segmentation.labels.dtype == np.int32
     assert all(seconds >= 0 for seconds in segmentation.timings.values())
+
+
+@pytest.mark.parametrize("thickness", [0.003, 0.005])
+def test_thin_plate_is_found_by_a_clean_camera(thickness):
+    plate = Box(0.0, 0.65, (0.1, 0.08, thickness))
+    frame, truth = solid_frame([plate], (Plate(),))
+    noisy = frame.depth + 0.00025 * np.random.default_rng(0).normal(size=frame.depth.shape)
+    depth = np.where(frame.valid, noisy, 0.0).astype(np.float32)
+    labels = segment(DepthFrame(depth, frame.intrinsics)).labels
+    assert labels.max() == 1
+    assert min_f_score(labels, truth) > 0.9
 
 
 def test_support_plane_is_table():

@@ -150,3 +150,12 @@ def test_depth_in_hull_of_rectangle(turn):
     x, y = points.T
     expected = np.minimum.reduce([x, 0.4 - x, y, 0.2 - y])
     assert np.allclose(depth_in_hull(points, np.ascontiguousarray(hull)), expected, atol=1e-6)
+
+
+def test_region_as_low_as_waves_is_dropped():
+    plate = Box(0.0, 0.7, (0.1, 0.1, 0.006))
+    frame, labels = solid_frame([plate], (Plate(),))
+    image = exact_image(frame)
+    for wave, kept in ((0.001, True), (0.004, False)):
+        waving = WIDE_SUPPORT._replace(wave=wave / 0.7**2)
+        assert select_objects(labels, image, [waving], 40, MAX_EXTENT).any() == kept
