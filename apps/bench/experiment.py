@@ -194,6 +194,15 @@ def result_table(
     return table
 
 
+def markdown_table(rows: Rows, columns: Sequence[tuple[str, str]]) -> str:
+    """Return a table for a document, with the rows and columns of :func:`result_table`."""
+    lines = [[heading for heading, _ in columns], ["---" for _ in columns]]
+    for row in rows:
+        known = {key: value for key, value in row.items() if value is not None}
+        lines.append([_cell(cell, known) for _, cell in columns])
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
 def _cell(text: str, row: Mapping[str, Any]) -> str:
     try:
         return text.format_map(row)

@@ -10,8 +10,8 @@ import numpy as np
 from eyehand.apps.console import print_json, say, show, tracked
 
 from ..bench import machine_line, write_csv
-from ..bench.experiment import result_table
-from ..output_files import make_folder
+from ..bench.experiment import markdown_table, result_table
+from ..output_files import make_folder, write_text
 from ..perceived_frame import load_kernels
 from .kinds import KindFrame, KindOptions, Score, open_kinds, score_by_kind, worst_kinds_mean
 from .scored_frames import timed_segment
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SegmentationOptions
 
-KINDS_FILE, FRAMES_FILE = "kinds.csv", "frames.csv"
+KINDS_FILE, FRAMES_FILE, TABLE_FILE = "kinds.csv", "frames.csv", "kinds.md"
 WORST, MEAN = "mean of the three worst", "mean of all kinds"
 COLUMNS = (
     ("kind", "{name}"),
@@ -60,7 +60,8 @@ def evaluate_kinds(
     show(result_table(kinds, COLUMNS, caption=CAPTION, left=("source",)), json_wanted=json)
     write_csv(out / KINDS_FILE, kinds)
     write_csv(out / FRAMES_FILE, rows)
-    say(f"every frame: {out / FRAMES_FILE}, every kind: {out / KINDS_FILE}")
+    write_text(out / TABLE_FILE, markdown_table(kinds, COLUMNS))
+    say(f"every frame: {out / FRAMES_FILE}, every kind: {out / KINDS_FILE}, {out / TABLE_FILE}")
     if json:
         machine, folder = machine_line(), str(out)
         print_json(

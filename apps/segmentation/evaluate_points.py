@@ -11,8 +11,8 @@ from eyehand.apps.console import print_json, say, show, tracked
 from eyehand.perception import segment
 
 from ..bench import machine_line, write_csv
-from ..bench.experiment import result_table
-from ..output_files import make_folder
+from ..bench.experiment import markdown_table, result_table
+from ..output_files import make_folder, write_text
 from ..perceived_frame import load_kernels
 from ..usable_frame import check_usable
 from .point_frames import PointFrame, Verdict, frames_by_camera, read_point_frames, score_points
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from eyehand.perception import SegmentationOptions
 
-FRAMES_FILE = "frames.csv"
+FRAMES_FILE, TOTALS_FILE = "frames.csv", "totals.md"
 TOTAL, DEPTH, COLOUR = "total", "depth", "colour"
 COUNTS = ("objects", *get_args(Verdict), "background", "background_inside", "surplus")
 COLUMNS = (
@@ -64,7 +64,9 @@ def evaluate_points(folder: Path, options: SegmentationOptions, out: Path, *, js
     rows += _totals(rows, frames)
     show(result_table(rows, COLUMNS, title=str(folder), left=("input",)), json_wanted=json)
     write_csv(out / FRAMES_FILE, rows)
-    say(f"every frame: {out / FRAMES_FILE}")
+    totals = [row for row in rows if row["name"] not in {frame.name for frame in frames}]
+    write_text(out / TOTALS_FILE, markdown_table(totals, COLUMNS))
+    say(f"every frame: {out / FRAMES_FILE}, totals: {out / TOTALS_FILE}")
     if json:
         print_json("evaluate_segmentation", NOISE_SEED, rows, machine=machine_line(), out=str(out))
     return 0

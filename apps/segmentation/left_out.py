@@ -17,8 +17,8 @@ from eyehand.errors import InputError
 from eyehand.perception import segment
 
 from ..bench import machine_line, write_csv
-from ..bench.experiment import result_table
-from ..output_files import make_folder
+from ..bench.experiment import markdown_table, result_table
+from ..output_files import make_folder, write_text
 from ..perceived_frame import load_kernels
 from .kinds import KindFrame, KindOptions, open_kinds, score_by_kind
 from .labelled_edges import LabelledEdges, edges_right, fit_log_odds, labelled_edges
@@ -34,7 +34,7 @@ FACTORS = (0.75, 1.33)
 """Factors of each constant in the search."""
 MIN_GAIN = 0.002
 """Minimum gain of the mean score for which a constant is changed, 0-1. Less is noise."""
-TABLE_FILE = "left_out.csv"
+TABLE_FILE, DOCUMENT_FILE = "left_out.csv", "left_out.md"
 COLUMNS = (
     ("kind", "{name}"),
     ("left-out source", "{source}"),
@@ -117,7 +117,8 @@ def evaluate_left_out(options: KindOptions, out: Path, *, json: bool) -> int:
     rows.sort(key=lambda row: row["searched_pct"])
     show(result_table(rows, COLUMNS, caption=CAPTION, left=COLUMNS[1][:1]), json_wanted=json)
     write_csv(out / TABLE_FILE, rows)
-    say(f"table: {out / TABLE_FILE}")
+    write_text(out / DOCUMENT_FILE, markdown_table(rows, COLUMNS))
+    say(f"table: {out / TABLE_FILE}, {out / DOCUMENT_FILE}")
     if json:
         machine, folder = machine_line(), str(out)
         print_json(

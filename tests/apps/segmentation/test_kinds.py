@@ -71,3 +71,6 @@ def test_command_reports_every_kind_worst_first(tmp_path, capsys):
     assert names == ["separate", "empty", "mean of the three worst", "mean of all kinds"]
     assert report["rows"][1]["score_pct"] == 100.0
     assert (tmp_path / "kinds.csv").is_file()
+    lines = (tmp_path / "kinds.md").read_text().splitlines()
+    assert lines[0].startswith("| kind | source | frames | score % |")
+    assert lines[3].startswith("| empty | synthetic | 1 | 100.0 | 100.0 |")
