@@ -33,7 +33,7 @@ OTHERS = (
     Constant("patch_edges", "FULL_ANGLE"),
     Constant(JOIN, "SLIVER_WIDTH"),
     Constant("select_objects", "HULL_MARGIN"),
-    Constant("select_objects", "WALL_MARGIN"),
+    Constant("find_containers", "WALL_MARGIN"),
     Constant("select_objects", "FOOT_SHARE"),
     Constant("select_objects", "MIN_FOOT_INSIDE"),
     Constant("above_support", "OVERHANG"),
