@@ -93,7 +93,8 @@ def test_options_for_the_other_input_kind_are_rejected(cloud, tmp_path):
 
 def test_frame_without_objects_is_rejected(tmp_path):
     frame = read_frame(SAMPLE)
-    wall = type(frame)(np.ones_like(frame.depth), frame.intrinsics)
+    columns = np.linspace(1.0, 1.001, frame.depth.shape[1], dtype=np.float32)
+    wall = type(frame)(np.tile(columns, (frame.depth.shape[0], 1)), frame.intrinsics)
     write_frame(tmp_path / "wall.npz", wall)
     with pytest.raises(InputError, match="shows no object"):
         read_inputs([tmp_path / "wall.npz"])
