@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from ..scenes.fixture import BackgroundKind
     from ..scenes.tabletop_scene import TabletopScene
     from .rendered_view import DepthRenderer
 
@@ -139,6 +140,7 @@ def _labelled_model(scene: TabletopScene | FurnishedScene) -> tuple[Any, NDArray
 
     Labels are numbers of objects, or numbers of background kinds times -1.
     """
+    kinds: dict[str, BackgroundKind]
     if isinstance(scene, FurnishedScene):
         model = furnished_spec(scene.objects, scene.fixtures, free=False).compile()
         kinds = {fixture_name(k): item.kind for k, item in enumerate(scene.fixtures)}

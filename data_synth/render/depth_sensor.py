@@ -188,7 +188,7 @@ def _dark_chance(view: RenderedView, dark: float) -> NDArray[np.float32]:
     if view.colour is None:
         return np.zeros(view.depth.shape, np.float32)
     brightness = view.colour.max(axis=2).astype(np.float32) / 255
-    return DARKEST_DROPOUT * np.clip(1 - brightness / dark, 0.0, 1.0)
+    return (DARKEST_DROPOUT * np.clip(1 - brightness / dark, 0.0, 1.0)).astype(np.float32)
 
 
 def _plain_surfaces(
@@ -207,4 +207,4 @@ def _speckles(shape: tuple[int, ...], rng: np.random.Generator) -> NDArray[np.fl
     """Return a smooth random field, (H, W), whose values are uniform in [0, 1]."""
     field = blurred(rng.standard_normal(shape, dtype=np.float32), _SPECKLE_PX)
     # The logistic function with this slope is the normal distribution to 0.01.
-    return 1 / (1 + np.asarray(cv2.exp(-1.702 * field), np.float32))
+    return np.reciprocal(1 + np.asarray(cv2.exp(-1.702 * field), np.float32))

@@ -40,7 +40,9 @@ def test_furnished_scene_has_background_and_sensor(tmp_path, capsys):
     assert 3 <= len(json.loads(out)["rows"]) <= 9
     truth = json.loads((tmp_path / "ground_truth.json").read_text())
     legend = truth["background"]["legend"]
-    numbers = set(np.unique(read_background(tmp_path)))
+    background = read_background(tmp_path)
+    assert background is not None
+    numbers = set(np.unique(background))
     assert {legend[str(n)] for n in numbers - {0}} >= {"table", "container_floor"}
     depth = read_frame(tmp_path / "depth.png").depth
     # Active stereo reads nothing at the left edge, the default noise does.

@@ -80,7 +80,8 @@ def test_outline_stays_within_half_a_window(name: SensorName):
 def test_shadow_of_a_plane_is_empty_at_any_slope():
     columns = np.arange(320, dtype=np.float32)
     for slope in (-0.6, -0.2, 0.0, 0.2, 0.6):
-        assert not shadow(np.tile(60 + slope * (columns - 160) / 2, (4, 1))).any()
+        plane = np.tile(60 + slope * (columns - 160) / 2, (4, 1)).astype(np.float32)
+        assert not shadow(plane).any()
 
 
 def test_window_keeps_planes_and_smooths_small_steps():

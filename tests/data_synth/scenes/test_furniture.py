@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 import pytest
 
+from eyehand.data_synth import import_mujoco
 from eyehand.data_synth.scenes import furniture
 from eyehand.data_synth.scenes.fixture import Fixture
 from eyehand.data_synth.scenes.furnished_scene import furnished_spec
@@ -15,6 +15,7 @@ GREY = (0.5, 0.5, 0.5)
 
 def heights(parts: list[Fixture], points: np.ndarray) -> np.ndarray:
     """Return the world z of the first surface below (x, y), (N,); NaN where there is none."""
+    mujoco = import_mujoco()
     model = furnished_spec((), tuple(parts), free=False).compile()
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
