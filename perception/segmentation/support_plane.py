@@ -17,6 +17,7 @@ from .support_scatter import support_wave
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .frame_noise import NoiseProfile
     from .options import SegmentationOptions
     from .working_image import WorkingImage
 
@@ -88,7 +89,9 @@ class PlaneSamples(NamedTuple):
     """Unit normals of their local planes, (N, 3)."""
 
 
-def find_supports(image: WorkingImage, options: SegmentationOptions) -> list[Support]:
+def find_supports(
+    image: WorkingImage, noise: NoiseProfile, options: SegmentationOptions
+) -> list[Support]:
     """Detect the planes that objects stand on, best first; empty when there is none.
 
     RANSAC proposes planes. The local plane of one pixel is a hypothesis. It comes from wide windows
@@ -106,11 +109,11 @@ def find_supports(image: WorkingImage, options: SegmentationOptions) -> list[Sup
     stride = max(image.intrinsics.width // COARSE_WIDTH, 1)
     coarse = np.ascontiguousarray(image.disparity[::stride, ::stride])
     planes = LocalPlanes(*fit_centred_windows(coarse, COARSE_RADIUS, COARSE_SHARE))
-    proposed = _propose_planes(image, planes, stride, options.table_height)
+    proposed = _propose_planes(image, noise, planes, options.table_height)
     if not proposed and stride > 1:
         radius = options.window // 2
         planes = LocalPlanes(*fit_centred_windows(image.disparity, radius, MIN_WINDOW_SHARE))
-        proposed = _propose_planes(image, planes, 1, options.table_height)
+        proposed = _propose_planes(image, noise, planes, options.table_height)
     located = [locate_support(plane, depth, image) for plane, depth in proposed]
     supports = [
         support
@@ -136,7 +139,7 @@ def _select_supports(supports: list[Support]) -> list[Support]:
         )
 
     def is_floor(one: Support) -> bool:
-        return any(one.plane.offset - other.plane.offset > MAX_DROP for other in rivals)
+        return any(one.plane.offset - other.plane.offset > MAX_TOP_HEIGHT for other in rivals)
 
     suitable = [one for one in rivals if not is_top(one) and not is_floor(one)]
     first = suitable[0] if suitable else supports[0]
@@ -151,11 +154,15 @@ def _select_supports(supports: list[Support]) -> list[Support]:
 
 
 def _propose_planes(
-    image: WorkingImage, planes: LocalPlanes, stride: int, table_height: float | None
+    image: WorkingImage, noise: NoiseProfile, planes: LocalPlanes, table_height: float | None
 ) -> list[tuple[SupportPlane, float]]:
-    """Return up to ``MAX_PROPOSED`` planes with the median depths of their inliers."""
+    """Return up to ``MAX_PROPOSED`` planes with the median depths of their inliers.
+
+    `planes` are those of the image, or of a reduced image.
+    """
+    stride = -(-image.depth.shape[1] // planes.value.shape[1])
     normals = plane_normals(planes, image.intrinsics.reduced(stride))
-    flat = (planes.rms >= 0) & (planes.rms < COARSE_SIGMAS * image.noise)
+    flat = (planes.rms >= 0) & (planes.rms < COARSE_SIGMAS * noise.at(planes.value))
     order = _shuffled(flat.size)
     rows, columns = np.unravel_index(order[flat.ravel()[order]][:SAMPLES], flat.shape)
     if rows.size == 0:
@@ -178,7 +185,7 @@ def _propose_planes(
     weights = 1.0 / np.maximum(z, NEAR_SHARE * float(np.median(z))) ** 2
     proposed: list[tuple[SupportPlane, float]] = []
     free = np.ones(rows.size, bool)
-    tolerance = SUPPORT_SIGMAS * image.noise
+    tolerance = SUPPORT_SIGMAS * noise.at(1.0 / z)
     samples = PlaneSamples(1.0 / z, rays, sample_normals)
     on_plane = plane_inliers(candidates, offsets, samples, tolerance)
     votes = on_plane.astype(np.float64)
@@ -229,7 +236,7 @@ def _refit(
     n: NDArray[np.floating],
     rays: NDArray[np.float64],
     z: NDArray[np.float64],
-    tolerance: float,
+    tolerance: NDArray[np.float64],
 ) -> tuple[SupportPlane, NDArray[np.bool_]] | None:
     """Fit the plane n·X = 1 with Tukey's weights; return it and its inliers, None if too few."""
     q = 1.0 / z
@@ -257,7 +264,7 @@ def plane_inliers(candidates, offsets, samples, tolerance):
         for i in range(len(q)):
             # A height h over the plane n·X + d = 0 is a disparity residual of h / (z |d|).
             along = a * rays[i, 0] + b * rays[i, 1] + c * rays[i, 2]
-            if abs(along * scale + q[i]) < tolerance:
+            if abs(along * scale + q[i]) < tolerance[i]:
                 cosine = a * normals[i, 0] + b * normals[i, 1] + c * normals[i, 2]
                 inliers[k, i] = cosine > MIN_COSINE
     return inliers
