@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import inf
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
@@ -26,6 +27,8 @@ SUPPORT_SIGMAS = 3.0
 OVERHANG = 0.15
 """Maximum distance of an object's points outside the support's bounds in plan, m. A higher value
 keeps more of what extends over the edge, and more of walls and people behind it."""
+BOARD = 0.03
+"""Minimum distance of an object below a higher support, m: the thickness of boards."""
 BLOCK = 8
 """Side of the blocks in which candidates are counted, px."""
 MIN_BLOCK = 6
@@ -49,6 +52,8 @@ class SupportZone(NamedTuple):
     """Lower bounds in plan, (2,), m."""
     high: NDArray[np.float64]
     """Upper bounds in plan, (2,), m."""
+    headroom: float
+    """Maximum height of the readings below a higher support, m; 0 for the highest one."""
 
 
 def above_support(
@@ -57,9 +62,10 @@ def above_support(
     """Mark the readings that may belong to objects, (H, W) bool.
 
     A candidate is above a support by more than ``MIN_HEIGHT``, the scatter of the support's own
-    readings and its waves. In plan it is at most ``OVERHANG`` outside the support's bounds. It
-    is not in or below a higher support: the edge and the legs of a table are no objects on the
-    floor. Without a support each reading within `max_range` m is a candidate.
+    readings and its waves. In plan it is at most ``OVERHANG`` outside the support's bounds. Below
+    a higher support, such as the upper board of a shelf, it lies within the bounds of the lower
+    one and ends at least ``BOARD`` below the higher one. Without a support each reading within
+    `max_range` m is a candidate.
     """
     depth = image.depth
     if not supports:
@@ -69,6 +75,7 @@ def above_support(
     k = image.intrinsics
     rays = (np.arange(k.width) - k.cx) / k.fx, (np.arange(k.height) - k.cy) / k.fy
     # The highest support is nearest to the camera and comes first. It hides what is below it.
+    highest = inf
     for support in sorted(supports, key=lambda support: support.plane.offset):
         zone = SupportZone(
             np.vstack([support.plane.normal, support.axes]),
@@ -80,7 +87,9 @@ def above_support(
             MIN_HEIGHT,
             support.hull.min(axis=0).astype(np.float64) - OVERHANG,
             support.hull.max(axis=0).astype(np.float64) + OVERHANG,
+            max(support.plane.offset - highest - BOARD, 0.0),
         )
+        highest = support.plane.offset
         mark_above(depth, rays, zone, max_range, above, below)
     return above
 
@@ -129,7 +138,12 @@ def mark_above(depth, rays, zone, max_range, above, below):
             if x < low[0] or x > high[0] or y < low[1] or y > high[1]:
                 continue
             if below[v, u]:
-                continue
+                inside = (
+                    low[0] + OVERHANG <= x <= high[0] - OVERHANG
+                    and low[1] + OVERHANG <= y <= high[1] - OVERHANG
+                )
+                if not inside or height > zone.headroom:
+                    continue
             if height > band:
                 above[v, u] = True
             elif not above[v, u]:

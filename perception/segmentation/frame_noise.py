@@ -26,7 +26,8 @@ GROUP_QUANTILE = 0.2
 """Quantile of the residuals of a group that is its noise. Without edges it is 3 % below the one of
 the frame."""
 MIN_RISE = 1.5
-"""Minimum ratio of a group's noise to that of the frame. Curved surfaces raise it by up to 1.3."""
+"""Minimum ratio of a group's noise to that of the frame. Curved surfaces raise it by up to 1.3, the
+short range of a structured-light camera by 3 to 5."""
 MIN_SHARE = 0.5
 """Minimum share of a window's pixels with readings."""
 
@@ -44,13 +45,16 @@ class NoiseProfile(NamedTuple):
         return np.interp(disparity, self.disparities, self.sigmas)
 
 
-def frame_noise(disparity: NDArray[np.float32], window: int) -> tuple[float, NoiseProfile]:
-    """Return the noise σ of a disparity image (H, W), 1/m, and its profile over disparity.
+def frame_noise(disparity: NDArray[np.float32], window: int) -> float:
+    """Return the noise σ of a disparity image (H, W), 1/m.
 
-    The noise is a quantile of the residuals of planes, fitted to windows of side `window` px on a
-    grid. The profile takes groups of windows with similar disparity, and a lower quantile, because
-    a group may lie on small or curved objects.
+    It is a quantile of the residuals of planes, fitted to windows of side `window` px on a grid.
     """
+    return noise_profile(disparity, window)[0]
+
+
+def noise_profile(disparity: NDArray[np.float32], window: int) -> tuple[float, NoiseProfile]:
+    """Return the noise of :func:`frame_noise`, and where in disparity it is clearly higher."""
     step = max(disparity.shape[1] // WINDOWS_ACROSS, 1)
     residuals = window_residuals(disparity, window // 2, step, MIN_SHARE)
     measured = residuals >= 0
@@ -60,8 +64,8 @@ def frame_noise(disparity: NDArray[np.float32], window: int) -> tuple[float, Noi
     noise = max(float(np.quantile(values, NOISE_QUANTILE)), MIN_NOISE)
     order = np.argsort(centres, kind="stable")
     groups = np.array_split(order, max(len(order) // GROUP, 1))
-    sigmas = np.array([np.quantile(values[group], GROUP_QUANTILE) for group in groups])
     middles = np.array([np.median(centres[group]) for group in groups])
+    sigmas = np.array([np.quantile(values[group], GROUP_QUANTILE) for group in groups])
     return noise, NoiseProfile(middles, np.where(sigmas > MIN_RISE * noise, sigmas, noise))
 
 

@@ -11,7 +11,7 @@ from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
 from .find_containers import find_containers, include_floors, remove_walls
 from .frame_checks import check_frame
-from .frame_noise import frame_noise
+from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
 from .grow_patches import grow_patches
 from .join_floating import join_floating
@@ -61,10 +61,10 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     image = working_image(frame, options.stride, median=options.median)
     options = options.scaled(image.intrinsics.width)
     clock.finish("image")
-    noise, profile = frame_noise(image.disparity, options.window)
+    noise, profile = noise_profile(image.disparity, options.window)
     image = image._replace(noise=noise)
     clock.finish("noise")
-    supports = find_supports(image, profile, options)
+    supports = find_supports(image, options, profile)
     clock.finish("support")
     found = find_containers(image, supports)
     supports = include_floors(supports, found)

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 from numba import njit
 
-from .above_support import OVERHANG
+from .above_support import BOARD, OVERHANG
 from .label_pixels import pixels_by_label
 from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
+from .support_plane import MIN_GAP
+from .walls import is_wall
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -29,6 +31,8 @@ MIN_FOOT_INSIDE = 0.5
 """Minimum share of an object's foot over the hull."""
 MAX_CUT_LENGTH = 0.15
 """Maximum length at which the image border cuts an object off, m. A wall or a robot is longer."""
+MAX_PLAY = 0.02
+"""Maximum distance of a leg's highest candidates from their limit, m."""
 BORDER = 2
 """Distance from the border of the image at which it cuts objects off, px."""
 SAMPLES = 300
@@ -106,7 +110,8 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
     for support in supports:
         heights = support.plane.height(points)
         bottom, top = _range(heights)
-        if _range(heights / points[:, 2] ** 2)[1] < MIN_TOP_WAVES * support.wave:
+        highest = _range(heights / points[:, 2] ** 2)[1]
+        if highest < MIN_TOP_WAVES * support.wave or _holds_board(top, support, supports):
             continue
         foot = points[heights <= bottom + max(FOOT_SHARE * (top - bottom), MIN_FOOT)]
         foot = foot[:: max(len(foot) // FOOT_SAMPLES, 1)] @ support.axes.T
@@ -115,8 +120,17 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         if support.foot_margin is not None:
             margin = support.foot_margin
         if np.mean(depth_in_hull(foot, support.hull) > margin) >= MIN_FOOT_INSIDE:
-            return True
+            return not is_wall(points, support)
     return False
+
+
+def _holds_board(top: float, support: Support, supports: list[Support]) -> bool:
+    """Return whether a region up to height `top` over a support reaches the next higher support.
+
+    It is a leg or a side of the furniture: readings above this height were no candidates.
+    """
+    gaps = [support.plane.offset - other.plane.offset for other in supports]
+    return any(gap - BOARD - MAX_PLAY < top < gap for gap in gaps if gap >= MIN_GAP)
 
 
 def _range(values: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from .above_support import SUPPORT_SIGMAS
+from .frame_noise import NoiseProfile
 from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
 from .result import SupportPlane
 from .support_extent import Support, locate_support
@@ -17,7 +18,6 @@ from .support_scatter import support_wave
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from .frame_noise import NoiseProfile
     from .options import SegmentationOptions
     from .working_image import WorkingImage
 
@@ -39,6 +39,10 @@ MIN_DISTANCE = 0.015
 """Minimum distance between two supports, m."""
 MIN_AREA = 0.15
 """Minimum visible area of a further support, m². Smaller parallel planes are faces of objects."""
+MIN_BOARD_AREA = 0.05
+"""The same for a plane at least ``MIN_GAP`` above or below the others, such as a board."""
+MIN_GAP = 0.2
+"""Minimum distance between boards, m."""
 MIN_FIRST_AREA = 0.015
 """Minimum visible area of the first support, m²: a sheet of 0.15 x 0.10 m."""
 MIN_RIVAL_SCORE = 0.3
@@ -47,7 +51,7 @@ MAX_TOP_AREA = 0.15
 """Maximum area of the top of an object, m²."""
 MAX_TOP_HEIGHT = 0.25
 """Maximum height of an object whose top is no support, m."""
-MAX_DROP = 0.5
+MAX_DROP = 0.6
 """Height below another support from which a plane is the floor, m. The space above the floor around
 a table is not the work space."""
 MAX_SHELF_AREA = 1.0
@@ -90,7 +94,7 @@ class PlaneSamples(NamedTuple):
 
 
 def find_supports(
-    image: WorkingImage, noise: NoiseProfile, options: SegmentationOptions
+    image: WorkingImage, options: SegmentationOptions, noise: NoiseProfile | None = None
 ) -> list[Support]:
     """Detect the planes that objects stand on, best first; empty when there is none.
 
@@ -105,7 +109,10 @@ def find_supports(
 
     If the camera's pose is known, a support must be horizontal within ``MAX_TILT``. With
     ``table_height`` it must also lie at that height. Equal frames give equal planes.
+
+    `noise` is the noise over disparity, by default the one of the image everywhere.
     """
+    noise = noise or NoiseProfile(np.ones(1), np.full(1, image.noise))
     stride = max(image.intrinsics.width // COARSE_WIDTH, 1)
     coarse = np.ascontiguousarray(image.disparity[::stride, ::stride])
     planes = LocalPlanes(*fit_centred_windows(coarse, COARSE_RADIUS, COARSE_SHARE))
@@ -148,7 +155,8 @@ def _select_supports(supports: list[Support]) -> list[Support]:
         apart = min(abs(one.plane.offset - other.plane.offset) for other in selected)
         drop = one.plane.offset - first.plane.offset
         shelf = drop < 0 or (drop <= MAX_DROP and one.area <= MAX_SHELF_AREA)
-        if shelf and apart > MIN_DISTANCE and one.area >= MIN_AREA:
+        min_area = MIN_AREA if apart < MIN_GAP else MIN_BOARD_AREA
+        if shelf and apart > MIN_DISTANCE and one.area >= min_area:
             selected.append(one)
     return selected[:MAX_SUPPORTS]
 
@@ -195,10 +203,10 @@ def _propose_planes(
         if inliers.sum() < max(MIN_INLIERS, MIN_SHARE * rows.size):
             break
         free &= ~inliers
-        fitted = _refit(-candidates[best] / offsets[best], rays, z, tolerance)
-        if fitted is None:
+        plane_fit = _refit(-candidates[best] / offsets[best], rays, z, tolerance)
+        if plane_fit is None:
             continue
-        plane, inliers = fitted
+        plane, inliers = plane_fit
         proposed.append((plane, float(np.median(z[inliers]))))
         # Remove the whole neighbourhood of the plane, so that its edge does not win next.
         free &= np.abs(points @ plane.normal + plane.offset) > MIN_DISTANCE

@@ -21,6 +21,7 @@ from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.above_support import (
     BAND_WAVES,
     BLOCK,
+    BOARD,
     MIN_HEIGHT,
     OVERHANG,
     SUPPORT_SIGMAS,
@@ -45,20 +46,26 @@ def support(x, y, z=0.0, tolerance=0.0) -> Support:
 def reference(frame, supports, max_range):
     """Mark candidates with NumPy, from the highest support down.
 
-    Points in or under a higher support are no candidates of a lower one.
+    Points in or under a higher support are candidates of a lower one if they lie within its bounds
+    and end below the higher one.
     """
     points = frame.intrinsics.rays() * frame.depth[..., None].astype(float)
     in_range = frame.valid & (frame.depth <= max_range)
     above, below = np.zeros((2, *frame.depth.shape), bool)
+    highest = np.inf
     for item in sorted(supports, key=lambda item: item.plane.offset):
         band = SUPPORT_SIGMAS * item.plane.tolerance * (points[..., 2] / item.depth) ** 2
         band = np.maximum(band, BAND_WAVES * item.wave * points[..., 2] ** 2)
         band = np.maximum(band, MIN_HEIGHT)
         plan = points @ item.axes.T
         low, high = item.hull.min(axis=0), item.hull.max(axis=0)
-        inside = in_range & ~below & np.all(plan >= low - OVERHANG, axis=-1)
-        inside &= np.all(plan <= high + OVERHANG, axis=-1)
-        higher = item.plane.height(points) > band
+        inside = in_range & np.all((plan >= low - OVERHANG) & (plan <= high + OVERHANG), axis=-1)
+        height = item.plane.height(points)
+        under = np.all((plan >= low) & (plan <= high), axis=-1)
+        under &= height <= max(item.plane.offset - highest - BOARD, 0.0)
+        highest = item.plane.offset
+        inside &= ~below | under
+        higher = height > band
         above |= inside & higher
         below |= inside & ~higher & ~above
     return above
@@ -138,15 +145,18 @@ def test_without_support_all_readings_in_range_are_candidates():
     assert np.array_equal(above_support(exact_image(frame), [], MAX_RANGE), frame.valid)
 
 
-def test_table_and_legs_are_no_objects():
+def test_table_is_no_object_and_hides_what_reaches_it_from_below():
     top = Plate((-0.3, 0.3), (0.6, 1.1))
-    leg = Box(0.2, 0.65, (0.04, 0.04, 0.6), base=-0.65)
-    frame, labels = solid_frame([Ball(0.0, 0.85, 0.05, 0.05), leg], (top, Plate(z=-0.7)))
-    supports = [support((-2, 2), (-1, 4), -0.7), support(*top[:2])]
+    below = Box(-0.1, 0.62, (0.04, 0.04, 0.2), base=-0.7)
+    beside = Box(0.45, 0.65, (0.04, 0.04, 0.65), base=-0.7)
+    frame, labels = solid_frame([Ball(0.0, 0.85, 0.05, 0.05), below, beside], (top, Plate(z=-0.7)))
+    supports = [support((-0.3, 0.3), (0.4, 1.1), -0.7), support(*top[:2])]
     assert (labels == 2).any()
+    assert (labels == 3).any()
     above = above_support(exact_image(frame), supports, MAX_RANGE)
-    assert not above[labels != 1].any()
+    assert not above[(labels == 0) | (labels == 3)].any()
     assert above[labels == 1].mean() > 0.95
+    assert above[labels == 2].mean() > 0.8
 
 
 def test_window_encloses_candidates_tightly():

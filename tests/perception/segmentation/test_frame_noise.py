@@ -5,7 +5,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from eyehand.perception.segmentation.frame_noise import MIN_NOISE, frame_noise, window_residuals
+from eyehand.perception.segmentation.frame_noise import (
+    MIN_NOISE,
+    frame_noise,
+    noise_profile,
+    window_residuals,
+)
 
 WINDOW = 9
 
@@ -71,3 +76,17 @@ def test_depth_edges_are_no_noise():
     u = np.indices((120, 160))[1]
     stripes = 1.0 + 0.2 * (u // 40) + 0.001 * rng.normal(size=u.shape)
     assert frame_noise(stripes.astype(np.float32), WINDOW) < 0.0013
+
+
+def test_profile_rises_only_where_noise_is_clearly_higher():
+    near = np.indices((240, 320))[1] > 160
+    rng = np.random.default_rng(3)
+    q = np.where(near, 2.5, 1.0) + np.where(near, 0.01, 0.002) * rng.normal(size=near.shape)
+    noise, profile = noise_profile(q.astype(np.float32), WINDOW)
+    assert profile.at(1.0) == noise == pytest.approx(0.002, rel=0.1)
+    assert profile.at(2.5) == pytest.approx(0.01, rel=0.1)
+
+
+def test_profile_without_windows_is_min_noise():
+    noise, profile = noise_profile(np.zeros((20, 20), np.float32), WINDOW)
+    assert noise == profile.at(1.0) == MIN_NOISE

@@ -159,3 +159,11 @@ def test_region_as_low_as_waves_is_dropped():
     for wave, kept in ((0.001, True), (0.004, False)):
         waving = WIDE_SUPPORT._replace(wave=wave / 0.7**2)
         assert select_objects(labels, image, [waving], 40, MAX_EXTENT).any() == kept
+
+
+def test_leg_that_reaches_higher_support_is_no_object():
+    leg, box = Box(0.0, 0.6, (0.04, 0.04, 0.29)), Box(0.15, 0.6, (0.04, 0.04, 0.1))
+    board = support((-0.3, 0.3), (0.4, 1.0), 0.3)
+    labels, selected = select([leg, box], [board, WIDE_SUPPORT])
+    assert not selected[labels == 1].any()
+    assert selected[labels == 2].any()

@@ -10,6 +10,7 @@ from synthetic_solids import CAMERA_HEIGHT, TABLE_AXES, Ball, Box, Plate, exact_
 
 from eyehand.perception import CameraIntrinsics, DepthFrame, SegmentationOptions
 from eyehand.perception.segmentation import support_plane
+from eyehand.perception.segmentation.frame_noise import noise_profile
 from eyehand.perception.segmentation.support_plane import (
     MIN_COSINE,
     PlaneSamples,
@@ -56,7 +57,8 @@ def test_inliers_equal_numpy(seed, tolerance):
     planes, offsets, q, rays, normals = random_samples(seed)
     expected = np.abs(rays @ planes.T / offsets + q[:, None]) < tolerance
     expected &= normals @ planes.T > MIN_COSINE
-    found = plane_inliers(planes, offsets, PlaneSamples(q, rays, normals), tolerance)
+    bands = np.full(len(q), tolerance)
+    found = plane_inliers(planes, offsets, PlaneSamples(q, rays, normals), bands)
     assert np.array_equal(found, expected.T)
 
 
@@ -172,3 +174,29 @@ def test_few_changed_readings_hardly_move_the_plane_of_a_bent_table(seed):
         image = exact_image(replace(frame, depth=moved.astype(np.float32)))._replace(noise=1e-3)
         (again, *_) = find_supports(image, OPTIONS.scaled(320))
         assert np.abs(again.plane.height(corners)).max() < 0.0005
+
+
+def test_small_table_above_large_floor_is_first_support():
+    heights = support_heights([], (Plate((-0.15, 0.15), (0.45, 0.75)), Plate(z=-0.4)))
+    assert heights[0] == pytest.approx(0.0, abs=0.002)
+
+
+def test_boards_far_apart_are_supports_although_small():
+    upper, lower = Plate((-0.3, 0.3), (0.8, 1.0), 0.15), Plate((-0.3, 0.3), (0.6, 0.8), -0.15)
+    assert sorted(support_heights([], (upper, lower))) == pytest.approx([-0.15, 0.15], abs=0.002)
+
+
+def test_noisy_near_table_is_proposed():
+    top = Plate((-0.15, 0.15), (0.35, 0.65))
+    frame, _ = solid_frame([], (top, Plate(z=-0.6)))
+    near = frame.depth < 0.9
+    noise = np.where(near, 0.015, 0.003) * np.random.default_rng(0).normal(size=frame.depth.shape)
+    disparity = 1.0 / np.maximum(frame.depth, 1e-6) + noise
+    depth = np.where(frame.valid, 1.0 / disparity, 0.0).astype(np.float32)
+    image = exact_image(DepthFrame(depth, frame.intrinsics))
+    sigma, profile = noise_profile(image.disparity, 9)
+    image = image._replace(noise=sigma)
+    (first, *_) = find_supports(image, OPTIONS.scaled(320), profile)
+    assert CAMERA_HEIGHT - first.plane.offset == pytest.approx(0.0, abs=0.005)
+    (uniform, *_) = find_supports(image, OPTIONS.scaled(320))
+    assert CAMERA_HEIGHT - uniform.plane.offset == pytest.approx(-0.6, abs=0.005)
