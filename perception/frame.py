@@ -23,8 +23,9 @@ MAX_PIXELS = 1 << 23
 """Maximum size of an image, px. Depth cameras have up to 5 megapixels. Larger images would need
 more than 1 GB of memory."""
 
-MIN_FOCAL_PX, MAX_FOCAL_PX = 1.0, 1e6
-"""Range of focal lengths, px. Beyond it an image of any size is a half space or a single ray."""
+MIN_FOCAL_PX, MAX_FOCAL_PX = 0.01, 1e6
+"""Range of focal lengths, px. The lower one leaves room for images reduced a hundred times. Beyond
+the upper one an image of any size is a single ray."""
 
 MAX_PRINCIPAL_PX = 1e6
 """Maximum distance of the principal point from the first pixel, px. Beyond it

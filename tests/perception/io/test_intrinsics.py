@@ -112,7 +112,7 @@ def test_numpy_numbers_are_written(tmp_path: Path) -> None:
         ({**FLAT, "fx": True}, "fx must be a number, got True"),
         (json.dumps(FLAT).replace("600", "NaN"), "fx must be a list of 1 finite|fx must be"),
         ({**FLAT, "fx": 10**400}, "fx must be"),
-        ({**FLAT, "fy": 0}, r"focal lengths must be 1 to 1e\+06 px, got fy=0"),
+        ({**FLAT, "fy": 0}, r"focal lengths must be 0.01 to 1e\+06 px, got fy=0"),
         ({k: v for k, v in FLAT.items() if k != "cy"}, "lacks cy, expected"),
         ({**FLAT, "width": 1280}, "the camera is 1280x480 px but the image is 640x480 px"),
         ({**OPEN3D, "height": 481}, "the camera is 640x481 px but the image is 640x480 px"),

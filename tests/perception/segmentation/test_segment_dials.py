@@ -87,7 +87,7 @@ def test_empty_table_skips_later_stages():
     segmentation = segment(frame)
     assert segmentation.count == 0
     assert segmentation.labels.shape == frame.depth.shape
-    assert list(segmentation.timings) == ["image", "noise", "support", "container", "candidates"]
+    assert list(segmentation.timings) == ["image", "noise", "support", "containers", "candidates"]
     assert segmentation.boxes() == {}
 
 
