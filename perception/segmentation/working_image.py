@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, NamedTuple
 import cv2
 import numpy as np
 
+from .fill_gaps import fill_gaps
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
     from scipy.spatial.transform import RigidTransform
@@ -68,16 +70,16 @@ class WorkingImage(NamedTuple):
 def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -> WorkingImage:
     """Select every `stride`-th row and column, and optionally filter disparity by a 3x3 median.
 
-    A pixel without a reading stays without one. A reading with too few neighbours for the median
-    stays as it is. The noise is not measured here.
+    Gaps of single pixels are filled. All other pixels without a reading stay without one. A reading
+    with too few neighbours for the median stays as it is. The noise is not measured here.
     """
     # The copies are writable: for the frame's read-only array all kernels would compile once more.
     depth = frame.depth[::stride, ::stride].copy()
-    disparity = inverse(depth)
+    disparity = fill_gaps(inverse(depth))
     if median:
         filtered = cv2.medianBlur(disparity, 3)
         disparity = np.where((disparity > 0) & (filtered > 0), filtered, disparity)
-        depth = inverse(disparity)
+    depth = inverse(disparity)
     colour = None if frame.colour is None else frame.colour[::stride, ::stride].copy()
     camera = frame.intrinsics.reduced(stride)
     return WorkingImage(

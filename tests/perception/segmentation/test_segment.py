@@ -53,6 +53,17 @@ def test_thin_plate_is_found_by_a_clean_camera(thickness):
     assert min_f_score(labels, truth) > 0.9
 
 
+@pytest.mark.parametrize("share", [0.4, 0.6])
+def test_dark_objects_stay_whole(share):
+    frame, truth = ball_frame(BALLS)
+    lost = (truth > 0) & (np.random.default_rng(0).random(truth.shape) < share)
+    depth = np.where(lost, np.float32(0.0), frame.depth)
+    labels = segment(DepthFrame(depth, frame.intrinsics)).labels
+    assert labels.max() == 3
+    assert not labels[depth == 0].any()
+    assert min_f_score(labels, np.where(lost, 0, truth)) > 0.9
+
+
 def test_support_plane_is_table():
     frame, _ = ball_frame(BALLS)
     support = segment(frame).support
