@@ -38,8 +38,8 @@ class SegmentationOptions:
     """Side of the window of a local plane fit, px, odd. A wider one averages more noise and blurs
     thin parts."""
     median: bool = True
-    """Apply a 3x3 median filter first. It removes single flying pixels and rounds details of one
-    pixel."""
+    """Fill random gaps of single pixels, then apply a 3x3 median filter. It removes single flying
+    pixels and rounds details of one pixel."""
     shift_windows: bool = True
     """Shift windows away from edges. Without it the fit is faster and blurs creases."""
     join_open: bool = True

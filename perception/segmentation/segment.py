@@ -83,11 +83,12 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         )
     if options.stride > 1:
         labels = upsample_labels(labels, inverse(frame.depth), options.stride)
-    else:
+        labels, ambiguous = relabel_with_reasons(labels, ambiguous)
+        clock.finish("upsample")
+    elif labels[frame.depth == 0].any():
         # Gaps in the frame were filled, but only its own readings are labelled.
         labels[frame.depth == 0] = 0
-    labels, ambiguous = relabel_with_reasons(labels, ambiguous)
-    clock.finish("upsample")
+        labels, ambiguous = relabel_with_reasons(labels, ambiguous)
     planes = [support.plane for support in supports]
     containers = tuple(one.container for one in found)
     warnings = find_warnings(labels, ambiguous, supports, containers, above)

@@ -70,16 +70,18 @@ class WorkingImage(NamedTuple):
 def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -> WorkingImage:
     """Select every `stride`-th row and column, and optionally filter disparity by a 3x3 median.
 
-    Gaps of single pixels are filled. All other pixels without a reading stay without one. A reading
-    with too few neighbours for the median stays as it is. The noise is not measured here.
+    Before the median, single gaps are filled where many readings are missing (`fill_gaps`). All
+    other pixels without a reading stay without one. A reading with too few neighbours for the
+    median stays as it is. The noise is not measured here.
     """
     # The copies are writable: for the frame's read-only array all kernels would compile once more.
     depth = frame.depth[::stride, ::stride].copy()
-    disparity = fill_gaps(inverse(depth))
+    disparity = inverse(depth)
     if median:
+        disparity = fill_gaps(disparity)
         filtered = cv2.medianBlur(disparity, 3)
         disparity = np.where((disparity > 0) & (filtered > 0), filtered, disparity)
-    depth = inverse(disparity)
+        depth = inverse(disparity)
     colour = None if frame.colour is None else frame.colour[::stride, ::stride].copy()
     camera = frame.intrinsics.reduced(stride)
     return WorkingImage(
