@@ -46,6 +46,14 @@ def scene_json(scene: Scene, plans: dict[int, GraspPlan], source: str) -> dict[s
         "support_plane": None if support is None else _plane(support),
         "objects": [_object(item, plans[item.label]) for item in scene.objects],
         "containers": [_container(one) for one in scene.containers],
+        "unknown_regions": [
+            {
+                "outline_px": [_numbers(corner) for corner in one.outline],
+                "corners_m": [_numbers(corner) for corner in one.corners],
+                "height_m": _number(one.height),
+            }
+            for one in scene.unknown
+        ],
         "warnings": [
             {"kind": one.kind, "message": one.message, "object": one.label}
             for one in scene.warnings

@@ -33,6 +33,9 @@ LOADED_WEIGHT = 0.3
 objects that rest on each other must both stay possible."""
 REPEATED_WEIGHT = 0.4
 """Weight of the score of a grasp whose kind already failed on the object. Other kinds go first."""
+WARNED_WEIGHT = {"cut_by_image": 0.3, "may_be_several": 0.5}
+"""Weight of the score of an object with a warning of this kind. Its solid may be wrong, so that
+objects without a warning go first. A later image may show it better."""
 
 
 @dataclass
@@ -107,6 +110,7 @@ def select_grasp(
     began = time.perf_counter()
     cell.enter("select")
     loaded = {item.rests_on for item in scene.objects}
+    warned = _warned_weights(scene)
     skipped: dict[int, str] = {}
     candidates: list[tuple[float, SceneObject, GraspPlan]] = []
     for item in scene.objects:
@@ -119,6 +123,7 @@ def select_grasp(
             item, scene.support, neighbours=others, hand=cell.robot.hand, options=options
         )
         weight = LOADED_WEIGHT if item.label in loaded else 1.0
+        weight *= warned.get(item.label, 1.0)
         names = {key.split(" facing")[0] for key in keys}
         for plan in plans:
             if not plan:
@@ -175,6 +180,16 @@ def grasp_key(plan: GraspPlan) -> str:
     """Return a key of a grasp; the hand turned by half a turn about the palm has the same key."""
     closing = plan.closing * np.sign(plan.closing[np.argmax(np.abs(plan.closing))] or 1.0)
     return f"{plan.name} facing {plan.palm.round(1)}, closing {closing.round(1)}"
+
+
+def _warned_weights(scene: Scene) -> dict[int, float]:
+    """Return label → weight of the objects that a warning is about."""
+    weights: dict[int, float] = {}
+    for warning in scene.warnings:
+        if warning.label is not None:
+            weight = WARNED_WEIGHT.get(warning.kind, 1.0)
+            weights[warning.label] = weight * weights.get(warning.label, 1.0)
+    return weights
 
 
 def _by_label(skipped: dict[int, str]) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""Convert a scene to obstacles: the table, the other objects, and occluded space."""
+"""Convert a scene to obstacles: table, walls, other objects, occluded and unknown space."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from .occlusion import Slab, hull_points, occluded_points, separating_slab
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from eyehand.perception import Scene, SceneObject, Superquadric
+    from eyehand.perception import Scene, SceneObject, Superquadric, Wall
 
 TABLE = "table"
 """Name of the table among the obstacles."""
@@ -64,14 +64,22 @@ def scene_obstacles(
     Returns
     -------
     tuple of Obstacle
-        Obstacles in the scene's frame: ``table``, ``object N`` by label, and ``behind N``. The
-        last one is the convex space between an object, its occluded space and the table. Growth
-        and occluded space never close the gap between an object and the target.
+        Obstacles in the scene's frame: ``table``, ``wall N`` of a container, ``unknown N``,
+        ``object N`` by label, and ``behind N``. The last one is the convex space between an
+        object, its occluded space and the table. Growth and occluded space never close the gap
+        between an object and the target. A region without readings that overlaps the target is
+        no obstacle.
     """
     obstacles = []
     target_points = hull_points(target) if target is not None else None
     if scene.support is not None:
         obstacles.append(_table(scene))
+    walls = [wall for container in scene.containers for wall in container.walls]
+    obstacles += [_wall(wall, f"wall {number}") for number, wall in enumerate(walls, start=1)]
+    for number, region in enumerate(scene.unknown, start=1):
+        if target_points is None or separating_slab(region.corners, target_points).width > 0.0:
+            shape = ConvexMesh(region.corners)
+            obstacles.append(Obstacle(f"unknown {number}", shape, RigidTransform.identity()))
     for item in scene.objects:
         if target is not None and item.label == target.label:
             continue
@@ -138,6 +146,18 @@ def _occluded_space(
         return Obstacle(f"behind {item.label}", ConvexMesh(corners), RigidTransform.identity())
     except InputError:
         return None
+
+
+def _wall(wall: Wall, name: str) -> Obstacle:
+    """Return the box outside the inner face of a wall."""
+    along = wall.corners[1] - wall.corners[0]
+    length = float(np.linalg.norm(along))
+    axes = np.column_stack([along / length, wall.outwards, np.cross(along / length, wall.outwards)])
+    local = wall.corners @ axes
+    low, high = local.min(axis=0), local.max(axis=0)
+    high[1] = low[1] + max(wall.thickness, 2 * MIN_HALF_THICKNESS)
+    pose = RigidTransform.from_components(axes @ (0.5 * (low + high)), Rotation.from_matrix(axes))
+    return Obstacle(name, Box(0.5 * (high - low)), pose)
 
 
 def _table(scene: Scene) -> Obstacle:

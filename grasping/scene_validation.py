@@ -32,6 +32,8 @@ object."""
 MIN_UNEXPLAINED_AREA = 1e-4
 """Unexplained area in one cell that indicates an object, m². Flying pixels over an empty table sum
 up to 0.2 cm²; a sphere of 15 mm covers 1.8 cm²."""
+REFUSED_WARNINGS = ("support_doubtful", "camera", "noise", "constant")
+"""Warnings about a scene with which the robot must not move, because all positions may be wrong."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -58,6 +60,9 @@ def validate_scene(frame: DepthFrame, scene: Scene, tray: Tray) -> str:
     support = scene.support
     if support is None:
         return "no table found: there is no level surface in view"
+    for warning in scene.warnings:
+        if warning.kind in REFUSED_WARNINGS:
+            return f"the scene is not reliable: {warning.message}"
     tilt = float(np.arccos(np.clip(support.normal @ UP, -1.0, 1.0)))
     if tilt > MAX_TILT:
         return (

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         Segmentation,
         SegmentationOptions,
         SupportPlane,
+        UnknownRegion,
         Wall,
         segment,
     )
@@ -60,6 +61,7 @@ __all__ = [
     "Superquadric",
     "SuperquadricFit",
     "SupportPlane",
+    "UnknownRegion",
     "Wall",
     "fit_superquadric",
     "kernels_are_cached",

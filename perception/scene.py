@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .frame import DepthFrame
-    from .segmentation import Container, SceneWarning
+    from .segmentation import Container, SceneWarning, UnknownRegion
     from .stacking import SurfaceBelow
 
 SUPPORT = 0
@@ -93,6 +93,8 @@ class Scene:
     surface below each object) and ``relations`` (`visible_share` and `rests_on`)."""
     containers: tuple[Container, ...] = ()
     """Bins, totes, boxes and trays, largest first."""
+    unknown: tuple[UnknownRegion, ...] = ()
+    """Regions of the support without readings, where something may stand, largest first."""
 
     @property
     def warnings(self) -> tuple[SceneWarning, ...]:
@@ -174,6 +176,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         segmentation=segmentation,
         timings=timings,
         containers=tuple(one.moved(T_scene_camera) for one in segmentation.containers),
+        unknown=tuple(one.moved(T_scene_camera) for one in segmentation.unknown),
     )
 
 

@@ -25,6 +25,7 @@ from .options import SegmentationOptions
 from .result import Segmentation, SupportPlane
 from .scene_warnings import SceneWarning
 from .segment import segment
+from .unknown_regions import UnknownRegion
 
 __all__ = [
     "FRONT_FORMAT",
@@ -34,6 +35,7 @@ __all__ = [
     "Segmentation",
     "SegmentationOptions",
     "SupportPlane",
+    "UnknownRegion",
     "Wall",
     "segment",
 ]

@@ -9,6 +9,7 @@ import numpy as np
 from numba import njit
 
 from ..perpendicular import perpendicular_pair
+from .block_heights import BLOCK, LOWEST
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -16,8 +17,6 @@ if TYPE_CHECKING:
     from .result import SupportPlane
     from .working_image import WorkingImage
 
-BLOCK = 4
-"""Side of the blocks whose highest reading counts, px. A rim of one pixel still closes."""
 GAP = 5
 """Side of the window in which the readings beside a block without readings replace it, blocks."""
 MIN_DEPTH = 0.008
@@ -37,10 +36,6 @@ MIN_SLOPE = 0.05
 nearly parallel to the plane."""
 
 
-LOWEST = -1e6
-"""Height of a block without readings, m."""
-
-
 class Basin(NamedTuple):
     """A part of the image that something higher encloses."""
 
@@ -52,7 +47,7 @@ class Basin(NamedTuple):
     """Points (N, 3) on the ring around it, camera frame, m."""
 
 
-def find_basins(image: WorkingImage, plane: SupportPlane) -> list[Basin]:
+def find_basins(tops: NDArray[np.float32], image: WorkingImage, plane: SupportPlane) -> list[Basin]:
     """Find the basins of a depth image, largest first.
 
     The image is a landscape of heights above a plane. Water that cannot run out of the image fills
@@ -60,6 +55,8 @@ def find_basins(image: WorkingImage, plane: SupportPlane) -> list[Basin]:
 
     Parameters
     ----------
+    tops
+        Heights of the blocks above the plane, from :func:`~.block_heights.block_heights`.
     image
         The whole image.
     plane
@@ -67,11 +64,6 @@ def find_basins(image: WorkingImage, plane: SupportPlane) -> list[Basin]:
     """
     k = image.intrinsics
     side = image.length(BLOCK)
-    slope_u = (plane.normal[0] * (np.arange(k.width) - k.cx) / k.fx).astype(np.float32)
-    slope_v = plane.normal[1] * (np.arange(k.height) - k.cy) / k.fy + plane.normal[2]
-    tops = block_tops(
-        image.depth, slope_u, slope_v.astype(np.float32), np.float32(plane.offset), side
-    )
     beside = np.asarray(cv2.dilate(tops, np.ones((GAP, GAP), np.uint8)), np.float32)
     tops = np.where(tops > LOWEST, tops, beside)
     water = fill_basins(tops)
@@ -126,28 +118,6 @@ def _plan_area(points: NDArray[np.float64], plane: SupportPlane) -> float:
         return 0.0
     plan = (points @ perpendicular_pair(plane.normal).T).astype(np.float32)
     return float(cv2.contourArea(cv2.convexHull(plan)))
-
-
-@njit(cache=True, nogil=True)
-def block_tops(depth, slope_u, slope_v, offset, side):
-    """Return the greatest height per block of side x side px above a plane, m; LOWEST = no reading.
-
-    The height of a reading of depth z is z (slope_u + slope_v) + offset.
-    """
-    rows, columns = depth.shape
-    tops = np.full((-(-rows // side), -(-columns // side)), np.float32(LOWEST))
-    row = np.empty(columns, np.float32)
-    for k in range(len(tops)):
-        row[:] = LOWEST
-        for v in range(k * side, min((k + 1) * side, rows)):
-            slope = slope_v[v]
-            for u in range(columns):
-                height = depth[v, u] * (slope_u[u] + slope) + offset
-                height = height if depth[v, u] > 0 else np.float32(LOWEST)
-                row[u] = max(row[u], height)
-        for u in range(columns):
-            tops[k, u // side] = max(tops[k, u // side], row[u])
-    return tops
 
 
 @njit(cache=True, nogil=True)

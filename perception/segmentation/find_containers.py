@@ -80,7 +80,9 @@ class _Readings(NamedTuple):
     """Rows and columns of the reduced window."""
 
 
-def find_containers(image: WorkingImage, supports: list[Support]) -> list[FoundContainer]:
+def find_containers(
+    image: WorkingImage, supports: list[Support], tops: NDArray[np.float32]
+) -> list[FoundContainer]:
     """Find the containers of an image, those with visible rims first.
 
     The rim of a container encloses a basin of the image, and at least three of its four walls have
@@ -91,13 +93,14 @@ def find_containers(image: WorkingImage, supports: list[Support]) -> list[FoundC
     image
         The whole image.
     supports
-        The supports. The normal of the first one is up.
+        The supports, at least one. The normal of the first one is up.
+    tops
+        Heights of the blocks above the first support, from
+        :func:`~.block_heights.block_heights`.
     """
-    if not supports:
-        return []
     plane = supports[0].plane
     found = []
-    for basin in find_basins(image, plane):
+    for basin in find_basins(tops, image, plane):
         corners = ring_rectangle(basin.ring @ perpendicular_pair(plane.normal).T)
         if corners is not None and np.ptp(corners, axis=0).max() < MAX_LENGTH:
             one = _measure(basin, corners, image, plane)

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from .container import Container
     from .scene_warnings import SceneWarning
+    from .unknown_regions import UnknownRegion
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,9 @@ class Segmentation:
     """Bins, totes, boxes and trays in the camera frame, largest first."""
     warnings: tuple[SceneWarning, ...] = ()
     """What the segmentation could not decide, or the image does not show."""
+    unknown: tuple[UnknownRegion, ...] = ()
+    """Regions of the support without readings, camera frame, largest first. Something transparent,
+    shiny or dark may stand there."""
 
     @property
     def count(self) -> int:

@@ -7,14 +7,19 @@ from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
+from .connected_parts import connected_parts
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from .container import Container
+    from .result import SupportPlane
     from .support_extent import Support
 
 WarningKind = Literal[
     "no_support",
+    "support_doubtful",
+    "below_support",
     "support_hidden",
     "container",
     "container_heaped",
@@ -28,6 +33,9 @@ WarningKind = Literal[
 """The kind of a warning.
 
 - no_support: there is no support plane, so that every smooth solid counts as an object.
+- support_doubtful: another plane has nearly the evidence of the support; `SceneWarning.plane` holds
+  it.
+- below_support: readings lie below the support within its outline.
 - support_hidden: no part of the first support is visible. It is a plane below all readings.
 - container: a bin, tote, box or tray is in the scene. Its floor and walls are no objects.
 - container_heaped: the contents of a container hide its whole floor.
@@ -40,8 +48,17 @@ WarningKind = Literal[
 - constant: all readings are equal; the image shows no scene.
 """
 
-MIN_UNEXPLAINED = 0.02
-"""Minimum share of the readings that stand above the support for "nothing_found"."""
+MIN_RUNNER_UP = 0.3
+"""Minimum score of another plane, relative to that of the support, for "support_doubtful". It is at
+most 0.22 on single tables."""
+MAX_DROP = 0.5
+"""Depth of a plane below the support from which it is the floor of the room, m."""
+MIN_BELOW = 0.03
+"""Minimum weight of the readings below a support, relative to those on it, for "below_support". It
+is at most 0.014 on tables and floors of containers."""
+MIN_UNEXPLAINED = 0.005
+"""Minimum size of a connected part above the support for "nothing_found", as a share of the
+pixels."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +71,8 @@ class SceneWarning:
     """The warning in words."""
     label: int | None = None
     """Label of the object that it is about, or None for the whole scene."""
+    plane: SupportPlane | None = None
+    """The other plane of "support_doubtful", camera frame."""
 
 
 def find_warnings(
@@ -82,10 +101,12 @@ def find_warnings(
     if not supports:
         message = "no support plane was found: every smooth solid counts as an object"
         warnings.append(SceneWarning("no_support", message))
+    if supports:
+        warnings += _support_warnings(supports[0])
     warnings += _container_warnings(supports, containers)
-    share = float(above.mean())
-    if not labels.any() and share >= MIN_UNEXPLAINED:
-        message = f"no object was found, although {100 * share:.0f} % of the pixels may show one"
+    share = 0.0 if labels.any() else _largest_share(above)
+    if share >= MIN_UNEXPLAINED:
+        message = f"no object was found, although {100 * share:.1f} % of the pixels may show one"
         warnings.append(SceneWarning("nothing_found", message))
     border = np.concatenate([labels[0], labels[-1], labels[:, 0], labels[:, -1]])
     for label in np.unique(border[border > 0]).tolist():
@@ -95,6 +116,23 @@ def find_warnings(
         message = f"object {label} may be more or less than one object: {reason}"
         warnings.append(SceneWarning("may_be_several", message, label))
     return tuple(warnings)
+
+
+def _support_warnings(support: Support) -> list[SceneWarning]:
+    warnings: list[SceneWarning] = []
+    other = support.runner_up
+    if other is not None and other.score >= MIN_RUNNER_UP * support.score:
+        rise = support.plane.offset - other.plane.offset
+        if rise > -MAX_DROP:
+            share = f"{100 * other.score / support.score:.0f} %"
+            where = f"{100 * abs(rise):.1f} cm {'above' if rise > 0 else 'below'} it"
+            message = f"the support is doubtful: a plane {where} has {share} of its score"
+            warnings.append(SceneWarning("support_doubtful", message, plane=other.plane))
+    if support.share_below >= MIN_BELOW:
+        share = f"{100 * support.share_below:.0f} %"
+        message = f"readings lie below the support within its outline: {share} of those on it"
+        warnings.append(SceneWarning("below_support", message))
+    return warnings
 
 
 def _container_warnings(
@@ -113,3 +151,8 @@ def _container_warnings(
             message = "the support is hidden: it is assumed below all readings in the container"
             warnings.append(SceneWarning("support_hidden", message))
     return warnings
+
+
+def _largest_share(mask: NDArray[np.bool_]) -> float:
+    """Return the size of the largest connected part of a mask, as a share of its pixels."""
+    return float(connected_parts(mask.astype(np.uint8)).sizes[1:].max(initial=0)) / mask.size

@@ -9,6 +9,7 @@ import numpy as np
 
 from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
+from .block_heights import block_heights
 from .find_containers import find_containers, include_floors, remove_walls
 from .frame_checks import check_frame
 from .frame_noise import noise_profile
@@ -26,6 +27,7 @@ from .scene_warnings import find_warnings
 from .select_objects import select_objects
 from .smooth_patches import MIN_PATCH, label_patches, linked_pixels
 from .support_plane import find_supports
+from .unknown_regions import find_unknown
 from .upsample import upsample_labels
 from .working_image import inverse, working_image
 
@@ -66,9 +68,14 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
     clock.finish("noise")
     supports = find_supports(image, options, profile)
     clock.finish("support")
-    found = find_containers(image, supports)
+    found, unknown = [], ()
+    if supports:
+        tops = block_heights(image, supports[0].plane)
+        found = find_containers(image, supports, tops)
+        clock.finish("containers")
+        unknown = find_unknown(tops, image, supports[0])
+        clock.finish("unknown")
     supports = include_floors(supports, found)
-    clock.finish("containers")
     above = above_support(image, supports, options.max_range)
     for one in found:
         above = remove_walls(above, image, one)
@@ -101,6 +108,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         tuple(planes[1:]),
         containers,
         (*check_frame(frame, image), *warnings),
+        unknown,
     )
 
 

@@ -52,6 +52,10 @@ class Support(NamedTuple):
     """Height that the waves of the plane reach, divided by squared depth, 1/m."""
     score: float = 0.0
     """Weight of the readings on the plane minus that of the readings below it, within its hull."""
+    share_below: float = 0.0
+    """Weight of the readings below the plane within its hull, divided by that of those on it."""
+    runner_up: Support | None = None
+    """The rejected plane with the best score, for the first support."""
     foot_margin: float | None = None
     """Minimum distance of an object's foot inside the hull, m, if walls bound the support. If None,
     objects may overhang it."""
@@ -105,13 +109,15 @@ def locate_support(plane: SupportPlane, depth: float, image: WorkingImage) -> Su
             kept.append(int(part))
             hull, against = larger, more
     axes = perpendicular_pair(plane.normal)
+    weight = float(weights[kept].sum())
     return Support(
         plane,
         _to_plan(hull, plane, axes, image, stride),
         axes,
         depth,
         area=float(areas[kept].sum()),
-        score=float(weights[kept].sum() - against),
+        score=weight - against,
+        share_below=against / weight,
     )
 
 

@@ -158,6 +158,12 @@ def _select_supports(supports: list[Support]) -> list[Support]:
         min_area = MIN_AREA if apart < MIN_GAP else MIN_BOARD_AREA
         if shelf and apart > MIN_DISTANCE and one.area >= min_area:
             selected.append(one)
+    rejected = [
+        one
+        for one in supports
+        if all(abs(one.plane.offset - other.plane.offset) > MIN_DISTANCE for other in selected)
+    ]
+    selected[0] = first._replace(runner_up=rejected[0] if rejected else None)
     return selected[:MAX_SUPPORTS]
 
 

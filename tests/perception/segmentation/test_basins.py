@@ -8,13 +8,8 @@ from synthetic_containers import Tub, tub_frame
 from synthetic_solids import exact_image
 
 from eyehand.perception.segmentation import SupportPlane
-from eyehand.perception.segmentation.basins import (
-    LOWEST,
-    MIN_CHANGE,
-    block_tops,
-    fill_basins,
-    find_basins,
-)
+from eyehand.perception.segmentation.basins import MIN_CHANGE, fill_basins, find_basins
+from eyehand.perception.segmentation.block_heights import LOWEST, block_heights, block_tops
 
 
 def flooded(tops):
@@ -64,4 +59,5 @@ def test_only_a_large_tub_is_a_basin(tub, count):
     frame, _, T_world_camera = tub_frame(tub)
     normal = T_world_camera.rotation.as_matrix()[2]
     plane = SupportPlane(normal, float(T_world_camera.translation[2]), 0.0005)
-    assert len(find_basins(exact_image(frame), plane)) == count
+    image = exact_image(frame)
+    assert len(find_basins(block_heights(image, plane), image, plane)) == count

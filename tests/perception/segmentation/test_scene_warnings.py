@@ -4,13 +4,14 @@ import numpy as np
 import pytest
 from synthetic_solids import Ball, Box, Plate, solid_frame
 
-from eyehand.perception import segment
+from eyehand.perception import CameraIntrinsics, DepthFrame, segment
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.scene_warnings import find_warnings
 from eyehand.perception.segmentation.support_extent import Support
 
 SUPPORT = Support(SupportPlane(np.eye(3)[2], 1.0), np.zeros((3, 2), np.float32), np.eye(3)[:2], 1.0)
 NOTHING = np.zeros((10, 10), bool)
+LABELS = np.zeros((10, 10), np.int32)
 
 
 def kinds(frame):
@@ -60,3 +61,68 @@ def test_cut_and_ambiguous_objects_are_named():
         ("cut_by_image", 2),
         ("may_be_several", 1),
     ]
+
+
+def test_doubtful_support_names_the_other_plane():
+    rival = SUPPORT._replace(plane=SupportPlane(np.eye(3)[2], 0.9), score=0.5)
+    support = SUPPORT._replace(score=1.0, runner_up=rival)
+    (warning,) = find_warnings(LABELS, {}, [support], (), NOTHING)
+    assert warning.kind == "support_doubtful"
+    assert warning.plane is rival.plane
+    assert "10.0 cm above it has 50 %" in warning.message
+    weaker = support._replace(runner_up=rival._replace(score=0.2))
+    floor = support._replace(runner_up=rival._replace(plane=SupportPlane(np.eye(3)[2], 1.7)))
+    assert find_warnings(LABELS, {}, [weaker], (), NOTHING) == ()
+    assert find_warnings(LABELS, {}, [floor], (), NOTHING) == ()
+
+
+def test_readings_below_the_support_are_warned_about():
+    found = find_warnings(LABELS, {}, [SUPPORT._replace(share_below=0.1)], (), NOTHING)
+    assert [warning.kind for warning in found] == ["below_support"]
+
+
+def test_two_equal_tables_make_the_support_doubtful():
+    high = Plate((0.05, 0.5), (0.4, 1.0), 0.1)
+    frame, _ = solid_frame([], (Plate((-0.5, 0.05), (0.4, 1.0)), high))
+    found = segment(frame)
+    assert "support_doubtful" in kinds(frame) or len(found.other_supports) == 1
+
+
+def _odd_frame(kind, rng):
+    depth = np.full((240, 320), 1.0)
+    v, u = np.mgrid[:240, :320]
+    match kind:
+        case "noise":
+            depth = rng.uniform(0.5, 2.0, depth.shape)
+        case "stripes":
+            depth[:, ::2] = 0.7
+        case "sphere":
+            depth = 1.0 - np.sqrt(
+                np.maximum(0.3 - ((u - 160) / 320) ** 2 - ((v - 120) / 320) ** 2, 0)
+            )
+        case "steps":
+            depth += 0.05 * (u // 20)
+        case "wave":
+            depth += 0.1 * np.sin(u / 9) * np.cos(v / 7)
+        case "specks":
+            depth[rng.random(depth.shape) < 0.97] = 0.0
+        case "near":
+            depth[60:180, 80:240] = 0.2
+        case "patches":
+            for _ in range(40):
+                y, x = rng.integers(0, 220), rng.integers(0, 300)
+                depth[y : y + 20, x : x + 20] -= rng.uniform(0.01, 0.3)
+    return DepthFrame(depth.astype(np.float32), CameraIntrinsics(260, 260, 159.5, 119.5, 320, 240))
+
+
+@pytest.mark.parametrize("seed", range(2))
+@pytest.mark.parametrize(
+    "kind", ["noise", "stripes", "sphere", "steps", "wave", "specks", "near", "patches"]
+)
+def test_no_object_without_a_reason(kind, seed):
+    frame = _odd_frame(kind, np.random.default_rng(seed))
+    found = segment(frame)
+    if found.count == 0 and not found.warnings:
+        assert found.support is not None
+        heights = found.support.height(frame.points())[frame.valid]
+        assert np.mean(np.abs(heights) < 0.01) > 0.9

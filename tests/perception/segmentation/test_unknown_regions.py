@@ -1,0 +1,78 @@
+"""Regions without readings: those in the middle of a table count, shadows and dropout do not."""
+
+import numpy as np
+import pytest
+from scipy.spatial import ConvexHull
+from synthetic_solids import T_TABLE_CAMERA, Ball, Box, Plate, solid_frame
+
+from eyehand.perception import CameraIntrinsics, DepthFrame, perceive, segment
+
+CAMERA = CameraIntrinsics(520.0, 520.0, 319.5, 239.5, 640, 480)
+PROJECTOR_BASELINE = 0.075
+"""Distance between camera and projector of the simulated shadows, m."""
+
+
+def frame_without(solids, transparent=(), seed=0, dropout=0.0, shadow=False):
+    """Return a frame of solids, without readings on the transparent ones."""
+    frame, labels = solid_frame([*solids, *transparent], (Plate(),), CAMERA, known_pose=True)
+    depth = frame.depth.copy()
+    glass = labels > len(solids)
+    depth[glass] = 0.0
+    if shadow:
+        table, _ = solid_frame([], (Plate(),), CAMERA)
+        width = CAMERA.fx * PROJECTOR_BASELINE * (1 / frame.depth - 1 / table.depth)
+        for v, u in np.argwhere((labels > 0) & ~glass):
+            for x in range(u, min(u + round(width[v, u]) + 1, 640)):
+                if labels[v, x] == 0:
+                    depth[v, x] = 0.0
+    depth[np.random.default_rng(seed).random(depth.shape) < dropout] = 0.0
+    return DepthFrame(depth, CAMERA, frame.T_world_camera), glass
+
+
+@pytest.mark.parametrize("dropout", [0.0, 0.2])
+def test_transparent_thing_is_a_bounded_region(dropout):
+    glass = Box(0.05, 0.7, (0.07, 0.07, 0.09))
+    box = Box(-0.2, 0.75, (0.1, 0.1, 0.08))
+    frame, hidden = frame_without([box], [glass], dropout=dropout)
+    found = segment(frame)
+    (region,) = found.unknown
+    rows, columns = np.nonzero(hidden)
+    low, high = region.outline.min(axis=0), region.outline.max(axis=0)
+    np.testing.assert_allclose(low, [columns.min(), rows.min()], atol=6)
+    np.testing.assert_allclose(high, [columns.max(), rows.max()], atol=6)
+    corners = T_TABLE_CAMERA.apply(region.corners)
+    half = np.array([0.034, 0.034, 0.0])
+    thing = [np.array([0.05, 0.7, z]) + half * s for z in (0.003, 0.087) for s in _SIGNS]
+    hull = ConvexHull(corners).equations
+    assert (np.array(thing) @ hull[:, :3].T + hull[:, 3]).max() < 0.004
+    assert region.height < 0.3
+    assert corners[:, 2].min() == pytest.approx(0.0, abs=0.003)
+
+
+def test_shadows_and_dropout_are_no_regions():
+    solids = [
+        Box(-0.15, 0.7, (0.1, 0.1, 0.15)),
+        Ball(0.15, 0.75, 0.05, 0.05),
+        Box(0.0, 0.95, (0.06, 0.06, 0.25)),
+    ]
+    frame, _ = frame_without(solids, dropout=0.1, shadow=True)
+    assert np.mean(frame.depth == 0) > 0.1
+    assert segment(frame).unknown == ()
+
+
+def test_scene_holds_the_region_in_the_world():
+    frame, _ = frame_without([], [Box(0.0, 0.7, (0.08, 0.08, 0.1))])
+    (region,) = perceive(frame).unknown
+    half = len(region.outline)
+    np.testing.assert_allclose(region.corners[:half, 2], 0.0, atol=0.003)
+    np.testing.assert_allclose(region.corners[half:, 2], region.height, atol=0.003)
+
+
+def test_missing_readings_at_the_border_are_no_region():
+    frame, _ = frame_without([Box(0.1, 0.7, (0.1, 0.1, 0.08))])
+    depth = frame.depth.copy()
+    depth[:60], depth[:, :80] = 0.0, 0.0
+    assert segment(DepthFrame(depth, CAMERA)).unknown == ()
+
+
+_SIGNS = [np.array([x, y, 0.0]) for x in (-1, 1) for y in (-1, 1)]
