@@ -150,12 +150,7 @@ def _occluded_space(
 
 def _wall(wall: Wall, name: str) -> Obstacle:
     """Return the box outside the inner face of a wall."""
-    along = wall.corners[1] - wall.corners[0]
-    length = float(np.linalg.norm(along))
-    axes = np.column_stack([along / length, wall.outwards, np.cross(along / length, wall.outwards)])
-    local = wall.corners @ axes
-    low, high = local.min(axis=0), local.max(axis=0)
-    high[1] = low[1] + max(wall.thickness, 2 * MIN_HALF_THICKNESS)
+    axes, (low, high) = wall.axes.T, wall.bounds()
     pose = RigidTransform.from_components(axes @ (0.5 * (low + high)), Rotation.from_matrix(axes))
     return Obstacle(name, Box(0.5 * (high - low)), pose)
 

@@ -34,6 +34,8 @@ MIN_UNEXPLAINED_AREA = 1e-4
 up to 0.2 cm²; a sphere of 15 mm covers 1.8 cm²."""
 REFUSED_WARNINGS = ("support_doubtful", "camera", "noise", "constant")
 """Warnings about a scene with which the robot must not move, because all positions may be wrong."""
+WALL_MARGIN = 0.015
+"""Distance from a wall of a container within which readings belong to it, m."""
 UP = np.array([0.0, 0.0, 1.0])
 
 
@@ -109,6 +111,8 @@ def unexplained_area(frame: DepthFrame, scene: Scene) -> float:
         return 0.0
     first, last = table.min(axis=0), table.max(axis=0)
     above = (height >= noise) & (height < MAX_HEIGHT)
+    for container in scene.containers:
+        above &= ~container.on_walls(points, WALL_MARGIN)
     above &= ((points[:, :2] >= first) & (points[:, :2] <= last)).all(axis=1)
     # Cells overlap by half, so that no cell border splits a small object.
     half = 0.5 * GRID_CELL

@@ -27,12 +27,21 @@ class Wall:
     """Whether its rim was measured. Otherwise it continues the height of the other walls."""
 
     @property
-    def outwards(self) -> NDArray[np.float64]:
-        """Unit normal (3,) of the inner face, away from the inside."""
+    def axes(self) -> NDArray[np.float64]:
+        """Directions along the wall, outwards, and up its inner face as rows (3, 3)."""
         along = self.corners[1] - self.corners[0]
+        along = along / np.linalg.norm(along)
         up = self.corners[3] + self.corners[2] - self.corners[0] - self.corners[1]
-        normal = np.cross(along, up)
-        return normal / np.linalg.norm(normal)
+        outwards = np.cross(along, up)
+        outwards /= np.linalg.norm(outwards)
+        return np.array([along, outwards, np.cross(along, outwards)])
+
+    def bounds(self) -> NDArray[np.float64]:
+        """Return the least and greatest coordinates (2, 3) of the wall along its `axes`, m."""
+        local = self.corners @ self.axes.T
+        low, high = local.min(axis=0), local.max(axis=0)
+        high[1] = low[1] + self.thickness
+        return np.array([low, high])
 
 
 @dataclass(frozen=True)
@@ -52,6 +61,14 @@ class Container:
     def outline(self) -> NDArray[np.float64]:
         """Corners (K, 3) of the floor, m, in order around it."""
         return np.array([wall.corners[0] for wall in self.walls])
+
+    def on_walls(self, points: NDArray[np.float64], margin: float) -> NDArray[np.bool_]:
+        """Return a mask (N,) of the points (N, 3) in or near the walls, within a margin, m."""
+        found = np.zeros(len(points), bool)
+        for wall in self.walls:
+            local, (low, high) = points @ wall.axes.T, wall.bounds()
+            found |= ((local >= low - margin) & (local <= high + margin)).all(axis=1)
+        return found
 
     def moved(self, T_a_b: RigidTransform) -> Container:
         """Return the container in frame a, for a container in frame b."""

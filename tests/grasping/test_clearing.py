@@ -19,7 +19,7 @@ from eyehand.grasping.motion import remaining_distance
 from eyehand.grasping.pick import pick
 from eyehand.grasping.pick_options import PickOptions
 from eyehand.grasping.tray import Tray
-from eyehand.perception import Superquadric
+from eyehand.perception import SceneWarning, Superquadric
 
 from .fake_robot import HAND, FakeRobot
 
@@ -214,3 +214,16 @@ def test_options_that_reverse_or_stop_motion_are_rejected(wrong):
     (name,) = wrong
     with pytest.raises(InputError, match=name):
         PickOptions(**wrong)
+
+
+def test_objects_with_warnings_come_later():
+    robot = FakeRobot()
+    cell = trial_cell(robot, [box(0.05), box(-0.1)])
+    scene = cell.perceive(robot.capture())
+    first = select_grasp(cell, scene, FailedGrasps()).grasp
+    assert first is not None
+    warning = SceneWarning("cut_by_image", "cut", first.target.label)
+    warned = replace(scene, segmentation=replace(scene.segmentation, warnings=(warning,)))
+    second = select_grasp(cell, warned, FailedGrasps()).grasp
+    assert second is not None
+    assert second.target.label != first.target.label

@@ -1,6 +1,7 @@
 """Obstacles of a scene enclose its objects and leave the target free."""
 
 import time
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,12 +13,15 @@ from scipy.spatial.transform import RigidTransform, Rotation
 from eyehand.control import Box, ConvexMesh, Cylinder, Ellipsoid, Sphere
 from eyehand.grasping.obstacles import scene_obstacles
 from eyehand.perception import (
+    Container,
     Scene,
     SceneObject,
     Segmentation,
     Superquadric,
     SuperquadricFit,
     SupportPlane,
+    UnknownRegion,
+    Wall,
 )
 from eyehand.perception.superquadric import sample_surface
 
@@ -173,3 +177,30 @@ def test_obstacles_of_five_objects_take_less_than_20_ms():
         scene_obstacles(scene(*five), five[0])
         best = min(best, time.perf_counter() - began)
     assert best < 0.02
+
+
+def test_walls_of_a_container_are_boxes():
+    corners = np.array([[0.2, -0.1, 0.0], [0.2, 0.1, 0.0], [0.22, 0.1, 0.1], [0.22, -0.1, 0.1]])
+    floor = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
+    container = Container(floor, (Wall(corners, 0.01),), 0.1)
+    (table, wall) = scene_obstacles(replace(scene(), containers=(container,)))
+    assert (table.name, wall.name) == ("table", "wall 1")
+    middle = corners.mean(axis=0)
+    outwards = np.array([0.1, 0.0, -0.02]) / np.hypot(0.1, 0.02)
+    inside = depth_inside(wall, middle + np.array([[-0.001], [0.001], [0.009], [0.011]]) * outwards)
+    assert (inside > 0).tolist() == [False, True, True, False]
+
+
+def test_unknown_region_is_an_obstacle_except_around_the_target():
+    rng = np.random.default_rng(0)
+    square = np.array(
+        [[-0.03, -0.03, 0.0], [0.03, -0.03, 0.0], [0.03, 0.03, 0.0], [-0.03, 0.03, 0.0]]
+    )
+    region = UnknownRegion(
+        np.zeros((4, 2)), np.vstack([square, square + np.array([0, 0, 0.1])]), 0.1
+    )
+    there, apart = item(1, "box", [0.0, 0.0, 0.03], rng), item(2, "box", [0.2, 0.0, 0.03], rng)
+    whole = replace(scene(there, apart), unknown=(region,))
+    (found,) = (one for one in scene_obstacles(whole, apart) if one.name == "unknown 1")
+    assert depth_inside(found, np.array([[0.0, 0.0, 0.05]]))[0] > 0.02
+    assert "unknown 1" not in {one.name for one in scene_obstacles(whole, there)}

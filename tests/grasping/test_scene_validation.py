@@ -12,7 +12,15 @@ from eyehand.grasping.cell import Cell
 from eyehand.grasping.clearing import MAX_FRAMES, clear_table
 from eyehand.grasping.scene_validation import MIN_UNEXPLAINED_AREA, unexplained_area, validate_scene
 from eyehand.grasping.tray import Tray
-from eyehand.perception import CameraIntrinsics, DepthFrame, Segmentation, SupportPlane
+from eyehand.perception import (
+    CameraIntrinsics,
+    Container,
+    DepthFrame,
+    SceneWarning,
+    Segmentation,
+    SupportPlane,
+    Wall,
+)
 
 from .fake_robot import FakeRobot
 
@@ -136,3 +144,35 @@ def test_invalid_scene_is_captured_again_with_more_frames(monkeypatch):
     report = clear_table(Cell(robot, lambda _: ground_truth_scene([], VIEW), TRAY))
     assert (report.stop_reason, report.observations) == ("clear", 1)
     assert len(captured) == MAX_FRAMES
+
+
+@pytest.mark.parametrize(
+    ("kind", "stops"),
+    [("support_doubtful", True), ("camera", True), ("cut_by_image", False), ("container", False)],
+)
+def test_scene_with_a_doubtful_support_stops_clearing(kind, stops):
+    def perceive(_frame):
+        scene = ground_truth_scene([], VIEW)
+        warning = SceneWarning(kind, "a reason")
+        return replace(scene, segmentation=replace(scene.segmentation, warnings=(warning,)))
+
+    robot = FakeRobot()
+    start = robot.read().q
+    report = clear_table(Cell(robot, perceive, TRAY))
+    assert report.stop_reason == ("the scene is not reliable: a reason" if stops else "clear")
+    if stops:
+        np.testing.assert_array_equal(robot.read().q, start)
+
+
+def test_walls_of_a_container_are_explained():
+    frame, scene = block_from_above(0.1, 8)
+    points = FROM_ABOVE.apply(frame.points()[frame.depth < 0.95])
+    low, high = points.min(axis=0), points.max(axis=0)
+    corners = np.array([[x, low[1], z] for x, z in ((0, 0), (1, 0), (1, 1), (0, 1))])
+    corners[:, 0] = np.where(corners[:, 0] > 0, low[0], high[0])
+    corners[:, 2] *= 0.1
+    floor = SupportPlane(np.array([0.0, 0.0, 1.0]), 0.0)
+    wall = Wall(corners, float(high[1] - low[1]))
+    assert wall.axes[1, 1] == pytest.approx(1.0)
+    scene = replace(scene, containers=(Container(floor, (wall,), 0.1),))
+    assert unexplained_area(frame, scene) == 0.0

@@ -51,7 +51,9 @@ def test_walls_are_measured_and_contents_are_objects(name, table):
         assert wall.seen
         assert wall.thickness == pytest.approx(tub.thickness, abs=0.008)
         np.testing.assert_allclose(wall.corners[2:, 2], tub.height, atol=0.004)
-        assert wall.outwards @ wall.corners.mean(axis=0) > 0.1
+        assert wall.axes[1] @ wall.corners.mean(axis=0) > 0.1
+        assert placed.on_walls(wall.corners.mean(axis=0)[None], 0.001)[0]
+    assert not placed.on_walls(np.array([[0.0, 0.0, 0.01]]), 0.01)[0]
     assert [warning.kind for warning in found.warnings] == ["container"]
 
 
