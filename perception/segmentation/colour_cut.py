@@ -86,15 +86,14 @@ def _first_colour(values: NDArray[np.float64]) -> NDArray[np.bool_] | None:
     # The variance of two classes with the minimum share and contrast.
     if total < len(values) * MIN_SHARE * (1 - MIN_SHARE) * MIN_CONTRAST**2:
         return None
-    max_between, best = 0.0, None
-    for cut in np.linspace(along.min(), along.max(), STEPS + 2)[1:-1]:
-        first = along > cut
-        share = float(first.mean())
-        if not MIN_SHARE <= share <= 1 - MIN_SHARE:
-            continue
-        # The mean of the whole is 0, so one class' mean gives the distance of both.
-        gap = centred[first].mean(axis=0) / (1 - share)
-        between = len(values) * share * (1 - share) * float(gap @ gap)
-        if gap @ gap >= MIN_CONTRAST**2 and between > max_between:
-            max_between, best = between, first
-    return best if max_between >= MIN_PURITY * total else None
+    order = np.argsort(-along)
+    sums = np.cumsum(centred[order], axis=0)
+    cuts = np.linspace(along.min(), along.max(), STEPS + 2)[1:-1]
+    above = np.searchsorted(-along[order], -cuts)
+    share = above / len(values)
+    # The mean of the whole is 0, so one class' mean gives the distance of both.
+    gap = np.square(sums[above - 1]).sum(axis=1) / np.square(above * (1 - share))
+    allowed = (share >= MIN_SHARE) & (share <= 1 - MIN_SHARE) & (gap >= MIN_CONTRAST**2)
+    between = np.where(allowed, len(values) * share * (1 - share) * gap, 0.0)
+    best = int(np.argmax(between))
+    return along > cuts[best] if between[best] >= max(MIN_PURITY * total, 1e-9) else None

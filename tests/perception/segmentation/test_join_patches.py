@@ -115,12 +115,12 @@ def test_parts_of_any_colour_behind_an_occluder_are_one_object(other):
 
 
 @pytest.mark.parametrize("contact", [0.0, 1.0])
-def test_colours_of_patches_apart_are_evidence_for_joining_only(contact):
+def test_colours_count_between_touching_patches(contact):
     pairs = np.array([[1, 2], [1, 3], [2, 3]])
     edges = PatchEdges(pairs, *np.zeros((7, 3)))._replace(contact=np.full(3, contact))
     without = edge_weights(edges)
     added = edge_weights(edges._replace(colour=np.array([-0.5, 0.0, 0.5]))) - without
-    assert added == pytest.approx(COLOUR_GAIN * np.array([-0.5 * (contact > 0), 0.0, 0.5]))
+    assert added == pytest.approx(COLOUR_GAIN * contact * np.array([-0.5, 0.0, 0.5]))
 
 
 def test_ball_halves_are_one_object():
