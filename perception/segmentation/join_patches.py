@@ -96,7 +96,9 @@ def join_patches(
     weights = edge_weights(edges)
     parent = contract_edges(edges.pairs, weights, count)
     if slivers.any():
-        thin = patch_edges(patches, image, planes, window, hidden=False)
+        # Colours never changed the object that a sliver joins.
+        plain = image._replace(colour=None)
+        thin = patch_edges(patches, plain, planes, window, hidden=False)
         _attach_slivers(thin.pairs, edge_weights(thin), slivers, parent)
     return parent[patches], _uncertain_joins(patches, edges, parent, min_object)
 
