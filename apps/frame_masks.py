@@ -157,4 +157,4 @@ def _inside(frame: DepthFrame, region: list[float]) -> NDArray[np.bool_]:
         u, v = np.arange(frame.intrinsics.width), np.arange(frame.intrinsics.height)
         return ((low_u <= u) & (u < high_u)) & ((low_v <= v) & (v < high_v))[:, None]
     low, high = np.array(region[:3]), np.array(region[3:])
-    return mask_points(frame, lambda p: ((p < low) | (p > high)).any(axis=1)) > 0
+    return mask_points(frame, lambda p: np.asarray(((p < low) | (p > high)).any(axis=1))) > 0

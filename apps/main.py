@@ -278,15 +278,15 @@ def _run(arguments: list[str]) -> int:
             raise
         print(f"eyehand: {_missing(module)}", file=sys.stderr)
         return 1
+    except BrokenPipeError:
+        # The reader of the pipe has closed it, as `| head` does.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
     except OSError as error:
         if error.errno != errno.ENAMETOOLONG:
             raise
         print(f"eyehand: {error.strerror}: {error.filename}", file=sys.stderr)
         return 2
-    except BrokenPipeError:
-        # The reader of the pipe has closed it, as `| head` does.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 1
     except KeyboardInterrupt:
         print("eyehand: interrupted", file=sys.stderr)
         return 130

@@ -57,7 +57,8 @@ def read_arrays(path: Path | str, names: Sequence[str]) -> dict[str, NDArray]:
 
 def _check_sizes(path: Path | str, archive: np.lib.npyio.NpzFile, names: Sequence[str]) -> None:
     """Reject arrays that are too large. zipfile never unpacks more than the size declared here."""
-    members = [i for i in archive.zip.infolist() if i.filename.removesuffix(".npy") in names]
+    held = [] if archive.zip is None else archive.zip.infolist()
+    members = [info for info in held if info.filename.removesuffix(".npy") in names]
     total = sum(member.file_size for member in members)
     if total > MAX_FILE_BYTES:
         raise InputError(

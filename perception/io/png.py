@@ -127,7 +127,7 @@ def decode_mask(data: bytes) -> NDArray[np.bool_]:
     check_png(data)
     image = _decode(data, cv2.IMREAD_UNCHANGED)
     # The fourth channel is alpha.
-    return image[..., :3].any(axis=2) if image.ndim == 3 else image > 0
+    return np.asarray(image[..., :3].any(axis=2) if image.ndim == 3 else image > 0)
 
 
 def write_png(path: Path, image: NDArray) -> None:

@@ -11,6 +11,7 @@ from .scene_warnings import SceneWarning
 
 if TYPE_CHECKING:
     from ..frame import CameraIntrinsics, DepthFrame
+    from .scene_warnings import WarningKind
     from .working_image import WorkingImage
 
 FIELD_OF_VIEW_DEG = (5.0, 150.0)
@@ -41,7 +42,7 @@ def check_frame(frame: DepthFrame, image: WorkingImage) -> tuple[SceneWarning, .
     image
         Its working image, with the measured noise.
     """
-    messages = {"camera": _camera_fault(frame.intrinsics)}
+    messages: dict[WarningKind, str] = {"camera": _camera_fault(frame.intrinsics)}
     sample = image.disparity[::STEP, ::STEP]
     sample = sample[sample > 0]
     if sample.size >= MIN_READINGS:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import Any
 
 import cv2
-import mujoco
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.frame_masks import FrameMasks, _load_robot
 from eyehand.apps.main import main
+from eyehand.control.mujoco_binding import mujoco
 from eyehand.errors import InputError
 from eyehand.perception import CameraIntrinsics, DepthFrame, read_frame, segment, write_frame
 
@@ -183,8 +184,10 @@ def test_given_camera_pose_replaces_that_of_the_file():
         ({"robot": "absent.xml", "q": [0.0]}, "no such file: absent.xml"),
     ],
 )
-def test_invalid_masks_are_rejected(options: dict, message: str):
-    paths = {name: Path(value) for name, value in options.items() if isinstance(value, str)}
+def test_invalid_masks_are_rejected(options: dict[str, Any], message: str):
+    paths: dict[str, Any] = {
+        name: Path(value) for name, value in options.items() if isinstance(value, str)
+    }
     with pytest.raises(InputError, match=message):
         FrameMasks(**options | paths).applied(read_frame(SAMPLE))
 

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import mujoco
 import numpy as np
 import pytest
 
 from eyehand.control import LinkVolumes
+from eyehand.control.mujoco_binding import mujoco
 from eyehand.errors import InputError
 
 ROBOT = """
