@@ -62,10 +62,12 @@ def noise_profile(disparity: NDArray[np.float32], window: int) -> tuple[float, N
         return MIN_NOISE, NoiseProfile(np.ones(1), np.full(1, MIN_NOISE))
     values, centres = residuals[measured], disparity[::step, ::step][measured]
     noise = max(float(np.quantile(values, NOISE_QUANTILE)), MIN_NOISE)
-    order = np.argsort(centres, kind="stable")
-    groups = np.array_split(order, max(len(order) // GROUP, 1))
-    middles = np.array([np.median(centres[group]) for group in groups])
-    sigmas = np.array([np.quantile(values[group], GROUP_QUANTILE) for group in groups])
+    # Groups of equal size can be sorted at once. The remainder, the nearest windows, is left out.
+    count = max(len(values) // GROUP, 1)
+    size = len(values) // count
+    order = np.argsort(centres, kind="stable")[: count * size].reshape(count, size)
+    middles = centres[order[:, size // 2]].astype(np.float64)
+    sigmas = np.sort(values[order], axis=1)[:, round(GROUP_QUANTILE * (size - 1))]
     return noise, NoiseProfile(middles, np.where(sigmas > MIN_RISE * noise, sigmas, noise))
 
 
