@@ -25,6 +25,8 @@ HALF_VIEW = 0.45
 
 _SCATTERED, _HEAPED, _FULL = (0.25, 0.7), (0.8, 1.4), (2.6, 3.6)
 """Ranges of the objects' footprint over a container's floor. The last hides the floor entirely."""
+MAX_IMAGINED = 24
+"""Maximum number of objects for which empty furniture is sized."""
 FULL_COUNT = 36
 """Number of objects of a container whose floor is hidden."""
 _FILL_CHANCES = (0.45, 0.35, 0.20)
@@ -89,8 +91,8 @@ class Setting:
 
 
 def draw_setting(family: FurnishedFamily, count: int, rng: np.random.Generator) -> Setting:
-    """Draw the furniture of a family for a number of objects."""
-    return _DRAWS[family](count, rng)
+    """Draw the furniture of a family for a number of objects; for 0, as if for any number."""
+    return _DRAWS[family](count or int(rng.integers(1, MAX_IMAGINED + 1)), rng)
 
 
 def _bin(count: int, rng: np.random.Generator) -> Setting:
@@ -273,7 +275,7 @@ def _floor_size(
 ) -> tuple[float, float]:
     """Return the extent of a floor that `count` objects cover `fill` times, within limits, m."""
     ratio = rng.uniform(1.2, 1.7)
-    wide = np.sqrt(max(count, 1) * MEAN_FOOTPRINT_M2 / fill * ratio)
+    wide = np.sqrt(count * MEAN_FOOTPRINT_M2 / fill * ratio)
     size = np.clip([wide, wide / ratio], least, most)
     return float(size[0]), float(size[1])
 

@@ -95,6 +95,13 @@ def test_zero_objects_leave_the_furniture_empty():
     assert {3, 4} <= set(np.unique(view.background))
 
 
+def test_empty_bins_differ_in_size():
+    options = FurnishedOptions("bin", (0, 0), image_size=SMALL)
+    floors = [make_furnished_scene(seed, options).fixtures[0].half_size for seed in range(6)]
+    widths = [half[0] for half in floors]
+    assert max(widths) > 1.5 * min(widths)
+
+
 @pytest.mark.slow
 def test_full_bin_hides_its_floor():
     # This seed draws a full bin.
