@@ -96,7 +96,7 @@ def join_patches(
     weights = edge_weights(edges)
     parent = contract_edges(edges.pairs, weights, count)
     if slivers.any():
-        # Colours never changed the object that a sliver joins.
+        # Few pixels have no reliable colour: it changed the score of no annotated frame.
         plain = image._replace(colour=None)
         thin = patch_edges(patches, plain, planes, window, hidden=False)
         _attach_slivers(thin.pairs, edge_weights(thin), slivers, parent)

@@ -12,7 +12,7 @@ from eyehand.perception.segmentation.colour_cut import (
     _first_colour,
     colour_cut,
 )
-from eyehand.perception.segmentation.working_image import WorkingImage
+from eyehand.perception.segmentation.working_image import WorkingImage, inverse
 
 RED, BLUE = (200, 40, 40), (40, 40, 200)
 V, U = np.mgrid[:60, :80]
@@ -21,9 +21,10 @@ OBJECT = np.ones((60, 80), bool)
 
 def painted(blue):
     """Return the image of a flat red object, blue where the mask says so."""
-    depth = np.full((60, 80), 0.8, np.float32)
+    depth = np.full((60, 80), 0.5, np.float32)
     colour = np.where(blue[..., None], BLUE, RED).astype(np.uint8)
-    return WorkingImage(depth, 1 / depth, CameraIntrinsics(500, 500, 40, 30, 80, 60), colour=colour)
+    camera = CameraIntrinsics(500, 500, 40, 30, 80, 60)
+    return WorkingImage(depth, inverse(depth), camera, colour=colour)
 
 
 def test_straight_edge_is_cut_where_it_is():
@@ -66,5 +67,5 @@ def test_colours_are_split_as_by_plain_search(seed):
     values = colours + rng.normal(0, rng.choice([0.01, 0.03, 0.1]), (400, 3))
     found, expected = _first_colour(values), plain_search(values)
     assert (found is None) == (expected is None)
-    if found is not None:
+    if found is not None and expected is not None:
         assert np.array_equal(found, expected)
