@@ -33,7 +33,8 @@ class SegmentationOptions:
 
     stride: int = 1
     """Segment every stride-th row and column. 2 takes a quarter of the time and makes outlines
-    less accurate by up to 2 px. The labels keep the frame's size."""
+    less accurate by up to 2 px. The labels keep the frame's size. A frame of 1280 columns or more
+    is first reduced to 640 columns or more."""
     window: int = 9
     """Side of the window of a local plane fit, px, odd. A wider one averages more noise and blurs
     thin parts."""

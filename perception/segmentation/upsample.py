@@ -43,18 +43,20 @@ def nearest_labels(labels, q, stride):
     full = np.zeros((rows, columns), np.int32)
     for v in range(rows):
         for u in range(columns):
-            if q[v, u] <= 0:
+            k, m = v // stride, u // stride
+            below, right = min(k + 1, down - 1), min(m + 1, across - 1)
+            if q[v, u] <= 0 or not (
+                labels[k, m] or labels[k, right] or labels[below, m] or labels[below, right]
+            ):
                 continue
             best = np.float32(np.inf)
-            for k in (v // stride, v // stride + 1):
-                for m in (u // stride, u // stride + 1):
-                    if k >= down or m >= across:
-                        continue
-                    at = q[k * stride, m * stride]
+            for y in range(k, below + 1):
+                for x in range(m, right + 1):
+                    at = q[y * stride, x * stride]
                     if at <= 0:
                         continue
                     gap = abs(at - q[v, u])
                     if gap < best:
                         best = gap
-                        full[v, u] = labels[k, m]
+                        full[v, u] = labels[y, x]
     return full

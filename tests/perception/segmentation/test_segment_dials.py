@@ -87,7 +87,8 @@ def test_empty_table_skips_later_stages():
     segmentation = segment(frame)
     assert segmentation.count == 0
     assert segmentation.labels.shape == frame.depth.shape
-    assert list(segmentation.timings) == ["image", "noise", "support", "containers", "candidates"]
+    stages = ["image", "noise", "support", "containers", "unknown", "candidates"]
+    assert list(segmentation.timings) == stages
     assert segmentation.boxes() == {}
 
 
@@ -127,3 +128,13 @@ def test_input_frame_is_not_modified():
     before = frame.depth.copy()
     segment(frame, SegmentationOptions(stride=2, threads=2))
     assert np.array_equal(frame.depth, before)
+
+
+def test_wide_frames_are_reduced():
+    camera = CameraIntrinsics(1050.0, 1050.0, 640.0, 360.0, 1280, 720)
+    frame, truth = solid_frame([Ball(0.0, 0.7, 0.05, 0.05)], (Plate(),), camera)
+    segmentation = segment(frame)
+    assert "upsample" in segmentation.timings
+    assert segmentation.labels.shape == truth.shape
+    both = np.count_nonzero((segmentation.labels > 0) & (truth > 0))
+    assert 2 * both / (np.count_nonzero(segmentation.labels) + np.count_nonzero(truth)) > 0.97
