@@ -27,8 +27,8 @@ MIN_CHANGE = 0.001
 """Change of the water level that is passed on, m. A smaller one takes longer."""
 MIN_BLOCKS = 64
 """Minimum size of a basin's bounding box, blocks. The walls of a smaller one are too short."""
-MIN_AREA = 0.03
-"""Minimum area of a basin in plan, m²: 0.2 x 0.15 m. Smaller ones are bowls and pans."""
+MIN_AREA = 0.015
+"""Minimum area of a basin in plan, m²: 0.15 x 0.10 m."""
 MAX_BASINS = 4
 """Maximum number of basins, the largest first."""
 MIN_SLOPE = 0.05

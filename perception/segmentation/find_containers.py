@@ -115,8 +115,8 @@ def find_containers(
 
 def _floor_basin(support: Support, image: WorkingImage) -> tuple[Basin, NDArray[np.float64]]:
     """Return the floor of a container as a basin, and its corners (K, 2) in plan, m."""
-    corners = ring_rectangle(support.hull)
     hull = support.hull.astype(np.float64)
+    corners = ring_rectangle(hull)
     if corners is None:
         corners = hull if cv2.contourArea(support.hull, oriented=True) > 0 else hull[::-1]
     points = hull @ support.axes - support.plane.offset * support.plane.normal
@@ -242,7 +242,8 @@ def _corners(sides: list[Side], shifts: list[float]) -> NDArray[np.float64]:
     normals = np.array([side.outwards for side in sides])
     offsets = np.array([side.outwards @ side.start for side in sides]) + shifts
     return np.array(
-        [np.linalg.solve(normals[[k - 1, k]], offsets[[k - 1, k]]) for k in range(len(sides))]
+        [np.linalg.solve(normals[[k - 1, k]], offsets[[k - 1, k]]) for k in range(len(sides))],
+        np.float64,
     )
 
 

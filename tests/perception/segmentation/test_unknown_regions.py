@@ -22,7 +22,7 @@ def frame_without(solids, transparent=(), seed=0, dropout=0.0, shadow=False):
         table, _ = solid_frame([], (Plate(),), CAMERA)
         width = CAMERA.fx * PROJECTOR_BASELINE * (1 / frame.depth - 1 / table.depth)
         for v, u in np.argwhere((labels > 0) & ~glass):
-            for x in range(u, min(u + round(width[v, u]) + 1, 640)):
+            for x in range(u, min(u + round(float(width[v, u])) + 1, 640)):
                 if labels[v, x] == 0:
                     depth[v, x] = 0.0
     depth[np.random.default_rng(seed).random(depth.shape) < dropout] = 0.0
