@@ -181,7 +181,8 @@ def _selected(frames: list[KindFrame], options: KindOptions) -> list[KindFrame]:
     names = dict.fromkeys(frame.kind for frame in frames)
     for kind in options.kinds:
         if kind not in names:
-            raise InputError(f"--kinds {kind}: no such kind, expected {', '.join(names)}")
+            known = ", ".join(dict.fromkeys((*FAMILIES, *names)))
+            raise InputError(f"--kinds {kind}: no such kind, expected {known}")
     chosen = []
     for kind in options.kinds or names:
         members = [frame for frame in frames if frame.kind == kind]
