@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from ..perpendicular import perpendicular_pair
-from .above_support import MIN_HEIGHT, SUPPORT_SIGMAS
+from .above_support import BAND_WAVES, MIN_HEIGHT, SUPPORT_SIGMAS
 from .basins import Basin, find_basins
 from .container import Container, Wall
 from .container_walls import MIN_RIM, REACH, Side, depth_inside, measure_sides, ring_rectangle
@@ -36,6 +36,9 @@ FLOOR_OPENING = 5
 """Side of the window that a visible part of a floor fills, px of the measured image."""
 MIN_BAND = 0.003
 """Minimum half width of the band around a floor or a wall, m."""
+WALL_BAND = 0.006
+"""Distance inside and above a wall within which readings belong to it, m: the error of its
+measured faces."""
 OUTER_MARGIN = 0.012
 """Distance outside a wall up to which readings below its rim belong to it, m."""
 WALL_MARGIN = 0.01
@@ -110,7 +113,12 @@ def find_containers(
         basin, corners = _floor_basin(supports[0], image)
         one = _measure(basin, corners, image, plane)
         found.append(one._replace(support=supports[0]._replace(foot_margin=WALL_MARGIN)))
-    return [one for one in found if one.container.rim >= MIN_RIM]
+    wave = supports[0].wave
+    return [
+        one._replace(support=one.support._replace(wave=wave))
+        for one in found
+        if one.container.rim >= MIN_RIM
+    ]
 
 
 def _floor_basin(support: Support, image: WorkingImage) -> tuple[Basin, NDArray[np.float64]]:
@@ -272,7 +280,10 @@ def remove_walls(
     rays = (np.arange(k.width) - k.cx) / k.fx, (np.arange(k.height) - k.cy) / k.fy
     plane, depth = found.container.floor, np.ascontiguousarray(image.depth[found.window])
     axes = np.vstack([plane.normal, found.support.axes])
-    spread = SUPPORT_SIGMAS * plane.tolerance / max(found.support.depth, 1e-6) ** 2
+    spread = max(
+        SUPPORT_SIGMAS * plane.tolerance / max(found.support.depth, 1e-6) ** 2,
+        BAND_WAVES * found.support.wave,
+    )
     kept = above.copy()
     part = np.ascontiguousarray(above[found.window])
     unmark_walls(part, depth, rays, (axes, plane.offset, spread), found.sides)
@@ -337,7 +348,8 @@ def unmark_walls(above, depth, rays, frame, sides):
             height = z * (axes[0, 0] * rays_u[u] + axes[0, 1] * rays_v[v] + axes[0, 2]) + offset
             x = z * (axes[1, 0] * rays_u[u] + axes[1, 1] * rays_v[v] + axes[1, 2])
             y = z * (axes[2, 0] * rays_u[u] + axes[2, 1] * rays_v[v] + axes[2, 2])
-            band = max(spread * z * z, MIN_HEIGHT)
+            band = max(spread * z * z, WALL_BAND)
+            floor_band = max(spread * z * z, MIN_HEIGHT)
             in_wall, inside, within = False, True, True
             for k in range(len(sides)):
                 face = sides[k, 2]
@@ -347,5 +359,5 @@ def unmark_walls(above, depth, rays, frame, sides):
                 inside = inside and behind < 0
                 within = within and behind < sides[k, 5] + OUTER_MARGIN
                 in_wall = in_wall or (behind > -band and height < sides[k, 3] + band)
-            if (within and in_wall) or (inside and height < band):
+            if (within and in_wall) or (inside and height < floor_band):
                 above[v, u] = False

@@ -110,7 +110,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         tuple(planes[1:]),
         containers,
         (*check_frame(frame, image), *warnings),
-        unknown,
+        tuple(region.enlarged(stride) for region in unknown),
     )
 
 

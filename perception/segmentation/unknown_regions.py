@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from .above_support import MIN_HEIGHT, SUPPORT_SIGMAS
+from .above_support import SUPPORT_SIGMAS
 from .block_heights import BLOCK, LOWEST
 
 if TYPE_CHECKING:
@@ -28,6 +28,8 @@ MIN_AREA = 4e-4
 MAX_AREA = 0.06
 """Maximum area of a region on the support, m²: 0.3 x 0.2 m. Larger ones are out of reach of the
 camera's projector, or a hole of the table."""
+MIN_BAND = 0.012
+"""Minimum height of a block above the support, m. The highest of its readings counts."""
 MIN_SUPPORT_RING = 0.7
 """Minimum share of the ring around a region that shows the support. Beside a shadow stands the
 object that casts it."""
@@ -51,6 +53,10 @@ class UnknownRegion:
     height: float
     """Maximum height of what the region may hide above the support, m."""
 
+    def enlarged(self, stride: int) -> UnknownRegion:
+        """Return the region of the whole frame, for one in every `stride`-th row and column."""
+        return replace(self, outline=stride * self.outline)
+
     def moved(self, T_a_b: RigidTransform) -> UnknownRegion:
         """Return the region in frame a, for a region in frame b."""
         return replace(self, corners=T_a_b.apply(self.corners))
@@ -71,7 +77,7 @@ def find_unknown(
         The support.
     """
     empty = tops <= LOWEST
-    band = 2.0 * max(SUPPORT_SIGMAS * support.plane.tolerance, MIN_HEIGHT)
+    band = max(2 * SUPPORT_SIGMAS * support.plane.tolerance, MIN_BAND)
     on_support = np.abs(tops) <= band
     hidden = (empty & ~_shadows(tops, band, image, support)).astype(np.uint8)
     core = cv2.morphologyEx(hidden, cv2.MORPH_OPEN, np.ones((MIN_WIDTH,) * 2, np.uint8))

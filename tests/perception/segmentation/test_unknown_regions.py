@@ -5,7 +5,13 @@ import pytest
 from scipy.spatial import ConvexHull
 from synthetic_solids import T_TABLE_CAMERA, Ball, Box, Plate, solid_frame
 
-from eyehand.perception import CameraIntrinsics, DepthFrame, perceive, segment
+from eyehand.perception import (
+    CameraIntrinsics,
+    DepthFrame,
+    SegmentationOptions,
+    perceive,
+    segment,
+)
 
 CAMERA = CameraIntrinsics(520.0, 520.0, 319.5, 239.5, 640, 480)
 PROJECTOR_BASELINE = 0.075
@@ -73,6 +79,13 @@ def test_missing_readings_at_the_border_are_no_region():
     depth = frame.depth.copy()
     depth[:60], depth[:, :80] = 0.0, 0.0
     assert segment(DepthFrame(depth, CAMERA)).unknown == ()
+
+
+def test_outline_is_in_pixels_of_the_frame():
+    frame, _ = frame_without([], [Box(0.0, 0.7, (0.08, 0.08, 0.1))])
+    (whole,) = segment(frame).unknown
+    (coarse,) = segment(frame, SegmentationOptions(stride=2)).unknown
+    np.testing.assert_allclose(coarse.outline.mean(axis=0), whole.outline.mean(axis=0), atol=8)
 
 
 _SIGNS = [np.array([x, y, 0.0]) for x in (-1, 1) for y in (-1, 1)]
