@@ -9,6 +9,7 @@ import pytest
 from eyehand.apps.bench import Sweep
 from eyehand.apps.bench.sweep import select_sweeps
 from eyehand.apps.segmentation.agreement_sweeps import AGREEMENT_SWEEPS
+from eyehand.apps.segmentation.furnished_sweeps import FURNISHED_SWEEPS
 from eyehand.apps.segmentation.stress_sweeps import SEGMENTATION_SWEEPS
 from eyehand.apps.segmentation.stress_trial import TrialPicture
 from eyehand.data_synth.render import StagedScene
@@ -24,7 +25,7 @@ COUNTS = {"empty": 0, "grazing": 3, "in-bowl": 3} | dict.fromkeys(
 STAGED = [
     sweep
     for sweep in SEGMENTATION_SWEEPS
-    if sweep not in AGREEMENT_SWEEPS
+    if sweep not in (*AGREEMENT_SWEEPS, *FURNISHED_SWEEPS)
     and sweep.name
     not in ("millimetres", "nan", "readings", "tiny-image", "tiny-objects", "chaos", "repeat")
 ]
@@ -164,3 +165,11 @@ def test_false_objects_from_few_readings_fail():
     (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, ["readings"])
     trial = sweep.attempt(10, 0, find_one)
     assert (trial.passed, trial.note) == (False, "1 false objects")
+
+
+@pytest.mark.parametrize(("name", "value", "count"), [("rim", 10, 4), ("table-size", 150, 1)])
+def test_boxes_on_furniture_are_visible(name, value, count):
+    (sweep,) = select_sweeps(SEGMENTATION_SWEEPS, [name])
+    sizes = np.bincount(trial_picture(sweep, value).truth.ravel())
+    assert len(sizes) == count + 1
+    assert sizes[1:].min() > MIN_VISIBLE_PX
