@@ -42,7 +42,7 @@ class NoiseProfile(NamedTuple):
 
     def at(self, disparity: NDArray[np.floating] | float) -> NDArray[np.float64]:
         """Return the noise σ at some disparities, 1/m."""
-        return np.interp(disparity, self.disparities, self.sigmas)
+        return np.asarray(np.interp(disparity, self.disparities, self.sigmas))
 
 
 def frame_noise(disparity: NDArray[np.float32], window: int) -> float:
