@@ -18,9 +18,11 @@ from ..bench import ChartWords, DialChart, FrontPlace, Method, Provenance, check
 from .baselines import BASELINES, Baseline
 from .comparison import compare_segmentations
 from .dials import BOARD
-from .kinds import KindOptions, open_kinds
+from .kinds import SYNTHETIC_SOURCE, KindFrame, KindOptions, open_kinds
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     import numpy as np
     from numpy.typing import NDArray
 
@@ -36,7 +38,7 @@ ROUNDS, QUICK_ROUNDS = 2, 1
 WORDS = ChartWords(
     title="Segmentation: time against accuracy",
     gain="worst_kinds_pct",
-    accuracy="score of the three worst kinds",
+    accuracy="score, worst 3 kinds",
     # One object of 51 in the smallest of the worst kinds changes the mean of three by this much.
     same_gain_pct=0.65,
     columns={"worst_kinds_pct": "worst 3", "all_kinds_pct": "all"},
@@ -88,10 +90,17 @@ def chart_segmentation(
         methods += _baseline_methods(baseline, quick=quick)
     results = compare_segmentations(methods, frames, QUICK_ROUNDS if quick else ROUNDS)
     kinds = list(dict.fromkeys(frame.kind for frame in frames))
-    made = Provenance(f"kinds: {', '.join(kinds)}", data.seed, len(frames))
+    made = Provenance(_data_name(frames), data.seed, len(frames))
     chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
     chart.publish(out, PLACE, store=store, json=json, kinds=kinds, frames=made.frames)
     return 0
+
+
+def _data_name(frames: Sequence[KindFrame]) -> str:
+    """Name the kinds of data; the synthetic families by their number."""
+    families = {frame.kind for frame in frames if frame.source == SYNTHETIC_SOURCE}
+    real = dict.fromkeys(frame.kind for frame in frames if frame.source != SYNTHETIC_SOURCE)
+    return ", ".join([f"{len(families)} synthetic families", *real] if families else real)
 
 
 def _own(setting: DialSetting[SegmentationOptions]) -> Method:

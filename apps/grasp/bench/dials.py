@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from eyehand.errors import InputError
 from eyehand.grasping import PickOptions
 from eyehand.perception import FitOptions, PerceiveOptions, SegmentationOptions
+from eyehand.perception.segmentation import FRONT_FORMAT, STORED_FRONT
 
 if TYPE_CHECKING:
     from collections.abc import Collection
@@ -21,9 +22,10 @@ DEFAULT = "default"
 MIN_OBJECT_PX = 80
 """Minimum number of pixels of an object. One of 20 mm has 120 pixels at the camera distance of
 0.85 m."""
-FAST_SEGMENTATION_MS, FAST_FIT_MS = 15.0, 8.0
-"""Time budgets of fast perception, ms on the machine of the stored fronts. They are the shortest at
-which more than 90 % of the objects are separated and fits keep most of their overlap."""
+FAST_SEGMENTATION_SHARE, FAST_FIT_MS = 0.66, 8.0
+"""Time budgets of fast perception: the segmentation's as a share of the default's stored time, the
+fit's in ms on the machine of its stored front. They are the shortest at which most objects are
+separated and fits keep most of their overlap."""
 FINE_POINTS, FINE_STARTS, FINE_MINIMA, FINE_RAYS = 4000, 9, 5, 64
 """Fine perception: points, starts, minima and silhouette rays of a fit. Larger values do not change
 the result."""
@@ -59,7 +61,8 @@ def perception_dial(name: str) -> PerceiveOptions:
     """
     check_dial("perception", PERCEPTION, name)
     if name == "fast":
-        quick = SegmentationOptions.for_budget(FAST_SEGMENTATION_MS)
+        stored = FRONT_FORMAT.read(STORED_FRONT)
+        quick = SegmentationOptions.for_budget(FAST_SEGMENTATION_SHARE * stored.default_ms)
         return PerceiveOptions(
             segmentation=replace(quick, min_object=MIN_OBJECT_PX),
             fit=FitOptions.for_budget(FAST_FIT_MS),
