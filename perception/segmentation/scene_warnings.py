@@ -51,6 +51,8 @@ WarningKind = Literal[
 MIN_RUNNER_UP = 0.3
 """Minimum score of another plane, relative to that of the support, for "support_doubtful". It is at
 most 0.22 on single tables."""
+SAME_PLANE = 0.015
+"""Maximum distance between a support and the floor of a container that are the same plane, m."""
 MAX_DROP = 0.5
 """Depth of a plane below the support from which it is the floor of the room, m."""
 MIN_BELOW = 0.03
@@ -102,7 +104,7 @@ def find_warnings(
         message = "no support plane was found: every smooth solid counts as an object"
         warnings.append(SceneWarning("no_support", message))
     if supports:
-        warnings += _support_warnings(supports[0])
+        warnings += _support_warnings(supports[0], containers)
     warnings += _container_warnings(supports, containers)
     share = 0.0 if labels.any() else _largest_share(above)
     if share >= MIN_UNEXPLAINED:
@@ -118,10 +120,15 @@ def find_warnings(
     return tuple(warnings)
 
 
-def _support_warnings(support: Support) -> list[SceneWarning]:
+def _support_warnings(support: Support, containers: tuple[Container, ...]) -> list[SceneWarning]:
     warnings: list[SceneWarning] = []
+    # Walls around the support prove it. The rival is then a large object in the container.
+    enclosed = any(
+        one.floor_seen and abs(one.floor.offset - support.plane.offset) < SAME_PLANE
+        for one in containers
+    )
     other = support.runner_up
-    if other is not None and other.score >= MIN_RUNNER_UP * support.score:
+    if other is not None and not enclosed and other.score >= MIN_RUNNER_UP * support.score:
         rise = support.plane.offset - other.plane.offset
         if rise > -MAX_DROP:
             share = f"{100 * other.score / support.score:.0f} %"

@@ -31,6 +31,14 @@ MIN_FOOT_INSIDE = 0.5
 """Minimum share of an object's foot over the hull."""
 MAX_CUT_LENGTH = 0.15
 """Maximum length at which the image border cuts an object off, m. A wall or a robot is longer."""
+RESTING_MARGIN = 0.06
+"""The same for an object whose lowest visible point lies on the support, m. It may hide the corner
+of the support on which it stands."""
+MAX_GAP_BELOW = 0.015
+"""Maximum distance of that point from the support, m."""
+MAX_BOTTOM = 0.4
+"""Maximum height of an object's lowest visible point over its support, m. A higher one hangs on a
+wall or stands on a board that is not visible."""
 MAX_PLAY = 0.02
 """Maximum distance of a leg's highest candidates from their limit, m."""
 BORDER = 2
@@ -111,12 +119,15 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         heights = support.plane.height(points)
         bottom, top = _range(heights)
         highest = _range(heights / points[:, 2] ** 2)[1]
+        if bottom > MAX_BOTTOM:
+            continue
         if highest < MIN_TOP_WAVES * support.wave or _holds_board(top, support, supports):
             continue
         foot = points[heights <= bottom + max(FOOT_SHARE * (top - bottom), MIN_FOOT)]
         foot = foot[:: max(len(foot) // FOOT_SAMPLES, 1)] @ support.axes.T
         # An object that the image cuts off may stand on a part of the support outside the image.
-        margin = -OVERHANG if len(cut_points) else -HULL_MARGIN
+        resting = abs(bottom) < MAX_GAP_BELOW
+        margin = -OVERHANG if len(cut_points) else -RESTING_MARGIN if resting else -HULL_MARGIN
         if support.foot_margin is not None:
             margin = support.foot_margin
         if np.mean(depth_in_hull(foot, support.hull) > margin) >= MIN_FOOT_INSIDE:

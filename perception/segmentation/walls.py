@@ -15,6 +15,8 @@ MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 MIN_LENGTH = 0.2
 """Minimum horizontal length of a wall, m. A hand cannot lift a box of this length by its front."""
+MIN_HEIGHT = 0.35
+"""Minimum height of a narrower one, m: the front edges of the sides of a shelf."""
 MAX_LEAN = 0.3
 """Maximum angle between a wall and the vertical, rad. The walls of totes lean by up to 0.2."""
 MAX_RESIDUAL = 0.004
@@ -51,7 +53,8 @@ def is_wall(points: NDArray[np.float64], support: Support) -> bool:
     if abs(float(normal @ support.plane.normal)) > np.sin(MAX_LEAN):
         return False
     along = np.cross(normal, support.plane.normal)
-    if np.ptp(points @ (along / np.linalg.norm(along))) < MIN_LENGTH:
+    length = np.ptp(points @ (along / np.linalg.norm(along)))
+    if length < MIN_LENGTH and np.ptp(points @ support.plane.normal) < MIN_HEIGHT:
         return False
     across = support.axes @ normal
     beyond = (support.hull @ across - support.axes @ centre @ across) / np.linalg.norm(across)

@@ -6,6 +6,7 @@ from synthetic_solids import Ball, Box, Plate, solid_frame
 
 from eyehand.perception import CameraIntrinsics, DepthFrame, segment
 from eyehand.perception.segmentation import SupportPlane
+from eyehand.perception.segmentation.container import Container
 from eyehand.perception.segmentation.scene_warnings import find_warnings
 from eyehand.perception.segmentation.support_extent import Support
 
@@ -74,6 +75,9 @@ def test_doubtful_support_names_the_other_plane():
     floor = support._replace(runner_up=rival._replace(plane=SupportPlane(np.eye(3)[2], 1.7)))
     assert find_warnings(LABELS, {}, [weaker], (), NOTHING) == ()
     assert find_warnings(LABELS, {}, [floor], (), NOTHING) == ()
+    container = Container(support.plane, (), 0.1)
+    (enclosed,) = find_warnings(LABELS, {}, [support], (container,), NOTHING)
+    assert enclosed.kind == "container"
 
 
 def test_readings_below_the_support_are_warned_about():

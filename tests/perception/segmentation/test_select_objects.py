@@ -167,3 +167,17 @@ def test_leg_that_reaches_higher_support_is_no_object():
     labels, selected = select([leg, box], [board, WIDE_SUPPORT])
     assert not selected[labels == 1].any()
     assert selected[labels == 2].any()
+
+
+def test_region_high_above_its_support_is_no_object():
+    hanging, high = Ball(0.0, 0.7, 0.04, 0.5), Ball(0.0, 0.7, 0.04, 0.2)
+    for ball, kept in ((hanging, False), (high, True)):
+        _, selected = select([ball], [support((-0.5, 0.5), (0.2, 1.5))])
+        assert selected.any() == kept
+
+
+def test_object_on_hidden_corner_of_its_support_is_kept():
+    box = Box(0.34, 0.6, (0.1, 0.1, 0.1))
+    for z, kept in ((0.0, True), (-0.05, False)):
+        _, selected = select([box], [support((-0.3, 0.27), (0.4, 1.0), z)])
+        assert selected.any() == kept
