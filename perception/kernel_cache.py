@@ -11,6 +11,7 @@ from .frame import CameraIntrinsics, DepthFrame
 from .scene import perceive
 from .segmentation import SegmentationOptions, segment
 from .segmentation.local_planes import fit_centred_windows
+from .segmentation.sliver_pixels import replace_by_nearest
 from .superquadric.levenberg_marquardt import descend
 
 if TYPE_CHECKING:
@@ -33,7 +34,8 @@ def warm_up() -> None:
     """Compile or load every kernel, so that the first frame is as fast as the next ones.
 
     It perceives a small synthetic frame: two balls on a plane, one in front of the other. The
-    frame is also segmented at half resolution, which uses further kernels.
+    frame is also segmented at half resolution, and with a coloured bin and missing readings in
+    view, which uses further kernels.
     """
     camera = CameraIntrinsics(100.0, 100.0, 63.5, 47.5, 128, 96)
     rays = camera.rays()
@@ -46,6 +48,23 @@ def warm_up() -> None:
     frame = DepthFrame(depth.astype(np.float32), camera)
     perceive(frame)
     segment(frame, SegmentationOptions(stride=2))
+    segment(_bin_frame(camera))
+    # Small images have no slivers.
+    replace_by_nearest(np.ones((8, 8), np.int32), np.array([False, True]), 1)
+
+
+def _bin_frame(camera: CameraIntrinsics) -> DepthFrame:
+    """Return a view from above into a bin with a box of two colours, and with missing readings."""
+    depth = np.full((camera.height, camera.width), 0.6, np.float32)
+    depth[18:78, 32:96] = 0.5
+    depth[22:74, 36:92] = 0.6
+    depth[34:60, 44:60] = depth[34:60, 64:80] = 0.55
+    depth[34:60, 60:64] = 0.53
+    missing = np.random.default_rng(0).random(depth.shape) < 0.4
+    depth[missing & (np.arange(camera.width) > 76)] = 0.0
+    colour = np.zeros((*depth.shape, 3), np.uint8)
+    colour[:, 62:] = 200
+    return DepthFrame(depth, camera, colour=colour)
 
 
 def _ball(rays: NDArray[np.float64], x: float, z: float) -> NDArray[np.float64]:

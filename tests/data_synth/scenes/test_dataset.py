@@ -146,7 +146,7 @@ def test_json_names_its_schema_and_units(folder: Path):
         (["objects", 0, "position_m"], [0, 0], "must be a list of 3 finite numbers"),
         (["objects", 0, "kind"], "cone", "kind must be one of"),
         (["objects", 0, "mass_kg"], None, "mass_kg must be a number"),
-        (["camera", "fx"], 0, "focal lengths must be 1"),
+        (["camera", "fx"], 0, "focal lengths must be 0.01"),
         (["camera", "T_world_camera"], None, "T_world_camera must be"),
         (["table"], None, "table must be a JSON dict"),
     ],

@@ -171,7 +171,7 @@ def test_rotated_or_mirrored_image_is_rejected(camera: CameraIntrinsics) -> None
 
     mirrored = transformation(camera)
     mirrored.addFlipHorizontal()
-    with pytest.raises(InputError, match="focal lengths must be 1"):
+    with pytest.raises(InputError, match="focal lengths must be"):
         intrinsics_from_transformation(mirrored)
 
 
