@@ -13,7 +13,6 @@ from .connected_parts import connected_parts
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from ..frame import CameraIntrinsics
     from .support_extent import Support
     from .working_image import WorkingImage
 
@@ -85,7 +84,7 @@ def above_support(
                 SUPPORT_SIGMAS * support.plane.tolerance / support.depth**2,
                 BAND_WAVES * support.wave,
             ),
-            min_height(support, k),
+            MIN_HEIGHT,
             support.hull.min(axis=0).astype(np.float64) - OVERHANG,
             support.hull.max(axis=0).astype(np.float64) + OVERHANG,
             max(support.plane.offset - highest - BOARD, 0.0),
@@ -93,16 +92,6 @@ def above_support(
         highest = support.plane.offset
         mark_above(depth, rays, zone, max_range, above, below)
     return above
-
-
-def min_height(support: Support, camera: CameraIntrinsics) -> float:
-    """Return the minimum height of an object's points above a support, m.
-
-    The median filter moves readings by up to one pixel at edges, and along a slanted support this
-    is a height.
-    """
-    normal = np.abs(support.plane.normal)
-    return max(MIN_HEIGHT, support.depth * max(normal[0] / camera.fx, normal[1] / camera.fy))
 
 
 def candidate_window(above: NDArray[np.bool_], min_patch: int) -> tuple[slice, slice] | None:

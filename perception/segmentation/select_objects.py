@@ -39,6 +39,10 @@ MAX_GAP_BELOW = 0.015
 MAX_BOTTOM = 0.4
 """Maximum height of an object's lowest visible point over its support, m. A higher one hangs on a
 wall or stands on a board that is not visible."""
+SEAM_HEIGHT = 2.0
+"""Maximum height of a seam, in heights of one pixel on the support."""
+MAX_SEAM_INTERIOR = 0.1
+"""Maximum share of a seam's pixels with four neighbours in it. Seams are one or two pixels wide."""
 MAX_PLAY = 0.02
 """Maximum distance of a leg's highest candidates from their limit, m."""
 BORDER = 2
@@ -97,6 +101,8 @@ def select_objects(
         if rank < MAX_REGIONS:
             pixels = order_of_pixels[starts[label] : starts[label + 1]]
             region = _Region(*sample_region(pixels, image.disparity, image.pinhole))
+            if supports and _is_seam(region, pixels, labels, supports[0], image):
+                continue
             if not _is_object(region, supports, max_extent):
                 continue
         renumber[label] = following
@@ -133,6 +139,30 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         if np.mean(depth_in_hull(foot, support.hull) > margin) >= MIN_FOOT_INSIDE:
             return not is_wall(points, support)
     return False
+
+
+def _is_seam(
+    region: _Region,
+    pixels: NDArray[np.int64],
+    labels: NDArray[np.int32],
+    support: Support,
+    image: WorkingImage,
+) -> bool:
+    """Return whether a region is a seam that the median filter leaves at the foot of an object.
+
+    The filter moves readings by a pixel there. On a slanted support this is a height.
+    """
+    if not len(region.points):
+        return False
+    normal, k = np.abs(support.plane.normal), image.intrinsics
+    pixel = np.median(region.points[:, 2]) * max(normal[0] / k.fx, normal[1] / k.fy)
+    if np.median(support.plane.height(region.points)) > SEAM_HEIGHT * pixel:
+        return False
+    flat, columns = labels.ravel(), labels.shape[1]
+    same = np.ones(len(pixels), bool)
+    for step in (-columns, -1, 1, columns):
+        same &= np.take(flat, pixels + step, mode="clip") == flat[pixels]
+    return bool(same.mean() < MAX_SEAM_INTERIOR)
 
 
 def _holds_board(top: float, support: Support, supports: list[Support]) -> bool:

@@ -28,7 +28,6 @@ from eyehand.perception.segmentation.above_support import (
     above_support,
     candidate_window,
     count_blocks,
-    min_height,
 )
 from eyehand.perception.segmentation.support_extent import Support
 
@@ -57,7 +56,7 @@ def reference(frame, supports, max_range):
     for item in sorted(supports, key=lambda item: item.plane.offset):
         band = SUPPORT_SIGMAS * item.plane.tolerance * (points[..., 2] / item.depth) ** 2
         band = np.maximum(band, BAND_WAVES * item.wave * points[..., 2] ** 2)
-        band = np.maximum(band, min_height(item, frame.intrinsics))
+        band = np.maximum(band, MIN_HEIGHT)
         plan = points @ item.axes.T
         low, high = item.hull.min(axis=0), item.hull.max(axis=0)
         inside = in_range & np.all((plan >= low - OVERHANG) & (plan <= high + OVERHANG), axis=-1)
@@ -111,11 +110,8 @@ def test_block_counts_equal_numpy(seed, rows, columns):
 
 def test_object_on_table_is_above_support():
     frame, labels = solid_frame([Box(0.0, 0.6, (0.1, 0.1, 0.1))])
-    table = support((-1, 1), (0, 2))
-    above = above_support(exact_image(frame), [table], MAX_RANGE)
-    limit = min_height(table, frame.intrinsics)
-    assert MIN_HEIGHT < limit < 0.003
-    assert np.array_equal(above, (labels == 1) & (heights(frame) > limit))
+    above = above_support(exact_image(frame), [support((-1, 1), (0, 2))], MAX_RANGE)
+    assert np.array_equal(above, (labels == 1) & (heights(frame) > MIN_HEIGHT))
 
 
 @pytest.mark.parametrize(("tolerance", "detected"), [(0.0, True), (0.005, False)])
