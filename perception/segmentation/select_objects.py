@@ -143,7 +143,7 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
 
 def _is_seam(
     region: _Region,
-    pixels: NDArray[np.int64],
+    pixels: NDArray[np.int32],
     labels: NDArray[np.int32],
     support: Support,
     image: WorkingImage,
