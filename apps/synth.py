@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 import numpy as np
 from rich.table import Table
@@ -104,7 +104,7 @@ def synth(
                 f"{'--arm' if arm else '--meshes'} needs a family of {', '.join(COUNT_RANGES)}, "
                 f"got --family {family}"
             )
-        scene = _tabletop(seed, family, OBJECTS if objects is None else objects)
+        scene = _tabletop(seed, cast("Family", family), OBJECTS if objects is None else objects)
     settled = time.perf_counter()
     chosen = DepthNoise.none() if noise == "none" else DepthNoise.realistic(noise_scale)
     view = render_scene(scene)

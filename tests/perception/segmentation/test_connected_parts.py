@@ -1,5 +1,7 @@
 """Test of connected parts: they equal those of scipy."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -13,7 +15,8 @@ def test_parts_equal_scipy(share, diagonal):
     mask = np.random.default_rng(0).random((23, 37)) < share
     parts = connected_parts(mask.astype(np.uint8), diagonal=diagonal)
     structure = ndimage.generate_binary_structure(2, 2 if diagonal else 1)
-    expected, count = ndimage.label(mask, structure)
+    found: Any = ndimage.label(mask, structure)
+    expected, count = found
     assert len(parts.sizes) == count + 1
     assert np.array_equal(parts.labels > 0, mask)
     for label, box in enumerate(ndimage.find_objects(parts.labels), start=1):

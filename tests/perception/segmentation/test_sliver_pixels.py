@@ -1,5 +1,7 @@
 """Tests of the compiled steps on slivers: they equal NumPy and SciPy."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy import ndimage
@@ -23,7 +25,7 @@ def test_replacement_is_nearest_within_reach(seed):
     replaced = np.array([False, True, False, True, False, False])
     found = replace_by_nearest(patches, replaced, reach)
     kept = (patches > 0) & ~replaced[patches]
-    distance = ndimage.distance_transform_edt(~kept)
+    distance: Any = ndimage.distance_transform_edt(~kept)
     filled = replaced[patches] & (distance <= reach)
     assert np.array_equal(found > 0, kept | filled)
     assert np.array_equal(found[kept], patches[kept])
