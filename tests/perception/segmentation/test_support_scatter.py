@@ -16,7 +16,10 @@ from eyehand.perception.segmentation.support_scatter import (
 )
 
 TABLE = Support(
-    SupportPlane(TABLE_AXES[2], CAMERA_HEIGHT, 0.0005), np.zeros((4, 2)), TABLE_AXES[:2], 0.8
+    SupportPlane(TABLE_AXES[2], CAMERA_HEIGHT, 0.0005),
+    np.zeros((4, 2), np.float32),
+    TABLE_AXES[:2],
+    0.8,
 )
 
 
