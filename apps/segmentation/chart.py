@@ -97,10 +97,11 @@ def chart_segmentation(
 
 
 def _data_name(frames: Sequence[KindFrame]) -> str:
-    """Name the kinds of data; the synthetic families by their number."""
-    families = {frame.kind for frame in frames if frame.source == SYNTHETIC_SOURCE}
+    """Name the kinds of data, the synthetic families in one parenthesis."""
+    families = dict.fromkeys(frame.kind for frame in frames if frame.source == SYNTHETIC_SOURCE)
     real = dict.fromkeys(frame.kind for frame in frames if frame.source != SYNTHETIC_SOURCE)
-    return ", ".join([f"{len(families)} synthetic families", *real] if families else real)
+    synthetic = f"synthetic ({', '.join(families)})"
+    return ", ".join([synthetic, *real] if families else real)
 
 
 def _own(setting: DialSetting[SegmentationOptions]) -> Method:
