@@ -30,6 +30,8 @@ from eyehand.perception.io import (
     read_camera_file,
 )
 
+from .osd import looks_like_osd, osd_group, osd_objects
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -44,24 +46,6 @@ PLAUSIBLE_M = (0.2, 5.0)
 """Range of the median depth of a tabletop frame, m. Outside it the depth unit is wrong."""
 COMMON_UNITS_MM = (1.0, 0.25, 0.2, 0.1)
 """Units of integer depth in cameras and data sets, mm."""
-
-OSD_OBJECT = 10
-"""In the Object Segmentation Database object k and its parts have labels 10 k to 10 k + 9, from
-k = 2. Labels below 20 are the table and the background."""
-OSD_FIRST_OBJECT = 20
-OSD_GROUPS = {
-    "learn": {"boxes": 17, "stacked boxes": 8, "occluded objects": 8, "cylindric objects": 12},
-    "test": {
-        "boxes": 16,
-        "stacked boxes": 8,
-        "occluded objects": 7,
-        "cylindric objects": 12,
-        "mixed objects": 12,
-        "complex scenes": 11,
-    },
-}
-"""Groups of that database and their number of frames, in file order (Richtsfeld, Mörwald, Prankl,
-Zillich and Vincze, "Segmentation of Unknown Objects in Indoor Environments", IROS 2012)."""
 
 _ARRAYS = ("depth", "label", "rgb", "colour", "intrinsics", "K", "depth_scale_m")
 
@@ -163,7 +147,7 @@ def open_dataset(folder: Path, options: DatasetOptions | None = None) -> list[Fr
     sources = []
     for path in archives:
         group = _folder_name(path.parent, folder)
-        kind = _osd_group(path.stem) if options.labels == "osd" else None
+        kind = osd_group(path.stem) if options.labels == "osd" else None
         if kind is not None:
             group = kind if path.parent == folder else f"{group}/{kind}"
         name = path.relative_to(folder).with_suffix("").as_posix()
@@ -198,7 +182,7 @@ def read_labelled_npz(path: Path, options: DatasetOptions) -> LabelledFrame:
         frame = DepthFrame(metres, camera.intrinsics, camera.T_world_camera, colour)
         _check_plausible(frame, arrays["depth"])
         truth = decode_labels(label, depth.shape, options.labels)
-    if options.labels == "plain" and _looks_like_osd(label):
+    if options.labels == "plain" and looks_like_osd(label):
         assumed += ("labels are read as plain numbers but look like osd labels: try --labels osd",)
     return LabelledFrame(frame, truth, assumed=assumed)
 
@@ -219,7 +203,7 @@ def decode_labels(
     if numbers.min() < 0 or numbers.max() > np.iinfo(np.int32).max:
         raise InputError(f"labels lie in {numbers.min()}..{numbers.max()}, expected 0 .. 2^31 - 1")
     if coding == "osd":
-        numbers = np.where(numbers < OSD_FIRST_OBJECT, 0, numbers // OSD_OBJECT)
+        numbers = osd_objects(numbers)
     return numbers.astype(np.int32)
 
 
@@ -329,26 +313,6 @@ def _plausible_units(raw: NDArray) -> str:
     if not plausible:
         return f"in mm per unit (the median reading is {median * MM_PER_M:g} units)"
     return "for example " + " or ".join(plausible)
-
-
-def _looks_like_osd(label: NDArray[np.integer]) -> bool:
-    """Return whether objects are numbered in tens and the background has labels too."""
-    numbers = np.unique(label)
-    tens = numbers[numbers >= OSD_FIRST_OBJECT]
-    return len(tens) > 0 and 1 in numbers and bool(np.all(tens % OSD_OBJECT == 0))
-
-
-def _osd_group(stem: str) -> str | None:
-    """Return the group of a frame of the Object Segmentation Database, e.g. of ``learn17``."""
-    found = re.fullmatch(r"(learn|test)(\d+)", stem)
-    if found is None:
-        return None
-    number = int(found[2])
-    for group, count in OSD_GROUPS[found[1]].items():
-        if number < count:
-            return group
-        number -= count
-    return None
 
 
 def _folder_name(path: Path, root: Path) -> str:

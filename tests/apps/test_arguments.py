@@ -5,8 +5,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from eyehand.apps.command_table import ALIASES, COMMANDS, GROUPS, RENAMED
 from eyehand.apps.fitting.page_server import MAX_PORT, open_server
-from eyehand.apps.main import ALIASES, COMMANDS, GROUPS, RENAMED, main
+from eyehand.apps.main import main
 from eyehand.errors import InputError
 
 

@@ -12,7 +12,8 @@ import cv2
 import numpy as np
 import pytest
 
-from eyehand.apps.main import COMMANDS, main
+from eyehand.apps.command_table import COMMANDS
+from eyehand.apps.main import main
 from eyehand.perception import (
     CameraIntrinsics,
     DepthFrame,
