@@ -7,9 +7,17 @@ The names that load the control package with its physics engine are imported on 
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .hands import GripOptions, HandCommand, HandModel, HandReading
+from .hands import (
+    GripOptions,
+    HandCommand,
+    HandModel,
+    HandReading,
+    ParallelHand,
+    generic_jaw,
+    load_hand,
+)
 from .plan import ApproachTask, GraspPlan
-from .planning import GraspOptions, plan_grasps, select_prototype
+from .planning import GraspOptions, plan_prototypes, select_prototype
 from .prototypes import Approach, GraspPurpose, Prototype
 from .report import ClearReport, Phase, PhaseRecord, PickOutcome, PickReport
 from .robot import Robot, RobotReading
@@ -38,6 +46,7 @@ __all__ = [
     "HandCommand",
     "HandModel",
     "HandReading",
+    "ParallelHand",
     "Phase",
     "PhaseRecord",
     "PickOptions",
@@ -50,8 +59,10 @@ __all__ = [
     "Tray",
     "clear_table",
     "execute",
+    "generic_jaw",
+    "load_hand",
     "observe",
-    "plan_grasps",
+    "plan_prototypes",
     "select_grasp",
     "select_prototype",
 ]

@@ -12,7 +12,7 @@ from .control_tasks import control_tasks
 from .motion import TURN_SPEED, with_speed
 from .pick_state import TARGET, TRANSIT_SPEED, PickState, SelectedGrasp
 from .pick_verification import SAME_OBJECT_DISTANCE
-from .planning import plan_grasps
+from .planning import plan_prototypes
 from .reachable import is_reachable
 from .report import UNREACHABLE
 
@@ -119,7 +119,7 @@ def select_grasp(
             skipped[item.label] = f"skipped after {len(keys)} attempts"
             continue
         others = [other for other in scene.objects if other is not item]
-        plans = plan_grasps(
+        plans = plan_prototypes(
             item, scene.support, neighbours=others, hand=cell.robot.hand, options=options
         )
         weight = LOADED_WEIGHT if item.label in loaded else 1.0

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class GraspOptions:
-    """Options of :func:`plan_grasps`."""
+    """Options of :func:`plan_prototypes`."""
 
     purpose: GraspPurpose = "lift"
     """Purpose of the grasp."""
@@ -43,7 +43,7 @@ class GraspOptions:
     they are otherwise planned only if no other grasp is possible."""
 
 
-def plan_grasps(
+def plan_prototypes(
     scene_object: SceneObject,
     support: SupportPlane | None = None,
     *,
@@ -134,8 +134,8 @@ def select_prototype(
     up: NDArray[np.float64] | None = None,
     options: GraspOptions | None = None,
 ) -> GraspPlan:
-    """Return the best plan of :func:`plan_grasps`, or the refusal."""
-    return plan_grasps(
+    """Return the best plan of :func:`plan_prototypes`, or the refusal."""
+    return plan_prototypes(
         scene_object, support, neighbours=neighbours, hand=hand, up=up, options=options
     )[0]
 

@@ -5,11 +5,13 @@
 
 from .closing import IDLE_OPENING, Closing, open_command, preshape_command
 from .grip_options import GripOptions
+from .hand_files import built_in_hands, load_hand, read_hand, write_hand
 from .hand_messages import DriveMode, HandCommand, HandReading
 from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
 from .hand_state import finger_curl, finger_forces, grip_width, is_holding
 from .nominal_hand import nominal_hand
+from .parallel_hand import HandBox, ParallelHand, generic_jaw
 
 __all__ = [
     "IDLE_OPENING",
@@ -19,14 +21,21 @@ __all__ = [
     "Closing",
     "DriveMode",
     "GripOptions",
+    "HandBox",
     "HandCommand",
     "HandModel",
     "HandReading",
+    "ParallelHand",
+    "built_in_hands",
     "finger_curl",
     "finger_forces",
+    "generic_jaw",
     "grip_width",
     "is_holding",
+    "load_hand",
     "nominal_hand",
     "open_command",
     "preshape_command",
+    "read_hand",
+    "write_hand",
 ]

@@ -10,7 +10,7 @@ from eyehand.control import ApproachController, CollisionWorld, ControlOptions, 
 from eyehand.control.tasks import PointOnPlane
 from eyehand.data_synth import LBR_ARM, TOOL_SITE
 from eyehand.errors import InputError
-from eyehand.grasping import plan_grasps
+from eyehand.grasping import plan_prototypes
 from eyehand.grasping.control_tasks import control_tasks
 from eyehand.grasping.hands import nominal_hand
 from eyehand.grasping.palm_placement import EDGE_GAP, MAX_SPHERE_TILT, TABLE_GAP, max_closing_reach
@@ -51,7 +51,7 @@ def world() -> CollisionWorld:
 
 def follow(world, item, name, q=None):
     """Return the best reachable grasp of a name, and the tool's states before and at it."""
-    for plan in plan_grasps(item, TABLE):
+    for plan in plan_prototypes(item, TABLE):
         states = _states(world, plan, q) if plan.name == name else ()
         if len(states) == 2:
             return plan, *states
@@ -77,7 +77,7 @@ def _states(world, plan, q):
 
 
 def plan_of(item, name):
-    return next(plan for plan in plan_grasps(item, TABLE) if plan.name == name)
+    return next(plan for plan in plan_prototypes(item, TABLE) if plan.name == name)
 
 
 @pytest.mark.parametrize(
@@ -139,7 +139,7 @@ def test_free_rotation_depends_on_start_posture(world, item, name, free):
 
 def test_task_types_do_not_depend_on_retreat():
     for item in (BALL, CAN, CARTON, BRICK):
-        for plan in plan_grasps(item, TABLE):
+        for plan in plan_prototypes(item, TABLE):
             kinds = [
                 [
                     (type(task), type(getattr(task, "task", None)))
@@ -162,7 +162,7 @@ def test_control_tasks_follow_shifted_plan_tasks():
 
 
 def test_rejected_plan_and_negative_retreat_raise():
-    (plan,) = plan_grasps(standing_object("box", [0.2, 0.2, 0.1], (0.1, 0.1)), TABLE)
+    (plan,) = plan_prototypes(standing_object("box", [0.2, 0.2, 0.1], (0.1, 0.1)), TABLE)
     with pytest.raises(InputError, match="refused"):
         control_tasks(plan, HAND)
     with pytest.raises(InputError, match="retreat"):

@@ -8,7 +8,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.grasp.ground_truth_scene import ground_truth_scene
 from eyehand.data_synth.scenes import TabletopObject
-from eyehand.grasping import GraspOptions, plan_grasps
+from eyehand.grasping import GraspOptions, plan_prototypes
 from eyehand.grasping.cell import Cell
 from eyehand.grasping.hands import preshape_command
 from eyehand.grasping.pick_state import PickState, SelectedGrasp
@@ -32,7 +32,7 @@ def pick_state(prototype, size=(0.012, 0.02, 0.03)) -> PickState:
     shape = Superquadric(np.array(sorted(size)), (0.1, 0.1), pose, "box")
     scene = ground_truth_scene([TabletopObject("box", shape, 0.1, (0.8, 0.2, 0.2))], VIEW)
     (item,) = scene.objects
-    plans = plan_grasps(item, scene.support, hand=HAND, options=GraspOptions())
+    plans = plan_prototypes(item, scene.support, hand=HAND, options=GraspOptions())
     plan = next(plan for plan in plans if plan.prototype == prototype)
     return PickState(SelectedGrasp(scene, item, plan), 0)
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
-from eyehand.grasping import GraspOptions, plan_grasps, select_prototype
+from eyehand.grasping import GraspOptions, plan_prototypes, select_prototype
 from eyehand.grasping.hands import nominal_hand
 from eyehand.grasping.palm_placement import max_closing_reach
 from eyehand.perception import SceneObject, Superquadric, SuperquadricFit, SupportPlane
@@ -113,7 +113,7 @@ def test_neighbours_all_around_rule_out_side_grasp():
 
 def test_single_neighbour_limits_side_grasp_to_free_directions():
     beside = can(0.03, 0.16, at=(0.095, 0.0), label=2)
-    plans = plan_grasps(can(0.03, 0.16), TABLE, neighbours=[beside])
+    plans = plan_prototypes(can(0.03, 0.16), TABLE, neighbours=[beside])
     plan = next(plan for plan in plans if plan.name == "side power")
     assert plan.geometry is not None
     assert plan.geometry.max_approach_angle < np.pi / 2
@@ -137,7 +137,7 @@ def test_close_neighbours_leave_only_pincer_with_smaller_opening():
     wall = standing_object("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(0.036, 0.0), label=2)
     other = standing_object("box", [0.005, 0.1, 0.02], (0.1, 0.1), at=(-0.036, 0.0), label=3)
     near = [wall, other]
-    plans = plan_grasps(item, TABLE, neighbours=near)
+    plans = plan_prototypes(item, TABLE, neighbours=near)
     # The gap is too narrow for three fingers in a row: two close along the walls.
     assert alone.name == "top precision"
     assert {plan.name for plan in plans} == {"top pincer"}
@@ -148,7 +148,7 @@ def test_close_neighbours_leave_only_pincer_with_smaller_opening():
 
 @pytest.mark.parametrize("family", [can(0.03, 0.16), brick(0.05, 0.07, 0.1), ball(0.0375)])
 def test_plans_are_sorted_by_score_and_explain_rejected_grasps(family):
-    plans = plan_grasps(family, TABLE)
+    plans = plan_prototypes(family, TABLE)
     totals = [plan.score.total for plan in plans]
     assert totals == sorted(totals, reverse=True)
     for plan in plans:
@@ -160,7 +160,7 @@ def test_plans_are_sorted_by_score_and_explain_rejected_grasps(family):
 
 
 def test_thumb_can_be_on_either_side_of_box():
-    plans = [p for p in plan_grasps(brick(0.05, 0.07, 0.1), TABLE) if p.name == "top precision"]
+    plans = [p for p in plan_prototypes(brick(0.05, 0.07, 0.1), TABLE) if p.name == "top precision"]
     closings = np.array([plan.closing for plan in plans])
     assert len(plans) == 4
     assert np.allclose(closings.sum(axis=0), 0.0)
@@ -230,8 +230,8 @@ def test_fingertips_stay_above_lower_neighbours():
 
 def test_push_option_adds_off_centre_grasps_on_object():
     item = brick(0.045, 0.10, 0.06)
-    usual = plan_grasps(item, TABLE)
-    more = plan_grasps(item, TABLE, options=GraspOptions(push=True))
+    usual = plan_prototypes(item, TABLE)
+    more = plan_prototypes(item, TABLE, options=GraspOptions(push=True))
     assert len(more) > len(usual)
     assert more[0].name == usual[0].name
     grips = [plan.geometry for plan in more if plan.geometry is not None]

@@ -1,0 +1,187 @@
+"""Description of a gripper with two parallel jaws, in the frame of its tool centre point."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+SENSES = ("width", "effort", "pad_forces", "tactile")
+"""What a gripper can measure: the opening, the motor's force, the force of each pad, images."""
+
+
+@dataclass(frozen=True)
+class HandBox:
+    """A box with axes along those of the tool frame.
+
+    Raises
+    ------
+    InputError
+        If a corner is not 3 finite numbers, or `low` is not below `high`.
+    """
+
+    low: tuple[float, float, float]
+    """Least x, y and z, m."""
+    high: tuple[float, float, float]
+    """Greatest x, y and z, m."""
+
+    def __post_init__(self) -> None:
+        for name in ("low", "high"):
+            corner = tuple(float(value) for value in getattr(self, name))
+            if len(corner) != 3 or not all(math.isfinite(value) for value in corner):
+                raise InputError(f"{name} must be 3 finite numbers in m, got {list(corner)}")
+            object.__setattr__(self, name, corner)
+        if not all(low < high for low, high in zip(self.low, self.high, strict=True)):
+            raise InputError(f"low {list(self.low)} must be below high {list(self.high)}")
+
+
+@dataclass(frozen=True)
+class ParallelHand:
+    """A gripper whose two jaws move along one line.
+
+    The tool frame has z along the approach, x along the closing direction and its origin midway
+    between the fingertips. A box of a finger is given for the jaw at +x, with x = 0 at the face of
+    its pad. The other jaw is the mirror image at x = 0. An opening w moves the jaws by w/2 each.
+
+    Raises
+    ------
+    InputError
+        If a length or a force is outside its range, or the pad does not lie on the finger.
+    """
+
+    name: str
+    """Name of the hand."""
+    stroke: float
+    """Maximum distance between the pads, m."""
+    finger_boxes: tuple[HandBox, ...]
+    """Boxes of the finger at +x, with x = 0 at the pad's face, z = 0 at the fingertip."""
+    finger_depth: float
+    """Distance of the fingertips from what lies between the jaws behind them, m. An object can
+    enter the hand as far."""
+    pad_width: float
+    """Width of a pad along y, m."""
+    pad_height: float
+    """Height of a pad along z, from the fingertip backwards, m."""
+    palm_boxes: tuple[HandBox, ...]
+    """Boxes of what does not move with the jaws: palm, motor, linkage."""
+    min_opening: float = 0.0
+    """Minimum distance between the pads, m."""
+    force: tuple[float, float] = (0.0, 40.0)
+    """Minimum and maximum closing force of each jaw, N."""
+    camera_boxes: tuple[HandBox, ...] = ()
+    """Boxes of a camera and its mount on the hand."""
+    mount_distance: float = 0.0
+    """Distance from the mounting face of the arm to the origin along z, m."""
+    tip_advance: float = 0.0
+    """Distance that the fingertips move forwards from the open to the closed hand, m. The origin is
+    at the tips of the closed hand."""
+    senses: tuple[str, ...] = ("width", "effort")
+    """What the hand measures: some of `SENSES`."""
+    source: str = ""
+    """Where the numbers are from."""
+    checked: bool = False
+    """Whether the numbers were compared with a robot's file by a test."""
+    notes: str = field(default="", compare=False)
+    """What the boxes leave out."""
+
+    def __post_init__(self) -> None:
+        for name in ("stroke", "finger_depth", "pad_width", "pad_height"):
+            value = getattr(self, name)
+            if not 0.0 < value < 1.0:
+                raise InputError(f"hand {self.name}: {name} must be 0 to 1 m, got {value}")
+        if not 0.0 <= self.min_opening < self.stroke:
+            raise InputError(
+                f"hand {self.name}: min_opening must be from 0 to the stroke {self.stroke} m, "
+                f"got {self.min_opening}"
+            )
+        low, high = self.force
+        if not 0.0 <= low <= high or not 0.0 < high < math.inf:
+            raise InputError(
+                f"hand {self.name}: force must be a range of positive N, got {self.force}"
+            )
+        if not self.finger_boxes:
+            raise InputError(f"hand {self.name}: finger_boxes must hold at least one box")
+        unknown = [sense for sense in self.senses if sense not in SENSES]
+        if unknown:
+            raise InputError(
+                f"hand {self.name}: unknown senses {', '.join(unknown)}; valid are "
+                f"{', '.join(SENSES)}"
+            )
+        tip = max(box.high[2] for box in self.finger_boxes)
+        if abs(tip) > 1e-3:
+            raise InputError(
+                f"hand {self.name}: the fingertips must end at z = 0, they end at {tip:.4f} m"
+            )
+
+    @cached_property
+    def palm_front(self) -> float:
+        """Greatest z of what does not move with the jaws, m; negative."""
+        return max((box.high[2] for box in self.palm_boxes), default=-math.inf)
+
+    def jaw_boxes(self, opening: float) -> NDArray[np.float64]:
+        """Return low and high corners of both fingers' boxes at an opening, (2 n, 2, 3), m."""
+        right = np.array([[box.low, box.high] for box in self.finger_boxes], dtype=np.float64)
+        right[:, :, 0] += 0.5 * opening
+        left = right.copy()
+        left[:, 0, 0], left[:, 1, 0] = -right[:, 1, 0], -right[:, 0, 0]
+        return np.concatenate([right, left])
+
+    def fixed_boxes(self) -> NDArray[np.float64]:
+        """Return low and high corners of palm and camera, (n, 2, 3), m."""
+        boxes = [[box.low, box.high] for box in (*self.palm_boxes, *self.camera_boxes)]
+        return np.array(boxes, dtype=np.float64).reshape(-1, 2, 3)
+
+
+def generic_jaw(
+    stroke: float = 0.085,
+    finger_depth: float = 0.04,
+    finger_width: float = 0.02,
+    *,
+    finger_thickness: float = 0.012,
+    force: tuple[float, float] = (0.0, 40.0),
+) -> ParallelHand:
+    """Return a gripper with two box-shaped fingers in front of a box-shaped palm.
+
+    Parameters
+    ----------
+    stroke
+        Maximum distance between the pads, m.
+    finger_depth
+        Distance of the fingertips from the palm, m.
+    finger_width
+        Width of finger and pad across the closing direction, m.
+    finger_thickness
+        Thickness of a finger along the closing direction, m.
+    force
+        Minimum and maximum closing force of each jaw, N.
+
+    Raises
+    ------
+    InputError
+        If a length or force is out of range.
+    """
+    for name, value in (("finger_width", finger_width), ("finger_thickness", finger_thickness)):
+        if not 0.0 < value < 1.0:
+            raise InputError(f"{name} must be 0 to 1 m, got {value}")
+    half = 0.5 * finger_width
+    reach = 0.5 * stroke + finger_thickness
+    return ParallelHand(
+        name="generic",
+        stroke=stroke,
+        finger_boxes=(HandBox((0.0, -half, -finger_depth), (finger_thickness, half, 0.0)),),
+        finger_depth=finger_depth,
+        pad_width=finger_width,
+        pad_height=min(finger_depth, finger_width),
+        palm_boxes=(HandBox((-reach, -0.035, -finger_depth - 0.1), (reach, 0.035, -finger_depth)),),
+        force=force,
+        mount_distance=finger_depth + 0.1,
+        source="generic: box fingers, palm 70 mm wide and 100 mm long",
+    )

@@ -1,0 +1,1 @@
+"""Plan grasps of parallel jaws."""

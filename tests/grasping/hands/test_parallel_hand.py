@@ -1,0 +1,131 @@
+"""Descriptions of parallel grippers: files, bounds, and the robots' own files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from eyehand.errors import InputError
+from eyehand.grasping.hands import (
+    built_in_hands,
+    generic_jaw,
+    load_hand,
+    read_hand,
+    write_hand,
+)
+
+ROBOTS = Path(__file__).resolve().parents[4] / "shared" / "robots"
+
+
+def test_hand_survives_its_file(tmp_path):
+    for name in built_in_hands():
+        hand = load_hand(name)
+        write_hand(hand, tmp_path / "hand.json")
+        assert read_hand(tmp_path / "hand.json") == hand
+
+
+def test_unknown_name_lists_the_valid_ones():
+    with pytest.raises(InputError, match=r"2f85.*panda"):
+        load_hand("pandda")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"schema": "x"}, "schema"),
+        ({"kind": "fingers"}, "kind"),
+        ({"stroke": -0.1}, "stroke must be 0 to 1 m, got -0.1"),
+        ({"stroke": "wide"}, "'stroke' must be a number, got 'wide'"),
+        ({"colour": 1}, "unknown keys colour"),
+        ({"finger_boxes": []}, "at least one box"),
+        ({"finger_boxes": [{"low": [0, 0, 0]}]}, "'low' and 'high'"),
+        ({"force": [70, 10]}, "force must be a range"),
+        ({"senses": ["smell"]}, "unknown senses smell"),
+        ({"min_opening": 0.2}, "min_opening"),
+    ],
+)
+def test_invalid_file_is_refused_in_one_line(tmp_path, change, message):
+    path = tmp_path / "hand.json"
+    write_hand(load_hand("panda"), path)
+    path.write_text(json.dumps(json.loads(path.read_text()) | change))
+    with pytest.raises(InputError, match=message) as error:
+        read_hand(path)
+    assert "\n" not in str(error.value)
+
+
+def test_missing_key_is_named(tmp_path):
+    path = tmp_path / "hand.json"
+    write_hand(load_hand("panda"), path)
+    data = json.loads(path.read_text())
+    del data["stroke"]
+    path.write_text(json.dumps(data))
+    with pytest.raises(InputError, match="missing keys: stroke"):
+        read_hand(path)
+
+
+def test_jaws_are_mirror_images_an_opening_apart():
+    hand = generic_jaw(stroke=0.1, finger_depth=0.05, finger_width=0.02)
+    right, left = hand.jaw_boxes(0.06)
+    assert right[0, 0] == pytest.approx(0.03)
+    assert left[1, 0] == pytest.approx(-0.03)
+    np.testing.assert_allclose(right[:, 1:], left[:, 1:])
+
+
+@pytest.mark.parametrize(
+    ("name", "file", "opened", "closed", "axis", "fingers"),
+    [
+        ("panda", "franka_emika_panda/hand.xml", 255, 0, 1, ("left_finger", "right_finger")),
+        (
+            "2f85",
+            "robotiq_2f85/2f85.xml",
+            0,
+            255,
+            0,
+            ("left_pad", "right_pad", "left_f", "right_f"),
+        ),
+    ],
+)
+def test_built_in_hand_encloses_the_fingers_of_its_file(name, file, opened, closed, axis, fingers):
+    """The boxes hold all collision geometry of the fingers, and the stroke is that of the pads."""
+    path = ROBOTS / file
+    if not path.is_file():
+        pytest.skip(f"no {path}")
+    hand = load_hand(name)
+    assert hand.checked
+    for control, opening in ((opened, hand.stroke), (closed, 0.0)):
+        points = _finger_points(path, control, fingers)
+        points = points[:, [axis, 1 - axis, 2]] - [0.0, 0.0, hand.mount_distance]
+        gap = 2 * np.abs(points[points[:, 2] > -0.03, 0]).min()
+        assert gap == pytest.approx(opening, abs=2e-3)
+        low, high = np.moveaxis(np.concatenate([hand.jaw_boxes(gap), hand.fixed_boxes()]), 1, 0)
+        inside = (points[:, None] > low - 1e-3) & (points[:, None] < high + 1e-3)
+        assert inside.all(axis=2).any(axis=1).all()
+        assert points[:, 2].max() <= 1e-3
+    assert points[:, 2].max() == pytest.approx(0.0, abs=1e-3)
+
+
+def _finger_points(path: Path, control: float, names: tuple[str, ...]) -> np.ndarray:
+    """Return the corners of the fingers' collision geometry in the hand's frame, (N, 3), m."""
+    mujoco = pytest.importorskip("mujoco")
+    model = mujoco.MjModel.from_xml_path(str(path))
+    data = mujoco.MjData(model)
+    model.opt.gravity[:] = 0.0
+    data.ctrl[:] = control
+    mujoco.mj_step(model, data, 2000)
+    clouds = []
+    for geom in range(model.ngeom):
+        body = model.body(model.geom_bodyid[geom]).name
+        if not model.geom_contype[geom] or not body.startswith(names):
+            continue
+        if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = model.geom_dataid[geom]
+            first = model.mesh_vertadr[mesh]
+            local = model.mesh_vert[first : first + model.mesh_vertnum[mesh]]
+        else:
+            grid = np.meshgrid([-1, 1], [-1, 1], [-1, 1])
+            local = np.reshape(grid, (3, -1)).T * model.geom_size[geom]
+        clouds.append(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
+    return np.vstack(clouds)
