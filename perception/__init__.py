@@ -40,8 +40,8 @@ if TYPE_CHECKING:
         segment,
     )
     from .stored_front import FrontFormat, StoredFront
-    from .superquadric import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
-    from .visibility import outline, outline_points
+    from .superquadric import FitOptions, FreeSpace, Superquadric, SuperquadricFit, fit_superquadric
+    from .visibility import outline, outline_points, view_free_space
 
 __all__ = [
     "SUPPORT",
@@ -49,6 +49,7 @@ __all__ = [
     "Container",
     "DepthFrame",
     "FitOptions",
+    "FreeSpace",
     "FrontFormat",
     "PerceiveOptions",
     "PosedVolumes",
@@ -76,6 +77,7 @@ __all__ = [
     "read_frame",
     "read_intrinsics",
     "segment",
+    "view_free_space",
     "volume_extents",
     "warm_up",
     "write_cloud",

@@ -14,7 +14,7 @@ from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segme
 from .stacking import find_surface_below, rests_on
 from .superquadric import MIN_POINTS, FitOptions, SuperquadricFit, fit_superquadric
 from .thread_pool import map_in_threads
-from .visibility import hidden_rays, visible_share
+from .visibility import view_free_space, visible_share
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -252,8 +252,6 @@ def _fit(
         cloud,
         view_origin=origin,
         support_plane=plane,
-        hidden=lambda rays: hidden_rays(
-            rays, cloud, frame, T_scene_camera, segmentation.mask(label)
-        ),
+        free_space=view_free_space(segmentation.mask(label), frame, T_scene_camera),
         options=fit_options,
     )

@@ -1,4 +1,4 @@
-"""Outlines of solids in the image, and the visible share of their area."""
+"""Outlines of solids in the image, their visible share, and the empty space around objects."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import cv2
 import numpy as np
 
-from .superquadric import Superquadric, SuperquadricFit, mesh
+from .superquadric import FreeSpace, Superquadric, SuperquadricFit, mesh
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,10 +19,14 @@ OUTLINE_RESOLUTION = 24
 """Mesh resolution of an outline. A finer mesh follows rims more closely and costs time."""
 RASTER_PX = 512
 """Side of the image on which the outlines of several parts are drawn to measure their union, px."""
-OCCLUDER_GAP = 0.01
-"""A reading this much nearer than the object's edge belongs to an object in front, m."""
-OCCLUDER_STRIDE = 4
-"""Every n-th point of the object is used to find the depth of its edge."""
+GRID_RAYS = 1200
+"""Approximate number of rays around one object."""
+SURROUNDINGS = 0.5
+"""Width of the surroundings of the object's box, as a share of its longer side ..."""
+MIN_SURROUNDINGS_PX = 8
+"""... plus this, px."""
+EDGE_PX = 2
+"""Pixels beside an edge that may mix two surfaces."""
 
 
 def outline(
@@ -53,47 +57,54 @@ def outline_points(
     return vertices[np.argmin(np.linalg.norm(polygon[:, None] - pixels, axis=2), axis=1)]
 
 
-def hidden_rays(
-    rays: NDArray[np.float64],
-    cloud: NDArray[np.float64],
-    frame: DepthFrame,
-    T_scene_camera: RigidTransform,
-    mask: NDArray[np.bool_],
-) -> NDArray[np.bool_]:
-    """Return a mask (K,) of the view directions that carry no information on an object's outline.
+def view_free_space(
+    mask: NDArray[np.bool_], frame: DepthFrame, T_scene_camera: RigidTransform
+) -> FreeSpace:
+    """Return the space around an object that a depth frame shows to be empty.
 
-    Such a ray leaves the image, ends on an object in front, or ends on the object itself. Rays of
-    the last kind pass the removed border of the object's segment.
+    The rays are pixels on a regular grid over the object's box and its surroundings. Each depth is
+    the smallest reading within EDGE_PX of the pixel, because pixels at an edge mix two surfaces.
+    Pixels without a reading have depth 0.
 
     Parameters
     ----------
-    rays
-        Directions (K, 3) from the camera that pass close to the object, scene frame.
-    cloud
-        The object's points (N, 3), m, scene frame. The point nearest to a ray in the image gives
-        the depth to compare with.
+    mask
+        The object's pixels (H, W).
     frame
         The depth frame.
     T_scene_camera
         Maps camera coordinates to scene coordinates.
-    mask
-        The object's pixels (H, W), its border included.
     """
     camera = frame.intrinsics
-    matrix = T_scene_camera.as_matrix()
-    R, t = matrix[:3, :3], matrix[:3, 3]
-    pixels = camera.project(rays @ R)
-    object_points = (cloud[::OCCLUDER_STRIDE] - t) @ R
-    object_pixels = camera.project(object_points)
-    distances = np.linalg.norm(pixels[:, None] - object_pixels[None], axis=-1)
-    object_depth = object_points[np.argmin(distances, axis=1), 2]
-    columns, rows = np.round(np.nan_to_num(pixels, nan=-1.0)).astype(int).T
-    outside = (columns < 0) | (rows < 0) | (columns >= camera.width) | (rows >= camera.height)
-    columns = np.clip(columns, 0, camera.width - 1)
-    rows = np.clip(rows, 0, camera.height - 1)
-    measured = frame.depth[rows, columns]
-    in_front = (measured > 0) & (measured < object_depth - OCCLUDER_GAP)
-    return outside | in_front | mask[rows, columns]
+    rows, columns = np.flatnonzero(mask.any(axis=1)), np.flatnonzero(mask.any(axis=0))
+    origin = np.asarray(T_scene_camera.translation)
+    if not rows.size:
+        none = np.zeros(0)
+        return FreeSpace(origin, np.zeros((0, 3)), none, none.astype(bool), 0.0)
+    around = int(SURROUNDINGS * max(np.ptp(rows), np.ptp(columns))) + MIN_SURROUNDINGS_PX
+    top, left = max(rows[0] - around, 0), max(columns[0] - around, 0)
+    window = (slice(top, rows[-1] + around + 1), slice(left, columns[-1] + around + 1))
+    readings, object_pixels = frame.depth[window], mask[window]
+    step = max(round(np.sqrt(readings.size / GRID_RAYS)), 1)
+    side = 2 * EDGE_PX + 1
+    nearest = cv2.erode(
+        np.where(readings > 0, readings, np.float32(np.inf)), np.ones((side, side), np.uint8)
+    )
+    start = step // 2
+    z = np.where(readings > 0, nearest, 0.0)[start::step, start::step].astype(np.float64)
+    v, u = np.indices(z.shape) * step + start
+    rays = np.stack(
+        [(u + left - camera.cx) / camera.fx, (v + top - camera.cy) / camera.fy, np.ones(z.shape)],
+        axis=-1,
+    ).reshape(-1, 3)
+    length = np.linalg.norm(rays, axis=1)
+    return FreeSpace(
+        origin=origin,
+        rays=(rays / length[:, None]) @ T_scene_camera.as_matrix()[:3, :3].T,
+        depth=z.ravel() * length,
+        on_object=object_pixels[start::step, start::step].ravel(),
+        pitch=step / camera.fx,
+    )
 
 
 def visible_share(

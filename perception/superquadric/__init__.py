@@ -4,6 +4,7 @@ from .budget import FORMAT as FRONT_FORMAT
 from .budget import STORED_FRONT
 from .canonical import canonical
 from .fit import fit_superquadric
+from .free_space import FreeSpace, covered_share
 from .kinds import EDGE_EXPONENT
 from .options import MAX_PARTS, FitOptions, OptimiserName
 from .result import CandidateSolid, SuperquadricFit
@@ -26,12 +27,14 @@ __all__ = [
     "STORED_FRONT",
     "CandidateSolid",
     "FitOptions",
+    "FreeSpace",
     "Kind",
     "OptimiserName",
     "Superquadric",
     "SuperquadricFit",
     "Uncertainty",
     "canonical",
+    "covered_share",
     "feature_curves",
     "fit_superquadric",
     "mesh",

@@ -13,6 +13,7 @@ from eyehand.errors import InputError
 
 from .canonical import canonical_axes
 from .cost_kernels import distances
+from .free_space import covered_share
 from .model_selection import CandidateModel, criterion, select_model
 from .options import FitOptions
 from .outliers import FilteredCloud, remove_outliers
@@ -26,6 +27,7 @@ from .uncertainty import estimate_uncertainty
 from .validity import (
     MIN_POINTS,
     check_cloud,
+    check_covered_share,
     check_extent,
     check_not_flat,
     check_residuals,
@@ -33,10 +35,9 @@ from .validity import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import ArrayLike, NDArray
 
+    from .free_space import FreeSpace
     from .parameters import ShapeParameters
 
 FILTER_RATIO = 1.5
@@ -44,6 +45,8 @@ FILTER_RATIO = 1.5
 MIN_FILTER_POINTS = 400
 """Minimum number of points in the search for outliers. In a cloud with fewer points, neighbours are
 too far apart."""
+COVERED_NOISE = 3.0
+"""A ray may enter a solid this much too early, in multiples of the noise."""
 SPREAD_POINTS = 300
 """Points from which the spread of the candidates is computed."""
 UNIT_TOLERANCE = 1e-3
@@ -59,7 +62,7 @@ def fit_superquadric(
     *,
     view_origin: ArrayLike | None = None,
     support_plane: ArrayLike | None = None,
-    hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None,
+    free_space: FreeSpace | None = None,
     options: FitOptions | None = None,
 ) -> SuperquadricFit:
     """Fit a superquadric, as simple as the points allow, to the cloud of one object.
@@ -75,9 +78,11 @@ def fit_superquadric(
         (4,) unit normal and offset of the plane on which the object rests, ``n·x + d = 0`` with n
         towards the object. With it the fit adds a soft contact, which loses its influence if the
         points disagree.
-    hidden
-        Function that returns a mask (K,) bool of the view directions (K, 3) in which a nearer
-        object or the border of the image may occlude the object. The outline is not used there.
+    free_space
+        Empty space along the rays of the view, in the same frame; see
+        :func:`perception.view_free_space`. With it the fit rejects a solid that fills this space,
+        and ignores the outline where a nearer object or the image border hides the object. Its
+        origin replaces `view_origin`.
     options
         Trade-offs of the fit; see :class:`FitOptions`.
 
@@ -96,6 +101,8 @@ def fit_superquadric(
     options = options or FitOptions()
     cloud = _check_points(points)
     origin = _check_vector(view_origin, 3, "view_origin")
+    if free_space is not None:
+        origin = free_space.origin
     plane = _check_vector(support_plane, 4, "support_plane")
     if plane is not None and abs(np.linalg.norm(plane[:3]) - 1.0) > UNIT_TOLERANCE:
         raise InputError(f"support_plane must have a unit normal, got {plane[:3].tolist()}")
@@ -107,12 +114,14 @@ def fit_superquadric(
     reason = check_extent(filtered.points, origin, plane, options)
     if reason:
         return SuperquadricFit.rejected(reason, time.perf_counter() - start)
-    observation = Observation(filtered, origin, plane, hidden)
+    observation = Observation(filtered, origin, plane, free_space)
     fit = _fit_one_solid(observation, options)
     if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
         fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
     if options.max_parts > 1:
         fit = split_into_parts(fit, observation, options, _fit_one_solid)
+    if free_space is not None:
+        fit = _check_free_space(fit, free_space, options)
     return replace(fit, seconds=time.perf_counter() - start)
 
 
@@ -150,6 +159,15 @@ def _fit_one_solid(observation: Observation, options: FitOptions) -> Superquadri
         alternatives=_alternatives(selected, candidates, problem, options),
         parts=(solid,),
     )
+
+
+def _check_free_space(
+    fit: SuperquadricFit, free_space: FreeSpace, options: FitOptions
+) -> SuperquadricFit:
+    """Return the fit with its covered share, not converged if that is too large."""
+    share = covered_share(fit.parts, free_space, COVERED_NOISE * options.noise)
+    reason = fit.reason or check_covered_share(share)
+    return replace(fit, covered_share=share, converged=not reason, reason=reason)
 
 
 def _check_points(points: ArrayLike) -> NDArray[np.float64]:

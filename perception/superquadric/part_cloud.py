@@ -55,7 +55,7 @@ class PartCloud:
 
     def part(self, labels: NDArray[np.int64], index: int, options: FitOptions) -> Observation:
         """Return the observation of the points whose label, of labels (N,), is `index`."""
-        cloud, view_origin, plane, _ = self.observation
+        cloud, view_origin, plane, free_space, _ = self.observation
         in_part = labels == index
         points = self.points[in_part]
         if plane is not None:
@@ -63,18 +63,15 @@ class PartCloud:
             if lowest > MAX_CONTACT_GAP * options.plane_scale:
                 plane = None
 
-        def hidden(rays: NDArray[np.float64]) -> NDArray[np.bool_]:
-            return self._is_hidden(rays, in_part)
+        def hides(rays: NDArray[np.float64]) -> NDArray[np.bool_]:
+            return self._hides(rays, in_part)
 
-        return Observation(cloud._replace(points=points), view_origin, plane, hidden)
+        return Observation(cloud._replace(points=points), view_origin, plane, free_space, hides)
 
-    def _is_hidden(
-        self, rays: NDArray[np.float64], in_part: NDArray[np.bool_]
-    ) -> NDArray[np.bool_]:
+    def _hides(self, rays: NDArray[np.float64], in_part: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Return whether another part continues or occludes this one along rays (K, 3)."""
-        is_hidden = self.observation.hidden
-        # The frames of the cloud and of the observation have parallel axes.
-        hidden = np.zeros(len(rays), dtype=bool) if is_hidden is None else is_hidden(rays).copy()
+        free_space = self.observation.free_space
+        hidden = np.zeros(len(rays), dtype=bool) if free_space is None else free_space.hides(rays)
         assert self.directions is not None
         radius = BESIDE_SPACINGS * self.spacing / float(np.median(self.depths))
         for ray, indices in enumerate(self.directions.query_ball_point(rays, radius)):
@@ -101,6 +98,7 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
     gaps, indices = KDTree(points).query(points, k=NEIGHBOURS + 1)
     neighbours = np.asarray(indices)[:, 1:]
     origin, plane, directions, depths = None, None, None, np.zeros(0)
+    free_space = observation.free_space and observation.free_space.shifted(-centre)
     if observation.view_origin is not None:
         origin = observation.view_origin - centre
         depths = np.linalg.norm(points - origin, axis=1)
@@ -110,7 +108,7 @@ def prepare_part_cloud(observation: Observation, options: FitOptions) -> PartClo
         plane = np.append(normal, offset + normal @ centre)
     filtered = observation.cloud._replace(points=points)
     return PartCloud(
-        observation=Observation(filtered, origin, plane, observation.hidden),
+        observation=Observation(filtered, origin, plane, free_space),
         centre=centre,
         radius=float(np.sqrt(np.mean(np.sum(points**2, axis=1)))),
         neighbours=neighbours,

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from .free_space import FreeSpace
     from .options import FitOptions
     from .outliers import FilteredCloud
     from .shape import Kind
@@ -55,8 +56,10 @@ class Observation(NamedTuple):
     """(3,) position of the camera, m."""
     plane: NDArray[np.float64] | None = None
     """(4,) unit normal and offset of the support plane, m."""
-    hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
-    """Returns a mask (K,) of the view directions (K, 3) in which the object may be occluded."""
+    free_space: FreeSpace | None = None
+    """The space around the object that the view shows to be empty."""
+    hides: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
+    """Replaces :meth:`FreeSpace.hides` for a part, which other parts of the object hide too."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +97,9 @@ class FitProblem:
 
 def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
     """Centre, scale and thin a cloud in m, and set up the rays, the plane and the priors."""
-    cloud, view_origin, plane, hidden = observation
+    cloud, view_origin, plane, free_space, hides = observation
+    if hides is None and free_space is not None:
+        hides = free_space.hides
     points = cloud.points
     centre = points.mean(axis=0)
     square_radii = np.sum((points - centre) ** 2, axis=1)
@@ -110,8 +115,8 @@ def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
         beside = silhouette_rays(scaled, origin, options.silhouette_rays, margin)
         # The outline of scattered points already lies outside the object by their noise.
         rays = beside if cloud.on_grid else silhouette_rays(scaled, origin, len(beside), 0.0)
-        if hidden is not None and len(rays):
-            rays = np.ascontiguousarray(rays[~hidden(beside)])
+        if hides is not None and len(rays):
+            rays = np.ascontiguousarray(rays[~hides(beside)])
     scaled_plane = np.array([0.0, 0.0, 1.0, 0.0])
     if plane is not None:
         scaled_plane = np.append(plane[:3], (plane[3] + plane[:3] @ centre) / unit)

@@ -21,7 +21,8 @@ _DX_ROW, _DY_ROW, _DZ_ROW, _LOW, _G_LOW, _S_LOW, _HIGH, _G_HIGH, _S_HIGH = range
 )
 _TIME_ROW, _SLOPE_ROW, _STATE = range(at.FIRST_FREE_ROW + 9, at.FIRST_FREE_ROW + 12)
 _DX, _DY, _DZ = _DX_ROW * LANES, _DY_ROW * LANES, _DZ_ROW * LANES
-_TIME, _SLOPE = _TIME_ROW * LANES, _SLOPE_ROW * LANES
+TIME, _SLOPE = _TIME_ROW * LANES, _SLOPE_ROW * LANES
+"""Distances along the rays, and the slopes of G there."""
 _SEARCHING, _FOUND, _MISSED = 1.0, 0.0, -1.0
 
 
@@ -44,7 +45,13 @@ def compute_ray_rows(rays, view_origin, first, n, shape, tapered, outside, work)
         Whether rays that miss the solid get a negative depth instead of 0.
     work
         Working memory. Row k receives the derivatives by parameter k, row RESIDUAL the depths.
-        The derivatives of a ray with depth 0 are undefined.
+        The derivatives of a ray with depth 0 are undefined. Row TIME receives the distances along
+        the rays at which G is smallest.
+
+    Returns
+    -------
+    tuple
+        The origin of the rays in local axes, 3 numbers.
     """
     lanes = lane_count(n)
     R, c, log_axes = shape.R, shape.centre, shape.log_axes
@@ -74,25 +81,26 @@ def compute_ray_rows(rays, view_origin, first, n, shape, tapered, outside, work)
         time, value, slope = (_HIGH, _G_HIGH, _S_HIGH) if side else (_LOW, _G_LOW, _S_LOW)
         for i in range(lanes):
             grid[_TIME_ROW, i] = grid[time, i]
-        _evaluate_on_rays((o1, o2, o3), shape, tapered, work, lanes)
+        evaluate_on_rays((o1, o2, o3), shape, tapered, work, lanes)
         for i in range(lanes):
             grid[value, i] = 1.0 / grid[at.INV_G_ROW, i]
             grid[slope, i] = grid[_SLOPE_ROW, i]
     for iteration in range(_ITERATIONS):
         if not _choose_times(iteration, outside, tapered, grid, lanes):
             break
-        _evaluate_on_rays((o1, o2, o3), shape, tapered, work, lanes)
+        evaluate_on_rays((o1, o2, o3), shape, tapered, work, lanes)
         _shrink_brackets(reach, grid, lanes)
     _write_depths(log_axes, shape.taper, outside, m, grid, lanes)
+    return o1, o2, o3
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
-def _evaluate_on_rays(origin, shape, tapered, work, lanes):
+def evaluate_on_rays(origin, shape, tapered, work, lanes):
     """Compute G at the current times of the rays, and its slope along them."""
     m, taper = work.flat, shape.taper
     o1, o2, o3 = origin
     for i in range(lanes):
-        time = m[_TIME + i]
+        time = m[TIME + i]
         m[at.X + i] = away_from_zero(o1 + time * m[_DX + i])
         m[at.Y + i] = away_from_zero(o2 + time * m[_DY + i])
         m[at.Z + i] = away_from_zero(o3 + time * m[_DZ + i])

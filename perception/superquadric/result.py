@@ -65,6 +65,9 @@ class SuperquadricFit:
     parts: tuple[Superquadric, ...] = ()
     """Solids of the object, largest first: one unless `max_parts` allows more and they are
     needed."""
+    covered_share: float = 0.0
+    """Share of the pixels of the solids that lie in space seen to be empty, 0-1; see
+    :func:`covered_share`. It is 0 for clouds without a :class:`FreeSpace`."""
 
     @classmethod
     def rejected(cls, reason: str, seconds: float = 0.0) -> SuperquadricFit:

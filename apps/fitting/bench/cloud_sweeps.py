@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from eyehand.perception.superquadric import sample_surface
 from ...bench import Sweep, Trial
 from .clouds import DEFAULT_NOISE, DISTANCE, POINTS, uniform_outliers
 from .stress_trial import RIGHT, FitCallable, try_fit, try_following, try_refusal
-from .stress_views import CloudView, moved, one_view, usual_solid
+from .stress_views import CloudView, free_space_around, moved, one_view, usual_solid
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
@@ -126,12 +127,15 @@ def _occluded(share_pct: float, seed: int, method: FitCallable) -> Trial:
         return (points - origin) @ across / ((points - origin) @ forward)
 
     edge = np.quantile(offset(view.points), share_pct / 100)
-
-    def hidden(directions: NDArray[np.float64]) -> NDArray[np.bool_]:
-        return offset(origin + directions) > edge
-
     visible = view.points[offset(view.points) <= edge]
-    return try_fit(method, CloudView(visible, solid, origin, hidden=hidden), seed)
+    free_space = free_space_around(view.points, origin)
+    behind = offset(origin + free_space.rays) > edge
+    free_space = replace(
+        free_space,
+        depth=np.where(behind, 0.5 * DISTANCE, free_space.depth),
+        on_object=free_space.on_object & ~behind,
+    )
+    return try_fit(method, CloudView(visible, solid, origin, free_space=free_space), seed)
 
 
 def _far(distance: float, seed: int, method: FitCallable) -> Trial:

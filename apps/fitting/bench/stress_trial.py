@@ -50,7 +50,7 @@ def fit_method(view: CloudView) -> FitAnswer:
         view.points,
         view_origin=view.view_origin,
         support_plane=view.support_plane,
-        hidden=view.hidden,
+        free_space=view.free_space,
         options=options,
     )
     return FitAnswer.of(fit)

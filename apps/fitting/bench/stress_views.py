@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
+from scipy.spatial import KDTree
 
-from eyehand.perception import Superquadric
+from eyehand.perception import FreeSpace, Superquadric, perpendicular_pair
 
 from .clouds import DEFAULT_NOISE, POINTS, fit_case, visible_points
 
@@ -17,6 +17,9 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import RigidTransform
 
     from .true_solid import TrueSolid
+
+GRID_SIDE = 35
+"""Rays along a side of the grid of a free space."""
 
 
 @dataclass(frozen=True)
@@ -31,8 +34,8 @@ class CloudView:
     """(3,) camera position, m."""
     support_plane: NDArray[np.float64] | None = None
     """(4,) unit normal and offset."""
-    hidden: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
-    """Returns a mask (K,) of the view directions (K, 3) that a nearer object hides."""
+    free_space: FreeSpace | None = None
+    """Empty space around the object; None for a cloud without an image."""
     unit: float = 1.0
     """Unit of the numbers above, m. Options are scaled by it."""
 
@@ -49,6 +52,25 @@ def one_view(
     return CloudView(points + noise * rng.normal(size=points.shape), solid, origin)
 
 
+def free_space_around(points: NDArray[np.float64], origin: NDArray[np.float64]) -> FreeSpace:
+    """Return the free space of a camera at `origin` (3,) that sees points (N, 3) before nothing."""
+    offsets = points - origin
+    depths = np.linalg.norm(offsets, axis=1)
+    directions = offsets / depths[:, None]
+    forward = directions.mean(axis=0) / np.linalg.norm(directions.mean(axis=0))
+    pair = perpendicular_pair(forward)
+    reach = 2.0 * np.abs(directions @ pair.T).max()
+    steps = np.linspace(-reach, reach, GRID_SIDE)
+    across = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    rays = across @ pair + forward
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    pitch = 2.0 * reach / (GRID_SIDE - 1)
+    gaps, nearest = KDTree(directions).query(rays)
+    on_object = np.asarray(gaps) < pitch
+    depth = np.where(on_object, depths[nearest], np.inf)
+    return FreeSpace(origin, rays, depth, on_object, pitch)
+
+
 def usual_solid(seed: int) -> tuple[Superquadric, NDArray[np.float64]]:
     """Return a random solid of the usual sizes and exponents, and a camera (3,) at 0.7 m."""
     case = fit_case("view-1mm", seed, points=1)
@@ -58,7 +80,7 @@ def usual_solid(seed: int) -> tuple[Superquadric, NDArray[np.float64]]:
 
 
 def moved(view: CloudView, T: RigidTransform) -> CloudView:
-    """Return the view in another frame, without truth and occlusion."""
+    """Return the view in another frame, without truth and free space."""
     origin, plane = view.view_origin, view.support_plane
     if plane is not None:
         normal = T.rotation.apply(plane[:3])
@@ -69,17 +91,18 @@ def moved(view: CloudView, T: RigidTransform) -> CloudView:
         truth=None,
         view_origin=None if origin is None else T.apply(origin),
         support_plane=plane,
-        hidden=None,
+        free_space=None,
     )
 
 
 def scaled(view: CloudView, times: float) -> CloudView:
-    """Return the view with all its numbers multiplied, without truth."""
+    """Return the view with all its numbers multiplied, without truth and free space."""
     origin, plane = view.view_origin, view.support_plane
     return replace(
         view,
         points=times * view.points,
         truth=None,
+        free_space=None,
         view_origin=None if origin is None else times * origin,
         support_plane=None if plane is None else plane * [1.0, 1.0, 1.0, times],
     )

@@ -162,22 +162,6 @@ def test_sheet_is_rejected():
     assert "one plane" in fit.reason
 
 
-def test_hidden_rays_are_queried_for_every_part():
-    case = fit_case("compound", 404)
-    ray_counts = []
-
-    def hidden(rays: np.ndarray) -> np.ndarray:
-        assert np.linalg.norm(rays, axis=1) == pytest.approx(1.0)
-        ray_counts.append(len(rays))
-        return np.ones(len(rays), dtype=bool)
-
-    fit = fit_superquadric(
-        case.points, view_origin=case.view_origin, hidden=hidden, options=THREE_PARTS
-    )
-    assert len(ray_counts) > 1
-    assert fit.superquadric is not None
-
-
 @pytest.mark.parametrize("invalid", [0, -1, 9])
 def test_invalid_max_parts_is_rejected(invalid):
     with pytest.raises(InputError, match="max_parts must be 1 to 8"):

@@ -97,11 +97,17 @@ def test_occluder_hides_exactly_the_removed_points(seed):
     whole = one_view(*usual_solid(seed), np.random.default_rng(0), count=5000)
     for share in (80, 50, 10):
         view = view_of("occluded", share, seed)
-        assert view.hidden is not None
-        assert view.view_origin is not None
-        rays, rest = (points - view.view_origin for points in (view.points, whole.points))
-        assert not view.hidden(rays / np.linalg.norm(rays, axis=1, keepdims=True)).any()
-        assert view.hidden(rest).mean() == pytest.approx(1 - share / 100, abs=0.06)
+        free_space = view.free_space
+        assert free_space is not None
+        seen, rest = (points - free_space.origin for points in (view.points, whole.points))
+        seen, rest = (one / np.linalg.norm(one, axis=1, keepdims=True) for one in (seen, rest))
+        occluded = np.isfinite(free_space.depth) & ~free_space.on_object
+        nearest = free_space.rays[occluded] @ rest.T
+        assert occluded.any()
+        covered = np.arccos(nearest.max(axis=0).clip(-1, 1)) < 0.75 * free_space.pitch
+        assert covered.mean() == pytest.approx(1 - share / 100, abs=0.12)
+        near = np.arccos((free_space.rays[occluded] @ seen.T).max(axis=0).clip(-1, 1))
+        assert np.mean(near < 0.75 * free_space.pitch) < 0.3
 
 
 def test_views_are_at_the_given_angle():

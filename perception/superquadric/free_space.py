@@ -1,0 +1,125 @@
+"""Space around an object that one view shows to be empty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from eyehand.errors import InputError
+
+from .free_space_kernels import covers_free_space
+from .parameters import ShapeParameters
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from .shape import Superquadric
+
+OCCLUDER_GAP = 0.01
+"""A reading this much nearer than the object's edge belongs to an object in front, m."""
+NEIGHBOURS = 4
+"""Rays of the grid around a direction."""
+
+
+# Arrays have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
+class FreeSpace:
+    """The empty space along the rays of one view, on a regular grid around one object.
+
+    Raises
+    ------
+    InputError
+        If the arrays have wrong shapes.
+    """
+
+    origin: NDArray[np.float64]
+    """(3,) position of the camera, m, in the frame of the object's points."""
+    rays: NDArray[np.float64]
+    """(K, 3) unit directions from the camera."""
+    depth: NDArray[np.float64]
+    """(K,) distance along each ray up to which the view shows empty space, m. It is 0 where nothing
+    is known, and the distance of the surface that the ray meets elsewhere. A solid may continue
+    behind that surface."""
+    on_object: NDArray[np.bool_]
+    """(K,) whether the surface that the ray meets belongs to the object."""
+    pitch: float
+    """Angle between neighbouring rays, rad."""
+
+    def __post_init__(self) -> None:
+        count = len(self.rays)
+        for name, shape in (
+            ("origin", (3,)),
+            ("rays", (count, 3)),
+            ("depth", (count,)),
+            ("on_object", (count,)),
+        ):
+            actual = np.shape(getattr(self, name))
+            if actual != shape:
+                raise InputError(f"{name} of a free space must have shape {shape}, got {actual}")
+
+    def shifted(self, by: NDArray[np.float64]) -> FreeSpace:
+        """Return the same free space in a frame whose origin lies at -`by` (3,), m."""
+        return replace(self, origin=self.origin + by)
+
+    def hides(self, directions: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return a mask (M,) of unit directions (M, 3) that carry no information on the outline.
+
+        Such a direction lies beside the grid (outside the image), meets a surface in front of the
+        object, or meets the object itself.
+        """
+        if not len(self.rays):
+            return np.ones(len(directions), dtype=bool)
+        cosines = directions @ self.rays.T
+        around = np.argpartition(-cosines, min(NEIGHBOURS, len(self.rays)) - 1, axis=1)
+        around = around[:, :NEIGHBOURS]
+        rows = np.arange(len(directions))
+        nearest = around[rows, np.argmax(cosines[rows[:, None], around], axis=1)]
+        outside = cosines[rows, nearest] < np.cos(self.pitch)
+        inside = self.on_object[around].all(axis=1)
+        if not self.on_object.any():
+            return outside
+        edge = np.argmax(directions @ self.rays[self.on_object].T, axis=1)
+        edge_depth = self.depth[self.on_object][edge]
+        depth = self.depth[nearest]
+        in_front = (depth > 0) & (depth < edge_depth - OCCLUDER_GAP)
+        return outside | in_front | inside
+
+
+def covered_share(solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float) -> float:
+    """Return the share of the pixels of a union of solids that lie in space seen to be empty, 0-1.
+
+    Parameters
+    ----------
+    solids
+        Solids in the frame of the free space.
+    free_space
+        The rays and the empty space along them.
+    tolerance
+        Length by which a ray may enter a solid too early, m: a multiple of the depth noise.
+
+    Returns
+    -------
+    float
+        Number of rays that enter a solid in empty space over the number of rays that meet a
+        solid. It is 0 if no ray meets one.
+    """
+    meets = np.zeros(len(free_space.rays), dtype=bool)
+    covers = np.zeros(len(free_space.rays), dtype=bool)
+    for solid in solids:
+        shape = ShapeParameters(
+            np.log(solid.semi_axes),
+            np.array(solid.exponents),
+            np.ascontiguousarray(solid.rotation),
+            solid.centre,
+            np.array(solid.taper),
+        )
+        states = covers_free_space(
+            free_space.rays, free_space.depth - tolerance, free_space.origin, shape
+        )
+        meets |= states > 0
+        covers |= states > 1
+    return float(np.count_nonzero(covers) / max(np.count_nonzero(meets), 1))

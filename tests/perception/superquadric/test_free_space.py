@@ -1,0 +1,102 @@
+"""Tests of the empty space along the rays of a view."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.perception import FreeSpace, Superquadric, fit_superquadric
+from eyehand.perception.superquadric import covered_share, sample_surface
+
+SIDE = 35
+
+
+def view(depth: float | np.ndarray, on_object: np.ndarray | None = None) -> FreeSpace:
+    """Return a grid of rays along z within 0.2 of the optical axis."""
+    steps = np.linspace(-0.2, 0.2, SIDE)
+    across = np.stack(np.meshgrid(steps, steps), axis=-1).reshape(-1, 2)
+    rays = np.column_stack([across, np.ones(len(across))])
+    rays /= np.linalg.norm(rays, axis=1, keepdims=True)
+    depths = np.broadcast_to(depth, len(rays)).astype(np.float64)
+    on_object = np.zeros(len(rays), bool) if on_object is None else on_object
+    return FreeSpace(np.zeros(3), rays, depths, on_object, 0.4 / (SIDE - 1))
+
+
+def random_solid(seed: int) -> Superquadric:
+    rng = np.random.default_rng(seed)
+    place = np.array([0.0, 0.0, 0.7]) + rng.uniform(-0.1, 0.1, 3)
+    pose = RigidTransform.from_components(place, Rotation.random(rng=rng))
+    taper = tuple(rng.uniform(-0.4, 0.4, 2)) if seed % 3 == 0 else (0.0, 0.0)
+    return Superquadric(
+        rng.uniform(0.01, 0.1, 3),
+        tuple(rng.uniform(0.1, 1.9, 2)),
+        pose,
+        "tapered" if any(taper) else "superquadric",
+        taper,
+    )
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_share_equals_samples_along_the_rays(seed):
+    solid, rng = random_solid(seed), np.random.default_rng(seed)
+    depth = rng.uniform(0.5, 0.9, SIDE**2)
+    depth[::5] = 0.0
+    free_space = view(depth)
+    along = np.linspace(0.3, 1.1, 1601)
+    inside = np.array([solid.contains(ray * along[:, None]) for ray in free_space.rays], dtype=bool)
+    early = inside & (along < depth[:, None] - 0.004) & (depth[:, None] > 0)
+    expected = early.any(axis=1).sum() / inside.any(axis=1).sum()
+    assert covered_share([solid], free_space, 0.004) == pytest.approx(expected, abs=0.01)
+
+
+def test_union_is_counted_once():
+    solid = random_solid(1)
+    free_space = view(0.7)
+    assert covered_share([solid, solid], free_space, 0.0) == covered_share([solid], free_space, 0.0)
+    assert covered_share([], free_space, 0.0) == 0.0
+
+
+def test_solid_behind_the_surface_covers_nothing():
+    solid = Superquadric(np.full(3, 0.05), (1.0, 1.0), RigidTransform.from_translation([0, 0, 0.7]))
+    assert covered_share([solid], view(0.64), 0.0) == 0.0
+    assert covered_share([solid], view(0.0), 0.0) == 0.0
+    assert covered_share([solid], view(np.inf), 0.0) == 1.0
+
+
+def test_frame_does_not_change_the_share():
+    solid, free_space = random_solid(4), view(0.7)
+    by = np.array([1.0, -2.0, 0.5])
+    moved = Superquadric(
+        solid.semi_axes, solid.exponents, RigidTransform.from_translation(by) * solid.pose
+    )
+    share = covered_share([solid], free_space, 0.002)
+    assert covered_share([moved], free_space.shifted(by), 0.002) == pytest.approx(share, abs=1e-9)
+
+
+def test_outline_is_hidden_by_nearer_surfaces_and_beside_the_grid():
+    left = view(0.0).rays[:, 0] < -0.01
+    near = view(0.0).rays[:, 1] > 0.1
+    depth = np.where(left, 0.7, np.where(near, 0.5, 0.9))
+    free_space = view(depth, left)
+    directions = np.array([[0.05, 0, 1], [0.05, 0.15, 1], [-0.1, 0, 1], [0.5, 0, 1]])
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    assert free_space.hides(directions).tolist() == [False, True, True, True]
+
+
+def test_solid_in_empty_space_is_rejected():
+    rng = np.random.default_rng(0)
+    ball = Superquadric(np.full(3, 0.05), (1.0, 1.0), RigidTransform.from_translation([0, 0, 0.7]))
+    points = sample_surface(ball, 2000, rng)
+    points = points[(ball.normals(points) * points).sum(axis=1) < 0]
+    assert fit_superquadric(points, free_space=view(0.6))
+    fit = fit_superquadric(points, free_space=view(0.9))
+    assert not fit
+    assert fit.superquadric is not None
+    assert fit.covered_share > 0.9
+    assert "the view shows empty space" in fit.reason
+
+
+def test_wrong_shapes_are_rejected():
+    good = view(0.7)
+    with pytest.raises(InputError, match=r"depth of a free space must have shape \(1225,\)"):
+        FreeSpace(good.origin, good.rays, good.depth[:-1], good.on_object, good.pitch)
