@@ -121,33 +121,31 @@ def mark_above(depth, rays, zone, max_range, above, below):
     """Mark pixels above one support, but not below an earlier one; then pixels below this one."""
     rows, columns = depth.shape
     rays_u, rays_v = rays
-    axes, low, high = zone.axes, zone.low, zone.high
+    axes, offset, headroom = zone.axes, zone.offset, zone.headroom
+    relative_band, min_height = zone.relative_band, zone.min_height
+    left, right, front, back = zone.low[0], zone.high[0], zone.low[1], zone.high[1]
+    nu, au, bu = axes[0, 0], axes[1, 0], axes[2, 0]
     for v in range(rows):
         n = axes[0, 1] * rays_v[v] + axes[0, 2]
         a = axes[1, 1] * rays_v[v] + axes[1, 2]
         b = axes[2, 1] * rays_v[v] + axes[2, 2]
+        row, above_row, below_row = depth[v], above[v], below[v]
+        # Without branches the compiler handles several pixels at once.
         for u in range(columns):
-            z = np.float64(depth[v, u])
-            if z <= 0 or z > max_range:
-                continue
-            height = z * (n + axes[0, 0] * rays_u[u]) + zone.offset
+            z = np.float64(row[u])
+            height = z * (n + nu * rays_u[u]) + offset
             # The errors of a depth camera grow with z², and so does the scatter of a plane.
-            band = max(zone.relative_band * z * z, zone.min_height)
-            x = z * (a + axes[1, 0] * rays_u[u])
-            y = z * (b + axes[2, 0] * rays_u[u])
-            if x < low[0] or x > high[0] or y < low[1] or y > high[1]:
-                continue
-            if below[v, u]:
-                inside = (
-                    low[0] + OVERHANG <= x <= high[0] - OVERHANG
-                    and low[1] + OVERHANG <= y <= high[1] - OVERHANG
-                )
-                if not inside or height > zone.headroom:
-                    continue
-            if height > band:
-                above[v, u] = True
-            elif not above[v, u]:
-                below[v, u] = True
+            band = max(relative_band * z * z, min_height)
+            x = z * (a + au * rays_u[u])
+            y = z * (b + bu * rays_u[u])
+            reachable = (z > 0) & (z <= max_range)
+            reachable &= (x >= left) & (x <= right) & (y >= front) & (y <= back)
+            under = (x >= left + OVERHANG) & (x <= right - OVERHANG)
+            under &= (y >= front + OVERHANG) & (y <= back - OVERHANG) & (height <= headroom)
+            reachable &= under | (not below_row[u])
+            marked = above_row[u] | (reachable & (height > band))
+            above_row[u] = marked
+            below_row[u] |= reachable & (not marked)
 
 
 @njit(cache=True, nogil=True)

@@ -32,14 +32,42 @@ def fill_gaps(disparity: NDArray[np.float32]) -> NDArray[np.float32]:
     takes the mean of the pair that agrees best. Where few readings are missing, a gap is often a
     seam between two objects and stays.
     """
-    missing = (disparity == 0).view(np.uint8)
-    changes = np.zeros(disparity.shape, np.uint8)
-    changes[:, 1:] += missing[:, 1:] ^ missing[:, :-1]
-    changes[1:] += missing[1:] ^ missing[:-1]
     # The sum over a window is at most 162.
+    changes = count_changes(disparity)
     dense = np.asarray(cv2.boxFilter(changes, cv2.CV_8U, (WINDOW, WINDOW), normalize=False))
-    gaps = (missing > 0) & (dense >= 2 * MIN_CHANGES * WINDOW**2)
-    return fill_between(disparity, gaps) if gaps.any() else disparity
+    gaps, count = mark_gaps(disparity, dense, 2 * MIN_CHANGES * WINDOW**2)
+    return fill_between(disparity, gaps) if count else disparity
+
+
+@njit(cache=True, nogil=True)
+def count_changes(q):
+    """Count the left and upper neighbours of each pixel from which it differs, (H, W) uint8.
+
+    Two pixels differ if one has a reading and the other has none.
+    """
+    rows, columns = q.shape
+    changes = np.zeros((rows, columns), np.uint8)
+    for v in range(rows):
+        row, above, counts = q[v], q[max(v - 1, 0)], changes[v]
+        for u in range(columns):
+            counts[u] = (row[u] == 0) != (above[u] == 0)
+        for u in range(1, columns):
+            counts[u] += (row[u] == 0) != (row[u - 1] == 0)
+    return changes
+
+
+@njit(cache=True, nogil=True)
+def mark_gaps(q, dense, limit):
+    """Mark the pixels (H, W) without a reading where `dense` reaches a limit, and count them."""
+    rows, columns = q.shape
+    gaps = np.empty((rows, columns), np.bool_)
+    count = 0
+    for v in range(rows):
+        for u in range(columns):
+            gap = (q[v, u] == 0) & (dense[v, u] >= limit)
+            gaps[v, u] = gap
+            count += gap
+    return gaps, count
 
 
 @njit(cache=True, nogil=True)

@@ -9,6 +9,7 @@ from numba import njit
 
 from .above_support import BOARD, OVERHANG
 from .label_pixels import pixels_by_label
+from .median import median
 from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
 from .support_plane import MIN_GAP
 from .walls import is_wall
@@ -136,7 +137,8 @@ def _is_object(region: _Region, supports: list[Support], max_extent: float) -> b
         margin = -OVERHANG if len(cut_points) else -RESTING_MARGIN if resting else -HULL_MARGIN
         if support.foot_margin is not None:
             margin = support.foot_margin
-        if np.mean(depth_in_hull(foot, support.hull) > margin) >= MIN_FOOT_INSIDE:
+        inside = np.count_nonzero(depth_in_hull(foot, support.hull) > margin)
+        if inside >= MIN_FOOT_INSIDE * len(foot):
             return not is_wall(points, support)
     return False
 
@@ -155,14 +157,14 @@ def _is_seam(
     if not len(region.points):
         return False
     normal, k = np.abs(support.plane.normal), image.intrinsics
-    pixel = np.median(region.points[:, 2]) * max(normal[0] / k.fx, normal[1] / k.fy)
-    if np.median(support.plane.height(region.points)) > SEAM_HEIGHT * pixel:
+    pixel = median(region.points[:, 2]) * max(normal[0] / k.fx, normal[1] / k.fy)
+    if median(support.plane.height(region.points)) > SEAM_HEIGHT * pixel:
         return False
     flat, columns = labels.ravel(), labels.shape[1]
     same = np.ones(len(pixels), bool)
     for step in (-columns, -1, 1, columns):
         same &= np.take(flat, pixels + step, mode="clip") == flat[pixels]
-    return bool(same.mean() < MAX_SEAM_INTERIOR)
+    return bool(np.count_nonzero(same) / len(same) < MAX_SEAM_INTERIOR)
 
 
 def _holds_board(top: float, support: Support, supports: list[Support]) -> bool:

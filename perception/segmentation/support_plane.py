@@ -11,6 +11,7 @@ from numba import njit
 from .above_support import SUPPORT_SIGMAS
 from .frame_noise import NoiseProfile
 from .local_planes import MIN_WINDOW_SHARE, LocalPlanes, fit_centred_windows, plane_normals
+from .median import median
 from .result import SupportPlane
 from .support_extent import Support, locate_support
 from .support_scatter import support_wave
@@ -78,6 +79,9 @@ TUKEY_WIDTH = 1.5
 """Residual at which the weight of a reading reaches 0, in tolerances. The plane is then a smooth
 function of the readings. A hard limit moved it by up to 12 mm when 0.5 % of the readings moved by
 1 mm."""
+MIN_SPREAD = 1e-9
+"""Minimum determinant of the samples' covariance in the image, relative to that of an upright
+ellipse. Samples on a line determine no plane."""
 MAD_TO_SIGMA = 1.4826
 """Ratio of standard deviation to median absolute deviation of a normal distribution."""
 
@@ -196,16 +200,15 @@ def _propose_planes(
     candidates = sample_normals[tried]
     offsets = -np.einsum("ij,ij->i", candidates, points[tried])
     # The weight of squared disparity prefers the table to a floor that fills more pixels.
-    weights = 1.0 / np.maximum(z, NEAR_SHARE * float(np.median(z))) ** 2
+    weights = 1.0 / np.maximum(z, NEAR_SHARE * float(median(z))) ** 2
     proposed: list[tuple[SupportPlane, float]] = []
     free = np.ones(rows.size, bool)
     tolerance = SUPPORT_SIGMAS * noise.at(1.0 / z)
     samples = PlaneSamples(1.0 / z, rays, sample_normals)
-    on_plane = plane_inliers(candidates, offsets, samples, tolerance)
-    votes = on_plane.astype(np.float64)
+    votes = plane_inliers(candidates, offsets, samples, tolerance)
     for _ in range(MAX_PROPOSED):
         best = int(np.argmax(votes @ (weights * free)))
-        inliers = on_plane[best] & free
+        inliers = (votes[best] > 0) & free
         if inliers.sum() < max(MIN_INLIERS, MIN_SHARE * rows.size):
             break
         free &= ~inliers
@@ -213,7 +216,7 @@ def _propose_planes(
         if plane_fit is None:
             continue
         plane, inliers = plane_fit
-        proposed.append((plane, float(np.median(z[inliers]))))
+        proposed.append((plane, float(median(z[inliers]))))
         # Remove the whole neighbourhood of the plane, so that its edge does not win next.
         free &= np.abs(points @ plane.normal + plane.offset) > MIN_DISTANCE
     return proposed
@@ -254,31 +257,84 @@ def _refit(
 ) -> tuple[SupportPlane, NDArray[np.bool_]] | None:
     """Fit the plane n·X = 1 with Tukey's weights; return it and its inliers, None if too few."""
     q = 1.0 / z
-    for _ in range(REFITS):
-        residual = (rays @ n - q) / (TUKEY_WIDTH * tolerance)
-        weighted = rays * (np.maximum(1.0 - residual**2, 0.0) ** 2)[:, None]
-        n, *_ = np.linalg.lstsq(weighted.T @ rays, weighted.T @ q, rcond=None)
+    n = fit_tukey_plane(n, rays, q, TUKEY_WIDTH * tolerance)
+    if not n.any():
+        return None
     inliers = np.abs(rays @ n - q) < tolerance
     if np.count_nonzero(inliers) < MIN_INLIERS:
         return None
     length = np.linalg.norm(n)
     normal, offset = -n / length, 1.0 / length
     heights = np.abs((rays[inliers] * z[inliers, None]) @ normal + offset)
-    return SupportPlane(normal, float(offset), float(MAD_TO_SIGMA * np.median(heights))), inliers
+    return SupportPlane(normal, float(offset), float(MAD_TO_SIGMA * median(heights))), inliers
+
+
+@njit(cache=True, nogil=True)
+def fit_tukey_plane(start, rays, q, width):
+    """Fit a plane n·X = 1 in ``REFITS`` steps of reweighted least squares; return n, (3,).
+
+    Parameters
+    ----------
+    start
+        The plane of the first weights, (3,).
+    rays
+        Directions with z = 1, (N, 3).
+    q
+        Disparities (N,), 1/m.
+    width
+        Residuals (N,) at which the weight of a reading reaches 0, 1/m.
+
+    If the readings do not determine a plane, the result is 0.
+    """
+    n = np.array([start[0], start[1], start[2]])
+    for _ in range(REFITS):
+        xx = xy = yy = x = y = total = xq = yq = sq = 0.0
+        for i in range(len(q)):
+            u, v = rays[i, 0], rays[i, 1]
+            residual = (n[0] * u + n[1] * v + n[2] - q[i]) / width[i]
+            weight = max(1.0 - residual * residual, 0.0)
+            weight *= weight
+            wu, wv, wq = weight * u, weight * v, weight * q[i]
+            xx += wu * u
+            xy += wu * v
+            yy += wv * v
+            x += wu
+            y += wv
+            total += weight
+            xq += wu * q[i]
+            yq += wv * q[i]
+            sq += wq
+        if total <= 0:
+            return np.zeros(3)
+        # The plane through the mean is better conditioned than the one through the camera.
+        mu, mv, mq = x / total, y / total, sq / total
+        xx, xy, yy = xx / total - mu * mu, xy / total - mu * mv, yy / total - mv * mv
+        xq, yq = xq / total - mu * mq, yq / total - mv * mq
+        determinant = xx * yy - xy * xy
+        if not determinant > MIN_SPREAD * xx * yy:
+            return np.zeros(3)
+        n[0] = (xq * yy - yq * xy) / determinant
+        n[1] = (yq * xx - xq * xy) / determinant
+        n[2] = mq - n[0] * mu - n[1] * mv
+    return n
 
 
 @njit(cache=True, nogil=True)
 def plane_inliers(candidates, offsets, samples, tolerance):
-    """Mark the samples on each plane that have its normal, (C, N): candidates (C, 3)."""
+    """Mark the samples on each plane that have its normal by 1.0, (C, N): candidates (C, 3)."""
     q, rays, normals = samples.disparity, samples.rays, samples.normals
-    inliers = np.zeros((len(candidates), len(q)), np.bool_)
+    inliers = np.empty((len(candidates), len(q)))
+    # The compiler handles several samples at once if they are contiguous and without branches.
+    u, v, w = rays[:, 0].copy(), rays[:, 1].copy(), rays[:, 2].copy()
+    nu, nv, nw = normals[:, 0].copy(), normals[:, 1].copy(), normals[:, 2].copy()
     for k in range(len(candidates)):
         a, b, c = candidates[k, 0], candidates[k, 1], candidates[k, 2]
         scale = 1.0 / offsets[k]
+        row = inliers[k]
         for i in range(len(q)):
             # A height h over the plane n·X + d = 0 is a disparity residual of h / (z |d|).
-            along = a * rays[i, 0] + b * rays[i, 1] + c * rays[i, 2]
-            if abs(along * scale + q[i]) < tolerance[i]:
-                cosine = a * normals[i, 0] + b * normals[i, 1] + c * normals[i, 2]
-                inliers[k, i] = cosine > MIN_COSINE
+            along = a * u[i] + b * v[i] + c * w[i]
+            near = abs(along * scale + q[i]) < tolerance[i]
+            cosine = a * nu[i] + b * nv[i] + c * nw[i]
+            row[i] = 1.0 if near & (cosine > MIN_COSINE) else 0.0
     return inliers

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .median import median
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -44,17 +46,21 @@ def is_wall(points: NDArray[np.float64], support: Support) -> bool:
     """
     if len(points) < MIN_POINTS:
         return False
+    # The bounding box bounds the length. Most objects are smaller, and the fit takes long.
+    rise = np.ptp(points @ support.plane.normal)
+    if np.hypot(*np.ptp(points @ support.axes.T, axis=0)) < MIN_LENGTH and rise < MIN_HEIGHT:
+        return False
     centre = points.mean(axis=0)
     _, _, directions = np.linalg.svd(points - centre, full_matrices=False)
     normal = directions[2]
-    scatter = MAD_TO_SIGMA * np.median(np.abs((points - centre) @ normal))
+    scatter = MAD_TO_SIGMA * median(np.abs((points - centre) @ normal))
     if scatter > max(MAX_RESIDUAL, RESIDUAL_SIGMAS * support.plane.tolerance):
         return False
     if abs(float(normal @ support.plane.normal)) > np.sin(MAX_LEAN):
         return False
     along = np.cross(normal, support.plane.normal)
     length = np.ptp(points @ (along / np.linalg.norm(along)))
-    if length < MIN_LENGTH and np.ptp(points @ support.plane.normal) < MIN_HEIGHT:
+    if length < MIN_LENGTH and rise < MIN_HEIGHT:
         return False
     across = support.axes @ normal
     beyond = (support.hull @ across - support.axes @ centre @ across) / np.linalg.norm(across)

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
+from numba import njit
 
 from .fill_gaps import fill_gaps
 
@@ -80,7 +81,7 @@ def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -
     if median:
         disparity = fill_gaps(disparity)
         filtered = cv2.medianBlur(disparity, 3)
-        disparity = np.where((disparity > 0) & (filtered > 0), filtered, disparity)
+        disparity = keep_gaps(disparity, np.asarray(filtered))
         depth = inverse(disparity)
     colour = None if frame.colour is None else frame.colour[::stride, ::stride].copy()
     camera = frame.intrinsics.reduced(stride)
@@ -89,9 +90,26 @@ def working_image(frame: DepthFrame, stride: int = 1, *, median: bool = False) -
     )
 
 
-def inverse(image: NDArray[np.float32]) -> NDArray[np.float32]:
-    """Convert depth to disparity or back; 0 stays 0."""
-    return np.divide(1.0, image, out=np.zeros_like(image), where=image > 0)
+@njit(cache=True, nogil=True, error_model="numpy")
+def inverse(image):
+    """Convert depth (H, W) float32 to disparity or back; 0 stays 0."""
+    result = np.empty(image.shape, np.float32)
+    for v in range(image.shape[0]):
+        for u in range(image.shape[1]):
+            value = image[v, u]
+            result[v, u] = np.float32(1.0) / value if value > 0 else np.float32(0.0)
+    return result
+
+
+@njit(cache=True, nogil=True)
+def keep_gaps(image, filtered):
+    """Return a filtered image (H, W), but where it or the image has no reading, the image."""
+    result = np.empty(image.shape, np.float32)
+    for v in range(image.shape[0]):
+        for u in range(image.shape[1]):
+            value, other = image[v, u], filtered[v, u]
+            result[v, u] = other if (value > 0) & (other > 0) else value
+    return result
 
 
 def image_scale(width: int) -> float:

@@ -3,7 +3,14 @@
 import numpy as np
 import pytest
 
-from eyehand.perception.segmentation.fill_gaps import MAX_STEP, PASSES, fill_between, fill_gaps
+from eyehand.perception.segmentation.fill_gaps import (
+    MAX_STEP,
+    PASSES,
+    count_changes,
+    fill_between,
+    fill_gaps,
+    mark_gaps,
+)
 
 
 def sloping(rows=60, columns=80):
@@ -37,6 +44,19 @@ def test_filling_equals_numpy(seed):
     q[rng.random(q.shape) < 0.5] = 0.0
     gaps = rng.random(q.shape) < 0.9
     assert np.allclose(fill_between(q, gaps), reference(q, gaps), atol=1e-6)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_changes_and_gaps_equal_numpy(seed):
+    rng = np.random.default_rng(seed)
+    q = (rng.random((20, 25)) < 0.5).astype(np.float32)
+    changes = np.zeros(q.shape, np.uint8)
+    changes[:, 1:] += q[:, 1:] != q[:, :-1]
+    changes[1:] += q[1:] != q[:-1]
+    assert np.array_equal(count_changes(q), changes)
+    gaps, count = mark_gaps(q, changes, 1.5)
+    assert np.array_equal(gaps, (q == 0) & (changes == 2))
+    assert count == np.count_nonzero(gaps) > 0
 
 
 @pytest.mark.parametrize("share", [0.3, 0.4, 0.6])

@@ -13,8 +13,10 @@ from eyehand.perception.segmentation import support_plane
 from eyehand.perception.segmentation.frame_noise import noise_profile
 from eyehand.perception.segmentation.support_plane import (
     MIN_COSINE,
+    REFITS,
     PlaneSamples,
     find_supports,
+    fit_tukey_plane,
     plane_inliers,
 )
 
@@ -60,6 +62,29 @@ def test_inliers_equal_numpy(seed, tolerance):
     bands = np.full(len(q), tolerance)
     found = plane_inliers(planes, offsets, PlaneSamples(q, rays, normals), bands)
     assert np.array_equal(found, expected.T)
+
+
+@given(seed=st.integers(0, 10_000))
+@settings(max_examples=20)
+def test_tukey_fit_equals_numpy(seed):
+    rng = np.random.default_rng(seed)
+    rays = np.column_stack([rng.uniform(-0.5, 0.5, (200, 2)), np.ones(200)])
+    truth = np.array([0.3, -0.8, 1.2])
+    q = rays @ truth + 0.01 * rng.normal(size=200)
+    q[:40] += rng.uniform(0.1, 0.5, 40)
+    start, width = truth + 0.005 * rng.normal(size=3), np.full(200, 0.06)
+    expected = start
+    for _ in range(REFITS):
+        roots = np.maximum(1.0 - ((rays @ expected - q) / width) ** 2, 0.0)
+        expected = np.linalg.lstsq(roots[:, None] * rays, roots * q, rcond=None)[0]
+    assert np.allclose(fit_tukey_plane(start, rays, q, width), expected, atol=1e-9)
+
+
+def test_tukey_fit_needs_samples_that_span_a_plane():
+    rays = np.column_stack([np.linspace(-0.5, 0.5, 30), np.zeros(30), np.ones(30)])
+    truth, width = np.array([0.3, -0.8, 1.2]), np.full(30, 0.06)
+    assert not fit_tukey_plane(truth, rays, rays @ truth, width).any()
+    assert not fit_tukey_plane(truth, rays, rays @ truth + 1.0, width).any()
 
 
 def test_infinite_table_is_detected():
