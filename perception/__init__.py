@@ -28,7 +28,7 @@ if TYPE_CHECKING:
         mask_volumes,
         volume_extents,
     )
-    from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, perceive
+    from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, fit_region, perceive
     from .segmentation import (
         Container,
         SceneWarning,
@@ -64,6 +64,7 @@ __all__ = [
     "SupportPlane",
     "UnknownRegion",
     "Wall",
+    "fit_region",
     "fit_superquadric",
     "kernels_are_cached",
     "mask_points",

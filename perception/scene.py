@@ -10,8 +10,10 @@ import cv2
 import numpy as np
 from scipy.spatial.transform import RigidTransform
 
+from eyehand.errors import InputError
+
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
-from .stacking import find_surface_below, rests_on
+from .stacking import SurfaceBelow, find_surface_below, rests_on
 from .superquadric import MIN_POINTS, FitOptions, SuperquadricFit, fit_superquadric
 from .thread_pool import map_in_threads
 from .visibility import view_free_space, visible_share
@@ -21,7 +23,6 @@ if TYPE_CHECKING:
 
     from .frame import DepthFrame
     from .segmentation import Container, SceneWarning, UnknownRegion
-    from .stacking import SurfaceBelow
 
 SUPPORT = 0
 """Value of ``rests_on`` for the support plane."""
@@ -178,6 +179,57 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
         containers=tuple(one.moved(T_scene_camera) for one in segmentation.containers),
         unknown=tuple(one.moved(T_scene_camera) for one in segmentation.unknown),
     )
+
+
+def fit_region(
+    frame: DepthFrame,
+    labels: NDArray[np.int32],
+    label: int,
+    support: SupportPlane | None,
+    options: PerceiveOptions | None = None,
+) -> tuple[SuperquadricFit, NDArray[np.float64]]:
+    """Fit a solid to one region of a frame whose objects and support plane are known.
+
+    The points and the evidence are those that :func:`perceive` uses.
+
+    Parameters
+    ----------
+    frame
+        The depth frame. With ``T_world_camera`` the result is in the world frame, else in the
+        camera's.
+    labels
+        (H, W) int32: 0 = not an object, 1..n = objects.
+    label
+        The region to fit.
+    support
+        The plane on which the object rests, in the camera frame; None if it is unknown.
+    options
+        Options of the fit and of its points.
+
+    Returns
+    -------
+    fit, points
+        The fit, and the points (N, 3) that it used, m.
+
+    Raises
+    ------
+    InputError
+        If no pixel has the label.
+    """
+    options = options or PerceiveOptions()
+    segmentation = Segmentation(labels, support, 0.0, {})
+    box = segmentation.boxes().get(label)
+    if box is None:
+        raise InputError(f"label must be that of a region with pixels, got {label}")
+    T_scene_camera = frame.T_world_camera
+    if T_scene_camera is None:
+        T_scene_camera = RigidTransform.identity()
+    rng = np.random.default_rng(options.seed)
+    sampled = _sample_points(frame, segmentation, label, box, options, rng)
+    cloud = T_scene_camera.apply(sampled)
+    moved = support.moved(T_scene_camera) if support else None
+    plane = _plane_below(moved, SurfaceBelow(0.0, SUPPORT))
+    return _fit(label, cloud, plane, frame, T_scene_camera, segmentation, options), cloud
 
 
 def _sample_points(

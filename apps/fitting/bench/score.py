@@ -86,8 +86,8 @@ def surface_distances(
     """
     rng = np.random.default_rng(seed)
     true_parts = convex_parts(truth)
-    from_truth = _distances(_surface_points(true_parts, rng), parts)
-    from_fit = _distances(_surface_points(parts, rng), true_parts)
+    from_truth = union_distances(surface_points(true_parts, rng), parts)
+    from_fit = union_distances(surface_points(parts, rng), true_parts)
     mean = (from_truth.mean() + from_fit.mean()) / 2
     return float(mean), float(max(from_truth.max(), from_fit.max()))
 
@@ -121,7 +121,7 @@ def _unit_points(seed: int) -> NDArray[np.float64]:
     return points
 
 
-def _surface_points(solids: Sequence[TrueSolid], rng: np.random.Generator) -> NDArray[np.float64]:
+def surface_points(solids: Sequence[TrueSolid], rng: np.random.Generator) -> NDArray[np.float64]:
     """Draw about SURFACE_SAMPLES points (N, 3), uniform on the surface of a union."""
     meshes = [surface_mesh(solid) for solid in solids]
     areas = np.array([mesh_area(*surface) for surface in meshes])
@@ -142,7 +142,9 @@ def _is_covered(solid: TrueSolid, points: NDArray[np.float64]) -> NDArray[np.boo
     return solid.contains(points + inward * (SEAM / np.maximum(distance, SEAM)))
 
 
-def _distances(points: NDArray[np.float64], solids: Sequence[TrueSolid]) -> NDArray[np.float64]:
+def union_distances(
+    points: NDArray[np.float64], solids: Sequence[TrueSolid]
+) -> NDArray[np.float64]:
     """Compute the distances (N,) of points (N, 3) to the surface of a union of solids, m."""
     origin = points.mean(axis=0)
     query = import_open3d().core.Tensor((points - origin).astype(np.float32))
