@@ -145,6 +145,8 @@ def _check_outputs(density: float, port: int, page: Path | None) -> None:
         raise InputError(f"--port must be 1 to 65535, got {port}")
     if page is not None and page.suffix.lower() not in (".html", ".htm"):
         raise InputError(f"--page must name an .html file, got {page}")
+    if page is not None and page.exists() and not page.is_file():
+        raise InputError(f"--page must name a file, but {page} is a folder, FIFO or device")
 
 
 def _unit(plane: Sequence[float] | None) -> np.ndarray | None:

@@ -35,7 +35,8 @@ def atomic_write(path: Path | str) -> Iterator[Path]:
     Raises
     ------
     InputError
-        If the folder does not exist, `path` is a folder, or writing there is not allowed.
+        If the folder does not exist, `path` is a folder, FIFO, socket or device, or writing there
+        is not allowed.
     DeviceError
         If the system fails to write (a full disk, say), or the block wrote nothing.
     """
@@ -44,6 +45,8 @@ def atomic_write(path: Path | str) -> Iterator[Path]:
         raise InputError(f"cannot write {path}: there is no folder {path.parent}")
     if path.is_dir():
         raise InputError(f"cannot write {path}: it is a folder, expected a file name")
+    if path.exists() and not path.is_file():
+        raise InputError(f"cannot write {path}: it is a FIFO or device, expected a file name")
     temporary = path.parent / f".{secrets.token_hex(8)}{path.suffix}"
     try:
         yield temporary

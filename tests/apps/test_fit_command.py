@@ -171,6 +171,18 @@ def test_page_is_one_file(ball, tmp_path, capsys):
 
 
 @pytest.mark.parametrize(
+    "options",
+    [["{fifo}.ply"], ["{ball}", "--page", "{fifo}.html"], ["{frame}", "--mask", "{fifo}.png"]],
+)
+def test_fifo_is_refused_at_once_and_kept(options, ball, tmp_path, capsys):
+    fifo = tmp_path / "pipe"
+    named = [option.format(ball=ball, frame=SAMPLE, fifo=fifo) for option in options]
+    os.mkfifo(named[-1])
+    assert "FIFO" in rejection(*named, capsys=capsys)
+    assert Path(named[-1]).is_fifo()
+
+
+@pytest.mark.parametrize(
     ("arguments", "message"),
     [
         ([], "CLOUD"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import stat
 from pathlib import Path
 
@@ -44,6 +45,14 @@ def test_failure_keeps_old_file_only(tmp_path: Path) -> None:
         write_half()
     assert path.read_text() == "old"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_fifo_is_refused_and_kept(tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    os.mkfifo(path)
+    with pytest.raises(InputError, match="FIFO"), atomic_write(path) as temporary:
+        temporary.write_text("new")
+    assert path.is_fifo()
 
 
 def test_new_file_has_default_permissions(tmp_path: Path) -> None:
