@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args
+from typing import TYPE_CHECKING, Annotated, Any, get_args
+
+from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions
@@ -22,6 +24,8 @@ from ...wording import counted, seed_span
 from .baselines import find_baseline
 from .clouds import Group, fit_case
 from .comparison import OWN, baseline_fitter, case_rows, grade, own_fitter, summary_rows
+from .evaluate_meshes import evaluate_meshes
+from .mesh_options import MeshData
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,6 +39,8 @@ if TYPE_CHECKING:
 QUICK_CASES = 2
 PARTS = 3
 """Default maximum number of parts for compounds. Few of them have more."""
+MESH_BASELINES = ("ems",)
+"""Baselines on meshes, unless others are named."""
 IN_PARTS = f"{OWN}, {PARTS} parts"
 """Name of our fit with parts."""
 
@@ -45,6 +51,7 @@ def evaluate_fit(
     cases: int = 25,
     groups: list[Group] | None = None,
     baseline: list[str] | None = None,
+    meshes: Annotated[MeshData | None, Parameter(name="*", group="Household meshes")] = None,
     optimiser: str | None = None,
     points: int | None = None,
     max_parts: int | None = None,
@@ -56,6 +63,8 @@ def evaluate_fit(
     """Fit clouds of known solids and print the accuracy.
 
     Writes cases.csv with a row per cloud and fitter. Cloud k of a group depends on seed + k only.
+    With --meshes the fit is evaluated on views of household objects instead, with a row per class,
+    beside the baseline ems. That writes fits.csv, and worst.png with the worst fits.
 
     Parameters
     ----------
@@ -69,16 +78,18 @@ def evaluate_fit(
         Another fitter for the same clouds: a known name, or module:function for a Python function
         f(points, view_origin, support_plane) that returns a Superquadric, a SuperquadricFit or
         None. Can be given several times.
+    meshes
+        Folders of meshes, their views and their noise.
     optimiser
         Optimiser of the final refinement. Default: that of the fit options.
     points
         Number of points of a cloud that the fit uses. Default: that of the fit options.
     max_parts
-        Maximum number of parts of an object. Default: 1; for compounds both 1 and 3.
+        Maximum number of parts of an object. Default: 1; for compounds and meshes both 1 and 3.
     budget_ms
         Use the stored settings for this time per fit, ms. Other given options override them.
     quick
-        Use two clouds per group.
+        Use two clouds per group, or one mesh per class.
     out
         Output folder.
     json
@@ -93,6 +104,16 @@ def evaluate_fit(
     dials = {"optimiser": optimiser, "points": points, "max_parts": max_parts}
     given = {name: value for name, value in dials.items() if value is not None}
     own = replace(base, **given)
+    if meshes is not None and meshes.meshes:
+        meshes.check()
+        methods = {
+            f"{OWN}, 1 solid": replace(own, max_parts=1),
+            IN_PARTS: replace(own, max_parts=PARTS),
+        }
+        if max_parts is not None:
+            methods = {OWN: own}
+        fitters = {name: find_baseline(name) for name in baseline or MESH_BASELINES}
+        return evaluate_meshes(meshes, methods, fitters, seed=seed, quick=quick, out=out, json=json)
     baselines = [baseline_fitter(name, find_baseline(name)) for name in baseline or []]
     make_folder(out)
     load_kernels()

@@ -11,60 +11,83 @@ from .mesh_classes import CLASS_NAMES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from .mesh_classes import MeshClass
     from .mesh_score import MeshScore
 
-ALL = "all"
-"""Name of the row over all classes."""
+ALL, EVEN = "all", "even"
+"""Names of the rows over all classes: every fit, or every class, has the same weight."""
 
 
 def mesh_summary(
     scores: Sequence[tuple[MeshClass, MeshScore]], method: str
 ) -> list[dict[str, Any]]:
-    """Return a row over all scores and a row for each class that occurs.
+    """Return two rows over all scores and a row for each class that occurs.
 
     A refused fit has an IoU of 0 and infinite errors. Infinite figures are None. Shares are of all
     fits. The coverage is the share of the sides within one and two stated standard deviations.
     """
-    rows = [_row(ALL, method, [score for _, score in scores])]
-    for kind in CLASS_NAMES:
-        own = [score for name, score in scores if name == kind]
-        if own:
-            rows.append(_row(kind, method, own))
-    return rows
+    by_class = {kind: [score for name, score in scores if name == kind] for kind in CLASS_NAMES}
+    known = {kind: own for kind, own in by_class.items() if own}
+    weights = [1.0 / len(known[kind]) for kind, _ in scores]
+    every = [score for _, score in scores]
+    return [
+        _row(ALL, method, every, [1.0] * len(every)),
+        _row(EVEN, method, every, weights),
+        *(_row(kind, method, own, [1.0] * len(own)) for kind, own in known.items()),
+    ]
 
 
-def _row(name: str, method: str, scores: Sequence[MeshScore]) -> dict[str, Any]:
-    widths = np.abs([score.width_error for score in scores])
-    times = 1e3 * np.array([score.seconds for score in scores])
-    sides = np.abs(np.concatenate([score.side_sigmas for score in scores] or [np.zeros(0)]))
+def _row(
+    name: str, method: str, scores: Sequence[MeshScore], weights: Sequence[float]
+) -> dict[str, Any]:
+    def quantile(values: Sequence[float], share: float) -> float | None:
+        return _quantile(np.array(values), np.array(weights), share)
+
+    def share(values: Sequence[bool]) -> float:
+        return round(100 * float(np.average(values, weights=weights)), 1)
+
+    widths = [1e3 * abs(score.width_error) for score in scores]
+    times = [1e3 * score.seconds for score in scores]
+    sides = np.abs(np.concatenate([score.side_sigmas for score in scores]))
+    side_weights = np.repeat(weights, [len(score.side_sigmas) for score in scores])
     return {
         "name": name,
         "method": method,
         "fits": len(scores),
-        "iou_median_pct": _quantile([100 * score.iou for score in scores], 0.5),
-        "iou_p10_pct": _quantile([100 * score.iou for score in scores], 0.1),
-        "chamfer_median_mm": _quantile([1e3 * score.chamfer for score in scores], 0.5),
-        "width_error_median_mm": _quantile(1e3 * widths, 0.5),
-        "width_error_p90_mm": _quantile(1e3 * widths, 0.9),
-        "usable_pct": _share([score.usable for score in scores]),
-        "refused_pct": _share([score.refused for score in scores]),
-        "flagged_pct": _share([score.flagged for score in scores]),
-        "unsaid_iou_pct": _share([score.unsaid_iou for score in scores]),
-        "unsaid_unusable_pct": _share([score.unsaid_unusable for score in scores]),
-        "in_parts_pct": _share([score.parts > 1 for score in scores]),
-        "sides_1_sigma_pct": _share(sides <= 1.0) if len(sides) else None,
-        "sides_2_sigma_pct": _share(sides <= 2.0) if len(sides) else None,
-        "fit_median_ms": _quantile(times, 0.5),
-        "fit_p90_ms": _quantile(times, 0.9),
+        "iou_median_pct": quantile([100 * score.iou for score in scores], 0.5),
+        "iou_p10_pct": quantile([100 * score.iou for score in scores], 0.1),
+        "chamfer_median_mm": quantile([1e3 * score.chamfer for score in scores], 0.5),
+        "width_error_median_mm": quantile(widths, 0.5),
+        "width_error_p90_mm": quantile(widths, 0.9),
+        "usable_pct": share([score.usable for score in scores]),
+        "refused_pct": share([score.refused for score in scores]),
+        "flagged_pct": share([score.flagged for score in scores]),
+        "unsaid_iou_pct": share([score.unsaid_iou for score in scores]),
+        "unsaid_unusable_pct": share([score.unsaid_unusable for score in scores]),
+        "in_parts_pct": share([score.parts > 1 for score in scores]),
+        "sides_1_sigma_pct": _coverage(sides, side_weights, 1.0),
+        "sides_2_sigma_pct": _coverage(sides, side_weights, 2.0),
+        "fit_median_ms": quantile(times, 0.5),
+        "fit_p90_ms": quantile(times, 0.9),
     }
 
 
-def _quantile(values: Any, share: float) -> float | None:
-    # Lower, so that a few infinite values do not make finite quantiles infinite.
-    value = float(np.quantile(np.asarray(values, dtype=float), share, method="lower"))
+def _quantile(
+    values: NDArray[np.float64], weights: NDArray[np.float64], share: float
+) -> float | None:
+    """Return the least value that at least a share of the weight does not exceed."""
+    order = np.argsort(values)
+    reached = np.cumsum(weights[order]) >= share * weights.sum() - 1e-9
+    value = float(values[order][np.argmax(reached)])
     return round(value, 2) if np.isfinite(value) else None
 
 
-def _share(values: Any) -> float:
-    return round(100 * float(np.mean(values)), 1)
+def _coverage(
+    sides: NDArray[np.float64], weights: NDArray[np.float64], sigmas: float
+) -> float | None:
+    """Return the percentage of sides within so many standard deviations; None without sides."""
+    if not len(sides):
+        return None
+    return round(100 * float(np.average(sides <= sigmas, weights=weights)), 1)
