@@ -28,7 +28,16 @@ if TYPE_CHECKING:
         mask_volumes,
         volume_extents,
     )
-    from .scene import SUPPORT, PerceiveOptions, Scene, SceneObject, fit_region, perceive
+    from .scene import (
+        SUPPORT,
+        PerceiveOptions,
+        RegionEvidence,
+        Scene,
+        SceneObject,
+        fit_region,
+        perceive,
+        region_evidence,
+    )
     from .segmentation import (
         Container,
         SceneWarning,
@@ -53,6 +62,7 @@ __all__ = [
     "FrontFormat",
     "PerceiveOptions",
     "PosedVolumes",
+    "RegionEvidence",
     "Scene",
     "SceneObject",
     "SceneWarning",
@@ -77,6 +87,7 @@ __all__ = [
     "read_cloud",
     "read_frame",
     "read_intrinsics",
+    "region_evidence",
     "segment",
     "view_free_space",
     "volume_extents",

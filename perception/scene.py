@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
     from .frame import DepthFrame
     from .segmentation import Container, SceneWarning, UnknownRegion
+    from .superquadric import FreeSpace
 
 SUPPORT = 0
 """Value of ``rests_on`` for the support plane."""
@@ -72,6 +73,34 @@ class SceneObject:
     0-1. It is 0 if the fit failed."""
     rests_on: int | None
     """Label of the object below, 0 for the support plane, None if it is unknown."""
+
+
+# Arrays have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
+class RegionEvidence:
+    """What a frame shows of one object, in the scene's frame: the input of its fit."""
+
+    points: NDArray[np.float64]
+    """Visible surface points, (N, 3), m."""
+    view_origin: NDArray[np.float64]
+    """Position of the camera, (3,), m."""
+    support_plane: NDArray[np.float64] | None
+    """Unit normal and offset (4,) of the plane that the object stands on, if it is known."""
+    free_space: FreeSpace
+    """Empty space around the object."""
+    margin: float
+    """Distance of the object's outline beyond that of the points, m."""
+
+    def fit(self, options: FitOptions) -> SuperquadricFit:
+        """Fit a solid."""
+        margin = options.silhouette_margin + self.margin
+        return fit_superquadric(
+            self.points,
+            view_origin=self.view_origin,
+            support_plane=self.support_plane,
+            free_space=self.free_space,
+            options=replace(options, silhouette_margin=margin),
+        )
 
 
 @dataclass(frozen=True)
@@ -217,6 +246,20 @@ def fit_region(
         If no pixel has the label.
     """
     options = options or PerceiveOptions()
+    evidence = region_evidence(frame, labels, label, support, options)
+    fit_options = replace(options.fit, seed=options.fit.seed + label)
+    return evidence.fit(fit_options), evidence.points
+
+
+def region_evidence(
+    frame: DepthFrame,
+    labels: NDArray[np.int32],
+    label: int,
+    support: SupportPlane | None,
+    options: PerceiveOptions | None = None,
+) -> RegionEvidence:
+    """Return what :func:`fit_region` fits. The parameters and errors are the same."""
+    options = options or PerceiveOptions()
     segmentation = Segmentation(labels, support, 0.0, {})
     box = segmentation.boxes().get(label)
     if box is None:
@@ -229,7 +272,7 @@ def fit_region(
     cloud = T_scene_camera.apply(sampled)
     moved = support.moved(T_scene_camera) if support else None
     plane = _plane_below(moved, SurfaceBelow(0.0, SUPPORT))
-    return _fit(label, cloud, plane, frame, T_scene_camera, segmentation, options), cloud
+    return _evidence(cloud, plane, frame, T_scene_camera, segmentation.mask(label))
 
 
 def _sample_points(
@@ -292,18 +335,27 @@ def _fit(
         return SuperquadricFit.rejected(
             f"only the {options.max_objects} largest objects are fitted"
         )
-    # The outline of the cloud is smaller than that of the object, by the removed border and half
-    # a pixel on each side.
-    margin = (BORDER_PX + 0.5) * distance / frame.intrinsics.fx
-    fit_options = replace(
-        options.fit,
-        seed=options.fit.seed + label,
-        silhouette_margin=options.fit.silhouette_margin + margin,
-    )
-    return fit_superquadric(
-        cloud,
+    fit_options = replace(options.fit, seed=options.fit.seed + label)
+    mask = segmentation.mask(label)
+    return _evidence(cloud, plane, frame, T_scene_camera, mask).fit(fit_options)
+
+
+def _evidence(
+    cloud: NDArray[np.float64],
+    plane: NDArray[np.float64] | None,
+    frame: DepthFrame,
+    T_scene_camera: RigidTransform,
+    mask: NDArray[np.bool_],
+) -> RegionEvidence:
+    """Return what a frame shows of the object with a mask (H, W) and a cloud (N, 3)."""
+    origin = np.asarray(T_scene_camera.translation)
+    distance = float(np.linalg.norm(np.median(cloud, axis=0) - origin)) if len(cloud) else 0.0
+    return RegionEvidence(
+        points=cloud,
         view_origin=origin,
         support_plane=plane,
-        free_space=view_free_space(segmentation.mask(label), frame, T_scene_camera),
-        options=fit_options,
+        free_space=view_free_space(mask, frame, T_scene_camera),
+        # The outline of the cloud is smaller than that of the object, by the removed border and
+        # half a pixel on each side.
+        margin=(BORDER_PX + 0.5) * distance / frame.intrinsics.fx,
     )

@@ -5,7 +5,15 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 from synthetic_balls import CAMERA, UP, ball_centre, ball_frame
 
-from eyehand.perception import SUPPORT, DepthFrame, PerceiveOptions, perceive
+from eyehand.errors import InputError
+from eyehand.perception import (
+    SUPPORT,
+    DepthFrame,
+    PerceiveOptions,
+    fit_region,
+    perceive,
+    region_evidence,
+)
 
 BALLS = [(-0.12, 0.62, 0.05), (0.0, 0.75, 0.04), (0.13, 0.6, 0.045)]
 
@@ -74,3 +82,26 @@ def test_equal_frames_give_equal_scenes():
         assert a.fit.superquadric is not None
         assert b.fit.superquadric is not None
         assert np.array_equal(a.fit.superquadric.semi_axes, b.fit.superquadric.semi_axes)
+
+
+def test_a_known_region_is_fitted_as_in_the_scene():
+    frame, _ = ball_frame(BALLS)
+    rotation = Rotation.align_vectors([[0.0, 0.0, 1.0]], [UP])[0]
+    T = RigidTransform.from_components([0.3, -0.2, 0.6], rotation)
+    frame = DepthFrame(frame.depth, CAMERA, T)
+    scene = perceive(frame)
+    segmentation = scene.segmentation
+    # The random choice of points is the same for the first object only.
+    fit, points = fit_region(frame, segmentation.labels, 1, segmentation.support)
+    expected = scene.objects[0]
+    assert np.array_equal(points, expected.points)
+    assert fit.superquadric is not None
+    assert expected.fit.superquadric is not None
+    assert np.array_equal(fit.superquadric.semi_axes, expected.fit.superquadric.semi_axes)
+    assert np.array_equal(fit.superquadric.centre, expected.fit.superquadric.centre)
+
+
+def test_a_region_without_pixels_is_refused():
+    frame, truth = ball_frame(BALLS[:1])
+    with pytest.raises(InputError, match="label must be that of a region with pixels, got 5"):
+        region_evidence(frame, truth.astype(np.int32), 5, None)
