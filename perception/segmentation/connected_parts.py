@@ -49,13 +49,18 @@ def measure_parts(labels, count):
     boxes = np.zeros((count, 4), np.int32)
     boxes[:, 0], boxes[:, 1] = rows, columns
     for v in range(rows):
-        for u in range(columns):
-            label = labels[v, u]
-            sizes[label] += 1
+        start = 0
+        for u in range(1, columns + 1):
+            label = labels[v, start]
+            if u < columns and labels[v, u] == label:
+                continue
+            # The run of equal labels ends here.
+            sizes[label] += u - start
             if label > 0:
                 box = boxes[label]
                 box[0] = min(box[0], v)
-                box[1] = min(box[1], u)
+                box[1] = min(box[1], start)
                 box[2] = v + 1
-                box[3] = max(box[3], u + 1)
+                box[3] = max(box[3], u)
+            start = u
     return sizes, boxes

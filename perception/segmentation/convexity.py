@@ -40,21 +40,20 @@ def convexities(pixels, q, planes, pinhole, samples):
     """Compute :func:`region_convexity` from at most `samples` pixels of each region."""
     count = len(pixels.starts) - 2
     values = np.zeros(count + 1)
-    points = np.empty((samples, 6))
+    points = np.empty((6, samples))
     for label in range(1, count + 1):
         picked = min(samples, pixels.starts[label + 1] - pixels.starts[label])
         n = 0
         for i in range(picked):
             if _point_and_normal(
-                sample_pixel(pixels, label, i, picked), q, planes, pinhole, points[n]
+                sample_pixel(pixels, label, i, picked), q, planes, pinhole, points[:, n]
             ):
                 n += 1
         dots = lengths = 0.0
         for i in range(n):
-            for j in range(i):
-                dot, length = _spread(points[i], points[j])
-                dots += dot
-                lengths += length
+            dot, length = _sum_spread(points, i)
+            dots += dot
+            lengths += length
         values[label] = dots / max(lengths, 1e-12)
     return values
 
@@ -76,17 +75,19 @@ def _point_and_normal(pixel, q, planes, pinhole, out):
     return True
 
 
-@njit(cache=True, nogil=True)
-def _spread(a, b):
-    """Return the dot product of the differences of points and normals, and their lengths' product.
+@njit(cache=True, nogil=True, fastmath={"reassoc", "nsz"})
+def _sum_spread(points, i):
+    """Sum the dot products of the differences of points and normals, and their lengths' products.
 
-    `a` and `b` are points with normals, (6,).
+    The sums are over the pairs of point `i` with all earlier ones. `points` holds points with
+    normals, (6, N). The compiler may change the order of the sums, to handle several pairs at once.
     """
-    dot = apart = turned = 0.0
-    for k in range(3):
-        dp = a[k] - b[k]
-        dn = a[k + 3] - b[k + 3]
-        dot += dp * dn
-        apart += dp * dp
-        turned += dn * dn
-    return dot, np.sqrt(apart * turned)
+    x, y, z = points[0], points[1], points[2]
+    a, b, c = points[3], points[4], points[5]
+    dots = lengths = 0.0
+    for j in range(i):
+        dx, dy, dz = x[i] - x[j], y[i] - y[j], z[i] - z[j]
+        da, db, dc = a[i] - a[j], b[i] - b[j], c[i] - c[j]
+        dots += dx * da + dy * db + dz * dc
+        lengths += np.sqrt((dx * dx + dy * dy + dz * dz) * (da * da + db * db + dc * dc))
+    return dots, lengths

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .label_pixels import count_labels
 from .regions import count_border_pairs, relabel_by_size
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def join_fragments(
     small = (labels == 0) & (pieces > 0)
     regions = relabel_by_size(np.where(small, pieces + labels.max(initial=0), labels))
     borders = count_border_pairs(regions, image, planes)
-    sizes = np.bincount(regions.ravel(), minlength=1)
+    sizes = count_labels(regions, int(regions.max(initial=0)))
     parent = np.arange(len(sizes), dtype=np.int32)
     for label in range(len(sizes) - 1, 0, -1):
         if sizes[label] >= image.area(MAX_FRAGMENT):

@@ -9,7 +9,7 @@ import cv2
 import numpy as np
 
 from .ambiguity import FLAT, HIDDEN, UncertainJoin
-from .label_pixels import pixels_by_label
+from .label_pixels import pixels_by_label, renumber_labels
 from .patch_edges import PatchEdges, patch_edges
 from .sliver_pixels import clear_borders, measure_patches, replace_by_nearest
 
@@ -100,7 +100,7 @@ def join_patches(
         plain = image._replace(colour=None)
         thin = patch_edges(patches, plain, planes, window, hidden=False)
         _attach_slivers(thin.pairs, edge_weights(thin), slivers, parent)
-    return parent[patches], _uncertain_joins(patches, edges, parent, min_object)
+    return renumber_labels(patches, parent), _uncertain_joins(patches, edges, parent, min_object)
 
 
 def edge_weights(edges: PatchEdges) -> NDArray[np.float64]:

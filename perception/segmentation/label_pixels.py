@@ -30,19 +30,53 @@ def pixels_by_label(labels, count):
     """Return the `LabelPixels` of the labels 1..count of an image (H, W)."""
     flat = labels.ravel()
     starts = np.zeros(count + 2, np.int64)
-    for label in flat:
-        if label > 0:
-            starts[label + 1] += 1
-    for label in range(1, count + 2):
-        starts[label] += starts[label - 1]
+    sizes = count_labels(labels, count)
+    for label in range(1, count + 1):
+        starts[label + 1] = starts[label] + sizes[label]
     order = np.empty(starts[count + 1], np.int32)
     following = starts.copy()
+    # A run of equal labels needs no access to `following`.
+    present, at = 0, 0
     for k in range(flat.size):
         label = flat[k]
+        if label != present:
+            following[present] = at
+            present, at = label, following[label]
         if label > 0:
-            order[following[label]] = k
-            following[label] += 1
+            order[at] = k
+            at += 1
     return LabelPixels(order, starts)
+
+
+@njit(cache=True, nogil=True)
+def count_labels(labels, count):
+    """Return the number of pixels of each label 0..`count` of an image (H, W), int64.
+
+    ``np.bincount`` converts the whole image to int64 first and takes three times as long.
+    """
+    sizes = np.zeros(count + 1, np.int64)
+    # A run of equal labels is counted at once.
+    present, run = 0, 0
+    for label in labels.ravel():
+        if label != present:
+            sizes[present] += run
+            present, run = label, 0
+        run += 1
+    sizes[present] += run
+    return sizes
+
+
+@njit(cache=True, nogil=True)
+def renumber_labels(labels, numbers):
+    """Replace each label of an image (H, W) by its number in `numbers` (n + 1,), int32.
+
+    ``np.take`` converts the whole image to int64 first and takes three times as long.
+    """
+    result = np.empty(labels.shape, np.int32)
+    for v in range(labels.shape[0]):
+        for u in range(labels.shape[1]):
+            result[v, u] = numbers[labels[v, u]]
+    return result
 
 
 @njit(cache=True, nogil=True)

@@ -247,18 +247,31 @@ def select_windows(q, planes, radius, noise, gain):
 
 @njit(cache=True, nogil=True)
 def _normals(planes, pinhole):
-    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
-    fx, fy, cx, cy = pinhole
-    rows, columns = value.shape
-    normals = np.zeros((rows, columns, 3), np.float32)
+    rows, columns = planes.value.shape
+    normals = np.empty((rows, columns, 3), np.float32)
+    row = np.empty((3, columns), np.float32)
+    u_from_centre = np.arange(columns) - pinhole[2]
     for v in range(rows):
+        row_normals(planes, v, pinhole, u_from_centre, row)
         for u in range(columns):
-            if value[v, u] <= 0:
-                continue
-            x, y = slope_u[v, u] * fx, slope_v[v, u] * fy
-            z = value[v, u] - slope_u[v, u] * (u - cx) - slope_v[v, u] * (v - cy)
-            scale = -1.0 / np.sqrt(x * x + y * y + z * z)
-            normals[v, u, 0] = x * scale
-            normals[v, u, 1] = y * scale
-            normals[v, u, 2] = z * scale
+            normals[v, u, 0], normals[v, u, 1], normals[v, u, 2] = row[0, u], row[1, u], row[2, u]
     return normals
+
+
+@njit(cache=True, nogil=True, error_model="numpy")
+def row_normals(planes, v, pinhole, u_from_centre, normals):
+    """Write the unit normals of row v to an array (3, W) float32, 0 where there is no plane.
+
+    `u_from_centre` holds the distances of the columns from the principal point, (W,), px.
+    """
+    fx, fy, _, cy = pinhole
+    value, slope_u, slope_v = planes.value[v], planes.slope_u[v], planes.slope_v[v]
+    first, second, third = normals[0], normals[1], normals[2]
+    v_from_centre = v - cy
+    # Without branches the compiler handles several pixels at once.
+    for u in range(len(value)):
+        x, y = slope_u[u] * fx, slope_v[u] * fy
+        z = value[u] - slope_u[u] * u_from_centre[u] - slope_v[u] * v_from_centre
+        scale = -1.0 / np.sqrt(x * x + y * y + z * z)
+        scale = scale if value[u] > 0 else 0.0
+        first[u], second[u], third[u] = x * scale, y * scale, z * scale

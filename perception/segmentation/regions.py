@@ -8,6 +8,7 @@ import cv2
 import numpy as np
 from numba import njit
 
+from .label_pixels import count_labels, renumber_labels
 from .local_planes import CREASE_SIGMAS, STEP_SIGMAS
 
 if TYPE_CHECKING:
@@ -83,7 +84,8 @@ def relabel_by_size(labels: NDArray[np.int32], min_size: int = 1) -> NDArray[np.
 
     Regions below `min_size` px become 0, and so do all but the ``MAX_REGIONS`` largest ones.
     """
-    return np.take(_labels_by_size(np.bincount(labels.ravel(), minlength=1), min_size), labels)
+    sizes = count_labels(labels, int(labels.max(initial=0)))
+    return renumber_labels(labels, _labels_by_size(sizes, min_size))
 
 
 def merge_regions(labels: NDArray[np.int32], parent: NDArray[np.int32]) -> NDArray[np.int32]:
@@ -93,9 +95,9 @@ def merge_regions(labels: NDArray[np.int32], parent: NDArray[np.int32]) -> NDArr
     """
     if np.array_equal(parent, np.arange(len(parent))):
         return labels
-    sizes = np.bincount(labels.ravel(), minlength=len(parent))
+    sizes = count_labels(labels, len(parent) - 1)
     merged = np.bincount(parent, weights=sizes, minlength=len(parent)).astype(np.int64)
-    return np.take(_labels_by_size(merged, 1)[parent], labels)
+    return renumber_labels(labels, _labels_by_size(merged, 1)[parent])
 
 
 def relabel_with_reasons(
@@ -106,14 +108,14 @@ def relabel_with_reasons(
     `reasons` maps a label to the reason why its region is ambiguous. Labels without pixels are
     removed. The keys of the result are sorted.
     """
-    sizes = np.bincount(labels.ravel(), minlength=1)
+    sizes = count_labels(labels, int(labels.max(initial=0)))
     new_labels = _labels_by_size(sizes, 1)
     new_reasons = {
         int(new_labels[label]): reason
         for label, reason in reasons.items()
         if label < len(sizes) and sizes[label]
     }
-    return np.take(new_labels, labels), dict(sorted(new_reasons.items()))
+    return renumber_labels(labels, new_labels), dict(sorted(new_reasons.items()))
 
 
 def _labels_by_size(sizes: NDArray[np.integer], min_size: int) -> NDArray[np.int32]:

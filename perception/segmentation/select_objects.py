@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 
 from .above_support import BOARD, OVERHANG
-from .label_pixels import pixels_by_label
+from .label_pixels import count_labels, pixels_by_label, renumber_labels
 from .median import median
 from .regions import HIGH_QUANTILE, LOW_QUANTILE, MAX_REGIONS
 from .support_plane import MIN_GAP
@@ -91,7 +91,7 @@ def select_objects(
         (H, W) int32: 1..n = kept regions, largest first. Only the ``MAX_REGIONS`` largest ones are
         checked. Smaller ones are kept.
     """
-    sizes = np.bincount(labels.ravel(), minlength=1)
+    sizes = count_labels(labels, int(labels.max(initial=0)))
     sizes[0] = 0
     order = np.argsort(-sizes, kind="stable")
     order = order[sizes[order] >= min_size]
@@ -108,7 +108,7 @@ def select_objects(
                 continue
         renumber[label] = following
         following += 1
-    return np.take(renumber, labels)
+    return renumber_labels(labels, renumber)
 
 
 def _is_object(region: _Region, supports: list[Support], max_extent: float) -> bool:

@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numba import njit
 
+from .label_pixels import count_labels
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -77,11 +79,15 @@ def clear_borders(patches, mask):
 @njit(cache=True, nogil=True)
 def measure_patches(patches, distance, count):
     """Return the size and the largest distance of each patch 0..`count`, two of (count + 1,)."""
-    sizes, largest = np.zeros(count + 1, np.int64), np.zeros(count + 1, np.float32)
-    rows, columns = patches.shape
-    for v in range(rows):
-        for u in range(columns):
-            label = patches[v, u]
-            sizes[label] += 1
-            largest[label] = max(largest[label], distance[v, u])
+    sizes, largest = count_labels(patches, count), np.zeros(count + 1, np.float32)
+    # A run of equal labels needs one comparison with the largest distance so far.
+    flat, distances = patches.ravel(), distance.ravel()
+    present, high = 0, np.float32(0.0)
+    for k in range(flat.size):
+        label = flat[k]
+        if label != present:
+            largest[present] = max(largest[present], high)
+            present, high = label, np.float32(0.0)
+        high = max(high, distances[k])
+    largest[present] = max(largest[present], high)
     return sizes, largest

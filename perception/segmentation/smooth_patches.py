@@ -8,7 +8,8 @@ import numpy as np
 from numba import njit
 
 from .connected_parts import connected_parts
-from .local_planes import plane_normals
+from .label_pixels import renumber_labels
+from .local_planes import row_normals
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -34,7 +35,7 @@ def linked_pixels(image: WorkingImage, planes: LocalPlanes) -> NDArray[np.uint8]
     """
     return links(
         planes,
-        plane_normals(planes, image.intrinsics),
+        image.pinhole,
         np.float32(np.cos(LINK_ANGLE)),
         np.float32(LINK_SIGMAS * image.noise),
     )
@@ -47,34 +48,43 @@ def label_patches(linked: NDArray[np.uint8], min_patch: int) -> NDArray[np.int32
     keep[0] = False
     renumber = np.zeros(len(sizes), np.int32)
     renumber[keep] = np.arange(1, np.count_nonzero(keep) + 1, dtype=np.int32)
-    return np.take(renumber, labels)
+    return renumber_labels(labels, renumber)
 
 
 @njit(cache=True, nogil=True)
-def links(planes, normals, min_cosine, max_gap):
-    """Compute :func:`linked_pixels` from normals (H, W, 3) and thresholds."""
-    value, slope_u, slope_v = planes.value, planes.slope_u, planes.slope_v
-    rows, columns = value.shape
+def links(planes, pinhole, min_cosine, max_gap):
+    """Compute :func:`linked_pixels` from fx, fy, cx, cy, px, and thresholds."""
+    rows, columns = planes.value.shape
     linked = np.zeros((rows, columns), np.uint8)
+    u_from_centre = np.arange(columns) - pinhole[2]
+    here, below = np.empty((3, columns), np.float32), np.empty((3, columns), np.float32)
+    if rows:
+        row_normals(planes, 0, pinhole, u_from_centre, here)
     for v in range(rows - 1):
-        for u in range(columns - 1):
-            q = value[v, u]
-            if q <= 0:
-                continue
-            right, below = value[v, u + 1], value[v + 1, u]
-            if right <= 0 or below <= 0:
-                continue
-            if (
-                abs(q + slope_u[v, u] - right) > max_gap
-                or abs(right - slope_u[v, u + 1] - q) > max_gap
-                or abs(q + slope_v[v, u] - below) > max_gap
-                or abs(below - slope_v[v + 1, u] - q) > max_gap
-            ):
-                continue
-            across = down = np.float32(0.0)
-            for k in range(3):
-                across += normals[v, u, k] * normals[v, u + 1, k]
-                down += normals[v, u, k] * normals[v + 1, u, k]
-            if across >= min_cosine and down >= min_cosine:
-                linked[v, u] = 1
+        row_normals(planes, v + 1, pinhole, u_from_centre, below)
+        _link_row(planes, v, (here, below), (min_cosine, max_gap), linked[v])
+        here, below = below, here
     return linked
+
+
+@njit(cache=True, nogil=True)
+def _link_row(planes, v, normals, limits, linked):
+    """Mark the linked pixels of row v from the normals (3, W) of this and the next row."""
+    min_cosine, max_gap = limits
+    value, slope_u, slope_v = planes.value[v], planes.slope_u[v], planes.slope_v[v]
+    next_value, next_slope_v = planes.value[v + 1], planes.slope_v[v + 1]
+    x, y, z = normals[0][0], normals[0][1], normals[0][2]
+    next_x, next_y, next_z = normals[1][0], normals[1][1], normals[1][2]
+    # Without branches the compiler handles several pixels at once.
+    for u in range(len(value) - 1):
+        q, right, below = value[u], value[u + 1], next_value[u]
+        known = (q > 0) & (right > 0) & (below > 0)
+        known &= (abs(q + slope_u[u] - right) <= max_gap) & (
+            abs(right - slope_u[u + 1] - q) <= max_gap
+        )
+        known &= (abs(q + slope_v[u] - below) <= max_gap) & (
+            abs(below - next_slope_v[u] - q) <= max_gap
+        )
+        across = x[u] * x[u + 1] + y[u] * y[u + 1] + z[u] * z[u + 1]
+        down = x[u] * next_x[u] + y[u] * next_y[u] + z[u] * next_z[u]
+        linked[u] = known & (across >= min_cosine) & (down >= min_cosine)

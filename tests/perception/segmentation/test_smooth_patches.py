@@ -59,7 +59,8 @@ def test_links_equal_numpy(seed, angle, sigmas):
     normals = plane_normals(planes, CAMERA)
     limits = np.float32(np.cos(angle)), np.float32(sigmas * NOISE)
     expected = reference_links(planes, normals, np.cos(angle), limits[1])
-    assert np.array_equal(links(planes, normals, *limits), expected)
+    pinhole = CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy
+    assert np.array_equal(links(planes, pinhole, *limits), expected)
 
 
 @given(seed=st.integers(0, 10_000), min_patch=st.integers(1, 12))
