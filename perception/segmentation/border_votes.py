@@ -31,24 +31,28 @@ class BorderLimits(NamedTuple):
 
 
 @njit(cache=True, nogil=True)
-def border_votes(patches, q, planes, pinhole, limits):
-    """Return (patch a < patch b) and (1, contact, weight, weighted angle) of all border pairs."""
+def border_votes(patches, counted, q, planes, pinhole, limits):
+    """Return (patch a < patch b) and (1, contact, weight, weighted angle) of all border pairs.
+
+    Only borders of the patches marked in `counted` (n + 1,) count.
+    """
     rows, columns = patches.shape
-    capacity = _count_border_pairs(patches)
+    at_border = _mark_borders(patches)
+    capacity = 2 * np.count_nonzero(at_border)
     pairs = np.empty((capacity, 2), np.int64)
     votes = np.zeros((capacity, 4), np.float32)
     k = 0
     for v in range(rows):
         for u in range(columns):
-            a = patches[v, u]
-            if a <= 0:
+            if not at_border[v, u]:
                 continue
+            a = patches[v, u]
             for dv, du in ((0, 1), (1, 0)):
                 y, x = v + dv, u + du
                 if y >= rows or x >= columns:
                     continue
                 b = patches[y, x]
-                if b <= 0 or b == a:
+                if b <= 0 or b == a or not (counted[a] or counted[b]):
                     continue
                 pairs[k, 0], pairs[k, 1] = min(a, b), max(a, b)
                 votes[k, PAIRS] = 1.0
@@ -60,7 +64,7 @@ def border_votes(patches, q, planes, pinhole, limits):
                         votes[k, WEIGHT] = weight
                         votes[k, CONCAVITY] = angle * weight * np.sign(second)
                 k += 1
-    return pairs, votes
+    return pairs[:k], votes[:k]
 
 
 @njit(cache=True, nogil=True)
@@ -87,18 +91,21 @@ def sum_border_votes(pairs, votes, count):
 
 
 @njit(cache=True, nogil=True)
-def _count_border_pairs(patches):
+def _mark_borders(patches):
+    """Mark the pixels (H, W) of a patch with another patch to the right or below.
+
+    The compiler handles several pixels of this loop at once.
+    """
     rows, columns = patches.shape
-    count = 0
+    marks = np.zeros((rows, columns), np.bool_)
     for v in range(rows):
+        here, row = patches[v], marks[v]
+        below = patches[min(v + 1, rows - 1)]
         for u in range(columns):
-            a = patches[v, u]
-            if a > 0:
-                if u + 1 < columns and patches[v, u + 1] > 0 and patches[v, u + 1] != a:
-                    count += 1
-                if v + 1 < rows and patches[v + 1, u] > 0 and patches[v + 1, u] != a:
-                    count += 1
-    return count
+            row[u] = (here[u] > 0) & (below[u] > 0) & (below[u] != here[u])
+        for u in range(columns - 1):
+            row[u] |= (here[u] > 0) & (here[u + 1] > 0) & (here[u + 1] != here[u])
+    return marks
 
 
 @njit(cache=True, nogil=True)

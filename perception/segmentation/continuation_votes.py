@@ -89,11 +89,13 @@ def continuation_votes(labels, q, planes, count, limits):
     # Per region: 0 = not reached from this pixel, 1 = reached, 2 = agrees.
     best = np.zeros(count + 1, np.int8)
     reached = np.empty(8, np.int32)
+    at_border = np.empty(columns, np.bool_)
     for v in range(rows):
+        _mark_borders(labels, v, at_border)
         for u in range(columns):
-            a = labels[v, u]
-            if a == 0:
+            if not at_border[u]:
                 continue
+            a = labels[v, u]
             hits = 0
             for dv in range(-1, 2):
                 for du in range(-1, 2):
@@ -116,6 +118,23 @@ def continuation_votes(labels, q, planes, count, limits):
                     votes[a, b, AGREEING] += 1
                 best[b] = 0
     return votes
+
+
+@njit(cache=True, nogil=True)
+def _mark_borders(labels, v, at_border):
+    """Mark the labelled pixels of row v with another label among their eight neighbours, (W,).
+
+    The compiler handles several pixels of this loop at once.
+    """
+    rows, columns = labels.shape
+    here, above, below = labels[v], labels[max(v - 1, 0)], labels[min(v + 1, rows - 1)]
+    for u in range(1, columns - 1):
+        a = here[u]
+        same = (here[u - 1] == a) & (here[u + 1] == a) & (above[u] == a) & (below[u] == a)
+        same &= (above[u - 1] == a) & (above[u + 1] == a)
+        same &= (below[u - 1] == a) & (below[u + 1] == a)
+        at_border[u] = (a != 0) & (not same)
+    at_border[0], at_border[columns - 1] = here[0] != 0, here[columns - 1] != 0
 
 
 @njit(cache=True, nogil=True)

@@ -12,6 +12,7 @@ from .label_pixels import pixels_by_label, sample_pixel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .label_pixels import LabelPixels
     from .local_planes import LocalPlanes
     from .working_image import WorkingImage
 
@@ -23,15 +24,20 @@ SAMPLES = 64
 
 
 def region_convexity(
-    labels: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes
+    labels: NDArray[np.int32],
+    image: WorkingImage,
+    planes: LocalPlanes,
+    pixels: LabelPixels | None = None,
 ) -> NDArray[np.float64]:
     """Compute the convexity of every region of an image (H, W), (n + 1,) in [-1, 1].
 
     1 = convex everywhere, 0 = flat, -1 = hollow everywhere. For a pair of points it is the dot
     product of their difference and the difference of their normals, divided by the product of the
     lengths. The result is the mean over all pairs, weighted by these lengths.
+
+    `pixels` are the pixels of the regions, if the caller has them.
     """
-    pixels = pixels_by_label(labels, int(labels.max(initial=0)))
+    pixels = pixels or pixels_by_label(labels, int(labels.max(initial=0)))
     return convexities(pixels, image.disparity, planes, image.pinhole, SAMPLES)
 
 

@@ -12,6 +12,7 @@ from .label_pixels import LINES, line_end, pixels_by_label, sample_pixel
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from .label_pixels import LabelPixels
     from .working_image import WorkingImage
 
 FREE_DEPTH = 0.003
@@ -27,6 +28,7 @@ def count_free_lines(
     pairs: NDArray[np.int64],
     hollow: NDArray[np.bool_],
     image: WorkingImage,
+    pixels: LabelPixels | None = None,
 ) -> NDArray[np.int64]:
     """Count the lines between patches that cross free space.
 
@@ -42,13 +44,15 @@ def count_free_lines(
         a patch are not tested.
     image
         Image of the patches.
+    pixels
+        Pixels of the patches, if the caller has them.
 
     Returns
     -------
     NDArray
         Number of lines that cross free space, (K,).
     """
-    pixels = pixels_by_label(patches, int(patches.max(initial=0)))
+    pixels = pixels or pixels_by_label(patches, int(patches.max(initial=0)))
     margin = FREE_SIGMAS * image.noise
     return count_crossings(
         pixels, pairs, patches, hollow, image.disparity, image.pinhole, margin, LINES

@@ -98,7 +98,7 @@ def join_patches(
     if slivers.any():
         # Few pixels have no reliable colour: it changed the score of no annotated frame.
         plain = image._replace(colour=None)
-        thin = patch_edges(patches, plain, planes, window, hidden=False)
+        thin = patch_edges(patches, plain, planes, window, hidden=False, beside=slivers)
         _attach_slivers(thin.pairs, edge_weights(thin), slivers, parent)
     return renumber_labels(patches, parent), _uncertain_joins(patches, edges, parent, min_object)
 

@@ -20,7 +20,7 @@ from .border_votes import (
 from .continuation_votes import AGREEING, REACHING, continuation_limits, continuation_votes
 from .convexity import HOLLOW, region_convexity
 from .free_space import count_free_lines
-from .label_pixels import LINES
+from .label_pixels import LINES, pixels_by_label
 from .local_planes import CREASE_SIGMAS, STEP_SIGMAS
 from .patch_colours import colour_evidence
 
@@ -69,6 +69,7 @@ def patch_edges(
     window: int,
     *,
     hidden: bool,
+    beside: NDArray[np.bool_] | None = None,
 ) -> PatchEdges:
     """Measure the evidence between all patches that touch or continue each other.
 
@@ -84,9 +85,13 @@ def patch_edges(
         Side of the windows of the plane fit, px.
     hidden
         Whether to look for surfaces that continue each other behind an occluder.
+    beside
+        (n + 1,) bool: patches whose borders are measured. Default: all.
     """
     count = int(patches.max(initial=0))
-    borders = _sum_votes(patches, image, planes, count)
+    if beside is None:
+        beside = np.ones(count + 1, np.bool_)
+    borders = _sum_votes(patches, beside, image, planes)
     votes = np.zeros((count + 1, count + 1, 2))
     if hidden:
         limits = continuation_limits(image, window)
@@ -95,8 +100,9 @@ def patch_edges(
     continued = np.argwhere(np.triu(votes[..., AGREEING] >= MIN_AGREEING, 1))
     pairs = np.array(sorted(set(borders) | set(map(tuple, continued.tolist()))), np.int64)
     pairs = pairs.reshape(-1, 2)
-    hollow = region_convexity(patches, image, planes) < HOLLOW
-    crossing = count_free_lines(patches, pairs, hollow, image) / LINES
+    pixels = pixels_by_label(patches, count)
+    hollow = region_convexity(patches, image, planes, pixels) < HOLLOW
+    crossing = count_free_lines(patches, pairs, hollow, image, pixels) / LINES
     none = np.zeros(4)
     sums = np.array([borders.get((a, b), none) for a, b in pairs.tolist()]).reshape(-1, 4)
     reaching, agreeing = (votes[pairs[:, 0], pairs[:, 1], k] for k in (REACHING, AGREEING))
@@ -120,7 +126,10 @@ def patch_edges(
 
 
 def _sum_votes(
-    patches: NDArray[np.int32], image: WorkingImage, planes: LocalPlanes, count: int
+    patches: NDArray[np.int32],
+    beside: NDArray[np.bool_],
+    image: WorkingImage,
+    planes: LocalPlanes,
 ) -> dict[tuple[int, int], NDArray[np.float64]]:
     """Sum the votes of the pixel pairs over each border."""
     limits = BorderLimits(
@@ -129,6 +138,6 @@ def _sum_votes(
         np.float32(BEND_SIGMAS * image.noise),
         image.length(BEND_REACH),
     )
-    pairs, votes = border_votes(patches, image.disparity, planes, image.pinhole, limits)
-    summed, sums = sum_border_votes(pairs, votes, count)
+    pairs, votes = border_votes(patches, beside, image.disparity, planes, image.pinhole, limits)
+    summed, sums = sum_border_votes(pairs, votes, len(beside) - 1)
     return {(a, b): row for (a, b), row in zip(summed.tolist(), sums, strict=True)}

@@ -165,9 +165,14 @@ def border_counts(labels, q, planes, count, max_step, max_crease, max_gap):
     none = -max_gap - 2
     # The last reading of each column, and the last one of the present row.
     above = np.full(columns, none)
+    inner = np.zeros(columns, np.bool_)
     for v in range(rows):
         left = none
+        _mark_inner(labels, q, v, inner)
         for u in range(columns):
+            if inner[u]:
+                left, above[u] = u, v
+                continue
             if q[v, u] <= 0:
                 continue
             b = labels[v, u]
@@ -195,6 +200,18 @@ def border_counts(labels, q, planes, count, max_step, max_crease, max_gap):
         if above[u] >= 0:
             blind[labels[above[u], u], BELOW] += 1
     return contact, occluding, not_behind, blind
+
+
+@njit(cache=True, nogil=True)
+def _mark_inner(labels, q, v, inner):
+    """Mark the readings of row v with a reading of the same label to the left and above, (W,).
+
+    The compiler handles several pixels of this loop at once.
+    """
+    here, above, at, over = labels[v], labels[max(v - 1, 0)], q[v], q[max(v - 1, 0)]
+    for u in range(1, len(here)):
+        same = (here[u] == here[u - 1]) & (here[u] == above[u])
+        inner[u] = same & (at[u] > 0) & (at[u - 1] > 0) & (over[u] > 0) & (v > 0)
 
 
 @njit(cache=True, nogil=True)

@@ -100,11 +100,12 @@ def locate_support(plane: SupportPlane, depth: float, image: WorkingImage) -> Su
         return None
     kept = [int(order[0])]
     hull = _image_hull(labels, kept[0], boxes[kept[0]])
-    against = _weight_below(hull, view)
+    contradicted = bool(view.below.any())
+    against = _weight_below(hull, view) if contradicted else 0.0
     for part in order[1:]:
         both = np.concatenate([hull, _image_hull(labels, int(part), boxes[part])])
         larger = np.asarray(cv2.convexHull(both), np.int32)
-        more = _weight_below(larger, view)
+        more = _weight_below(larger, view) if contradicted else 0.0
         if weights[part] > more - against:
             kept.append(int(part))
             hull, against = larger, more
@@ -137,7 +138,7 @@ def _view_plane(plane: SupportPlane, depth: float, image: WorkingImage, stride: 
     return _PlaneView(on, below, weight, area)
 
 
-@njit(cache=True, nogil=True)
+@njit(cache=True, nogil=True, error_model="numpy")
 def weigh_readings(depth, slopes, offset, spread, solid_angle):
     """Compute the fields of `_PlaneView` for one plane.
 
@@ -156,26 +157,32 @@ def weigh_readings(depth, slopes, offset, spread, solid_angle):
     """
     rows, columns = depth.shape
     slope_u, slope_v = slopes
-    on = np.zeros((rows, columns), np.uint8)
-    below = np.zeros((rows, columns), np.float32)
-    weight = np.zeros((rows, columns), np.float32)
-    area = np.zeros((rows, columns), np.float32)
+    on = np.empty((rows, columns), np.uint8)
+    below = np.empty((rows, columns), np.float32)
+    weight = np.empty((rows, columns), np.float32)
+    area = np.empty((rows, columns), np.float32)
+    max_weight = solid_angle / MIN_DEPTH**2
     for v in range(rows):
+        row, on_row, below_row = depth[v], on[v], below[v]
+        weight_row, area_row = weight[v], area[v]
+        slope_here = np.float64(slope_v[v])
+        # Without branches the compiler handles several pixels at once.
         for u in range(columns):
-            slope = np.float64(slope_u[u]) + slope_v[v]
-            z = np.float64(depth[v, u])
-            if z <= 0 or slope > -1e-3:
-                continue
+            slope = np.float64(slope_u[u]) + slope_here
+            z = np.float64(row[u])
+            seen = (z > 0) & (slope <= -1e-3)
             height = z * slope + offset
             band = max(spread[0] * z * z, spread[1] * z)
-            plane_z = -offset / slope
-            value = solid_angle / max(plane_z, MIN_DEPTH) ** 2
-            if abs(height) < band:
-                on[v, u] = 1
-                weight[v, u] = value
-                area[v, u] = solid_angle * plane_z * plane_z / max(-slope, MIN_SLANT)
-            elif height < -max(BELOW_BANDS * band, BELOW_MIN):
-                below[v, u] = value
+            # The plane is -offset / slope deep here.
+            inverse = slope / offset
+            value = min(solid_angle * inverse * inverse, max_weight)
+            lies_on = seen & (abs(height) < band)
+            lies_below = seen & (not lies_on) & (height < -max(BELOW_BANDS * band, BELOW_MIN))
+            on_row[u] = lies_on
+            below_row[u] = value if lies_below else 0.0
+            weight_row[u] = value if lies_on else 0.0
+            spanned = solid_angle / (inverse * inverse * max(-slope, MIN_SLANT))
+            area_row[u] = spanned if lies_on else 0.0
     return on, below, weight, area
 
 
@@ -195,13 +202,27 @@ def sum_parts(labels, count, weight, area):
 
 def _image_hull(labels: NDArray[np.int32], part: int, box: NDArray[np.int32]) -> NDArray[np.int32]:
     """Return the convex hull (K, 1, 2) of a part in the image from its box."""
+    return np.asarray(cv2.convexHull(row_ends(labels, part, box)), np.int32)
+
+
+@njit(cache=True, nogil=True)
+def row_ends(labels, part, box):
+    """Return the first and last pixel of a part in each row of its box, (N, 2) column, row."""
     top, left, bottom, right = box
-    mask = labels[top:bottom, left:right] == part
-    outlines, _ = cv2.findContours(
-        mask.astype(np.uint8), cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_SIMPLE
-    )
-    hull = cv2.convexHull(np.concatenate(outlines)).astype(np.int32)
-    return (hull + np.array([left, top])).astype(np.int32)
+    ends = np.empty((2 * (bottom - top), 2), np.int32)
+    count = 0
+    for v in range(top, bottom):
+        first, last = left, right - 1
+        while first < right and labels[v, first] != part:
+            first += 1
+        if first == right:
+            continue
+        while labels[v, last] != part:
+            last -= 1
+        ends[count, 0], ends[count, 1] = first, v
+        ends[count + 1, 0], ends[count + 1, 1] = last, v
+        count += 2
+    return ends[:count]
 
 
 def _weight_below(hull: NDArray[np.int32], view: _PlaneView) -> float:

@@ -65,7 +65,9 @@ def test_border_votes_equal_count_over_pixel_pairs(seed, reach, count):
     patches, q, planes = random_planes(seed, count=count, missing=0.05)
     limits = np.float32(0.02), np.float32(0.004), np.float32(0.003)
     pinhole = CAMERA.fx, CAMERA.fy, CAMERA.cx, CAMERA.cy
-    pairs, votes = border_votes(patches, q, planes, pinhole, BorderLimits(*limits, reach))
+    everything = np.ones(patches.max() + 1, bool)
+    bounds = BorderLimits(*limits, reach)
+    pairs, votes = border_votes(patches, everything, q, planes, pinhole, bounds)
     expected = reference(patches, q, planes, CAMERA, limits, reach)
     assert np.array_equal(pairs, expected[0])
     assert np.array_equal(votes[:, :2], expected[1][:, :2])

@@ -13,6 +13,7 @@ from eyehand.perception.segmentation.support_extent import (
     MIN_DEPTH,
     MIN_SLANT,
     locate_support,
+    row_ends,
     weigh_readings,
 )
 
@@ -39,6 +40,14 @@ def test_readings_are_weighed_as_in_numpy(seed):
     found = weigh_readings(depth, (slope_u, slope_v), offset, spread, angle)
     for one, other in zip(found, expected, strict=True):
         assert np.allclose(one, other, rtol=1e-5)
+
+
+def test_row_ends_equal_numpy():
+    rng = np.random.default_rng(0)
+    labels = rng.integers(0, 9, (12, 15)).astype(np.int32)
+    rows = [np.flatnonzero(labels[v, 3:11] == 5) + 3 for v in range(2, 10)]
+    expected = [(u, v) for v, row in enumerate(rows, 2) if len(row) for u in (row[0], row[-1])]
+    assert np.array_equal(row_ends(labels, 5, np.array([2, 3, 10, 11], np.int32)), expected)
 
 
 def test_area_of_a_plate_is_measured():
