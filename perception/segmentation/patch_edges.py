@@ -92,20 +92,23 @@ def patch_edges(
     if beside is None:
         beside = np.ones(count + 1, np.bool_)
     borders = _sum_votes(patches, beside, image, planes)
-    votes = np.zeros((count + 1, count + 1, 2))
+    votes = None
+    found = set(borders)
     if hidden:
         limits = continuation_limits(image, window)
-        votes += continuation_votes(patches, image.disparity, planes, count, limits)
-        votes += votes.transpose(1, 0, 2).copy()
-    continued = np.argwhere(np.triu(votes[..., AGREEING] >= MIN_AGREEING, 1))
-    pairs = np.array(sorted(set(borders) | set(map(tuple, continued.tolist()))), np.int64)
-    pairs = pairs.reshape(-1, 2)
+        votes = continuation_votes(patches, image.disparity, planes, count, limits)
+        votes = votes + votes.transpose(1, 0, 2)
+        continued = np.argwhere(np.triu(votes[..., AGREEING] >= MIN_AGREEING, 1))
+        found.update((a, b) for a, b in continued.tolist())
+    pairs = np.array(sorted(found), np.int64).reshape(-1, 2)
     pixels = pixels_by_label(patches, count)
     hollow = region_convexity(patches, image, planes, pixels) < HOLLOW
     crossing = count_free_lines(patches, pairs, hollow, image, pixels) / LINES
     none = np.zeros(4)
     sums = np.array([borders.get((a, b), none) for a, b in pairs.tolist()]).reshape(-1, 4)
-    reaching, agreeing = (votes[pairs[:, 0], pairs[:, 1], k] for k in (REACHING, AGREEING))
+    reaching = agreeing = np.zeros(len(pairs))
+    if votes is not None:
+        reaching, agreeing = (votes[pairs[:, 0], pairs[:, 1], k] for k in (REACHING, AGREEING))
     long = LONG_CONTACT * image.scale
     bends = sums[:, WEIGHT]
     angle = sums[:, CONCAVITY] / np.maximum(bends, 1e-6)

@@ -12,7 +12,8 @@ import importlib, pkgutil
 from eyehand.perception.kernel_cache import warm_up
 import eyehand.perception.segmentation as package
 warm_up()
-INNER = ("line_end", "plane_of_moments", "sample_pixel")  # compiled into their callers
+# These are compiled into their callers.
+INNER = ("line_end", "plane_of_moments", "row_normals", "sample_pixel")
 for module in pkgutil.iter_modules(package.__path__):
     imported = importlib.import_module(f"{package.__name__}.{module.name}")
     for name, function in vars(imported).items():

@@ -54,7 +54,7 @@ def test_grow_rings_equals_sweep_over_all_pixels(seed, gap, rings, unlabelled_sh
     rng = np.random.default_rng(seed)
     patches = np.where(rng.random(q.shape) < unlabelled_share, 0, labels).astype(np.int32)
     allowed = (q > 0) & (rng.random(q.shape) < 0.9)
-    result = grow_rings(q, planes, patches, allowed, np.float32([gap]), rings)
+    result = grow_rings(q, planes, patches, allowed, np.array([gap], np.float32), rings)
     expected = reference(q, *planes[:3], patches, allowed, np.float32(gap), rings)
     for grown, expected_image in zip(result, expected, strict=True):
         assert np.array_equal(grown, expected_image)
@@ -67,10 +67,10 @@ def test_two_passes_equal_two_calls(seed):
     rng = np.random.default_rng(seed)
     patches = np.where(rng.random(q.shape) < 0.8, 0, labels).astype(np.int32)
     allowed = (q > 0) & (rng.random(q.shape) < 0.9)
-    first = grow_rings(q, planes, patches, allowed, np.float32([0.003]), 3)
+    first = grow_rings(q, planes, patches, allowed, np.array([0.003], np.float32), 3)
     grown_planes = planes._replace(value=first[1], slope_u=first[2], slope_v=first[3])
-    result = grow_rings(q, planes, patches, allowed, np.float32([0.003, 0.02]), 3)
-    expected = grow_rings(q, grown_planes, first[0], allowed, np.float32([0.02]), 3)
+    result = grow_rings(q, planes, patches, allowed, np.array([0.003, 0.02], np.float32), 3)
+    expected = grow_rings(q, grown_planes, first[0], allowed, np.array([0.02], np.float32), 3)
     for grown, expected_image in zip(result, expected, strict=True):
         assert np.array_equal(grown, expected_image)
 
@@ -82,10 +82,10 @@ def test_growth_stops_at_ring_limit_and_forbidden_pixels():
     patches = np.zeros(q.shape, np.int32)
     patches[:, 0] = 1
     allowed = np.ones(q.shape, bool)
-    grown = grow_rings(q, planes, patches, allowed, np.float32([0.01]), 7)[0]
+    grown = grow_rings(q, planes, patches, allowed, np.array([0.01], np.float32), 7)[0]
     assert np.array_equal(grown, np.tile(np.arange(30) < 8, (5, 1)))
     allowed[:, 4] = False
-    grown = grow_rings(q, planes, patches, allowed, np.float32([0.01]), 7)[0]
+    grown = grow_rings(q, planes, patches, allowed, np.array([0.01], np.float32), 7)[0]
     assert np.array_equal(grown, np.tile(np.arange(30) < 4, (5, 1)))
 
 
