@@ -18,6 +18,8 @@ PLACE = 0.01
 """Length of the places along a wall at which its rim is measured, m."""
 CORNER = 0.02
 """Length at both ends of a wall where its neighbour may be measured instead, m."""
+LEVEL_BAND = 0.01
+"""Distance from the height of a rim within which a reading may belong to it, m."""
 CELL = 0.003
 """Resolution of the profile across a wall, m."""
 REACH = 0.05
@@ -40,7 +42,7 @@ FACE_BANDS = 6
 """Bands of height in which the inclination of a wall's inner face is measured."""
 MIN_FACE = 0.3
 """Minimum share of the places in which a band of the inner face is visible."""
-MAX_DRAFT = 0.35
+MAX_DRAFT = 1.0
 """Maximum inclination of a wall, horizontal distance per height."""
 
 
@@ -86,6 +88,7 @@ def measure_sides(
     plan: NDArray[np.float64],
     heights: NDArray[np.float64],
     floor: float,
+    level: float | None = None,
 ) -> list[Side]:
     """Measure the walls along the sides of a polygon.
 
@@ -99,6 +102,9 @@ def measure_sides(
         Their heights (N,) above the reference plane, m.
     floor
         Height of the floor, m.
+    level
+        Height of the rim above the reference plane, m, if it is known. Readings above it belong to
+        the contents.
 
     Returns
     -------
@@ -106,9 +112,14 @@ def measure_sides(
         One per side. A wall whose rim is not straight, or not in the image, gets the height of the
         others.
     """
+    lowest = floor
+    if level is not None:
+        lowest = level - 2 * LEVEL_BAND
+        below = heights <= level + TOP_TOLERANCE
+        plan, heights = plan[below], heights[below]
     sides = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        sides.append(_measure_side(start, end, plan, heights, floor))
+        sides.append(_measure_side(start, end, plan, heights, (floor, lowest)))
     seen = [side for side in sides if side.seen]
     if not seen:
         rising = heights[(heights > floor + MIN_RIM) & (depth_inside(plan, corners) < 0)]
@@ -139,8 +150,10 @@ def _measure_side(
     end: NDArray[np.float64],
     plan: NDArray[np.float64],
     heights: NDArray[np.float64],
-    floor: float,
+    levels: tuple[float, float],
 ) -> Side:
+    """Measure one wall. `levels` are the height of the floor and the least height of a rim, m."""
+    floor, lowest = levels
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)
     outwards = np.array([along[1], -along[0]])
@@ -157,7 +170,7 @@ def _measure_side(
     profile = np.full((count, cells), -np.inf)
     np.maximum.at(profile, (place, ((d + REACH) / CELL).astype(np.intp)), h)
     tops = profile.max(axis=1)
-    risen = np.isfinite(tops)
+    risen = tops > lowest
     if np.count_nonzero(risen) < MIN_AGREEING * count:
         return unseen
     top = float(np.median(tops[risen]))
@@ -166,8 +179,7 @@ def _measure_side(
     if np.count_nonzero(agreeing) < MIN_AGREEING * count:
         return unseen
     high = profile >= top - max(EDGE_SHARE * (top - floor), TOP_TOLERANCE)
-    inner = np.argmax(high, axis=1) * CELL - REACH
-    outer = (cells - np.argmax(high[:, ::-1], axis=1)) * CELL - REACH
+    inner, outer = (CELL * edges - REACH for edges in _outermost_run(high))
     middles = CORNER + (np.arange(count) + 0.5) * PLACE
     slope, shift = 0.0, float(np.median(inner[agreeing]))
     # A surface that is still high at the end of the profile has its rim farther outside.
@@ -190,6 +202,20 @@ def _measure_side(
         _draft(across, h, place, count, (floor, top)),
         seen=True,
     )
+
+
+def _outermost_run(high: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return the first and last + 1 cells (K,) of the outermost runs of high cells (K, M).
+
+    A single low cell does not interrupt a run. What is high farther inside belongs to the contents.
+    """
+    count = high.shape[1]
+    outer = count - np.argmax(high[:, ::-1], axis=1)
+    inner = outer.copy()
+    for cell in range(count - 1, -1, -1):
+        reached = high[:, cell] & (inner - cell <= 2)
+        inner[reached] = cell
+    return inner, outer
 
 
 def _draft(

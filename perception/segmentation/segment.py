@@ -10,7 +10,7 @@ import numpy as np
 from .above_support import above_support, candidate_window
 from .ambiguity import resolve_ambiguity
 from .block_heights import block_heights
-from .find_containers import find_containers, include_floors, remove_walls
+from .find_containers import find_containers, include_floors
 from .frame_checks import check_frame
 from .frame_noise import noise_profile
 from .freed_memory import reuse_freed_memory
@@ -22,6 +22,7 @@ from .join_patches import join_patches
 from .local_planes import fit_local_planes
 from .options import SegmentationOptions
 from .regions import relabel_by_size, relabel_with_reasons
+from .remove_walls import remove_walls
 from .result import Segmentation
 from .scene_warnings import find_warnings
 from .select_objects import select_objects
