@@ -4,7 +4,7 @@ from .budget import FORMAT as FRONT_FORMAT
 from .budget import STORED_FRONT
 from .canonical import canonical
 from .fit import fit_superquadric
-from .free_space import FreeSpace, covered_share
+from .free_space import FreeSpace, covered_share, missed_share
 from .kinds import EDGE_EXPONENT
 from .options import MAX_PARTS, FitOptions, OptimiserName
 from .result import CandidateSolid, SuperquadricFit
@@ -38,5 +38,6 @@ __all__ = [
     "feature_curves",
     "fit_superquadric",
     "mesh",
+    "missed_share",
     "sample_surface",
 ]

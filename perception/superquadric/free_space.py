@@ -107,8 +107,27 @@ def covered_share(solids: Iterable[Superquadric], free_space: FreeSpace, toleran
         Number of rays that enter a solid in empty space over the number of rays that meet a
         solid. It is 0 if no ray meets one.
     """
-    meets = np.zeros(len(free_space.rays), dtype=bool)
-    covers = np.zeros(len(free_space.rays), dtype=bool)
+    states = _ray_states(solids, free_space, tolerance)
+    return float(np.count_nonzero(states > 1) / max(np.count_nonzero(states > 0), 1))
+
+
+def missed_share(solids: Iterable[Superquadric], free_space: FreeSpace) -> float:
+    """Return the share of the object's pixels that a union of solids does not meet, 0-1.
+
+    Solids and free space are in the same frame. The share is 0 without a pixel of the object.
+    """
+    missed = _ray_states(solids, free_space, 0.0)[free_space.on_object] == 0
+    return float(np.count_nonzero(missed) / max(len(missed), 1))
+
+
+def _ray_states(
+    solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float
+) -> NDArray[np.int8]:
+    """Return the largest state (K,) of each ray over all solids.
+
+    See :func:`~.free_space_kernels.covers_free_space` for the states.
+    """
+    states = np.zeros(len(free_space.rays), dtype=np.int8)
     for solid in solids:
         shape = ShapeParameters(
             np.log(solid.semi_axes),
@@ -117,9 +136,7 @@ def covered_share(solids: Iterable[Superquadric], free_space: FreeSpace, toleran
             solid.centre,
             np.array(solid.taper),
         )
-        states = covers_free_space(
-            free_space.rays, free_space.depth - tolerance, free_space.origin, shape
-        )
-        meets |= states > 0
-        covers |= states > 1
-    return float(np.count_nonzero(covers) / max(np.count_nonzero(meets), 1))
+        depth = free_space.depth - tolerance
+        own = covers_free_space(free_space.rays, depth, free_space.origin, shape)
+        np.maximum(states, own, out=states)
+    return states

@@ -90,7 +90,7 @@ def compute_ray_rows(rays, view_origin, first, n, shape, tapered, outside, work)
             break
         evaluate_on_rays((o1, o2, o3), shape, tapered, work, lanes)
         _shrink_brackets(reach, grid, lanes)
-    _write_depths(log_axes, shape.taper, outside, m, grid, lanes)
+    write_depths(log_axes, shape.taper, outside, m, grid, lanes)
     return o1, o2, o3
 
 
@@ -166,7 +166,7 @@ def _shrink_brackets(reach, grid, lanes):
 
 
 @njit(cache=True, nogil=True, error_model="numpy", fastmath=FAST_MATH)
-def _write_depths(log_axes, taper, outside, m, grid, lanes):
+def write_depths(log_axes, taper, outside, m, grid, lanes):
     """Write depths and derivatives at the minima of G along the rays."""
     smallest = 0
     for k in range(1, 3):

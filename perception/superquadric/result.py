@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 AMBIGUOUS_MARGIN = 2.0
 """Criteria that differ by less do not distinguish two solids (Kass and Raftery 1995: "not worth
 more than a bare mention")."""
+DOUBTFUL_COVERED, DOUBTFUL_MISSED = 0.03, 0.12
+"""Shares of covered and missed pixels above which the outline of a solid differs from that of the
+object. On household meshes, all solids with an IoU below 0.5 have larger ones."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +72,9 @@ class SuperquadricFit:
     """Share of the pixels of the solids that lie in space seen to be empty, 0-1; see
     :func:`covered_share`. It is 0 for clouds without a :class:`FreeSpace`."""
 
+    missed_share: float = 0.0
+    """Share of the object's pixels that the solids do not meet, 0-1; see :func:`missed_share`."""
+
     @classmethod
     def rejected(cls, reason: str, seconds: float = 0.0) -> SuperquadricFit:
         """Return a result without a solid."""
@@ -93,6 +99,14 @@ class SuperquadricFit:
         if len(self.candidates) < 2:
             return float("inf")
         return self.candidates[1].criterion - self.candidates[0].criterion
+
+    @property
+    def outline_differs(self) -> bool:
+        """Whether the outline of the solids differs from that of the object.
+
+        Then the object is no such solid, and its unseen sides may lie elsewhere.
+        """
+        return self.covered_share > DOUBTFUL_COVERED or self.missed_share > DOUBTFUL_MISSED
 
     @property
     def ambiguous(self) -> bool:

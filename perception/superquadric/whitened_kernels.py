@@ -35,7 +35,7 @@ def whitened_cost(y, unwhiten, terms, prior, start, tapered, bounds):
             full[3 + j] = 0.0
         if shape.taper[j] != start.taper[j] + step[11 + j]:
             full[11 + j] = 0.0
-    _to_start_axes(full, step)
+    to_start_axes(full, step)
     gradient = np.zeros(y.size)
     for j in range(y.size):
         for a in range(N_PARAMETERS):
@@ -44,7 +44,7 @@ def whitened_cost(y, unwhiten, terms, prior, start, tapered, bounds):
 
 
 @njit(cache=True, nogil=True, error_model="numpy")
-def _to_start_axes(full, step):
+def to_start_axes(full, step):
     """Convert the gradient at the moved shape to the gradient with respect to the step, in place.
 
     `full` (13,) holds derivatives with respect to increments in the axes of the moved shape. The

@@ -117,7 +117,7 @@ def score_mesh_fit(placed: PlacedMesh, fit: SuperquadricFit, seconds: float = 0.
 
 def is_flagged(fit: SuperquadricFit) -> bool:
     """Return whether a usable fit states a doubt about its shape."""
-    return bool(fit.reason) or fit.ambiguous
+    return bool(fit.reason) or fit.ambiguous or fit.outline_differs
 
 
 def score_parts(

@@ -1,0 +1,155 @@
+"""Constrained refinement: nlopt moves a solid out of space that the view shows to be empty."""
+
+from __future__ import annotations
+
+import contextlib
+from typing import TYPE_CHECKING
+
+import nlopt
+import numpy as np
+
+from .constraint_kernels import ray_depths, whitened_ray_depths
+from .cost_kernels import normal_equations
+from .kinds import basis
+from .levenberg_marquardt import add_prior
+from .parameters import N_PARAMETERS, N_STRAIGHT
+from .problem import parameter_bounds
+from .whitened_kernels import whitened_cost
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .free_space import FreeSpace
+    from .options import FitOptions
+    from .parameters import ShapeParameters
+    from .problem import FitProblem
+    from .shape import Kind
+
+POINTS = 600
+"""Points of the constrained problem. More change the solid by less than the free space does."""
+MAX_ROUNDS = 4
+"""Solutions in sequence. Each adds the rays that the previous one violates."""
+MAX_NEW_RAYS = 48
+"""Rays that a round adds at most, evenly among the violated ones, deepest first."""
+MAX_EVALUATIONS = 80
+"""Evaluations of the cost in a round."""
+MIN_VIOLATION = 1e-4
+"""Depth by which a ray must enter the solid to count, in units of the problem."""
+RELATIVE_TOLERANCE = 1e-4
+"""Relative decrease of the cost below which a round ends."""
+SPAN = 200.0
+"""Bounds of the whitened variables, in units of the root of the cost: a solid may move far."""
+_RIDGE = 1e-6
+
+
+def refine_in_free_space(
+    problem: FitProblem,
+    start: ShapeParameters,
+    kind: Kind,
+    free_space: FreeSpace,
+    tolerance: float,
+    options: FitOptions,
+) -> ShapeParameters:
+    """Minimise the cost under the constraint that no ray enters the solid in empty space.
+
+    SLSQP of nlopt solves it from the solution of the Levenberg-Marquardt. The constraints are the
+    rays that the solid violates. MMA and CCSAQ do not leave an infeasible start.
+
+    Parameters
+    ----------
+    problem, start, kind
+        The problem, the shape to start from, and its kind.
+    free_space
+        In the frame of the cloud, m.
+    tolerance
+        Length by which a ray may enter the solid too early, m.
+    options
+        The options of the fit.
+
+    Returns
+    -------
+    ShapeParameters
+        The last solution. It may still violate rays if no solid of this kind avoids them.
+    """
+    problem = problem.thinned(POINTS, 1)
+    known = free_space.depth > 0
+    rays = free_space.rays[known]
+    depth = (free_space.depth[known] - tolerance) / problem.unit
+    origin = (free_space.origin - problem.centre) / problem.unit
+    bounds = parameter_bounds(kind, problem, options)
+    columns = basis(kind)
+    tapered = bool(columns[N_STRAIGHT:].any())
+    active = np.zeros(len(rays), dtype=bool)
+    shape = start._replace(R=np.ascontiguousarray(start.R))
+    values, rows = np.empty(len(rays)), np.empty((len(rays), N_PARAMETERS))
+    for _ in range(MAX_ROUNDS):
+        ray_depths(rays, depth, origin, shape, tapered, values, rows)
+        violated = np.flatnonzero((values > MIN_VIOLATION) & ~active)
+        if not violated.size:
+            break
+        deepest = violated[np.argsort(-values[violated])]
+        active[deepest[:: max(len(deepest) // MAX_NEW_RAYS, 1)][:MAX_NEW_RAYS]] = True
+        limits = (np.ascontiguousarray(rays[active]), depth[active], origin)
+        shape = _solve(problem, shape, columns, bounds, limits)
+    return shape
+
+
+def _solve(
+    problem: FitProblem,
+    start: ShapeParameters,
+    columns: NDArray[np.float64],
+    bounds: NDArray[np.float64],
+    limits: tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]],
+) -> ShapeParameters:
+    """Minimise the cost with one inequality for each ray of `limits`: rays, depths and origin.
+
+    The free numbers are whitened by the Gauss-Newton Hessian at the start, so that one unit of
+    any variable changes the cost equally. Without this SLSQP needs several times the evaluations.
+    """
+    tapered = bool(columns[N_STRAIGHT:].any())
+    cost, gradient, hessian = normal_equations(problem.terms, start, tapered)
+    total = float(cost) + add_prior(problem.prior, start, gradient, hessian)
+    if not np.isfinite(total) or total <= 0.0:
+        return start
+    unwhiten = _unwhitening(hessian, columns)
+
+    def shape_at(y: NDArray[np.float64]) -> tuple[float, NDArray[np.float64], ShapeParameters]:
+        value, _, slope, shape = whitened_cost(
+            y, unwhiten, problem.terms, problem.prior, start, tapered, bounds
+        )
+        return float(value), slope, shape
+
+    def objective(y: NDArray[np.float64], slope: NDArray[np.float64]) -> float:
+        value, gradient, _ = shape_at(y)
+        if slope.size:
+            slope[:] = gradient / total
+        return value / total
+
+    def constraints(
+        out: NDArray[np.float64], y: NDArray[np.float64], slopes: NDArray[np.float64]
+    ) -> None:
+        out[:], gradients = whitened_ray_depths(y, unwhiten, *limits, start, tapered, bounds)
+        if slopes.size:
+            slopes[:] = gradients
+
+    size = columns.shape[1]
+    solver = nlopt.opt(nlopt.LD_SLSQP, size)
+    solver.set_min_objective(objective)
+    solver.add_inequality_mconstraint(constraints, np.full(len(limits[1]), MIN_VIOLATION))
+    span = SPAN * np.sqrt(total)
+    solver.set_lower_bounds(np.full(size, -span))
+    solver.set_upper_bounds(np.full(size, span))
+    solver.set_ftol_rel(RELATIVE_TOLERANCE)
+    solver.set_maxeval(MAX_EVALUATIONS)
+    # nlopt raises these at the optimum, where round-off prevents any progress.
+    with contextlib.suppress(nlopt.RoundoffLimited, nlopt.exception, ValueError, RuntimeError):
+        return shape_at(solver.optimize(np.zeros(size)))[2]
+    return start
+
+
+def _unwhitening(hessian: NDArray[np.float64], columns: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the matrix (13, k) from whitened free numbers to a full step."""
+    reduced = columns.T @ hessian @ columns
+    size = columns.shape[1]
+    reduced += (_RIDGE * np.trace(reduced) / size + np.finfo(float).tiny) * np.eye(size)
+    return np.ascontiguousarray(columns @ np.linalg.inv(np.linalg.cholesky(reduced)).T)
