@@ -8,8 +8,9 @@ import cv2
 import numpy as np
 from scipy import ndimage
 
-from .connected_parts import connected_parts
+from .connected_parts import ConnectedParts, connected_parts
 from .convexity import HOLLOW, region_convexity
+from .label_pixels import count_labels
 from .regions import MAX_GAP, MIN_BORDER, Borders, count_border_pairs, fill_holes, relabel_by_size
 
 if TYPE_CHECKING:
@@ -49,33 +50,18 @@ def join_open(
     planes
         Its local planes.
     """
-    borders = count_border_pairs(labels, image, planes)
-    sizes = np.bincount(labels.ravel())
-    convexity = region_convexity(labels, image, planes)
-    hollow = [
-        label
-        for label in range(1, borders.contact.shape[0])
-        if sizes[label] >= image.area(MIN_HOLLOW)
-        and convexity[label] < HOLLOW
-        and _has_neighbour(label, borders)
-    ]
+    count = int(labels.max(initial=0))
+    sizes, min_size = count_labels(labels, count), image.area(MIN_HOLLOW)
+    curved = region_convexity(labels, image, planes) < HOLLOW
+    hollow = [k for k in range(1, count + 1) if curved[k] and sizes[k] >= min_size]
     if not hollow:
         return labels
-    disparity = image.disparity
+    borders = count_border_pairs(labels, image, planes)
     joined = labels.copy()
-    floors = _enclosed(labels, disparity)
+    floors = _enclosed(labels, image.disparity)
     for label in hollow:
-        inside = labels == label
-        mouth = inside | _floor(inside, floors, image.length(MAX_GAP) // 2)
-        # The wall of a vessel is in front of its inside or touches it.
-        nearer = borders.occluding[:, label].sum(axis=1) + borders.contact[:, label].sum(axis=1)
-        walls = np.where(nearer[labels] >= image.length(MIN_BORDER), joined, 0)
-        outside = _outside(_convex_hull(mouth), walls, disparity)
-        if outside == 0:
-            continue
-        joined[mouth] = outside
-        whole = joined == outside
-        joined[fill_holes(whole) & (joined == 0) & (disparity > 0)] = outside
+        if _has_neighbour(label, borders):
+            _join_outside(label, labels, joined, floors, borders, image)
     return relabel_by_size(joined)
 
 
@@ -86,10 +72,12 @@ def fill_mouths(
 
     The floor of a bowl may be too close to the table to be above it.
     """
+    curved = region_convexity(labels, image, planes) < HOLLOW
+    if not curved.any():
+        return labels
     filled = labels.copy()
-    convexity = region_convexity(labels, image, planes)
     for label, box in enumerate(ndimage.find_objects(labels), start=1):
-        if box is None or convexity[label] >= HOLLOW:
+        if box is None or not curved[label]:
             continue
         mask = labels[box] == label
         mouth = _convex_hull(mask) & (labels[box] == 0) & (image.disparity[box] > 0)
@@ -98,25 +86,83 @@ def fill_mouths(
     return filled
 
 
+def _join_outside(
+    label: int,
+    labels: NDArray[np.int32],
+    joined: NDArray[np.int32],
+    floors: ConnectedParts,
+    borders: Borders,
+    image: WorkingImage,
+) -> None:
+    """Join the mouth of a hollow region to its outside in `joined`, if there is one."""
+    reach = image.length(MAX_GAP) // 2
+    inside_box = _widened(_box(labels == label), max(reach, RING), labels.shape)
+    inside = labels[inside_box] == label
+    numbers = _floor(inside, floors, inside_box, reach)
+    box = inside_box
+    for number in numbers:
+        top, left, bottom, right = (int(edge) for edge in floors.boxes[number])
+        part = _widened((slice(top, bottom), slice(left, right)), RING, labels.shape)
+        box = _union(box, part)
+    disparity = image.disparity[box]
+    mouth = (labels[box] == label) | np.isin(floors.labels[box], numbers)
+    # The wall of a vessel is in front of its inside or touches it.
+    nearer = borders.occluding[:, label].sum(axis=1) + borders.contact[:, label].sum(axis=1)
+    near = nearer >= image.length(MIN_BORDER)
+    walls = np.where(near[labels[box]], joined[box], 0)
+    outside = _outside(_convex_hull(mouth), walls, disparity)
+    if outside == 0:
+        return
+    joined[box][mouth] = outside
+    whole = joined == outside
+    joined[fill_holes(whole) & (joined == 0) & (image.disparity > 0)] = outside
+
+
+def _box(mask: NDArray[np.bool_]) -> tuple[slice, slice]:
+    """Return the rows and columns of the bounding box of a mask that is not empty."""
+    left, top, width, height = cv2.boundingRect(mask.view(np.uint8))
+    return slice(top, top + height), slice(left, left + width)
+
+
+def _widened(box: tuple[slice, slice], margin: int, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return a box widened on all sides, but not beyond an image of this shape."""
+    rows, columns = box
+    return (
+        slice(max(rows.start - margin, 0), min(rows.stop + margin, shape[0])),
+        slice(max(columns.start - margin, 0), min(columns.stop + margin, shape[1])),
+    )
+
+
+def _union(a: tuple[slice, slice], b: tuple[slice, slice]) -> tuple[slice, slice]:
+    """Return the smallest box around two boxes."""
+    return (
+        slice(min(a[0].start, b[0].start), max(a[0].stop, b[0].stop)),
+        slice(min(a[1].start, b[1].start), max(a[1].stop, b[1].stop)),
+    )
+
+
 def _has_neighbour(label: int, borders: Borders) -> bool:
     return bool(borders.contact[label, 1:].sum() + borders.occluding[1:, label].sum() > 0)
 
 
-def _enclosed(labels: NDArray[np.int32], disparity: NDArray[np.float32]) -> NDArray[np.int32]:
-    """Number the connected parts of the background from 1; the largest one, the table, is 0."""
-    empty = ((labels == 0) & (disparity > 0)).astype(np.uint8)
-    parts, sizes, _ = connected_parts(empty)
-    largest = 1 + int(np.argmax(sizes[1:])) if len(sizes) > 1 else 0
-    return np.where(parts == largest, 0, parts).astype(np.int32)
+def _enclosed(labels: NDArray[np.int32], disparity: NDArray[np.float32]) -> ConnectedParts:
+    """Return the connected parts of the background; the largest one, the table, has no size."""
+    parts = connected_parts(((labels == 0) & (disparity > 0)).view(np.uint8))
+    parts.sizes[0] = 0
+    parts.sizes[np.argmax(parts.sizes)] = 0
+    return parts
 
 
-def _floor(inside: NDArray[np.bool_], floors: NDArray[np.int32], reach: int) -> NDArray[np.bool_]:
-    """Return the enclosed background within `reach` px of a hollow region, if small enough."""
-    touching = np.bincount(floors[_ring(inside, reach)], minlength=int(floors.max(initial=0)) + 1)
-    touching[0] = 0
-    sizes = np.bincount(floors.ravel(), minlength=touching.size)
-    near = (touching > 0) & (sizes < MAX_FLOOR * np.count_nonzero(inside))
-    return near[floors]
+def _floor(
+    inside: NDArray[np.bool_], floors: ConnectedParts, box: tuple[slice, slice], reach: int
+) -> list[int]:
+    """Return the enclosed background within `reach` px of a hollow region, if small enough.
+
+    `inside` is the mask of the region in a box that is wider by `reach` px.
+    """
+    near = np.unique(floors.labels[box][_ring(inside, reach)])
+    max_size = MAX_FLOOR * np.count_nonzero(inside)
+    return [int(part) for part in near if 0 < floors.sizes[part] < max_size]
 
 
 def _convex_hull(mask: NDArray[np.bool_]) -> NDArray[np.bool_]:

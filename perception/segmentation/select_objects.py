@@ -160,11 +160,7 @@ def _is_seam(
     pixel = median(region.points[:, 2]) * max(normal[0] / k.fx, normal[1] / k.fy)
     if median(support.plane.height(region.points)) > SEAM_HEIGHT * pixel:
         return False
-    flat, columns = labels.ravel(), labels.shape[1]
-    same = np.ones(len(pixels), bool)
-    for step in (-columns, -1, 1, columns):
-        same &= np.take(flat, pixels + step, mode="clip") == flat[pixels]
-    return bool(np.count_nonzero(same) / len(same) < MAX_SEAM_INTERIOR)
+    return bool(count_inner(pixels, labels) / len(pixels) < MAX_SEAM_INTERIOR)
 
 
 def _holds_board(top: float, support: Support, supports: list[Support]) -> bool:
@@ -189,32 +185,63 @@ def sample_region(pixels, q, pinhole):
     rows, columns = q.shape
     flat = q.ravel()
     valid = cut = 0
+    # The pixels are sorted, so that the row follows from the last one. Divisions take long.
+    v = -1
     for pixel in pixels:
         if flat[pixel] > 0:
+            v = _row_of(pixel, v, columns)
             valid += 1
-            cut += _is_cut(pixel // columns, pixel % columns, rows, columns)
+            cut += _is_cut(v, pixel - v * columns, rows, columns)
     step = max(valid // SAMPLES, 1)
     points, cut_points = np.empty((-(-valid // step), 3)), np.empty((cut, 3))
     i = j = 0
+    v = -1
     for pixel in pixels:
         if flat[pixel] <= 0:
             continue
-        v, u = pixel // columns, pixel % columns
-        z = 1.0 / np.float64(flat[pixel])
-        x, y = (u - cx) / fx * z, (v - cy) / fy * z
-        if i % step == 0:
-            k = i // step
-            points[k, 0], points[k, 1], points[k, 2] = x, y, z
+        v = _row_of(pixel, v, columns)
+        u = pixel - v * columns
+        is_cut = _is_cut(v, u, rows, columns)
+        if i % step == 0 or is_cut:
+            z = 1.0 / np.float64(flat[pixel])
+            x, y = (u - cx) / fx * z, (v - cy) / fy * z
+            if i % step == 0:
+                k = i // step
+                points[k, 0], points[k, 1], points[k, 2] = x, y, z
+            if is_cut:
+                cut_points[j, 0], cut_points[j, 1], cut_points[j, 2] = x, y, z
+                j += 1
         i += 1
-        if _is_cut(v, u, rows, columns):
-            cut_points[j, 0], cut_points[j, 1], cut_points[j, 2] = x, y, z
-            j += 1
     return points, cut_points
+
+
+@njit(cache=True, nogil=True)
+def _row_of(pixel, row, columns):
+    """Return the row of a pixel, for the row of an earlier one or -1."""
+    if row < 0:
+        return pixel // columns
+    while pixel >= (row + 1) * columns:
+        row += 1
+    return row
 
 
 @njit(cache=True, nogil=True)
 def _is_cut(v, u, rows, columns):
     return v < BORDER or u < BORDER or v >= rows - BORDER or u >= columns - BORDER
+
+
+@njit(cache=True, nogil=True)
+def count_inner(pixels, labels):
+    """Count the pixels of a region (N,) whose neighbours in rows and columns belong to it."""
+    flat, columns = labels.ravel(), labels.shape[1]
+    last = flat.size - 1
+    count = 0
+    for pixel in pixels:
+        label = flat[pixel]
+        above, below = flat[max(pixel - columns, 0)], flat[min(pixel + columns, last)]
+        left, right = flat[max(pixel - 1, 0)], flat[min(pixel + 1, last)]
+        count += (above == label) & (below == label) & (left == label) & (right == label)
+    return count
 
 
 @njit(cache=True, nogil=True)

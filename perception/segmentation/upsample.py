@@ -41,22 +41,34 @@ def nearest_labels(labels, q, stride):
     rows, columns = q.shape
     down, across = labels.shape
     full = np.zeros((rows, columns), np.int32)
-    for v in range(rows):
-        for u in range(columns):
-            k, m = v // stride, u // stride
-            below, right = min(k + 1, down - 1), min(m + 1, across - 1)
-            if q[v, u] <= 0 or not (
-                labels[k, m] or labels[k, right] or labels[below, m] or labels[below, right]
-            ):
+    for k in range(down):
+        below = min(k + 1, down - 1)
+        for m in range(across):
+            right = min(m + 1, across - 1)
+            label = labels[k, m]
+            same = labels[k, right] == label
+            same &= (labels[below, m] == label) & (labels[below, right] == label)
+            if same and label == 0:
                 continue
-            best = np.float32(np.inf)
-            for y in range(k, below + 1):
-                for x in range(m, right + 1):
-                    at = q[y * stride, x * stride]
-                    if at <= 0:
-                        continue
-                    gap = abs(at - q[v, u])
-                    if gap < best:
-                        best = gap
-                        full[v, u] = labels[y, x]
+            same &= q[k * stride, m * stride] > 0
+            for v in range(k * stride, min((k + 1) * stride, rows)):
+                for u in range(m * stride, min((m + 1) * stride, columns)):
+                    if q[v, u] > 0:
+                        corners = (k, below), (m, right)
+                        full[v, u] = label if same else _nearest(labels, q, stride, (v, u), corners)
     return full
+
+
+@njit(cache=True, nogil=True)
+def _nearest(labels, q, stride, pixel, corners):
+    """Return the label of the corner nearest to a pixel in disparity, 0 without a reading."""
+    (top, bottom), (left, right) = corners
+    here = q[pixel[0], pixel[1]]
+    best, found = np.float32(np.inf), np.int32(0)
+    for y in range(top, bottom + 1):
+        for x in range(left, right + 1):
+            at = q[y * stride, x * stride]
+            if at > 0 and abs(at - here) < best:
+                best = abs(at - here)
+                found = labels[y, x]
+    return found

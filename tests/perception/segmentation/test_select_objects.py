@@ -19,6 +19,7 @@ from eyehand.perception.segmentation.label_pixels import pixels_by_label
 from eyehand.perception.segmentation.select_objects import (
     BORDER,
     SAMPLES,
+    count_inner,
     depth_in_hull,
     sample_region,
     select_objects,
@@ -181,3 +182,13 @@ def test_object_on_hidden_corner_of_its_support_is_kept():
     for z, kept in ((0.0, True), (-0.05, False)):
         _, selected = select([box], [support((-0.3, 0.27), (0.4, 1.0), z)])
         assert selected.any() == kept
+
+
+def test_inner_pixels_equal_numpy():
+    labels = np.random.default_rng(0).integers(1, 3, (9, 11)).astype(np.int32)
+    flat = labels.ravel()
+    pixels = np.flatnonzero(flat == 2).astype(np.int32)
+    same = np.ones(len(pixels), bool)
+    for step in (-11, -1, 1, 11):
+        same &= flat[np.clip(pixels + step, 0, flat.size - 1)] == 2
+    assert count_inner(pixels, labels) == np.count_nonzero(same) > 0
