@@ -11,6 +11,7 @@ from .frame import CameraIntrinsics, DepthFrame
 from .scene import perceive
 from .segmentation import SegmentationOptions, segment
 from .segmentation.local_planes import fit_centred_windows
+from .segmentation.select_objects import count_inner
 from .segmentation.sliver_pixels import replace_by_nearest
 from .superquadric.levenberg_marquardt import descend
 
@@ -49,8 +50,10 @@ def warm_up() -> None:
     perceive(frame)
     segment(frame, SegmentationOptions(stride=2))
     segment(_bin_frame(camera))
-    # Small images have no slivers.
-    replace_by_nearest(np.ones((8, 8), np.int32), np.array([False, True]), 1)
+    # Small images have no slivers and no seams.
+    ones = np.ones((8, 8), np.int32)
+    replace_by_nearest(ones, np.array([False, True]), 1)
+    count_inner(np.arange(8, dtype=np.int32), ones)
 
 
 def _bin_frame(camera: CameraIntrinsics) -> DepthFrame:
