@@ -20,6 +20,8 @@ class FitAnswer:
     """Solids, largest first. Usually one; empty without a solid."""
     reason: str = ""
     """Why there is no solid or it must not be used; empty if it is usable."""
+    doubted: bool = False
+    """Whether the fitter states a doubt about the shape of a usable solid."""
 
     @classmethod
     def of(cls, found: Superquadric | SuperquadricFit | None) -> FitAnswer:
@@ -28,9 +30,15 @@ class FitAnswer:
             return cls((), "no solid found")
         if isinstance(found, Superquadric):
             return cls((found,))
-        return cls(fit_parts(found), found.reason or ("" if found else "not converged"))
+        reason = found.reason or ("" if found else "not converged")
+        return cls(fit_parts(found), reason, is_doubted(found))
 
     @property
     def usable_parts(self) -> tuple[Superquadric, ...]:
         """The parts of a usable solid; empty if the fitter gives a reason against it."""
         return () if self.reason else self.parts
+
+
+def is_doubted(fit: SuperquadricFit) -> bool:
+    """Return whether a usable fit states a doubt about its shape."""
+    return bool(fit) and (bool(fit.reason) or fit.ambiguous or fit.outline_differs)

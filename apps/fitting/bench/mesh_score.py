@@ -11,6 +11,7 @@ import numpy as np
 from eyehand.perception import FitOptions, PerceiveOptions, Superquadric, fit_region
 
 from ...scene_json import fit_parts
+from .fit_answer import FAILED, is_doubted
 from .score import surface_points, union_distances
 
 if TYPE_CHECKING:
@@ -22,8 +23,6 @@ if TYPE_CHECKING:
 
     from .mesh_views import MeshView, PlacedMesh
 
-FAILED = 0.5
-"""IoU below which a fit has failed."""
 DIRECTION_STEP = np.radians(10.0)
 """Angle between the closing directions that are compared, rad."""
 MAX_WIDTH_ERROR = 0.010
@@ -109,15 +108,10 @@ def score_mesh_fit(placed: PlacedMesh, fit: SuperquadricFit, seconds: float = 0.
     return replace(
         score,
         refused=not fit,
-        flagged=bool(fit) and is_flagged(fit),
+        flagged=is_doubted(fit),
         side_sigmas=_side_sigmas(placed, fit),
         reason=fit.reason,
     )
-
-
-def is_flagged(fit: SuperquadricFit) -> bool:
-    """Return whether a usable fit states a doubt about its shape."""
-    return bool(fit.reason) or fit.ambiguous or fit.outline_differs
 
 
 def score_parts(

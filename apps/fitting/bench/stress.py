@@ -17,6 +17,7 @@ from .baselines import find_baseline
 from .cloud_sweeps import cloud_sweeps
 from .extreme_clouds import extremes
 from .fit_answer import FAILED
+from .rendered_sweeps import rendered_sweeps
 from .solid_sweeps import solid_sweeps
 from .stress_trial import RIGHT, baseline_method, fit_method
 
@@ -58,7 +59,7 @@ def stress_fit(
 
 def fit_sweeps() -> tuple[Sweep[FitCallable], ...]:
     """Return all sweeps, in reading order."""
-    return (*cloud_sweeps(), *solid_sweeps())
+    return (*cloud_sweeps(), *solid_sweeps(), *rendered_sweeps())
 
 
 def fit_stage(baseline: str | None = None) -> StressStage[FitCallable]:

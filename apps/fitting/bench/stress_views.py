@@ -36,6 +36,8 @@ class CloudView:
     """(4,) unit normal and offset."""
     free_space: FreeSpace | None = None
     """Empty space around the object; None for a cloud without an image."""
+    margin: float = 0.0
+    """Distance of the object's outline beyond that of the points, m."""
     unit: float = 1.0
     """Unit of the numbers above, m. Options are scaled by it."""
 

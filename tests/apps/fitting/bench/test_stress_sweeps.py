@@ -6,13 +6,18 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.bench import Sweep, Trial
 from eyehand.apps.bench.stress_case import run_case
+from eyehand.apps.fitting.bench.compound_solids import CompoundSolid
 from eyehand.apps.fitting.bench.extreme_clouds import extremes
 from eyehand.apps.fitting.bench.fit_answer import FitAnswer
+from eyehand.apps.fitting.bench.rendered_sweeps import rendered_sweeps
+from eyehand.apps.fitting.bench.score import union_distances
 from eyehand.apps.fitting.bench.stress import fit_sweeps
 from eyehand.apps.fitting.bench.stress_views import CloudView, one_view, usual_solid
+from eyehand.apps.fitting.bench.true_solid import convex_parts
 from eyehand.perception import Superquadric
 
 SWEEPS = {sweep.name: sweep for sweep in fit_sweeps()}
+RENDERED = {sweep.name for sweep in rendered_sweeps()}
 
 
 def view_of(name: str, value: float, seed: int = 0) -> CloudView:
@@ -51,12 +56,50 @@ def test_trial_depends_on_value_and_seed_only(sweep: Sweep):
         assert np.all(np.isfinite(first.points))
 
 
-@pytest.mark.parametrize("name", sorted(SWEEPS.keys() - {"points", "far", "sheet", "wire"}))
+@pytest.mark.parametrize(
+    "name", sorted(SWEEPS.keys() - {"points", "far", "sheet", "wire"} - RENDERED)
+)
 def test_true_solid_passes_every_sweep(name):
     for value in SWEEPS[name].values:
         trial = SWEEPS[name].attempt(value, 1, lambda view: FitAnswer((truth(view),), ""))
         assert (trial.passed, trial.score) == (True, 1.0)
         assert len(view_of(name, value).points) == 1000
+
+
+@pytest.mark.parametrize("name", sorted(RENDERED))
+def test_true_parts_pass_every_rendered_sweep(name):
+    def answer(view: CloudView) -> FitAnswer:
+        solid = view.truth
+        if isinstance(solid, CompoundSolid):
+            return FitAnswer(solid.parts)
+        return FitAnswer((truth(view),))
+
+    for value in SWEEPS[name].values:
+        trial = SWEEPS[name].attempt(value, 1, answer)
+        assert (trial.passed, trial.score) == (True, 1.0)
+
+
+def test_rendered_points_lie_on_the_solid_and_beside_free_space():
+    for name in ("thin", "bent", "frontal"):
+        view = view_of(name, SWEEPS[name].values[0])
+        assert view.truth is not None
+        distance = np.abs(union_distances(view.points, convex_parts(view.truth)))
+        assert np.quantile(distance, 0.9) < 0.003
+        assert view.free_space is not None
+        assert not view.free_space.on_object.all()
+        assert view.margin > 0
+    assert len(view_of("hidden", 75).points) < len(view_of("hidden", 0).points)
+
+
+def test_a_wrong_solid_with_a_doubt_is_no_silent_failure():
+    def answer(doubted: bool):
+        small = Superquadric(np.full(3, 0.01), (1.0, 1.0), RigidTransform.identity(), "sphere")
+        return lambda view: FitAnswer((small,), "", doubted)
+
+    silent, said = (SWEEPS["bent"].attempt(90, 0, answer(doubted)) for doubted in (False, True))
+    assert (silent.passed, said.passed) == (False, True)
+    assert silent.score is not None
+    assert said.score is None
 
 
 def test_points_sweep_has_the_given_number_of_points():
