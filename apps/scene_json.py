@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         SuperquadricFit,
         SupportPlane,
     )
-    from eyehand.perception.superquadric import CandidateSolid
+    from eyehand.perception.superquadric import CandidateSolid, Vessel
 
 SCENE_SCHEMA = "eyehand.scene/1"
 UNITS = {"length": "m", "angle": "rad", "mass": "kg", "time": "s", "quaternion": "wxyz"}
@@ -75,6 +75,24 @@ def solid_json(solid: Superquadric) -> dict[str, Any]:
     }
 
 
+def vessel_json(vessel: Vessel) -> dict[str, Any]:
+    """Return what a vessel has besides its outer solid, which is the solid of the fit.
+
+    The rim is the ellipse ``centre ± semi-axis · direction``. The wall is None if the view does not
+    resolve it. The volume is that of wall and floor.
+    """
+    return {
+        "rim": {
+            "centre_m": _numbers(vessel.rim.centre),
+            "semi_axes_m": _numbers(vessel.rim.semi_axes),
+            "directions": [_numbers(direction) for direction in vessel.rim.directions],
+        },
+        "opening_direction": _numbers(vessel.opening),
+        "wall_m": None if vessel.wall is None else _number(vessel.wall),
+        "volume_m3": float(f"{vessel.volume:.6g}"),
+    }
+
+
 def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
     """Return a fit as plain data, with its parts, uncertainty and candidate models.
 
@@ -85,6 +103,7 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
         "reason": fit.reason,
         "spread_m": _number(fit.spread) if fit.residuals.size else None,
         "solid": None if fit.superquadric is None else solid_json(fit.superquadric),
+        "vessel": None if fit.vessel is None else vessel_json(fit.vessel),
         "parts": [solid_json(part) for part in fit_parts(fit)],
         "uncertainty": _uncertainty(fit),
         "runner_up": None if fit.runner_up is None else _candidate(fit.runner_up),

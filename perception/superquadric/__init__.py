@@ -12,6 +12,8 @@ from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT, PARAMETER_COUNT, Kind,
 from .surface import mesh, sample_surface
 from .uncertainty import PARAMETERS, Uncertainty
 from .validity import MIN_POINTS
+from .vessel import Rim, Vessel
+from .vessel_mesh import vessel_mesh
 from .wireframe import feature_curves
 
 __all__ = [
@@ -30,9 +32,11 @@ __all__ = [
     "FreeSpace",
     "Kind",
     "OptimiserName",
+    "Rim",
     "Superquadric",
     "SuperquadricFit",
     "Uncertainty",
+    "Vessel",
     "canonical",
     "covered_share",
     "feature_curves",
@@ -40,4 +44,5 @@ __all__ = [
     "mesh",
     "missed_share",
     "sample_surface",
+    "vessel_mesh",
 ]

@@ -37,6 +37,8 @@ from .validity import (
     check_residuals,
     check_size,
 )
+from .vessel_fit import fit_vessel
+from .vessel_handle import add_handle
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -130,10 +132,15 @@ def fit_superquadric(
         return SuperquadricFit.rejected(reason, time.perf_counter() - start)
     observation = Observation(filtered, origin, plane, free_space)
     fit = _fit_one_solid(observation, options)
+    opened = fit_vessel(fit, observation, options, _describe)
+    if opened is not None:
+        fit, observation = opened
+        free_space = observation.free_space
     if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
         fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
     if options.max_parts > 1:
-        fit = split_into_parts(fit, observation, options, _fit_one_solid)
+        add_parts = split_into_parts if fit.vessel is None else add_handle
+        fit = add_parts(fit, observation, options, _fit_one_solid)
     if free_space is not None:
         fit = _check_free_space(fit, free_space, options)
     return replace(fit, seconds=time.perf_counter() - start)
@@ -160,6 +167,14 @@ def _fit_one_solid(observation: Observation, options: FitOptions) -> Superquadri
         models = [model for model in models if model.criterion > refined.criterion]
     selected = refined
     models = [selected, *(model for model in models if model.kind != selected.kind)]
+    return _describe(models, problem, options)
+
+
+def _describe(
+    models: list[CandidateModel], problem: FitProblem, options: FitOptions
+) -> SuperquadricFit:
+    """Return the result with the first of the models as its solid."""
+    selected = models[0]
     residuals = distances(problem.points, selected.shape) * problem.unit
     reason = check_size(selected.shape, problem, options) or check_residuals(
         residuals, problem.unit, options

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
     from .shape import Kind, Superquadric
     from .uncertainty import Uncertainty
+    from .vessel import Vessel
 
 AMBIGUOUS_MARGIN = 2.0
 """Criteria that differ by less do not distinguish two solids (Kass and Raftery 1995: "not worth
@@ -68,6 +69,8 @@ class SuperquadricFit:
     parts: tuple[Superquadric, ...] = ()
     """Solids of the object, largest first: one unless `max_parts` allows more and they are
     needed."""
+    vessel: Vessel | None = None
+    """The object as a vessel, if the view shows its opening; `superquadric` is its outer solid."""
     covered_share: float = 0.0
     """Share of the pixels of the solids that lie in space seen to be empty, 0-1; see
     :func:`covered_share`. It is 0 for clouds without a :class:`FreeSpace`."""
@@ -82,6 +85,11 @@ class SuperquadricFit:
 
     def __bool__(self) -> bool:
         return self.converged
+
+    @property
+    def solid(self) -> Superquadric | Vessel | None:
+        """The vessel if the object is one, else the superquadric; None if there is none."""
+        return self.vessel or self.superquadric
 
     @property
     def spread(self) -> float:

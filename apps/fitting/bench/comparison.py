@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -90,13 +90,11 @@ def summary_rows(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _own_answer(options: FitOptions, case: FitCase) -> FitAnswer:
-    margin = options.silhouette_margin + case.margin
     fit = fit_superquadric(
         case.points,
         view_origin=case.view_origin,
         support_plane=case.support_plane,
-        free_space=case.free_space,
-        options=replace(options, silhouette_margin=margin),
+        options=options,
     )
     return FitAnswer.of(fit)
 
