@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from .support_extent import Support
     from .working_image import WorkingImage
 
-MIN_SEEN = 0.75
-"""Minimum share of walls with a straight rim."""
+MIN_SEEN, MIN_SEEN_AROUND_FLOOR = 0.75, 0.5
+"""Minimum share of walls with a straight rim, and the same if the floor between them is visible."""
 WALL_MARGIN = 0.01
 """Minimum distance of an object's foot inside the hull of a floor, m, if the rims are not visible.
 The walls stand at the hull, and their readings stay."""
@@ -52,7 +52,8 @@ def find_containers(
     found = []
     for rim in find_rims(tops, image, first.plane):
         one = measure_container(rim.place, rim.corners, image, first.plane, rim.height)
-        if np.mean([wall.seen for wall in one.container.walls]) >= MIN_SEEN:
+        least = MIN_SEEN_AROUND_FLOOR if one.container.floor_seen else MIN_SEEN
+        if np.mean([wall.seen for wall in one.container.walls]) >= least:
             found.append(one)
     if is_enclosed(first, image):
         # Readings of curved walls stay, but outside the floor that is visible.

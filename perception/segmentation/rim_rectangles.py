@@ -6,11 +6,19 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import cv2
 import numpy as np
-from numba import njit
 
 from ..perpendicular import perpendicular_pair
 from .block_heights import BLOCK, LOWEST
-from .container_walls import LEVEL_BAND, MAX_THICKNESS, MIN_RIM, MIN_SIDE
+from .container_walls import LEVEL_BAND, MAX_THICKNESS, MIN_RIM
+from .rim_votes import (
+    BIN,
+    LAYER,
+    MIN_LENGTH,
+    PLACE,
+    cover_places,
+    search_rectangle,
+    vote_turns,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -18,8 +26,9 @@ if TYPE_CHECKING:
     from .result import SupportPlane
     from .working_image import WorkingImage
 
-MAX_HEIGHT = 0.6
-"""Maximum height of a rim above the support, m."""
+MAX_HEIGHT = 1.2
+"""Maximum height of a rim above the support, m. A container may stand on a table above the floor of
+the room."""
 DROP_WINDOW = 5
 """Side of the window in which a reading beside an edge lies lower, blocks."""
 MIN_DROP = 0.006
@@ -27,8 +36,6 @@ MIN_DROP = 0.006
 MIN_SLOPE = 0.05
 """Minimum cosine between the normal and the viewing ray of an edge. Other rays are nearly parallel
 to the plane."""
-LAYER = 0.01
-"""Height of a layer, m: the scatter of one rim. Layers overlap by half."""
 MAX_LENGTH = 1.3
 """Maximum length of a container, m. Larger ones are rooms."""
 TURN = np.radians(3.0)
@@ -36,26 +43,19 @@ TURN = np.radians(3.0)
 one bin."""
 FINE_TURNS = np.radians(np.arange(-2.0, 3.0))
 """Angles around the best one that are tried then, rad."""
-BIN = 0.008
-"""Width of the bins in which edges vote for a side, m."""
 MAX_LAYERS = 8
 """Number of layers in which rectangles are searched, those with the most votes first."""
 PEAKS = 5
 """Number of possible sides along each direction, those with the most votes first."""
-PLACE = 0.015
-"""Length of the places along a side, m. Edges cover a place or not."""
-MIN_COVER = 0.4
-"""Share of covered places from which a side speaks for a rectangle."""
 MIN_WHOLE_COVER = 0.75
 """Minimum share of covered places of all sides. Sides between unrelated things have less."""
 MIN_AREA = 0.015
 """Minimum area of a rim, m²: 0.15 x 0.10 m."""
-MIN_LENGTH = 0.12
-"""Minimum length of the edges in a layer, m."""
 MIN_KEPT = 0.7
 """Minimum evidence of a higher rectangle around the same place, relative to the lower one."""
-MAX_MISSES = 2
-"""Number of layers without such a rectangle after which no higher one is searched."""
+MAX_MISSES = 6
+"""Number of layers without such a rectangle after which no higher one is searched. A lip of 2 cm
+hides the edges below it."""
 MAX_LEVEL = 0.6
 """Maximum share of readings inside that are level with the rim. The top of a box is."""
 
@@ -91,6 +91,8 @@ class _Rectangle(NamedTuple):
     """Median height of the edges of its layer, m."""
     evidence: float
     """Length of its covered places over `MIN_COVER`, m."""
+    lowest: float
+    """Lower bound of the lowest layer with this rectangle, m."""
 
 
 class _Edges(NamedTuple):
@@ -128,12 +130,14 @@ def find_rims(tops: NDArray[np.float32], image: WorkingImage, plane: SupportPlan
     for layer in np.argsort(-votes.max(axis=1))[:MAX_LAYERS].tolist():
         if votes[layer].max() <= 0:
             break
+        if any(one.lowest <= layer * LAYER / 2 <= one.height for one in found):
+            continue
         own = _in_layer(edges, layer)
         near = turns[votes[layer].argmax()] + FINE_TURNS
         angle = float(near[vote_turns(*own, 1, near)[0].argmax()])
-        best = _best_rectangle(own, angle)
+        best = _best_rectangle(own, angle, layer * LAYER / 2, image, plane)
         if best is not None:
-            found.append(_highest(best, edges, layer, angle))
+            found.append(_highest(best, edges, layer, angle, (image, plane)))
     rims: list[Rim] = []
     for one in sorted(found, key=lambda one: -one.evidence):
         rim = Rim(one.corners, one.height, locate(one.corners, one.height, plane, image))
@@ -179,28 +183,37 @@ def _in_layer(edges: _Edges, layer: int) -> _Edges:
     return _Edges(edges.plan[part], heights[part], edges.sizes[part])
 
 
-def _highest(best: _Rectangle, edges: _Edges, layer: int, angle: float) -> _Rectangle:
+def _highest(
+    best: _Rectangle,
+    edges: _Edges,
+    layer: int,
+    angle: float,
+    view: tuple[WorkingImage, SupportPlane],
+) -> _Rectangle:
     """Return the highest rectangle above one of a layer. The inner faces of walls have edges too.
 
     Each layer up to it holds a rectangle with nearly as long edges.
     """
     misses, least = 0, MIN_KEPT * best.evidence
-    best = best._replace(height=best.height + layer * LAYER / 2)
     while misses <= MAX_MISSES:
         layer += 1
         own = _in_layer(edges, layer)
-        higher = _best_rectangle(own, angle) if own.sizes.sum() > MIN_LENGTH else None
+        higher = None
+        if own.sizes.sum() > MIN_LENGTH:
+            higher = _best_rectangle(own, angle, layer * LAYER / 2, *view)
         if higher is None or higher.evidence < least:
             misses += 1
             continue
-        best, misses = higher._replace(height=higher.height + layer * LAYER / 2), 0
+        best, misses = higher._replace(lowest=best.lowest), 0
     return best
 
 
-def _best_rectangle(edges: _Edges, angle: float) -> _Rectangle | None:
+def _best_rectangle(
+    edges: _Edges, angle: float, base: float, image: WorkingImage, plane: SupportPlane
+) -> _Rectangle | None:
     """Return the rectangle of one orientation with the longest edges, or None if all are short.
 
-    Its height is over the lower bound of the layer.
+    The heights of the edges are those above `base`, m.
     """
     cos, sin = np.cos(angle), np.sin(angle)
     turned = edges.plan @ np.array([[cos, -sin], [sin, cos]])
@@ -208,13 +221,18 @@ def _best_rectangle(edges: _Edges, angle: float) -> _Rectangle | None:
     x, y = turned[:, 0], turned[:, 1]
     xs, ys = _side_peaks(x, edges.sizes), _side_peaks(y, edges.sizes)
     covered = cover_places(x, y - low[1], xs), cover_places(y, x - low[0], ys)
-    (x0, x1, y0, y1), evidence, cover = search_rectangle(xs, ys, covered[0], covered[1], low)
+    view = image, plane, float(np.median(edges.heights)) + base
+    axes = np.array([[cos, sin], [-sin, cos]])
+    seen = (
+        _seen_places(xs, low[1], covered[0].shape[1] - 1, axes, view),
+        _seen_places(ys, low[0], covered[1].shape[1] - 1, axes[::-1], view),
+    )
+    (x0, x1, y0, y1), evidence, cover = search_rectangle(xs, ys, covered, seen, low)
     width, depth = x1 - x0, y1 - y0
     if cover < MIN_WHOLE_COVER or width * depth < MIN_AREA or max(width, depth) > MAX_LENGTH:
         return None
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
-    corners = corners @ np.array([[cos, sin], [-sin, cos]])
-    return _Rectangle(corners, float(np.median(edges.heights)), evidence)
+    return _Rectangle(corners @ axes, view[2], evidence, base)
 
 
 def _side_peaks(values: NDArray[np.float64], sizes: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -233,6 +251,28 @@ def _side_peaks(values: NDArray[np.float64], sizes: NDArray[np.float64]) -> NDAr
             found.append(float(np.average(values[part], weights=sizes[part])))
         votes[max(peak - 2, 0) : peak + 3] = 0
     return np.sort(found)
+
+
+def _seen_places(
+    sides: NDArray[np.float64],
+    low: float,
+    places: int,
+    axes: NDArray[np.float64],
+    view: tuple[WorkingImage, SupportPlane, float],
+) -> NDArray[np.int32]:
+    """Count the places within the image before each place along each side, (K, places + 1).
+
+    `axes` are the directions across and along the sides in plan as rows. `view` is the image, the
+    plane, and the height of the sides above it, m.
+    """
+    image, plane, height = view
+    across, along = np.meshgrid(sides, low + (np.arange(places) + 0.5) * PLACE, indexing="ij")
+    plan = across[..., None] * axes[0] + along[..., None] * axes[1]
+    points = plan @ perpendicular_pair(plane.normal) + (height - plane.offset) * plane.normal
+    pixels = image.intrinsics.project(points.reshape(-1, 3)).reshape(*across.shape, 2)
+    size = np.array(image.depth.shape[::-1])
+    inside = ((pixels > 0) & (pixels < size)).all(axis=-1) & (points[..., 2] > 0)
+    return np.pad(np.cumsum(inside, axis=1, dtype=np.int32), ((0, 0), (1, 0)))
 
 
 def _overlap(rim: Rim, other: Rim) -> bool:
@@ -258,87 +298,3 @@ def _is_hollow(
     cv2.fillConvexPoly(inside, np.rint(outline).astype(np.int32), 1)
     heights = tops[(inside > 0) & (tops > LOWEST)]
     return bool(len(heights) and np.mean(np.abs(heights - rim.height) < LEVEL_BAND) < MAX_LEVEL)
-
-
-@njit(cache=True, nogil=True)
-def vote_turns(plan, heights, sizes, layers, turns):
-    """Return the votes (layers, T) for rectangles of T orientations in overlapping layers.
-
-    A vote is the sum of the squared lengths of the edges in each bin across both directions.
-    """
-    votes = np.zeros((layers, len(turns)))
-    length = np.zeros(layers)
-    radius = 0.0
-    for i in range(len(plan)):
-        radius = max(radius, np.hypot(plan[i, 0], plan[i, 1]))
-        first = int(heights[i] / (LAYER / 2))
-        for layer in range(max(first - 1, 0), min(first + 1, layers)):
-            length[layer] += sizes[i]
-    bins = int(2 * radius / BIN) + 3
-    for t in range(len(turns)):
-        cos, sin = np.cos(turns[t]), np.sin(turns[t])
-        for axis in range(2):
-            lengths = np.zeros((layers, bins))
-            for i in range(len(plan)):
-                x, y = plan[i, 0], plan[i, 1]
-                value = cos * x + sin * y if axis == 0 else cos * y - sin * x
-                cell = int((value + radius) / BIN) + 1
-                first = int(heights[i] / (LAYER / 2))
-                for layer in range(max(first - 1, 0), min(first + 1, layers)):
-                    lengths[layer, cell] += sizes[i]
-            for layer in range(layers):
-                if length[layer] < MIN_LENGTH:
-                    continue
-                for cell in range(1, bins):
-                    votes[layer, t] += (lengths[layer, cell - 1] + lengths[layer, cell]) ** 2
-    return votes
-
-
-@njit(cache=True, nogil=True)
-def cover_places(across, along, sides):
-    """Count the covered places before each place along each side, (K, places + 1)."""
-    places = int(along.max() / PLACE) + 1
-    counts = np.zeros((len(sides), places + 1), np.int32)
-    for k in range(len(sides)):
-        for i in range(len(across)):
-            if abs(across[i] - sides[k]) < 1.5 * BIN:
-                counts[k, int(along[i] / PLACE) + 1] = 1
-        for place in range(places):
-            counts[k, place + 1] += counts[k, place]
-    return counts
-
-
-@njit(cache=True, nogil=True)
-def search_rectangle(xs, ys, x_covered, y_covered, lows):
-    """Return the best bounds (x0, x1, y0, y1), its evidence, m, and its least cover.
-
-    The cover is that of all places or that of the places in the quarters at the corners, whichever
-    is less.
-    """
-    bounds, evidence, cover = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0
-    for i in range(len(xs)):
-        for j in range(i + 1, len(xs)):
-            if xs[j] - xs[i] < MIN_SIDE:
-                continue
-            a, b = int((xs[i] - lows[0]) / PLACE), int((xs[j] - lows[0]) / PLACE) + 1
-            for m in range(len(ys)):
-                for n in range(m + 1, len(ys)):
-                    if ys[n] - ys[m] < MIN_SIDE:
-                        continue
-                    c, d = int((ys[m] - lows[1]) / PLACE), int((ys[n] - lows[1]) / PLACE) + 1
-                    covered = corner = 0
-                    for side in (x_covered[i], x_covered[j]):
-                        quarter = (d - c) // 4
-                        covered += side[d] - side[c]
-                        corner += side[c + quarter] - side[c] + side[d] - side[d - quarter]
-                    for side in (y_covered[m], y_covered[n]):
-                        quarter = (b - a) // 4
-                        covered += side[b] - side[a]
-                        corner += side[a + quarter] - side[a] + side[b] - side[b - quarter]
-                    whole = 2 * (b - a + d - c)
-                    value = PLACE * (covered - MIN_COVER * whole)
-                    if value > evidence:
-                        quarters = 4 * ((b - a) // 4 + (d - c) // 4)
-                        bounds, evidence = (xs[i], xs[j], ys[m], ys[n]), value
-                        cover = min(covered / whole, corner / quarters)
-    return bounds, evidence, cover

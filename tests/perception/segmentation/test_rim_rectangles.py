@@ -9,14 +9,14 @@ from eyehand.perception import DepthFrame
 from eyehand.perception.segmentation import SupportPlane
 from eyehand.perception.segmentation.block_heights import LOWEST, block_heights, block_tops
 from eyehand.perception.segmentation.container_walls import MIN_SIDE
-from eyehand.perception.segmentation.rim_rectangles import (
+from eyehand.perception.segmentation.rim_rectangles import find_rims
+from eyehand.perception.segmentation.rim_votes import (
     BIN,
     LAYER,
     MIN_COVER,
     MIN_LENGTH,
     PLACE,
     cover_places,
-    find_rims,
     search_rectangle,
     vote_turns,
 )
@@ -85,7 +85,8 @@ def test_best_rectangle_equals_reference():
     rng = np.random.default_rng(3)
     xs, ys = np.sort(rng.uniform(0.0, 0.5, 4)), np.sort(rng.uniform(0.0, 0.4, 4))
     covered = [(rng.random((4, 40)) < 0.6).astype(np.int32) for _ in range(2)]
-    counts = [np.pad(np.cumsum(rows, axis=1), ((0, 0), (1, 0))) for rows in covered]
+    counts = [np.pad(np.cumsum(rows, axis=1, dtype=np.int32), ((0, 0), (1, 0))) for rows in covered]
+    every = (np.tile(np.arange(41, dtype=np.int32), (4, 1)),) * 2
     best = (0.0, ())
     for i, j in [(i, j) for i in range(4) for j in range(4) if xs[j] - xs[i] >= MIN_SIDE]:
         for m, n in [(m, n) for m in range(4) for n in range(4) if ys[n] - ys[m] >= MIN_SIDE]:
@@ -97,7 +98,7 @@ def test_best_rectangle_equals_reference():
             evidence = PLACE * (sum(int(row.sum()) for row in rows) - MIN_COVER * places)
             if evidence > best[0]:
                 best = (evidence, (xs[i], xs[j], ys[m], ys[n]))
-    bounds, evidence, cover = search_rectangle(xs, ys, counts[0], counts[1], np.zeros(2))
+    bounds, evidence, cover = search_rectangle(xs, ys, tuple(counts), every, np.zeros(2))
     assert bounds == best[1]
     assert evidence == pytest.approx(best[0])
     assert 0.0 < cover <= 1.0

@@ -1,0 +1,106 @@
+"""Votes of edges for the orientation and the sides of a rectangle."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from .container_walls import MIN_SIDE
+
+LAYER = 0.01
+"""Height of a layer, m: the scatter of one rim. Layers overlap by half."""
+BIN = 0.008
+"""Width of the bins in which edges vote for a side, m."""
+PLACE = 0.015
+"""Length of the places along a side, m. Edges cover a place or not."""
+MIN_COVER = 0.4
+"""Share of covered places from which a side speaks for a rectangle."""
+MIN_LENGTH = 0.12
+"""Minimum length of the edges in a layer, m."""
+
+
+@njit(cache=True, nogil=True)
+def vote_turns(plan, heights, sizes, layers, turns):
+    """Return the votes (layers, T) for rectangles of T orientations in overlapping layers.
+
+    A vote is the sum of the squared lengths of the edges in each bin across both directions.
+    """
+    votes = np.zeros((layers, len(turns)))
+    length = np.zeros(layers)
+    radius = 0.0
+    for i in range(len(plan)):
+        radius = max(radius, np.hypot(plan[i, 0], plan[i, 1]))
+        first = int(heights[i] / (LAYER / 2))
+        for layer in range(max(first - 1, 0), min(first + 1, layers)):
+            length[layer] += sizes[i]
+    bins = int(2 * radius / BIN) + 3
+    for t in range(len(turns)):
+        cos, sin = np.cos(turns[t]), np.sin(turns[t])
+        for axis in range(2):
+            lengths = np.zeros((layers, bins))
+            for i in range(len(plan)):
+                x, y = plan[i, 0], plan[i, 1]
+                value = cos * x + sin * y if axis == 0 else cos * y - sin * x
+                cell = int((value + radius) / BIN) + 1
+                first = int(heights[i] / (LAYER / 2))
+                for layer in range(max(first - 1, 0), min(first + 1, layers)):
+                    lengths[layer, cell] += sizes[i]
+            for layer in range(layers):
+                if length[layer] < MIN_LENGTH:
+                    continue
+                for cell in range(1, bins):
+                    votes[layer, t] += (lengths[layer, cell - 1] + lengths[layer, cell]) ** 2
+    return votes
+
+
+@njit(cache=True, nogil=True)
+def cover_places(across, along, sides):
+    """Count the covered places before each place along each side, (K, places + 1)."""
+    places = int(along.max() / PLACE) + 1
+    counts = np.zeros((len(sides), places + 1), np.int32)
+    for k in range(len(sides)):
+        for i in range(len(across)):
+            if abs(across[i] - sides[k]) < 1.5 * BIN:
+                counts[k, int(along[i] / PLACE) + 1] = 1
+        for place in range(places):
+            counts[k, place + 1] += counts[k, place]
+    return counts
+
+
+@njit(cache=True, nogil=True)
+def search_rectangle(xs, ys, covered, seen, lows):
+    """Return the best bounds (x0, x1, y0, y1), its evidence, m, and its least cover.
+
+    Places outside the image do not count. The cover is that of all places or that of the places in
+    the quarters at the corners, whichever is less.
+    """
+    bounds, evidence, cover = (0.0, 0.0, 0.0, 0.0), 0.0, 0.0
+    for i in range(len(xs)):
+        for j in range(i + 1, len(xs)):
+            if xs[j] - xs[i] < MIN_SIDE:
+                continue
+            a, b = int((xs[i] - lows[0]) / PLACE), int((xs[j] - lows[0]) / PLACE) + 1
+            for m in range(len(ys)):
+                for n in range(m + 1, len(ys)):
+                    if ys[n] - ys[m] < MIN_SIDE:
+                        continue
+                    c, d = int((ys[m] - lows[1]) / PLACE), int((ys[n] - lows[1]) / PLACE) + 1
+                    whole = corner = all_whole = all_corner = 0
+                    for axis, side, low, high in (
+                        (0, i, c, d),
+                        (0, j, c, d),
+                        (1, m, a, b),
+                        (1, n, a, b),
+                    ):
+                        quarter = (high - low) // 4
+                        row, every = covered[axis][side], seen[axis][side]
+                        whole += row[high] - row[low]
+                        all_whole += every[high] - every[low]
+                        for start in (low, high - quarter):
+                            corner += row[start + quarter] - row[start]
+                            all_corner += every[start + quarter] - every[start]
+                    value = PLACE * (whole - MIN_COVER * all_whole)
+                    if value > evidence:
+                        bounds, evidence = (xs[i], xs[j], ys[m], ys[n]), value
+                        cover = min(whole / max(all_whole, 1), corner / max(all_corner, 1))
+    return bounds, evidence, cover
