@@ -15,6 +15,7 @@ from .rim_votes import (
     LAYER,
     MIN_LENGTH,
     PLACE,
+    count_inside,
     cover_places,
     search_rectangle,
     vote_turns,
@@ -248,7 +249,8 @@ def _side_peaks(values: NDArray[np.float64], sizes: NDArray[np.float64]) -> NDAr
             break
         part = (cells == peak) | (cells == peak - 1)
         if part.any():
-            found.append(float(np.average(values[part], weights=sizes[part])))
+            weights = sizes[part]
+            found.append(float((values[part] * weights).sum() / weights.sum()))
         votes[max(peak - 2, 0) : peak + 3] = 0
     return np.sort(found)
 
@@ -266,13 +268,10 @@ def _seen_places(
     plane, and the height of the sides above it, m.
     """
     image, plane, height = view
-    across, along = np.meshgrid(sides, low + (np.arange(places) + 0.5) * PLACE, indexing="ij")
-    plan = across[..., None] * axes[0] + along[..., None] * axes[1]
-    points = plan @ perpendicular_pair(plane.normal) + (height - plane.offset) * plane.normal
-    pixels = image.intrinsics.project(points.reshape(-1, 3)).reshape(*across.shape, 2)
-    size = np.array(image.depth.shape[::-1])
-    inside = ((pixels > 0) & (pixels < size)).all(axis=-1) & (points[..., 2] > 0)
-    return np.pad(np.cumsum(inside, axis=1, dtype=np.int32), ((0, 0), (1, 0)))
+    along = low + (np.arange(places) + 0.5) * PLACE
+    directions = axes @ perpendicular_pair(plane.normal)
+    base = sides[:, None] * directions[0] + (height - plane.offset) * plane.normal
+    return count_inside(base, along, directions[1], image.pinhole, image.depth.shape)
 
 
 def _overlap(rim: Rim, other: Rim) -> bool:

@@ -104,3 +104,25 @@ def search_rectangle(xs, ys, covered, seen, lows):
                         bounds, evidence = (xs[i], xs[j], ys[m], ys[n]), value
                         cover = min(whole / max(all_whole, 1), corner / max(all_corner, 1))
     return bounds, evidence, cover
+
+
+@njit(cache=True, nogil=True)
+def count_inside(base, along, direction, pinhole, shape):
+    """Count the points within the image before each point of some lines, (K, N + 1) int32.
+
+    Point i of line k is ``base[k] + along[i] direction``, camera frame, m. `base` is (K, 3),
+    `along` (N,), and `shape` the rows and columns of the image.
+    """
+    fx, fy, cx, cy = pinhole
+    counts = np.zeros((len(base), len(along) + 1), np.int32)
+    for k in range(len(base)):
+        for i in range(len(along)):
+            x = base[k, 0] + along[i] * direction[0]
+            y = base[k, 1] + along[i] * direction[1]
+            z = base[k, 2] + along[i] * direction[2]
+            inside = False
+            if z > 0:
+                u, v = fx * x / z + cx, fy * y / z + cy
+                inside = 0 < u < shape[1] and 0 < v < shape[0]
+            counts[k, i + 1] = counts[k, i] + inside
+    return counts
