@@ -11,13 +11,13 @@ from ..perpendicular import perpendicular_pair
 from .block_heights import BLOCK, LOWEST
 from .container_walls import LEVEL_BAND, MAX_THICKNESS, MIN_RIM
 from .rim_votes import (
-    BIN,
     LAYER,
     MIN_LENGTH,
     PLACE,
     count_inside,
     cover_places,
     search_rectangle,
+    side_peaks,
     vote_turns,
 )
 
@@ -46,8 +46,6 @@ FINE_TURNS = np.radians(np.arange(-2.0, 3.0))
 """Angles around the best one that are tried then, rad."""
 MAX_LAYERS = 8
 """Number of layers in which rectangles are searched, those with the most votes first."""
-PEAKS = 5
-"""Number of possible sides along each direction, those with the most votes first."""
 MIN_WHOLE_COVER = 0.75
 """Minimum share of covered places of all sides. Sides between unrelated things have less."""
 MIN_AREA = 0.015
@@ -220,7 +218,7 @@ def _best_rectangle(
     turned = edges.plan @ np.array([[cos, -sin], [sin, cos]])
     low = turned.min(axis=0)
     x, y = turned[:, 0], turned[:, 1]
-    xs, ys = _side_peaks(x, edges.sizes), _side_peaks(y, edges.sizes)
+    xs, ys = side_peaks(x, edges.sizes), side_peaks(y, edges.sizes)
     covered = cover_places(x, y - low[1], xs), cover_places(y, x - low[0], ys)
     view = image, plane, float(np.median(edges.heights)) + base
     axes = np.array([[cos, sin], [-sin, cos]])
@@ -234,25 +232,6 @@ def _best_rectangle(
         return None
     corners = np.array([[x0, y0], [x1, y0], [x1, y1], [x0, y1]])
     return _Rectangle(corners @ axes, view[2], evidence, base)
-
-
-def _side_peaks(values: NDArray[np.float64], sizes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the coordinates (K,) at which the most edges lie, m."""
-    low = values.min() - BIN
-    cells = ((values - low) / BIN).astype(np.intp)
-    votes = np.bincount(cells, weights=sizes, minlength=int(cells.max()) + 2)
-    votes[1:] += votes[:-1].copy()
-    found = []
-    for _ in range(PEAKS):
-        peak = int(votes.argmax())
-        if votes[peak] <= 0:
-            break
-        part = (cells == peak) | (cells == peak - 1)
-        if part.any():
-            weights = sizes[part]
-            found.append(float((values[part] * weights).sum() / weights.sum()))
-        votes[max(peak - 2, 0) : peak + 3] = 0
-    return np.sort(found)
 
 
 def _seen_places(

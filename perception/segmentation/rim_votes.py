@@ -13,6 +13,8 @@ BIN = 0.008
 """Width of the bins in which edges vote for a side, m."""
 PLACE = 0.015
 """Length of the places along a side, m. Edges cover a place or not."""
+PEAKS = 5
+"""Number of possible sides along each direction, those with the most votes first."""
 MIN_COVER = 0.4
 """Share of covered places from which a side speaks for a rectangle."""
 MIN_LENGTH = 0.12
@@ -65,6 +67,33 @@ def cover_places(across, along, sides):
         for place in range(places):
             counts[k, place + 1] += counts[k, place]
     return counts
+
+
+@njit(cache=True, nogil=True)
+def side_peaks(values, sizes):
+    """Return the coordinates (K,) at which the most edges lie, m, in rising order."""
+    low = values.min() - BIN
+    lengths = np.zeros(int((values.max() - low) / BIN) + 2)
+    for i in range(len(values)):
+        lengths[int((values[i] - low) / BIN)] += sizes[i]
+    for cell in range(len(lengths) - 1, 0, -1):
+        lengths[cell] += lengths[cell - 1]
+    found = np.empty(PEAKS)
+    count = 0
+    for _ in range(PEAKS):
+        peak = int(lengths.argmax())
+        if lengths[peak] <= 0:
+            break
+        total = weight = 0.0
+        for i in range(len(values)):
+            if 0 <= peak - int((values[i] - low) / BIN) <= 1:
+                total += sizes[i] * values[i]
+                weight += sizes[i]
+        if weight > 0:
+            found[count] = total / weight
+            count += 1
+        lengths[max(peak - 2, 0) : peak + 3] = 0.0
+    return np.sort(found[:count])
 
 
 @njit(cache=True, nogil=True)

@@ -18,6 +18,7 @@ from eyehand.perception.segmentation.rim_votes import (
     PLACE,
     cover_places,
     search_rectangle,
+    side_peaks,
     vote_turns,
 )
 
@@ -79,6 +80,11 @@ def test_covered_places_equal_reference():
         places = np.unique((along[near] / PLACE).astype(int))
         assert row[0] == 0
         assert set(np.flatnonzero(np.diff(row))) == set(places)
+
+
+def test_peaks_are_the_sides_with_the_most_edges():
+    values = np.repeat([0.0, 0.1, 0.3], [30, 20, 10])
+    np.testing.assert_allclose(side_peaks(values, np.full(60, 0.003)), [0.0, 0.1, 0.3], atol=1e-9)
 
 
 def test_best_rectangle_equals_reference():
