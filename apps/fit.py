@@ -26,6 +26,8 @@ from .scene_json import fit_json, fit_parts
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from eyehand.perception import SuperquadricFit
+
     from .fitting.fit_inputs import CloudInput, FittedCloud, FrameInput
 
 DEFAULT_PORT = 8080
@@ -199,19 +201,19 @@ def _row(fitted: FittedCloud) -> dict[str, Any]:
     }
 
 
-_ROW_KEYS = ("solid", "parts", "uncertainty", "margin", "ambiguous")
+_ROW_KEYS = ("solid", "parts", "uncertainty", "sides", "margin", "ambiguous")
 
 
 def _table(fits: Sequence[FittedCloud]) -> Table:
     title = "1 cloud" if len(fits) == 1 else f"{len(fits)} clouds"
     table = Table(title=title, title_justify="left")
-    for column in ("cloud", "solid", "size mm", "ε1 ε2", "centre mm", "spread mm", "ms"):
+    for column in ("cloud", "solid", "size mm", "± mm", "ε1 ε2", "centre mm", "spread mm", "ms"):
         table.add_column(column)
     table.add_column("note", overflow="fold")
     for fitted in fits:
         fit, name = fitted.fit, escape(Path(fitted.cloud.name).name)
         if fit.superquadric is None:
-            table.add_row(name, "none", "-", "-", "-", "-", "-", fit.reason)
+            table.add_row(name, "none", "-", "-", "-", "-", "-", "-", fit.reason)
             continue
         parts = fit_parts(fit)
         for number, solid in enumerate(parts):
@@ -219,6 +221,7 @@ def _table(fits: Sequence[FittedCloud]) -> Table:
                 name if number == 0 else "",
                 solid.kind,
                 " x ".join(f"{2e3 * a:.1f}" for a in solid.semi_axes),
+                _deviations(fit) if number == 0 else "",
                 f"{solid.exponents[0]:.2f} {solid.exponents[1]:.2f}",
                 " ".join(f"{round(1e3 * x, 1) + 0.0:.1f}" for x in solid.centre),
                 f"{fit.spread * 1e3:.2f}" if number == 0 else "",
@@ -226,6 +229,15 @@ def _table(fits: Sequence[FittedCloud]) -> Table:
                 _note(fitted) if number == 0 else f"part {number + 1}",
             )
     return table
+
+
+def _deviations(fit: SuperquadricFit) -> str:
+    """Return the standard deviations of the object's widths along the axes of its solid, mm."""
+    solid = fit.superquadric
+    if solid is None:
+        return "-"
+    widths = [fit.width(axis) for axis in solid.rotation.T]
+    return " ".join(f"{1e3 * width.sigma:.1f}" for width in widths if width is not None)
 
 
 def _note(fitted: FittedCloud) -> str:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
         SuperquadricFit,
         SupportPlane,
     )
-    from eyehand.perception.superquadric import CandidateSolid, Vessel
+    from eyehand.perception.superquadric import CandidateSolid, SideEstimate, Vessel
 
 SCENE_SCHEMA = "eyehand.scene/1"
 UNITS = {"length": "m", "angle": "rad", "mass": "kg", "time": "s", "quaternion": "wxyz"}
@@ -106,6 +106,7 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
         "vessel": None if fit.vessel is None else vessel_json(fit.vessel),
         "parts": [solid_json(part) for part in fit_parts(fit)],
         "uncertainty": _uncertainty(fit),
+        "sides": [_side(side) for side in fit.sides],
         "runner_up": None if fit.runner_up is None else _candidate(fit.runner_up),
         "margin": _number(fit.margin) if math.isfinite(fit.margin) else None,
         "ambiguous": fit.ambiguous,
@@ -135,14 +136,26 @@ def _candidate(candidate: CandidateSolid) -> dict[str, Any]:
 
 
 def _uncertainty(fit: SuperquadricFit) -> dict[str, Any] | None:
-    known = fit.uncertainty
-    if known is None:
+    known, covariance = fit.uncertainty, fit.covariance
+    if known is None or covariance is None:
         return None
     return {
         "parameters": list(PARAMETERS),
         "units": [PARAMETER_UNITS[name] for name in PARAMETERS],
-        "covariance": [[float(f"{value:.6g}") for value in row] for row in known.covariance],
+        "covariance": [[float(f"{value:.6g}") for value in row] for row in covariance],
         "unobserved_sides": list(known.unobserved),
+    }
+
+
+def _side(side: SideEstimate) -> dict[str, Any]:
+    """Return a side; its distances are from the centre of the solid. Without a bound it is None."""
+    return {
+        "side": side.name,
+        "direction": _numbers(side.direction),
+        "position_m": _number(side.position),
+        "sigma_m": _number(side.sigma),
+        "low_m": _number(side.low) if math.isfinite(side.low) else None,
+        "high_m": _number(side.high) if math.isfinite(side.high) else None,
     }
 
 

@@ -3,6 +3,7 @@
 from .budget import FORMAT as FRONT_FORMAT
 from .budget import STORED_FRONT
 from .canonical import canonical
+from .extents import SideEstimate, WidthEstimate
 from .fit import fit_superquadric
 from .free_space import FreeSpace, covered_share, missed_share
 from .kinds import EDGE_EXPONENT
@@ -14,6 +15,7 @@ from .uncertainty import PARAMETERS, Uncertainty
 from .validity import MIN_POINTS
 from .vessel import Rim, Vessel
 from .vessel_mesh import vessel_mesh
+from .view_evidence import ViewEvidence
 from .wireframe import feature_curves
 
 __all__ = [
@@ -33,10 +35,13 @@ __all__ = [
     "Kind",
     "OptimiserName",
     "Rim",
+    "SideEstimate",
     "Superquadric",
     "SuperquadricFit",
     "Uncertainty",
     "Vessel",
+    "ViewEvidence",
+    "WidthEstimate",
     "canonical",
     "covered_share",
     "feature_curves",

@@ -39,6 +39,7 @@ from .validity import (
 )
 from .vessel_fit import fit_vessel
 from .vessel_handle import add_handle
+from .view_evidence import ViewEvidence
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -143,7 +144,18 @@ def fit_superquadric(
         fit = add_parts(fit, observation, options, _fit_one_solid)
     if free_space is not None:
         fit = _check_free_space(fit, free_space, options)
+    fit = replace(fit, evidence=_view_evidence(observation, options))
     return replace(fit, seconds=time.perf_counter() - start)
+
+
+def _view_evidence(observation: Observation, options: FitOptions) -> ViewEvidence:
+    return ViewEvidence(
+        points=observation.cloud.points,
+        noise=options.noise,
+        view_origin=observation.view_origin,
+        plane=observation.plane,
+        free_space=observation.free_space,
+    )
 
 
 def _fit_one_solid(observation: Observation, options: FitOptions) -> SuperquadricFit:

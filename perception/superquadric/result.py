@@ -3,18 +3,31 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from eyehand.errors import InputError
+
+from .extents import (
+    ExtentModel,
+    SideEstimate,
+    WidthEstimate,
+    estimate_sides,
+    estimate_width,
+    extent_model,
+    inflated_covariance,
+)
 from .robust import robust_spread
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
+    from numpy.typing import ArrayLike, NDArray
 
     from .shape import Kind, Superquadric
     from .uncertainty import Uncertainty
     from .vessel import Vessel
+    from .view_evidence import ViewEvidence
 
 AMBIGUOUS_MARGIN = 2.0
 """Criteria that differ by less do not distinguish two solids (Kass and Raftery 1995: "not worth
@@ -62,8 +75,8 @@ class SuperquadricFit:
     seconds: float
     """Time of the fit, s."""
     uncertainty: Uncertainty | None = None
-    """Covariance of the parameters and the sides that the view does not show; None without a
-    solid."""
+    """First-order covariance of the parameters, and the sides that the view does not show; None
+    without a solid. `sides`, `width` and `covariance` add the error of the model."""
     alternatives: tuple[CandidateSolid, ...] = ()
     """Solids of another shape that explain the points equally well within the noise."""
     parts: tuple[Superquadric, ...] = ()
@@ -74,6 +87,8 @@ class SuperquadricFit:
     covered_share: float = 0.0
     """Share of the pixels of the solids that lie in space seen to be empty, 0-1; see
     :func:`covered_share`. It is 0 for clouds without a :class:`FreeSpace`."""
+    evidence: ViewEvidence | None = None
+    """The view of the object, which bounds its sides; None for results that no fit made."""
 
     missed_share: float = 0.0
     """Share of the object's pixels that the solids do not meet, 0-1; see :func:`missed_share`."""
@@ -95,6 +110,44 @@ class SuperquadricFit:
     def spread(self) -> float:
         """Robust standard deviation of the points about the surface, m; infinite without one."""
         return robust_spread(self.residuals)
+
+    @cached_property
+    def sides(self) -> tuple[SideEstimate, ...]:
+        """The six sides along the axes of the solid, in the order +x -x +y -y +z -z.
+
+        Of several parts they are the sides of the union, along the axes of the largest part.
+        Empty without a solid. Computed once, in about 3 ms.
+        """
+        return () if self._extents is None else estimate_sides(self._extents)
+
+    def width(self, direction: ArrayLike) -> WidthEstimate | None:
+        """Return the width of the union of the parts along a direction (3,); None without a solid.
+
+        Raises
+        ------
+        InputError
+            If the direction is not a vector of 3 finite numbers, or has no length.
+        """
+        vector = np.asarray(direction, dtype=np.float64)
+        length = float(np.linalg.norm(vector)) if vector.shape == (3,) else 0.0
+        if not 0.0 < length < np.inf:
+            raise InputError(f"direction must be a vector of 3 finite numbers, got {direction}")
+        return None if self._extents is None else estimate_width(self._extents, vector / length)
+
+    @cached_property
+    def covariance(self) -> NDArray[np.float64] | None:
+        """Covariance (13, 13) in the order of PARAMETERS that agrees with the sides' deviations.
+
+        It is the first-order one of `uncertainty`, with the model's error of each side added to
+        semi-axes and centre; None without a solid.
+        """
+        return None if self._extents is None else inflated_covariance(self._extents)
+
+    @cached_property
+    def _extents(self) -> ExtentModel | None:
+        if self.superquadric is None:
+            return None
+        return extent_model(self.parts or (self.superquadric,), self.uncertainty, self.evidence)
 
     @property
     def runner_up(self) -> CandidateSolid | None:

@@ -87,6 +87,10 @@ def test_json_file_has_solid_uncertainty_and_source(tmp_path, capsys):
     assert set(report["uncertainty"]["unobserved_sides"]) <= {
         f"{sign}{axis}" for sign in "+-" for axis in "xyz"
     }
+    assert [side["side"] for side in report["sides"]] == ["+x", "-x", "+y", "-y", "+z", "-z"]
+    for side in report["sides"]:
+        assert side["sigma_m"] > 0.0
+        assert side["high_m"] is None or side["low_m"] <= side["high_m"]
     assert report["runner_up"]["kind"] != report["solid"]["kind"]
     assert report["margin"] >= 0
     assert isinstance(report["ambiguous"], bool)

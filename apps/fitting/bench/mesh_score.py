@@ -60,8 +60,8 @@ class MeshScore:
     parts: int
     """Number of fitted solids."""
     side_sigmas: NDArray[np.float64]
-    """Errors of the sides of the fitted solid, divided by their stated standard deviations, (K,):
-    six, or none of a fit of several parts."""
+    """Errors of the sides of the fitted solid, divided by their stated standard deviations, (6,);
+    empty if it is refused."""
     seconds: float
     """Processor time of the fit, s."""
     reason: str = ""
@@ -198,19 +198,13 @@ def _chamfer(placed: PlacedMesh, parts: Sequence[Superquadric]) -> float:
 
 def _side_sigmas(placed: PlacedMesh, fit: SuperquadricFit) -> NDArray[np.float64]:
     """Return the errors of the six sides over their standard deviations, (6,) or empty."""
-    solid, known = fit.superquadric, fit.uncertainty
-    if not fit or solid is None or known is None or len(fit_parts(fit)) > 1:
+    solid = fit.superquadric
+    if not fit or solid is None:
         return np.zeros(0)
-    turn = np.eye(len(known.covariance))
-    turn[8:11, 8:11] = solid.rotation.T
-    local = turn @ known.covariance @ turn.T
-    vertices = placed.pose.apply(placed.mesh.hull_vertices)
-    errors = []
-    for axis in range(3):
-        both = 2 * local[axis, 8 + axis]
-        for sign in (1.0, -1.0):
-            out = sign * solid.rotation[:, axis]
-            variance = local[axis, axis] + local[8 + axis, 8 + axis] + sign * both
-            error = float(solid.support(out)) - float((vertices @ out).max())
-            errors.append(error / np.sqrt(max(variance, 1e-12)))
-    return np.array(errors)
+    vertices = placed.pose.apply(placed.mesh.hull_vertices) - solid.centre
+    return np.array(
+        [
+            (side.position - float((vertices @ side.direction).max())) / side.sigma
+            for side in fit.sides
+        ]
+    )
