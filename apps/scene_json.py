@@ -110,6 +110,9 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
         "runner_up": None if fit.runner_up is None else _candidate(fit.runner_up),
         "margin": _number(fit.margin) if math.isfinite(fit.margin) else None,
         "ambiguous": fit.ambiguous,
+        "outline_differs": fit.outline_differs,
+        "covered_share": _number(fit.covered_share),
+        "missed_share": _number(fit.missed_share),
         "alternatives": [_candidate(c) for c in fit.alternatives],
         "ladder": [
             {"kind": c.kind, "spread_m": _number(c.spread), "criterion": _number(c.criterion)}
@@ -165,6 +168,7 @@ def _object(item: SceneObject, plan: GraspPlan) -> dict[str, Any]:
         "pixels": item.pixel_count,
         "visible_share": _number(item.visible_share),
         "rests_on": item.rests_on,
+        "overlaps": list(item.overlaps),
         "fit": fit_json(item.fit),
         "grasp": {
             "prototype": plan.prototype,

@@ -12,6 +12,7 @@ from scipy.spatial.transform import RigidTransform
 
 from eyehand.errors import InputError
 
+from .overlap import overlapping_objects
 from .segmentation import Segmentation, SegmentationOptions, SupportPlane, segment
 from .stacking import SurfaceBelow, find_surface_below, rests_on
 from .superquadric import MIN_POINTS, FitOptions, SuperquadricFit, fit_superquadric
@@ -73,6 +74,9 @@ class SceneObject:
     0-1. It is 0 if the fit failed."""
     rests_on: int | None
     """Label of the object below, 0 for the support plane, None if it is unknown."""
+    overlaps: tuple[int, ...] = ()
+    """Labels of larger objects whose solids overlap with this one's by more than 3 mm. Then this
+    solid is probably wrong."""
 
 
 # Arrays have no truth value: equality is identity.
@@ -120,7 +124,7 @@ class Scene:
     """The segmentation of the depth image. Its geometry is in the camera frame."""
     timings: dict[str, float]
     """Time of each stage, s: ``segmentation``, ``clouds``, ``fit`` (with the search for the
-    surface below each object) and ``relations`` (`visible_share` and `rests_on`)."""
+    surface below each object) and ``relations`` (`visible_share`, `rests_on`, `overlaps`)."""
     containers: tuple[Container, ...] = ()
     """Bins, totes, boxes and trays, largest first."""
     unknown: tuple[UnknownRegion, ...] = ()
@@ -181,6 +185,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
 
     fits = dict(zip(clouds, map_in_threads(fit_label, clouds, options.threads), strict=True))
     fitted = time.perf_counter()
+    overlaps = overlapping_objects(fits)
     objects = tuple(
         SceneObject(
             label=label,
@@ -189,6 +194,7 @@ def perceive(frame: DepthFrame, options: PerceiveOptions | None = None) -> Scene
             fit=fits[label],
             visible_share=visible_share(int(sizes[label]), fits[label], frame, T_scene_camera),
             rests_on=rests_on(cloud, fits[label], below[label], support),
+            overlaps=overlaps[label],
         )
         for label, cloud in clouds.items()
     )

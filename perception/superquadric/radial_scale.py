@@ -16,10 +16,6 @@ TAPER_REACH = 1.05
 stays constant."""
 
 _TINY = 1e-12
-_SECTIONS = 65
-"""Heights of a search grid for the support of a tapered solid."""
-_REFINEMENTS = 6
-"""Number of grids, each over two steps of the grid before: to 1e-9 of the height."""
 
 
 def log_radial_scale(
@@ -67,46 +63,3 @@ def straighten(
         return np.concatenate([across, along[..., None]], axis=-1)
 
     return straight, pull_back
-
-
-def tapered_support(
-    directions: NDArray[np.float64],
-    semi_axes: NDArray[np.float64],
-    exponents: tuple[float, float],
-    taper: tuple[float, float],
-) -> NDArray[np.float64]:
-    """Return the largest d·x over a tapered solid, for local directions d (…, 3), (…,).
-
-    A section at height z is a superellipse of known size. Its support is the dual norm. The
-    largest support over z is searched on grids that become finer.
-    """
-    flat = directions.reshape(-1, 3)
-    best = np.zeros(len(flat))
-    step = 1.0 / (_SECTIONS - 1)
-    grid = np.linspace(-1.0, 1.0, _SECTIONS)
-    heights = np.broadcast_to(grid, (len(flat), _SECTIONS))
-    for _ in range(_REFINEMENTS):
-        reach = _section_support(flat, heights, semi_axes, exponents, taper)
-        highest = np.argmax(reach, axis=1)
-        best = np.take_along_axis(reach, highest[:, None], axis=1)[:, 0]
-        middle = np.take_along_axis(heights, highest[:, None], axis=1)
-        heights = np.clip(middle + 2.0 * step * grid, -1.0, 1.0)
-        step *= 2.0 / (_SECTIONS - 1)
-    return best.reshape(directions.shape[:-1])
-
-
-def _section_support(
-    directions: NDArray[np.float64],
-    heights: NDArray[np.float64],
-    semi_axes: NDArray[np.float64],
-    exponents: tuple[float, float],
-    taper: tuple[float, float],
-) -> NDArray[np.float64]:
-    """Return the support (N, S) of sections at heights (N, S), as shares of a3, along (N, 3)."""
-    e1, e2 = exponents
-    size = (1.0 - np.abs(heights) ** (2.0 / e1)) ** (e1 / 2.0)
-    factors = 1.0 + heights[..., None] * np.asarray(taper)
-    pull = np.maximum(np.abs(directions[:, None, :2]) * semi_axes[:2] * factors, _TINY)
-    power = 2.0 / (2.0 - e2)
-    across = np.exp(np.logaddexp(*(power * np.moveaxis(np.log(pull), -1, 0))) / power)
-    return size * across + heights * semi_axes[2] * directions[:, None, 2]

@@ -11,7 +11,8 @@ from scipy.special import beta
 
 from eyehand.errors import InputError
 
-from .radial_scale import log_radial_scale, straighten, taper_factors, tapered_support
+from .radial_scale import log_radial_scale, straighten, taper_factors
+from .support_kernels import tapered_supports
 
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
@@ -171,7 +172,9 @@ class Superquadric:
         directions = np.asarray(directions, dtype=np.float64)
         local = directions @ self.rotation
         if any(self.taper):
-            support = tapered_support(local, self.semi_axes, self.exponents, self.taper)
+            flat = np.ascontiguousarray(local.reshape(-1, 3))
+            support = tapered_supports(flat, self.semi_axes, self.exponents, self.taper)
+            support = support.reshape(local.shape[:-1])
         else:
             dual = (2.0 - self.exponents[0], 2.0 - self.exponents[1])
             support = np.exp(log_radial_scale(local, 1.0 / self.semi_axes, dual)[0])
