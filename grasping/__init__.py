@@ -25,7 +25,9 @@ from .robot import Robot, RobotReading
 if TYPE_CHECKING:
     from .cell import Cell, CycleInfo
     from .clearing import ClearOptions, clear_table, observe
+    from .depth_correction import DepthCorrection, correct_depth
     from .grasp_selection import FailedGrasps, select_grasp
+    from .jaws import Grasp, GraspList, JawOptions, plan_grasps
     from .motion import execute
     from .pick_options import PickOptions
     from .pick_state import SelectedGrasp
@@ -38,7 +40,10 @@ __all__ = [
     "ClearOptions",
     "ClearReport",
     "CycleInfo",
+    "DepthCorrection",
     "FailedGrasps",
+    "Grasp",
+    "GraspList",
     "GraspOptions",
     "GraspPlan",
     "GraspPurpose",
@@ -46,6 +51,7 @@ __all__ = [
     "HandCommand",
     "HandModel",
     "HandReading",
+    "JawOptions",
     "ParallelHand",
     "Phase",
     "PhaseRecord",
@@ -58,16 +64,24 @@ __all__ = [
     "SelectedGrasp",
     "Tray",
     "clear_table",
+    "correct_depth",
     "execute",
     "generic_jaw",
     "load_hand",
     "observe",
+    "plan_grasps",
     "plan_prototypes",
     "select_grasp",
     "select_prototype",
 ]
 
 _LAZY = {
+    "DepthCorrection": "depth_correction",
+    "Grasp": "jaws",
+    "GraspList": "jaws",
+    "JawOptions": "jaws",
+    "correct_depth": "depth_correction",
+    "plan_grasps": "jaws",
     "Cell": "cell",
     "ClearOptions": "clearing",
     "CycleInfo": "cell",

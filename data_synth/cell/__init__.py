@@ -5,8 +5,18 @@ model. `SimRobot` implements the robot protocol of `eyehand.grasping`.
 """
 
 from ..arms import HAND, PALM_BEFORE_FLANGE_M
+from .clutter_scene import (
+    CAMERA,
+    MAX_RANGE,
+    ClutterFamily,
+    ClutterView,
+    camera_pose,
+    make_clutter,
+)
+from .clutter_world import ClutterWorld
 from .fingertip_pads import tip_array
 from .grasp_cell import WORK_AREA_M, GraspCell, scene_options
+from .grasp_execution import Execution, execute_grasp
 from .grasp_robot import GraspRobot
 from .grasp_world import GraspWorld
 from .hand_description import (
@@ -24,10 +34,16 @@ from .synergy_hand_model import synergy_hand_model
 from .tendon_hand_model import tendon_hand_model
 
 __all__ = [
+    "CAMERA",
     "DESCRIPTION_SUFFIX",
     "HAND",
+    "MAX_RANGE",
     "PALM_BEFORE_FLANGE_M",
     "WORK_AREA_M",
+    "ClutterFamily",
+    "ClutterView",
+    "ClutterWorld",
+    "Execution",
     "FingerDescription",
     "GraspCell",
     "GraspRobot",
@@ -35,8 +51,11 @@ __all__ = [
     "HandDescription",
     "SimRobot",
     "SynergyDrives",
+    "camera_pose",
+    "execute_grasp",
     "find_frame",
     "grip_pads",
+    "make_clutter",
     "match_options",
     "read_description",
     "scene_options",

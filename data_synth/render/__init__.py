@@ -7,6 +7,7 @@ cameras, a synthetic camera, and images of scenes that are given object by objec
 from .depth_noise import DepthNoise, add_depth_noise, axial_sigma
 from .depth_renderer import Backend, open_renderer, render_scene
 from .depth_sensor import SENSORS, DepthSensor, SensorName, sense_depth, sensor_of
+from .dex_noise import add_dex_noise
 from .gl_probe import gl_fault, gl_module
 from .gl_renderer import GlRenderer
 from .rendered_view import DepthRenderer, RenderedView
@@ -34,6 +35,7 @@ __all__ = [
     "StagedView",
     "SyntheticCamera",
     "add_depth_noise",
+    "add_dex_noise",
     "axial_sigma",
     "capture",
     "gl_fault",

@@ -29,6 +29,7 @@ from .furnished_scene import (
 )
 from .mesh_object import MeshObject
 from .object_folder import FolderObject, read_objects
+from .piece_object import PieceObject, read_piece_objects
 from .reaching import MAX_BOXES, ReachingScene, make_reaching_scene, straight_path_is_blocked
 from .tabletop import make_scene
 from .tabletop_options import MAX_OBJECTS, MIN_OBJECTS, TabletopOptions, ViewOptions
@@ -55,6 +56,7 @@ __all__ = [
     "FurnishedOptions",
     "FurnishedScene",
     "MeshObject",
+    "PieceObject",
     "ReachingObstacle",
     "ReachingScene",
     "Table",
@@ -75,6 +77,7 @@ __all__ = [
     "read_ground_truth",
     "read_labels",
     "read_objects",
+    "read_piece_objects",
     "staged_solids",
     "straight_path_is_blocked",
     "write_scene",

@@ -80,12 +80,12 @@ def colour_cut(mask: NDArray[np.bool_], image: WorkingImage) -> NDArray[np.bool_
 def _first_colour(values: NDArray[np.float64]) -> NDArray[np.bool_] | None:
     """Split colours (N, 3) at the best threshold along their main axis (Otsu 1979)."""
     centred = values - values.mean(axis=0)
-    _, axes = np.linalg.eigh(centred.T @ centred)
-    along = centred @ axes[:, -1]
     total = float((centred**2).sum())
     # The variance of two classes with the minimum share and contrast.
     if total < len(values) * MIN_SHARE * (1 - MIN_SHARE) * MIN_CONTRAST**2:
         return None
+    _, axes = np.linalg.eigh(centred.T @ centred)
+    along = centred @ axes[:, -1]
     order = np.argsort(-along)
     sums = np.cumsum(centred[order], axis=0)
     cuts = np.linspace(along.min(), along.max(), STEPS + 2)[1:-1]

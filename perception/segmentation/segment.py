@@ -95,7 +95,7 @@ def segment(frame: DepthFrame, options: SegmentationOptions | None = None) -> Se
         labels = upsample_labels(labels, inverse(frame.depth), stride)
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)
         clock.finish("upsample")
-    elif labels[frame.depth == 0].any():
+    elif window is not None and ((labels[window] > 0) & (frame.depth[window] == 0)).any():
         # Gaps in the frame were filled, but only its own readings are labelled.
         labels[frame.depth == 0] = 0
         labels, ambiguous = relabel_with_reasons(labels, ambiguous)

@@ -5,13 +5,15 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
+from cyclopts import Parameter
 
 from eyehand.apps.console import tracked
 from eyehand.apps.output_files import make_folder
 from eyehand.apps.perceived_frame import load_kernels
+from eyehand.errors import InputError
 from eyehand.perception import FitOptions
 from eyehand.perception.superquadric import FRONT_FORMAT, STORED_FRONT
 
@@ -26,19 +28,25 @@ from ...bench import (
     compare_methods,
 )
 from .baselines import BASELINES, find_baseline
-from .clouds import Group, fit_case
+from .clouds import MESHES, Group, fit_case
 from .comparison import baseline_fitter, own_fitter
 from .dials import BOARD, POINTS, SUPERQUADRIC_ONLY
 from .fit_answer import FAILED
-from .score import overlap
+from .mesh_cases import case_iou, mesh_cases
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from ...bench import MethodResult
     from .clouds import FitCase
     from .fit_answer import FitAnswer
 
 GROUPS: tuple[Group, ...] = ("view-1mm", "view-2mm", "table")
 """Groups of clouds in the chart, pooled: single views with noise, as a robot gets them."""
+MESH_GROUPS: tuple[Group, ...] = ("compound",)
+"""Further groups of the chart with household meshes."""
+MESH_SHARE = 2
+"""Number of views of meshes, over the clouds per group: real objects weigh as two groups."""
 CASES, QUICK_CASES = 30, 2
 """Default number of clouds per group."""
 ROUNDS, QUICK_ROUNDS = 2, 1
@@ -57,6 +65,21 @@ WORDS = ChartWords(
     "below 50 %; all in %",
     min_shown_pct=0.0,
 )
+MESH_WORDS = replace(
+    WORDS,
+    gain="iou_mean_pct",
+    accuracy="IoU, mean",
+    same_gain_pct=0.5,
+    columns={
+        "iou_mean_pct": "mean",
+        "iou_p10_pct": "p10",
+        "mesh_iou_mean_pct": "meshes",
+        "mesh_iou_p25_pct": "p25",
+    },
+    caption="IoU: mean over all, the clouds' 10th percentile, and the meshes' mean and 25th "
+    "percentile, %; a refused fit has an IoU of 0",
+)
+"""Words of the chart with household meshes. Its accuracy counts hard objects and refusals."""
 PLACE = FrontPlace("fit", FRONT_FORMAT, STORED_FRONT, "FitOptions")
 
 
@@ -67,6 +90,7 @@ def chart_fit(
     quick: bool = False,
     baselines: bool = True,
     baseline: list[str] | None = None,
+    meshes: Annotated[list[Path] | None, Parameter(consume_multiple=True)] = None,
     store: bool = False,
     out: Path = Path("out/chart_fit"),
     json: bool = False,
@@ -75,7 +99,8 @@ def chart_fit(
 
     Accuracy is the 10th percentile of the IoU with the true solid. The clouds are the groups
     view-1mm, view-2mm and table of eyehand evaluate fit, equally many of each, with up to 4000
-    points. Prints a table. Writes the chart fit.png and its figures fit.csv.
+    points. Prints a table. Writes the chart fit.png and its figures fit.csv. With --meshes,
+    compound solids and household meshes are two more groups, and accuracy is the mean IoU.
 
     Parameters
     ----------
@@ -89,14 +114,18 @@ def chart_fit(
         Chart the known baseline fitters too.
     baseline
         A further baseline, as for eyehand evaluate fit. Can be given several times.
+    meshes
+        Folders of household meshes, as for eyehand evaluate fit.
     store
-        Store the front for FitOptions.for_budget.
+        Store the front for FitOptions.for_budget. It holds clouds only.
     out
         Output folder.
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
     check_chart_arguments("--cases", cases, seed, store=store, quick=quick)
+    if store and meshes:
+        raise InputError("--store needs the front of the clouds: leave --meshes out")
     each = cases or (QUICK_CASES if quick else CASES)
     settings = BOARD.settings(quick=quick)
     names = [*(BASELINES if baselines else ()), *(baseline or [])]
@@ -109,24 +138,46 @@ def chart_fit(
             for baseline in _baseline_methods(name, quick=quick)
         ),
     ]
+    groups, clouds = _cases(each, meshes or (), seed)
     make_folder(out)
     load_kernels()
-    wanted = [(group, seed + k) for k in range(each) for group in GROUPS]
+    count = len(clouds)
     compared = compare_methods(
         methods,
-        (
-            fit_case(group, case_seed, max(POINTS))
-            for group, case_seed in tracked(wanted, "fitting", len(wanted))
-        ),
-        _overlap,
+        (draw() for draw in tracked(clouds, "fitting", count)),
+        _graded,
         QUICK_ROUNDS if quick else ROUNDS,
     )
     results = [_measured(result) for result in compared]
-    data = f"single objects ({', '.join(GROUPS)}), up to {max(POINTS)} points"
-    made = Provenance(data, seed, len(wanted), "cloud")
-    chart = DialChart(WORDS, settings, results[: len(settings)], results[len(settings) :], made)
-    chart.publish(out, PLACE, store=store, json=json, cases=len(wanted), groups=GROUPS)
+    data = f"single objects ({', '.join(groups)}), up to {max(POINTS)} points"
+    made = Provenance(data, seed, count, "cloud")
+    words = MESH_WORDS if meshes else WORDS
+    chart = DialChart(words, settings, results[: len(settings)], results[len(settings) :], made)
+    chart.publish(out, PLACE, store=store, json=json, cases=count, groups=groups)
     return 0
+
+
+def _cases(
+    each: int, meshes: Sequence[Path], seed: int
+) -> tuple[list[str], list[Callable[[], FitCase]]]:
+    """Return the names of the groups, and a function per cloud that draws it."""
+    groups = (*GROUPS, *(MESH_GROUPS if meshes else ()))
+    drawers: list[Callable[[], FitCase]] = [
+        partial(fit_case, group, seed + k, max(POINTS)) for k in range(each) for group in groups
+    ]
+    if not meshes:
+        return list(groups), drawers
+    views = mesh_cases(meshes, MESH_SHARE * each, max(POINTS), seed)
+    return [*groups, MESHES], [*drawers, *(partial(_same, view) for view in views)]
+
+
+def _same(case: FitCase) -> FitCase:
+    return case
+
+
+def _graded(case: FitCase, answer: FitAnswer) -> tuple[str, float]:
+    """Return the group of a cloud and the IoU of an answer."""
+    return case.group, case_iou(case, answer)
 
 
 def _superquadric_only(*, quick: bool) -> list[Method[FitCase, FitAnswer]]:
@@ -151,15 +202,21 @@ def _run_on(baseline: Method[FitCase, FitAnswer], count: int, case: FitCase) -> 
     return baseline.run(replace(case, points=case.points[:count]))
 
 
-def _overlap(case: FitCase, answer: FitAnswer) -> float:
-    return overlap(case.truth, answer.usable_parts, case.seed)
-
-
-def _measured(result: MethodResult[FitCase, FitAnswer, float]) -> Measured:
-    ious = 100 * np.array(result.scores)
+def _measured(result: MethodResult[FitCase, FitAnswer, tuple[str, float]]) -> Measured:
+    """Return the times and figures of a method. Clouds and meshes have separate figures."""
+    ious = 100 * np.array([iou for _, iou in result.scores])
+    groups = np.array([group for group, _ in result.scores])
+    clouds = ious[np.isin(groups, GROUPS)]
     figures = {
-        "iou_p10_pct": np.quantile(ious, 0.1),
-        "iou_median_pct": np.median(ious),
-        "failed_pct": 100 * np.mean(ious < 100 * FAILED),
+        "iou_p10_pct": np.quantile(clouds, 0.1),
+        "iou_median_pct": np.median(clouds),
+        "failed_pct": 100 * np.mean(clouds < 100 * FAILED),
     }
+    meshes = ious[groups == MESHES]
+    if len(meshes):
+        figures |= {
+            "iou_mean_pct": ious.mean(),
+            "mesh_iou_mean_pct": meshes.mean(),
+            "mesh_iou_p25_pct": np.quantile(meshes, 0.25),
+        }
     return Measured.of(result, {key: round(float(v), 2) for key, v in figures.items()})

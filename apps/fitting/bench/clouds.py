@@ -21,6 +21,7 @@ from .true_solid import true_kind
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from eyehand.perception import FreeSpace
     from eyehand.perception.superquadric import Kind
 
     from .true_solid import TrueSolid
@@ -39,6 +40,8 @@ Group = Literal[
 ]
 """A group of clouds, see :func:`fit_case`."""
 
+MESHES = "meshes"
+"""Name of the group of household meshes, see `mesh_cases`."""
 EXPONENTS = (0.1, 0.3, 0.5, 1.0, 1.5)
 """Exponents of the drawn solids, along z and around z."""
 SEMI_AXES = (0.015, 0.080)
@@ -58,7 +61,7 @@ OUTLIER_SHARE = 0.2
 class FitCase:
     """One cloud and its true solid."""
 
-    group: Group
+    group: Group | Literal["meshes"]
     seed: int
     name: str
     """Kind of solid in a word."""
@@ -69,6 +72,10 @@ class FitCase:
     """(3,) camera position, m; None for a whole surface."""
     support_plane: NDArray[np.float64] | None
     """(4,) unit normal and offset of the support plane; None if there is none."""
+    free_space: FreeSpace | None = None
+    """Space that an image shows to be empty; None without an image."""
+    margin: float = 0.0
+    """Distance of the object's outline beyond that of the points, m."""
 
     @property
     def true_kind(self) -> Kind | None:

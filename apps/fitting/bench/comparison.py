@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -90,11 +90,13 @@ def summary_rows(rows: Sequence[dict[str, Any]]) -> list[dict[str, Any]]:
 
 
 def _own_answer(options: FitOptions, case: FitCase) -> FitAnswer:
+    margin = options.silhouette_margin + case.margin
     fit = fit_superquadric(
         case.points,
         view_origin=case.view_origin,
         support_plane=case.support_plane,
-        options=options,
+        free_space=case.free_space,
+        options=replace(options, silhouette_margin=margin),
     )
     return FitAnswer.of(fit)
 

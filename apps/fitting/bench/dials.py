@@ -13,6 +13,8 @@ POINTS = (100, 200, 300, 500, 1000, 2000, 4000)
 """Number of points that a fit uses. The clouds of the chart have the largest number."""
 STARTS = (1, 2, 3, 6, 9)
 MAX_MINIMA = (1, 2, 3, 5)
+PARTS = (1, 2, 3, 4)
+"""Maximum number of parts."""
 FAST_POINTS = (100, 200, 300)
 """Number of points of fits without model selection, for small time budgets. The chart shows such
 fits with more points as a separate curve, because they do not determine the kind."""
@@ -34,6 +36,7 @@ BOARD = DialBoard(
         "silhouette_rays": (_DEFAULT.silhouette_rays, 0),
         "plane_weight": (_DEFAULT.plane_weight, 0.0),
         "kinds": (_DEFAULT.kinds, NO_TAPER),
+        "max_parts": PARTS,
     },
     # Points, starts and kinds determine most of the time. The other dials cost less, and matter
     # for fast and slow fits alike.
@@ -46,6 +49,7 @@ BOARD = DialBoard(
             "kinds": (SUPERQUADRIC_ONLY,),
             "starts": (1, 3),
         },
+        {"points": (300, 1000), "max_parts": PARTS},
         {
             "points": (100, 300, 1000),
             "optimiser": ("lm",),
@@ -53,12 +57,13 @@ BOARD = DialBoard(
             "plane_weight": (_DEFAULT.plane_weight, 0.0),
         },
     ),
-    quick={"points": (100, 300), "optimiser": ("lm",), "kinds": (NO_TAPER,)},
+    quick={"max_parts": (1, 3), "points": (100, 300), "optimiser": ("lm",), "kinds": (NO_TAPER,)},
     words={
         **{("points", points): f"{points} points" for points in POINTS},
         **{("optimiser", name): name for name in _OPTIMISERS},
         **{("starts", n): f"{n} start{'s' if n > 1 else ''}" for n in STARTS},
         **{("max_minima", n): f"{n} minim{'a' if n > 1 else 'um'}" for n in MAX_MINIMA},
+        **{("max_parts", n): f"{n} part{'s' if n > 1 else ''}" for n in PARTS},
         ("silhouette_rays", 0): "no rays",
         ("plane_weight", 0.0): "no plane",
         ("kinds", NO_TAPER): "no taper",

@@ -96,18 +96,26 @@ class HouseholdMesh:
 
     @cached_property
     def in_material(self) -> NDArray[np.bool_]:
-        """Return whether each sample lies in the material, (S,)."""
-        middle = self.vertices.mean(axis=0)
-        scene = ray_scene(self.vertices, self.faces, middle)
-        query = import_open3d().core.Tensor((self.samples - middle).astype(np.float32))
-        return scene.compute_occupancy(query, nthreads=1, nsamples=PARITY_RAYS).numpy() > 0.5
+        """Whether each sample lies in the material, (S,)."""
+        return self.contains(self.samples)
 
     @cached_property
     def in_hull(self) -> NDArray[np.bool_]:
-        """Return whether each sample lies in the convex hull, (S,)."""
-        inside = np.ones(len(self.samples), dtype=bool)
+        """Whether each sample lies in the convex hull, (S,)."""
+        return self.hull_contains(self.samples)
+
+    def contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether points (N, 3) in the frame of the mesh lie in the material, (N,)."""
+        middle = self.vertices.mean(axis=0)
+        scene = ray_scene(self.vertices, self.faces, middle)
+        query = import_open3d().core.Tensor((points - middle).astype(np.float32))
+        return scene.compute_occupancy(query, nthreads=1, nsamples=PARITY_RAYS).numpy() > 0.5
+
+    def hull_contains(self, points: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Return whether points (N, 3) in the frame of the mesh lie in the convex hull, (N,)."""
+        inside = np.ones(len(points), dtype=bool)
         for *normal, offset in self.hull_equations:
-            inside &= self.samples @ normal + offset <= 0
+            inside &= points @ normal + offset <= 0
         return inside
 
     @cached_property

@@ -127,21 +127,14 @@ def score_parts(
             *(nothing, seconds),
         )
     mesh = placed.mesh
-    samples = placed.pose.apply(mesh.samples)
-    fitted = np.any([part.contains(samples) for part in parts], axis=0)
-    volume = union_volume(parts)
-    ious = []
-    for truth in (mesh.in_material, mesh.in_hull):
-        both = np.count_nonzero(fitted & truth) * mesh.sample_volume
-        true_volume = np.count_nonzero(truth) * mesh.sample_volume
-        ious.append(float(both / max(true_volume + volume - both, both, 1e-12)))
+    solid_iou, hull_iou = mesh_ious(placed, parts)
     fitted_high = max(float(part.support(direction)) for part in parts)
     fitted_low = -max(float(part.support(-direction)) for part in parts)
     half = OPENING_MARGIN / 2
     return MeshScore(
-        iou=ious[1] if mesh.kind == "vessel" else ious[0],
-        solid_iou=ious[0],
-        hull_iou=ious[1],
+        iou=hull_iou if mesh.kind == "vessel" else solid_iou,
+        solid_iou=solid_iou,
+        hull_iou=hull_iou,
         chamfer=_chamfer(placed, parts),
         width_error=(fitted_high - fitted_low) - (high - low),
         true_width=high - low,
@@ -152,6 +145,20 @@ def score_parts(
         side_sigmas=nothing,
         seconds=seconds,
     )
+
+
+def mesh_ious(placed: PlacedMesh, parts: Sequence[Superquadric]) -> tuple[float, float]:
+    """Return the IoU of a union of solids with the material of an object and with its hull."""
+    mesh = placed.mesh
+    samples = placed.pose.apply(mesh.samples)
+    fitted = np.any([part.contains(samples) for part in parts], axis=0)
+    volume = union_volume(parts)
+    ious = []
+    for truth in (mesh.in_material, mesh.in_hull):
+        both = np.count_nonzero(fitted & truth) * mesh.sample_volume
+        true_volume = np.count_nonzero(truth) * mesh.sample_volume
+        ious.append(float(both / max(true_volume + volume - both, both, 1e-12)))
+    return ious[0], ious[1]
 
 
 def least_width(placed: PlacedMesh) -> tuple[NDArray[np.float64], float, float]:

@@ -20,6 +20,7 @@ from .cluster import run_on_cluster
 from .conditions import FAMILIES, default_conditions, requested_conditions, source_digest
 from .jobs import Family, RunTrial, SceneJob, run_grasp_trial, scene_jobs
 from .local_runs import run_here
+from .protocol_settings import QUICK_ROUNDS, ProtocolSettings
 from .rates_chart import rates_chart
 from .report import write_report
 from .row_store import FAULT, SCENE, RowStore, open_rows
@@ -71,6 +72,12 @@ def evaluate_grasp(
     fresh: bool = False,
     out: Path | None = None,
     json: bool = False,
+    protocol: Literal["own", "clutter-removal"] = "own",
+    rounds: int = 20,
+    hand: str = "panda",
+    noise: Annotated[list[Literal["none", "dex"]] | None, Repeated] = None,
+    known_table: bool = False,
+    split: Literal["all", "development", "held-out"] = "all",
 ) -> int:
     """Clear simulated tables of unknown objects and measure the success rate.
 
@@ -124,7 +131,35 @@ def evaluate_grasp(
         Output folder; default: a folder in out/evaluate_grasp per set of options.
     json
         Print one JSON object on stdout; the table goes to stderr.
+    protocol
+        clutter-removal: the public protocol of VGN and GIGA, a floating gripper without an arm. It
+        uses --rounds, --seed, --family (packed, pile), --objects, --jobs and the options below.
+    rounds
+        Rounds of each row of the protocol.
+    hand
+        Gripper of the protocol: a built-in name or a .json file.
+    noise
+        Noise of the protocol's depth image: none, dex.
+    known_table
+        Correct scale and tilt of the protocol's image from the known height of the table.
+    split
+        Objects of the protocol: all, or one half by their names.
     """
+    if protocol == "clutter-removal":
+        return _run_protocol(
+            ProtocolSettings(
+                tuple(family or ("packed", "pile")),
+                tuple(noise or ("none", "dex")),
+                min(rounds, QUICK_ROUNDS) if quick else rounds,
+                seed,
+                _checked_objects(objects),
+                hand,
+                known_table,
+                split,
+                jobs,
+            ),
+            json=json,
+        )
     seeds, count = checked_scenes(scenes, seed, count, quick=quick)
     if not (known or camera):
         raise InputError("--no-known and --no-camera exclude each other: remove one of them")
@@ -159,6 +194,22 @@ def evaluate_grasp(
     if json:
         print_run_json("evaluate_grasp", plan, done, machines)
     return exit_code(done.records, plan.scene_jobs)
+
+
+def _run_protocol(settings: ProtocolSettings, *, json: bool) -> int:
+    # The protocol loads the planner's kernels, which other evaluations do not need.
+    from .protocol import evaluate_protocol
+
+    return evaluate_protocol(settings, json=json)
+
+
+def _checked_objects(objects: Path | None) -> Path:
+    if objects is None:
+        raise InputError(
+            "the clutter-removal protocol needs --objects FOLDER with meshes or URDFs, such as the "
+            "folder that holds packed/ and pile/"
+        )
+    return objects
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,21 @@ import json
 import cv2
 import numpy as np
 import pytest
-from scipy.spatial.transform import RigidTransform
+from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method, Provenance
-from eyehand.apps.fitting.bench.chart import GROUPS, WORDS
+from eyehand.apps.fitting.bench.chart import GROUPS, MESH_GROUPS, WORDS
+from eyehand.apps.fitting.bench.clouds import MESHES
 from eyehand.apps.fitting.bench.comparison import OWN
 from eyehand.apps.fitting.bench.dials import BOARD, POINTS, SUPERQUADRIC_ONLY
+from eyehand.apps.fitting.bench.fit_answer import FitAnswer
+from eyehand.apps.fitting.bench.household_meshes import HouseholdMesh
+from eyehand.apps.fitting.bench.mesh_cases import MeshTruth, case_iou, mesh_case
+from eyehand.apps.fitting.bench.mesh_views import PlacedMesh, mesh_views
+from eyehand.apps.fitting.bench.score import overlap
 from eyehand.apps.main import main
 from eyehand.perception import FitOptions, Superquadric
-from eyehand.perception.superquadric import FRONT_FORMAT
+from eyehand.perception.superquadric import FRONT_FORMAT, mesh
 
 
 def ball(points, view_origin, support_plane):
@@ -66,6 +72,8 @@ def test_quick_chart_with_a_baseline(tmp_path, capsys):
         (["--quick", "--store"], "--store needs all settings"),
         (["--cases", 0], "--cases must be >= 1"),
         (["--seed", -1], "--seed must be >= 0"),
+        (["--store", "--meshes", "."], "leave --meshes out"),
+        (["--meshes", "nowhere", "--quick"], "there is no folder nowhere"),
         (["--baseline", "nobody"], "a baseline must be module:function"),
     ],
 )
@@ -76,6 +84,46 @@ def test_invalid_arguments_give_one_line_error(arguments, message, tmp_path, cap
     assert len(err.strip().splitlines()) == 1
     assert out == ""
     assert not (tmp_path / "out").exists()
+
+
+def test_household_meshes_are_a_group_of_the_chart(tmp_path, capsys):
+    folder = tmp_path / "meshes"
+    folder.mkdir()
+    solid = Superquadric(np.array([0.03, 0.04, 0.05]), (0.1, 0.1), RigidTransform.identity())
+    vertices, faces = mesh(solid, 32)
+    lines = [f"v {x} {y} {z}" for x, y, z in vertices]
+    lines += [f"f {a} {b} {c}" for a, b, c in faces + 1]
+    (folder / "brick.obj").write_text("\n".join(lines))
+    code, out, _ = run(
+        *("--quick", "--cases", 1, "--no-baselines", "--meshes", folder, "--json"),
+        *("--out", tmp_path / "out"),
+        capsys=capsys,
+    )
+    assert code == 0
+    report = json.loads(out)
+    # Two views of the mesh, and a cloud of each other group.
+    assert report["groups"] == [*GROUPS, *MESH_GROUPS, MESHES]
+    assert report["cases"] == len(GROUPS) + len(MESH_GROUPS) + 2
+    own = report["rows"][0]
+    assert own["mesh_iou_mean_pct"] > 85
+    assert 0 < own["iou_mean_pct"] <= 100
+
+
+def test_a_mesh_is_a_true_solid(tmp_path):
+    half = np.array([0.03, 0.04, 0.05])
+    pose = RigidTransform.from_components([0.2, 0.1, 0.3], Rotation.from_rotvec([0.2, 0.4, 1.0]))
+    solid = Superquadric(half, (0.1, 0.1), RigidTransform.identity())
+    item = HouseholdMesh("brick", "test", "box", "report", *mesh(solid, 64))
+    truth = MeshTruth(PlacedMesh(item, pose))
+    moved = Superquadric(half, (0.1, 0.1), pose)
+    assert overlap(truth, [moved]) > 0.98
+    assert truth.centre == pytest.approx(moved.centre, abs=1e-3)
+    (view,) = mesh_views([item], (40.0,))
+    case = mesh_case(view, 0, 500)
+    assert case.points.shape == (500, 3)
+    answer = FitAnswer((Superquadric(half, (0.1, 0.1), view.placed[0].pose),))
+    assert case_iou(case, answer) > 0.98
+    assert case_iou(case, FitAnswer((), "refused")) == 0.0
 
 
 def test_board_varies_every_dial_alone_and_repeats_no_setting():

@@ -1,0 +1,184 @@
+"""`eyehand evaluate grasp --protocol clutter-removal`: the public protocol with the own planner."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.apps.console import print_json, say, show, tracked
+from eyehand.apps.wording import counted, seed_span
+from eyehand.errors import DeviceError, InputError
+from eyehand.grasping import load_hand
+
+from ...bench.machine import core_count, machine_line
+from ...bench.shares import percent, wilson_interval
+from ..clutter_round import ClutterTrial, clutter_objects, run_clutter_round
+from .jobs import SceneJob
+from .local_runs import run_here
+from .protocol_settings import ProtocolSettings
+from .protocol_table import PUBLISHED, failure_line, protocol_table
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+
+BIN_EDGES = (0.0, 0.3, 0.5, 0.7, 0.85, 1.0)
+"""Bins of the predicted probability."""
+
+
+def evaluate_protocol(settings: ProtocolSettings, *, json: bool) -> int:
+    """Run all rounds, print the table beside published rows, and return the exit code.
+
+    Raises
+    ------
+    InputError
+        If a setting is out of range or the folder has no objects.
+    DeviceError
+        If no round has an outcome.
+    """
+    jobs = _jobs(settings)
+    processes = settings.jobs or core_count()
+    outcomes: dict[str, list[dict[str, Any]]] = {}
+    for job, outcome in tracked(
+        run_here(jobs, run_clutter_round, processes=processes), "rounds", len(jobs)
+    ):
+        if outcome.lost or outcome.fault:
+            say(f"{job.row}, seed {job.trial['seed']}: {outcome.lost or outcome.fault}")
+            continue
+        outcomes.setdefault(job.row, []).append({**outcome.result, "seed": job.trial["seed"]})
+    if not outcomes:
+        raise DeviceError("no round has an outcome")
+    names = list(dict.fromkeys(job.row for job in jobs))
+    rows = [
+        _summary(name, outcomes[name], next(job.trial for job in jobs if job.row == name))
+        for name in names
+        if name in outcomes
+    ]
+    title = (
+        f"clutter-removal protocol, {settings.hand}, {counted(settings.rounds, 'round')} of each "
+        f"row, {seed_span(settings.seed, settings.rounds)}, {settings.split} objects"
+    )
+    show(protocol_table(rows, title), json_wanted=json)
+    for row in rows:
+        say(failure_line(row))
+    if json:
+        print_json(
+            "evaluate_grasp_protocol",
+            settings.seed,
+            [*rows, *PUBLISHED],
+            protocol="clutter-removal",
+            rounds=[{"row": name, **one} for name in outcomes for one in outcomes[name]],
+            hand=settings.hand,
+            machine=machine_line(),
+            version=metadata.version("eyehand"),
+        )
+    return int(sum(len(found) for found in outcomes.values()) < len(jobs))
+
+
+def _jobs(settings: ProtocolSettings) -> list[SceneJob]:
+    """List the rounds, seed by seed."""
+    if settings.rounds < 1:
+        raise InputError(f"--rounds must be >= 1, got {settings.rounds}")
+    load_hand(settings.hand)
+    for family in settings.families:
+        if family not in ("packed", "pile"):
+            raise InputError(f"--family of this protocol is packed or pile, got {family!r}")
+        clutter_objects(str(_folder(settings.objects, family)), settings.split)
+    return [
+        SceneJob(
+            _row_name(family, noise, known=settings.known_table),
+            asdict(
+                ClutterTrial(
+                    family="packed" if family == "packed" else "pile",
+                    seed=settings.seed + number,
+                    objects=str(_folder(settings.objects, family)),
+                    noise=noise,
+                    known_table=settings.known_table,
+                    hand=settings.hand,
+                    split=settings.split,
+                    depth_error=settings.depth_error,
+                )
+            ),
+        )
+        for number in range(settings.rounds)
+        for family in settings.families
+        for noise in settings.noises
+    ]
+
+
+def _folder(objects: Path, family: str) -> Path:
+    return objects / family if (objects / family).is_dir() else objects
+
+
+def _row_name(family: str, noise: str, *, known: bool) -> str:
+    words = [family, "dex noise" if noise == "dex" else "no noise"]
+    return ", ".join([*words, "table known"] if known else words)
+
+
+def _summary(
+    name: str, rounds: Sequence[Mapping[str, Any]], trial: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the row of one condition."""
+    attempts = [attempt for one in rounds for attempt in one["attempts"]]
+    light = [attempt for attempt in attempts if not attempt["heavy"]]
+    wins = sum(attempt["success"] for attempt in attempts)
+    placed = sum(one["placed"] for one in rounds)
+    light_placed = placed - sum(one["heavy"] for one in rounds)
+    light_wins = sum(attempt["success"] for attempt in light)
+    causes: dict[str, int] = {}
+    for attempt in attempts:
+        if attempt["cause"]:
+            causes[attempt["cause"]] = causes.get(attempt["cause"], 0) + 1
+    heavy_names = sorted({a["object"] for a in attempts if a["heavy"]})
+    return {
+        "name": name,
+        "family": trial["family"],
+        "noise": trial["noise"],
+        "known_table": trial["known_table"],
+        "rounds": len(rounds),
+        "attempts": len(attempts),
+        "objects": placed,
+        **_rate("success", wins, len(attempts)),
+        **_rate("declutter", wins, placed),
+        **_rate("light_success", light_wins, len(light)),
+        **_rate("light_declutter", light_wins, light_placed),
+        "heavy_objects": heavy_names,
+        "nothing_offered": sum(one["ended"].startswith("no grasp") for one in rounds),
+        "causes": dict(sorted(causes.items(), key=lambda item: -item[1])),
+        "calibration": _bins(attempts),
+        "perceive_ms": _median([a["perceive_ms"] for a in attempts]),
+        "plan_ms": _median([a["plan_ms"] for a in attempts]),
+        "measured_by": "eyehand",
+    }
+
+
+def _rate(name: str, wins: int, total: int) -> dict[str, float | None]:
+    low, high = wilson_interval(min(wins, total), total)
+    return {
+        f"{name}_pct": percent(wins / total if total else None),
+        f"{name}_ci_low_pct": percent(low),
+        f"{name}_ci_high_pct": percent(high),
+    }
+
+
+def _bins(attempts: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return predicted and observed success in bins of the prediction."""
+    predicted = np.array([attempt["predicted"] for attempt in attempts])
+    success = np.array([attempt["success"] for attempt in attempts], dtype=np.float64)
+    place = np.clip(np.digitize(predicted, BIN_EDGES[1:-1]), 0, len(BIN_EDGES) - 2)
+    return [
+        {
+            "attempts": int(np.count_nonzero(place == k)),
+            "predicted_pct": percent(float(predicted[place == k].mean())),
+            "observed_pct": percent(float(success[place == k].mean())),
+        }
+        for k in range(len(BIN_EDGES) - 1)
+        if (place == k).any()
+    ]
+
+
+def _median(values: Sequence[float]) -> float | None:
+    return round(float(np.median(values)), 1) if values else None

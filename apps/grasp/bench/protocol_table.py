@@ -1,0 +1,109 @@
+"""The table of the clutter-removal protocol, with rows that others published or measured."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from rich import box
+from rich.table import Table
+
+from .summary_table import NO_VALUE
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+CAPTION = (
+    "success: successful share of the grasps; declutter: removed share of the objects; both with "
+    "95 % Wilson intervals. light: without objects that weigh more than 40 % of the friction of "
+    "both pads. perceive, plan: median processor time on one thread. Rows of other methods were "
+    "measured by others in the original protocol (PyBullet, other meshes and seeds): they are no "
+    "comparison on equal scenes"
+)
+OUTSIDE = "outside evaluation in the original PyBullet protocol, one side view, 40 rounds"
+
+
+def _published(
+    name: str, family: str, noise: str, success: float, declutter: float, *, known: bool = False
+) -> dict[str, Any]:
+    return {
+        "name": f"{name}: {family}, {'dex noise' if noise == 'dex' else 'no noise'}"
+        + (", table known" if known else ""),
+        "family": family,
+        "noise": noise,
+        "known_table": known,
+        "success_pct": success,
+        "declutter_pct": declutter,
+        "measured_by": OUTSIDE,
+    }
+
+
+PUBLISHED: tuple[dict[str, Any], ...] = (
+    _published("VGN", "packed", "dex", 69.9, 75.8),
+    _published("VGN", "pile", "dex", 65.0, 48.1),
+    _published("VGN", "packed", "none", 77.2, 79.5),
+    _published("VGN", "pile", "none", 68.4, 44.8),
+    _published("GIGA", "packed", "dex", 78.0, 83.3),
+    _published("GIGA", "pile", "dex", 70.3, 54.0),
+    _published("GIGA", "packed", "none", 87.5, 84.8),
+    _published("GIGA", "pile", "none", 73.2, 51.7),
+    _published("GIGA", "packed", "dex", 92.2, 92.2, known=True),
+    _published("GIGA", "pile", "dex", 78.0, 52.0, known=True),
+)
+"""Results of the published weights of VGN and GIGA, run by others."""
+
+
+def protocol_table(rows: Sequence[Mapping[str, Any]], title: str) -> Table:
+    """Return the table of the measured rows, and of others' rows of the same families."""
+    table = Table(
+        title=title,
+        title_justify="left",
+        box=box.SIMPLE_HEAD,
+        padding=(0, 1, 0, 0),
+        pad_edge=False,
+        caption=CAPTION,
+        caption_justify="left",
+    )
+    table.add_column("row", no_wrap=True)
+    for name in ("rounds", "grasps", "success", "declutter", "light success", "perceive", "plan"):
+        table.add_column(name, justify="right", no_wrap=True)
+    for row in rows:
+        table.add_row(*_cells(row))
+    table.add_section()
+    shown = {(row["family"], row["noise"]) for row in rows}
+    for row in PUBLISHED:
+        if (row["family"], row["noise"]) in shown:
+            rates = [f"{row['success_pct']:.1f} %", f"{row['declutter_pct']:.1f} %"]
+            table.add_row(row["name"], NO_VALUE, NO_VALUE, *rates, *[NO_VALUE] * 3)
+    return table
+
+
+def failure_line(row: Mapping[str, Any]) -> str:
+    """Return the failures of a row by their causes, for the report."""
+    causes = [f"{count} {cause}" for cause, count in row["causes"].items()]
+    if row["nothing_offered"]:
+        causes.append(f"{row['nothing_offered']} rounds ended without an offer")
+    if row["heavy_objects"]:
+        causes.append(f"heavy: {', '.join(row['heavy_objects'])}")
+    return f"{row['name']}: failures: {'; '.join(causes) or 'none'}"
+
+
+def _cells(row: Mapping[str, Any]) -> list[str]:
+    return [
+        row["name"],
+        f"{row['rounds']}",
+        f"{row['attempts']}",
+        *[_rate(row, name) for name in ("success", "declutter", "light_success")],
+        _time(row["perceive_ms"]),
+        _time(row["plan_ms"]),
+    ]
+
+
+def _rate(row: Mapping[str, Any], name: str) -> str:
+    if row[f"{name}_pct"] is None:
+        return NO_VALUE
+    low, high = row[f"{name}_ci_low_pct"], row[f"{name}_ci_high_pct"]
+    return f"{row[f'{name}_pct']:.1f} % ({low:.0f}-{high:.0f})"
+
+
+def _time(value: float | None) -> str:
+    return NO_VALUE if value is None else f"{value:.0f} ms"

@@ -1,0 +1,227 @@
+"""One round of the public clutter-removal protocol: perceive, plan and grasp until a round ends.
+
+The protocol is that of VGN (Breyer et al., CoRL 2020) and GIGA (Jiang et al., RSS 2021), by GIGA's
+code. What differs from the original:
+
+- Physics is MuJoCo at 2 ms instead of PyBullet at 4.2 ms. Friction is 1 for all pairs, as there.
+  Torsional friction is 0.01 m; the original's pads have 0.1.
+- The hand is made of the boxes of its description. Its base is a servo with at most 300 N that does
+  not turn. The pads close at 0.2 m/s with 20 N each.
+- A contact counts from a penetration of 0.01 mm. PyBullet also reports points close to contact.
+- Objects stand with their lowest point 2 mm above the table. The original centres bounding boxes.
+- The table is infinite, depth ends at 2 m, and pixels without a reading are 0.
+- The object that most contacts belong to is taken away. The original takes that of the first one.
+
+The hand always opens fully, as there, whatever the planner proposes.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import asdict, dataclass
+from functools import cache
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from eyehand.data_synth.cell import (
+    CAMERA,
+    MAX_RANGE,
+    ClutterFamily,
+    ClutterView,
+    camera_pose,
+    execute_grasp,
+    make_clutter,
+)
+from eyehand.data_synth.render import add_dex_noise, open_renderer
+from eyehand.data_synth.scenes import read_piece_objects
+from eyehand.errors import InputError
+from eyehand.grasping import JawOptions, correct_depth, load_hand, plan_grasps
+from eyehand.perception import DepthFrame, perceive
+
+from .grasp_failure import failure_cause, is_heavy, segment_truth
+
+if TYPE_CHECKING:
+    from eyehand.data_synth.cell import ClutterWorld
+    from eyehand.data_synth.scenes import PieceObject
+    from eyehand.grasping.jaws import Grasp
+    from eyehand.perception import Scene
+
+Noise = Literal["none", "dex"]
+Split = Literal["all", "development", "held-out"]
+"""Objects of the folder: all, or every other one in the order of their names."""
+MAX_FAILURES = 2
+"""Number of successive failures that ends a round."""
+FORCE = 20.0
+"""Closing force of each finger, N, as in the original."""
+TABLE_HEIGHT = 0.0
+"""Height of the table in the world, m."""
+
+
+@dataclass(frozen=True)
+class ClutterTrial:
+    """One round."""
+
+    family: ClutterFamily
+    """Arrangement of the objects."""
+    seed: int
+    """Seed of the scene and of the noise."""
+    objects: str
+    """Folder of the objects."""
+    noise: Noise = "none"
+    """Noise of the depth image."""
+    known_table: bool = False
+    """Whether scale and tilt of the image are corrected from the known height of the table."""
+    hand: str = "panda"
+    """Name or file of the hand."""
+    view: ClutterView = "side"
+    """Camera at 60° (side) or 30° (top) from the vertical."""
+    split: Split = "all"
+    """Which objects are drawn."""
+    count: int = 5
+    """Number of objects."""
+    depth_error: float | None = None
+    """`JawOptions.depth_error`; None for the default."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One grasp of a round."""
+
+    object: str
+    """True object of the grasp."""
+    mass: float
+    """Its mass, kg."""
+    success: bool
+    """Whether it was removed."""
+    predicted: float
+    """Probability that the planner gave."""
+    cause: str
+    """Cause of the failure, or an empty string."""
+    detail: str
+    """Grasp and course, for reports."""
+    perceive_ms: float
+    """Processor time of perception and planning on one thread, ms."""
+    plan_ms: float
+    objects_seen: int
+    """Number of objects that were perceived."""
+    heavy: bool
+    """Whether the object weighs more than the hand can be expected to hold."""
+
+
+def run_clutter_round(trial: dict[str, Any]) -> dict[str, Any]:
+    """Run a round, and return its attempts and counts as plain numbers and text."""
+    settings = ClutterTrial(**trial)
+    objects = _objects(settings.objects, settings.split)
+    hand = load_hand(settings.hand)
+    rng = np.random.default_rng([settings.seed, len(settings.family)])
+    world = make_clutter(settings.family, objects, hand, rng, count=settings.count, force=FORCE)
+    placed = world.count
+    heavy = sum(is_heavy(world.objects[k].mass, FORCE) for k in world.placed)
+    attempts: list[Attempt] = []
+    failed: tuple[Grasp, ...] = ()
+    failures, ended = 0, "cleared"
+    while world.count:
+        attempt, grasp, reason = _attempt(world, settings, failed, rng)
+        if attempt is None or grasp is None:
+            ended = f"no grasp: {reason}"
+            break
+        attempts.append(attempt)
+        if attempt.success:
+            failures = 0
+            continue
+        failures += 1
+        failed = (*failed, grasp)
+        if failures == MAX_FAILURES:
+            ended = "two failures"
+            break
+    return {
+        "placed": placed,
+        "heavy": heavy,
+        "removed": sum(attempt.success for attempt in attempts),
+        "left": [world.objects[k].name for k in sorted(world.placed)],
+        "ended": ended,
+        "attempts": [asdict(attempt) for attempt in attempts],
+    }
+
+
+def clutter_objects(folder: str, split: Split) -> tuple[PieceObject, ...]:
+    """Return the objects of a folder, all or a half by their names.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be read, or the half is empty.
+    """
+    found = read_piece_objects(folder)
+    first = {"all": 0, "development": 0, "held-out": 1}[split]
+    chosen = found[first :: 1 if split == "all" else 2]
+    if not chosen:
+        raise InputError(f"{folder} has {len(found)} objects, too few for two halves")
+    return chosen
+
+
+_objects = cache(clutter_objects)
+
+
+def _attempt(
+    world: ClutterWorld,
+    settings: ClutterTrial,
+    failed: tuple[Grasp, ...],
+    rng: np.random.Generator,
+) -> tuple[Attempt | None, Grasp | None, str]:
+    """Look, plan and grasp once."""
+    view = open_renderer().render(
+        world.model,
+        world.data,
+        CAMERA,
+        camera_pose(settings.view),
+        world.labels,
+        max_range=MAX_RANGE,
+        colour=False,
+    )
+    depth = add_dex_noise(view.depth, rng) if settings.noise == "dex" else view.depth
+    frame = DepthFrame(depth, CAMERA, camera_pose(settings.view))
+    started = time.thread_time()
+    if settings.known_table:
+        frame, _ = correct_depth(frame, TABLE_HEIGHT)
+    scene = perceive(frame)
+    perceived = time.thread_time()
+    grasps = plan_grasps(scene, world.hand, _options(settings, failed))
+    planned = time.thread_time()
+    if not grasps:
+        return None, None, grasps.reason
+    grasp = grasps[0]
+    truth = segment_truth(scene, grasp, view.labels, world)
+    course = execute_grasp(world, grasp.T_scene_tcp)
+    world.rest_and_remove()
+    cause = "" if course.success else failure_cause(course, truth, grasp, FORCE)
+    attempt = Attempt(
+        object=truth.name,
+        mass=truth.mass,
+        success=course.success,
+        predicted=grasp.success,
+        cause=cause,
+        detail=_detail(scene, grasp, course),
+        perceive_ms=1e3 * (perceived - started),
+        plan_ms=1e3 * (planned - perceived),
+        objects_seen=len(scene.objects),
+        heavy=is_heavy(truth.mass, FORCE),
+    )
+    return attempt, grasp, ""
+
+
+def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
+    if settings.depth_error is None:
+        return JawOptions(full_opening=True, failed=failed)
+    return JawOptions(full_opening=True, failed=failed, depth_error=settings.depth_error)
+
+
+def _detail(scene: Scene, grasp: Grasp, course: Any) -> str:
+    low = {name: round(value, 2) for name, value in grasp.terms.items() if value < 0.95}
+    return (
+        f"{grasp.reason}; stopped by {course.stopped_part or 'nothing'} "
+        f"{1e3 * course.stopped_before:.0f} mm before; pads {1e3 * course.closed_width:.0f} mm "
+        f"apart when closed, {1e3 * course.final_width:.0f} mm at the end; "
+        f"{len(scene.objects)} objects seen; terms {low}"
+    )

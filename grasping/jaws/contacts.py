@@ -1,0 +1,102 @@
+"""Contacts of candidate poses with their object, with the hand centred on it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .candidates import Candidates
+from .clearance import lift_above
+from .kernels import contacts
+from .scoring import ContactTable
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception import SupportPlane
+
+    from ..hands import ParallelHand
+    from .options import JawOptions
+    from .surface_model import ObjectSurface
+
+NEAR = 0.004
+"""Depth of the contact patch behind the outermost point, m."""
+FACING, MIN_SEEN = 0.6, 3
+"""Cosine and number of measured normals that show a side."""
+MAX_LOWERED = 5e-4
+"""Height by which centring may lower the hand below the margin before it is lifted again, m."""
+
+
+def centred_contacts(
+    candidates: Candidates,
+    surface: ObjectSurface,
+    support: SupportPlane | None,
+    hand: ParallelHand,
+    options: JawOptions,
+) -> tuple[Candidates, ContactTable]:
+    """Lift candidates above the support, centre them on the object, and return their contacts.
+
+    Candidates that do not meet the object with both pads are left out.
+    """
+    lifted = _at(candidates, lift_above(candidates, support, hand, options.table_margin))
+    columns = pad_contacts(lifted, surface, hand)
+    lifted, columns = _meeting(lifted, columns)
+    centred = _centred(lifted, columns)
+    # Along an inclined closing axis, centring moves the hand down.
+    again = lift_above(centred, support, hand, options.table_margin)
+    low = np.linalg.norm(again - centred.tip, axis=1) > MAX_LOWERED
+    if low.any():
+        moved = _at(centred.take(low), again[low])
+        renewed = pad_contacts(moved, surface, hand)
+        tip = centred.tip.copy()
+        tip[low] = moved.tip
+        columns[low] = renewed
+        centred = _at(centred, tip)
+        centred, columns = _meeting(centred, columns)
+    return centred, contact_table(centred, columns)
+
+
+def pad_contacts(
+    candidates: Candidates, surface: ObjectSurface, hand: ParallelHand
+) -> NDArray[np.float64]:
+    """Return the columns of :func:`.kernels.contacts` for candidates of one object, (n, 9)."""
+    return contacts(
+        candidates.rotation,
+        candidates.tip,
+        surface.points,
+        surface.normals,
+        surface.measured,
+        0.5 * hand.pad_width,
+        hand.pad_height,
+        NEAR,
+        FACING,
+        MIN_SEEN,
+    )
+
+
+def contact_table(candidates: Candidates, columns: NDArray[np.float64]) -> ContactTable:
+    """Return the contacts of candidates from the columns of the kernel."""
+    height = 0.5 * (columns[:, 6] + columns[:, 7])
+    return ContactTable(
+        width=columns[:, 1],
+        cosine=columns[:, 2:4],
+        seen=columns[:, 4] + columns[:, 5],
+        overlap=np.maximum(columns[:, 7] - columns[:, 6], 0.0),
+        middle=candidates.tip + height[:, None] * candidates.rotation[:, :, 2],
+    )
+
+
+def _at(candidates: Candidates, tip: NDArray[np.float64]) -> Candidates:
+    return Candidates(candidates.rotation, tip, candidates.object)
+
+
+def _meeting(
+    candidates: Candidates, columns: NDArray[np.float64]
+) -> tuple[Candidates, NDArray[np.float64]]:
+    meets = columns[:, 1] > 0.0
+    return candidates.take(meets), columns[meets]
+
+
+def _centred(candidates: Candidates, columns: NDArray[np.float64]) -> Candidates:
+    return _at(candidates, candidates.tip + columns[:, :1] * candidates.rotation[:, :, 0])

@@ -1,0 +1,104 @@
+"""A planned grasp of parallel jaws, and the ranked list of them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+APPROACH = 0.05
+"""Length of the straight approach, m."""
+RETREAT = 0.1
+"""Distance that the hand draws back with the object, m."""
+
+
+# Arrays and poses have no truth value: equality is identity.
+@dataclass(frozen=True, eq=False)
+class Grasp:
+    """One grasp.
+
+    The tool frame has z along the approach, x along the closing direction, and its origin midway
+    between the fingertips.
+    """
+
+    T_scene_tcp: RigidTransform
+    """Pose of the tool frame at the grasp, in the frame of the `Scene` (world or camera)."""
+    width: float
+    """Distance between the pads before closing, m."""
+    retreat_direction: NDArray[np.float64]
+    """Unit direction in which the hand draws back with the object, (3,)."""
+    object_label: int
+    """Label of the object in the scene."""
+    object_width: float
+    """Expected distance between the pads when they touch the object, m."""
+    success: float
+    """Estimated probability of success, 0-1."""
+    terms: Mapping[str, float]
+    """Factors of the probability by name, each 0-1."""
+    reason: str
+    """Description of the grasp for reports."""
+    safe: bool = True
+    """Whether nothing forbids to execute the grasp."""
+    forbidden_by: tuple[str, ...] = ()
+    """What forbids it: for example unseen space, or a width at the limit of the hand."""
+
+    @property
+    def pre_grasp(self) -> RigidTransform:
+        """Pose of the tool frame before the straight approach."""
+        return self._moved(-APPROACH * self.approach)
+
+    @property
+    def retreat(self) -> RigidTransform:
+        """Pose of the tool frame to which the hand draws back with the object."""
+        return self._moved(RETREAT * self.retreat_direction)
+
+    def _moved(self, shift: NDArray[np.float64]) -> RigidTransform:
+        return RigidTransform.from_translation(shift) * self.T_scene_tcp
+
+    @property
+    def position(self) -> NDArray[np.float64]:
+        """Origin of the tool frame in the scene, (3,), m."""
+        return np.asarray(self.T_scene_tcp.translation)
+
+    @property
+    def approach(self) -> NDArray[np.float64]:
+        """Unit direction of the approach, (3,)."""
+        return self.T_scene_tcp.as_matrix()[:3, 2]
+
+    @property
+    def closing(self) -> NDArray[np.float64]:
+        """Unit direction of closing, (3,). Its sign has no meaning."""
+        return self.T_scene_tcp.as_matrix()[:3, 0]
+
+
+@dataclass(frozen=True, eq=False)
+class GraspList(Sequence[Grasp]):
+    """Grasps of all objects, the most probable first. An empty list is false and has a reason."""
+
+    grasps: tuple[Grasp, ...] = ()
+    """The grasps."""
+    reason: str = ""
+    """Why the list is empty."""
+    rejected: Mapping[int, Mapping[str, int]] = field(default_factory=dict)
+    """Label of an object → reason → number of its candidates rejected for it."""
+    seconds: float = 0.0
+    """Time of planning, s."""
+
+    def __len__(self) -> int:
+        return len(self.grasps)
+
+    @overload
+    def __getitem__(self, index: int) -> Grasp: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Grasp, ...]: ...
+    def __getitem__(self, index: int | slice) -> Grasp | tuple[Grasp, ...]:
+        """Return a grasp, or a tuple of grasps."""
+        return self.grasps[index]

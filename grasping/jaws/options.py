@@ -1,0 +1,57 @@
+"""Options of planning grasps for parallel jaws."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from eyehand.errors import InputError
+
+if TYPE_CHECKING:
+    from .grasp import Grasp
+
+MAX_FRICTION, MAX_ERROR, MAX_SCALE_ERROR = 3.0, 0.05, 0.2
+
+
+@dataclass(frozen=True)
+class JawOptions:
+    """Options of :func:`.plan_grasps`.
+
+    Raises
+    ------
+    InputError
+        If a number is outside its range.
+    """
+
+    friction: float = 0.6
+    """Coulomb friction coefficient of pads and objects."""
+    calibration_error: float = 0.003
+    """Standard deviation of the hand's position relative to the image, m."""
+    depth_error: float = 0.01
+    """Standard deviation of the scale of the depth image, as a share of the distance."""
+    max_tilt: float = math.radians(95.0)
+    """Maximum angle of the approach from straight down, rad. 90° is from the side."""
+    table_margin: float = 0.003
+    """Minimum height of the hand above the support, m."""
+    full_opening: bool = False
+    """Whether the hand always opens fully before it closes. Otherwise it opens less where its
+    fingers would touch something."""
+    per_object: int = 8
+    """Maximum number of grasps returned for each object."""
+    failed: tuple[Grasp, ...] = ()
+    """Grasps that failed before in this scene. Similar ones rank lower."""
+
+    def __post_init__(self) -> None:
+        for name, low, high in (
+            ("friction", 0.0, MAX_FRICTION),
+            ("calibration_error", 0.0, MAX_ERROR),
+            ("depth_error", 0.0, MAX_SCALE_ERROR),
+            ("max_tilt", 0.0, math.pi),
+            ("table_margin", 0.0, MAX_ERROR),
+        ):
+            value = getattr(self, name)
+            if not low <= value <= high:
+                raise InputError(f"{name} must be from {low:g} to {high:g}, got {value}")
+        if self.per_object < 1:
+            raise InputError(f"per_object must be >= 1, got {self.per_object}")

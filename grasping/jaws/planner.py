@@ -1,0 +1,326 @@
+"""Plan grasps of all objects of a scene for parallel jaws, ranked by probability of success."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+from scipy.special import expit
+
+from ..fit_uncertainty import width_std
+from .candidates import Candidates, solid_candidates
+from .clearance import hand_clearances, scene_points
+from .contacts import centred_contacts
+from .depth_error import depth_error_term
+from .grasp import Grasp, GraspList
+from .kernels import BLOCKED
+from .memory import memory_term
+from .options import JawOptions
+from .scored import ScoredCandidates, join_scored
+from .scoring import clearance_terms, contact_terms
+from .surface_model import ObjectSurface, object_surface
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from eyehand.perception import Scene, SceneObject
+
+    from ..hands import ParallelHand
+
+MAX_SIDE_ANGLE = np.pi / 3
+"""A hand that approaches at a larger angle from straight down lifts the object upwards."""
+MIN_PROBABILITY = 0.02
+"""Candidates below are rejected."""
+KEPT = 220
+"""Candidates of each object whose clearance is tested, best contacts first."""
+TESTED = 50
+"""Candidates of each object that are tested with errors of the depth scale."""
+SIDE_CLEARANCE = 0.012
+"""Gap on each side of the object if the hand does not open fully, m."""
+NARROW_TERM = 0.85
+"""Term of a grasp that needs a smaller opening than the full one."""
+UNFITTED_TERM, AMBIGUOUS_TERM = 0.7, 0.95
+"""Terms of an object without a solid, and of one that another solid explains as well."""
+BUMP_SIGMAS, BUMP_SCALE = 11.0, 2.0
+"""Height of an object in standard deviations of the support at which it is as likely a bump of the
+noise, and the width of the transition. Noise in blotches makes bumps of 8."""
+MIN_PLANE_NOISE = 1e-4
+"""Minimum standard deviation of the support's readings, m."""
+STACKED_TERM = 0.75
+"""Term of an object on which another one rests."""
+SAME_DISTANCE, SAME_ANGLE = 0.012, np.radians(25.0)
+"""Two grasps that differ by less are one, m and rad."""
+SAFE_WIDTH_SHARE = 0.92
+"""A wider object is gripped at the limit of the stroke: 73 mm for a jaw of 80 mm."""
+
+
+def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = None) -> GraspList:
+    """Plan grasps of all objects of a scene, the most probable first.
+
+    Parameters
+    ----------
+    scene
+        The perceived scene.
+    hand
+        The gripper.
+    options
+        Options; None for the defaults.
+
+    Returns
+    -------
+    GraspList
+        The grasps in the frame of the scene. An empty list is false, and its reason says why.
+    """
+    started = time.perf_counter()
+    options = options or JawOptions()
+    up = _up(scene)
+    items = [item for item in scene.objects if len(item.points)]
+    pairs = [(item, object_surface(item, scene)) for item in items]
+    known = [(item, surface) for item, surface in pairs if surface is not None]
+    rejected: dict[int, Counter[str]] = {item.label: Counter() for item in items}
+    for item, surface in pairs:
+        if surface is None:
+            rejected[item.label][f"only {len(item.points)} points"] += 1
+    surfaces = [surface for _, surface in known]
+    parts = [
+        _contact_candidates(item, surface, number, hand, up, scene, options, rejected)
+        for number, (item, surface) in enumerate(known)
+    ]
+    scored = join_scored([part for part in parts if part is not None])
+    if scored is None:
+        return _empty(scene, rejected, started)
+    scored = _with_clearance(scored, surfaces, scene, hand, options, rejected)
+    scored = _best_of_each(scored)
+    scored.terms["depth_error"] = depth_error_term(scored, surfaces, scene, hand, options)
+    scored.terms["order"] = _order_term(scored, known)
+    scored.terms["memory"] = memory_term(scored.candidates, options.failed)
+    grasps = _select(scored, surfaces, hand, options, up)
+    if not grasps:
+        return _empty(scene, rejected, started)
+    counts = {label: dict(reasons) for label, reasons in rejected.items()}
+    return GraspList(tuple(grasps), "", counts, time.perf_counter() - started)
+
+
+def _up(scene: Scene) -> NDArray[np.float64]:
+    """Return the direction up: the support's normal, or the frame's."""
+    if scene.support is not None:
+        return scene.support.normal
+    return np.array([0.0, 0.0, 1.0]) if scene.reference_frame == "world" else np.array([0, -1.0, 0])
+
+
+def _contact_candidates(
+    item: SceneObject,
+    surface: ObjectSurface,
+    number: int,
+    hand: ParallelHand,
+    up: NDArray[np.float64],
+    scene: Scene,
+    options: JawOptions,
+    rejected: dict[int, Counter[str]],
+) -> ScoredCandidates | None:
+    """Return the candidates of an object with contacts, the best `KEPT`."""
+    found = Candidates.join(
+        [solid_candidates(solid, number, hand, up, options) for solid in surface.solids]
+    )
+    if not len(found):
+        rejected[item.label]["wider than the stroke"] += 1
+        return None
+    found, contact = centred_contacts(found, surface, scene.support, hand, options)
+    if not len(found):
+        rejected[item.label]["no contact at both pads"] += 1
+        return None
+    sigma = _width_sigma(item, found.rotation[:, :, 0])
+    terms = contact_terms(
+        contact,
+        found.rotation[:, :, 0],
+        np.broadcast_to(surface.centre, (len(found), 3)),
+        np.full(len(found), surface.volume),
+        sigma,
+        up,
+        hand,
+        options,
+    )
+    terms["object"] = np.full(len(found), _object_term(item, surface, scene))
+    scored = ScoredCandidates(found, contact, np.full(len(found), hand.stroke), terms)
+    total = scored.total
+    for name, term in terms.items():
+        rejected[item.label][name] += int(np.count_nonzero(term < MIN_PROBABILITY))
+    order = np.argsort(-total, kind="stable")[:KEPT]
+    order = order[total[order] > MIN_PROBABILITY]
+    return scored.take(order) if len(order) else None
+
+
+def _object_term(item: SceneObject, surface: ObjectSurface, scene: Scene) -> float:
+    """Return the probability that there is an object, and that it is what its solids say."""
+    term = UNFITTED_TERM if not surface.fitted else AMBIGUOUS_TERM if item.fit.ambiguous else 1.0
+    if scene.support is not None:
+        top = float(np.percentile(scene.support.height(item.points), 95))
+        noise = max(scene.support.tolerance, MIN_PLANE_NOISE)
+        term *= float(expit((top / noise - BUMP_SIGMAS) / BUMP_SCALE))
+    return term
+
+
+def _width_sigma(item: SceneObject, closing: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the standard deviation of the width along each closing axis, (n,), m."""
+    if not item.fit:
+        return np.full(len(closing), 0.005)
+    unique, index = np.unique(np.round(closing, 6), axis=0, return_inverse=True)
+    return np.array([width_std(item.fit, axis) for axis in unique])[index.ravel()]
+
+
+def _with_clearance(
+    scored: ScoredCandidates,
+    surfaces: Sequence[ObjectSurface],
+    scene: Scene,
+    hand: ParallelHand,
+    options: JawOptions,
+    rejected: dict[int, Counter[str]],
+) -> ScoredCandidates:
+    """Add the terms of the clearance, at the full opening or at a smaller one."""
+    points, labels = scene_points(surfaces, scene)
+    free = hand_clearances(scored.candidates, scored.opening, points, labels, hand)
+    terms = clearance_terms(free, options)
+    opening = scored.opening.copy()
+    narrow = np.ones(len(opening))
+    if not options.full_opening:
+        less = np.minimum(scored.contact.width + 2 * SIDE_CLEARANCE, hand.stroke)
+        closer = hand_clearances(scored.candidates, less, points, labels, hand)
+        other = clearance_terms(closer, options)
+        gain = NARROW_TERM * other["own_clearance"] * other["clearance"]
+        better = gain > terms["own_clearance"] * terms["clearance"]
+        opening[better], narrow[better] = less[better], NARROW_TERM
+        free[better] = closer[better]
+        terms = clearance_terms(free, options)
+    for number, surface in enumerate(surfaces):
+        mine = scored.candidates.object == number
+        for side, name in enumerate(("touches the object", "touches others")):
+            count = int(np.count_nonzero(mine & (free[:, side] <= BLOCKED / 2)))
+            rejected[surface.label][name] += count
+    return ScoredCandidates(
+        scored.candidates,
+        scored.contact,
+        opening,
+        {**scored.terms, **terms, "opening": narrow},
+    )
+
+
+def _best_of_each(scored: ScoredCandidates) -> ScoredCandidates:
+    """Return the best `TESTED` candidates of each object."""
+    order = np.argsort(-scored.total, kind="stable")
+    owner = scored.candidates.object[order]
+    rank = np.zeros(len(order), dtype=np.int64)
+    for number in np.unique(owner):
+        rank[owner == number] = np.arange(np.count_nonzero(owner == number))
+    return scored.take(order[rank < TESTED])
+
+
+def _order_term(
+    scored: ScoredCandidates, known: Sequence[tuple[SceneObject, ObjectSurface]]
+) -> NDArray[np.float64]:
+    """Return a lower term for objects that carry others, (n,)."""
+    carrying = {item.rests_on for item, _ in known}
+    factor = np.array([STACKED_TERM if item.label in carrying else 1.0 for item, _ in known])
+    return factor[scored.candidates.object]
+
+
+def _select(
+    scored: ScoredCandidates,
+    surfaces: Sequence[ObjectSurface],
+    hand: ParallelHand,
+    options: JawOptions,
+    up: NDArray[np.float64],
+) -> list[Grasp]:
+    """Return the best grasps that differ from one another."""
+    total = scored.total
+    order = np.argsort(-total, kind="stable")
+    chosen: list[int] = []
+    count: Counter[int] = Counter()
+    tips, rotations = scored.candidates.tip, scored.candidates.rotation
+    for index in order:
+        number = int(scored.candidates.object[index])
+        if total[index] < MIN_PROBABILITY:
+            break
+        if count[number] >= options.per_object:
+            continue
+        if not any(
+            scored.candidates.object[other] == number
+            and _same(tips[index], tips[other], rotations[index], rotations[other])
+            for other in chosen
+        ):
+            chosen.append(int(index))
+            count[number] += 1
+    matrices = np.tile(np.eye(4), (len(chosen), 1, 1))
+    matrices[:, :3, :3], matrices[:, :3, 3] = rotations[chosen], tips[chosen]
+    # One call for all poses: each would take 0.3 ms.
+    poses = RigidTransform.from_matrix(matrices) if chosen else ()
+    return [
+        _grasp(scored, index, float(total[index]), pose, surfaces, hand, up)
+        for index, pose in zip(chosen, poses, strict=True)
+    ]
+
+
+def _same(
+    tip: NDArray[np.float64],
+    other: NDArray[np.float64],
+    rotation: NDArray[np.float64],
+    turned: NDArray[np.float64],
+) -> bool:
+    if np.linalg.norm(tip - other) > SAME_DISTANCE:
+        return False
+    limit = np.cos(SAME_ANGLE)
+    closing = abs(float(rotation[:, 0] @ turned[:, 0]))
+    return closing > limit and float(rotation[:, 2] @ turned[:, 2]) > limit
+
+
+def _grasp(
+    scored: ScoredCandidates,
+    index: int,
+    success: float,
+    pose: RigidTransform,
+    surfaces: Sequence[ObjectSurface],
+    hand: ParallelHand,
+    up: NDArray[np.float64],
+) -> Grasp:
+    """Return the grasp of a candidate."""
+    approach = scored.candidates.rotation[index][:, 2]
+    angle = float(np.arccos(np.clip(-approach @ up, -1.0, 1.0)))
+    away = -approach if angle <= MAX_SIDE_ANGLE else up
+    surface = surfaces[int(scored.candidates.object[index])]
+    width = float(scored.contact.width[index])
+    forbidden = []
+    if width > SAFE_WIDTH_SHARE * hand.stroke:
+        forbidden.append(f"{1e3 * width:.0f} mm wide, the hand opens {1e3 * hand.stroke:.0f} mm")
+    if not surface.fitted:
+        forbidden.append("no solid was fitted")
+    kind = "from above" if angle < 0.5 else "from the side" if angle > 1.1 else "oblique"
+    return Grasp(
+        T_scene_tcp=pose,
+        width=float(scored.opening[index]),
+        retreat_direction=away,
+        object_label=surface.label,
+        object_width=width,
+        success=min(success, 1.0),
+        terms={name: float(term[index]) for name, term in scored.terms.items()},
+        reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}",
+        safe=not forbidden,
+        forbidden_by=tuple(forbidden),
+    )
+
+
+def _empty(scene: Scene, rejected: dict[int, Counter[str]], started: float) -> GraspList:
+    """Return an empty list with its reason."""
+    counts = {label: dict(+reasons) for label, reasons in rejected.items()}
+    if not scene.objects:
+        reason = "the scene has no objects"
+    else:
+        most = Counter[str]()
+        for reasons in rejected.values():
+            most.update(reasons)
+        common = ", ".join(f"{name} ({n})" for name, n in most.most_common(3) if n)
+        reason = f"no grasp is possible: {common}" if common else "no grasp is possible"
+    return GraspList((), reason, counts, time.perf_counter() - started)

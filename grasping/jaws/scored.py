@@ -1,0 +1,70 @@
+"""Candidates of several objects with their contacts, openings and terms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .candidates import Candidates
+from .scoring import ContactTable
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+
+@dataclass(frozen=True, eq=False)
+class ScoredCandidates:
+    """Candidates of all objects with their terms."""
+
+    candidates: Candidates
+    """Poses."""
+    contact: ContactTable
+    """Contacts."""
+    opening: NDArray[np.float64]
+    """Distance between the pads before closing, (n,), m."""
+    terms: dict[str, NDArray[np.float64]]
+    """Factors of the probability of success by name, (n,) each."""
+
+    @property
+    def total(self) -> NDArray[np.float64]:
+        """Product of the terms, (n,)."""
+        return np.prod(list(self.terms.values()), axis=0)
+
+    def take(self, index: NDArray) -> ScoredCandidates:
+        """Return a part."""
+        contact = self.contact
+        return ScoredCandidates(
+            self.candidates.take(index),
+            ContactTable(
+                contact.width[index],
+                contact.cosine[index],
+                contact.seen[index],
+                contact.overlap[index],
+                contact.middle[index],
+            ),
+            self.opening[index],
+            {name: term[index] for name, term in self.terms.items()},
+        )
+
+
+def join_scored(parts: Sequence[ScoredCandidates]) -> ScoredCandidates | None:
+    """Return the candidates of all objects in one table; None if there are none."""
+    if not parts:
+        return None
+    tables = [part.contact for part in parts]
+    return ScoredCandidates(
+        Candidates.join([part.candidates for part in parts]),
+        ContactTable(
+            np.concatenate([t.width for t in tables]),
+            np.concatenate([t.cosine for t in tables]),
+            np.concatenate([t.seen for t in tables]),
+            np.concatenate([t.overlap for t in tables]),
+            np.concatenate([t.middle for t in tables]),
+        ),
+        np.concatenate([part.opening for part in parts]),
+        {name: np.concatenate([part.terms[name] for part in parts]) for name in parts[0].terms},
+    )

@@ -1,0 +1,141 @@
+"""Probability that a grasp succeeds, as a product of independent terms."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.special import expit, ndtr
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from ..hands import ParallelHand
+    from .options import JawOptions
+
+WIDTH_RESERVE = 0.0035
+"""Expected error of the width of a solid, m: fitted solids are slightly too narrow."""
+MIN_WIDTH_SIGMA = 0.002
+"""Minimum standard deviation of a width, m."""
+TILT_SIGMA = np.radians(10.0)
+"""Standard deviation of the angle between pad and surface, rad."""
+CLEARANCE_SIGMA = 0.003
+"""Standard deviation of the distance of measured points from the hand without calibration error,
+m."""
+TOUCH_ALLOWANCE = 0.002
+"""Penetration at which a contact is as likely as not, m. Averaged points lie inside thin edges."""
+OVERLAP_MIDDLE, OVERLAP_SCALE = 0.004, 0.0025
+"""Overlap of pads and object along the approach at which half the grasps hold, and the width of the
+transition, m."""
+SAMPLE_SPACING = 0.006
+"""Distance between two points of a surface, m. The overlap is longer by about as much."""
+SEEN_TERMS = np.array([0.80, 0.93, 1.0])
+"""Term of the number of sides in contact that were measured."""
+DENSITY = 500.0
+"""Likely mass over volume of an unknown object, kg/m³."""
+LIKELY_FORCE = 20.0
+"""Closing force of each jaw that is assumed where the hand can do more, N."""
+PAD_RADIUS_SHARE = 0.4
+"""Radius at which a pad resists turning, as a share of the pad's smaller side."""
+LEVER_SCALE = 0.08
+"""Distance of the centre of mass from the closing axis that costs 40 %, m. It matters for objects
+that are heavier than they look."""
+GRAVITY = 9.81
+
+
+@dataclass(frozen=True, eq=False)
+class ContactTable:
+    """Contacts of the candidates, from the columns of :func:`.kernels.contacts`."""
+
+    width: NDArray[np.float64]
+    """Distance between the pads at contact, (n,), m."""
+    cosine: NDArray[np.float64]
+    """Cosine between closing axis and best normal at both pads, (n, 2)."""
+    seen: NDArray[np.float64]
+    """Number of sides that were measured, (n,)."""
+    overlap: NDArray[np.float64]
+    """Length along the approach in which both pads touch, (n,), m."""
+    middle: NDArray[np.float64]
+    """Middle of the contact, (n, 3), m."""
+
+
+def contact_terms(
+    contact: ContactTable,
+    closing: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    volume: NDArray[np.float64],
+    width_sigma: NDArray[np.float64],
+    up: NDArray[np.float64],
+    hand: ParallelHand,
+    options: JawOptions,
+) -> dict[str, NDArray[np.float64]]:
+    """Return the terms that depend on the grasped object alone, each (n,) in [0, 1].
+
+    Parameters
+    ----------
+    contact
+        Contacts.
+    closing
+        Closing axes, (n, 3).
+    centre, volume
+        Centre of mass (n, 3), m, and volume (n,), m³, of each candidate's object.
+    width_sigma
+        Standard deviation of its width, (n,), m.
+    up
+        Unit direction up, (3,).
+    hand, options
+        Hand and options.
+    """
+    angle = np.arccos(np.clip(contact.cosine, -1.0, 1.0))
+    cone = np.arctan(options.friction)
+    friction = ndtr((cone - angle) / TILT_SIGMA).prod(axis=1)
+    sigma = np.hypot(width_sigma, MIN_WIDTH_SIGMA)
+    width = ndtr((hand.stroke - contact.width - WIDTH_RESERVE) / sigma)
+    width *= ndtr((contact.width - hand.min_opening - MIN_WIDTH_SIGMA) / sigma)
+    length = contact.overlap + SAMPLE_SPACING
+    overlap = expit((length - OVERLAP_MIDDLE) / OVERLAP_SCALE)
+    return {
+        "friction": friction,
+        "width": width,
+        "overlap": overlap,
+        "torque": _torque(contact, closing, centre, volume, up, hand, options),
+        "seen": SEEN_TERMS[contact.seen.astype(int)],
+    }
+
+
+def _torque(
+    contact: ContactTable,
+    closing: NDArray[np.float64],
+    centre: NDArray[np.float64],
+    volume: NDArray[np.float64],
+    up: NDArray[np.float64],
+    hand: ParallelHand,
+    options: JawOptions,
+) -> NDArray[np.float64]:
+    """Return the probability that the object does not turn about the closing axis."""
+    offset = centre - contact.middle
+    moment = np.cross(offset, up)
+    lever = np.abs(np.einsum("ij,ij->i", moment, closing))
+    force = min(LIKELY_FORCE, hand.force[1])
+    radius = PAD_RADIUS_SHARE * min(hand.pad_width, hand.pad_height)
+    capacity = 2.0 * options.friction * force * radius
+    load = DENSITY * volume * GRAVITY * lever / capacity
+    return expit((1.0 - load) / 0.25) * np.exp(-0.5 * (lever / LEVER_SCALE) ** 2)
+
+
+def clearance_terms(
+    clearance: NDArray[np.float64], options: JawOptions
+) -> dict[str, NDArray[np.float64]]:
+    """Return the probability that the hand touches neither the object early, nor others, (n,).
+
+    Parameters
+    ----------
+    clearance
+        Clearance from the own object and from others, (n, 2), m.
+    options
+        Options; the calibration error counts.
+    """
+    sigma = np.hypot(CLEARANCE_SIGMA, options.calibration_error)
+    free = ndtr((clearance + TOUCH_ALLOWANCE) / sigma)
+    return {"own_clearance": free[:, 0], "clearance": free[:, 1]}

@@ -1,0 +1,183 @@
+"""Surface points with normals of each object: measured ones, and those of its fitted solids."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cache
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.spatial.transform import RigidTransform
+
+from eyehand.perception import Superquadric
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from eyehand.perception import Scene, SceneObject
+
+GRID = 11
+"""Samples along each side of the cube that is projected onto a solid: 6 · 11² = 726 points, 6 mm
+apart on a box of 60 x 60 x 100 mm."""
+VOXEL = 0.006
+"""Side of the cells in which measured points are averaged, m. It removes a part of the noise."""
+MAX_MEASURED = 500
+"""Maximum number of averaged points per object."""
+MIN_FALLBACK_POINTS = 12
+"""Minimum number of points from which a box is fitted to an object without a solid."""
+MIN_SIDE = 0.004
+"""Minimum side of such a box, m."""
+_SQUARE = 0.1
+"""Exponent of a box with slightly rounded edges."""
+
+
+@dataclass(frozen=True, eq=False)
+class ObjectSurface:
+    """What is known of an object's surface, in the scene's frame."""
+
+    label: int
+    """Label of the object."""
+    points: NDArray[np.float64]
+    """Points, (N, 3), m: first the measured ones, then those of the solids."""
+    normals: NDArray[np.float64]
+    """Outward unit normals, (N, 3)."""
+    measured: int
+    """Number of measured points."""
+    solids: tuple[Superquadric, ...]
+    """Solids, largest first."""
+    centre: NDArray[np.float64]
+    """Estimated centre of mass, (3,), m."""
+    volume: float
+    """Volume of the solids, m³."""
+    fitted: bool
+    """Whether the solids are those of a fit. Otherwise a box encloses the points."""
+
+
+def object_surface(item: SceneObject, scene: Scene) -> ObjectSurface | None:
+    """Sample the surface of an object; None if it has too few points for a box."""
+    measured = _averaged(item.points)
+    fit = item.fit
+    solids = fit.parts or ((fit.superquadric,) if fit.superquadric is not None else ())
+    fitted = bool(fit) and len(solids) > 0
+    if not fitted:
+        box = _enclosing_box(item.points, _up(scene), scene)
+        if box is None:
+            return None
+        solids = (box,)
+    samples, normals = _solid_samples(solids)
+    nearest = _nearest_normals(measured, solids)
+    volumes = np.array([solid.volume for solid in solids])
+    centres = np.array([solid.centre for solid in solids])
+    return ObjectSurface(
+        label=item.label,
+        points=np.concatenate([measured, samples]),
+        normals=np.concatenate([nearest, normals]),
+        measured=len(measured),
+        solids=tuple(solids),
+        centre=volumes @ centres / volumes.sum(),
+        volume=float(volumes.sum()),
+        fitted=fitted,
+    )
+
+
+def _up(scene: Scene) -> NDArray[np.float64]:
+    if scene.support is not None:
+        return scene.support.normal
+    return np.array([0.0, 0.0, 1.0 if scene.reference_frame == "world" else -1.0])
+
+
+def _averaged(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Average points in the cells of a grid, at most ``MAX_MEASURED``."""
+    if len(points) == 0:
+        return np.zeros((0, 3))
+    cell = np.floor(points / VOXEL).astype(np.int64)
+    cell -= cell.min(axis=0)
+    size = cell.max(axis=0) + 1
+    key = (cell[:, 0] * size[1] + cell[:, 1]) * size[2] + cell[:, 2]
+    _, index, count = np.unique(key, return_inverse=True, return_counts=True)
+    sums = np.stack([np.bincount(index, points[:, axis]) for axis in range(3)], axis=1)
+    means = sums / count[:, None]
+    if len(means) > MAX_MEASURED:
+        means = means[:: -(-len(means) // MAX_MEASURED)]
+    return means
+
+
+@cache
+def _cube() -> NDArray[np.float64]:
+    """Return points on the cube [-1, 1]³, (6 GRID², 3)."""
+    line = (np.arange(GRID) + 0.5) / GRID * 2.0 - 1.0
+    u, v = (part.ravel() for part in np.meshgrid(line, line))
+    one = np.ones_like(u)
+    faces = []
+    for axis in range(3):
+        for side in (-one, one):
+            faces.append(np.roll(np.column_stack([side, u, v]), axis, axis=1))
+    return np.concatenate(faces)
+
+
+def _solid_samples(
+    solids: tuple[Superquadric, ...],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Sample the surface of a union of solids: points (N, 3) and normals (N, 3)."""
+    points, normals = [], []
+    for number, solid in enumerate(solids):
+        surface = solid.project_radially(solid.to_parent(_cube() * solid.semi_axes))
+        outside = np.ones(len(surface), bool)
+        for other, part in enumerate(solids):
+            if other != number:
+                outside &= ~part.contains(surface)
+        points.append(surface[outside])
+        normals.append(solid.normals(surface[outside]))
+    return np.concatenate(points), np.concatenate(normals)
+
+
+def _nearest_normals(
+    points: NDArray[np.float64], solids: tuple[Superquadric, ...]
+) -> NDArray[np.float64]:
+    """Return the normal (N, 3) of the nearest solid at each point."""
+    if len(solids) == 1 or len(points) == 0:
+        return solids[0].normals(points)
+    distance = np.abs([solid.distance(points) for solid in solids])
+    choice = np.argmin(distance, axis=0)
+    normals = np.empty_like(points)
+    for number, solid in enumerate(solids):
+        mine = choice == number
+        normals[mine] = solid.normals(points[mine])
+    return normals
+
+
+def _enclosing_box(
+    points: NDArray[np.float64], up: NDArray[np.float64], scene: Scene
+) -> Superquadric | None:
+    """Return the upright box of least area around points, down to the support if that is near."""
+    if len(points) < MIN_FALLBACK_POINTS:
+        return None
+    across = np.cross(up, np.eye(3)[int(np.argmin(np.abs(up)))])
+    across /= np.linalg.norm(across)
+    frame = np.stack([across, np.cross(up, across), up])
+    local = points @ frame.T
+    angles = np.arange(0.0, np.pi / 2, np.pi / 24)
+    best = None
+    for angle in angles:
+        turn = np.array([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
+        flat = local[:, :2] @ turn.T
+        low, high = np.percentile(flat, [2, 98], axis=0)
+        area = float(np.prod(high - low))
+        if best is None or area < best[0]:
+            best = area, turn, low, high
+    assert best is not None
+    _, turn, low, high = best
+    bottom, top = np.percentile(local[:, 2], [2, 98])
+    if scene.support is not None:
+        bottom = min(bottom, top - MIN_SIDE)
+        ground = -scene.support.offset
+        bottom = ground if bottom - ground < 0.03 else bottom
+    axes = np.vstack([turn @ frame[:2], up])
+    middle = np.append(0.5 * (low + high), 0.5 * (bottom + top))
+    half = np.maximum(0.5 * np.append(high - low, top - bottom), 0.5 * MIN_SIDE)
+    matrix = np.eye(4)
+    matrix[:3, :3], matrix[:3, 3] = axes.T, middle @ axes
+    if np.linalg.det(matrix[:3, :3]) < 0:
+        matrix[:3, 0] *= -1.0
+    pose = RigidTransform.from_matrix(matrix)
+    return Superquadric(half, (_SQUARE, _SQUARE), pose, "box")

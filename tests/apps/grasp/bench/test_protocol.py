@@ -1,0 +1,64 @@
+"""`eyehand evaluate grasp --protocol clutter-removal`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from eyehand.apps.grasp.bench.evaluate import evaluate_grasp
+from eyehand.apps.grasp.clutter_round import run_clutter_round
+from eyehand.errors import InputError
+
+SHARED = Path(__file__).resolve().parents[5] / "shared" / "data" / "objects"
+
+
+def test_folder_is_required():
+    with pytest.raises(InputError, match="--objects"):
+        evaluate_grasp(protocol="clutter-removal")
+
+
+def test_family_is_checked():
+    with pytest.raises(InputError, match="packed or pile, got 'single'"):
+        evaluate_grasp(protocol="clutter-removal", family=["single"], objects=SHARED)
+
+
+def test_hand_is_checked():
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    with pytest.raises(InputError, match="there is no hand 'pandda'"):
+        evaluate_grasp(protocol="clutter-removal", hand="pandda", objects=SHARED, rounds=1)
+
+
+def test_quick_run_prints_rows_beside_those_of_others(capsys):
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    code = evaluate_grasp(
+        protocol="clutter-removal",
+        objects=SHARED,
+        family=["packed"],
+        noise=["none"],
+        quick=True,
+        jobs=1,
+        json=True,
+    )
+    assert code == 0
+    report = json.loads(capsys.readouterr().out)
+    own, *others = report["rows"]
+    assert own["attempts"] >= 1
+    assert 0 <= own["success_ci_low_pct"] <= own["success_pct"] <= own["success_ci_high_pct"] <= 100
+    assert all("outside" in row["measured_by"] for row in others)
+    assert report["rounds"][0]["attempts"][0]["object"]
+
+
+def test_round_is_reproducible():
+    if not SHARED.is_dir():
+        pytest.skip(f"no {SHARED}")
+    trial = {"family": "packed", "seed": 11, "objects": str(SHARED / "packed"), "noise": "dex"}
+    first, second = run_clutter_round(dict(trial)), run_clutter_round(dict(trial))
+    assert first["ended"] == second["ended"]
+    assert [a["predicted"] for a in first["attempts"]] == [
+        a["predicted"] for a in second["attempts"]
+    ]
+    assert first["placed"] >= first["removed"] + 0

@@ -1,0 +1,92 @@
+"""The compiled kernels equal their definition in NumPy."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from eyehand.grasping import load_hand
+from eyehand.grasping.jaws.kernels import BLOCKED, FAR, clearances, contacts
+
+RNG = np.random.default_rng(5)
+HAND = load_hand("panda")
+FINGER = np.array([[box.low, box.high] for box in HAND.finger_boxes])
+
+
+def _candidates(count):
+    rotation = np.ascontiguousarray(Rotation.random(count, rng=RNG).as_matrix())
+    return rotation, RNG.uniform(-0.05, 0.05, (count, 3))
+
+
+def test_clearances():
+    rotation, tip = _candidates(40)
+    points = RNG.uniform(-0.15, 0.15, (300, 3))
+    labels = RNG.integers(0, 3, 300)
+    owner = RNG.integers(0, 3, 40)
+    half = RNG.uniform(0.01, 0.04, 40)
+    found = clearances(rotation, tip, half, owner, points, labels, FINGER, HAND.fixed_boxes(), 0.05)
+    for i in range(40):
+        local = (points - tip[i]) @ rotation[i]
+        folded = local * [1, 1, 1]
+        folded[:, 0] = np.abs(local[:, 0]) - half[i]
+        distance = np.full(len(points), FAR)
+        for where, boxes in ((folded, FINGER), (local, HAND.fixed_boxes())):
+            for low, high in boxes:
+                gap = np.maximum(low - [0, 0, 0.05] - where, where - high)
+                outside = np.linalg.norm(np.maximum(gap, 0), axis=1)
+                signed = np.where(gap.max(axis=1) <= 0, gap.max(axis=1), outside)
+                distance = np.minimum(distance, signed)
+        expected = [
+            np.sort(np.append(distance[(labels == owner[i]) == own], [FAR] * 3))[2]
+            for own in (True, False)
+        ]
+        if min(expected) < BLOCKED:
+            # The kernel gives such a candidate up.
+            assert found[i].min() < BLOCKED
+        else:
+            np.testing.assert_allclose(found[i], expected, atol=1e-12)
+
+
+def test_contacts_of_solid_points():
+    """Without measured points, the width is the extent of the points between the pads."""
+    rotation, tip = _candidates(60)
+    points = RNG.uniform(-0.04, 0.04, (500, 3))
+    normals = points / np.linalg.norm(points, axis=1, keepdims=True)
+    found = contacts(rotation, tip, points, normals, 0, 0.0085, 0.018, 0.004, 0.6, 3)
+    for i in range(60):
+        local = (points - tip[i]) @ rotation[i]
+        inside = (np.abs(local[:, 1]) <= 0.0085) & (local[:, 2] <= 0) & (local[:, 2] >= -0.018)
+        x, z = local[inside, 0], local[inside, 2]
+        cosine = (normals @ rotation[i])[inside, 0]
+        if inside.sum() < 2:
+            assert found[i, 1] <= 0
+            continue
+        assert np.isclose(found[i, 1], np.ptp(x))
+        assert np.isclose(found[i, 0], 0.5 * (x.max() + x.min()))
+        right, left = x.max() - x < 0.004, x - x.min() < 0.004
+        assert np.isclose(found[i, 2], cosine[right].max())
+        assert np.isclose(found[i, 3], -cosine[left].min())
+        assert np.isclose(found[i, 6], max(z[right].min(), z[left].min()))
+        assert np.isclose(found[i, 7], min(z[right].max(), z[left].max()))
+
+
+def test_seen_sides_are_counted():
+    points = np.array([[0.02, y, -0.01] for y in np.linspace(-0.005, 0.005, 6)])
+    normals = np.tile([1.0, 0.0, 0.0], (6, 1))
+    solid = np.array([[0.022, 0.0, -0.01], [-0.02, 0.0, -0.01]])
+    found = contacts(
+        np.eye(3)[None],
+        np.zeros((1, 3)),
+        np.concatenate([points, solid]),
+        np.concatenate([normals, [[1.0, 0, 0], [-1.0, 0, 0]]]),
+        6,
+        0.0085,
+        0.018,
+        0.004,
+        0.6,
+        3,
+    )[0]
+    assert found[4] == 1.0
+    assert found[5] == 0.0
+    # The seen side lies midway between measured points and solid.
+    assert np.isclose(found[1], 0.021 + 0.02)

@@ -1,0 +1,129 @@
+"""Grasps of parallel jaws around solids of known size."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from jaw_scenes import box, can, moved, scene_of
+from scipy.spatial.transform import RigidTransform, Rotation
+
+from eyehand.errors import InputError
+from eyehand.grasping import JawOptions, ParallelHand, generic_jaw, load_hand, plan_grasps
+from eyehand.grasping.jaws import Grasp
+
+PANDA = load_hand("panda")
+
+
+def lowest(grasp: Grasp, hand: ParallelHand) -> float:
+    """Return the height of the lowest corner of the hand, m."""
+    boxes = np.concatenate([hand.jaw_boxes(grasp.width), hand.fixed_boxes()])
+    corners = np.stack(np.meshgrid([0, 1], [0, 1], [0, 1]), -1).reshape(-1, 3)
+    points = np.concatenate([np.where(corners, high, low) for low, high in boxes])
+    return float(grasp.T_scene_tcp.apply(points)[:, 2].min())
+
+
+def test_box_is_gripped_across_its_narrow_side():
+    grasps = plan_grasps(scene_of(box((0.10, 0.04, 0.12), turn=0.4)), PANDA)
+    assert grasps
+    best = grasps[0]
+    assert best.object_width == pytest.approx(0.04, abs=0.003)
+    narrow = np.array([-np.sin(0.4), np.cos(0.4), 0.0])
+    assert abs(best.closing @ narrow) > 0.98
+    assert best.object_label == 1
+    assert 0.5 < best.success <= 1.0
+    assert best.success == pytest.approx(np.prod(list(best.terms.values())), rel=1e-9)
+
+
+@pytest.mark.parametrize("size", [(0.05, 0.05, 0.02), (0.04, 0.06, 0.15), (0.03, 0.1, 0.05)])
+@pytest.mark.parametrize("name", ["panda", "2f85", "generic"])
+def test_hand_stays_above_the_support_and_clear_of_the_object(size, name):
+    hand = load_hand(name)
+    scene = scene_of(box(size))
+    solid = scene.objects[0].fit.superquadric
+    assert solid is not None
+    grasps = plan_grasps(scene, hand)
+    assert grasps
+    for grasp in grasps:
+        assert lowest(grasp, hand) > 0.0
+        if grasp.success < 0.7:
+            continue
+        boxes = np.concatenate([hand.jaw_boxes(grasp.width), hand.fixed_boxes()])
+        for low, high in boxes:
+            grid = np.stack(np.meshgrid(*np.linspace(low, high, 4).T), -1).reshape(-1, 3)
+            assert not solid.contains(grasp.T_scene_tcp.apply(grid)).any()
+
+
+def test_list_is_sorted_and_covers_all_objects():
+    scene = scene_of(box((0.04, 0.04, 0.1), (-0.1, 0.0)), can(0.025, 0.1, (0.1, 0.0), label=2))
+    grasps = plan_grasps(scene, PANDA)
+    success = [grasp.success for grasp in grasps]
+    assert success == sorted(success, reverse=True)
+    assert {grasp.object_label for grasp in grasps} == {1, 2}
+    assert len(grasps[:2]) == 2
+
+
+def test_neighbour_blocks_the_side_where_it_stands():
+    alone = plan_grasps(scene_of(box((0.04, 0.05, 0.1))), PANDA)
+    # A wall 8 mm beside the narrow side leaves no room for a finger.
+    wall = box((0.03, 0.2, 0.1), (0.043, 0.0), label=2)
+    beside = plan_grasps(scene_of(box((0.04, 0.05, 0.1)), wall), PANDA)
+    first = next(grasp for grasp in beside if grasp.object_label == 1)
+    assert abs(alone[0].closing[0]) > 0.9
+    assert abs(first.closing[1]) > 0.9 or first.position[2] > 0.08
+
+
+def test_too_wide_object_has_a_reason():
+    grasps = plan_grasps(scene_of(box((0.12, 0.13, 0.12))), PANDA)
+    assert not grasps
+    assert "wider than the stroke" in grasps.reason
+    assert grasps.rejected[1]["wider than the stroke"] > 0
+
+
+def test_empty_scene_has_a_reason():
+    grasps = plan_grasps(scene_of(), PANDA)
+    assert not grasps
+    assert grasps.reason == "the scene has no objects"
+
+
+def test_grasp_does_not_depend_on_the_frame():
+    scene = scene_of(box((0.10, 0.04, 0.12), turn=0.4))
+    T = RigidTransform.from_components([0.3, -0.2, 0.7], Rotation.from_rotvec([1.9, 0.4, 0.1]))
+    here = plan_grasps(scene, PANDA)
+    there = plan_grasps(replace(moved(scene, T), reference_frame="camera"), PANDA)
+    assert there[0].success == pytest.approx(here[0].success, abs=0.03)
+    assert np.linalg.norm(T.apply(here[0].position) - there[0].position) < 0.03
+
+
+def test_poses_before_and_after_lie_on_the_approach():
+    grasp = plan_grasps(scene_of(can(0.03, 0.05)), PANDA)[0]
+    before = grasp.position - np.asarray(grasp.pre_grasp.translation)
+    np.testing.assert_allclose(before, 0.05 * grasp.approach, atol=1e-12)
+    after = np.asarray(grasp.retreat.translation) - grasp.position
+    assert np.linalg.norm(after) == pytest.approx(0.1)
+    assert after[2] > 0
+
+
+def test_failed_grasp_ranks_lower():
+    scene = scene_of(box((0.04, 0.04, 0.1), (-0.1, 0.0)), can(0.025, 0.1, (0.1, 0.0), label=2))
+    first = plan_grasps(scene, PANDA)[0]
+    second = plan_grasps(scene, PANDA, JawOptions(failed=(first,)))[0]
+    assert second.object_label != first.object_label
+
+
+def test_object_at_the_limit_of_the_stroke_is_not_safe():
+    grasps = plan_grasps(scene_of(box((0.0765, 0.2, 0.05))), PANDA)
+    assert all(not grasp.safe and grasp.forbidden_by for grasp in grasps)
+
+
+def test_wider_jaw_grips_wider_objects():
+    scene = scene_of(box((0.12, 0.13, 0.08)))
+    assert plan_grasps(scene, generic_jaw(stroke=0.15, finger_depth=0.06))
+
+
+def test_options_are_checked():
+    with pytest.raises(InputError, match="friction must be from 0 to 3"):
+        JawOptions(friction=-1.0)
+    with pytest.raises(InputError, match="per_object"):
+        JawOptions(per_object=0)
