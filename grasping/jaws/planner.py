@@ -7,7 +7,6 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 from scipy.special import expit
 
 from ..fit_uncertainty import width_std
@@ -15,13 +14,15 @@ from .candidates import Candidates, solid_candidates
 from .clearance import hand_clearances, scene_points
 from .contacts import centred_contacts
 from .depth_error import depth_error_term
-from .grasp import Grasp, GraspList
+from .grasp import GraspList
 from .kernels import BLOCKED
 from .memory import memory_term
 from .options import JawOptions
 from .scored import ScoredCandidates, join_scored
 from .scoring import clearance_terms, contact_terms
+from .selection import MIN_PROBABILITY, select_grasps, up_direction
 from .surface_model import ObjectSurface, object_surface
+from .unseen import hidden_shares
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,10 +33,6 @@ if TYPE_CHECKING:
 
     from ..hands import ParallelHand
 
-MAX_SIDE_ANGLE = np.pi / 3
-"""A hand that approaches at a larger angle from straight down lifts the object upwards."""
-MIN_PROBABILITY = 0.02
-"""Candidates below are rejected."""
 KEPT = 220
 """Candidates of each object whose clearance is tested, best contacts first."""
 TESTED = 50
@@ -53,10 +50,8 @@ MIN_PLANE_NOISE = 1e-4
 """Minimum standard deviation of the support's readings, m."""
 STACKED_TERM = 0.75
 """Term of an object on which another one rests."""
-SAME_DISTANCE, SAME_ANGLE = 0.012, np.radians(25.0)
-"""Two grasps that differ by less are one, m and rad."""
-SAFE_WIDTH_SHARE = 0.92
-"""A wider object is gripped at the limit of the stroke: 73 mm for a jaw of 80 mm."""
+HIDDEN_COST = 0.25
+"""Share of the grasps that fail because a finger enters space that other objects hide."""
 
 
 def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = None) -> GraspList:
@@ -78,7 +73,7 @@ def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = N
     """
     started = time.perf_counter()
     options = options or JawOptions()
-    up = _up(scene)
+    up = up_direction(scene)
     items = [item for item in scene.objects if len(item.points)]
     pairs = [(item, object_surface(item, scene)) for item in items]
     known = [(item, surface) for item, surface in pairs if surface is not None]
@@ -97,20 +92,15 @@ def plan_grasps(scene: Scene, hand: ParallelHand, options: JawOptions | None = N
     scored = _with_clearance(scored, surfaces, scene, hand, options, rejected)
     scored = _best_of_each(scored)
     scored.terms["depth_error"] = depth_error_term(scored, surfaces, scene, hand, options)
+    hidden = hidden_shares(scored.candidates, scored.opening, surfaces, scene.view_origin, hand)
+    scored.terms["unseen"] = (1.0 - HIDDEN_COST * hidden).prod(axis=1)
     scored.terms["order"] = _order_term(scored, known)
     scored.terms["memory"] = memory_term(scored.candidates, options.failed)
-    grasps = _select(scored, surfaces, hand, options, up)
+    grasps = select_grasps(scored, hidden, surfaces, scene, hand, options)
     if not grasps:
         return _empty(scene, rejected, started)
     counts = {label: dict(reasons) for label, reasons in rejected.items()}
     return GraspList(tuple(grasps), "", counts, time.perf_counter() - started)
-
-
-def _up(scene: Scene) -> NDArray[np.float64]:
-    """Return the direction up: the support's normal, or the frame's."""
-    if scene.support is not None:
-        return scene.support.normal
-    return np.array([0.0, 0.0, 1.0]) if scene.reference_frame == "world" else np.array([0, -1.0, 0])
 
 
 def _contact_candidates(
@@ -226,90 +216,6 @@ def _order_term(
     carrying = {item.rests_on for item, _ in known}
     factor = np.array([STACKED_TERM if item.label in carrying else 1.0 for item, _ in known])
     return factor[scored.candidates.object]
-
-
-def _select(
-    scored: ScoredCandidates,
-    surfaces: Sequence[ObjectSurface],
-    hand: ParallelHand,
-    options: JawOptions,
-    up: NDArray[np.float64],
-) -> list[Grasp]:
-    """Return the best grasps that differ from one another."""
-    total = scored.total
-    order = np.argsort(-total, kind="stable")
-    chosen: list[int] = []
-    count: Counter[int] = Counter()
-    tips, rotations = scored.candidates.tip, scored.candidates.rotation
-    for index in order:
-        number = int(scored.candidates.object[index])
-        if total[index] < MIN_PROBABILITY:
-            break
-        if count[number] >= options.per_object:
-            continue
-        if not any(
-            scored.candidates.object[other] == number
-            and _same(tips[index], tips[other], rotations[index], rotations[other])
-            for other in chosen
-        ):
-            chosen.append(int(index))
-            count[number] += 1
-    matrices = np.tile(np.eye(4), (len(chosen), 1, 1))
-    matrices[:, :3, :3], matrices[:, :3, 3] = rotations[chosen], tips[chosen]
-    # One call for all poses: each would take 0.3 ms.
-    poses = RigidTransform.from_matrix(matrices) if chosen else ()
-    return [
-        _grasp(scored, index, float(total[index]), pose, surfaces, hand, up)
-        for index, pose in zip(chosen, poses, strict=True)
-    ]
-
-
-def _same(
-    tip: NDArray[np.float64],
-    other: NDArray[np.float64],
-    rotation: NDArray[np.float64],
-    turned: NDArray[np.float64],
-) -> bool:
-    if np.linalg.norm(tip - other) > SAME_DISTANCE:
-        return False
-    limit = np.cos(SAME_ANGLE)
-    closing = abs(float(rotation[:, 0] @ turned[:, 0]))
-    return closing > limit and float(rotation[:, 2] @ turned[:, 2]) > limit
-
-
-def _grasp(
-    scored: ScoredCandidates,
-    index: int,
-    success: float,
-    pose: RigidTransform,
-    surfaces: Sequence[ObjectSurface],
-    hand: ParallelHand,
-    up: NDArray[np.float64],
-) -> Grasp:
-    """Return the grasp of a candidate."""
-    approach = scored.candidates.rotation[index][:, 2]
-    angle = float(np.arccos(np.clip(-approach @ up, -1.0, 1.0)))
-    away = -approach if angle <= MAX_SIDE_ANGLE else up
-    surface = surfaces[int(scored.candidates.object[index])]
-    width = float(scored.contact.width[index])
-    forbidden = []
-    if width > SAFE_WIDTH_SHARE * hand.stroke:
-        forbidden.append(f"{1e3 * width:.0f} mm wide, the hand opens {1e3 * hand.stroke:.0f} mm")
-    if not surface.fitted:
-        forbidden.append("no solid was fitted")
-    kind = "from above" if angle < 0.5 else "from the side" if angle > 1.1 else "oblique"
-    return Grasp(
-        T_scene_tcp=pose,
-        width=float(scored.opening[index]),
-        retreat_direction=away,
-        object_label=surface.label,
-        object_width=width,
-        success=min(success, 1.0),
-        terms={name: float(term[index]) for name, term in scored.terms.items()},
-        reason=f"object {surface.label}, {1e3 * width:.0f} mm wide, {kind}",
-        safe=not forbidden,
-        forbidden_by=tuple(forbidden),
-    )
 
 
 def _empty(scene: Scene, rejected: dict[int, Counter[str]], started: float) -> GraspList:

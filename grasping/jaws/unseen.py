@@ -1,0 +1,110 @@
+"""Space that objects hide from the camera: a finger that enters it may meet something unseen."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from ..hands import ParallelHand
+    from .candidates import Candidates
+    from .surface_model import ObjectSurface
+
+CELL = 0.014
+"""Side of a cell of directions, rad: the distance of averaged points at 0.6 m, 8 mm."""
+BEHIND = 0.015
+"""Distance behind a visible point from which a place is hidden, m."""
+
+
+def hidden_shares(
+    candidates: Candidates,
+    opening: NDArray[np.float64],
+    surfaces: Sequence[ObjectSurface],
+    view_origin: NDArray[np.float64],
+    hand: ParallelHand,
+) -> NDArray[np.float64]:
+    """Return the share of each finger's tip that other objects hide from the camera, (n, 2).
+
+    The space behind the own object does not count: the own solid fills it.
+
+    Parameters
+    ----------
+    candidates
+        Candidates.
+    opening
+        Distance between the pads, (n,), m.
+    surfaces
+        Surfaces of all objects; their measured points hide what is behind them.
+    view_origin
+        Position of the camera, (3,), m.
+    hand
+        The hand.
+    """
+    measured = [surface.points[: surface.measured] for surface in surfaces]
+    owner = np.concatenate([np.full(len(part), k) for k, part in enumerate(measured)])
+    places = _finger_places(hand)
+    out = np.zeros((len(candidates), 2))
+    if len(owner) == 0 or len(candidates) == 0:
+        return out
+    points = np.concatenate(measured) - view_origin
+    axis = points.mean(axis=0)
+    frame = _frame(axis)
+    cells, ranges = _cells(points, frame)
+    low = cells.min(axis=0) - 1
+    size = cells.max(axis=0) + 2 - low
+    for number in np.unique(candidates.object):
+        mine = candidates.object == number
+        image = np.full(size[0] * size[1], np.inf)
+        others = owner != number
+        index = (cells - low) @ [size[1], 1]
+        np.minimum.at(image, index[others], ranges[others])
+        image = _grown(image.reshape(size))
+        for side, sign in enumerate((1.0, -1.0)):
+            local = np.repeat(places[None], int(mine.sum()), axis=0)
+            local[:, :, 0] = sign * (local[:, :, 0] + 0.5 * opening[mine, None])
+            world = np.einsum("nij,nkj->nki", candidates.rotation[mine], local)
+            world += candidates.tip[mine, None] - view_origin
+            where, distance = _cells(world.reshape(-1, 3), frame)
+            place = np.clip(where - low, 0, size - 1)
+            hidden = image[place[:, 0], place[:, 1]] < distance - BEHIND
+            out[mine, side] = hidden.reshape(-1, len(places)).mean(axis=1)
+    return out
+
+
+def _finger_places(hand: ParallelHand) -> NDArray[np.float64]:
+    """Return places in the tip of the finger at +x at opening 0, (k, 3), m."""
+    thick = max(box.high[0] for box in hand.finger_boxes if box.high[2] > -hand.pad_height / 2)
+    half = 0.5 * hand.pad_width
+    grid = np.meshgrid([0.0, thick], [-half, half], [0.0, -0.5 * hand.pad_height])
+    return np.stack(grid, axis=-1).reshape(-1, 3)
+
+
+def _frame(axis: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a rotation (3, 3) whose last row is along an axis."""
+    forward = axis / np.linalg.norm(axis)
+    right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
+    right /= np.linalg.norm(right)
+    return np.stack([right, np.cross(forward, right), forward])
+
+
+def _cells(
+    points: NDArray[np.float64], frame: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return the cells (n, 2) of the directions of points (n, 3), and their distances (n,), m."""
+    local = points @ frame.T
+    distance = np.linalg.norm(local, axis=1)
+    angles = np.arctan2(local[:, :2], np.maximum(local[:, 2:], 1e-9))
+    return np.floor(angles / CELL).astype(np.int64), distance
+
+
+def _grown(image: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the image with single empty cells filled from their neighbours."""
+    padded = np.pad(image, 1, constant_values=np.inf)
+    across = np.maximum(padded[1:-1, :-2], padded[1:-1, 2:])
+    along = np.maximum(padded[:-2, 1:-1], padded[2:, 1:-1])
+    return np.minimum(image, np.minimum(across, along))

@@ -1,0 +1,49 @@
+"""Space that other objects hide, and what forbids a grasp."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from jaw_scenes import EYE, box, can, scene_of
+
+from eyehand.grasping import load_hand, plan_grasps
+
+PANDA = load_hand("panda")
+
+
+def _hidden(*items):
+    scene = scene_of(*items)
+    return plan_grasps(scene, PANDA)
+
+
+def test_object_behind_a_wall_is_gripped_in_hidden_space_and_not_safely():
+    wall = box((0.20, 0.02, 0.16), (0.0, -0.06), label=2)
+    alone = _hidden(can(0.02, 0.06))
+    behind = _hidden(can(0.02, 0.06), wall)
+    first = next(grasp for grasp in alone if grasp.object_label == 1)
+    later = next(grasp for grasp in behind if grasp.object_label == 1)
+    assert first.safe
+    assert first.terms["unseen"] == 1.0
+    assert later.terms["unseen"] < 0.9
+    assert not later.safe
+    assert any("hides" in text for text in later.forbidden_by)
+
+
+def test_own_object_hides_nothing():
+    scene = scene_of(can(0.03, 0.1))
+    grasps = plan_grasps(scene, PANDA)
+    assert all(grasp.terms["unseen"] == 1.0 for grasp in grasps)
+
+
+def test_object_in_front_does_not_count():
+    near = can(0.02, 0.06, (0.0, float(EYE[1]) / 3), label=2)
+    grasps = _hidden(near, box((0.03, 0.03, 0.1), (0.15, 0.0)))
+    assert all(g.terms["unseen"] == 1.0 for g in grasps if g.object_label == 1)
+
+
+def test_heavy_and_unsupported_objects_are_not_safe():
+    large = scene_of(box((0.07, 0.4, 0.4)))
+    grasps = plan_grasps(large, PANDA)
+    assert all(any("may weigh" in text for text in grasp.forbidden_by) for grasp in grasps)
+    loose = replace(large, support=None, objects=(box((0.05, 0.05, 0.05)),))
+    assert all("no support was found" in g.forbidden_by for g in plan_grasps(loose, PANDA))
