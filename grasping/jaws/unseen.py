@@ -104,7 +104,8 @@ def _cells(
 
 def _grown(image: NDArray[np.float64]) -> NDArray[np.float64]:
     """Return the image with single empty cells filled from their neighbours."""
-    padded = np.pad(image, 1, constant_values=np.inf)
+    padded = np.full((image.shape[0] + 2, image.shape[1] + 2), np.inf)
+    padded[1:-1, 1:-1] = image
     across = np.maximum(padded[1:-1, :-2], padded[1:-1, 2:])
     along = np.maximum(padded[:-2, 1:-1], padded[2:, 1:-1])
     return np.minimum(image, np.minimum(across, along))
