@@ -30,8 +30,9 @@ def normal_equations(terms, shape, tapered):
     -----
     The cost is Σ w s²/2 log(1 + r²/s²) over the points, plus the mean squared depth by which rays
     enter the solid (times `ray_pull` and with the Cauchy loss where they pass outside), plus the
-    Cauchy cost of the gap between solid and support plane. The order of the derivatives is that
-    of :data:`~.parameters.N_PARAMETERS`.
+    Cauchy cost of the gap between solid and support plane, plus the mean squared length by which
+    the solid crosses the planes of the outline (with the Cauchy loss where it ends before them).
+    The order of the derivatives is that of :data:`~.parameters.N_PARAMETERS`.
     """
     cost = 0.0
     gradient = np.zeros(N_PARAMETERS)
@@ -55,6 +56,18 @@ def normal_equations(terms, shape, tapered):
         cost += terms.plane_weight * _cauchy_loss(gap, terms.plane_scale)
         weight = terms.plane_weight / (1.0 + (gap / terms.plane_scale) ** 2)
         _add_residual(gradient, hessian, row, gap, weight, count)
+    if terms.outline_weight > 0.0:
+        row, local = np.zeros(N_PARAMETERS), np.empty(3)
+        weight = terms.outline_weight / terms.outline.shape[0]
+        for j in range(terms.outline.shape[0]):
+            gap = plane_gap(terms.outline[j], shape, tapered, row, local)
+            slope = weight
+            if gap > 0.0:
+                cost += weight * _cauchy_loss(gap, scale)
+                slope /= 1.0 + (gap / scale) ** 2
+            else:
+                cost += 0.5 * weight * gap * gap
+            _add_residual(gradient, hessian, row, gap, slope, count)
     for j in range(N_PARAMETERS):
         for k in range(j):
             hessian[k, j] = hessian[j, k]

@@ -139,10 +139,10 @@ def fit_superquadric(
         free_space = observation.free_space
     if fit.superquadric is not None and origin is not None and fit.superquadric.contains(origin):
         fit = replace(fit, converged=False, reason="the camera would stand inside the solid")
+    fit = _check_free_space(fit, free_space, options)
     if options.max_parts > 1:
         add_parts = split_into_parts if fit.vessel is None else add_handle
-        fit = add_parts(fit, observation, options, _fit_one_solid)
-    if free_space is not None:
+        fit = add_parts(fit, observation, options, _fit_part)
         fit = _check_free_space(fit, free_space, options)
     fit = replace(fit, evidence=_view_evidence(observation, options))
     return replace(fit, seconds=time.perf_counter() - start)
@@ -182,6 +182,16 @@ def _fit_one_solid(observation: Observation, options: FitOptions) -> Superquadri
     return _describe(models, problem, options)
 
 
+def _fit_part(
+    models: list[CandidateModel], problem: FitProblem, options: FitOptions
+) -> SuperquadricFit:
+    """Refine the first of the models of a part, and return it with the others as candidates."""
+    models = [model for model in models if _is_finite(model.shape)]
+    if not models:
+        return SuperquadricFit.rejected("the parameters of a part are not finite")
+    return _describe([_refine(models[0], problem, options), *models[1:]], problem, options)
+
+
 def _describe(
     models: list[CandidateModel], problem: FitProblem, options: FitOptions
 ) -> SuperquadricFit:
@@ -208,9 +218,11 @@ def _describe(
 
 
 def _check_free_space(
-    fit: SuperquadricFit, free_space: FreeSpace, options: FitOptions
+    fit: SuperquadricFit, free_space: FreeSpace | None, options: FitOptions
 ) -> SuperquadricFit:
     """Return the fit with its shares of pixels, not converged if it covers too much."""
+    if free_space is None:
+        return fit
     share = covered_share(fit.parts, free_space, COVERED_NOISE * options.noise)
     reason = fit.reason or check_covered_share(share)
     missed = missed_share(fit.parts, free_space)

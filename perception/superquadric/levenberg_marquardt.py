@@ -129,6 +129,18 @@ def add_prior(prior, shape, gradient, hessian):
             cost += 0.5 * prior.ceiling_weight[j] * over * over
             gradient[k] += prior.ceiling_weight[j] * over
             hessian[k, k] += prior.ceiling_weight[j]
+    if prior.similar_weight > 0.0:
+        a, b, c = shape.log_axes
+        last = 0 if a >= b and a >= c else (1 if b >= c else 2)
+        i, k = (last + 1) % 3, (last + 2) % 3
+        gap = shape.log_axes[i] - shape.log_axes[k]
+        cost += 0.5 * prior.similar_weight * gap * gap
+        gradient[i] += prior.similar_weight * gap
+        gradient[k] -= prior.similar_weight * gap
+        hessian[i, i] += prior.similar_weight
+        hessian[k, k] += prior.similar_weight
+        hessian[i, k] -= prior.similar_weight
+        hessian[k, i] -= prior.similar_weight
     return cost
 
 

@@ -55,6 +55,11 @@ class CostTerms(NamedTuple):
     """Weight of the contact with the plane against the mean squared point residual."""
     plane_scale: float
     """Scale of the Cauchy loss of the gap between solid and plane."""
+    outline: NDArray[np.float64] = np.zeros((0, 4))
+    """(J, 4) inward unit normals and offsets of planes that the solid must touch from inside: each
+    contains `view_origin` and touches the outline. J may be 0."""
+    outline_weight: float = 0.0
+    """Weight of these planes against the mean squared point residual."""
 
 
 class Prior(NamedTuple):
@@ -65,3 +70,6 @@ class Prior(NamedTuple):
     ceiling: NDArray[np.float64]
     """Values above which `ceiling_weight` adds a second, one-sided prior."""
     ceiling_weight: NDArray[np.float64]
+    similar_weight: float = 0.0
+    """Weight of the difference of the two smaller log semi-axes: unseen depth is about the width
+    seen."""

@@ -6,81 +6,69 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform, Rotation
 
-from .canonical import canonical
-from .cost_kernels import distances
-from .effective_samples import MAX_SAMPLES, effective_sample_size
-from .model_selection import PRUNE_MARGIN
-from .parameters import ShapeParameters
+from .effective_samples import MAX_SAMPLES
 from .part_assignment import (
-    MIN_PART_POINTS,
     PartAssignment,
-    buried_points,
-    fit_box_behind_face,
-    log_square,
-    merge_parts,
-    nearest_parts,
-    robust_cost,
-    split_part,
+    RoughPart,
+    assignment_of,
+    cut_part,
+    principal_box,
+    reassign,
+    rough_part,
+    worst_part,
 )
 from .part_cloud import PartCloud, prepare_part_cloud
-from .shape import PARAMETER_COUNT, Superquadric
+from .part_kinds import fit_kinds
+from .shape import PARAMETER_COUNT
 from .validity import PLANE_PARAMETERS, check_residuals
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
+    from .model_selection import CandidateModel
     from .options import FitOptions
-    from .problem import Observation
-    from .result import CandidateSolid, SuperquadricFit
+    from .problem import FitProblem, Observation
+    from .result import SuperquadricFit
 
-EXPLAINED_NOISE = 0.8
-"""Points within this share of the expected noise are explained, because surfaces are not smooth."""
+EXPLAINED_NOISE = 0.95
+"""Residuals within this share of the expected noise are explained."""
 MARGIN = 10.0
 """Parts must lower the criterion by more than this: very strong evidence (Kass and Raftery 1995),
 because the best of many splits gains something by chance."""
-BURIED_SHARE = 0.02
-"""Share of points inside parts from which on the parts are fitted again."""
-REQUIRED_PARAMETERS = PARAMETER_COUNT["box"]
-"""Parameters that a further part must be worth before it is searched."""
-MIN_PART_PARAMETERS = PARAMETER_COUNT["sphere"]
-"""Parameters of the simplest part: rough parts that gain nothing even with so few are dropped."""
-ROUGH_PARAMETERS = PARAMETER_COUNT["superquadric"]
-"""Parameters of each rough part while numbers of parts are compared."""
-MIN_THICKNESS = 0.1
-"""Minimum extent of the first shape of a flat cloud, as a share of its largest."""
+FINAL_ROUNDS = 2
+"""Rounds of assignment of each number of parts that may win."""
+PART_PARAMETERS = PARAMETER_COUNT["superquadric"] + 1
+"""Parameters of a rough part, with one for the share of the points."""
+
+MIN_PARAMETERS = PARAMETER_COUNT["cylinder"]
+"""Parameters of the simplest part."""
 
 
-class FitOne(Protocol):
-    """Fits one solid to a cloud."""
+class FinishFit(Protocol):
+    """Refines the best model of a part and returns its fit."""
 
-    def __call__(self, observation: Observation, options: FitOptions, /) -> SuperquadricFit:
-        """Fit one solid, whatever `max_parts` is."""
+    def __call__(
+        self, models: list[CandidateModel], problem: FitProblem, options: FitOptions, /
+    ) -> SuperquadricFit:
+        """Return the fit of models, best first, of one problem."""
         ...
 
 
-class _Model(NamedTuple):
-    """Solids that explain a cloud, about its centre."""
+class _Parts(NamedTuple):
+    """Models of all parts, per part best first."""
 
-    solids: tuple[Superquadric, ...]
-    """Largest first; none if a plane explains the points."""
-    fit: SuperquadricFit
-    """The fit of the largest one."""
-    residuals: NDArray[np.float64]
-    """(N,) signed distances of the points from the union, m."""
-    parameters: int
-    """Number of parameters, including one share of the points per part."""
+    models: list[list[CandidateModel]]
+    assignment: PartAssignment
+    criterion: float
 
 
 def split_into_parts(
-    whole: SuperquadricFit, observation: Observation, options: FitOptions, fit_one: FitOne
+    whole: SuperquadricFit, observation: Observation, options: FitOptions, finish: FinishFit
 ) -> SuperquadricFit:
     """Split an object that one solid does not explain into at most ``options.max_parts`` solids.
 
-    Rough solids are assigned to the points, one more at a time. Then the numbers of parts are
-    compared by solids that are fitted to their points with all steps. More parts are kept if they
-    clearly lower the Bayesian information criterion.
+    Rough solids are assigned to the points, one more at a time. They must follow the points and
+    miss the empty rays. More parts are kept if they clearly lower the Bayesian information
+    criterion.
 
     Parameters
     ----------
@@ -90,8 +78,8 @@ def split_into_parts(
         The data of that fit.
     options
         The options of that fit.
-    fit_one
-        Function that fits each part. It uses the rays that no other part blocks or continues.
+    finish
+        Function that refines the selected model of each part.
 
     Returns
     -------
@@ -100,199 +88,108 @@ def split_into_parts(
         `whole` if more parts are no better.
     """
     cloud = prepare_part_cloud(observation, options)
-    single = _single_model(whole, cloud)
-    assignments, counts = _assign_parts(single, cloud, options)
-    best = single
-    for assignment in assignments:
-        model = _fit_parts(assignment, cloud, options, fit_one)
-        if model is not None and _is_better(model, best, cloud, options):
-            best = model
-    if best is not single:
-        return _to_result(best, cloud)
-    if whole or not counts:
+    single, parameters = _single(whole, cloud)
+    if _is_explained(single, cloud):
         return whole
+    assignments = _assign_parts(single, cloud, options)
+    if not assignments:
+        return whole
+    # Any parts that pass the checks are better than a solid that fails them.
+    limit = part_criterion(single.square, parameters, cloud) - MARGIN if whole else np.inf
+    best = min(assignments, key=lambda one: _rough_criterion(one, cloud))
+    if part_criterion(best.square, MIN_PARAMETERS * len(best.parts), cloud) < limit:
+        parts = _select_kinds(best, cloud, options)
+        if parts.criterion < limit:
+            fit = _to_result(parts, cloud, options, finish)
+            if fit is not None and (whole or fit):
+                return fit
+    if whole:
+        return whole
+    counts = " or ".join(str(len(one.parts)) for one in assignments)
     return replace(whole, reason=f"{whole.reason} (no better in {counts} parts)")
 
 
-def _single_model(whole: SuperquadricFit, cloud: PartCloud) -> _Model:
-    if whole.superquadric is None:
-        _, _, rows = np.linalg.svd(cloud.points, full_matrices=False)
-        return _Model((), whole, cloud.points @ rows[2], PLANE_PARAMETERS)
-    solid = _shifted(whole.superquadric, -cloud.centre)
-    return _Model((solid,), whole, solid.distance(cloud.points), solid.parameter_count)
+def _single(whole: SuperquadricFit, cloud: PartCloud) -> tuple[PartAssignment, int]:
+    """Return the fit of one solid as an assignment, and its number of parameters."""
+    labels = np.zeros(len(cloud.points), dtype=np.int64)
+    if whole.superquadric is not None:
+        part = rough_part(cloud.scaled(whole.superquadric), cloud)
+        return assignment_of([part], labels, cloud), whole.superquadric.parameter_count
+    _, _, rows = np.linalg.svd(cloud.points, full_matrices=False)
+    plane = RoughPart(principal_box(cloud.points), cloud.points @ rows[2], None)
+    return assignment_of([plane], labels, cloud), PLANE_PARAMETERS
+
+
+def _rough_criterion(assignment: PartAssignment, cloud: PartCloud) -> float:
+    return part_criterion(assignment.square, PART_PARAMETERS * len(assignment.parts), cloud)
+
+
+def _is_explained(assignment: PartAssignment, cloud: PartCloud) -> bool:
+    return assignment.square < (EXPLAINED_NOISE**2 + 0.25) * cloud.noise**2
 
 
 def _assign_parts(
-    single: _Model, cloud: PartCloud, options: FitOptions
-) -> tuple[list[PartAssignment], str]:
-    """Assign the points to 2, 3, ... rough solids; return what may win, and the counts tried.
-
-    Parts are added while points remain unexplained. A split that gains nothing yet can lead to
-    one that does.
-    """
-    shape = _shape(single.solids[0]) if single.solids else _flat_shape(cloud)
-    labels = np.zeros(len(cloud.points), dtype=np.int64)
-    score = log_square(single.residuals, options)
-    assignment = PartAssignment((shape,), labels, single.residuals, score)
-    assignments: list[PartAssignment] = []
-    while len(assignment.shapes) < options.max_parts:
-        splits = [
-            split_part(assignment, index, cloud, options)
-            for index in range(len(assignment.shapes))
-            if _is_worth_splitting(assignment, index, cloud, options)
-        ]
-        valid_splits = [split for split in splits if split is not None]
-        if not valid_splits:
-            break
-        assignment = min(valid_splits, key=lambda split: split.score)
-        assignments.append(assignment)
-    if not assignments:
-        return [], ""
-    # A later split can correct a first split in the wrong place. Then one part is too many.
-    for index in range(len(assignments) - 1, 0, -1):
-        fewer = merge_parts(assignments[index], cloud, options)
-        if fewer.score < assignments[index - 1].score:
-            assignments[index - 1] = fewer
-    counts = " or ".join(str(len(one.shapes)) for one in assignments)
-    return _promising(assignments, single, cloud, options), counts
-
-
-def _promising(
-    assignments: list[PartAssignment], single: _Model, cloud: PartCloud, options: FitOptions
+    single: PartAssignment, cloud: PartCloud, options: FitOptions
 ) -> list[PartAssignment]:
-    """Return the assignments that can beat one solid and are near the best in the criterion."""
-    samples = effective_sample_size(cloud.points, assignments[-1].residuals)
+    """Assign the points to 2, 3, ... rough solids while points remain unexplained."""
+    assignment = single
+    assignments: list[PartAssignment] = []
+    while len(assignment.parts) < options.max_parts and not _is_explained(assignment, cloud):
+        cut = cut_part(assignment, worst_part(assignment, cloud), cloud, options)
+        if cut is None:
+            break
+        assignment = cut
+        assignments.append(cut)
+    return assignments
 
-    def rough(assignment: PartAssignment, part_parameters: int) -> float:
-        parameters = (part_parameters + 1) * len(assignment.shapes)
-        return _criterion(assignment.residuals, parameters, samples, options)
 
-    limit = _criterion(single.residuals, single.parameters, samples, options)
-    hopeful = [one for one in assignments if rough(one, MIN_PART_PARAMETERS) < limit]
-    best = min((rough(one, ROUGH_PARAMETERS) for one in hopeful), default=0.0)
-    return [one for one in hopeful if rough(one, ROUGH_PARAMETERS) <= best + PRUNE_MARGIN]
+def _select_kinds(assignment: PartAssignment, cloud: PartCloud, options: FitOptions) -> _Parts:
+    """Refine the parts together, and select the kind of each."""
+    assignment = reassign(assignment, FINAL_ROUNDS, cloud, options)
+    models = [
+        fit_kinds(part.shape, assignment.labels == index, cloud, options)
+        for index, part in enumerate(assignment.parts)
+    ]
+    rough = [rough_part(one[0].shape, cloud) for one in models]
+    final = assignment_of(rough, assignment.labels, cloud)
+    parameters = sum(PARAMETER_COUNT[one[0].kind] + 1 for one in models) - 1
+    return _Parts(models, final, part_criterion(final.square, parameters, cloud))
 
 
-def _is_worth_splitting(
-    assignment: PartAssignment, index: int, cloud: PartCloud, options: FitOptions
-) -> bool:
-    """Return whether a further solid in one part could pay for its parameters.
+def part_criterion(square: float, parameters: int, cloud: PartCloud) -> float:
+    """Return the BIC of a mean square of residuals with the expected noise.
 
-    It cannot if the points are explained, or if they would still be as far from any surface as
-    they are from the planes through their neighbours.
+    The number of readings is fixed. Residuals that agree over neighbours show that a solid misfits,
+    so they must not count as fewer readings.
     """
-    residuals = assignment.residuals
-    if 2.0 * robust_cost(residuals, options) < (EXPLAINED_NOISE * options.noise) ** 2:
-        return False
-    ideal = np.where(assignment.labels == index, cloud.roughness, residuals)
-    gain = MAX_SAMPLES * (log_square(residuals, options) - log_square(ideal, options))
-    return gain > REQUIRED_PARAMETERS * np.log(MAX_SAMPLES) + MARGIN
+    return MAX_SAMPLES * square / cloud.noise**2 + parameters * float(np.log(MAX_SAMPLES))
 
 
-def _fit_parts(
-    assignment: PartAssignment, cloud: PartCloud, options: FitOptions, fit_one: FitOne
-) -> _Model | None:
-    """Fit every part with all steps; return None if one of them has no solid."""
-    gaps = [distances(cloud.points, shape) for shape in assignment.shapes]
-    model = _fit_labels(nearest_parts(gaps, cloud), len(gaps), cloud, options, fit_one)
-    if model is None:
+def _to_result(
+    parts: _Parts, cloud: PartCloud, options: FitOptions, finish: FinishFit
+) -> SuperquadricFit | None:
+    labels = parts.assignment.labels
+    fits = [
+        finish(models, cloud.part_problem(labels == index, options.points), options)
+        for index, models in enumerate(parts.models)
+    ]
+    solids = [fit.superquadric for fit in fits if fit.superquadric is not None]
+    if len(solids) < len(fits):
         return None
-    # A part that contains points of another part must end at these points: assign them to it.
-    gaps = [solid.distance(cloud.points) for solid in model.solids]
-    buried = buried_points(gaps, options)
-    if np.mean(buried) < BURIED_SHARE:
-        return model
-    labels = np.where(buried, np.argmin(gaps, axis=0), nearest_parts(gaps, cloud))
-    again = _fit_labels(labels, len(gaps), cloud, options, fit_one)
-    if again is None:
-        return model
-    return min(model, again, key=lambda one: log_square(one.residuals, options))
-
-
-def _fit_labels(
-    labels: NDArray[np.int64], parts: int, cloud: PartCloud, options: FitOptions, fit_one: FitOne
-) -> _Model | None:
-    if np.bincount(labels, minlength=parts).min() < MIN_PART_POINTS:
+    solids.sort(key=lambda solid: -solid.volume)
+    largest = max(fits, key=lambda fit: fit.superquadric.volume if fit.superquadric else 0.0)
+    unit = cloud.problem.unit
+    points = cloud.all_points * unit + cloud.problem.centre
+    residuals = np.min([solid.distance(points) for solid in solids], axis=0)
+    reason = check_residuals(residuals, unit, options)
+    origin = cloud.problem.terms.view_origin * unit + cloud.problem.centre
+    if any(solid.contains(origin) for solid in solids) and cloud.image is not None:
         return None
-    solid_fits: list[tuple[Superquadric, SuperquadricFit | None]] = []
-    for index in range(parts):
-        part = cloud.part(labels, index, options)
-        fit = fit_one(part, options)
-        if fit.superquadric is not None and fit:
-            solid_fits.append((fit.superquadric, fit))
-            continue
-        box = fit_box_behind_face(part, options) if fit.superquadric is None else None
-        if box is None:
-            return None
-        solid_fits.append((_box(box), None))
-    solid_fits.sort(key=lambda pair: -pair[0].volume)
-    solids = tuple(solid for solid, _ in solid_fits)
-    largest = solid_fits[0][1]
-    # The depth behind a single face is assumed, so such a box must not represent the object.
-    if largest is None:
-        return None
-    residuals = np.min([solid.distance(cloud.points) for solid in solids], axis=0)
-    parameters = sum(solid.parameter_count + 1 for solid in solids) - 1
-    return _Model(solids, largest, residuals, parameters)
-
-
-def _is_better(model: _Model, than: _Model, cloud: PartCloud, options: FitOptions) -> bool:
-    if check_residuals(model.residuals, cloud.radius, options):
-        return False
-    origin = cloud.observation.view_origin
-    if origin is not None and any(solid.contains(origin) for solid in model.solids):
-        return False
-    n = effective_sample_size(cloud.points, model.residuals)
-    after = _criterion(model.residuals, model.parameters, n, options)
-    return after + MARGIN < _criterion(than.residuals, than.parameters, n, options)
-
-
-def _criterion(
-    residuals: NDArray[np.float64], parameters: int, samples: float, options: FitOptions
-) -> float:
-    """Return the BIC as :func:`model_selection.criterion`, in m and of the points alone."""
-    return samples * log_square(residuals, options) + parameters * float(np.log(samples))
-
-
-def _to_result(model: _Model, cloud: PartCloud) -> SuperquadricFit:
-    parts = tuple(_shifted(solid, cloud.centre) for solid in model.solids)
-
-    def back(candidate: CandidateSolid) -> CandidateSolid:
-        return replace(candidate, superquadric=_shifted(candidate.superquadric, cloud.centre))
-
     return replace(
-        model.fit,
-        superquadric=parts[0],
-        residuals=model.residuals,
-        candidates=tuple(back(candidate) for candidate in model.fit.candidates),
-        alternatives=tuple(back(candidate) for candidate in model.fit.alternatives),
-        parts=parts,
+        largest,
+        superquadric=solids[0],
+        residuals=residuals,
+        converged=not reason,
+        reason=reason,
+        parts=tuple(solids),
     )
-
-
-def _shape(solid: Superquadric) -> ShapeParameters:
-    return ShapeParameters(
-        np.log(solid.semi_axes),
-        np.array(solid.exponents),
-        np.ascontiguousarray(solid.rotation),
-        solid.centre.copy(),
-        np.array(solid.taper),
-    )
-
-
-def _flat_shape(cloud: PartCloud) -> ShapeParameters:
-    """Return an ellipsoid over the spread of the cloud."""
-    _, sizes, rows = np.linalg.svd(cloud.points, full_matrices=False)
-    rows[2] *= np.linalg.det(rows)
-    log_axes = np.log(np.maximum(sizes, MIN_THICKNESS * sizes[0]) / np.sqrt(len(cloud.points)))
-    return ShapeParameters(log_axes, np.ones(2), np.ascontiguousarray(rows.T), np.zeros(3))
-
-
-def _box(shape: ShapeParameters) -> Superquadric:
-    pose = RigidTransform.from_components(shape.centre, Rotation.from_matrix(shape.R))
-    exponents = (float(shape.exponents[0]), float(shape.exponents[1]))
-    return canonical(Superquadric(np.exp(shape.log_axes), exponents, pose, "box"))
-
-
-def _shifted(solid: Superquadric, by: NDArray[np.float64]) -> Superquadric:
-    return replace(solid, pose=RigidTransform.from_translation(by) * solid.pose)

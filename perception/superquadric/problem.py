@@ -15,8 +15,6 @@ from .parameters import CostTerms, Prior
 from .shape import MAX_EXPONENT, MAX_TAPER, MIN_EXPONENT
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.typing import NDArray
 
     from .free_space import FreeSpace
@@ -58,8 +56,6 @@ class Observation(NamedTuple):
     """(4,) unit normal and offset of the support plane, m."""
     free_space: FreeSpace | None = None
     """The space around the object that the view shows to be empty."""
-    hides: Callable[[NDArray[np.float64]], NDArray[np.bool_]] | None = None
-    """Replaces :meth:`FreeSpace.hides` for a part, which other parts of the object hide too."""
 
 
 @dataclass(frozen=True)
@@ -97,9 +93,7 @@ class FitProblem:
 
 def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
     """Centre, scale and thin a cloud in m, and set up the rays, the plane and the priors."""
-    cloud, view_origin, plane, free_space, hides = observation
-    if hides is None and free_space is not None:
-        hides = free_space.hides
+    cloud, view_origin, plane, free_space = observation
     points = cloud.points
     centre = points.mean(axis=0)
     square_radii = np.sum((points - centre) ** 2, axis=1)
@@ -115,8 +109,8 @@ def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
         beside = silhouette_rays(scaled, origin, options.silhouette_rays, margin)
         # The outline of scattered points already lies outside the object by their noise.
         rays = beside if cloud.on_grid else silhouette_rays(scaled, origin, len(beside), 0.0)
-        if hides is not None and len(rays):
-            rays = np.ascontiguousarray(rays[~hides(beside)])
+        if free_space is not None and len(rays):
+            rays = np.ascontiguousarray(rays[~free_space.hides(beside)])
     scaled_plane = np.array([0.0, 0.0, 1.0, 0.0])
     if plane is not None:
         scaled_plane = np.append(plane[:3], (plane[3] + plane[:3] @ centre) / unit)
@@ -133,7 +127,7 @@ def build_problem(observation: Observation, options: FitOptions) -> FitProblem:
             plane_weight=options.plane_weight if plane is not None else 0.0,
             plane_scale=options.plane_scale / unit,
         ),
-        prior=_prior(options.noise / unit, float(np.sqrt(square_radii.max())) / unit),
+        prior=point_prior(options.noise / unit, float(np.sqrt(square_radii.max())) / unit),
         centre=centre,
         unit=unit,
     )
@@ -156,7 +150,7 @@ def sort_by_radius(points: NDArray[np.float64]) -> NDArray[np.float64]:
     return points[np.argsort(square_radii, kind="stable")]
 
 
-def _prior(noise: float, max_radius: float) -> Prior:
+def point_prior(noise: float, max_radius: float, similar_sd: float | None = None) -> Prior:
     """Return the priors as weights relative to samples of this noise, both lengths scaled.
 
     `max_radius` is the distance of the farthest point. Extents beyond it are unseen.
@@ -168,6 +162,7 @@ def _prior(noise: float, max_radius: float) -> Prior:
         weight=unit_weight / spread**2,
         ceiling=np.repeat([np.log(max_radius), np.inf], [3, 4]),
         ceiling_weight=np.repeat([unit_weight / UNSEEN_LOG_AXIS_SD**2, 0.0], [3, 4]),
+        similar_weight=0.0 if similar_sd is None else unit_weight / similar_sd**2,
     )
 
 

@@ -18,3 +18,22 @@ def robust_spread(residuals: NDArray[np.float64]) -> float:
     if residuals.size == 0:
         return float("inf")
     return float(MAD_TO_SIGMA * np.median(np.abs(residuals)))
+
+
+def robust_square(residuals: NDArray[np.float64], noise: float) -> float:
+    """Return the mean square of residuals (N,) with the Cauchy loss of the fit.
+
+    The unit of the result is the square of that of the residuals and of the expected noise.
+    """
+    return float(np.mean(robust_squares(residuals, noise)))
+
+
+def robust_squares(residuals: NDArray[np.float64], noise: float) -> NDArray[np.float64]:
+    """Return twice the Cauchy loss (N,) of each residual; see :func:`robust_square`."""
+    scale = 2.0 * noise
+    return scale**2 * np.log1p((residuals / scale) ** 2)
+
+
+def log_square(residuals: NDArray[np.float64], noise: float) -> float:
+    """Return the log of the robust mean square with the noise floor of the model selection."""
+    return float(np.log(robust_square(residuals, noise) + (0.5 * noise) ** 2))

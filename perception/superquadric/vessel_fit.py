@@ -24,8 +24,8 @@ from .model_selection import (
 from .multi_start import SHORT_TOLERANCE, START_ITERATIONS
 from .opening import INNER_SHARE, Opening, find_opening
 from .parameters import N_PARAMETERS, ShapeParameters
-from .part_assignment import log_square
 from .problem import FitProblem, Observation, build_problem, parameter_bounds
+from .robust import log_square
 from .vessel import UNKNOWN_WALL, Vessel
 
 if TYPE_CHECKING:
@@ -344,6 +344,6 @@ def _pays(
     closed_residuals[opening.inside] = np.maximum(closed_residuals[opening.inside], length)
     order = np.random.default_rng(options.seed).permutation(len(points))
     count = effective_sample_size(points[order], residuals[order])
-    gain = log_square(closed_residuals, options) - log_square(residuals, options)
+    gain = log_square(closed_residuals, options.noise) - log_square(residuals, options.noise)
     more = vessel.outer.parameter_count + RIM_PARAMETERS - closed.parameter_count
     return count * gain > more * float(np.log(count))

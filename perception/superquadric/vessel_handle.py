@@ -6,17 +6,16 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy.spatial.transform import RigidTransform
 
-from .effective_samples import effective_sample_size
-from .part_assignment import log_square
+from .part_assignment import MIN_PART_POINTS, coarse_fit, rough_part
 from .part_cloud import prepare_part_cloud
-from .part_proposals import largest_cluster
-from .validity import MIN_POINTS
+from .part_cuts import largest_cluster
+from .part_kinds import fit_kinds
+from .parts import part_criterion
 
 if TYPE_CHECKING:
     from .options import FitOptions
-    from .parts import FitOne
+    from .parts import FinishFit
     from .problem import Observation
     from .result import SuperquadricFit
 
@@ -25,7 +24,7 @@ HANDLE_GAP = 0.005
 
 
 def add_handle(
-    fit: SuperquadricFit, observation: Observation, options: FitOptions, fit_one: FitOne
+    fit: SuperquadricFit, observation: Observation, options: FitOptions, finish: FinishFit
 ) -> SuperquadricFit:
     """Fit a second solid to what projects from a vessel; return `fit` if it does not pay.
 
@@ -37,23 +36,21 @@ def add_handle(
         The observation with a lid on the opening.
     options
         The options of that fit.
-    fit_one
-        Function that fits the handle.
+    finish
+        Function that refines the selected model of the handle.
     """
     if fit.superquadric is None:
         return fit
     cloud = prepare_part_cloud(observation, options)
-    gaps = fit.superquadric.distance(cloud.points + cloud.centre)
-    projects = largest_cluster(gaps > HANDLE_GAP, cloud.neighbours)
-    if np.count_nonzero(projects) < MIN_POINTS:
+    body = rough_part(cloud.scaled(fit.superquadric), cloud)
+    projects = largest_cluster(body.gaps * cloud.problem.unit > HANDLE_GAP, cloud.neighbours)
+    if np.count_nonzero(projects) < MIN_PART_POINTS:
         return fit
-    handle = fit_one(cloud.part(projects.astype(np.int64), 1, options), options).superquadric
+    models = fit_kinds(coarse_fit(projects, cloud, options).shape, projects, cloud, options)
+    handle = finish(models, cloud.part_problem(projects, options.points), options).superquadric
     if handle is None:
         return fit
-    handle = replace(handle, pose=RigidTransform.from_translation(cloud.centre) * handle.pose)
-    union = np.minimum(gaps, handle.distance(cloud.points + cloud.centre))
-    samples = effective_sample_size(cloud.points, union)
-    gain = log_square(gaps, options) - log_square(union, options)
-    if samples * gain <= handle.parameter_count * float(np.log(samples)):
-        return fit
-    return replace(fit, parts=(*fit.parts, handle))
+    gaps = np.minimum(body.gaps, rough_part(cloud.scaled(handle), cloud).gaps)
+    before = part_criterion(cloud.square_error(body.gaps, None), 0, cloud)
+    after = part_criterion(cloud.square_error(gaps, None), handle.parameter_count, cloud)
+    return fit if after >= before else replace(fit, parts=(*fit.parts, handle))

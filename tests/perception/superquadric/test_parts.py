@@ -18,7 +18,7 @@ from eyehand.apps.fitting.bench.score import overlap
 from eyehand.errors import InputError
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
 from eyehand.perception.superquadric import sample_surface
-from eyehand.perception.superquadric.part_proposals import largest_cluster, propose_splits
+from eyehand.perception.superquadric.part_cuts import largest_cluster, propose_cuts
 
 THREE_PARTS = FitOptions(max_parts=3)
 NOISE = 0.001

@@ -1,0 +1,63 @@
+"""The kind of each part, from its general solid."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from operator import attrgetter
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .effective_samples import MAX_SAMPLES
+from .kinds import basis, fixed_exponents, starting_axes
+from .levenberg_marquardt import levenberg_marquardt
+from .model_selection import CandidateModel, criterion
+from .problem import parameter_bounds
+from .starts import axis_permutations
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .options import FitOptions
+    from .parameters import ShapeParameters
+    from .part_cloud import PartCloud
+    from .problem import FitProblem
+    from .shape import Kind
+
+POINTS, ITERATIONS = 200, 10
+"""Points and descent steps on which the kinds are compared."""
+TOLERANCE = 1e-3
+"""Relative decrease of the cost below which a descent ends."""
+
+
+def fit_kinds(
+    shape: ShapeParameters, mask: NDArray[np.bool_], cloud: PartCloud, options: FitOptions
+) -> list[CandidateModel]:
+    """Fit each kind of solid to the points in a mask (N,), best criterion first.
+
+    The general solid `shape` gives the axes of all kinds. A cylinder may lie along any of them.
+    """
+    problem = replace(cloud.part_problem(mask, POINTS), samples=MAX_SAMPLES)
+    models: list[CandidateModel] = []
+    for kind in options.kinds:
+        if kind == "tapered":
+            continue
+        starts = axis_permutations(shape) if kind == "cylinder" else [shape]
+        ends = [_fit_kind(kind, start, problem, options) for start in starts]
+        models.append(min(ends, key=attrgetter("cost")))
+    return sorted(models, key=attrgetter("criterion"))
+
+
+def _fit_kind(
+    kind: Kind, shape: ShapeParameters, problem: FitProblem, options: FitOptions
+) -> CandidateModel:
+    bounds = parameter_bounds(kind, problem, options)
+    exponents = fixed_exponents(kind)
+    log_axes = np.log(starting_axes(kind, np.exp(shape.log_axes)))
+    start = shape._replace(
+        log_axes=np.clip(log_axes, *bounds[0]),
+        exponents=np.clip(shape.exponents if exponents is None else exponents, *bounds[1]),
+        taper=np.zeros(2),
+    )
+    end, cost, _ = levenberg_marquardt(problem, start, basis(kind), bounds, ITERATIONS, TOLERANCE)
+    return CandidateModel(kind, end, cost, criterion(cost, kind, problem, options))
