@@ -118,9 +118,7 @@ def cut_part(
     for mask in proposals:
         labels = assignment.labels.copy()
         labels[members[mask]] = len(assignment.parts)
-        one, two = (
-            coarse_fit(labels == k, cloud, options) for k in (index, len(assignment.parts))
-        )
+        one, two = (coarse_fit(labels == k, cloud, options) for k in (index, len(assignment.parts)))
         parts = [*assignment.parts, two]
         parts[index] = one
         cuts.append(assignment_of(parts, labels, cloud))

@@ -285,4 +285,3 @@ def _project(directions: NDArray[np.float64], frame: NDArray[np.float64]) -> NDA
     """Return positions (N, 2) of directions (N, 3) in the image plane at unit depth."""
     local = directions @ frame.T
     return local[:, :2] / local[:, 2:]
-

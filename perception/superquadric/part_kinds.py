@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from .effective_samples import MAX_SAMPLES
+from .cost_kernels import distances
+from .effective_samples import effective_sample_size
 from .kinds import basis, fixed_exponents, starting_axes
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion
@@ -37,7 +38,7 @@ def fit_kinds(
 
     The general solid `shape` gives the axes of all kinds. A cylinder may lie along any of them.
     """
-    problem = replace(cloud.part_problem(mask, POINTS), samples=MAX_SAMPLES)
+    problem = cloud.part_problem(mask, POINTS)
     models: list[CandidateModel] = []
     for kind in options.kinds:
         if kind == "tapered":
@@ -45,6 +46,13 @@ def fit_kinds(
         starts = axis_permutations(shape) if kind == "cylinder" else [shape]
         ends = [_fit_kind(kind, start, problem, options) for start in starts]
         models.append(min(ends, key=attrgetter("cost")))
+    closest = min(models, key=attrgetter("cost"))
+    residuals = distances(problem.points, closest.shape)
+    problem = replace(problem, samples=effective_sample_size(problem.points, residuals))
+    models = [
+        model._replace(criterion=criterion(model.cost, model.kind, problem, options))
+        for model in models
+    ]
     return sorted(models, key=attrgetter("criterion"))
 
 

@@ -100,7 +100,12 @@ def test_gradient_with_rays_and_plane_matches_finite_differences(seed, tapered, 
     rays = (targets - origin) / np.linalg.norm(targets - origin, axis=1, keepdims=True)
     plane = np.array([0.0, 0.0, 1.0, 0.8 - c[2]])
 
-    terms = CostTerms(points, weights, rays, origin, plane, 0.1, 0.7, outside_weight, 0.5, 0.3)
+    normals = rng.normal(size=(6, 3))
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    outline = np.column_stack([normals, rng.uniform(0.5, 1.5, 6) - normals @ c])
+    terms = CostTerms(
+        points, weights, rays, origin, plane, 0.1, 0.7, outside_weight, 0.5, 0.3, outline, 0.4
+    )
 
     def cost(step):
         return normal_equations(terms, step_state(state, step), tapered)

@@ -41,7 +41,9 @@ def make_prior(rng):
     """Return a prior with ceilings below the axes."""
     ceiling = np.repeat([-0.6, np.inf], [3, 4])
     above = np.repeat([0.2, 0.0], [3, 4])
-    return Prior(rng.normal(size=7), rng.uniform(0.0, 0.3, 7), ceiling, above)
+    return Prior(
+        rng.normal(size=7), rng.uniform(0.0, 0.3, 7), ceiling, above, rng.uniform(0.0, 0.3)
+    )
 
 
 def cost_at(y, unwhiten, terms, start, prior, bounds=WIDE_BOUNDS):
@@ -69,6 +71,8 @@ def test_value_is_cost_plus_prior_of_moved_start(seed):
     expected = 0.5 * np.sum(
         prior.weight * (gaps - prior.mean) ** 2 + prior.ceiling_weight * excess**2
     )
+    small, middle, _ = np.sort(axes)
+    expected += 0.5 * prior.similar_weight * (middle - small) ** 2
     assert added == pytest.approx(expected, rel=1e-9)
     assert total == pytest.approx(expected_cost + expected, rel=1e-9)
 
