@@ -23,10 +23,11 @@ from .options import FitOptions
 from .outliers import FilteredCloud, remove_outliers
 from .parts import split_into_parts
 from .problem import FitProblem, Observation, build_problem, parameter_bounds, sort_by_radius
-from .result import AMBIGUOUS_MARGIN, CandidateSolid, SuperquadricFit
+from .result import AMBIGUOUS_MARGIN, SHAPE_TOLERANCE, CandidateSolid, SuperquadricFit
 from .robust import robust_spread
 from .shape import Superquadric
 from .uncertainty import estimate_uncertainty
+from .unseen_depth import depth_alternatives
 from .validity import (
     MAX_COVERED_SHARE,
     MIN_POINTS,
@@ -57,8 +58,6 @@ COVERED_NOISE = 3.0
 SPREAD_POINTS = 300
 """Points from which the spread of the candidates is computed."""
 UNIT_TOLERANCE = 1e-3
-SHAPE_TOLERANCE = 3.0
-"""Two solids have another shape if their extents differ by more than so many times the noise."""
 OUTLINE_WEIGHT = 50.0
 """Increase of the criterion per share of covered and of missed pixels. On the development half of
 household meshes, 25 to 400 give the same share of usable fits."""
@@ -144,8 +143,12 @@ def fit_superquadric(
         add_parts = split_into_parts if fit.vessel is None else add_handle
         fit = add_parts(fit, observation, options, _fit_part)
         fit = _check_free_space(fit, free_space, options)
-    fit = replace(fit, evidence=_view_evidence(observation, options))
-    return replace(fit, seconds=time.perf_counter() - start)
+    return replace(
+        fit,
+        alternatives=fit.alternatives + depth_alternatives(fit, observation, options),
+        evidence=_view_evidence(observation, options),
+        seconds=time.perf_counter() - start,
+    )
 
 
 def _view_evidence(observation: Observation, options: FitOptions) -> ViewEvidence:

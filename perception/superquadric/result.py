@@ -32,6 +32,8 @@ if TYPE_CHECKING:
 AMBIGUOUS_MARGIN = 2.0
 """Criteria that differ by less do not distinguish two solids (Kass and Raftery 1995: "not worth
 more than a bare mention")."""
+SHAPE_TOLERANCE = 3.0
+"""Two solids have another shape if their extents differ by more than so many times the noise."""
 DOUBTFUL_COVERED, DOUBTFUL_MISSED = 0.03, 0.12
 """Shares of covered and missed pixels above which the outline of a solid differs from that of the
 object. On household meshes, all solids with an IoU below 0.5 have larger ones."""
@@ -78,7 +80,8 @@ class SuperquadricFit:
     """First-order covariance of the parameters, and the sides that the view does not show; None
     without a solid. `sides`, `width` and `covariance` add the error of the model."""
     alternatives: tuple[CandidateSolid, ...] = ()
-    """Solids of another shape that explain the points equally well within the noise."""
+    """Solids of another shape that explain the points equally well within the noise. Where the view
+    does not show the depth, the last ones are the thinnest and the deepest possible solid."""
     parts: tuple[Superquadric, ...] = ()
     """Solids of the object, largest first: one unless `max_parts` allows more and they are
     needed."""
