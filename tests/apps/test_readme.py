@@ -9,13 +9,16 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import RigidTransform
 
 from eyehand.apps.main import main
+from eyehand.apps.mesh_file import mesh_bytes
 from eyehand.data_synth import LBR_ARM
 from eyehand.data_synth.cell import GraspRobot
-from eyehand.perception import DepthFrame, read_frame, write_cloud
+from eyehand.perception import DepthFrame, Superquadric, read_frame, write_cloud
 from eyehand.perception.cameras import record_frames
 from eyehand.perception.io import write_png
+from eyehand.perception.superquadric import mesh
 
 ROOT = Path(__file__).resolve().parents[2]
 README = (ROOT / "README.md").read_text()
@@ -48,6 +51,9 @@ def folder(tmp_path, monkeypatch) -> Path:
         shutil.copy(file, tmp_path / "out" / "scene")
     write_png(tmp_path / "robot.png", np.eye(*frame.depth.shape, dtype=np.uint16))
     shutil.copy(LBR_ARM, tmp_path / "robot.xml")
+    (tmp_path / "meshes").mkdir()
+    ball_solid = Superquadric(np.full(3, 0.04), (1.0, 1.0), RigidTransform.identity(), "sphere")
+    (tmp_path / "meshes" / "ball.stl").write_bytes(mesh_bytes(*mesh(ball_solid, 24), "stl"))
     monkeypatch.chdir(tmp_path)
     return tmp_path
 

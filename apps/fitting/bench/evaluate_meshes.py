@@ -151,6 +151,8 @@ def _table(rows: list[dict[str, Any]], views: int, data: MeshData) -> Table:
             ("bad use", "{unsaid_unusable_pct:.1f}"),
             ("1σ", "{sides_1_sigma_pct:.0f}"),
             ("2σ", "{sides_2_sigma_pct:.0f}"),
+            ("1σ w", "{widths_1_sigma_pct:.0f}"),
+            ("2σ w", "{widths_2_sigma_pct:.0f}"),
             ("ms", "{fit_median_ms:.0f}"),
             ("p90", "{fit_p90_ms:.0f}"),
         ],
@@ -158,7 +160,7 @@ def _table(rows: list[dict[str, Any]], views: int, data: MeshData) -> Table:
         caption="IoU with the object (vessels: its hull), median and 10th percentile, %; surf: "
         "mean distance of the surfaces; width: error across the grasp, median and 90th percentile; "
         "usable: error ≤ 10 mm and an opening 20 mm wider clears the object; bad: IoU below 50 %, "
-        "or not usable, and neither refused nor flagged; σ: true sides within the stated "
-        "deviations; even: every class has the same weight",
+        "or not usable, and neither refused nor flagged; σ: true sides, and "
+        "horizontal widths w, within the stated deviations; even: every class has the same weight",
         left=("method",),
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -25,10 +25,17 @@ if TYPE_CHECKING:
 
 DIRECTION_STEP = np.radians(10.0)
 """Angle between the closing directions that are compared, rad."""
+WIDTH_STEP = np.radians(30.0)
+"""Angle between the horizontal widths whose standard deviations are tested, rad."""
+BOUND_SLACK = 0.002
+"""Distance by which a true side may pass a stated bound, m: two standard deviations of the noise,
+because the bounds come from single readings."""
 MAX_WIDTH_ERROR = 0.010
 """Maximum error of the width of a usable fit, m."""
 OPENING_MARGIN = 0.020
 """Opening of a gripper beyond the fitted width, m."""
+NOT_FOUND = "the segmentation did not find it"
+"""Reason of a refusal of an object among others that no region matches."""
 PART_SAMPLES = 1 << 15
 """Points from which the volume of a union of parts is measured."""
 
@@ -66,6 +73,10 @@ class MeshScore:
     """Processor time of the fit, s."""
     reason: str = ""
     """Why the fit was refused."""
+    width_sigmas: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    """Errors of six horizontal widths, divided by their stated standard deviations, (K,)."""
+    in_bounds: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool))
+    """Whether each true side and width lies within its stated bounds, (K,)."""
 
     @property
     def usable(self) -> bool:
@@ -105,13 +116,8 @@ def fit_view(
 def score_mesh_fit(placed: PlacedMesh, fit: SuperquadricFit, seconds: float = 0.0) -> MeshScore:
     """Score a fit in the world frame against the object that it stands for."""
     score = score_parts(placed, fit_parts(fit) if fit else (), seconds)
-    return replace(
-        score,
-        refused=not fit,
-        flagged=is_doubted(fit),
-        side_sigmas=_side_sigmas(placed, fit),
-        reason=fit.reason,
-    )
+    score = replace(score, refused=not fit, flagged=is_doubted(fit), reason=fit.reason)
+    return _with_extents(score, placed, fit) if fit else score
 
 
 def score_parts(
@@ -203,15 +209,26 @@ def _chamfer(placed: PlacedMesh, parts: Sequence[Superquadric]) -> float:
     return float((to_fit.mean() + to_truth.mean()) / 2)
 
 
-def _side_sigmas(placed: PlacedMesh, fit: SuperquadricFit) -> NDArray[np.float64]:
-    """Return the errors of the six sides over their standard deviations, (6,) or empty."""
-    solid = fit.superquadric
-    if not fit or solid is None:
-        return np.zeros(0)
-    vertices = placed.pose.apply(placed.mesh.hull_vertices) - solid.centre
-    return np.array(
-        [
-            (side.position - float((vertices @ side.direction).max())) / side.sigma
-            for side in fit.sides
-        ]
+def _with_extents(score: MeshScore, placed: PlacedMesh, fit: SuperquadricFit) -> MeshScore:
+    """Add the errors of the stated sides and widths."""
+    if fit.superquadric is None:
+        return score
+    vertices = placed.pose.apply(placed.mesh.hull_vertices) - fit.superquadric.centre
+    sides, widths, inside = [], [], []
+    for side in fit.sides:
+        truth = float((vertices @ side.direction).max())
+        sides.append((side.position - truth) / side.sigma)
+        inside.append(side.low - BOUND_SLACK <= truth <= side.high + BOUND_SLACK)
+    for angle in np.arange(0.0, np.pi - 1e-9, WIDTH_STEP):
+        direction = np.array([np.cos(angle), np.sin(angle), 0.0])
+        width = fit.width(direction)
+        if width is not None:
+            truth = float(np.ptp(vertices @ direction))
+            widths.append((width.mean - truth) / width.sigma)
+            inside.append(width.low - BOUND_SLACK <= truth <= width.high + BOUND_SLACK)
+    return replace(
+        score,
+        side_sigmas=np.array(sides),
+        width_sigmas=np.array(widths),
+        in_bounds=np.array(inside, dtype=bool),
     )

@@ -12,7 +12,7 @@ from eyehand.perception import FitOptions, PerceiveOptions, SuperquadricFit, fit
 
 from ...scene_json import fit_parts
 from .fit_answer import FitAnswer
-from .mesh_score import score_mesh_fit, score_parts
+from .mesh_score import NOT_FOUND, score_mesh_fit, score_parts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -29,8 +29,6 @@ MIN_MATCH = 0.5
 """Minimum overlap of the pixels of an object and a found region for them to match."""
 MIN_PIXELS = 400
 """Minimum number of visible pixels of an object among others that counts."""
-NOT_FOUND = "the segmentation did not find it"
-"""Reason of an object among others that no region matches."""
 
 
 # Arrays have no truth value: equality is identity.

@@ -12,9 +12,9 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.apps.fitting.bench.household_meshes import HouseholdMesh, read_household
 from eyehand.apps.fitting.bench.mesh_classes import MeshClass
 from eyehand.apps.fitting.bench.mesh_scenes import mesh_scenes, place_together
-from eyehand.apps.fitting.bench.mesh_score import MeshScore
+from eyehand.apps.fitting.bench.mesh_score import NOT_FOUND, MeshScore
 from eyehand.apps.fitting.bench.mesh_summary import mesh_summary
-from eyehand.apps.fitting.bench.mesh_trials import NOT_FOUND, scene_trials, view_trials
+from eyehand.apps.fitting.bench.mesh_trials import scene_trials, view_trials
 from eyehand.apps.fitting.bench.mesh_views import mesh_views
 from eyehand.apps.main import main
 from eyehand.perception import FitOptions, Superquadric
@@ -152,6 +152,7 @@ def test_objects_that_are_not_found_count_as_refused(monkeypatch):
     first = [trial for trial in trials if trial.label == 1]
     assert [trial.score.refused for trial in first] == [True, True]
     assert first[0].score.reason == NOT_FOUND
+    assert mesh_summary([("box", trial.score) for trial in first], "own")[0]["not_found_pct"] == 100
 
 
 def test_neighbours_stand_apart_but_close():
