@@ -41,4 +41,5 @@ class FitAnswer:
 
 def is_doubted(fit: SuperquadricFit) -> bool:
     """Return whether a usable fit states a doubt about its shape."""
-    return bool(fit) and (bool(fit.reason) or fit.ambiguous or fit.outline_differs)
+    doubts = (fit.ambiguous, fit.outline_differs, fit.depth_unseen)
+    return bool(fit) and (bool(fit.reason) or any(doubts))
