@@ -111,7 +111,6 @@ def fit_json(fit: SuperquadricFit) -> dict[str, Any]:
         "margin": _number(fit.margin) if math.isfinite(fit.margin) else None,
         "ambiguous": fit.ambiguous,
         "outline_differs": fit.outline_differs,
-        "depth_unseen": fit.depth_unseen,
         "covered_share": _number(fit.covered_share),
         "missed_share": _number(fit.missed_share),
         "alternatives": [_candidate(c) for c in fit.alternatives],

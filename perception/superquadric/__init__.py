@@ -5,7 +5,7 @@ from .budget import STORED_FRONT
 from .canonical import canonical
 from .extents import SideEstimate, WidthEstimate
 from .fit import fit_superquadric
-from .free_space import FreeSpace, covered_share, missed_share
+from .free_space import FreeSpace, covered_share, outline_shares
 from .kinds import EDGE_EXPONENT
 from .options import MAX_PARTS, FitOptions, OptimiserName
 from .result import CandidateSolid, SuperquadricFit
@@ -47,7 +47,7 @@ __all__ = [
     "feature_curves",
     "fit_superquadric",
     "mesh",
-    "missed_share",
+    "outline_shares",
     "sample_surface",
     "vessel_mesh",
 ]

@@ -15,7 +15,7 @@ from eyehand.errors import InputError
 from .canonical import canonical_axes
 from .constrained import refine_in_free_space
 from .cost_kernels import distances, normal_equations
-from .free_space import covered_share, missed_share
+from .free_space import covered_share, outline_shares
 from .kinds import basis
 from .levenberg_marquardt import levenberg_marquardt
 from .model_selection import CandidateModel, criterion, select_model
@@ -226,11 +226,10 @@ def _check_free_space(
     """Return the fit with its shares of pixels, not converged if it covers too much."""
     if free_space is None:
         return fit
-    share = covered_share(fit.parts, free_space, COVERED_NOISE * options.noise)
-    reason = fit.reason or check_covered_share(share)
-    missed = missed_share(fit.parts, free_space)
+    covered, missed = outline_shares(fit.parts, free_space, COVERED_NOISE * options.noise)
+    reason = fit.reason or check_covered_share(covered)
     return replace(
-        fit, covered_share=share, missed_share=missed, converged=not reason, reason=reason
+        fit, covered_share=covered, missed_share=missed, converged=not reason, reason=reason
     )
 
 
@@ -288,19 +287,30 @@ def _sort_by_outline(
     observation: Observation,
     options: FitOptions,
 ) -> list[CandidateModel]:
-    """Return the models with the wrong pixels of their outlines in the criterion, best first."""
+    """Return the models with the wrong pixels of their outlines in the criterion, best first.
+
+    Pixels count relative to the best model. Models that cannot become the best are not projected.
+    """
     free_space = observation.free_space
     if free_space is None:
         return models
-    limit = models[0].criterion + 2.0 * OUTLINE_WEIGHT
-    sorted_models = []
-    for model in models:
-        wrong = 2.0
-        if model.criterion <= limit:
-            solid = [_candidate_solid(model, problem).superquadric]
-            wrong = covered_share(solid, free_space, COVERED_NOISE * options.noise)
-            wrong += missed_share(solid, free_space)
-        sorted_models.append(model._replace(criterion=model.criterion + OUTLINE_WEIGHT * wrong))
+
+    def wrong_share(model: CandidateModel) -> float:
+        solid = _candidate_solid(model, problem).superquadric
+        return sum(outline_shares([solid], free_space, COVERED_NOISE * options.noise))
+
+    first = wrong_share(models[0])
+    limit = models[0].criterion + OUTLINE_WEIGHT * first
+    wrong = [wrong_share(model) if model.criterion < limit else first for model in models[1:]]
+    terms = [
+        model.criterion + OUTLINE_WEIGHT * share
+        for model, share in zip(models, [first, *wrong], strict=True)
+    ]
+    best = int(np.argmin(terms))
+    offset = terms[best] - models[best].criterion
+    sorted_models = [
+        model._replace(criterion=term - offset) for model, term in zip(models, terms, strict=True)
+    ]
     return sorted(sorted_models, key=attrgetter("criterion"))
 
 

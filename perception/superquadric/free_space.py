@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -89,6 +89,15 @@ class FreeSpace:
         return outside | in_front | inside
 
 
+class OutlineShares(NamedTuple):
+    """Wrong pixels of the outline of solids."""
+
+    covered: float
+    """Share of the pixels of the solids in space seen to be empty, 0-1."""
+    missed: float
+    """Share of the pixels of the object that the solids do not meet, 0-1."""
+
+
 def covered_share(solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float) -> float:
     """Return the share of the pixels of a union of solids that lie in space seen to be empty, 0-1.
 
@@ -107,17 +116,19 @@ def covered_share(solids: Iterable[Superquadric], free_space: FreeSpace, toleran
         Number of rays that enter a solid in empty space over the number of rays that meet a
         solid. It is 0 if no ray meets one.
     """
+    return outline_shares(solids, free_space, tolerance).covered
+
+
+def outline_shares(
+    solids: Iterable[Superquadric], free_space: FreeSpace, tolerance: float
+) -> OutlineShares:
+    """Return the wrong pixels of the outline of a union of solids; see :func:`covered_share`."""
     states = _ray_states(solids, free_space, tolerance)
-    return float(np.count_nonzero(states > 1) / max(np.count_nonzero(states > 0), 1))
-
-
-def missed_share(solids: Iterable[Superquadric], free_space: FreeSpace) -> float:
-    """Return the share of the object's pixels that a union of solids does not meet, 0-1.
-
-    Solids and free space are in the same frame. The share is 0 without a pixel of the object.
-    """
-    missed = _ray_states(solids, free_space, 0.0)[free_space.on_object] == 0
-    return float(np.count_nonzero(missed) / max(len(missed), 1))
+    missed = states[free_space.on_object] == 0
+    return OutlineShares(
+        covered=float(np.count_nonzero(states > 1) / max(np.count_nonzero(states > 0), 1)),
+        missed=float(np.count_nonzero(missed) / max(len(missed), 1)),
+    )
 
 
 def _ray_states(

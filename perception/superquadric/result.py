@@ -19,7 +19,6 @@ from .extents import (
     extent_model,
     inflated_covariance,
 )
-from .frontal_view import is_depth_unseen
 from .robust import robust_spread
 
 if TYPE_CHECKING:
@@ -94,7 +93,7 @@ class SuperquadricFit:
     evidence: ViewEvidence | None = None
     """The view of the object, which bounds its sides; None for results that no fit made."""
     missed_share: float = 0.0
-    """Share of the object's pixels that the solids do not meet, 0-1; see :func:`missed_share`."""
+    """Share of the object's pixels that the solids do not meet, 0-1; see :func:`outline_shares`."""
 
     @classmethod
     def rejected(cls, reason: str, seconds: float = 0.0) -> SuperquadricFit:
@@ -171,13 +170,6 @@ class SuperquadricFit:
         Then the object is no such solid, and its unseen sides may lie elsewhere.
         """
         return self.covered_share > DOUBTFUL_COVERED or self.missed_share > DOUBTFUL_MISSED
-
-    @cached_property
-    def depth_unseen(self) -> bool:
-        """Whether the view shows only the front of the object, so that the depth is a guess."""
-        if self.superquadric is None or self.evidence is None:
-            return False
-        return is_depth_unseen(self.parts or (self.superquadric,), self.evidence)
 
     @property
     def ambiguous(self) -> bool:

@@ -41,5 +41,4 @@ class FitAnswer:
 
 def is_doubted(fit: SuperquadricFit) -> bool:
     """Return whether a usable fit states a doubt about its shape."""
-    doubts = (fit.ambiguous, fit.outline_differs, fit.depth_unseen)
-    return bool(fit) and (bool(fit.reason) or any(doubts))
+    return bool(fit) and (bool(fit.reason) or fit.ambiguous or fit.outline_differs)

@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.errors import InputError
 from eyehand.perception import FreeSpace, Superquadric, fit_superquadric
-from eyehand.perception.superquadric import covered_share, sample_surface
+from eyehand.perception.superquadric import covered_share, outline_shares, sample_surface
 
 SIDE = 35
 
@@ -61,6 +61,19 @@ def test_solid_behind_the_surface_covers_nothing():
     assert covered_share([solid], view(0.64), 0.0) == 0.0
     assert covered_share([solid], view(0.0), 0.0) == 0.0
     assert covered_share([solid], view(np.inf), 0.0) == 1.0
+
+
+def test_missed_pixels_are_those_of_the_object_beside_the_solid():
+    solid = Superquadric(np.full(3, 0.05), (1.0, 1.0), RigidTransform.from_translation([0, 0, 0.7]))
+    rays = view(0.7).rays
+    miss = np.linalg.norm(np.cross(rays, solid.centre), axis=1)
+    for radius in (0.04, 0.08):
+        on_object = miss < radius
+        shares = outline_shares([solid], view(0.6, on_object), 0.0)
+        assert shares.missed == pytest.approx(np.mean(miss[on_object] >= 0.05), abs=1e-9)
+        assert shares.covered == 0.0
+    assert outline_shares([solid], view(0.6), 0.0).missed == 0.0
+    assert outline_shares([], view(0.6, on_object), 0.0).missed == 1.0
 
 
 def test_frame_does_not_change_the_share():
