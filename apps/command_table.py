@@ -8,6 +8,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "eyehand.apps.perceive:perceive_command",
         "describe a depth frame, a recording or a live camera",
     ),
+    "grasp": (
+        "eyehand.apps.grasp_command:grasp_command",
+        "rank the grasps of a parallel gripper in a depth frame",
+    ),
     "fit": ("eyehand.apps.fit:fit_command", "fit the simplest solid to point clouds and meshes"),
     "synth": ("eyehand.apps.synth:synth", "make a synthetic tabletop frame with its ground truth"),
     "evaluate segmentation": (

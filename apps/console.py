@@ -39,8 +39,15 @@ def print_json(
     command: str, seed: int | None, rows: Iterable[Mapping[str, Any]], **more: Any
 ) -> None:
     """Print ``{"schema": "eyehand.<command>/1", "seed": …, "rows": […], …}`` on stdout."""
+    print(json_text(command, seed, rows, **more), flush=True)
+
+
+def json_text(
+    command: str, seed: int | None, rows: Iterable[Mapping[str, Any]], **more: Any
+) -> str:
+    """Return the JSON object that `print_json` prints."""
     report = {"schema": f"eyehand.{command}/1", "seed": seed, "rows": list(rows), **more}
-    print(json.dumps(report, allow_nan=False), flush=True)
+    return json.dumps(report, allow_nan=False)
 
 
 def tracked(items: Iterable[Any], what: str, total: int | None = None) -> Iterator[Any]:

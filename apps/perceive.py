@@ -2,29 +2,21 @@
 
 from __future__ import annotations
 
-from itertools import islice
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from eyehand.errors import InputError
 from eyehand.grasping import GraspOptions, GraspPurpose
-from eyehand.perception.io import FRAME_SUFFIXES, read_frame
 
 from .console import print_json, say, show
 from .frame_masks import FrameMasks
+from .frame_stream import check_source, open_frames
 from .output_files import write_perceived_frame
 from .perceived_frame import load_kernels, perceive_and_plan
 from .scene_table import scene_rows, scene_table
 from .usable_frame import check_usable
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from eyehand.perception import DepthFrame
-
-RECORDING_SUFFIX = ".mcap"
 
 
 def perceive_command(
@@ -66,15 +58,10 @@ def perceive_command(
     json
         Print one JSON object on stdout; the table goes to stderr.
     """
-    if (frame is None) == (not oak):
-        raise InputError("give either a frame file or --oak")
-    if record is not None and not oak:
-        raise InputError("--record needs --oak")
-    if frames is not None and frames < 1:
-        raise InputError(f"--frames must be >= 1, got {frames}")
+    check_source(frame, oak, record, frames)
     rows = []
     count = 0
-    for name, source, depth_frame in _frames(frame, camera, oak, record, frames):
+    for name, source, depth_frame in open_frames(frame, camera, oak, record, frames):
         if count == 0:
             load_kernels()
         count += 1
@@ -95,31 +82,3 @@ def perceive_command(
     if json:
         print_json("perceive", None, rows, frames=count, out=str(out))
     return 0
-
-
-def _frames(
-    path: Path | None, camera: Path | None, oak: bool, record: Path | None, count: int | None
-) -> Iterator[tuple[str | None, str, DepthFrame]]:
-    """Yield (folder name or None, source, frame)."""
-    if oak:
-        from eyehand.perception.cameras import OakCamera
-
-        stream, source, count = OakCamera(record=record), "OAK camera", count or 1
-    elif path is not None and path.suffix.lower() == RECORDING_SUFFIX:
-        from eyehand.perception.cameras import OakRecording
-
-        stream, source = OakRecording(path), str(path)
-    else:
-        assert path is not None
-        if path.suffix.lower() not in FRAME_SUFFIXES:
-            raise InputError(
-                f"{path}: suffix {path.suffix!r} is not a frame format, expected one of "
-                f"{', '.join((*FRAME_SUFFIXES, RECORDING_SUFFIX))}"
-            )
-        if count not in (None, 1):
-            raise InputError(f"--frames needs --oak or a recording, and {path} is one frame")
-        yield None, str(path), read_frame(path, camera)
-        return
-    # islice does not request a frame beyond the last one, so that a live camera does not wait.
-    for number, frame in enumerate(islice(stream.frames(), count)):
-        yield f"{number:04d}", f"{source}, frame {number}", frame

@@ -11,7 +11,7 @@ from .hand_model import HandModel
 from .hand_names import PALM, PINCER_FINGER, THUMB
 from .hand_state import finger_curl, finger_forces, grip_width, is_holding
 from .nominal_hand import nominal_hand
-from .parallel_hand import HandBox, ParallelHand, generic_jaw
+from .parallel_hand import HandBox, HandJoint, ParallelHand, generic_jaw
 
 __all__ = [
     "IDLE_OPENING",
@@ -23,6 +23,7 @@ __all__ = [
     "GripOptions",
     "HandBox",
     "HandCommand",
+    "HandJoint",
     "HandModel",
     "HandReading",
     "ParallelHand",

@@ -15,6 +15,7 @@ The file holds one object. Lengths are in m, forces in N, boxes in the tool fram
       "min_opening": 0.0, "force": [10, 70], "camera_boxes": [box, …],
       "mount_distance": 0.112, "tip_advance": 0.0,
       "senses": ["width", "effort", "pad_forces", "tactile"],
+      "joints": [{"name": text, "open": position, "closed": position}, …],    m or rad
       "source": "text", "checked": true, "notes": "text"
     }
 """
@@ -29,7 +30,7 @@ from typing import Any
 
 from eyehand.errors import InputError
 
-from .parallel_hand import HandBox, ParallelHand, generic_jaw
+from .parallel_hand import HandBox, HandJoint, ParallelHand, generic_jaw
 
 SCHEMA = "eyehand.hand/1"
 """Value of ``schema`` in a hand's file."""
@@ -120,6 +121,10 @@ def _value(key: str, value: Any) -> Any:
         if not isinstance(value, list):
             raise InputError(f"{key!r} must be a list of boxes, got {value!r}")
         return tuple(_box(key, item) for item in value)
+    if key == "joints":
+        if not isinstance(value, list):
+            raise InputError(f"'joints' must be a list, got {value!r}")
+        return tuple(_joint(item) for item in value)
     if key in _TEXTS:
         if not isinstance(value, str):
             raise InputError(f"{key!r} must be text, got {value!r}")
@@ -143,6 +148,17 @@ def _box(key: str, data: Any) -> HandBox:
         raise InputError(f"a box of {key!r} must have 'low' and 'high', got {data!r}")
     low, high = (_numbers(f"{name} of {key}", data[name], 3) for name in ("low", "high"))
     return HandBox((low[0], low[1], low[2]), (high[0], high[1], high[2]))
+
+
+def _joint(data: Any) -> HandJoint:
+    if (
+        not isinstance(data, dict)
+        or set(data) != {"name", "open", "closed"}
+        or not isinstance(data["name"], str)
+    ):
+        raise InputError(f"a joint must have 'name', 'open' and 'closed', got {data!r}")
+    at_open, at_closed = (_numbers(key, [data[key]], 1)[0] for key in ("open", "closed"))
+    return HandJoint(data["name"], at_open, at_closed)
 
 
 def _numbers(key: str, value: Any, count: int) -> list[float]:

@@ -44,6 +44,30 @@ class HandBox:
 
 
 @dataclass(frozen=True)
+class HandJoint:
+    """A joint of the gripper in its ROS driver. Its position is linear in the opening.
+
+    Raises
+    ------
+    InputError
+        If a position is not finite.
+    """
+
+    name: str
+    """Name of the joint."""
+    open: float
+    """Position at the maximum opening, m or rad."""
+    closed: float
+    """Position at opening 0, m or rad."""
+
+    def __post_init__(self) -> None:
+        if not (math.isfinite(self.open) and math.isfinite(self.closed)):
+            raise InputError(
+                f"positions of joint {self.name!r} must be finite, got {self.open}, {self.closed}"
+            )
+
+
+@dataclass(frozen=True)
 class ParallelHand:
     """A gripper whose two jaws move along one line.
 
@@ -85,6 +109,8 @@ class ParallelHand:
     at the tips of the closed hand."""
     senses: tuple[str, ...] = ("width", "effort")
     """What the hand measures: some of `SENSES`."""
+    joints: tuple[HandJoint, ...] = ()
+    """Joints that a ROS driver commands."""
     source: str = ""
     """Where the numbers are from."""
     checked: bool = False
@@ -133,6 +159,13 @@ class ParallelHand:
         left = right.copy()
         left[:, 0, 0], left[:, 1, 0] = -right[:, 1, 0], -right[:, 0, 0]
         return np.concatenate([right, left])
+
+    def joint_positions(self, opening: float) -> NDArray[np.float64]:
+        """Return the positions of `joints` at an opening in m, (n,), m or rad."""
+        share = opening / self.stroke
+        return np.array(
+            [joint.closed + share * (joint.open - joint.closed) for joint in self.joints]
+        )
 
     def fixed_boxes(self) -> NDArray[np.float64]:
         """Return low and high corners of palm and camera, (n, 2, 3), m."""
@@ -183,5 +216,8 @@ def generic_jaw(
         palm_boxes=(HandBox((-reach, -0.035, -finger_depth - 0.1), (reach, 0.035, -finger_depth)),),
         force=force,
         mount_distance=finger_depth + 0.1,
+        joints=tuple(
+            HandJoint(f"{side}_finger_joint", 0.5 * stroke, 0.0) for side in ("left", "right")
+        ),
         source="generic: box fingers, palm 70 mm wide and 100 mm long",
     )

@@ -86,7 +86,8 @@ def test_readme_command_runs(command, folder, capsys):
 @pytest.mark.parametrize(
     ("begins", "prints"),
     [
-        ("from eyehand.grasping", "1 tapered [0.0"),
+        ("from eyehand.grasping import select_prototype", "1 tapered [0.0"),
+        ("from eyehand.grasping import load_hand", "% safe"),
         ("from eyehand.control", "reached"),
         ("import numpy", "ended: clear"),
     ],
@@ -99,8 +100,8 @@ def test_python_example_runs(begins, prints, folder, capsys):
     assert prints in capsys.readouterr().out
 
 
-def test_readme_has_three_python_examples():
-    assert len(re.findall(r"```python", README)) == 3
+def test_readme_has_four_python_examples():
+    assert len(re.findall(r"```python", README)) == 4
 
 
 def test_paths_and_functions_named_in_contributing_exist():

@@ -129,3 +129,23 @@ def _finger_points(path: Path, control: float, names: tuple[str, ...]) -> np.nda
             local = np.reshape(grid, (3, -1)).T * model.geom_size[geom]
         clouds.append(local @ data.geom_xmat[geom].reshape(3, 3).T + data.geom_xpos[geom])
     return np.vstack(clouds)
+
+
+def test_joints_follow_the_opening():
+    for name in built_in_hands():
+        hand = load_hand(name)
+        assert hand.joints
+        for joint, at_open, at_closed in zip(
+            hand.joints, hand.joint_positions(hand.stroke), hand.joint_positions(0.0), strict=True
+        ):
+            assert (at_open, at_closed) == (joint.open, joint.closed)
+    assert load_hand("panda").joint_positions(0.05).sum() == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize("joints", [3, [{"name": "a"}], [{"name": "a", "open": "x", "closed": 0}]])
+def test_invalid_joints_are_refused(tmp_path, joints):
+    path = tmp_path / "hand.json"
+    write_hand(load_hand("panda"), path)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"joints": joints}))
+    with pytest.raises(InputError, match=r"joint|'open'"):
+        read_hand(path)

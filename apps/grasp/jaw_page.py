@@ -1,0 +1,169 @@
+"""Write the grasps of a frame as one self-contained HTML page with a 3D view."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from eyehand.perception.superquadric import feature_curves, mesh
+
+from ..fitting.page_server import close_server, open_server
+from ..scene_json import fit_parts
+from ..scene_picture import colour_of
+from .jaw_shapes import CORNERS, FACES, drawn_grasps
+from .jaw_table import approach_name
+from .view_scene import nearby_points, view_axes
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from .jaw_frame import GraspedFrame
+    from .jaw_shapes import DrawnGrasp
+
+INK = (34, 38, 43)
+OPACITY, PALM_OPACITY = 0.45, 0.12
+POINT_SIZE = 0.006
+"""Side of a point, relative to half the diagonal of the objects."""
+LETTERS, LINE = 0.07, 0.11
+"""Height of letters and distance of lines, relative to half the diagonal of the objects."""
+VIEW_DISTANCE = 2.6
+"""Distance of the initial viewpoint, in half diagonals of the objects."""
+RESOLUTION = 48
+"""Points around a drawn solid."""
+TRIANGLES = np.array([[a, b, c] for face in FACES for a, b, c in (face[:3], (face[0], *face[2:]))])
+"""Triangles (12, 3) of a box."""
+
+
+def page_html(found: GraspedFrame) -> str:
+    """Return the text of the page, about 2 MB: the viewer of viser and the scene."""
+    # The serialiser of viser needs a running server. Its address is not printed.
+    server = open_server()
+    try:
+        _draw(server, found)
+        return server.scene.as_html()
+    finally:
+        close_server(server)
+
+
+def _draw(server: Any, found: GraspedFrame) -> None:
+    """Draw points, solids and grippers. The half diagonal of the objects is 1 in the page."""
+    points, colours = nearby_points(found)
+    extent = np.concatenate([item.points for item in found.scene.objects] or [points])
+    low, high = np.percentile(extent, [0.5, 99.5], axis=0)
+    middle, reach = 0.5 * (low + high), max(0.5 * float(np.linalg.norm(high - low)), 1e-3)
+
+    def scaled(places: NDArray[np.float64]) -> NDArray[np.float32]:
+        return ((places - middle) / reach).astype(np.float32)
+
+    axes = view_axes(found)
+    up = _vertical(found)
+    server.scene.set_up_direction(tuple(up))
+    server.scene.add_point_cloud(
+        "/points",
+        scaled(points),
+        colours,
+        point_size=POINT_SIZE,
+        point_shape="circle",
+        point_shading="flat",
+        precision="float32",
+    )
+    for item in found.scene.objects:
+        for number, solid in enumerate(fit_parts(item.fit) if item.fit else ()):
+            vertices, faces = mesh(solid, RESOLUTION)
+            node = f"/object {item.label}/{number}"
+            _add_mesh(
+                server,
+                node,
+                scaled(vertices),
+                faces,
+                tuple(colour_of(item.label).tolist()),
+                OPACITY,
+            )
+            curves = [scaled(curve) for curve in feature_curves(solid)]
+            lines = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in curves])
+            server.scene.add_line_segments(
+                f"{node}/lines", lines, INK, thickness=1.5, thickness_units="screen"
+            )
+    drawn = drawn_grasps(found)
+    for one in drawn:
+        _draw_grasp(server, one, one is drawn[0], scaled)
+    _write_list(server, found, drawn, up)
+    server.initial_camera.position = tuple(VIEW_DISTANCE * axes[2])
+    server.initial_camera.look_at = (0.0, 0.0, 0.0)
+
+
+def _draw_grasp(server: Any, one: DrawnGrasp, with_palm: bool, scaled: Any) -> None:
+    node = f"/grasp {one.rank}"
+    count = len(CORNERS)
+    faces = np.concatenate([TRIANGLES + count * k for k in range(len(one.fingers))])
+    _add_mesh(server, f"{node}/fingers", scaled(one.fingers.reshape(-1, 3)), faces, one.colour, 1.0)
+    if with_palm and len(one.palm):
+        faces = np.concatenate([TRIANGLES + count * k for k in range(len(one.palm))])
+        palm = scaled(one.palm.reshape(-1, 3))
+        _add_mesh(server, f"{node}/palm", palm, faces, one.colour, PALM_OPACITY)
+    lines = np.concatenate([np.stack([c[:-1], c[1:]], axis=1) for c in (one.fork, one.stem)])
+    server.scene.add_line_segments(
+        f"{node}/lines", scaled(lines), one.colour, thickness=3.0, thickness_units="screen"
+    )
+    server.scene.add_label(
+        f"{node}/rank",
+        str(one.rank),
+        position=tuple(scaled(one.stem[0]).tolist()),
+        font_size_mode="scene",
+        font_scene_height=LETTERS,
+    )
+
+
+def _write_list(
+    server: Any, found: GraspedFrame, drawn: list[DrawnGrasp], up: NDArray[np.float64]
+) -> None:
+    """Write one line for each drawn grasp above the scene."""
+    if drawn:
+        lines = [f"{found.hand.name}: best grasp of each object"]
+        lines += [
+            f"{one.rank}: object {one.grasp.object_label}, {1e3 * one.grasp.object_width:.0f} mm, "
+            f"{approach_name(one.grasp)}, {100 * one.grasp.success:.0f} %"
+            + ("" if one.grasp.safe else ", forbidden")
+            for one in drawn
+        ]
+    else:
+        lines = [f"no grasp: {found.grasps.reason}"]
+    top = 1.0 + LINE * len(lines)
+    for number, text in enumerate(lines):
+        server.scene.add_label(
+            f"/list {number}",
+            text,
+            position=tuple((top - LINE * number) * up),
+            font_size_mode="scene",
+            font_scene_height=LETTERS,
+            anchor="bottom-center",
+        )
+
+
+def _vertical(found: GraspedFrame) -> NDArray[np.float64]:
+    """Return the direction up that the view of the page keeps, (3,)."""
+    axes = view_axes(found)
+    if found.scene.support is not None:
+        return found.scene.support.normal
+    return axes[1]
+
+
+def _add_mesh(
+    server: Any,
+    node: str,
+    vertices: NDArray[np.float32],
+    faces: NDArray[np.int64],
+    colour: tuple[int, int, int],
+    opacity: float,
+) -> None:
+    server.scene.add_mesh_simple(
+        node,
+        vertices,
+        faces.astype(np.uint32),
+        color=colour,
+        opacity=opacity if opacity < 1.0 else None,
+        flat_shading=opacity == 1.0,
+        cast_shadow=False,
+        receive_shadow=False,
+    )

@@ -1,0 +1,144 @@
+"""The grasps of a gripper as a table for the terminal and as rows for JSON."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from rich.markup import escape
+from rich.table import Table
+
+from ..scene_picture import colour_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from scipy.spatial.transform import RigidTransform
+
+    from eyehand.grasping import Grasp
+
+    from .jaw_frame import GraspedFrame
+
+COLUMNS = ("rank", "object", "width mm", "opens mm", "approach", "position mm", "success %")
+
+
+def grasp_table(found: GraspedFrame) -> Table:
+    """Return a table with one row per reported grasp and the times in the caption."""
+    scene, grasps = found.scene, found.grasps
+    safe = sum(grasp.safe for grasp in grasps)
+    table = Table(
+        title=f"{escape(found.source)}: {len(scene.objects)} objects, {len(grasps)} grasps of "
+        f"{escape(found.hand.name)}, {safe} of them safe",
+        title_justify="left",
+        caption=f"{1e3 * (scene.seconds + grasps.seconds):.0f} ms: perception "
+        f"{1e3 * scene.seconds:.0f}, planning {1e3 * grasps.seconds:.0f}; positions of the tool "
+        f"centre point in the {scene.reference_frame} frame",
+        caption_justify="left",
+    )
+    for column in COLUMNS:
+        table.add_column(column, justify="left" if column == "approach" else "right")
+    table.add_column("safe, or forbidden by", overflow="fold")
+    for rank, grasp in enumerate(found.shown, 1):
+        r, g, b = colour_of(grasp.object_label).tolist()
+        table.add_row(
+            str(rank),
+            f"[rgb({r},{g},{b})]{grasp.object_label}[/]",
+            f"{1e3 * grasp.object_width:.0f}",
+            f"{1e3 * grasp.width:.0f}",
+            approach_name(grasp),
+            " ".join(f"{1e3 * x:.0f}" for x in grasp.position),
+            f"{100 * grasp.success:.0f}",
+            "safe" if grasp.safe else "; ".join(grasp.forbidden_by),
+        )
+    return table
+
+
+def approach_name(grasp: Grasp) -> str:
+    """Return the words for the approach: ``from above``, ``oblique``, ``from the side``."""
+    return grasp.reason.rpartition(", ")[2]
+
+
+def object_notes(found: GraspedFrame) -> list[str]:
+    """Return one line for each object whose grasps are not among the reported ones."""
+    notes, ranks = [], found.best_ranks
+    for item in found.scene.objects:
+        rank = ranks.get(item.label)
+        if rank is None:
+            notes.append(f"object {item.label}: no grasp: {found.why_none(item.label)}")
+        elif rank > found.top:
+            success = 100 * found.grasps[rank - 1].success
+            notes.append(f"object {item.label}: its best grasp is number {rank}, {success:.0f} %")
+    return notes
+
+
+def grasp_rows(found: GraspedFrame, prefix: str | None = None) -> list[dict[str, Any]]:
+    """Return the rows of ``--json``: one per reported grasp."""
+    lead = f"{prefix}/" if prefix else ""
+    return [
+        {
+            "name": f"{lead}grasp {rank}",
+            "rank": rank,
+            "object": grasp.object_label,
+            "success_pct": round(100 * grasp.success, 2),
+            "safe": grasp.safe,
+            "forbidden_by": list(grasp.forbidden_by),
+            "approach": approach_name(grasp),
+            "object_width_mm": round(1e3 * grasp.object_width, 2),
+            "opening_mm": round(1e3 * grasp.width, 2),
+            "tool": pose_json(grasp.T_scene_tcp),
+            "pre_grasp": pose_json(grasp.pre_grasp),
+            "retreat": pose_json(grasp.retreat),
+            "approach_direction": _rounded(grasp.approach),
+            "closing_direction": _rounded(grasp.closing),
+            "terms": {name: round(float(term), 4) for name, term in grasp.terms.items()},
+        }
+        for rank, grasp in enumerate(found.shown, 1)
+    ]
+
+
+def frame_json(found: GraspedFrame, prefix: str | None = None) -> dict[str, Any]:
+    """Return what ``--json`` reports of a frame besides its grasps."""
+    scene, correction = found.scene, found.correction
+    ranks = found.best_ranks
+    return {
+        "name": prefix or "frame",
+        "source": found.source,
+        "frame": scene.reference_frame,
+        "grasps": len(found.grasps),
+        "reason": found.grasps.reason,
+        "perceive_ms": round(1e3 * scene.seconds, 2),
+        "plan_ms": round(1e3 * found.grasps.seconds, 2),
+        "correct_depth_ms": round(1e3 * found.correct_seconds, 2) if correction else None,
+        "depth_correction": None
+        if correction is None
+        else {
+            "scale": round(correction.scale, 6),
+            "height_error_mm": round(1e3 * correction.height_error, 2),
+            "tilt_deg": round(math.degrees(correction.tilt), 3),
+        },
+        "objects": [
+            {
+                "label": item.label,
+                "best_rank": ranks.get(item.label),
+                "reason": "" if item.label in ranks else found.why_none(item.label),
+                "rejected": dict(found.grasps.rejected.get(item.label, {})),
+            }
+            for item in scene.objects
+        ],
+        "warnings": [
+            {"kind": one.kind, "message": one.message, "object": one.label}
+            for one in scene.warnings
+        ],
+    }
+
+
+def pose_json(pose: RigidTransform) -> dict[str, list[float]]:
+    """Return a pose as plain data."""
+    return {
+        "position_m": _rounded(pose.translation),
+        "quat_wxyz": _rounded(pose.rotation.as_quat(scalar_first=True)),
+    }
+
+
+def _rounded(values: Iterable[float]) -> list[float]:
+    return [round(float(value), 6) for value in values]

@@ -1,0 +1,197 @@
+"""`eyehand grasp`: rank the grasps of a parallel gripper in a depth frame."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import Annotated, Any
+
+from cyclopts import Parameter
+
+from eyehand.errors import InputError
+from eyehand.grasping import JawOptions
+
+from .console import json_text, print_json, say, show
+from .frame_masks import FrameMasks
+from .frame_stream import check_source, is_recording, open_frames
+from .grasp.jaw_choice import JawChoice
+from .grasp.jaw_frame import GraspedFrame, grasp_frame
+from .grasp.jaw_table import frame_json, grasp_rows, grasp_table, object_notes
+from .output_files import make_folder, write_picture, write_text
+from .perceived_frame import load_kernels
+from .usable_frame import check_usable
+
+MAX_CALIBRATION_ERROR = 50.0
+"""Maximum of --calibration-error, mm."""
+SUFFIXES = {
+    "--yaml": (".yaml", ".yml"),
+    "--picture": (".png",),
+    "--page": (".html", ".htm"),
+}
+
+
+def grasp_command(
+    frame: Path | None = None,
+    /,
+    *,
+    jaw: Annotated[JawChoice | None, Parameter(name="*", group="Gripper")] = None,
+    calibration_error: float = 3.0,
+    friction: float = 0.6,
+    top: int = 10,
+    table_height: float | None = None,
+    camera: Path | None = None,
+    masks: Annotated[FrameMasks | None, Parameter(name="*", group="Masks")] = None,
+    oak: bool = False,
+    record: Path | None = None,
+    frames: Annotated[int | None, Parameter(name="--frames")] = None,
+    out: Path | None = None,
+    yaml: Path | None = None,
+    picture: Path | None = None,
+    page: Path | None = None,
+    json: bool = False,
+) -> int:
+    """Perceive a depth frame and rank the grasps of a parallel gripper by their success.
+
+    The exit code is 0 if a safe grasp is offered, else 1.
+
+    Parameters
+    ----------
+    frame
+        Depth frame (.png in mm with a camera file, .npz, organised .pcd or .ply), or a recording
+        (.mcap).
+    jaw
+        The gripper.
+    calibration_error
+        Standard deviation of the gripper's position relative to the image, mm.
+    friction
+        Coulomb friction coefficient of pads and objects.
+    top
+        Number of grasps that are reported.
+    table_height
+        Height of the table in the world, m. Scale and tilt of the depth are corrected from it.
+    camera
+        Camera file with the intrinsics; default: <frame>.json or camera.json beside the frame.
+    masks
+        Readings of the robot, and outside a region, that are no objects.
+    oak
+        Read from a connected Luxonis OAK camera instead of a file.
+    record
+        With --oak: also record what the camera sees to this .mcap file.
+    frames
+        Frames to take from a camera or a recording; default 1 from a camera, all of a recording.
+    out
+        Output folder for grasps.json, grasps.yaml and grasps.png; frames of a stream go to numbered
+        folders inside.
+    yaml
+        Write the safe grasps to this .yaml file, in the field layout of ROS moveit_msgs/Grasp.
+    picture
+        Draw the best grasps into this .png file: in the image and in 3D.
+    page
+        Write a self-contained .html page with a 3D view.
+    json
+        Print one JSON object on stdout; the table goes to stderr.
+    """
+    check_source(frame, oak, record, frames)
+    hand = (jaw or JawChoice()).load()
+    options = _options(calibration_error, friction)
+    if top < 1:
+        raise InputError(f"--top must be >= 1, got {top}")
+    if table_height is not None and not math.isfinite(table_height):
+        raise InputError(f"--table-height must be finite, got {table_height}")
+    outputs = {"--yaml": yaml, "--picture": picture, "--page": page}
+    _check_outputs(outputs, several=(oak or is_recording(frame)) and (frames or 2 - oak) > 1)
+    rows, reports, offered = [], [], True
+    for name, source, depth_frame in open_frames(frame, camera, oak, record, frames):
+        if not reports:
+            load_kernels()
+        if masks is not None:
+            depth_frame = masks.applied(depth_frame)
+        found = grasp_frame(
+            depth_frame, hand, options, source=source, table_height=table_height, top=top
+        )
+        if name is None:
+            check_usable(found.scene.segmentation, source)
+        frame_rows, report = grasp_rows(found, name), frame_json(found, name)
+        if out is not None:
+            _write_folder(out if name is None else out / name, found, frame_rows, report)
+        _write(found, yaml, picture, page)
+        _report(found, json_wanted=json)
+        rows += frame_rows
+        reports.append(report)
+        offered &= any(grasp.safe for grasp in found.grasps)
+    if not reports:
+        raise InputError(f"{frame} holds no frame")
+    if json:
+        print_json("grasp", None, rows, hand=hand.name, frames=reports)
+    return 0 if offered else 1
+
+
+def _options(calibration_error: float, friction: float) -> JawOptions:
+    if not 0.0 <= calibration_error <= MAX_CALIBRATION_ERROR:
+        raise InputError(
+            f"--calibration-error must be 0 to {MAX_CALIBRATION_ERROR:g} mm, got "
+            f"{calibration_error:g}"
+        )
+    return JawOptions(friction=friction, calibration_error=1e-3 * calibration_error)
+
+
+def _check_outputs(outputs: dict[str, Path | None], *, several: bool) -> None:
+    """Check the names of the files and create their folders."""
+    for option, path in outputs.items():
+        if path is None:
+            continue
+        if several:
+            raise InputError(f"{option} needs one frame: add --frames 1")
+        if path.suffix.lower() not in SUFFIXES[option]:
+            raise InputError(f"{option} must name a {SUFFIXES[option][0]} file, got {path}")
+        if path.exists() and not path.is_file():
+            raise InputError(f"{option} must name a file, but {path} is a folder, FIFO or device")
+        make_folder(path.parent)
+
+
+def _write_folder(
+    folder: Path, found: GraspedFrame, rows: list[dict[str, Any]], report: dict[str, Any]
+) -> None:
+    make_folder(folder)
+    text = json_text("grasp", None, rows, hand=found.hand.name, frames=[report])
+    write_text(folder / "grasps.json", text + "\n")
+    _write(found, folder / "grasps.yaml", folder / "grasps.png", None)
+
+
+def _write(found: GraspedFrame, yaml: Path | None, picture: Path | None, page: Path | None) -> None:
+    if yaml is not None:
+        from .grasp.moveit_yaml import grasps_yaml
+
+        write_text(yaml, grasps_yaml(found))
+        say(f"grasps written to {yaml}")
+    if picture is not None:
+        from .grasp.jaw_picture import grasps_picture
+
+        write_picture(picture, grasps_picture(found))
+        say(f"picture written to {picture}")
+    if page is not None:
+        from .grasp.jaw_page import page_html
+
+        write_text(page, page_html(found))
+        say(f"page written to {page}")
+
+
+def _report(found: GraspedFrame, *, json_wanted: bool) -> None:
+    """Print the table and the remarks, or why there is no grasp."""
+    if found.grasps:
+        show(grasp_table(found), json_wanted=json_wanted)
+        for note in object_notes(found):
+            say(note)
+        if not any(grasp.safe for grasp in found.grasps):
+            say("no grasp is safe: the last column of the table says why")
+    else:
+        say(f"eyehand: {found.source}: no grasp is offered: {found.grasps.reason}")
+    correction = found.correction
+    if correction is not None:
+        say(
+            f"depth scaled by {correction.scale:.4f}: the table was "
+            f"{1e3 * correction.height_error:+.1f} mm off, tilted by "
+            f"{math.degrees(correction.tilt):.1f}°"
+        )
+    for warning in found.scene.warnings:
+        say(f"warning: {warning.message}")

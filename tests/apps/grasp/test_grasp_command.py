@@ -1,0 +1,197 @@
+"""`eyehand grasp`: output, files and rejected input."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import cv2
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from eyehand.apps.main import main
+from eyehand.grasping.hands import load_hand, write_hand
+from eyehand.perception import DepthFrame, read_frame, write_frame
+
+SAMPLE = Path(__file__).resolve().parents[3] / "apps" / "sample" / "depth.png"
+
+
+def run(*arguments: object, capsys: pytest.CaptureFixture[str]) -> tuple[int, str, str]:
+    """Run the command in this process; return exit code, stdout and stderr."""
+    with pytest.raises(SystemExit) as exit_info:
+        main(["grasp", *(str(argument) for argument in arguments)])
+    printed = capsys.readouterr()
+    return int(exit_info.value.code or 0), printed.out, printed.err
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder with all files of one run."""
+    return tmp_path_factory.mktemp("grasps")
+
+
+@pytest.fixture
+def report(written: Path, capsys: pytest.CaptureFixture[str]) -> dict:
+    """Return the JSON report of one run on the sample frame, and write its files."""
+    file = written / "report.json"
+    if not file.exists():
+        files = ("--yaml", written / "a.yaml", "--picture", written / "new" / "a.png")
+        code, out, _ = run(SAMPLE, "--hand", "panda", *files, "--json", "--top", 20, capsys=capsys)
+        assert code == 0
+        assert len(out.strip().splitlines()) == 1
+        file.write_text(out)
+    return json.loads(file.read_text())
+
+
+def test_report_has_ranked_grasps_with_units(report):
+    assert report["schema"] == "eyehand.grasp/1"
+    assert report["hand"] == "panda"
+    rows = report["rows"]
+    assert [row["rank"] for row in rows] == list(range(1, len(rows) + 1))
+    chances = [row["success_pct"] for row in rows]
+    assert chances == sorted(chances, reverse=True)
+    for row in rows:
+        assert 0.0 < row["object_width_mm"] < row["opening_mm"] + 1e-6 <= 80.0 + 1e-6
+        assert row["safe"] == (not row["forbidden_by"])
+        assert row["approach"] in ("from above", "oblique", "from the side")
+        turn = Rotation.from_quat(row["tool"]["quat_wxyz"], scalar_first=True).as_matrix()
+        np.testing.assert_allclose(turn[:, 2], row["approach_direction"], atol=1e-4)
+        np.testing.assert_allclose(turn[:, 0], row["closing_direction"], atol=1e-4)
+        shift = np.subtract(row["tool"]["position_m"], row["pre_grasp"]["position_m"])
+        np.testing.assert_allclose(shift, 0.05 * turn[:, 2], atol=1e-5)
+        assert set(row["terms"]) >= {"clearance", "object"}
+
+
+def test_every_object_has_a_rank_or_a_reason(report):
+    (frame,) = report["frames"]
+    assert frame["frame"] == "world"
+    for item in frame["objects"]:
+        assert (item["best_rank"] is None) == bool(item["reason"])
+    assert any(item["best_rank"] == 1 for item in frame["objects"])
+
+
+def test_yaml_has_the_layout_of_moveit_grasps(report, written):
+    yaml = pytest.importorskip("yaml")
+    grasps = yaml.safe_load((written / "a.yaml").read_text())
+    safe = [row for row in report["rows"] if row["safe"]]
+    assert len(grasps) == len(safe) > 0
+    for grasp, row in zip(grasps, safe, strict=True):
+        assert list(grasp) == [
+            "id",
+            "pre_grasp_posture",
+            "grasp_posture",
+            "grasp_pose",
+            "grasp_quality",
+            "pre_grasp_approach",
+            "post_grasp_retreat",
+            "post_place_retreat",
+            "max_contact_force",
+            "allowed_touch_objects",
+        ]
+        assert grasp["grasp_pose"]["header"]["frame_id"] == "world"
+        pose = grasp["grasp_pose"]["pose"]
+        assert list(pose["position"].values()) == row["tool"]["position_m"]
+        w, x, y, z = row["tool"]["quat_wxyz"]
+        assert pose["orientation"] == {"x": x, "y": y, "z": z, "w": w}
+        direction = grasp["pre_grasp_approach"]["direction"]["vector"]
+        np.testing.assert_allclose(list(direction.values()), row["approach_direction"], atol=1e-5)
+        assert grasp["pre_grasp_approach"]["desired_distance"] == pytest.approx(0.05)
+        posture = grasp["pre_grasp_posture"]
+        assert posture["joint_names"] == ["panda_finger_joint1", "panda_finger_joint2"]
+        assert sum(posture["points"][0]["positions"]) == pytest.approx(
+            row["opening_mm"] / 1e3, abs=1e-5
+        )
+        assert grasp["grasp_posture"]["points"][0]["positions"] == [0.0, 0.0]
+        assert grasp["max_contact_force"] == 70.0
+
+
+def test_picture_shows_the_best_grasp_in_its_colour(report, written):
+    picture = cv2.imread(str(written / "new" / "a.png"))
+    assert picture is not None
+    assert picture.shape[0] > 700
+    assert (picture[..., ::-1] == (0, 158, 115)).all(axis=2).sum() > 500
+
+
+def test_page_holds_the_list_of_grasps(tmp_path, capsys):
+    pytest.importorskip("viser")
+    page = tmp_path / "a.html"
+    assert run(SAMPLE, "--stroke", 90, "--page", page, capsys=capsys)[0] == 0
+    assert page.read_text().lstrip().lower().startswith("<!doctype html")
+
+
+def test_known_table_corrects_the_depth(capsys):
+    code, out, err = run(
+        SAMPLE, "--hand", "2f85", "--table-height", 0.0, "--json", "--top", 1, capsys=capsys
+    )
+    assert code in (0, 1)
+    correction = json.loads(out)["frames"][0]["depth_correction"]
+    assert correction["scale"] == pytest.approx(1.0, abs=0.02)
+    assert "depth scaled by" in err
+
+
+def test_folder_gets_report_yaml_and_picture(tmp_path, capsys):
+    assert run(SAMPLE, "--hand", "2f85", "--out", tmp_path / "o", "--top", 3, capsys=capsys)[0] == 0
+    names = {path.name for path in (tmp_path / "o").iterdir()}
+    assert names == {"grasps.json", "grasps.yaml", "grasps.png"}
+    assert len(json.loads((tmp_path / "o" / "grasps.json").read_text())["rows"]) == 3
+
+
+def test_file_of_a_hand_is_read(tmp_path, capsys):
+    write_hand(load_hand("panda"), tmp_path / "mine.json")
+    code, out, _ = run(SAMPLE, "--hand", tmp_path / "mine.json", "--json", capsys=capsys)
+    assert code == 0
+    assert json.loads(out)["rows"]
+
+
+def test_small_gripper_gets_no_grasp_and_a_reason(capsys):
+    code, out, err = run(SAMPLE, "--stroke", 5, "--json", capsys=capsys)
+    assert code == 1
+    assert json.loads(out)["rows"] == []
+    assert "no grasp is offered: no grasp is possible: wider than the stroke" in err
+
+
+def test_empty_table_says_that_there_are_no_objects(tmp_path, capsys):
+    frame = read_frame(SAMPLE)
+    assert frame.T_world_camera is not None
+    rays = frame.T_world_camera.rotation.apply(frame.intrinsics.rays().reshape(-1, 3))
+    depth = (-frame.T_world_camera.translation[2] / rays[:, 2]).reshape(frame.depth.shape)
+    noise = np.random.default_rng(0).normal(0, 0.001, depth.shape)
+    depth = np.where((depth > 0) & (depth < 1.5), depth + noise, 0).astype(np.float32)
+    empty = DepthFrame(depth, frame.intrinsics, T_world_camera=frame.T_world_camera)
+    write_frame(tmp_path / "depth.png", empty)
+    code, out, err = run(tmp_path / "depth.png", "--hand", "panda", capsys=capsys)
+    assert code == 1
+    assert out == ""
+    assert "no grasp is offered: the scene has no objects" in err
+    assert "Traceback" not in err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((SAMPLE,), "give the gripper: --hand NAME (2f85, generic, panda)"),
+        ((SAMPLE, "--hand", "pandda"), "no hand 'pandda'; valid names are 2f85, generic, panda"),
+        ((SAMPLE, "--hand", "gone.json"), "gone.json: cannot read a hand"),
+        ((SAMPLE, "--hand", "panda", "--stroke", 80), "--stroke describe a generic gripper"),
+        ((SAMPLE, "--stroke", -5), "--stroke must be above 0 and below 1000 mm, got -5"),
+        ((SAMPLE, "--stroke", "nan"), "--stroke must be above 0"),
+        ((SAMPLE, "--hand", "generic", "--finger-depth", 0), "--finger-depth must be above 0"),
+        ((SAMPLE, "--hand", "panda", "--calibration-error", 99), "--calibration-error must be"),
+        ((SAMPLE, "--hand", "panda", "--friction", -1), "friction must be from 0 to 3"),
+        ((SAMPLE, "--hand", "panda", "--top", 0), "--top must be >= 1"),
+        ((SAMPLE, "--hand", "panda", "--picture", "a.jpg"), "--picture must name a .png file"),
+        ((SAMPLE, "--hand", "panda", "--table-height", 0.2), "--table-height 0.2 does not fit"),
+        (("gone.png", "--hand", "panda"), "gone.png"),
+        (("a.mcap", "--hand", "panda", "--yaml", "a.yaml"), "--yaml needs one frame"),
+        (("--hand", "panda"), "give either a frame file or --oak"),
+    ],
+)
+def test_bad_input_is_refused_in_one_line(arguments, message, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = run(*arguments, capsys=capsys)
+    assert code == 2
+    assert out == ""
+    assert err.startswith("eyehand: ")
+    assert len(err.strip().splitlines()) == 1
+    assert message in err
