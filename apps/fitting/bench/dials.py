@@ -9,13 +9,13 @@ from eyehand.perception.superquadric import OptimiserName
 
 from ...bench import DialBoard
 
-POINTS = (100, 200, 300, 500, 1000, 2000, 4000)
+POINTS = (50, 100, 200, 300, 500, 1000, 2000, 4000)
 """Number of points that a fit uses. The clouds of the chart have the largest number."""
 STARTS = (1, 2, 3, 6, 9)
 MAX_MINIMA = (1, 2, 3, 5)
 PARTS = (1, 2, 3, 4)
 """Maximum number of parts."""
-FAST_POINTS = (100, 200, 300)
+FAST_POINTS = (50, 100, 200, 300)
 """Number of points of fits without model selection, for small time budgets. The chart shows such
 fits with more points as a separate curve, because they do not determine the kind."""
 NO_TAPER = ("sphere", "cylinder", "ellipsoid", "box", "superquadric")

@@ -71,7 +71,7 @@ def rendered_sweeps() -> tuple[Sweep[FitCallable], ...]:
         ),
         Sweep(
             *("frontal", "elevation of a view on the front of a box on a table", "°"),
-            tilts, 10, _frontal, stated,
+            tilts, 0, _frontal, stated,
         ),
         Sweep(
             *("hidden", "share of a box that an object in front hides", "%"),

@@ -1,5 +1,7 @@
 """Tests of selecting fit options for a time budget, on a hand-written front."""
 
+from dataclasses import replace
+
 import pytest
 
 from eyehand.errors import InputError
@@ -34,6 +36,17 @@ def test_most_accurate_point_within_budget_is_selected(budget, dials):
     assert FitOptions.for_budget(budget, front=FRONT) == FitOptions(**dials)
 
 
+def test_the_mean_over_real_objects_decides_if_it_is_known():
+    points = (
+        FrontPoint("one", {}, 3.0, 90.0, 95.0, 0.0, 80.0),
+        FrontPoint("parts", {"max_parts": 5}, 6.0, 89.0, 95.0, 0.0, 90.0),
+    )
+    front = replace(FRONT, points=points)
+    assert FitOptions.for_budget(10.0, front=front) == FitOptions(max_parts=5)
+    with pytest.raises(InputError, match=r"mean IoU 80\.0 %"):
+        FitOptions.for_budget(1.0, front=front)
+
+
 def test_slower_machine_gets_faster_point():
     assert FitOptions.for_budget(6.0, slower=1.1, front=FRONT) == FitOptions(**BARE)
     assert FitOptions.for_budget(10.0, slower=0.5, front=FRONT) == FitOptions()
@@ -66,7 +79,7 @@ def test_stored_front_is_sorted_by_time_and_accuracy():
     points = FORMAT.read(STORED_FRONT).points
     times = [point.median_ms for point in points]
     assert times == sorted(times)
-    assert [p.iou_p10_pct for p in points] == sorted(p.iou_p10_pct for p in points)
+    assert [p.accuracy_pct for p in points] == sorted(p.accuracy_pct for p in points)
     assert FitOptions.for_budget(1e4) == FitOptions(**points[-1].fields)
     assert FitOptions.for_budget(times[0]) == FitOptions(**points[0].fields)
     with pytest.raises(InputError, match=points[0].name):

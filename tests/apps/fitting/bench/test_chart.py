@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.bench import DialChart, FrontPlace, Measured, Method, Provenance
-from eyehand.apps.fitting.bench.chart import GROUPS, MESH_GROUPS, WORDS
+from eyehand.apps.fitting.bench.chart import GROUPS, WORDS
 from eyehand.apps.fitting.bench.clouds import MESHES
 from eyehand.apps.fitting.bench.comparison import OWN
 from eyehand.apps.fitting.bench.dials import BOARD, POINTS, SUPERQUADRIC_ONLY
@@ -51,9 +51,9 @@ def test_quick_chart_with_a_baseline(tmp_path, capsys):
         table = list(csv.DictReader(file))
     report = json.loads(out)
     assert report["schema"] == "eyehand.chart_fit/1"
-    assert (report["seed"], report["cases"], report["groups"]) == (0, 3, list(GROUPS))
+    assert (report["seed"], report["cases"], report["groups"]) == (0, 4, list(GROUPS))
     assert len(report["rows"]) == len(table)
-    figures = ["iou_p10_pct", "iou_median_pct", "failed_pct"]
+    figures = ["iou_mean_pct", "iou_p10_pct", "iou_median_pct", "failed_pct"]
     common = ["method", "name", "default", "front", "median_ms", "median_cpu_ms"]
     assert list(table[0]) == [*common, *figures, *BOARD.dials]
     own = [row for row in report["rows"] if row["method"] == "eyehand"]
@@ -72,7 +72,7 @@ def test_quick_chart_with_a_baseline(tmp_path, capsys):
         (["--quick", "--store"], "--store needs all settings"),
         (["--cases", 0], "--cases must be >= 1"),
         (["--seed", -1], "--seed must be >= 0"),
-        (["--store", "--meshes", "."], "leave --meshes out"),
+        (["--store"], "--store needs real objects"),
         (["--meshes", "nowhere", "--quick"], "there is no folder nowhere"),
         (["--baseline", "nobody"], "a baseline must be module:function"),
     ],
@@ -102,8 +102,8 @@ def test_household_meshes_are_a_group_of_the_chart(tmp_path, capsys):
     assert code == 0
     report = json.loads(out)
     # Two views of the mesh, and a cloud of each other group.
-    assert report["groups"] == [*GROUPS, *MESH_GROUPS, MESHES]
-    assert report["cases"] == len(GROUPS) + len(MESH_GROUPS) + 2
+    assert report["groups"] == [*GROUPS, MESHES]
+    assert report["cases"] == len(GROUPS) + 2
     own = report["rows"][0]
     assert own["mesh_iou_mean_pct"] > 85
     assert 0 < own["iou_mean_pct"] <= 100
@@ -162,7 +162,12 @@ def test_budget_selects_from_stored_front(tmp_path):
             Method(OWN, setting.name, lambda case: None),
             ms,
             ms,
-            {"iou_p10_pct": p10, "iou_median_pct": p10 + 2, "failed_pct": 0.0},
+            {
+                "iou_mean_pct": p10 - 5,
+                "iou_p10_pct": p10,
+                "iou_median_pct": p10 + 2,
+                "failed_pct": 0.0,
+            },
         )
         for setting, (ms, p10) in zip(
             settings, [(20.0, 93.0), (3.0, 85.0), (5.0, 80.0)], strict=True
