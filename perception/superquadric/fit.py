@@ -182,12 +182,13 @@ def _fit_one_solid(observation: Observation, options: FitOptions) -> Superquadri
     models = _sort_by_outline(usable or models, problem, observation, options)
     selected = _refine(models[0], problem, options)
     refined = _avoid_free_space(selected, models, problem, observation, options)
-    if refined is not selected:
+    constrained = refined is not selected
+    if constrained:
         # Solids with a better criterion fill space that the view shows to be empty.
         models = [model for model in models if model.criterion > refined.criterion]
     selected = refined
     models = [selected, *(model for model in models if model.kind != selected.kind)]
-    return _describe(models, problem, options)
+    return replace(_describe(models, problem, options), constrained=constrained)
 
 
 def _fit_part(
@@ -344,7 +345,8 @@ def _avoid_free_space(
     are tried too, because they avoid more. The one with the best criterion is kept.
     """
     free_space = observation.free_space
-    if free_space is None or options.optimiser == "lm":
+    # Parts explain such objects better: then no view of household meshes keeps a constrained solid.
+    if free_space is None or options.optimiser == "lm" or options.max_parts > 1:
         return selected
     tolerance = COVERED_NOISE * options.noise
 

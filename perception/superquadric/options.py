@@ -40,8 +40,8 @@ class FitOptions:
     points: int = 2000
     """Maximum number of points used. More points are more accurate; the time grows linearly."""
     optimiser: OptimiserName = "slsqp"
-    """Solver of the conflicts between a solid and a :class:`FreeSpace`. Fits without a conflict
-    take the same time with both; a conflict takes SLSQP 15 to 60 ms."""
+    """Solver of the conflicts between a solid and a :class:`FreeSpace` if ``max_parts`` is 1. Fits
+    without a conflict take the same time with both; a conflict takes SLSQP 30 to 100 ms."""
     starts: int = 6
     """Boxes from which the search for a general superquadric starts, besides the solids of simpler
     kinds. Fewer starts are faster; more starts find the right minimum of unusual views."""

@@ -94,6 +94,9 @@ class SuperquadricFit:
     """The view of the object, which bounds its sides; None for results that no fit made."""
     missed_share: float = 0.0
     """Share of the object's pixels that the solids do not meet, 0-1; see :func:`outline_shares`."""
+    constrained: bool = False
+    """Whether constraints moved the solid out of space seen to be empty. Then no such solid
+    explains both the points and that space."""
 
     @classmethod
     def rejected(cls, reason: str, seconds: float = 0.0) -> SuperquadricFit:
@@ -169,7 +172,8 @@ class SuperquadricFit:
 
         Then the object is no such solid, and its unseen sides may lie elsewhere.
         """
-        return self.covered_share > DOUBTFUL_COVERED or self.missed_share > DOUBTFUL_MISSED
+        wrong = self.covered_share > DOUBTFUL_COVERED or self.missed_share > DOUBTFUL_MISSED
+        return wrong or self.constrained
 
     @property
     def ambiguous(self) -> bool:

@@ -1,5 +1,7 @@
 """Tests of the empty space along the rays of a view."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import RigidTransform, Rotation
@@ -113,3 +115,15 @@ def test_wrong_shapes_are_rejected():
     good = view(0.7)
     with pytest.raises(InputError, match=r"depth of a free space must have shape \(1225,\)"):
         FreeSpace(good.origin, good.rays, good.depth[:-1], good.on_object, good.pitch)
+
+
+def test_constrained_fit_states_a_doubt():
+    ball = Superquadric(np.full(3, 0.05), (1.0, 1.0), RigidTransform.from_translation([0, 0, 0.7]))
+    points = sample_surface(ball, 2000, np.random.default_rng(0))
+    points = points[(ball.normals(points) * points).sum(axis=1) < 0]
+    fit = fit_superquadric(points, free_space=view(0.6))
+    assert not fit.constrained
+    assert not fit.outline_differs
+    assert replace(fit, constrained=True).outline_differs
+    assert replace(fit, missed_share=0.2).outline_differs
+    assert replace(fit, covered_share=0.05).outline_differs
