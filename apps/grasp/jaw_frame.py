@@ -65,7 +65,9 @@ class GraspedFrame:
         most = sorted(((n, name) for name, n in reasons.items() if n), reverse=True)[:2]
         if not most:
             return "no candidate is probable enough"
-        return ", ".join(f"{name.replace('_', ' ')} ({n})" for n, name in most)
+        return ", ".join(
+            f"{name.replace('_', ' ')}{f' ({n} candidates)' if n > 1 else ''}" for n, name in most
+        )
 
 
 def grasp_frame(

@@ -126,7 +126,8 @@ def _view_panel(found: GraspedFrame, drawn: list[DrawnGrasp]) -> NDArray[np.uint
     flat = np.concatenate(shown) @ axes.T
     low, high = np.percentile(flat, [0.5, 99.5], axis=0)
     if drawn:
-        tips = np.concatenate([one.fingers.reshape(-1, 3) for one in drawn]) @ axes.T
+        boxes = [drawn[0].palm, *(one.fingers for one in drawn)]
+        tips = np.concatenate([box.reshape(-1, 3) for box in boxes]) @ axes.T
         low, high = np.minimum(low, tips.min(axis=0)), np.maximum(high, tips.max(axis=0))
     aspect = PANEL_WIDTH / PANEL_HEIGHT
     half = 0.5 * max(high[0] - low[0], aspect * (high[1] - low[1])) + AROUND / 2
@@ -158,6 +159,8 @@ def _list_panel(found: GraspedFrame, drawn: list[DrawnGrasp], width: int) -> NDA
         for item in found.scene.objects
         if item.label not in found.best_ranks
     ][:MAX_NOTES]
+    if len(found.best_ranks) > len(drawn):
+        notes.insert(0, f"{len(found.best_ranks) - len(drawn)} more objects have a grasp")
     lines = len(drawn) + len(notes) + 1
     panel = np.full((LINE_HEIGHT * lines + 16, width, 3), 255, np.uint8)
     title = f"{found.hand.name}: best grasp of each object, {len(found.grasps)} grasps in all"

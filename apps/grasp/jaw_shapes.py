@@ -14,13 +14,20 @@ if TYPE_CHECKING:
 
     from .jaw_frame import GraspedFrame
 
-RANK_COLOURS = ((0, 158, 115), (86, 180, 233), (240, 200, 60), (204, 121, 167), (150, 130, 210))
-"""Colours of the drawn grasps, the best first, RGB. Later grasps have the last one."""
+RANK_COLOURS = (
+    (0, 158, 115),
+    (86, 180, 233),
+    (240, 200, 60),
+    (204, 121, 167),
+    (120, 110, 215),
+    (150, 210, 90),
+)
+"""Colours of the drawn grasps, the best first, RGB."""
 FORBIDDEN = (213, 94, 0)
 """Colour of a grasp that must not be executed, RGB."""
 STEM = 0.03
 """Length of the line of the approach behind the boxes of the fingers, m."""
-MAX_DRAWN = 6
+MAX_DRAWN = len(RANK_COLOURS)
 """Maximum number of drawn grasps. More grippers would cover one another."""
 
 CORNERS = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
@@ -68,7 +75,7 @@ def drawn_grasps(found: GraspedFrame) -> list[DrawnGrasp]:
 
 
 def _drawn(rank: int, grasp: Grasp, number: int, hand: ParallelHand) -> DrawnGrasp:
-    colour = RANK_COLOURS[min(number, len(RANK_COLOURS) - 1)] if grasp.safe else FORBIDDEN
+    colour = RANK_COLOURS[number] if grasp.safe else FORBIDDEN
     matrix = grasp.T_scene_tcp.as_matrix()
 
     def placed(points: NDArray[np.float64]) -> NDArray[np.float64]:
