@@ -68,6 +68,7 @@ def test_frame_that_shows_no_scene_is_refused(
     out = tmp_path / "out"
     for command in (
         ("perceive", path),
+        ("grasp", path, "--hand", "panda"),
         ("evaluate", "segmentation", "--dataset", tmp_path, "--worst", 0),
         ("fit", path, "--label", 1),
     ):
@@ -77,7 +78,9 @@ def test_frame_that_shows_no_scene_is_refused(
     assert not (out / "scene.json").exists()
 
 
-@pytest.mark.parametrize("command", ["perceive", "evaluate segmentation --dataset"])
+@pytest.mark.parametrize(
+    "command", ["perceive", "grasp --hand panda", "evaluate segmentation --dataset"]
+)
 def test_long_name_is_refused(command: str, capsys: pytest.CaptureFixture[str]) -> None:
     line = refused(*command.split(), "a" * 296 + ".png", capsys=capsys)
     assert "File name too long" in line
@@ -87,7 +90,8 @@ def test_long_name_is_refused(command: str, capsys: pytest.CaptureFixture[str]) 
 def test_fifo_is_refused(suffix: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / f"a{suffix}"
     os.mkfifo(path)
-    assert "it is a FIFO" in refused("perceive", path, capsys=capsys)
+    for command in (("perceive",), ("grasp", "--hand", "panda")):
+        assert "it is a FIFO" in refused(*command, path, capsys=capsys)
 
 
 def test_bad_files_of_annotated_frames_are_refused(
