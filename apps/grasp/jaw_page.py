@@ -13,7 +13,7 @@ from ..scene_json import fit_parts
 from ..scene_picture import colour_of
 from .jaw_shapes import CORNERS, FACES, drawn_grasps
 from .jaw_table import approach_name
-from .view_scene import nearby_points, view_axes
+from .view_scene import nearby_points, view_axes, viewed_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -49,7 +49,7 @@ def page_html(found: GraspedFrame) -> str:
 def _draw(server: Any, found: GraspedFrame) -> None:
     """Draw points, solids and grippers. The half diagonal of the objects is 1 in the page."""
     points, colours = nearby_points(found)
-    extent = np.concatenate([item.points for item in found.scene.objects] or [points])
+    extent = viewed_points(found) if found.scene.objects else points
     low, high = np.percentile(extent, [0.5, 99.5], axis=0)
     middle, reach = 0.5 * (low + high), max(0.5 * float(np.linalg.norm(high - low)), 1e-3)
 
@@ -128,7 +128,7 @@ def _write_list(
             for one in drawn
         ]
     else:
-        lines = [f"no grasp: {found.grasps.reason}"]
+        lines = [found.grasps.reason]
     top = 1.0 + LINE * len(lines)
     for number, text in enumerate(lines):
         server.scene.add_label(

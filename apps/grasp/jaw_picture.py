@@ -14,7 +14,7 @@ from ..scene_picture import SUBPIXEL, colour_of, overlay_picture
 from .jaw_shapes import EDGES, FACES, drawn_grasps
 from .jaw_table import approach_name
 from .painted_view import PaintedView
-from .view_scene import AROUND, nearby_points, view_axes
+from .view_scene import AROUND, nearby_points, view_axes, viewed_points
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -120,10 +120,10 @@ def _view_panel(found: GraspedFrame, drawn: list[DrawnGrasp]) -> NDArray[np.uint
     """Draw points, solids and grippers in 3D."""
     scene = found.scene
     axes = view_axes(found)
-    shown = [item.points for item in scene.objects] + [one.fingers.reshape(-1, 3) for one in drawn]
-    if not shown:
-        shown = [found.frame.points()[found.frame.valid]]
-    flat = np.concatenate(shown) @ axes.T
+    shown = viewed_points(found)
+    if not len(shown):
+        shown, _ = nearby_points(found)
+    flat = shown @ axes.T
     low, high = np.percentile(flat, [0.5, 99.5], axis=0)
     if drawn:
         boxes = [drawn[0].palm, *(one.fingers for one in drawn)]
@@ -164,7 +164,7 @@ def _list_panel(found: GraspedFrame, drawn: list[DrawnGrasp], width: int) -> NDA
     lines = len(drawn) + len(notes) + 1
     panel = np.full((LINE_HEIGHT * lines + 16, width, 3), 255, np.uint8)
     title = f"{found.hand.name}: best grasp of each object, {len(found.grasps)} grasps in all"
-    _write(panel, title if drawn else f"no grasp: {found.grasps.reason}", 16, 0, INK)
+    _write(panel, title if drawn else found.grasps.reason, 16, 0, INK)
     for row, one in enumerate(drawn, 1):
         grasp = one.grasp
         top = LINE_HEIGHT * row + 14

@@ -43,15 +43,25 @@ def view_axes(found: GraspedFrame) -> NDArray[np.float64]:
     return np.stack([right, np.cross(eye, right), eye]).astype(np.float64)
 
 
+def viewed_points(found: GraspedFrame) -> NDArray[np.float64]:
+    """Return the points (N, 3) that the view must contain: of objects with a grasp, else of all.
+
+    Objects without a grasp may be metres away.
+    """
+    items = found.scene.objects
+    chosen = [item for item in items if item.label in found.best_ranks] or items
+    return np.concatenate([np.zeros((0, 3)), *(item.points for item in chosen)])
+
+
 def nearby_points(found: GraspedFrame) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
     """Return readings near the objects (N, 3) and their colours (N, 3)."""
     frame, scene = found.frame, found.scene
     valid = frame.valid
     points = found.scene_in_camera.inv().apply(frame.points()[valid])
     labels = scene.segmentation.labels[valid]
-    if scene.objects:
-        everything = np.concatenate([item.points for item in scene.objects])
-        low, high = everything.min(axis=0) - AROUND, everything.max(axis=0) + AROUND
+    shown = viewed_points(found)
+    if len(shown):
+        low, high = shown.min(axis=0) - AROUND, shown.max(axis=0) + AROUND
         near = ((points > low) & (points < high)).all(axis=1)
         points, labels = points[near], labels[near]
     step = max(-(-len(points) // MAX_POINTS), 1)

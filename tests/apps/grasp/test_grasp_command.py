@@ -195,3 +195,10 @@ def test_bad_input_is_refused_in_one_line(arguments, message, tmp_path, capsys, 
     assert err.startswith("eyehand: ")
     assert len(err.strip().splitlines()) == 1
     assert message in err
+
+
+def test_picture_without_grasps_shows_the_objects(tmp_path, capsys):
+    picture = tmp_path / "none.png"
+    code, _, _ = run(SAMPLE, "--stroke", 5, "--picture", picture, capsys=capsys)
+    assert code == 1
+    assert cv2.imread(str(picture)) is not None
