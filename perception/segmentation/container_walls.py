@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import cv2
 import numpy as np
 
+from .median import median
+from .wall_profile import face_distances, inside_polygon, outermost_run, read_strip
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
@@ -112,17 +115,16 @@ def measure_sides(
         One per side. A wall whose rim is not straight, or not in the image, gets the height of the
         others.
     """
-    lowest = floor
+    lowest, highest = floor, np.inf
     if level is not None:
-        lowest = level - 2 * LEVEL_BAND
-        below = heights <= level + TOP_TOLERANCE
-        plan, heights = plan[below], heights[below]
+        lowest, highest = level - 2 * LEVEL_BAND, level + TOP_TOLERANCE
     sides = []
     for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        sides.append(_measure_side(start, end, plan, heights, (floor, lowest)))
+        sides.append(_measure_side(start, end, plan, heights, (floor, lowest, highest)))
     seen = [side for side in sides if side.seen]
     if not seen:
-        rising = heights[(heights > floor + MIN_RIM) & (depth_inside(plan, corners) < 0)]
+        rising = (heights > floor + MIN_RIM) & (heights <= highest)
+        rising = heights[rising & ~inside_polygon(plan, corners, 0.0)]
         top = float(np.median(rising)) if len(rising) else floor
         return [side._replace(top=top, draft=0.0) for side in sides]
     top = float(np.median([side.top for side in seen]))
@@ -137,38 +139,30 @@ def measure_sides(
     ]
 
 
-def depth_inside(plan: NDArray[np.float64], corners: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the distances (N,) of points (N, 2) from the sides of a polygon, > 0 inside."""
-    along = np.roll(corners, -1, axis=0) - corners
-    along /= np.maximum(np.linalg.norm(along, axis=1), 1e-9)[:, None]
-    inwards = np.column_stack([-along[:, 1], along[:, 0]])
-    return (plan @ inwards.T - np.einsum("ij,ij->i", inwards, corners)).min(axis=1)
-
-
 def _measure_side(
     start: NDArray[np.float64],
     end: NDArray[np.float64],
     plan: NDArray[np.float64],
     heights: NDArray[np.float64],
-    levels: tuple[float, float],
+    levels: tuple[float, float, float],
 ) -> Side:
-    """Measure one wall. `levels` are the height of the floor and the least height of a rim, m."""
-    floor, lowest = levels
+    """Measure one wall.
+
+    `levels` are the height of the floor, the least height of a rim, and the greatest height of
+    readings that count, m.
+    """
+    floor, lowest, highest = levels
     length = float(np.linalg.norm(end - start))
     along = (end - start) / max(length, 1e-9)
     outwards = np.array([along[1], -along[0]])
     unseen = Side(start, along, floor, MIN_THICKNESS, None, seen=False)
-    s, d = (plan - start) @ along, (plan - start) @ outwards
-    strip = (s > CORNER) & (s < length - CORNER) & (np.abs(d) < REACH)
-    strip &= heights > floor + MIN_RIM
-    count = int((length - 2 * CORNER) / PLACE)
-    if count < 3 or not strip.any():
+    if int((length - 2 * CORNER) / PLACE) < 3:
         return unseen
-    s, d, h = s[strip], d[strip], heights[strip]
-    place = np.minimum(((s - CORNER) / PLACE).astype(np.intp), count - 1)
-    cells = int(2 * REACH / CELL) + 1
-    profile = np.full((count, cells), -np.inf)
-    np.maximum.at(profile, (place, ((d + REACH) / CELL).astype(np.intp)), h)
+    side, strip = (start, along, length), (CORNER, REACH, PLACE, CELL)
+    readings, place, profile = read_strip(plan, heights, side, (floor + MIN_RIM, highest), strip)
+    if not len(readings):
+        return unseen
+    count = len(profile)
     tops = profile.max(axis=1)
     risen = tops > lowest
     if np.count_nonzero(risen) < MIN_AGREEING * count:
@@ -178,8 +172,8 @@ def _measure_side(
     agreeing = risen & (np.abs(tops - top) <= tolerance)
     if np.count_nonzero(agreeing) < MIN_AGREEING * count:
         return unseen
-    high = profile >= top - max(EDGE_SHARE * (top - floor), TOP_TOLERANCE)
-    inner, outer = (CELL * edges - REACH for edges in _outermost_run(high))
+    edge_level = top - max(EDGE_SHARE * (top - floor), TOP_TOLERANCE)
+    inner, outer = (CELL * edges - REACH for edges in outermost_run(profile, edge_level))
     middles = CORNER + (np.arange(count) + 0.5) * PLACE
     slope, shift = 0.0, float(np.median(inner[agreeing]))
     # A surface that is still high at the end of the profile has its rim farther outside.
@@ -193,54 +187,29 @@ def _measure_side(
     thickness = float(np.median((outer - inner)[straight]))
     turned = (along + slope * outwards) / np.hypot(1.0, slope)
     edge = start + shift * outwards
-    across = d - shift - slope * s
+    limits, shape = (CELL, top - TOP_TOLERANCE), (FACE_BANDS, count, floor, top)
+    outermost = face_distances(readings, place, (slope, shift), limits, shape)
     return Side(
         edge,
         turned,
         top,
         float(np.clip(thickness, MIN_THICKNESS, MAX_THICKNESS)),
-        _draft(across, h, place, count, (floor, top)),
+        _draft(outermost, floor, top),
         seen=True,
     )
 
 
-def _outermost_run(high: NDArray[np.bool_]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
-    """Return the first and last + 1 cells (K,) of the outermost runs of high cells (K, M).
-
-    A single low cell does not interrupt a run. What is high farther inside belongs to the contents.
-    """
-    count = high.shape[1]
-    outer = count - np.argmax(high[:, ::-1], axis=1)
-    inner = outer.copy()
-    for cell in range(count - 1, -1, -1):
-        reached = high[:, cell] & (inner - cell <= 2)
-        inner[reached] = cell
-    return inner, outer
-
-
-def _draft(
-    across: NDArray[np.float64],
-    heights: NDArray[np.float64],
-    place: NDArray[np.intp],
-    count: int,
-    bounds: tuple[float, float],
-) -> float | None:
-    """Return the inclination of an inner face from the outermost reading of each place and band.
+def _draft(outermost: NDArray[np.float64], floor: float, top: float) -> float | None:
+    """Return the inclination of an inner face from the outermost reading of each band and place.
 
     Objects before the face lie nearer to the inside. The median over the places ignores them.
     """
-    floor, top = bounds
-    inside = (across < CELL) & (heights < top - TOP_TOLERANCE)
-    band = ((heights - floor) / max(top - floor, 1e-6) * FACE_BANDS).astype(np.intp)
-    band = np.clip(band, 0, FACE_BANDS - 1)
-    outermost = np.full((FACE_BANDS, count), -np.inf)
-    np.maximum.at(outermost, (band[inside], place[inside]), across[inside])
     levels, distances = [], []
     for number, row in enumerate(outermost):
         visible = row[np.isfinite(row)]
-        if len(visible) >= MIN_FACE * count:
+        if len(visible) >= MIN_FACE * len(row):
             levels.append(floor + (number + 0.5) / FACE_BANDS * (top - floor))
-            distances.append(float(np.median(visible)))
+            distances.append(float(median(visible)))
     if len(levels) < 3:
         return None
     return float(np.clip(np.polyfit(levels, distances, 1)[0], 0.0, MAX_DRAFT))

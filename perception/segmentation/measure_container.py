@@ -10,9 +10,11 @@ import numpy as np
 from ..perpendicular import perpendicular_pair
 from .above_support import SUPPORT_SIGMAS
 from .container import Container, Wall
-from .container_walls import REACH, Side, depth_inside, measure_sides
+from .container_walls import REACH, Side, measure_sides
+from .median import median
 from .result import SupportPlane
 from .support_extent import Support
+from .wall_profile import inside_polygon, read_window
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -54,14 +56,12 @@ class _Readings(NamedTuple):
     """Plan coordinates (N, 2), m."""
     heights: NDArray[np.float64]
     """Heights (N,) above the reference plane, m."""
+    areas: NDArray[np.float64]
+    """Areas (N,) of their pixels in plan, m²."""
     pixels: NDArray[np.intp]
-    """Rows and columns (N, 2) in the reduced window."""
-    within: NDArray[np.bool_]
-    """Which of them (N,) lie within the rim in the image."""
-    area: NDArray[np.float64]
-    """Area (N,) of each pixel in plan, m²."""
-    shape: tuple[int, int]
-    """Rows and columns of the reduced window."""
+    """Their flat pixels (N,) in `within`."""
+    within: NDArray[np.uint8]
+    """1 where a pixel (H, W) of the reduced window lies within the rim in the image."""
 
 
 def measure_container(
@@ -89,7 +89,8 @@ def measure_container(
     axes = perpendicular_pair(plane.normal)
     window = _widened(place, image)
     readings = _read(image, window, place.outline, plane, axes)
-    inside = readings.within & (depth_inside(readings.plan, corners) > REACH / 2)
+    inside = inside_polygon(readings.plan, corners, REACH / 2)
+    inside &= readings.within.ravel()[readings.pixels] > 0
     floor, tolerance, seen = _find_floor(readings, inside, plane)
     sides = measure_sides(corners, readings.plan, readings.heights, floor, level)
     floor_plane = SupportPlane(plane.normal, plane.offset - floor, tolerance)
@@ -142,25 +143,17 @@ def _read(
     count = (rows.stop - rows.start) * (columns.stop - columns.start)
     step = max(round(np.sqrt(count / MEASURED_PIXELS)), 1)
     depth = image.depth[rows.start : rows.stop : step, columns.start : columns.stop : step]
-    v, u = np.nonzero(depth)
-    z = depth[v, u].astype(np.float64)
     k = image.intrinsics
-    rays = np.ones((len(u), 3))
-    rays[:, 0] = (u * step + columns.start - k.cx) / k.fx
-    rays[:, 1] = (v * step + rows.start - k.cy) / k.fy
-    points = rays * z[:, None]
+    rays = (
+        (np.arange(depth.shape[1]) * step + columns.start - k.cx) / k.fx,
+        (np.arange(depth.shape[0]) * step + rows.start - k.cy) / k.fy,
+    )
+    frame = np.vstack([plane.normal, axes])
+    read = read_window(depth, rays, frame, plane.offset, step**2 / (k.fx * k.fy))
     within = np.zeros(depth.shape, np.uint8)
     corners = (outline - [columns.start, rows.start]) / step
     cv2.fillConvexPoly(within, np.rint(corners).astype(np.int32), 1)
-    area = step**2 * z**2 / (k.fx * k.fy * np.maximum(-(rays @ plane.normal), 0.1))
-    return _Readings(
-        points @ axes.T,
-        plane.height(points),
-        np.column_stack([v, u]),
-        within[v, u] > 0,
-        area,
-        depth.shape,
-    )
+    return _Readings(*read, within)
 
 
 def _find_floor(
@@ -175,15 +168,16 @@ def _find_floor(
         return 0.0, plane.tolerance, False
     lowest = float(np.quantile(heights, LOWEST_SHARE))
     band = max(SUPPORT_SIGMAS * plane.tolerance, MIN_BAND)
-    level = inside & (np.abs(readings.heights - lowest) <= 2 * band)
-    level = inside & (np.abs(readings.heights - np.median(readings.heights[level])) <= band)
-    mask = np.zeros(readings.shape, np.uint8)
-    mask[tuple(readings.pixels[level].T)] = 1
-    flat = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((FLOOR_OPENING,) * 2, np.uint8))
-    flat = level & (flat[tuple(readings.pixels.T)] > 0)
-    if readings.area[flat].sum() < MIN_FLOOR:
+    middle = median(heights[np.abs(heights - lowest) <= 2 * band])
+    level = np.abs(heights - middle) <= band
+    heights, pixels = heights[level], readings.pixels[inside][level]
+    mask = np.zeros(readings.within.shape, np.uint8)
+    mask.ravel()[pixels] = 1
+    mask = cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((FLOOR_OPENING,) * 2, np.uint8))
+    flat = mask.ravel()[pixels] > 0
+    if readings.areas[inside][level][flat].sum() < MIN_FLOOR:
         return lowest, plane.tolerance, False
-    return float(np.median(readings.heights[flat])), plane.tolerance, True
+    return float(median(heights[flat])), plane.tolerance, True
 
 
 def _corners(sides: list[Side], shifts: list[float]) -> NDArray[np.float64]:

@@ -35,23 +35,28 @@ def vote_turns(plan, heights, sizes, layers, turns):
         first = int(heights[i] / (LAYER / 2))
         for layer in range(max(first - 1, 0), min(first + 1, layers)):
             length[layer] += sizes[i]
-    bins = int(2 * radius / BIN) + 3
+    # Only the layers with long edges get votes. A table of all layers would not fit the cache.
+    active = np.flatnonzero(length >= MIN_LENGTH)
+    rows = np.full(layers, -1, np.intp)
+    for row in range(len(active)):
+        rows[active[row]] = row
+    lengths = np.empty((len(active), int(2 * radius / BIN) + 3))
     for t in range(len(turns)):
         cos, sin = np.cos(turns[t]), np.sin(turns[t])
         for axis in range(2):
-            lengths = np.zeros((layers, bins))
+            lengths[:] = 0.0
             for i in range(len(plan)):
                 x, y = plan[i, 0], plan[i, 1]
                 value = cos * x + sin * y if axis == 0 else cos * y - sin * x
                 cell = int((value + radius) / BIN) + 1
                 first = int(heights[i] / (LAYER / 2))
                 for layer in range(max(first - 1, 0), min(first + 1, layers)):
-                    lengths[layer, cell] += sizes[i]
-            for layer in range(layers):
-                if length[layer] < MIN_LENGTH:
-                    continue
-                for cell in range(1, bins):
-                    votes[layer, t] += (lengths[layer, cell - 1] + lengths[layer, cell]) ** 2
+                    if rows[layer] >= 0:
+                        lengths[rows[layer], cell] += sizes[i]
+            for row in range(len(active)):
+                for cell in range(1, lengths.shape[1]):
+                    both = lengths[row, cell - 1] + lengths[row, cell]
+                    votes[active[row], t] += both**2
     return votes
 
 
