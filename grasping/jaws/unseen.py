@@ -89,7 +89,7 @@ def _frame(axis: NDArray[np.float64]) -> NDArray[np.float64]:
     forward = axis / np.linalg.norm(axis)
     right = np.cross(forward, np.eye(3)[int(np.argmin(np.abs(forward)))])
     right /= np.linalg.norm(right)
-    return np.stack([right, np.cross(forward, right), forward])
+    return np.array([right, np.cross(forward, right), forward], dtype=np.float64)
 
 
 def _cells(
