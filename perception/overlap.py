@@ -20,8 +20,15 @@ the two solids without overlap does not improve them (mean IoU 55 to 41 %), beca
 too little of one of them."""
 DIRECTIONS = 200
 """Directions among which the separating one is searched."""
+STARTS = 4
+"""Number of directions from which the search descends. With one start 5 of 12,000 random pairs
+ended in another minimum."""
+APART = np.cos(0.3)
+"""Maximum cosine between two of these directions."""
 REFINEMENTS = (0.15, 0.08, 0.04, 0.02, 0.01)
 """Radii of the directions around the best one that are tried next, rad."""
+REFINED = 8
+"""Every so many directions of the grid are tried around the best one."""
 _GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
 
 
@@ -57,7 +64,7 @@ def overlap_depth(first: Iterable[Superquadric], second: Iterable[Superquadric])
 
     The depth of two convex solids is the length of the shortest shift that separates them: the
     minimum of h1(d) + h2(-d) over unit directions d with the support functions h. It is searched
-    on a grid and then around the best direction, and is too large by a few percent.
+    on a grid and then around the best directions, and is too large by a few percent.
     """
     return max((_pair_depth(one, other) for one, other in product(first, second)), default=0.0)
 
@@ -68,22 +75,42 @@ def _pair_depth(first: Superquadric, second: Superquadric) -> float:
     if distance > _radius(first) + _radius(second):
         return 0.0
     directions = _GRID if distance == 0.0 else np.vstack([_GRID, between / distance])
-    depth, best = _smallest(first, second, directions)
+    depths = _depths(first, second, directions)
+    if depths.min() <= 0.0:
+        return 0.0
+    return max(min(_descend(first, second, start) for start in _starts(depths, directions)), 0.0)
+
+
+def _starts(
+    depths: NDArray[np.float64], directions: NDArray[np.float64]
+) -> list[NDArray[np.float64]]:
+    """Return the directions of the smallest depths that lie apart, at most `STARTS`."""
+    found: list[NDArray[np.float64]] = []
+    for index in np.argsort(depths).tolist():
+        if all(directions[index] @ other < APART for other in found):
+            found.append(directions[index])
+        if len(found) == STARTS:
+            break
+    return found
+
+
+def _descend(first: Superquadric, second: Superquadric, best: NDArray[np.float64]) -> float:
+    """Return the smallest depth in directions around a first one, m."""
+    depth = float(_depths(first, second, best[None])[0])
     for radius in REFINEMENTS:
-        near = best + radius * _GRID[::4]
+        near = best + radius * _GRID[::REFINED]
         near /= np.linalg.norm(near, axis=1, keepdims=True)
-        nearer, direction = _smallest(first, second, near)
-        if nearer < depth:
-            depth, best = nearer, direction
-    return max(depth, 0.0)
+        depths = _depths(first, second, near)
+        index = int(np.argmin(depths))
+        if depths[index] < depth:
+            depth, best = float(depths[index]), near[index]
+    return depth
 
 
-def _smallest(
+def _depths(
     first: Superquadric, second: Superquadric, directions: NDArray[np.float64]
-) -> tuple[float, NDArray[np.float64]]:
-    depths = first.support(directions) + second.support(-directions)
-    index = int(np.argmin(depths))
-    return float(depths[index]), directions[index]
+) -> NDArray[np.float64]:
+    return first.support(directions) + second.support(-directions)
 
 
 def _radius(solid: Superquadric) -> float:
