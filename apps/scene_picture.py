@@ -10,8 +10,8 @@ import numpy as np
 from scipy.spatial.transform import RigidTransform
 
 from eyehand.perception import outline, outline_points
-from eyehand.perception.superquadric import feature_curves
 
+from .drawn_solids import drawn_solids, solid_curves
 from .scene_json import fit_parts
 
 if TYPE_CHECKING:
@@ -146,11 +146,11 @@ def _draw_solid(
         return
     bright = _bright(item.label)
     eye = T_camera_scene.inv().translation
-    parts = fit_parts(item.fit)
+    parts, drawn = fit_parts(item.fit), drawn_solids(item.fit)
     for index, solid in enumerate(parts):
         others = parts[:index] + parts[index + 1 :]
-        for curve in feature_curves(solid):
-            facing = np.einsum("ij,ij->i", solid.normals(curve), eye - curve) > 0
+        for curve in solid_curves(drawn[index]):
+            facing = np.einsum("ij,ij->i", drawn[index].normals(curve), eye - curve) > 0
             pixels = frame.intrinsics.project(T_camera_scene.apply(curve))
             shown = facing & np.all(np.isfinite(pixels), axis=1) & ~covered(curve, others, eye)
             _draw_runs(canvas, pixels, shown, bright, zoom)
@@ -248,6 +248,8 @@ def _name(fit: SuperquadricFit) -> str:
     if fit.superquadric is None or not fit:
         return "no solid"
     parts = len(fit_parts(fit))
+    if fit.vessel is not None:
+        return "vessel"
     return f"{parts} parts" if parts > 1 else fit.superquadric.kind
 
 

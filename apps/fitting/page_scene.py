@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from eyehand.perception.superquadric import feature_curves, mesh
-
 from ..bench.chart_style import GREY, INK
+from ..drawn_solids import solid_curves, solid_mesh
 from .panel_style import SOLID, SOLID_OPACITY
 from .picture_scene import (
     colour_limit_mm,
@@ -26,6 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import ArrayLike, NDArray
 
     from eyehand.perception import Superquadric
+    from eyehand.perception.superquadric import Vessel
 
     from .fit_inputs import Cloud
 
@@ -83,7 +83,9 @@ class PageScene:
         self._draw_support(cloud)
         self._draw_camera(cloud)
 
-    def draw(self, parts: Sequence[Superquadric], limit_mm: float | None = None) -> NDArray:
+    def draw(
+        self, parts: Sequence[Superquadric | Vessel], limit_mm: float | None = None
+    ) -> NDArray:
         """Redraw the solids, colour the points by distance; return the distances, (N,), m."""
         _, residuals = residual_to(self.points, parts)
         limit = limit_mm if limit_mm is not None else self.limit_mm(parts)
@@ -92,9 +94,9 @@ class PageScene:
             for handle in self._solids.pop():
                 handle.remove()
         for number, part in enumerate(parts):
-            vertices, faces = mesh(part, RESOLUTION)
+            vertices, faces = solid_mesh(part, RESOLUTION)
             vertices = self._scaled(vertices).astype(np.float32)
-            curves = [self._scaled(curve) for curve in feature_curves(part)]
+            curves = [self._scaled(curve) for curve in solid_curves(part)]
             lines = np.concatenate(
                 [np.stack([curve[:-1], curve[1:]], axis=1) for curve in curves]
             ).astype(np.float32)
@@ -121,7 +123,7 @@ class PageScene:
             self._solids.append((surface, edges))
         return residuals
 
-    def limit_mm(self, parts: Sequence[Superquadric]) -> float:
+    def limit_mm(self, parts: Sequence[Superquadric | Vessel]) -> float:
         """Return a suitable end of the colour scale for these solids, mm; 0 without solids."""
         return colour_limit_mm(residual_to(self.points, parts)[1]) if parts else 0.0
 

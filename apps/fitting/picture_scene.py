@@ -7,10 +7,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from eyehand.perception.superquadric import feature_curves, mesh
-
 from ..bench.chart_style import BLUE, GREY, VERMILION
-from ..scene_json import fit_parts
+from ..drawn_solids import drawn_solids, solid_curves, solid_mesh
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,6 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from eyehand.perception import Superquadric
+    from eyehand.perception.superquadric import Vessel
 
     from .fit_inputs import Cloud, FittedCloud
 
@@ -90,18 +89,18 @@ class PictureScene:
 def picture_scene(fitted: FittedCloud) -> PictureScene:
     """Collect what the picture of a fit shows."""
     cloud = fitted.cloud
-    parts = fit_parts(fitted.fit)
+    parts = drawn_solids(fitted.fit)
     points = thinned(cloud.points, MAX_POINTS)
     nearest, residuals = residual_to(points, parts)
     facing = np.zeros_like(points)
     for number, part in enumerate(parts):
         facing[nearest == number] = part.normals(points[nearest == number])
     limit = colour_limit_mm(residuals) if parts else 0.0
-    surfaces = [mesh(part, RESOLUTION) for part in parts]
+    surfaces = [solid_mesh(part, RESOLUTION) for part in parts]
     views = picture_views(cloud)
     solid = np.concatenate([vertices for vertices, _ in surfaces] or [points])
     middle, half = _framed(points, solid, views)
-    lines = [(part, curve) for part in parts for curve in feature_curves(part)]
+    lines = [(part, curve) for part in parts for curve in solid_curves(part)]
     return PictureScene(
         points - middle,
         residual_colours(residuals, limit),
@@ -124,7 +123,7 @@ def thinned(points: NDArray[np.float64], max_points: int) -> NDArray[np.float64]
 
 
 def residual_to(
-    points: NDArray[np.float64], parts: Sequence[Superquadric]
+    points: NDArray[np.float64], parts: Sequence[Superquadric | Vessel]
 ) -> tuple[NDArray[np.intp], NDArray[np.float64]]:
     """Return the number (N,) of the nearest solid and the signed distance to it (N,), m.
 

@@ -11,6 +11,7 @@ from scipy.spatial.transform import RigidTransform
 from eyehand.perception.io import atomic_write
 from eyehand.perception.superquadric import mesh
 
+from ..drawn_solids import drawn_solids, solid_mesh
 from ..mesh_file import MeshFormat, join_meshes, mesh_bytes
 from ..scene_json import UNITS, fit_json, fit_parts
 from .robot_files import MESH_RESOLUTION, needs_mesh, robot_files
@@ -33,7 +34,8 @@ def solid_files(fitted: FittedCloud, *, form: MeshFormat, density: float) -> dic
 
     Every fit has ``<stem>_solid.json`` and ``<stem>_solid.png``. A usable fit also has the mesh
     ``<stem>_solid.<form>`` in the frame of the cloud, and the bodies ``<stem>_body.xml`` (MJCF) and
-    ``<stem>_body.urdf`` with their meshes ``<stem>_body*.stl``.
+    ``<stem>_body.urdf`` with their meshes ``<stem>_body*.stl``. The mesh of a vessel has its
+    cavity. The bodies are its outer solid.
 
     Raises
     ------
@@ -48,7 +50,7 @@ def solid_files(fitted: FittedCloud, *, form: MeshFormat, density: float) -> dic
     }
     if fit:
         parts = fit_parts(fit)
-        surface = join_meshes([mesh(part, MESH_RESOLUTION) for part in parts])
+        surface = join_meshes([solid_mesh(one, MESH_RESOLUTION) for one in drawn_solids(fit)])
         files[f"{stem}_solid.{form}"] = mesh_bytes(*surface, form)
         files |= _body_files(stem, parts, density)
     return files

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from ..drawn_solids import drawn_solids
 from ..output_files import write_text
-from ..scene_json import fit_parts
 from .page_scene import PageScene, starting_camera
 from .page_server import close_server, open_server
 from .picture_scene import picture_views
@@ -56,7 +56,7 @@ def _draw(server: Any, fits: Sequence[FittedCloud]) -> None:
         place = (APART * number - wide / 2) * front.right
         node = f"/{number + 1}"
         drawn = PageScene(server.scene, node, fitted.cloud, place)
-        drawn.draw(fit_parts(fitted.fit))
+        drawn.draw(drawn_solids(fitted.fit))
         title, below = headline(fitted.fit)
         for line, text in enumerate((f"{fitted.cloud.stem}: {title}", below)):
             server.scene.add_label(

@@ -8,20 +8,24 @@ from ..scene_json import fit_parts
 
 if TYPE_CHECKING:
     from eyehand.perception import Superquadric, SuperquadricFit
+    from eyehand.perception.superquadric import Vessel
 
 MAX_NAMED_PARTS = 3
 """Maximum number of parts named. Further parts are counted."""
 
 
 def headline(fit: SuperquadricFit) -> tuple[str, str]:
-    """Return two lines on a fit: kind and size; shape and spread of the points.
+    """Return two lines on a fit: kind and size; shape or opening, and spread of the points.
 
     Without a usable solid the second line gives the reason.
     """
     parts = fit_parts(fit)
     if not parts:
         return "no solid", fit.reason
-    if len(parts) == 1:
+    if fit.vessel is not None:
+        title = f"vessel, {_listed([size_text(part) for part in parts])}"
+        shape = opening_text(fit.vessel)
+    elif len(parts) == 1:
         title = f"{parts[0].kind}, {size_text(parts[0])}"
         shape = shape_text(parts[0])
     else:
@@ -46,6 +50,13 @@ def shape_text(solid: Superquadric) -> str:
     if any(solid.taper):
         text += f", taper {solid.taper[0]:.2f} {solid.taper[1]:.2f}"
     return text
+
+
+def opening_text(vessel: Vessel) -> str:
+    """Return the diameters of the rim and the wall: ``rim 80 × 80 mm, wall 3 mm``."""
+    rim = " × ".join(f"{2e3 * a:.1f}" for a in vessel.rim.semi_axes)
+    wall = "wall unknown" if vessel.wall is None else f"wall {1e3 * vessel.wall:.1f} mm"
+    return f"rim {rim} mm, {wall}"
 
 
 def spread_text(fit: SuperquadricFit) -> str:

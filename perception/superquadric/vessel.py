@@ -123,6 +123,20 @@ class Vessel:
         outside = np.maximum(self.outer.distance(points), self.heights(points))
         return np.maximum(outside, -self.cavity_distance(points))
 
+    def normals(self, points: ArrayLike) -> NDArray[np.float64]:
+        """Return unit normals (…, 3) of the nearer surface, out of the material, at points (…, 3).
+
+        In the plane of the rim they point out of the opening.
+        """
+        points = np.asarray(points, dtype=np.float64)
+        height, inner = self.heights(points), -self.cavity_distance(points)
+        sunk = np.maximum(height - self.edge_height, 0.0)[..., None] * self.opening
+        outwards = self.outer.normals(points - sunk)
+        outer = self.outer.distance(points - sunk)
+        sides = np.where((np.abs(inner) < np.abs(outer))[..., None], -outwards, outwards)
+        at_rim = np.abs(height) < 0.5 * self.drawn_wall
+        return np.where(at_rim[..., None], self.opening, sides)
+
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
         """Return whether points (…, 3) lie in the wall or the floor, (…,) bool."""
         return self.distance(points) <= 0.0

@@ -62,10 +62,7 @@ MIN_WALL_POINTS = 20
 RAY_STEPS = 6
 """Samples along the ray of an inner point at which a closed solid is tested."""
 MIN_WALL = 0.001
-"""Thinner walls are not resolved, m ..."""
-MAX_WALL_SHARE = 0.3
-"""A solid with a thicker wall than this share of the radius of its rim is a ring or has a hole: it
-is no vessel."""
+"""Thinner walls are not resolved, m."""
 
 
 class Describe(Protocol):
@@ -124,8 +121,6 @@ def fit_vessel(
         return None
     inside = points[opening.inside]
     wall = _wall(fit.superquadric, opening, inside)
-    if wall is not None and wall > MAX_WALL_SHARE * opening.rim.semi_axes[1]:
-        return None
     vessel = Vessel(fit.superquadric, opening.rim, wall)
     residuals = _residuals(vessel, points, opening.inside)
     if closed.superquadric is not None and not _pays(

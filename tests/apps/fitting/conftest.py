@@ -6,7 +6,7 @@ from scipy.spatial.transform import RigidTransform, Rotation
 
 from eyehand.apps.fitting.fit_inputs import Cloud, FittedCloud
 from eyehand.perception import FitOptions, Superquadric, SuperquadricFit, fit_superquadric
-from eyehand.perception.superquadric import sample_surface
+from eyehand.perception.superquadric import Rim, Vessel, sample_surface
 
 POSE = RigidTransform.from_components(
     [0.1, -0.2, 0.3], Rotation.from_euler("xyz", [20.0, -35.0, 50.0], degrees=True)
@@ -63,4 +63,29 @@ def hammer() -> FittedCloud:
     off = np.min(np.abs([part.distance(points) for part in (block, stick)]), axis=0)
     fit = SuperquadricFit(block, True, "", off, (), 0.02, parts=(block, stick))
     cloud = Cloud("hammer.ply", "hammer", points, np.array([0.3, -0.5, 0.6]))
+    return FittedCloud(cloud, fit)
+
+
+@pytest.fixture(scope="session")
+def mug() -> FittedCloud:
+    """Return a mug of 80 x 80 x 90 mm with a wall of 4 mm and a handle, seen from above."""
+    body = Superquadric(
+        np.array([0.04, 0.04, 0.045]),
+        (0.05, 1.0),
+        RigidTransform.from_translation([0.0, 0.0, 0.045]),
+        "cylinder",
+    )
+    handle = Superquadric(
+        np.array([0.015, 0.005, 0.03]),
+        (0.5, 0.5),
+        RigidTransform.from_translation([0.054, 0.0, 0.045]),
+    )
+    rim = Rim(np.array([0.0, 0.0, 0.09]), np.array([0.038, 0.038]), np.eye(3)[:2])
+    rng = np.random.default_rng(5)
+    points = np.concatenate([sample_surface(part, 500, rng) for part in (body, handle)])
+    vessel = Vessel(body, rim, 0.004)
+    fit = SuperquadricFit(
+        body, True, "", np.zeros(1000), (), 0.02, parts=(body, handle), vessel=vessel
+    )
+    cloud = Cloud("mug.ply", "mug", points, np.array([0.1, -0.5, 0.6]), np.array([0, 0, 1.0, 0]))
     return FittedCloud(cloud, fit)

@@ -25,3 +25,11 @@ def test_unusable_fit_states_its_reason(can, unfit):
     assert headline(unfit.fit) == ("no solid", "it is mist")
     refused = replace(can.fit, converged=False, reason="an extent ran away")
     assert headline(refused)[1] == "cannot be used: an extent ran away"
+
+
+def test_vessel_has_its_rim_and_its_wall(mug):
+    title, below = headline(mug.fit)
+    assert title == "vessel, 80.0 × 80.0 × 90.0 mm + 30.0 × 10.0 × 60.0 mm"
+    assert below.startswith("rim 76.0 × 76.0 mm, wall 4.0 mm, spread")
+    thin = replace(mug.fit, vessel=replace(mug.fit.vessel, wall=None))
+    assert "wall unknown" in headline(thin)[1]

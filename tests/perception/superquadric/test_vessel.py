@@ -27,7 +27,12 @@ def camera(elevation_deg: float) -> NDArray[np.float64]:
 
 
 def cup_cloud(
-    elevation_deg: float, *, hollow: bool = True, lower_radius: float = RADIUS, seed: int = 0
+    elevation_deg: float,
+    *,
+    hollow: bool = True,
+    lower_radius: float = RADIUS,
+    wall: float = WALL,
+    seed: int = 0,
 ) -> NDArray[np.float64]:
     """Return points (N, 3) of an upright cup, or of a can, at the pixels of a camera.
 
@@ -49,7 +54,7 @@ def cup_cloud(
         radius = np.hypot(x, y)
         material = (radius <= outside) & (z >= 0) & (z <= HEIGHT)
         if hollow:
-            material &= (radius >= outside - WALL) | (z <= WALL)
+            material &= (radius >= outside - wall) | (z <= wall)
         first[material] = depth
     seen = np.isfinite(first)
     noise = np.random.default_rng(seed).normal(0.0, NOISE, len(rays))
@@ -184,3 +189,24 @@ def test_unknown_wall_is_drawn():
     assert vessel.wall is None
     assert vessel.drawn_wall > 0.0
     assert 0.0 < vessel.volume < vessel.outer.volume
+
+
+@pytest.mark.parametrize("turn", [0.0, 1.0])
+def test_normals_point_out_of_the_material(turn):
+    vessel = cylinder_vessel(turn=turn)
+    rotation = Rotation.from_rotvec([turn, 0.0, 0.0])
+    inner = RADIUS - WALL
+    points = [[RADIUS, 0, 0.05], [inner, 0, 0.05], [0, inner + 0.001, HEIGHT], [0, 0, WALL]]
+    outwards = [[1, 0, 0], [-1, 0, 0], [0, 0, 1], [0, 0, 1]]
+    assert vessel.normals(rotation.apply(points)) == pytest.approx(
+        rotation.apply(outwards), abs=0.02
+    )
+
+
+def test_cup_with_a_thick_wall_is_a_vessel():
+    wall = 0.3 * RADIUS
+    points = cup_cloud(50.0, wall=wall)
+    fit = fit_superquadric(points, view_origin=camera(50.0), support_plane=TABLE)
+    assert fit.vessel is not None
+    assert fit.vessel.wall == pytest.approx(wall, abs=0.003)
+    assert fit.vessel.outer.semi_axes[0] == pytest.approx(RADIUS, abs=0.003)
