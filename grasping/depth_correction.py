@@ -12,6 +12,8 @@ from eyehand.errors import InputError
 from eyehand.perception import segment
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from eyehand.perception import DepthFrame, Segmentation
 
 MAX_SCALE = 0.15
@@ -98,11 +100,7 @@ def correct_depth(
     return replace(frame, depth=depth, T_world_camera=pose), correction
 
 
-MIN_TILT = np.radians(0.1)
-"""Smaller tilts are within the noise of the plane, rad."""
-
-
-def _levelled(T_world_camera, normal):
+def _levelled(T_world_camera: RigidTransform, normal: NDArray[np.float64]) -> RigidTransform:
     """Return the camera's pose rotated about its position until the normal is vertical."""
     axis = np.cross(normal, [0.0, 0.0, 1.0])
     sine = float(np.linalg.norm(axis))

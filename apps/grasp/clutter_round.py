@@ -18,7 +18,7 @@ The hand always opens fully, as there, whatever the planner proposes.
 from __future__ import annotations
 
 import time
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from functools import cache
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -54,6 +54,8 @@ MAX_FAILURES = 2
 """Number of successive failures that ends a round."""
 FORCE = 20.0
 """Closing force of each finger, N, as in the original."""
+KNOWN_SCALE_ERROR = 0.005
+"""Error of the depth scale that the planner expects after the correction, a share of the distance."""
 TABLE_HEIGHT = 0.0
 """Height of the table in the world, m."""
 
@@ -81,7 +83,7 @@ class ClutterTrial:
     count: int = 5
     """Number of objects."""
     depth_error: float | None = None
-    """`JawOptions.depth_error`; None for the default."""
+    """`JawOptions.depth_error`; None for 0.005 with a known table, else for the default."""
 
 
 @dataclass(frozen=True)
@@ -212,9 +214,11 @@ def _attempt(
 
 
 def _options(settings: ClutterTrial, failed: tuple[Grasp, ...]) -> JawOptions:
-    if settings.depth_error is None:
-        return JawOptions(full_opening=True, failed=failed)
-    return JawOptions(full_opening=True, failed=failed, depth_error=settings.depth_error)
+    options = JawOptions(full_opening=True, failed=failed)
+    error = settings.depth_error
+    if error is None:
+        error = KNOWN_SCALE_ERROR if settings.known_table else options.depth_error
+    return replace(options, depth_error=error)
 
 
 def _detail(scene: Scene, grasp: Grasp, course: Any) -> str:

@@ -108,6 +108,8 @@ def _forbidden(
     load, grip = DENSE * surface.volume * GRAVITY, 2.0 * options.friction * hand.force[1]
     if load > grip:
         found.append(f"may weigh {load:.0f} N, the pads hold {grip:.0f} N")
+    if any(one.kind == "cut_by_image" and one.label == surface.label for one in scene.warnings):
+        found.append("the border of the image cuts the object off")
     if scene.support is None:
         found.append("no support was found")
     elif any(warning.kind == "support_doubtful" for warning in scene.warnings):
